@@ -1,0 +1,37 @@
+"""What can go wrong, by whose doing. One root; each child is also the builtin a caller would expect.
+
+A message says what happened, where (file, line, key), what was expected, what was got, and what to do. The command
+line prints it as one line; nothing that stands in a file or on a command line reaches a user as a traceback.
+"""
+
+
+class FrictionlabError(Exception):
+    """Root of every error this package raises on purpose."""
+
+
+class SceneError(FrictionlabError, ValueError):
+    """A scene file (TOML) cannot be used: unreadable, unknown key, wrong type, impossible value."""
+
+
+class UsageError(FrictionlabError, ValueError):
+    """The command line or the arguments of a verb contradict each other or ask for the impossible."""
+
+
+class LogError(FrictionlabError, ValueError):
+    """A raw log cannot be read, or can be read in more than one way."""
+
+
+class RecordingError(FrictionlabError, ValueError):
+    """A recording (arrays or HDF5 file) is not what it claims to be."""
+
+
+class AnalysisError(FrictionlabError, ValueError):
+    """A recording holds no measurement: no drive, too short, too damaged."""
+
+
+class SimulationError(FrictionlabError, ArithmeticError):
+    """The simulator was asked outside its domain, or an event sequence did not end."""
+
+
+class OutputError(FrictionlabError, OSError):
+    """A file could not be written whole; what stood at its place before is untouched."""
