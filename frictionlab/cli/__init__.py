@@ -1,0 +1,68 @@
+"""The command line: parse, call a verb of the package, print. Nothing is computed here and nothing imports it.
+
+Each command is one module of this folder. Heavy imports (pandas, scipy, matplotlib, numba, h5py) stay inside the
+functions, so that ``frictionlab --help`` answers at once.
+"""
+
+from collections.abc import Callable
+from functools import wraps
+from typing import Annotated, ParamSpec
+
+import typer
+
+from frictionlab import __version__
+from frictionlab.cli.output import complain
+from frictionlab.errors import FrictionlabError, SceneError, UsageError
+
+P = ParamSpec("P")
+
+app = typer.Typer(
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"frictionlab {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def frictionlab(
+    _version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None:
+    """Friction damping measured: from laser logs to energy per cycle, regime and friction coefficient.
+
+    The way of the data: ingest (log -> recording), analyze (recording -> measurement), compare-numeric
+    (measurement over prediction).
+    """
+
+
+def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
+    """Turn an error into one line on stderr and an exit status: 2 for scene and usage, else 1. The one place."""
+
+    @wraps(command)
+    def run(*args: P.args, **kwargs: P.kwargs) -> None:
+        try:
+            command(*args, **kwargs)
+        except FrictionlabError as error:
+            complain(str(error))
+            raise typer.Exit(2 if isinstance(error, (SceneError, UsageError)) else 1) from error
+
+    return run
+
+
+COMMANDS: tuple[Callable[..., None], ...] = ()  # in the order of the data
+
+for _command in COMMANDS:
+    app.command()(errors_in_one_line(_command))
+
+
+def main() -> None:
+    """Entry point of the ``frictionlab`` command."""
+    app()

@@ -1,0 +1,266 @@
+"""A scene: what rig, material, sensor and model a job is about (TOML -> frozen :class:`Scene`).
+
+A scene is read once, validated, and frozen. Every key is optional and its default stands here, beside its meaning.
+An unknown key, a wrong type or an impossible value is refused with its key path, all faults in one message. What a
+scene does not name is neither simulated nor paid for: ``[model]`` switches physics on by naming it.
+"""
+
+import math
+import tomllib
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, field_validator, model_validator
+
+from frictionlab.errors import SceneError
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+FrictionCoefficient = NonNegative
+Column = Annotated[str, StringConstraints(min_length=1)] | Annotated[int, Field(ge=1)]
+LengthUnit = Literal["m", "mm", "um", "µm", "nm", "cm", "in"]
+TimeUnit = Literal["s", "ms", "us", "µs", "ns", "min", "h"]
+Solver = Literal["auto", "closed-form", "exact", "thesis"]
+
+
+class _Table(BaseModel):
+    """One table of a scene: frozen, strict, no unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Rig(_Table):
+    """``[rig]``: the frame without its contact."""
+
+    natural_frequency_hz: Positive | None = None
+    mass_kg: Positive | None = None
+    stiffness_n_per_m: Positive | None = None
+    damping_ratio: NonNegative | None = None
+
+    @model_validator(mode="after")
+    def _agree(self) -> Self:
+        given, derived = self.natural_frequency_hz, self._derived_natural_frequency_hz()
+        if given and derived and abs(given / derived - 1) > 0.02:
+            msg = (
+                f"natural_frequency_hz = {given:g} contradicts sqrt(stiffness_n_per_m / mass_kg) / (2 pi) = {derived:g}"
+                " by more than 2 %: leave one of the three out"
+            )
+            raise ValueError(msg)
+        return self
+
+    def _derived_natural_frequency_hz(self) -> float | None:
+        if self.mass_kg is None or self.stiffness_n_per_m is None:
+            return None
+        return math.sqrt(self.stiffness_n_per_m / self.mass_kg) / (2 * math.pi)
+
+    @property
+    def natural_frequency(self) -> float | None:
+        """Natural frequency in Hz: as given, else from mass and stiffness, else ``None``."""
+        return self.natural_frequency_hz or self._derived_natural_frequency_hz()
+
+    @property
+    def stiffness(self) -> float | None:
+        """Stiffness in N/m: as given, else from mass and natural frequency, else ``None``."""
+        if self.stiffness_n_per_m is not None or self.mass_kg is None or self.natural_frequency_hz is None:
+            return self.stiffness_n_per_m
+        return self.mass_kg * (2 * math.pi * self.natural_frequency_hz) ** 2
+
+
+class Experiment(_Table):
+    """``[experiment]``: the facts of one test, or where the facts of many tests come from."""
+
+    material: str | None = None
+    normal_force_n: Positive | None = None
+    nominal_frequency_ratio: Positive | None = None
+    duration_s: Positive | None = None
+    repeat: int | str | None = None
+    operator: str | None = None
+    date: str | None = None
+    note: str | None = None
+    name_pattern: str | None = None  # "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"
+    sheet: str | None = None  # a CSV beside the scene with a `log` column
+
+
+class Log(_Table):
+    """``[log]``: what a log is, where that is not to be found in the log itself. ``None`` means: find it."""
+
+    time: Column | None = None
+    mass: Column | None = None
+    base: Column | None = None
+    unit: LengthUnit | None = None
+    time_unit: TimeUnit | None = None
+    separator: Literal[",", ";", "\t", "tab", " ", "space", "comma", "semicolon"] | None = None
+    decimal: Literal[".", ","] | None = None
+    encoding: str | None = None
+    sampling_rate_hz: Positive | None = None
+    measuring_range_m: Positive | None = None
+    lag_s: float | None = None
+
+
+class Analysis(_Table):
+    """``[analysis]``: which part of a recording is measured, and how finely."""
+
+    transient_s: NonNegative = 20.0  # thesis section 4.3
+    cycles: str = "last"  # "last", "all" or "window:SECONDS"
+    padding: Annotated[int, Field(ge=1, le=1024)] = 4  # FFT length over record length
+
+    @field_validator("cycles")
+    @classmethod
+    def _known_rule(cls, rule: str) -> str:
+        if rule in ("last", "all"):
+            return rule
+        kind, _, seconds = rule.partition(":")
+        try:
+            good = kind == "window" and math.isfinite(float(seconds)) and float(seconds) > 0
+        except ValueError:
+            good = False
+        if not good:
+            msg = f"expected 'last', 'all' or 'window:SECONDS' (like 'window:15'); got {rule!r}"
+            raise ValueError(msg)
+        return rule
+
+
+class Model(_Table):
+    """``[model]``: the physics a prediction pays for; each key switches one thing on."""
+
+    wall: Literal["fixed", "base"] = "fixed"
+    static_ratio: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.0  # mu, static over kinetic friction
+    damping: bool = False  # the frame's own viscous damping, [rig] damping_ratio
+    base_harmonics: Annotated[int, Field(ge=1, le=64)] = 1  # 1: the base is a pure cosine
+    solver: Solver = "auto"
+
+
+class VirtualTests(_Table):
+    """``[[synthetic.tests]]``: one material over normal forces x frequency ratios, and how it behaves.
+
+    The friction force is ``friction_coefficient * normal_force``; the behaviours below default to plain Coulomb.
+    """
+
+    material: str
+    normal_forces_n: Annotated[list[Positive], Field(min_length=1)]
+    frequency_ratios: Annotated[list[Positive], Field(min_length=1)]
+    friction_coefficient: FrictionCoefficient
+    duration_s: Positive | None = None  # None: [synthetic] duration_s
+    friction_drift_per_hour: float = 0.0  # relative change of the friction force in an hour of running
+    friction_scatter: NonNegative = 0.0  # relative rms of the friction force from cycle to cycle
+    jump_s: Positive | None = None  # at this time the friction force changes for good ...
+    jump_factor: NonNegative = 1.0  # ... by this factor
+
+
+class Synthetic(_Table):
+    """``[synthetic]``: a virtual rig watched by two virtual lasers."""
+
+    seed: Annotated[int, Field(ge=0)] = 0
+    sampling_rate_hz: Positive = 250.0
+    duration_s: Positive = 60.0
+    base_amplitude_m: Positive = 1.8e-3
+    noise_m: NonNegative = 0.8e-6  # rms, each sensor
+    step_m: NonNegative = 1.02 * 0.05 / 65520  # optoNCDT 1420 at 50 mm measuring range: 0.778 um
+    start: Literal["rest", "steady"] = "rest"
+    tests: list[VirtualTests] = []
+
+
+class Scene(_Table):
+    """Everything a job needs to know that is not in its logs.
+
+    Examples
+    --------
+    >>> Scene().analysis.transient_s
+    20.0
+    >>> Scene(rig=Rig(mass_kg=3.0799, stiffness_n_per_m=1191.0)).rig.natural_frequency
+    3.129...
+    """
+
+    rig: Rig = Rig()
+    experiment: Experiment = Experiment()
+    log: Log = Log()
+    analysis: Analysis = Analysis()
+    model: Model = Model()
+    synthetic: Synthetic = Synthetic()
+    folder: Path = Field(default=Path(), exclude=True)  # where the scene stands; a sheet is looked for there
+
+    @model_validator(mode="after")
+    def _damping_is_known(self) -> Self:
+        if self.model.damping and self.rig.damping_ratio is None:
+            msg = "model.damping = true needs rig.damping_ratio: measure it with `frictionlab free-vibration`"
+            raise ValueError(msg)
+        return self
+
+
+def read_scene(path: Path) -> Scene:
+    """Read and validate a scene file.
+
+    Parameters
+    ----------
+    path : Path
+        A TOML file.
+
+    Returns
+    -------
+    Scene
+        Frozen; its ``folder`` is the file's.
+
+    Raises
+    ------
+    SceneError
+        The file cannot be read, is no TOML, or has faults: all of them are in the message, each with its key path.
+    """
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SceneError(f"scene {path}: cannot be read ({error.strerror}): give the path of a TOML file") from error
+    except UnicodeDecodeError as error:
+        raise SceneError(f"scene {path}: expected UTF-8 text; byte {error.start} is not") from error
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"scene {path}: expected TOML: {error}") from error
+    return scene_from_tables(tables, name=str(path), folder=path.parent)
+
+
+def scene_from_tables(tables: dict[str, object], *, name: str = "scene", folder: Path = Path()) -> Scene:
+    """Validate tables as :func:`read_scene` does, for scenes that stand in a notebook instead of a file.
+
+    Raises
+    ------
+    SceneError
+        All faults in one message, each with its key path.
+
+    Examples
+    --------
+    >>> scene_from_tables({"analysis": {"transient_s": -1.0}})
+    Traceback (most recent call last):
+    frictionlab.errors.SceneError: scene: analysis.transient_s: input should be greater than or equal to 0; got -1.0
+    """
+    if "folder" in tables:
+        raise SceneError(f"{name}: folder: unknown key; expected the tables {_known(Scene)}")
+    try:
+        return Scene.model_validate({**tables, "folder": folder})
+    except ValidationError as error:
+        title = name if name == "scene" else f"scene {name}"
+        raise SceneError(f"{title}: " + "; ".join(_fault(dict(f)) for f in error.errors())) from error
+
+
+def _fault(fault: dict[str, object]) -> str:
+    location = fault["loc"]
+    parts = [str(part) for part in location] if isinstance(location, tuple) else []
+    keys = [part for part in parts if not part.startswith("constrained-")]
+    where = ".".join(keys)
+    text = str(fault["msg"]).removeprefix("Value error, ")
+    if fault["type"] == "extra_forbidden":
+        return f"{where}: unknown key; expected {_expected_keys(keys[:-1])}"
+    got = "" if fault["type"] in ("value_error", "missing") else f"; got {fault['input']!r}"
+    return f"{where + ': ' if where else ''}{text[0].lower()}{text[1:]}{got}"
+
+
+def _expected_keys(path: list[str]) -> str:
+    table: type[BaseModel] = Scene
+    for key in path:
+        field = table.model_fields.get(key)
+        if field is not None and isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
+            table = field.annotation
+        elif field is not None:
+            table = VirtualTests
+    return f"one of {_known(table)}"
+
+
+def _known(table: type[BaseModel]) -> str:
+    return ", ".join(name for name in table.model_fields if name != "folder")
