@@ -1,0 +1,112 @@
+"""The house keeps its plan: who may import whom, no heavy import at the door, every command with an example."""
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from frictionlab.cli import COMMANDS
+
+PACKAGE = Path(__file__).parents[1] / "frictionlab"
+
+# Room -> the rooms it may import. What a room may not import cannot flow back into it.
+MAY_IMPORT: dict[str, set[str]] = {
+    "__init__": set(),
+    "errors": set(),
+    "simulator": {"errors"},
+    "files": {"errors"},
+    "recording": {"errors"},
+    "scene": {"errors"},
+    "experiment": {"errors", "scene"},
+    "hdf5": {"__init__", "errors", "files", "recording"},
+    "logs": {"errors", "recording", "scene", "files"},
+    "analysis": {"errors", "recording", "scene"},
+    "comparison": {"errors", "recording", "scene", "analysis", "simulator"},
+    "synthetic": {"__init__", "errors", "files", "scene", "simulator"},
+    "campaign": {"errors", "scene", "analysis", "comparison", "simulator", "files", "hdf5", "recording"},
+    "tradeoff": {"errors", "scene", "analysis", "comparison", "simulator", "synthetic", "recording", "hdf5", "logs"},
+    "figures": {"errors", "recording", "scene", "analysis", "comparison", "simulator", "campaign", "tradeoff", "files"},
+    "report": {"__init__", "errors", "files", "scene", "campaign", "figures"},
+}
+KERNELS = {"errors"}  # what a module of analysis other than measure may import beside its neighbours
+HEAVY = ("numpy", "scipy", "pandas", "matplotlib", "numba", "h5py", "pydantic", "rich")
+OWNERS = {"h5py": {"hdf5"}, "matplotlib": {"figures"}, "typer": {"cli"}, "rich": {"cli"}}
+
+
+def modules() -> Iterator[tuple[str, Path]]:
+    for path in sorted(PACKAGE.rglob("*.py")):
+        parts = path.relative_to(PACKAGE).with_suffix("").parts
+        yield parts[0], path
+
+
+def imports(path: Path) -> Iterator[str]:
+    package = ("frictionlab", *path.relative_to(PACKAGE).parts[:-1])
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            module = node.module or ""
+            if node.level:
+                module = ".".join((*package[: len(package) - node.level + 1], module)).rstrip(".")
+            if module == "frictionlab":
+                yield from (f"frictionlab.{n.name}" if n.name != "__version__" else module for n in node.names)
+            else:
+                yield module
+
+
+def rooms_imported(path: Path) -> set[str]:
+    own = (name.split(".") for name in imports(path) if name.split(".")[0] == "frictionlab")
+    return {parts[1] if len(parts) > 1 else "__init__" for parts in own}
+
+
+def test_every_room_imports_only_what_its_plan_allows() -> None:
+    faults = [
+        f"{path.relative_to(PACKAGE.parent)} imports {room}"
+        for own, path in modules()
+        if own != "cli"
+        for room in rooms_imported(path) - MAY_IMPORT.get(own, set()) - {own}
+    ]
+    assert not faults
+
+
+def test_analysis_kernels_know_no_recording_and_no_scene() -> None:
+    kernels = [p for own, p in modules() if own == "analysis" and p.stem not in ("measure", "__init__")]
+    faults = [f"{p.name} imports {room}" for p in kernels for room in rooms_imported(p) - KERNELS - {"analysis"}]
+    assert not faults
+
+
+@pytest.mark.parametrize("library", sorted(OWNERS))
+def test_a_library_with_an_owner_is_imported_nowhere_else(library: str) -> None:
+    strangers = [str(p) for own, p in modules() if own not in OWNERS[library] and _uses(p, library)]
+    assert not strangers
+
+
+def _uses(path: Path, library: str) -> bool:
+    return any(name.split(".")[0] == library for name in imports(path))
+
+
+def test_the_rule_reads_relative_imports_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys.modules[__name__], "PACKAGE", tmp_path)
+    (tmp_path / "simulator").mkdir()
+    module = tmp_path / "simulator" / "events.py"
+    module.write_text("from ..recording import Recording\nfrom .phase import x\nfrom frictionlab import scene\n")
+    assert rooms_imported(module) == {"recording", "simulator", "scene"}
+
+
+@pytest.mark.parametrize("door", ["frictionlab", "frictionlab.cli"])
+def test_the_door_opens_without_heavy_imports(door: str) -> None:
+    code = f"import sys, {door}; print([m for m in {HEAVY!r} if m in sys.modules])"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert loaded.strip() == "[]"
+
+
+def test_every_command_is_documented_with_an_example() -> None:
+    names = [c.__name__ for c in COMMANDS if "frictionlab " not in (c.__doc__ or "")]
+    assert not names
+
+
+def test_there_is_no_attic() -> None:
+    assert not list(PACKAGE.rglob("utils*"))
