@@ -140,6 +140,7 @@ class VirtualTests(_Table):
     normal_forces_n: Annotated[list[Positive], Field(min_length=1)]
     frequency_ratios: Annotated[list[Positive], Field(min_length=1)]
     friction_coefficient: FrictionCoefficient
+    label: str | None = None  # ends the log's name, to tell apart tests of the same material, force and ratio
     duration_s: Positive | None = None  # None: [synthetic] duration_s
     friction_drift_per_hour: float = 0.0  # relative change of the friction force in an hour of running
     friction_scatter: NonNegative = 0.0  # relative rms of the friction force from cycle to cycle
