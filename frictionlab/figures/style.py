@@ -1,0 +1,72 @@
+"""One look for every figure: sizes for print, a colour-blind safe palette, files that are the same bytes each time."""
+
+import io
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from frictionlab.files import write_whole
+
+# Okabe and Ito, "Color universal design" (2008): told apart with any common colour blindness, and in grey.
+BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, YELLOW, BLACK = (
+    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442", "#000000",
+)  # fmt: skip
+GREY = "#8A8A8A"
+MEASURED, PREDICTED, BASE = BLUE, VERMILION, GREY
+PALETTE = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
+COLUMN, PAGE = 3.5, 7.2  # widths in inches: one column and the whole page of a journal
+
+LOOK = {
+    "font.size": 8.0,
+    "axes.titlesize": 8.0,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#E4E4E4",
+    "grid.linewidth": 0.5,
+    "lines.linewidth": 1.2,
+    "legend.frameon": False,
+    "legend.fontsize": 7.0,
+    "figure.dpi": 100.0,
+    "savefig.dpi": 200.0,
+    "image.cmap": "viridis",
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "frictionlab",
+    "svg.fonttype": "path",
+}
+TIMELESS = {
+    ".png": {"Software": None},
+    ".pdf": {"CreationDate": None, "Producer": None, "Creator": None},
+    ".svg": {"Date": None, "Creator": None},
+}
+
+
+def look() -> AbstractContextManager[None]:
+    """The house's look as a context: whole figures are drawn inside it, so that a notebook's own look stays its own."""
+    return rc_context(LOOK)
+
+
+def new_figure(width: float = PAGE, height: float = 3.0) -> Figure:
+    """An empty figure (inches), laid out so that nothing is cut; call it and draw inside :func:`look`."""
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Write a figure whole or not at all; the suffix (.png, .pdf, .svg) says how. Same figure, same bytes.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written.
+    """
+    image = io.BytesIO()
+    with look():
+        figure.savefig(image, format=path.suffix.lstrip("."), metadata=TIMELESS[path.suffix])
+    write_whole(path, image.getvalue())
+    return path
