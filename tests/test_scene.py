@@ -1,0 +1,95 @@
+"""A scene is read once, validated and frozen; what is wrong with it is said all at once, with key paths."""
+
+import math
+from pathlib import Path
+
+import pydantic
+import pytest
+
+from frictionlab.errors import SceneError
+from frictionlab.scene import Scene, read_scene, scene_from_tables
+
+CONFIGS = Path(__file__).parents[1] / "configs"
+
+
+def scene_file(folder: Path, text: str) -> Path:
+    path = folder / "scene.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_every_key_has_a_default() -> None:
+    scene = Scene()
+    assert scene.analysis.transient_s == 20.0
+    assert scene.analysis.cycles == "last"
+    assert scene.model.wall == "fixed"
+    assert scene.model.solver == "auto"
+    assert scene.rig.natural_frequency is None
+
+
+def test_natural_frequency_follows_from_mass_and_stiffness() -> None:
+    scene = scene_from_tables({"rig": {"mass_kg": 2.0, "stiffness_n_per_m": 8.0 * math.pi**2}})
+    assert scene.rig.natural_frequency == pytest.approx(1.0, rel=1e-15)
+
+
+def test_stiffness_follows_from_mass_and_natural_frequency() -> None:
+    scene = scene_from_tables({"rig": {"mass_kg": 2.0, "natural_frequency_hz": 1.0}})
+    assert scene.rig.stiffness == pytest.approx(8.0 * math.pi**2, rel=1e-15)
+
+
+def test_all_faults_are_told_at_once_with_their_key_paths(tmp_path: Path) -> None:
+    path = scene_file(tmp_path, "[rig]\nmass_kg = -1\ncolour = 'red'\n[analysis]\ncycles = 'first'\n[weather]\n")
+    with pytest.raises(SceneError, match=r"scene\.toml") as caught:
+        read_scene(path)
+    for part in ("rig.mass_kg", "got -1", "rig.colour: unknown key", "analysis.cycles", "'first'", "weather: unknown"):
+        assert part in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("[analysis]\ntransient_s = 'long'\n", r"analysis\.transient_s: .*got 'long'"),
+        ("[analysis]\ntransient_s = nan\n", r"analysis\.transient_s"),
+        ("[analysis]\ntransient_s = true\n", r"analysis\.transient_s"),
+        ("[analysis]\ncycles = 'window:-3'\n", r"analysis\.cycles: expected 'last', 'all' or 'window:SECONDS'"),
+        ("[analysis]\npadding = 0\n", r"analysis\.padding"),
+        ("[model]\nstatic_ratio = 0.9\n", r"model\.static_ratio"),
+        ("[model]\nwall = 'rubber'\n", r"model\.wall"),
+        ("[model]\ndamping = true\n", r"needs rig\.damping_ratio"),
+        ("[log]\ntime = 0\n", r"log\.time"),
+        ("[rig]\nmass_kg = 1\nstiffness_n_per_m = 1\nnatural_frequency_hz = 9\n", r"rig: .*contradicts"),
+        ("[rig\n", r"expected TOML"),
+        ("folder = '/etc'\n", r"folder: unknown key"),
+        ("[[synthetic.tests]]\nmaterial = 'steel'\n", r"synthetic\.tests\.0\.friction_coefficient: field required"),
+    ],
+)
+def test_a_faulty_scene_is_refused(tmp_path: Path, text: str, match: str) -> None:
+    with pytest.raises(SceneError, match=match):
+        read_scene(scene_file(tmp_path, text))
+
+
+def test_a_missing_scene_is_a_scene_error(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"nowhere\.toml: cannot be read \(No such file"):
+        read_scene(tmp_path / "nowhere.toml")
+
+
+def test_a_scene_in_another_encoding_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "latin.toml"
+    path.write_bytes("[experiment]\nnote = 'gr\u00fcn'\n".encode("latin-1"))
+    with pytest.raises(SceneError, match="expected UTF-8 text; byte 23"):
+        read_scene(path)
+
+
+def test_a_scene_is_frozen() -> None:
+    with pytest.raises(pydantic.ValidationError, match="frozen"):
+        Scene().analysis.transient_s = 1.0
+
+
+@pytest.mark.parametrize("path", sorted(CONFIGS.glob("*.toml")), ids=lambda path: path.name)
+def test_the_scenes_of_the_house_are_valid(path: Path) -> None:
+    assert read_scene(path).rig.natural_frequency is not None
+
+
+def test_the_frame_scene_has_the_published_natural_frequency() -> None:
+    assert read_scene(CONFIGS / "frame.toml").rig.natural_frequency == pytest.approx(3.13, abs=0.005)
