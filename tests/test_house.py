@@ -18,6 +18,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "errors": set(),
     "simulator": {"errors"},
     "files": {"errors"},
+    "tables": {"errors", "files"},
     "recording": {"errors"},
     "scene": {"errors"},
     "experiment": {"errors", "scene"},
@@ -26,10 +27,12 @@ MAY_IMPORT: dict[str, set[str]] = {
     "analysis": {"errors", "recording", "scene"},
     "comparison": {"errors", "recording", "scene", "analysis", "simulator"},
     "synthetic": {"__init__", "errors", "files", "scene", "simulator"},
-    "campaign": {"errors", "scene", "analysis", "comparison", "simulator", "files", "hdf5", "recording"},
-    "tradeoff": {"errors", "scene", "analysis", "comparison", "simulator", "synthetic", "recording", "hdf5", "logs"},
+    "campaign": {"tables", "errors", "scene", "analysis", "comparison", "simulator", "files", "hdf5", "recording"},
+    "tradeoff": {
+        *("tables", "errors", "scene", "analysis", "comparison", "simulator", "synthetic", "recording", "hdf5", "logs"),
+    },
     "figures": {"errors", "recording", "scene", "analysis", "comparison", "simulator", "campaign", "tradeoff", "files"},
-    "report": {"__init__", "errors", "files", "scene", "campaign", "figures"},
+    "report": {"tables", "__init__", "errors", "files", "scene", "campaign", "figures"},
 }
 KERNELS = {"errors"}  # what a module of analysis other than measure may import beside its neighbours
 HEAVY = ("numpy", "scipy", "pandas", "matplotlib", "numba", "h5py", "pydantic", "rich")

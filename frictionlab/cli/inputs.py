@@ -5,8 +5,9 @@ from pathlib import Path
 
 import typer
 
-from frictionlab.cli.output import Row, complain, json_line
+from frictionlab.cli.output import complain
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
+from frictionlab.tables import Row, json_line
 
 FAILED = "failed"
 

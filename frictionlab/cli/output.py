@@ -1,42 +1,15 @@
-"""What is printed: JSON Lines for programs, tables for people, complaints on stderr.
+"""What is printed: tables for people on stdout, complaints on stderr.
 
 Text that stood in a log or a file name is never trusted: control characters are shown, not sent to the terminal.
 """
 
-import json
-import math
 import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from pathlib import Path
 
 import typer
 
-Row = Mapping[str, object]
-
-
-def json_line(row: Row) -> str:
-    """One JSON object on one line; NaN and infinity become ``null``, as does whatever is not known.
-
-    Examples
-    --------
-    >>> json_line({"r": 0.5, "energy_per_cycle": math.nan, "warnings": ()})
-    '{"r": 0.5, "energy_per_cycle": null, "warnings": []}'
-    """
-    return json.dumps({key: _plain(value) for key, value in row.items()}, allow_nan=False)
-
-
-def _plain(value: object) -> object:
-    """The JSON twin of a value: numpy scalars and arrays, paths, tuples and mappings included."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {str(key): _plain(inner) for key, inner in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(inner) for inner in value]
-    return str(value) if isinstance(value, Path) else value
+from frictionlab.tables import Row, plain
 
 
 def printable(text: str) -> str:
@@ -60,10 +33,11 @@ def cell(value: object) -> str:
 
     Examples
     --------
+    >>> import math
     >>> [cell(v) for v in (None, math.nan, 2.12604226639334, 0, True, "steel")]
     ['-', '-', '2.12604', '0', 'yes', 'steel']
     """
-    value = _plain(value)
+    value = plain(value)
     if value is None:
         return "-"
     if isinstance(value, bool):

@@ -1,0 +1,161 @@
+"""Rows of results in files: JSON Lines and CSV, whole or not at all, read back as they were written.
+
+A row is a mapping from the contract's keys to values. Not-known is ``null`` in JSON and an empty cell in CSV; NaN and
+infinity appear in neither.
+"""
+
+import contextlib
+import csv
+import io
+import json
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from frictionlab.errors import UsageError
+from frictionlab.files import write_whole
+
+Row = Mapping[str, object]
+SENTENCES = " | "  # between the sentences of a list in one CSV cell
+TEXT_KEYS = frozenset(
+    {
+        "source",
+        "status",
+        "reason",
+        "material",
+        "regime",
+        "energy_rule",
+        "model",
+        "solver",
+        "outcome",
+        "wall",
+        "criterion",
+    }
+)
+LIST_KEYS = frozenset({"warnings"})
+
+
+def plain(value: object) -> object:
+    """The JSON twin of a value: numpy scalars and arrays, paths, tuples and mappings included; NaN becomes None."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(inner) for inner in value]
+    return str(value) if isinstance(value, Path) else value
+
+
+def json_line(row: Row) -> str:
+    """One JSON object on one line; NaN and infinity become ``null``, as does whatever is not known.
+
+    Examples
+    --------
+    >>> json_line({"r": 0.5, "energy_per_cycle": math.nan, "warnings": ()})
+    '{"r": 0.5, "energy_per_cycle": null, "warnings": []}'
+    """
+    return json.dumps({key: plain(value) for key, value in row.items()}, allow_nan=False)
+
+
+def write_rows(rows: Iterable[Row], path: Path, columns: Sequence[str] | None = None) -> None:
+    """Write rows to a ``.jsonl`` or ``.csv`` file, whole or not at all.
+
+    Parameters
+    ----------
+    rows : iterable of mappings
+    path : Path
+        Its suffix says how.
+    columns : sequence of str, optional
+        The columns of a CSV, in order; by default all keys in the order they first appear.
+
+    Raises
+    ------
+    UsageError
+        Another suffix.
+    OutputError
+        The file cannot be written, or the folder is not there.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "rows.csv"
+    >>> write_rows([{"source": "a.h5", "cycles": 3, "warnings": ["short"]}], path)
+    >>> read_rows(path)
+    [{'source': 'a.h5', 'cycles': 3, 'warnings': ['short']}]
+    """
+    if path.suffix == ".jsonl":
+        write_whole(path, "".join(json_line(row) + "\n" for row in rows).encode())
+    elif path.suffix == ".csv":
+        write_whole(path, _csv_text(list(rows), columns).encode())
+    else:
+        raise UsageError(f"{path}: expected an output ending in .csv or .jsonl; got {path.suffix or 'no suffix'!r}")
+
+
+def _csv_text(rows: list[Row], columns: Sequence[str] | None) -> str:
+    keys = list(columns) if columns is not None else list(dict.fromkeys(key for row in rows for key in row))
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(keys)
+    writer.writerows([_cell(row.get(key)) for key in keys] for row in rows)
+    return text.getvalue()
+
+
+def _cell(value: object) -> str:
+    value = plain(value)
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list):
+        return SENTENCES.join(map(str, value))
+    return repr(value) if isinstance(value, float) else str(value)
+
+
+def read_rows(path: Path) -> list[dict[str, object]]:
+    """Read the rows of a ``.jsonl`` or ``.csv`` file as :func:`write_rows` wrote them.
+
+    Raises
+    ------
+    UsageError
+        The file is not there, is of another kind, or a line of it is damaged.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read ({error.strerror}): give the path of an existing result") from error
+    except UnicodeDecodeError as error:
+        raise UsageError(f"{path}: expected a result as UTF-8 text; byte {error.start} is not") from error
+    return _read_csv(text) if path.suffix == ".csv" else [_object(path, n, line) for n, line in _lines(text)]
+
+
+def _lines(text: str) -> Iterable[tuple[int, str]]:
+    return ((number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip())
+
+
+def _object(path: Path, number: int, line: str) -> dict[str, object]:
+    try:
+        row = json.loads(line)
+    except json.JSONDecodeError as error:
+        raise UsageError(f"{path}, line {number}: expected a JSON object; {error}") from error
+    if not isinstance(row, dict):
+        raise UsageError(f"{path}, line {number}: expected a JSON object; got {line[:60]!r}")
+    return row
+
+
+def _read_csv(text: str) -> list[dict[str, object]]:
+    return [{key: _value(key, cell) for key, cell in row.items()} for row in csv.DictReader(io.StringIO(text))]
+
+
+def _value(key: str, cell: str) -> object:
+    if key in LIST_KEYS:
+        return cell.split(SENTENCES) if cell else []
+    if cell == "" or key in TEXT_KEYS:
+        return cell or None
+    if cell in ("true", "false"):
+        return cell == "true"
+    for number in (int, float):
+        with contextlib.suppress(ValueError):
+            return number(cell)
+    return cell
