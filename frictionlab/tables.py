@@ -17,6 +17,7 @@ from frictionlab.files import write_whole
 
 Row = Mapping[str, object]
 SENTENCES = " | "  # between the sentences of a list in one CSV cell
+SUFFIXES = (".csv", ".jsonl")
 TEXT_KEYS = frozenset(
     {
         "source",
@@ -73,9 +74,9 @@ def write_rows(rows: Iterable[Row], path: Path, columns: Sequence[str] | None = 
     Raises
     ------
     UsageError
-        Another suffix.
+        Another suffix, or no such folder.
     OutputError
-        The file cannot be written, or the folder is not there.
+        The file cannot be written.
 
     Examples
     --------
@@ -85,12 +86,25 @@ def write_rows(rows: Iterable[Row], path: Path, columns: Sequence[str] | None = 
     >>> read_rows(path)
     [{'source': 'a.h5', 'cycles': 3, 'warnings': ['short']}]
     """
-    if path.suffix == ".jsonl":
-        write_whole(path, "".join(json_line(row) + "\n" for row in rows).encode())
-    elif path.suffix == ".csv":
-        write_whole(path, _csv_text(list(rows), columns).encode())
-    else:
-        raise UsageError(f"{path}: expected an output ending in .csv or .jsonl; got {path.suffix or 'no suffix'!r}")
+    check_output(path)
+    lines = (
+        "".join(json_line(row) + "\n" for row in rows) if path.suffix == ".jsonl" else _csv_text(list(rows), columns)
+    )
+    write_whole(path, lines.encode())
+
+
+def check_output(path: Path) -> None:
+    """Refuse an output that could not be written, before the long work: another suffix, no such folder.
+
+    Raises
+    ------
+    UsageError
+        It says which of them.
+    """
+    if path.suffix not in SUFFIXES:
+        raise UsageError(f"{path}: expected an output ending in {' or '.join(SUFFIXES)}; got {path.suffix!r}")
+    if not path.parent.is_dir():
+        raise UsageError(f"{path}: there is no folder {path.parent}: make it first")
 
 
 def _csv_text(rows: list[Row], columns: Sequence[str] | None) -> str:
