@@ -1,0 +1,252 @@
+"""Cycles of the drive: cut by the phase of the base motion's fundamental, never by peaks of the mass.
+
+A cycle starts where the fundamental of the base rises through zero. A loop that does not close exactly (sensor drift,
+an irregular mass) then closes where the base is at zero, and the closing chord adds no area.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import AnalysisError
+
+FloatArray = NDArray[np.float64]
+_CHUNK = 1 << 16  # samples folded at a time: stays in the cache
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Where the cycles of one uninterrupted stretch lie, in fractional sample numbers.
+
+    ``start`` (n,), ``end`` (n,): the base's fundamental rises through zero; ``frequency``: mean drive frequency in
+    cycles per sample; ``frequency_se``: its standard error, from the scatter of the phase over the cycles;
+    ``wander``: rms of the phase about a constant frequency, rad; ``drifts``: whether the cut follows the wander.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    frequency: float
+    frequency_se: float
+    wander: float
+    drifts: bool
+
+    def __len__(self) -> int:
+        return len(self.start)
+
+
+def interpolate(signal: FloatArray, position: FloatArray) -> FloatArray:
+    """Values of a signal between its samples: cubic through the four nearest (Lagrange), shape of ``position``."""
+    last = len(signal) - 3
+    index = np.clip(position.astype(np.intp), 1, last)
+    u = position - index
+    v, w, z = u + 1.0, u - 1.0, u - 2.0
+    near = u * w
+    far = v * z
+    value = signal[index] * (far * w)
+    value -= signal[index + 1] * (far * u)
+    value *= 0.5
+    value += signal[index + 2] * (near * v / 6.0)
+    value -= signal[index - 1] * (near * z / 6.0)
+    return value
+
+
+def interpolated_noise_share() -> float:
+    """Mean variance that :func:`interpolate` leaves of unit white noise, over all positions between samples."""
+    u = (np.arange(1000) + 0.5) / 1000
+    outer, inner = u * (u - 1) * (u - 2) / 6, (u + 1) * (u - 1) * (u - 2) / 2
+    return float(2.0 * np.mean(outer * outer + inner * inner))  # the other two weights mirror these
+
+
+def fold(signal: FloatArray, start: FloatArray, end: FloatArray, points: int) -> FloatArray:
+    """Lay cycles under each other: row j holds ``points`` values from ``start[j]`` to before ``end[j]``.
+
+    Parameters
+    ----------
+    signal : (m,) array
+    start, end : (n,) arrays
+        Fractional sample numbers within the signal.
+    points : int
+        Points per cycle, equally spaced in time within the cycle.
+
+    Returns
+    -------
+    (n, points) array
+    """
+    rows = np.empty((len(start), points))
+    phase = np.arange(points) / points
+    per_chunk = max(1, _CHUNK // points)
+    for first in range(0, len(start), per_chunk):
+        some = slice(first, first + per_chunk)
+        position = start[some, None] + (end[some] - start[some])[:, None] * phase
+        rows[some] = interpolate(signal, position)
+    return rows
+
+
+def points_per_cycle(samples_per_cycle: float) -> int:
+    """Points a cycle is laid out on: a multiple of 8, at least 64 and no fewer than the samples in a cycle."""
+    return max(64, 8 * math.ceil(samples_per_cycle / 8.0))
+
+
+def cut(base: FloatArray, frequency: float, *, noise: float, begin: float = 0.0) -> Cut:
+    """Cut a stretch into cycles by the phase of the base motion's fundamental.
+
+    The phase of each cycle is the angle of its first Fourier coefficient; harmonics and offset do not enter. A
+    straight line through the phases gives the mean frequency. Where the drive wanders by more than the sensor's noise
+    explains, the cut follows it from cycle to cycle; else the line is the cut.
+
+    Parameters
+    ----------
+    base : (m,) array
+        Base displacement of one stretch, evenly sampled.
+    frequency : float
+        First guess of the drive frequency in cycles per sample, good to a quarter of a period over the stretch's
+        neighbouring cycles.
+    noise : float
+        Rms of the sensor's white noise, for the standard error.
+    begin : float
+        Sample number before which no cycle starts (the end of the transient).
+
+    Raises
+    ------
+    AnalysisError
+        The guess is not a frequency between one period in the stretch and half the sampling rate.
+    """
+    if not 0.0 < frequency < 0.5:
+        raise AnalysisError(f"cycles: expected 0 to 0.5 drive cycles per sample; got {frequency:g}")
+    for _ in range(2):  # the first pass finds the frequency, the second removes what its error let leak
+        track = _phase_track(base, frequency, begin)
+        frequency += track.slope
+    track = _phase_track(base, frequency, begin)
+    return _boundaries(track, frequency + track.slope, noise, len(base), begin)
+
+
+@dataclass(frozen=True)
+class _Track:
+    """Phase of the base against a constant frequency: at ``centre`` (n,) samples, ``turns`` (n,) cycles passed."""
+
+    centre: FloatArray
+    turns: FloatArray
+    slope: float
+    residual: FloatArray
+    amplitude: float
+
+
+def _phase_track(base: FloatArray, frequency: float, begin: float) -> _Track:
+    period = 1.0 / frequency
+    first = begin + 1.0
+    count = math.floor((len(base) - 3 - first) / period)
+    if count < 1:
+        return _Track(np.zeros(0), np.zeros(0), 0.0, np.zeros(0), 0.0)
+    start = first + period * np.arange(count, dtype=np.float64)
+    lines = _fundamentals(base, start, start + period, points_per_cycle(period))
+    phase = np.unwrap(np.angle(lines)) / (2.0 * math.pi)
+    centre = start + 0.5 * period
+    turns = np.arange(count) + 0.5 + phase
+    slope, residual = _line(centre, phase)
+    return _Track(centre, turns, slope, residual, 2.0 * abs(complex(np.mean(lines * np.exp(-2j * math.pi * phase)))))
+
+
+def _fundamentals(signal: FloatArray, start: FloatArray, end: FloatArray, points: int) -> NDArray[np.complex128]:
+    """First Fourier coefficient of each cycle (n,): amplitude is twice its modulus."""
+    kernel = np.exp(-2j * math.pi * np.arange(points) / points) / points
+    real, imaginary = kernel.real.copy(), kernel.imag.copy()
+    lines = np.empty(len(start), dtype=np.complex128)
+    for some, rows in folded(signal, start, end, points):
+        lines[some] = rows @ real + 1j * (rows @ imaginary)
+    return lines
+
+
+def folded(
+    signal: FloatArray, start: FloatArray, end: FloatArray, points: int, *, size: int = 4 * _CHUNK
+) -> Iterator[tuple[slice, FloatArray]]:
+    """Fold a few cycles at a time: yields (which cycles, their rows), so that long recordings fit in memory."""
+    per_chunk = max(1, size // points)
+    for first in range(0, len(start), per_chunk):
+        some = slice(first, min(first + per_chunk, len(start)))
+        yield some, fold(signal, start[some], end[some], points)
+
+
+def _line(at: FloatArray, value: FloatArray) -> tuple[float, FloatArray]:
+    """Least-squares slope of a line and what it leaves."""
+    if len(at) < 2:
+        return 0.0, np.zeros(len(at))
+    u = at - at.mean()
+    slope = float(np.dot(u, value) / np.dot(u, u))
+    return slope, value - value.mean() - slope * u
+
+
+def _boundaries(track: _Track, frequency: float, noise: float, length: int, begin: float) -> Cut:
+    count = len(track.centre)
+    if count == 0 or track.amplitude == 0.0:
+        return Cut(np.zeros(0), np.zeros(0), frequency, math.nan, math.nan, drifts=False)
+    expected = math.sqrt(2.0 * frequency) * noise / track.amplitude / (2.0 * math.pi)
+    rms = math.sqrt(float(np.dot(track.residual, track.residual)) / max(1, count - 2))
+    drifts = count > 4 and rms > max(3.0 * expected, 1e-6)
+    line = track.turns.mean() + frequency * (track.centre - track.centre.mean())
+    turns = track.turns if drifts else line
+    edges = _crossings(track.centre, turns, frequency, length, begin)
+    error = _slope_error(track.centre, track.residual, expected)
+    return Cut(edges[:-1], edges[1:], frequency, error, 2.0 * math.pi * rms, drifts)
+
+
+def _crossings(centre: FloatArray, turns: FloatArray, frequency: float, length: int, begin: float) -> FloatArray:
+    """Sample numbers where the fundamental, cos(2 pi turns), rises through zero: turns = whole - 1/4."""
+    ends = np.array([begin, float(length - 1)])
+    outer = turns[[0, -1]] + frequency * (ends - centre[[0, -1]])
+    at = np.concatenate([ends[:1], centre, ends[1:]])
+    passed = np.concatenate([outer[:1], turns, outer[1:]])
+    whole = np.arange(math.ceil(passed[0] + 0.25 - 1e-9), math.floor(passed[-1] + 0.25 + 1e-9) + 1)
+    edges = np.interp(whole - 0.25, passed, at)
+    return np.asarray(edges[(edges >= begin) & (edges <= length - 1)])
+
+
+def _slope_error(at: FloatArray, residual: FloatArray, expected: float) -> float:
+    """Standard error of the slope: the sensor's noise, or the scatter about the line where that is larger.
+
+    Scatter that hangs together from cycle to cycle (a wandering drive) counts by its autocovariance (Newey and West).
+    """
+    n = len(at)
+    if n < 3:
+        return math.nan
+    u = at - at.mean()
+    spread = float(np.dot(u, u))
+    white = float(np.dot(residual, residual)) / (n - 2) * spread
+    moment = u * residual
+    lags = math.floor(4.0 * (n / 100.0) ** (2.0 / 9.0)) if n >= 20 else 0
+    together = float(np.dot(moment, moment)) * n / (n - 2)
+    for lag in range(1, lags + 1):
+        together += 2.0 * (1.0 - lag / (lags + 1.0)) * float(np.dot(moment[lag:], moment[:-lag]))
+    significant = together > white * (1.0 + 6.0 * math.sqrt((lags + 1.0) / n))
+    scatter = together if significant else white
+    return math.sqrt(max(scatter, expected * expected * spread)) / spread
+
+
+def evenly(time: FloatArray, mass: FloatArray, base: FloatArray, step: float) -> tuple[FloatArray, FloatArray, float]:
+    """Both displacements on an even clock, and how far the stamps strayed from it (0 when nothing was changed).
+
+    Stamps within 2 % of a step of an even clock count as even, and so do stamps that are merely written coarsely (few
+    different steps, none missing). Anything else is interpolated linearly.
+
+    Parameters
+    ----------
+    time, mass, base : (n,) arrays
+        Strictly increasing stamps [s], displacements.
+    step : float
+        Sampling interval, s.
+    """
+    n = len(time)
+    stray = float(np.max(np.abs(time - time[0] - step * np.arange(n)))) / step
+    if stray < 0.02 or (stray < 1.0 and _coarsely_written(np.diff(time), step)):
+        return mass, base, 0.0
+    even = np.arange(time[0], time[-1] + 1e-9 * step, step)
+    steps = np.rint((time - time[0]) / step)
+    strays = float(np.max(np.abs(time - time[0] - step * steps))) / step
+    return np.interp(even, time, mass), np.interp(even, time, base), max(strays, 0.02)
+
+
+def _coarsely_written(steps: FloatArray, step: float) -> bool:
+    """Whether the steps between stamps take at most four values, as stamps rounded to few digits do."""
+    return len(np.unique(np.rint(steps / (1e-3 * step)))) <= 4

@@ -1,0 +1,157 @@
+"""Energy per cycle: the area of the hysteresis loop, eq. (2.18), and the energy input, eq. (2.16), beside it."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import UsageError
+
+FloatArray = NDArray[np.float64]
+
+
+def loop_area(mass: FloatArray, base: FloatArray) -> FloatArray:
+    """Area of closed loops, the integral of base d(mass) once round; positive when energy is dissipated.
+
+    The polygon through all points and the two through every second one are combined (Richardson), which removes the
+    second-order error of a polygon in a smooth curve: 3e-6 at 64 points a cycle where the polygon alone is 1.6e-3 off.
+
+    Parameters
+    ----------
+    mass, base : (n, points) arrays
+        One cycle a row, equally spaced in phase; the last point is joined to the first. At least 5 points.
+
+    Returns
+    -------
+    (n,) array
+        In the product of the units given; dimensionless (k Y^2) for x/Y and y/Y.
+
+    Examples
+    --------
+    >>> tau = np.linspace(0, 2 * np.pi, 64, endpoint=False)
+    >>> float(loop_area(0.5 * np.sin(tau)[None], np.cos(tau)[None])[0] / (0.5 * np.pi))
+    0.99999...
+    """
+    fine = _polygon(mass, base, 1)
+    coarse = 0.5 * _polygon(mass, base, 2)  # both polygons of every second point, halved
+    return np.asarray((4.0 * fine - coarse) / 3.0)
+
+
+def _polygon(mass: FloatArray, base: FloatArray, stride: int) -> FloatArray:
+    """Sum of base_i (mass_{i+stride} - mass_{i-stride}) / 2 round the loop."""
+    inner = np.einsum("ij,ij->i", base[:, stride:-stride], mass[:, 2 * stride :] - mass[:, : -2 * stride])
+    ahead = np.concatenate([mass[:, -2 * stride :], mass[:, : 2 * stride]], axis=1)
+    ends = np.concatenate([base[:, -stride:], base[:, :stride]], axis=1)
+    edge = np.einsum("ij,ij->i", ends, ahead[:, 2 * stride :] - ahead[:, : 2 * stride])
+    return np.asarray(0.5 * (inner + edge))
+
+
+def energy_input(mass: FloatArray) -> FloatArray:
+    """Energy input of a pure cosine base, eq. (2.16): the integral of x' cos(tau), as pi times x's sine part.
+
+    Parameters
+    ----------
+    mass : (n, points) array
+        x/Y, one cycle a row, from tau = -pi/2 (the base rises through zero).
+    """
+    points = mass.shape[1]
+    tau = 2.0 * math.pi * np.arange(points) / points - 0.5 * math.pi
+    return np.asarray(mass @ np.sin(tau) * (2.0 * math.pi / points))
+
+
+def loop_area_noise(mass: FloatArray, base: FloatArray, mass_noise: float, base_noise: float, samples: float) -> float:
+    """Standard error of one loop's area from white sensor noise, to first order.
+
+    Parameters
+    ----------
+    mass, base : (points,) arrays
+        The (mean) cycle, dimensionless.
+    mass_noise, base_noise : float
+        Rms of the noise of one sample, in the same units.
+    samples : float
+        Samples the sensor took in the cycle.
+    """
+    d_mass, d_base = _tangent(mass), _tangent(base)
+    variance = mass_noise**2 * float(np.mean(d_base**2)) + base_noise**2 * float(np.mean(d_mass**2))
+    variance += 0.9 * (mass_noise * base_noise * samples / (2.0 * math.pi)) ** 2  # noise times noise, 5-point slope
+    return 2.0 * math.pi * math.sqrt(variance / samples)
+
+
+def _tangent(cycle: FloatArray) -> FloatArray:
+    """Derivative by tau, central differences round the cycle."""
+    return (np.roll(cycle, -1) - np.roll(cycle, 1)) * (len(cycle) / (4.0 * math.pi))
+
+
+@dataclass(frozen=True)
+class Mean:
+    """A mean over cycles: ``value``, its standard error ``se``, and the number of cycles it used."""
+
+    value: float
+    se: float
+    cycles: int
+
+
+def used_cycles(end_time: FloatArray, rule: str) -> slice:
+    """Which cycles a rule uses: ``last``, ``all``, or ``window:S`` (those that lie in the last S seconds).
+
+    Parameters
+    ----------
+    end_time : (n + 1,) array
+        Start of each cycle and the end of the last, s.
+
+    Raises
+    ------
+    UsageError
+        Another rule, or a window shorter than a cycle.
+    """
+    n = len(end_time) - 1
+    if rule == "last":
+        return slice(n - 1, n)
+    if rule == "all":
+        return slice(0, n)
+    kind, _, text = rule.partition(":")
+    try:
+        window = float(text) if kind == "window" else math.nan
+    except ValueError:
+        window = math.nan
+    if not window > 0.0:
+        raise UsageError(f"cycles: expected 'last', 'all' or 'window:SECONDS'; got {rule!r}")
+    first = int(np.searchsorted(end_time[:-1], end_time[-1] - window - 1e-9 * abs(window)))
+    if first >= n:
+        length = end_time[-1] - end_time[-2]
+        raise UsageError(f"cycles: window of {window:g} s is shorter than one cycle ({length:g} s): widen it")
+    return slice(first, n)
+
+
+def mean_over(values: FloatArray, used: slice, *, noise: float) -> Mean:
+    """Mean of a per-cycle series over the cycles used, with its standard error.
+
+    Parameters
+    ----------
+    values : (n,) array
+        One value per steady cycle, all of them: their scatter tells how far one cycle may be from the steady mean.
+    used : slice
+        The cycles the mean is taken over.
+    noise : float
+        Standard error of one cycle's value from sensor noise alone: the error is never stated below it.
+    """
+    part = values[used]
+    count = len(part)
+    scatter = _long_run_deviation(part if count >= 8 else values, pooled=count > 1)
+    return Mean(float(part.mean()), max(scatter, noise) / math.sqrt(count), count)
+
+
+def _long_run_deviation(values: FloatArray, *, pooled: bool) -> float:
+    """Deviation per cycle whose square over n is the variance of a mean of n: neighbours that hang together count."""
+    n = len(values)
+    if n < 3:
+        return 0.0
+    about = values - values.mean()
+    variance = float(np.dot(about, about)) / (n - 1)
+    lags = math.floor(4.0 * (n / 100.0) ** (2.0 / 9.0)) if pooled and n >= 12 else 0
+    together = variance
+    for lag in range(1, lags + 1):
+        together += 2.0 * (1.0 - lag / (lags + 1.0)) * float(np.dot(about[lag:], about[:-lag])) / (n - 1)
+    significant = together > variance * (1.0 + 4.0 * math.sqrt((lags + 1.0) / n))
+    return math.sqrt(together if significant else variance)

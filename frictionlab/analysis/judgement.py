@@ -1,0 +1,103 @@
+"""What must be said about a measurement: each sentence names the quantity it is about, and times where it can."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis import steadiness
+from frictionlab.analysis.layout import Layout
+from frictionlab.analysis.response import Response
+
+FloatArray = NDArray[np.float64]
+FEW_CYCLES = 5
+FEW_SAMPLES = 40  # a cycle; below it the stops and the loop's area lose their accuracy
+DISTORTED = 0.05
+UNEVEN = 2 * math.pi * 0.002  # rms wander of the drive's phase, rad
+MANY = 6  # times named in one sentence
+
+
+def warnings(layout: Layout, response: Response, settled: float | None, transient: float) -> tuple[str, ...]:
+    """Say what a reader of the numbers must know.
+
+    Parameters
+    ----------
+    settled, transient : float
+        When the motion had settled (None: it had not), and where the transient was cut; s from the recording's start.
+    """
+    return (
+        *_of_the_drive(layout),
+        *_of_the_record(layout),
+        *_of_settling(layout, response, settled, transient),
+        *(() if response.is_stuck else _of_the_motion(layout, response)),
+    )
+
+
+def _of_the_drive(layout: Layout) -> Iterator[str]:
+    drive = layout.drive
+    distortion = float(np.linalg.norm(drive.harmonics[1:]))
+    if distortion > DISTORTED:
+        yield f"base_distortion: the base motion's harmonics 2-9 are {100 * distortion:.2g} % of its fundamental"
+    if drive.drifts and drive.wander > UNEVEN:
+        share = drive.wander / (2 * math.pi)
+        yield (
+            f"drive_frequency_hz: the drive is not even; its phase wanders by {share:.2g} of a cycle (rms) about a"
+            " constant frequency, and the cycles follow it"
+        )
+    if drive.frequency_se is None:
+        yield "drive_frequency_hz_se: fewer than 3 cycles, so the frequency has no standard error"
+
+
+def _of_the_record(layout: Layout) -> Iterator[str]:
+    if len(layout) < FEW_CYCLES:
+        yield (
+            f"cycles: only {len(layout)} full cycles after the transient, where {FEW_CYCLES} would tell their scatter:"
+            " record longer or cut a shorter transient"
+        )
+    if layout.samples < FEW_SAMPLES:
+        yield (
+            f"sampling_rate_hz: {layout.samples:.3g} samples a cycle; energy and stops ask for {FEW_SAMPLES}: sample"
+            " faster"
+        )
+
+
+def _of_settling(layout: Layout, response: Response, settled: float | None, transient: float) -> Iterator[str]:
+    if response.is_stuck or len(layout) < FEW_CYCLES:
+        return
+    if settled is None:
+        yield "transient_s: the motion had not settled by the end of the recording; the numbers are of a passing state"
+    elif settled > transient + 1.0 / layout.drive.frequency:
+        yield f"transient_s: the motion settled only {settled:.3g} s after the start; the cut is at {transient:g} s"
+
+
+def _of_the_motion(layout: Layout, response: Response) -> Iterator[str]:
+    share = float(np.var(layout.mass.mean(axis=0)) / np.var(layout.mass))
+    if share < 0.5 and len(layout) >= FEW_CYCLES:
+        yield (
+            f"drive_frequency_hz: the mass does not answer at the drive's frequency: only {100 * share:.2g} % of its"
+            " power repeats with the drive"
+        )
+    beat = steadiness.beating(response.amplitude, noise=response.amplitude_noise)
+    if beat is not None:
+        yield (
+            f"response_amplitude: the response beats with a period of {beat.period / layout.drive.frequency:.3g} s"
+            f" ({100 * beat.depth:.2g} % of the amplitude)"
+        )
+    yield from _of_jumps(layout, response)
+    counts = response.stops
+    if counts.max() != counts.min():
+        yield (
+            f"stops_per_cycle: not the same in all cycles: {counts.min():g} to {counts.max():g}; stops shorter than"
+            f" {100 * response.shortest_stop:.2g} % of a cycle cannot be told from a slow passage here"
+        )
+
+
+def _of_jumps(layout: Layout, response: Response) -> Iterator[str]:
+    size = float(np.median(response.amplitude))
+    for name, series in (("amplitude", response.amplitude), ("mean position", response.position)):
+        found = steadiness.jumps(series / size, noise=response.amplitude_noise / size)
+        if len(found):
+            times = ", ".join(f"{layout.time[j]:.4g} s" for j in found[:MANY])
+            more = f" and {len(found) - MANY} more" if len(found) > MANY else ""
+            yield f"response_amplitude: the {name} of the response jumps at {times}{more}"

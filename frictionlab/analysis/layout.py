@@ -1,0 +1,214 @@
+"""From samples to cycles: the drive found, the steady cycles of mass and base laid under each other."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis import cycles, noise, spectrum
+from frictionlab.errors import AnalysisError
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+HARMONICS = 9  # of the base motion: base_distortion counts 2 to 9
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Uninterrupted samples (n,): ``time`` of the first [s], ``step`` [s], ``mass`` and ``base`` [m], evenly spaced."""
+
+    time: float
+    step: float
+    mass: FloatArray
+    base: FloatArray
+
+    def after(self, time: float) -> "Stretch":
+        """The part from a time on; empty if there is none."""
+        first = min(max(0, math.ceil((time - self.time) / self.step - 1e-6)), len(self.mass))
+        return Stretch(self.time + first * self.step, self.step, self.mass[first:], self.base[first:])
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The base motion.
+
+    ``frequency`` [Hz] and its standard error (None: too few cycles), ``amplitude`` of the fundamental [m] and its
+    standard error, ``harmonics`` (9,) complex over the fundamental (cosine - i sine parts),
+    ``wander`` of its phase [rad rms], and whether the cut follows it (``drifts``).
+    """
+
+    frequency: float
+    frequency_se: float | None
+    amplitude: float
+    amplitude_se: float
+    harmonics: ComplexArray
+    wander: float
+    drifts: bool
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Steady cycles laid under each other.
+
+    ``mass``, ``base`` (n, p): x/Y and y/Y about their means over all cycles, from the base's rise through zero on;
+    ``time`` (n,), ``end`` (n,): when each cycle starts and ends [s];
+    ``blocks``: which cycles follow each other without a gap; ``samples``: samples in a cycle; ``mass_noise``,
+    ``base_noise``: rms of the sensors' white noise over Y; ``offset``: mean of x over all cycles [m].
+    """
+
+    drive: Drive
+    mass: FloatArray
+    base: FloatArray
+    time: FloatArray
+    end: FloatArray
+    blocks: tuple[slice, ...]
+    samples: float
+    mass_noise: float
+    base_noise: float
+    offset: float
+
+    def __len__(self) -> int:
+        return len(self.mass)
+
+    def chunks(self, points: int = 1 << 18) -> Iterator[slice]:
+        """A few cycles at a time, so that long recordings fit in memory."""
+        size = max(1, points // self.mass.shape[1])
+        for first in range(0, len(self), size):
+            yield slice(first, min(first + size, len(self)))
+
+    def levelled_base(self, some: slice) -> FloatArray:
+        """y/Y of some cycles without its slow wander: a drifting sensor adds no energy."""
+        return self.base[some] - slow_wander(self.base, self.blocks, some)
+
+
+def lay_out(stretches: list[Stretch], *, padding: int = spectrum.DEFAULT_PADDING) -> Layout:
+    """Find the drive in the longest stretch and lay all full cycles of all stretches under each other.
+
+    Parameters
+    ----------
+    stretches : list of Stretch
+        Steady motion only: the transient is cut off.
+    padding : int
+        Length of the FFT that finds the drive over the length of the stretch.
+
+    Raises
+    ------
+    AnalysisError
+        No drive, or no full cycle.
+    """
+    longest = max(stretches, key=lambda s: len(s.base), default=None)
+    if longest is None or len(longest.base) < 32:
+        raise AnalysisError("analysis: expected at least 32 samples after the transient: shorten transient_s")
+    base_noise, mass_noise = noise.white_noise(longest.base), noise.white_noise(longest.mass)
+    guess = _drive_frequency(longest, padding)
+    cut = cycles.cut(longest.base, guess * longest.step, noise=base_noise)
+    cuts = [cut if s is longest else cycles.cut(s.base, cut.frequency, noise=base_noise) for s in stretches]
+    if not any(len(c) for c in cuts):
+        raise AnalysisError(
+            f"analysis: expected at least one full cycle of the drive ({guess:.4g} Hz) after the transient; got"
+            f" {len(longest.base) * longest.step:.3g} s: shorten transient_s or record longer"
+        )
+    points = cycles.points_per_cycle(1.0 / cut.frequency)
+    base = _folded_all([s.base for s in stretches], cuts, points)
+    mass = _folded_all([s.mass for s in stretches], cuts, points)
+    drive = _drive(base, cut, longest.step, base_noise)
+    blocks = _blocks(cuts)
+    time = np.concatenate([s.time + c.start * s.step for s, c in zip(stretches, cuts, strict=True)])
+    end = np.concatenate([s.time + c.end * s.step for s, c in zip(stretches, cuts, strict=True)])
+    return Layout(
+        drive=drive,
+        offset=float(mass.mean()),
+        mass=_scaled(mass, drive.amplitude),
+        base=_scaled(base, drive.amplitude),
+        time=time,
+        end=end,
+        blocks=blocks,
+        samples=1.0 / cut.frequency,
+        mass_noise=mass_noise / drive.amplitude,
+        base_noise=base_noise / drive.amplitude,
+    )
+
+
+def _drive_frequency(stretch: Stretch, padding: int) -> float:
+    """Frequency of the base's strongest line [Hz]; refuses a base that nothing drives."""
+    base = stretch.base
+    variance = float(np.var(base))
+    if not variance > 0.0:
+        raise AnalysisError("analysis: no drive: the base stands still; expected a base motion: check the base column")
+    tone = spectrum.strongest_tone(base, stretch.step, padding=padding)
+    if 0.5 * tone.amplitude**2 < 0.2 * variance:
+        raise AnalysisError(
+            f"analysis: no drive: the strongest line of the base motion ({tone.frequency:.4g} Hz) holds only"
+            f" {50 * tone.amplitude**2 / variance:.2g} % of its power; expected a periodic base: check the base column"
+        )
+    return tone.frequency
+
+
+def _folded_all(signals: list[FloatArray], cuts: list[cycles.Cut], points: int) -> FloatArray:
+    rows = [cycles.fold(s, c.start, c.end, points) for s, c in zip(signals, cuts, strict=True)]
+    return rows[0] if len(rows) == 1 else np.concatenate(rows)
+
+
+def _scaled(rows: FloatArray, unit: float) -> FloatArray:
+    """Rows about their mean over a unit, in place: a second copy of a long recording would be dear."""
+    rows -= rows.mean()
+    rows /= unit
+    return rows
+
+
+def _blocks(cuts: list[cycles.Cut]) -> tuple[slice, ...]:
+    edges = np.cumsum([0, *(len(c) for c in cuts)]).tolist()
+    return tuple(slice(a, b) for a, b in pairwise(edges) if b > a)
+
+
+def _drive(base: FloatArray, cut: cycles.Cut, step: float, base_noise: float) -> Drive:
+    """Amplitude and harmonics of the base motion from its mean cycle (m)."""
+    n, points = base.shape
+    order = np.arange(1, HARMONICS + 1)
+    turn = 2.0 * np.pi * np.arange(points) / points - 0.5 * np.pi  # rows start at the rise through zero
+    kernel = np.exp(-1j * np.outer(turn, order)) * (2.0 / points)
+    lines = base.mean(axis=0) @ kernel
+    each = np.abs(base @ kernel[:, 0].real + 1j * (base @ kernel[:, 0].imag))
+    amplitude = float(abs(lines[0]))
+    white = base_noise * math.sqrt(2.0 * cut.frequency / n)
+    scatter = float(each.std(ddof=1)) / math.sqrt(n) if n > 2 else 0.0
+    known = math.isfinite(cut.frequency_se)
+    return Drive(
+        frequency=cut.frequency / step,
+        frequency_se=cut.frequency_se / step if known else None,
+        amplitude=amplitude,
+        amplitude_se=max(white, scatter),
+        harmonics=lines * np.exp(-1j * order * np.angle(lines[0])) / amplitude,
+        wander=cut.wander,
+        drifts=cut.drifts,
+    )
+
+
+def slow_wander(rows: FloatArray, blocks: tuple[slice, ...], some: slice) -> FloatArray:
+    """Slow wander of some rows: straight lines from the middle of each cycle's mean to the next, within a block."""
+    points = rows.shape[1]
+    inside = (np.arange(points) + 0.5) / points - 0.5
+    first = max(0, some.start - 1)
+    means = np.full(len(rows), np.nan)
+    near = slice(first, min(len(rows), some.stop + 1))
+    means[near] = rows[near].mean(axis=1)
+    before, after = np.zeros(len(rows)), np.zeros(len(rows))
+    for block in blocks:
+        rise = np.diff(means[block])
+        if len(rise):
+            before[block] = np.concatenate([rise[:1], rise])
+            after[block] = np.concatenate([rise, rise[-1:]])
+    return np.asarray(means[some, None] + np.where(inside < 0, before[some, None], after[some, None]) * inside)
+
+
+def approach(stretch: Stretch, layout: Layout) -> tuple[FloatArray, FloatArray]:
+    """Cycles of the mass before the steady ones, at the steady period: start times (m,) [s] and x/Y (m, p)."""
+    period = 1.0 / layout.drive.frequency
+    count = max(0, math.floor((layout.time[0] - stretch.time) / period - 2.0 / layout.samples))
+    time = layout.time[0] - period * np.arange(count, 0, -1)
+    start = (time - stretch.time) / stretch.step
+    rows = cycles.fold(stretch.mass, start, start + period / stretch.step, layout.mass.shape[1])
+    return time, (rows - layout.offset) / layout.drive.amplitude

@@ -1,0 +1,229 @@
+"""Recording + scene -> measurement: the one place where the kernels meet."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis import cycles, drift, energy, irregularity, judgement, response, steadiness
+from frictionlab.analysis.layout import Layout, Stretch, approach, lay_out
+from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement
+from frictionlab.analysis.response import Response
+from frictionlab.errors import AnalysisError
+from frictionlab.recording import Recording
+from frictionlab.scene import Scene
+
+FloatArray = NDArray[np.float64]
+NO_NATURAL_FREQUENCY = (
+    "frequency_ratio: the natural frequency is not known: give natural_frequency_hz in [rig] of the scene or"
+    " --natural-frequency; `frictionlab free-vibration` measures it"
+)
+LONG_TEST_S = 300.0  # from this length on a trend of the energy is fitted
+
+
+def measure(recording: Recording, scene: Scene) -> Measurement:
+    """Measure one recording: drive, response, energy per cycle, irregularity, stops, regime.
+
+    Base motion is Y cos(omega t + phase), displacements are over Y, energies over k Y^2 and positive when dissipated.
+
+    Parameters
+    ----------
+    recording : Recording
+    scene : Scene
+        ``[analysis]`` says which part is measured and how; ``[rig]`` gives natural frequency and stiffness where known.
+
+    Raises
+    ------
+    AnalysisError
+        The recording holds no measurement: no drive, shorter than its transient, no full cycle.
+
+    Examples
+    --------
+    >>> from frictionlab.scene import Analysis, Rig
+    >>> t = np.arange(0.0, 30.0, 0.004)
+    >>> x, y = 1e-3 * np.sin(2 * np.pi * t), 2e-3 * np.cos(2 * np.pi * t)
+    >>> scene = Scene(rig=Rig(natural_frequency_hz=4.0), analysis=Analysis(transient_s=5.0, cycles="all"))
+    >>> m = measure(Recording(t, x, y), scene)
+    >>> print(f"{m.frequency_ratio:.6f} {m.energy_per_cycle:.6f} {m.response_amplitude:.4f} {m.regime}")
+    0.250000 1.570796 0.5000 continuous
+    """
+    parts, warnings = _stretches(recording)
+    begin = float(recording.time[0]) + scene.analysis.transient_s
+    layout = lay_out(_steady(parts, begin, recording), padding=scene.analysis.padding)
+    answer = response.response(layout)
+    return _Composition(recording, scene, layout, answer, parts, tuple(warnings)).measurement()
+
+
+def _stretches(recording: Recording) -> tuple[list[Stretch], list[str]]:
+    """The recording's sound parts, evenly sampled, and what had to be said about them."""
+    step = 1.0 / recording.sampling_rate_hz
+    warnings = list(recording.source.warnings)
+    parts = []
+    for part in recording.stretches():
+        mass, base, off = cycles.evenly(part.time, part.mass_displacement, part.base_displacement, step)
+        parts.append(Stretch(float(part.time[0]), step, mass, base))
+        if off > 0.0:
+            warnings.append(
+                f"time: stamps stray by up to {off:.2g} sampling intervals from an even clock; values were interpolated"
+            )
+    for start, end in recording.gaps:
+        warnings.append(f"gap: no samples from {start:.4g} s to {end:.4g} s; no cycle is cut across it")
+    return parts, warnings
+
+
+def _steady(parts: list[Stretch], begin: float, recording: Recording) -> list[Stretch]:
+    steady = [part for part in (p.after(begin) for p in parts) if len(part.mass) >= 32]
+    if not steady:
+        raise AnalysisError(
+            f"analysis: the test is shorter than its transient: expected more than {begin - recording.time[0]:g} s; got"
+            f" {recording.duration_s:.4g} s: shorten transient_s (--transient) or record longer"
+        )
+    return steady
+
+
+@dataclass(frozen=True)
+class _Composition:
+    """All that the numbers of one measurement are made of."""
+
+    recording: Recording
+    scene: Scene
+    layout: Layout
+    response: Response
+    parts: list[Stretch]
+    said: tuple[str, ...]
+
+    def measurement(self) -> Measurement:
+        """Put the numbers together."""
+        layout, response_, scene = self.layout, self.response, self.scene
+        used = energy.used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles)
+        series = self._series(used)
+        loop = energy.mean_over(series.energy, used, noise=response_.energy_noise)
+        size = energy.mean_over(series.amplitude, used, noise=0.0)
+        trend = self._trend(series)
+        natural = scene.rig.natural_frequency
+        drive = layout.drive
+        index = self._irregularity()
+        stuck = response_.is_stuck
+        settled = self._settled()
+        return Measurement(
+            source=self._source(),
+            status="ok",
+            reason=None,
+            warnings=self.said + self._warnings(settled),
+            material=self._fact("material"),
+            normal_force_n=self._number("normal_force_n"),
+            sampling_rate_hz=self.recording.sampling_rate_hz,
+            duration_s=self.recording.duration_s,
+            transient_s=scene.analysis.transient_s,
+            drive_frequency_hz=drive.frequency,
+            drive_frequency_hz_se=drive.frequency_se,
+            natural_frequency_hz=natural,
+            frequency_ratio=drive.frequency / natural if natural else None,
+            frequency_ratio_se=drive.frequency_se / natural if natural and drive.frequency_se is not None else None,
+            base_amplitude_m=drive.amplitude,
+            base_amplitude_m_se=drive.amplitude_se,
+            base_distortion=float(np.linalg.norm(drive.harmonics[1:])),
+            cycles=len(layout),
+            energy_per_cycle=loop.value,
+            energy_per_cycle_se=loop.se,
+            energy_per_cycle_j=loop.value * scene.rig.stiffness * drive.amplitude**2 if scene.rig.stiffness else None,
+            energy_rule=scene.analysis.cycles,
+            response_amplitude=size.value,
+            response_amplitude_se=math.hypot(size.se, response_.amplitude_noise),
+            irregularity_index=None if stuck else index[0],
+            irregularity_floor=None if stuck else index[1],
+            base_irregularity_index=index[2],
+            stops_per_cycle=response_.stops_per_cycle,
+            stuck_fraction=response_.stuck_fraction,
+            regime=response_.regime,
+            asymmetry=None if stuck else response_.asymmetry,
+            energy_input_per_cycle=float(energy.energy_input(layout.mass[used]).mean()),
+            energy_trend_per_hour=trend.slope * 3600.0 if trend else None,
+            energy_trend_per_hour_se=trend.slope_se * 3600.0 if trend else None,
+            settled_s=settled,
+            shortest_stop=response_.shortest_stop,
+            mass_noise_m=layout.mass_noise * drive.amplitude,
+            base_noise_m=layout.base_noise * drive.amplitude,
+            cycle=self._cycle(used),
+            series=series,
+            trend=trend,
+        )
+
+    def _series(self, used: slice) -> CycleSeries:
+        flags = np.zeros(len(self.layout), dtype=bool)
+        flags[used] = True
+        return CycleSeries(
+            time=self.layout.time,
+            used=flags,
+            energy=self.response.energy,
+            amplitude=self.response.amplitude,
+            position=self.response.position,
+            stops=self.response.stops,
+            stuck=self.response.stuck,
+        )
+
+    def _cycle(self, used: slice) -> Cycle:
+        """Mean of the cycles used, turned so that it starts at tau = 0."""
+        points = self.layout.mass.shape[1]
+        quarter = points // 4
+        mass = np.roll(self.layout.mass[used].mean(axis=0), -quarter)
+        base = np.roll(self.layout.base[used].mean(axis=0), -quarter)
+        smooth, velocity = (np.roll(c, -quarter) for c in response.mean_cycle(self.layout, used))
+        harmonics = self.layout.drive.harmonics
+        return Cycle(
+            tau=2.0 * math.pi * np.arange(points) / points,
+            mass=mass - mass.mean(),
+            base=base - base.mean(),
+            mass_smooth=smooth - smooth.mean(),
+            mass_velocity=velocity,
+            base_cosine=harmonics.real.copy(),
+            base_sine=-harmonics.imag,
+        )
+
+    def _irregularity(self) -> tuple[float | None, float | None, float | None]:
+        layout = self.layout
+        noise = layout.mass_noise * math.sqrt(cycles.interpolated_noise_share())
+        mass = irregularity.irregularity_index(layout.mass, layout.blocks)
+        base = irregularity.irregularity_index(layout.base, layout.blocks)
+        return mass, irregularity.irregularity_floor(layout.mass, noise) if mass is not None else None, base
+
+    def _trend(self, series: CycleSeries) -> drift.Trend | None:
+        if series.time[-1] - series.time[0] < LONG_TEST_S:
+            return None
+        return drift.linear_trend(*drift.every(series.time, series.energy))
+
+    def _settled(self) -> float | None:
+        """When the motion had settled [s from the recording's start], from all cycles of the first stretch."""
+        layout, first = self.layout, self.parts[0]
+        if layout.time[0] > first.time + len(first.mass) * first.step:
+            return None
+        early, rows = approach(first, layout)
+        final = layout.mass[-max(4, len(layout) // 4) :].mean(axis=0)
+        size = max(float(final.std()), 1e-300)
+        distance = np.concatenate([_distance(rows, final), _distance(layout.mass, final)]) / size
+        settled = steadiness.settled_at(distance, floor=2.0 * layout.mass_noise / size)
+        return None if settled is None else float(np.append(early, layout.time)[settled] - first.time)
+
+    def _warnings(self, settled: float | None) -> tuple[str, ...]:
+        transient = self.scene.analysis.transient_s
+        said = judgement.warnings(self.layout, self.response, settled, transient)
+        if self.scene.rig.natural_frequency is not None:
+            return said
+        return (*said, NO_NATURAL_FREQUENCY)
+
+    def _source(self) -> str:
+        return ", ".join(f.name for f in self.recording.source.files)
+
+    def _fact(self, name: str) -> str | None:
+        value = self.recording.experiment.get(name, getattr(self.scene.experiment, name, None))
+        return None if value is None else str(value)
+
+    def _number(self, name: str) -> float | None:
+        value = self.recording.experiment.get(name, getattr(self.scene.experiment, name, None))
+        return None if value is None else float(value)
+
+
+def _distance(rows: FloatArray, final: FloatArray) -> FloatArray:
+    """Rms distance (n,) of cycles from a final one."""
+    return np.array([float(np.sqrt(np.mean((row - final) ** 2))) for row in rows])

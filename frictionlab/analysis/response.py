@@ -1,0 +1,111 @@
+"""How the mass answers, cycle by cycle: energy, amplitude, position, stops and regime."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis import energy, stops
+from frictionlab.analysis.layout import Layout
+from frictionlab.analysis.smoothing import Smoother, smoothed, smoother
+
+FloatArray = NDArray[np.float64]
+FINE = 512  # points a cycle, at least, on which stops and extremes are looked for
+
+
+@dataclass(frozen=True)
+class Response:
+    """Per cycle (n,): ``energy`` (k Y^2), ``amplitude`` (Y), ``position`` (Y), ``stops``, ``stuck`` (fraction).
+
+    ``energy_noise``, ``amplitude_noise``: standard error of one cycle's value from sensor noise alone;
+    ``stops_per_cycle``, ``stuck_fraction``, ``regime``: over all cycles; ``asymmetry``: rms of the even part of the
+    mean cycle over its rms; ``shortest_stop``: shortest stop that can be told from a slow passage, in cycles.
+    """
+
+    energy: FloatArray
+    amplitude: FloatArray
+    position: FloatArray
+    stops: FloatArray
+    stuck: FloatArray
+    energy_noise: float
+    amplitude_noise: float
+    stops_per_cycle: float
+    stuck_fraction: float
+    regime: str
+    asymmetry: float
+    shortest_stop: float
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether the mass does not move by more than its sensor's noise."""
+        return self.regime == "stuck"
+
+
+def response(layout: Layout) -> Response:
+    """Measure the mass's answer from steady cycles."""
+    how = smoother(layout.mass, noise=layout.mass_noise, samples=layout.samples)
+    points = max(FINE, layout.mass.shape[1])
+    thresholds = stops.thresholds(how.v_noise, how.resolution)
+    n = len(layout)
+    amplitude, count, stuck = np.empty(n), np.empty(n), np.empty(n)
+    for part in smoothed(layout.mass, how, points):
+        amplitude[part.cycles] = half_range(part.x)
+        found = stops.find_stops(part.v, thresholds)
+        count[part.cycles], stuck[part.cycles] = stops.per_cycle(found, len(part.x))
+    is_stuck = float(np.median(amplitude)) < 4.0 * layout.mass_noise
+    return Response(
+        energy=_loop_areas(layout),
+        amplitude=amplitude,
+        position=layout.mass.mean(axis=1),
+        stops=np.zeros(n) if is_stuck else count,
+        stuck=np.ones(n) if is_stuck else stuck,
+        energy_noise=_energy_noise(layout),
+        amplitude_noise=how.x_noise / math.sqrt(2.0),
+        stops_per_cycle=0.0 if is_stuck else float(count.mean()),
+        stuck_fraction=1.0 if is_stuck else float(stuck.mean()),
+        regime="stuck" if is_stuck else "stick-slip" if count.mean() >= 0.5 else "continuous",
+        asymmetry=_asymmetry(how),
+        shortest_stop=thresholds.dwell / (2.0 * math.pi),
+    )
+
+
+def _loop_areas(layout: Layout) -> FloatArray:
+    parts = [energy.loop_area(layout.mass[some], layout.levelled_base(some)) for some in layout.chunks()]
+    return np.concatenate(parts)
+
+
+def _energy_noise(layout: Layout) -> float:
+    mass, base = layout.mass.mean(axis=0), layout.base.mean(axis=0)
+    smooth = smoother(layout.mass, noise=layout.mass_noise, samples=layout.samples)
+    mass = np.fft.irfft(smooth.mean * len(mass), len(mass))
+    return energy.loop_area_noise(mass, base, layout.mass_noise, layout.base_noise, layout.samples)
+
+
+def half_range(x: FloatArray) -> FloatArray:
+    """(max - min) / 2 of each row, its extremes refined by a parabola through three points."""
+    return 0.5 * (_summit(x) + _summit(-x))
+
+
+def _summit(x: FloatArray) -> FloatArray:
+    n, points = x.shape
+    row = np.arange(n)
+    top = np.argmax(x, axis=1)
+    left, middle, right = x[row, top - 1], x[row, top], x[row, (top + 1) % points]
+    curvature = left - 2.0 * middle + right
+    safe = np.where(curvature < 0.0, curvature, -1.0)
+    return np.asarray(np.where(curvature < 0.0, middle - 0.125 * (left - right) ** 2 / safe, middle))
+
+
+def _asymmetry(how: Smoother) -> float:
+    power = np.abs(how.mean[1:]) ** 2
+    return math.sqrt(float(power[1::2].sum() / max(power.sum(), 1e-300)))
+
+
+def mean_cycle(layout: Layout, used: slice) -> tuple[FloatArray, FloatArray]:
+    """Mean of some cycles without noise, (p,), and its derivative by tau, (p,)."""
+    how = smoother(layout.mass[used], noise=layout.mass_noise, samples=layout.samples)
+    points = layout.mass.shape[1]
+    k = np.arange(len(how.mean))
+    x = np.fft.irfft(how.mean * points, points)
+    return x, np.fft.irfft(1j * k * how.mean * points, points)

@@ -1,0 +1,148 @@
+"""The motion behind the noise: what the cycles have in common, and what each has of its own.
+
+The mean cycle is known the better the more cycles there are; a cycle's deviation from it is kept only where its
+spectrum stands above the sensor's. Both are Wiener filters (gain = signal power / total power, per harmonic), so that
+a regular motion is smoothed over all its cycles and an irregular one cycle by cycle, without anything to tune.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+FloatArray = NDArray[np.float64]
+_BLOCK = 1 << 18  # points smoothed at a time
+
+
+@dataclass(frozen=True)
+class Smoothed:
+    """Some consecutive cycles without their noise: ``x`` and ``v`` (n, points), v the derivative by tau."""
+
+    cycles: slice
+    x: FloatArray
+    v: FloatArray
+
+
+@dataclass(frozen=True)
+class Smoother:
+    """How cycles are smoothed, decided from all of them.
+
+    ``mean`` (points/2 + 1,) complex: Fourier coefficients of the smoothed mean cycle; ``own_gain`` (points/2 + 1,):
+    what is kept of a cycle's deviation, by harmonic; ``x_noise``, ``v_noise``: rms of the noise left in one point of
+    x and v; ``resolution``: the shortest time that can be told apart, in radians of tau.
+    """
+
+    mean: NDArray[np.complex128]
+    own_gain: FloatArray
+    x_noise: float
+    v_noise: float
+    resolution: float
+
+
+def smoother(rows: FloatArray, *, noise: float, samples: float) -> Smoother:
+    """Decide how to smooth cycles.
+
+    Parameters
+    ----------
+    rows : (n, points) array
+        One cycle a row, ``points`` even.
+    noise : float
+        Rms of the white noise of one sample.
+    samples : float
+        Samples the sensor took in a cycle (a row may have more points than that).
+    """
+    n, points = rows.shape
+    mean_cycle = rows.mean(axis=0)
+    lines = fft.rfft(mean_cycle) / points
+    floor = noise * noise / samples  # power that noise alone gives one coefficient of one cycle
+    mean_gain = _gain(np.abs(lines) ** 2, floor / n, 1)
+    mean_gain[0] = 1.0
+    own_gain = _gain(_deviation_power(rows, mean_cycle), floor, n - 1) if n > 1 else np.zeros(len(lines))
+    k = np.arange(len(lines))
+    left = 2.0 * floor * (mean_gain**2 / n + own_gain**2)
+    left[0] *= 0.5
+    kept = np.flatnonzero((mean_gain > 0.0) | (own_gain > 0.0))
+    top = max(1, int(kept[-1]))
+    return Smoother(
+        mean=lines * mean_gain,
+        own_gain=own_gain,
+        x_noise=math.sqrt(float(left.sum())),
+        v_noise=math.sqrt(float((left * k * k).sum())),
+        resolution=math.pi / top,
+    )
+
+
+def _deviation_power(rows: FloatArray, mean_cycle: FloatArray) -> FloatArray:
+    """Mean power of the cycles' deviations from their mean, by harmonic, as each cycle has it."""
+    n, points = rows.shape
+    power = np.zeros(points // 2 + 1)
+    per_block = max(1, _BLOCK // points)
+    for first in range(0, n, per_block):
+        lines = fft.rfft(rows[first : first + per_block] - mean_cycle, axis=1)
+        power += np.sum(lines.real**2 + lines.imag**2, axis=0)
+    return np.asarray(power / (n - 1) / points**2)
+
+
+def _gain(power: FloatArray, floor: float, samples: int) -> FloatArray:
+    """Wiener gain by harmonic: power is averaged over its neighbourhood and must exceed what noise alone may reach.
+
+    Nothing is kept above the last harmonic that stands out.
+    """
+    k = np.arange(len(power))
+    reach = np.maximum(2, k // 6)
+    low, high = np.maximum(k - reach, 1), np.minimum(k + reach, len(power) - 1)
+    total = np.concatenate([[0.0], np.cumsum(power)])
+    count = high - low + 1
+    local = (total[high + 1] - total[low]) / count
+    clear = local > floor * (1.0 + 4.0 / np.sqrt(count * samples))
+    gain = np.where(clear, 1.0 - floor / np.maximum(local, 1e-300), 0.0)
+    last = int(np.flatnonzero(clear)[-1]) if clear.any() else 0
+    gain[: last + 1] = np.maximum(gain[: last + 1], 0.0)
+    gain[0] = 0.0
+    return gain
+
+
+def smoothed(rows: FloatArray, how: Smoother, points: int) -> Iterator[Smoothed]:
+    """Smooth cycles block by block.
+
+    Parameters
+    ----------
+    rows : (n, p) array
+        One cycle a row; consecutive rows follow each other without a gap.
+    how : Smoother
+        From the same rows.
+    points : int
+        Points a cycle of the result, an even number no smaller than p.
+    """
+    n = len(rows)
+    k = np.arange(len(how.mean))
+    mean_x = fft.irfft(how.mean * points, points)
+    mean_v = fft.irfft(1j * k * how.mean * points, points)
+    mean_cycle = rows.mean(axis=0)
+    per_block = max(1, _BLOCK // points)
+    for first in range(0, n, per_block):
+        some = slice(first, min(first + per_block, n))
+        count = some.stop - some.start
+        if not how.own_gain.any():
+            yield Smoothed(some, np.broadcast_to(mean_x, (count, points)), np.broadcast_to(mean_v, (count, points)))
+            continue
+        x, v = _deviations(rows[some] - mean_cycle, how.own_gain, points)
+        x += mean_x
+        v += mean_v
+        yield Smoothed(some, x, v)
+
+
+def _deviations(own: FloatArray, gain: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
+    """Smooth consecutive cycles' deviations as one signal (a cycle need not close), reflected at both ends."""
+    n = len(own)
+    flat = own.ravel()
+    lines = fft.rfft(np.concatenate([flat, flat[::-1]])) / len(flat)
+    harmonic = np.arange(len(lines)) / (2.0 * n)
+    kept = lines * np.interp(harmonic, np.arange(1, len(gain)), gain[1:])
+    size = 2 * n * points
+    x = fft.irfft(kept * (0.5 * size), size)[: n * points]
+    v = fft.irfft(1j * harmonic * kept * (0.5 * size), size)[: n * points]
+    return x.reshape(n, points), v.reshape(n, points)

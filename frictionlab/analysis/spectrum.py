@@ -1,0 +1,155 @@
+"""Lines in a spectrum: Hann window, zero-padding, log-parabolic refinement of the peak.
+
+Amplitudes are scaled by 2 / sum(w), so that a line of amplitude A reads A whatever the padding.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+from frictionlab.errors import AnalysisError
+
+FloatArray = NDArray[np.float64]
+DEFAULT_PADDING = 4
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Amplitude spectrum: ``frequency`` (m,) in 1/[step], ``amplitude`` (m,) in the signal's unit."""
+
+    frequency: FloatArray
+    amplitude: FloatArray
+
+
+@dataclass(frozen=True)
+class Tone:
+    """One line: ``frequency`` and its standard error in 1/[step], ``amplitude`` in the signal's unit."""
+
+    frequency: float
+    frequency_se: float
+    amplitude: float
+
+
+def hann(n: int) -> FloatArray:
+    """Hann window of n points, symmetric about the middle of the record and nowhere zero; its sum is n / 2."""
+    return np.asarray(0.5 - 0.5 * np.cos((2.0 * math.pi / n) * (np.arange(n) + 0.5)))
+
+
+def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAULT_PADDING) -> Spectrum:
+    """Amplitude spectrum of a signal: mean removed, Hann window, zero-padded FFT.
+
+    Parameters
+    ----------
+    signal : (n,) array
+    step : float
+        Sampling interval; frequencies come in its inverse.
+    padding : int
+        Length of the FFT over the length of the record (rounded up to a length the FFT likes).
+
+    Raises
+    ------
+    AnalysisError
+        Fewer than 8 samples.
+
+    Examples
+    --------
+    >>> t = np.arange(2000) * 0.01
+    >>> spectrum = amplitude_spectrum(3.0 * np.cos(2 * np.pi * 1.7 * t), 0.01)
+    >>> round(float(spectrum.amplitude.max()), 3)
+    3.0
+    """
+    n = len(signal)
+    if n < 8:
+        raise AnalysisError(f"spectrum: expected at least 8 samples; got {n}: give a longer recording")
+    length = fft.next_fast_len(padding * n, real=True)
+    lines = fft.rfft((signal - signal.mean()) * hann(n), length)
+    amplitude = np.abs(lines)
+    amplitude *= 4.0 / n  # 2 / sum(w)
+    return Spectrum(np.arange(len(amplitude)) / (length * step), amplitude)
+
+
+def strongest_tone(
+    signal: FloatArray, step: float, *, padding: int = DEFAULT_PADDING, noise: float | None = None
+) -> Tone:
+    """Find the strongest line of a signal and refine it by a parabola through the log of the three highest bins.
+
+    Lines slower than two periods in the record are not looked for.
+
+    Parameters
+    ----------
+    signal : (n,) array
+    step : float
+        Sampling interval.
+    padding : int
+        Length of the FFT over the length of the record.
+    noise : float, optional
+        Rms of the white noise in the signal, for the standard error; by default taken from the spectrum's median.
+
+    Raises
+    ------
+    AnalysisError
+        Fewer than 8 samples, or a signal that does not move.
+
+    Examples
+    --------
+    >>> t = np.arange(2000) * 0.01
+    >>> tone = strongest_tone(3.0 * np.cos(2 * np.pi * 1.7 * t), 0.01)
+    >>> abs(tone.frequency - 1.7) < 2e-5
+    True
+    """
+    return tone_of(amplitude_spectrum(signal, step, padding=padding), len(signal), step, noise=noise)
+
+
+def tone_of(spectrum: Spectrum, n: int, step: float, *, noise: float | None = None) -> Tone:
+    """Refine the strongest line of a spectrum made from n samples; see :func:`strongest_tone`."""
+    amplitude = spectrum.amplitude
+    resolution = 1.0 / (n * step)
+    spacing = float(spectrum.frequency[1])
+    first = min(max(1, math.ceil(2.0 * resolution / spacing)), len(amplitude) - 2)
+    peak = first + int(np.argmax(amplitude[first:-1]))
+    if not amplitude[peak] > 0.0:
+        raise AnalysisError("spectrum: expected a signal that moves; got one that stands still")
+    offset, height = _log_parabola(amplitude[peak - 1 : peak + 2])
+    if noise is None:
+        noise = math.sqrt(float(np.median(amplitude) ** 2) / math.log(2.0) * n / 6.0)
+    error = hann_frequency_error(height, noise, n, step)
+    return Tone((peak + offset) * spacing, error, height)
+
+
+def _log_parabola(three: FloatArray) -> tuple[float, float]:
+    """Vertex of the parabola through the logs of three bins: offset in bins from the middle one, and height."""
+    left, middle, right = np.log(np.maximum(three, 1e-300))
+    curvature = left - 2.0 * middle + right
+    if curvature >= 0.0:
+        return 0.0, float(three[1])
+    offset = 0.5 * (left - right) / curvature
+    return float(offset), float(np.exp(middle - 0.25 * (left - right) * offset))
+
+
+def cramer_rao(amplitude: float, noise: float, n: int, step: float) -> float:
+    """Least standard error any unbiased frequency estimate can have: a line in white noise over n samples.
+
+    var f = 6 noise^2 / (pi^2 amplitude^2 n (n^2 - 1) step^2) [Rife and Boorstyn 1974].
+    """
+    return math.sqrt(6.0 / (n * (n * n - 1.0))) * noise / (math.pi * amplitude * step)
+
+
+def hann_frequency_error(amplitude: float, noise: float, n: int, step: float) -> float:
+    """Standard error of the peak of a Hann-windowed spectrum in white noise, to first order in noise.
+
+    With u the time from the middle of the record: var f = 2 noise^2 sum(w^2 u^2) / (2 pi amplitude sum(w u^2))^2. For
+    long records this is 1.50 times the Cramer-Rao bound, the price of the window's low leakage.
+    """
+    return cramer_rao(amplitude, noise, n, step) * _HANN_OVER_BOUND
+
+
+def _hann_over_bound() -> float:
+    u = (np.arange(4096) + 0.5) / 4096 - 0.5
+    w = 0.5 + 0.5 * np.cos(2.0 * math.pi * u)
+    return float(math.sqrt(np.sum(w * w * u * u) * np.sum(u * u)) / np.sum(w * u * u))
+
+
+_HANN_OVER_BOUND = _hann_over_bound()
