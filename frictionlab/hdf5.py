@@ -374,3 +374,94 @@ def _tree_lines(group: h5py.Group, indent: str) -> Iterator[str]:
 def _attribute_lines(node: h5py.Group, indent: str) -> Iterator[str]:
     for key, value in node.attrs.items():
         yield f"{indent}{key} = {value.tolist() if hasattr(value, 'tolist') else value}"
+
+
+def write_tree(tree: Mapping[str, object], path: Path, *, kind: str, force: bool = False) -> None:
+    """Write a result (numbers, series, maps) to an HDF5 file, whole or not at all.
+
+    Parameters
+    ----------
+    tree
+        What to write, nested as the file shall be: a mapping becomes a group, an array or a list of text a dataset, a
+        word or a number an attribute.
+    kind
+        What the file is, such as ``"frictionlab measurements"``; an existing file of this kind is replaced.
+    force
+        Replace whatever file stands there.
+
+    Raises
+    ------
+    OutputError
+        If the path holds another kind of file, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "result.h5"
+    >>> write_tree({"series": {"energy": np.ones(3), "rule": "all"}}, path, kind="frictionlab example")
+    >>> read_tree(path, kind="frictionlab example")["series"]
+    {'rule': 'all', 'energy': array([1., 1., 1.])}
+    """
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w", track_order=True) as file:
+        file.attrs.update({"format": kind, "format_version": FORMAT_VERSION, "frictionlab_version": __version__})
+        _write_branch(file, tree)
+    write_whole(path, buffer.getbuffer(), replace=force or (lambda old: _kind_of(old) == kind))
+
+
+def read_tree(path: Path, *, kind: str) -> dict[str, Any]:
+    """Read back what :func:`write_tree` wrote; text datasets come as lists.
+
+    Raises
+    ------
+    RecordingError
+        If the file is of another kind, or damaged. Links out of the file are not followed.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            _check_kind(file, kind)
+            return _read_branch(file, path.stat().st_size)
+    except RecordingError as error:
+        raise RecordingError(f"{path}: {error}") from error
+    except (OSError, KeyError, RuntimeError, ValueError, TypeError) as error:
+        raise RecordingError(f"{path}: cannot be read as {kind} ({error}): make it again") from error
+
+
+def _check_kind(file: h5py.File, kind: str) -> None:
+    found = _text(file.attrs.get("format", "an unknown kind"))
+    if found != kind:
+        raise RecordingError(f"expected a file of {kind}; got {found}")
+
+
+def _kind_of(path: Path) -> str:
+    try:
+        with h5py.File(path, "r") as file:
+            return _text(file.attrs.get("format"))
+    except (OSError, RuntimeError, ValueError, KeyError):
+        return ""
+
+
+def _write_branch(group: h5py.Group, tree: Mapping[str, object]) -> None:
+    for name, value in tree.items():
+        if isinstance(value, Mapping):
+            _write_branch(group.create_group(name, track_order=True), value)
+        elif isinstance(value, (str, int, float)):
+            group.attrs[name] = _storable(value) if isinstance(value, str) else value
+        elif isinstance(value, np.ndarray):
+            group.create_dataset(name, data=value)
+        elif isinstance(value, (list, tuple)):
+            group.create_dataset(name, data=[_storable(str(text)) for text in value], dtype=_TEXT)
+        else:
+            raise TypeError(f"{name}: expected an array, texts, a word or a number; got {type(value).__name__}")
+
+
+def _read_branch(group: h5py.Group, size: int) -> dict[str, Any]:
+    tree: dict[str, Any] = {key: _fact(value) for key, value in group.attrs.items()}
+    for name in group:
+        if isinstance(_inside(group, name), h5py.Group):
+            tree[name] = _read_branch(_group(group, name), size)
+            continue
+        dataset = _dataset_inside(group, name, size)
+        is_text = h5py.check_string_dtype(dataset.dtype) is not None
+        tree[name] = [_text(text) for text in dataset[()]] if is_text else dataset[()]
+    return tree

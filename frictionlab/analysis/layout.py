@@ -56,7 +56,8 @@ class Layout:
     ``mass``, ``base`` (n, p): x/Y and y/Y about their means over all cycles, from the base's rise through zero on;
     ``time`` (n,), ``end`` (n,): when each cycle starts and ends [s];
     ``blocks``: which cycles follow each other without a gap; ``samples``: samples in a cycle; ``mass_noise``,
-    ``base_noise``: rms of the sensors' white noise over Y; ``offset``: mean of x over all cycles [m].
+    ``base_noise``: rms of the sensors' white noise over Y; ``offset``: mean of x over all cycles [m];
+    ``mass_spectrum``, ``base_spectrum``: of the longest stretch, up to ten times the drive.
     """
 
     drive: Drive
@@ -69,6 +70,8 @@ class Layout:
     mass_noise: float
     base_noise: float
     offset: float
+    mass_spectrum: spectrum.Spectrum
+    base_spectrum: spectrum.Spectrum
 
     def __len__(self) -> int:
         return len(self.mass)
@@ -103,7 +106,9 @@ def lay_out(stretches: list[Stretch], *, padding: int = spectrum.DEFAULT_PADDING
     if longest is None or len(longest.base) < 32:
         raise AnalysisError("analysis: expected at least 32 samples after the transient: shorten transient_s")
     base_noise, mass_noise = noise.white_noise(longest.base), noise.white_noise(longest.mass)
-    guess = _drive_frequency(longest, padding)
+    base_lines = spectrum.amplitude_spectrum(longest.base, longest.step, padding=padding)
+    mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=padding)
+    guess = _drive_frequency(longest, base_lines)
     cut = cycles.cut(longest.base, guess * longest.step, noise=base_noise)
     cuts = [cut if s is longest else cycles.cut(s.base, cut.frequency, noise=base_noise) for s in stretches]
     if not any(len(c) for c in cuts):
@@ -121,6 +126,8 @@ def lay_out(stretches: list[Stretch], *, padding: int = spectrum.DEFAULT_PADDING
     return Layout(
         drive=drive,
         offset=float(mass.mean()),
+        mass_spectrum=spectrum.up_to(mass_lines, 10.0 * drive.frequency),
+        base_spectrum=spectrum.up_to(base_lines, 10.0 * drive.frequency),
         mass=_scaled(mass, drive.amplitude),
         base=_scaled(base, drive.amplitude),
         time=time,
@@ -132,13 +139,13 @@ def lay_out(stretches: list[Stretch], *, padding: int = spectrum.DEFAULT_PADDING
     )
 
 
-def _drive_frequency(stretch: Stretch, padding: int) -> float:
+def _drive_frequency(stretch: Stretch, lines: spectrum.Spectrum) -> float:
     """Frequency of the base's strongest line [Hz]; refuses a base that nothing drives."""
     base = stretch.base
     variance = float(np.var(base))
     if not variance > 0.0:
         raise AnalysisError("analysis: no drive: the base stands still; expected a base motion: check the base column")
-    tone = spectrum.strongest_tone(base, stretch.step, padding=padding)
+    tone = spectrum.tone_of(lines, len(base), stretch.step)
     if 0.5 * tone.amplitude**2 < 0.2 * variance:
         raise AnalysisError(
             f"analysis: no drive: the strongest line of the base motion ({tone.frequency:.4g} Hz) holds only"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis import cycles, drift, energy, irregularity, judgement, response, steadiness
+from frictionlab.analysis import cycles, drift, energy, irregularity, judgement, response, steadiness, traces
 from frictionlab.analysis.layout import Layout, Stretch, approach, lay_out
 from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement
 from frictionlab.analysis.response import Response
@@ -148,6 +148,7 @@ class _Composition:
             cycle=self._cycle(used),
             series=series,
             trend=trend,
+            traces=traces.traces(layout, response_.found, used),
         )
 
     def _series(self, used: slice) -> CycleSeries:

@@ -46,6 +46,26 @@ class CycleSeries:
 
 
 @dataclass(frozen=True)
+class Traces:
+    """What a figure of the measurement shows; thinned, never computed on.
+
+    ``time`` (t,) s, ``mass``, ``base`` (t,) in Y: the last cycles used; ``stops`` (k, 2) s: from when to when the mass
+    stands in them; ``loop_mass``, ``loop_base`` (c, p): up to 30 of the cycles used, each closed; ``frequency`` (f,)
+    Hz, ``mass_spectrum``, ``base_spectrum`` (f,) m: amplitude spectra up to ten times the drive.
+    """
+
+    time: FloatArray
+    mass: FloatArray
+    base: FloatArray
+    stops: FloatArray
+    loop_mass: FloatArray
+    loop_base: FloatArray
+    frequency: FloatArray
+    mass_spectrum: FloatArray
+    base_spectrum: FloatArray
+
+
+@dataclass(frozen=True)
 class Measurement:
     """What one recording says; the fields up to ``asymmetry`` are the contract's keys, ``None`` is not known.
 
@@ -54,7 +74,8 @@ class Measurement:
     Beyond the contract: ``energy_input_per_cycle`` eq. (2.16); ``energy_trend_per_hour`` (k Y^2 per hour, long tests
     only) with its standard error; ``settled_s``: when the motion had settled, from the recording's start;
     ``shortest_stop``: the shortest stop that could be told from a slow passage, in cycles; ``mass_noise_m``,
-    ``base_noise_m``: rms of the sensors' white noise; ``cycle``, ``series``, ``trend``: what stands behind the numbers.
+    ``base_noise_m``: rms of the sensors' white noise; ``cycle``, ``series``, ``trend``, ``traces``: what stands behind
+    the numbers.
     """
 
     source: str
@@ -98,8 +119,9 @@ class Measurement:
     cycle: Cycle
     series: CycleSeries
     trend: Trend | None
+    traces: Traces
 
     def row(self) -> dict[str, object]:
         """The numbers alone, in the contract's order: a line of JSON or of a table."""
-        behind = ("cycle", "series", "trend")
+        behind = ("cycle", "series", "trend", "traces")
         return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in behind}

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from frictionlab.analysis import energy, stops
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.smoothing import Smoother, smoothed, smoother
+from frictionlab.analysis.stops import Stop
 
 FloatArray = NDArray[np.float64]
 FINE = 512  # points a cycle, at least, on which stops and extremes are looked for
@@ -18,9 +19,9 @@ FINE = 512  # points a cycle, at least, on which stops and extremes are looked f
 class Response:
     """Per cycle (n,): ``energy`` (k Y^2), ``amplitude`` (Y), ``position`` (Y), ``stops``, ``stuck`` (fraction).
 
-    ``energy_noise``, ``amplitude_noise``: standard error of one cycle's value from sensor noise alone;
-    ``stops_per_cycle``, ``stuck_fraction``, ``regime``: over all cycles; ``asymmetry``: rms of the even part of the
-    mean cycle over its rms; ``shortest_stop``: shortest stop that can be told from a slow passage, in cycles.
+    ``found``: each stop; ``energy_noise``, ``amplitude_noise``: standard error of one cycle's value from sensor noise
+    alone; ``stops_per_cycle``, ``stuck_fraction``, ``regime``: over all cycles; ``asymmetry``: rms of the even part
+    of the mean cycle over its rms; ``shortest_stop``: shortest stop that can be told from a slow passage, in cycles.
     """
 
     energy: FloatArray
@@ -28,6 +29,7 @@ class Response:
     position: FloatArray
     stops: FloatArray
     stuck: FloatArray
+    found: Stop
     energy_noise: float
     amplitude_noise: float
     stops_per_cycle: float
@@ -48,11 +50,13 @@ def response(layout: Layout) -> Response:
     points = max(FINE, layout.mass.shape[1])
     thresholds = stops.thresholds(how.v_noise, how.resolution)
     n = len(layout)
-    amplitude, count, stuck = np.empty(n), np.empty(n), np.empty(n)
+    amplitude, parts, firsts = np.empty(n), [], []
     for part in smoothed(layout.mass, how, points):
         amplitude[part.cycles] = half_range(part.x)
-        found = stops.find_stops(part.v, thresholds)
-        count[part.cycles], stuck[part.cycles] = stops.per_cycle(found, len(part.x))
+        parts.append(stops.find_stops(part.v, thresholds))
+        firsts.append(part.cycles.start)
+    found = stops.joined(parts, firsts)
+    count, stuck = stops.per_cycle(found, n)
     is_stuck = float(np.median(amplitude)) < 4.0 * layout.mass_noise
     return Response(
         energy=_loop_areas(layout),
@@ -60,6 +64,7 @@ def response(layout: Layout) -> Response:
         position=layout.mass.mean(axis=1),
         stops=np.zeros(n) if is_stuck else count,
         stuck=np.ones(n) if is_stuck else stuck,
+        found=found,
         energy_noise=_energy_noise(layout),
         amplitude_noise=how.x_noise / math.sqrt(2.0),
         stops_per_cycle=0.0 if is_stuck else float(count.mean()),

@@ -71,6 +71,12 @@ def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAUL
     return Spectrum(np.arange(len(amplitude)) / (length * step), amplitude)
 
 
+def up_to(spectrum: Spectrum, frequency: float) -> Spectrum:
+    """The part of a spectrum up to a frequency, copied so that the rest can be forgotten."""
+    last = int(np.searchsorted(spectrum.frequency, frequency, side="right"))
+    return Spectrum(spectrum.frequency[:last].copy(), spectrum.amplitude[:last].copy())
+
+
 def strongest_tone(
     signal: FloatArray, step: float, *, padding: int = DEFAULT_PADDING, noise: float | None = None
 ) -> Tone:

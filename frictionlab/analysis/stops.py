@@ -69,6 +69,15 @@ def thresholds(v_noise: float, resolution: float) -> Thresholds:
     return Thresholds(slow=2.0 * still, still=still, dwell=max(2.0 * math.pi * 0.015, 2.0 * resolution))
 
 
+def joined(parts: list[Stop], first_cycles: list[int]) -> Stop:
+    """The stops of several blocks of cycles, counted from the first cycle; one that a block's edge cut is whole."""
+    turn = 2.0 * math.pi
+    begin = np.concatenate([part.begin + turn * first for part, first in zip(parts, first_cycles, strict=True)])
+    end = np.concatenate([part.end + turn * first for part, first in zip(parts, first_cycles, strict=True)])
+    touching = np.flatnonzero(begin[1:] - end[:-1] < 1e-9)
+    return Stop(np.delete(begin, touching + 1), np.delete(end, touching))
+
+
 def per_cycle(found: Stop, cycles: int) -> tuple[FloatArray, FloatArray]:
     """Stops of each cycle (counted where their middle lies) and the fraction of each cycle spent standing, (n,)."""
     turn = 2.0 * math.pi

@@ -1,0 +1,156 @@
+"""``frictionlab analyze``: recording -> measurement."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from frictionlab.cli.inputs import exit_status, report_rows, rows_of
+from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, scene_of
+from frictionlab.cli.output import complain, print_table
+from frictionlab.cli.progress import track
+from frictionlab.cli.show import MEASUREMENT
+from frictionlab.errors import UsageError
+from frictionlab.tables import SENTENCES, TEXT_KEYS, Row, check_output, write_rows
+
+if TYPE_CHECKING:
+    from frictionlab.analysis.measurement import Measurement
+    from frictionlab.scene import Scene
+
+KIND = "frictionlab measurements"
+
+
+def analyze(
+    recordings: Annotated[list[Path], typer.Argument(metavar="RECORDING...", help="Recordings made by ingest.")],
+    *,
+    scene: SceneFile = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write here: .csv, .jsonl, or .h5 with per-cycle series."),
+    ] = None,
+    as_json: AsJson = False,
+    plot: PlotFolder = None,
+    natural_frequency: Annotated[
+        float | None, typer.Option("--natural-frequency", metavar="HZ", help="In place of the scene's.")
+    ] = None,
+    transient: Annotated[
+        float | None, typer.Option("--transient", metavar="S", help="Cut this much off the start (scene: 20 s).")
+    ] = None,
+    cycles: Annotated[
+        str | None, typer.Option("--cycles", metavar="RULE", help="Cycles the energy is of: last, all, or window:S.")
+    ] = None,
+    padding: Annotated[
+        int | None, typer.Option("--padding", metavar="N", help="Length of the FFT over the record's (scene: 4).")
+    ] = None,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure recordings: drive, response, energy per cycle, irregularity, stops, regime, each with its error.
+
+    Example: frictionlab analyze build/recordings/*.h5 --scene configs/sample_data.toml -o build/measurements.csv
+    """
+    from frictionlab.analysis.measure import measure
+    from frictionlab.hdf5 import read_recording
+
+    what = _overridden(scene_of(scene), natural_frequency, transient, cycles, padding)
+    if output is not None:
+        _check(output)
+    measured: dict[str, Measurement] = {}
+
+    def job(path: Path) -> Row:
+        measurement = measure(read_recording(path), what)
+        if plot is not None:
+            _draw(measurement, path, plot)
+        if output is not None and output.suffix == ".h5":
+            measured[str(path)] = measurement
+        return {**measurement.row(), "source": str(path)}
+
+    inputs = track(recordings, total=len(recordings), title="analyze", quiet=quiet or as_json)
+    rows = report_rows(rows_of(inputs, job), as_json=as_json)
+    if output is not None:
+        _write(rows, measured, output, force=force)
+    if not (as_json or quiet):
+        print_table([row for row in rows if row["status"] == "ok"], MEASUREMENT)
+        _tell_warnings(rows)
+    exit_status(rows)
+
+
+def _overridden(
+    scene: "Scene", natural_frequency: float | None, transient: float | None, cycles: str | None, padding: int | None
+) -> "Scene":
+    """The scene with what the command line says in its place, validated as a scene is."""
+    from frictionlab.scene import scene_from_tables
+
+    analysis = {"transient_s": transient, "cycles": cycles, "padding": padding}
+    tables = scene.model_dump()
+    tables["analysis"] |= {key: value for key, value in analysis.items() if value is not None}
+    if natural_frequency is not None:
+        tables["rig"]["natural_frequency_hz"] = natural_frequency
+        if scene.rig.stiffness_n_per_m is not None:
+            tables["rig"]["mass_kg"] = None  # stiffness and frequency say all; a third number could contradict
+    return scene_from_tables(tables, name="command line", folder=scene.folder)
+
+
+def _check(output: Path) -> None:
+    """Refuse an output that could not be written before the long work."""
+    if output.suffix != ".h5":
+        check_output(output)
+    elif not output.parent.is_dir():
+        raise UsageError(f"{output}: there is no folder {output.parent}: make it first")
+
+
+def _draw(measurement: "Measurement", path: Path, folder: Path) -> None:
+    from frictionlab.figures.measurement import measurement_figure
+    from frictionlab.figures.style import save
+
+    folder.mkdir(parents=True, exist_ok=True)
+    save(measurement_figure(measurement, path.name), folder / f"{path.stem}.png")
+
+
+def _tell_warnings(rows: Sequence[Row]) -> None:
+    for row in rows:
+        warnings = row.get("warnings")
+        for warning in warnings if isinstance(warnings, (list, tuple)) else ():
+            complain(f"{row['source']}: {warning}")
+
+
+def _write(rows: Sequence[Row], measured: "dict[str, Measurement]", output: Path, *, force: bool) -> None:
+    if output.suffix != ".h5":
+        write_rows(rows, output)
+        return
+    from frictionlab.hdf5 import write_tree
+
+    write_tree(_tree(rows, measured), output, kind=KIND, force=force)
+
+
+def _tree(rows: Sequence[Row], measured: "dict[str, Measurement]") -> dict[str, object]:
+    """The file of measurements: ``/rows`` one array per key, in input order; ``/cycles/N`` the series of row N."""
+    keys = dict.fromkeys(key for row in rows for key in row)
+    columns = {key: _column(key, [row.get(key) for row in rows]) for key in keys}
+    series = {str(n): _series(measured[str(row["source"])]) for n, row in enumerate(rows) if row["status"] == "ok"}
+    return {"rows": columns, "cycles": series}
+
+
+def _column(key: str, values: Sequence[object]) -> object:
+    import numpy as np
+
+    if key == "warnings":
+        return [SENTENCES.join(value) if isinstance(value, (list, tuple)) else "" for value in values]
+    if key in TEXT_KEYS:
+        return ["" if value is None else str(value) for value in values]
+    numbers = [float(value) if isinstance(value, (int, float)) else float("nan") for value in values]
+    return np.array(numbers)
+
+
+def _series(measurement: "Measurement") -> dict[str, object]:
+    from dataclasses import fields
+
+    import numpy as np
+
+    series = {f.name: np.asarray(getattr(measurement.series, f.name), dtype=float) for f in fields(measurement.series)}
+    cycle = {f.name: getattr(measurement.cycle, f.name) for f in fields(measurement.cycle)}
+    tree: dict[str, object] = {**series, "mean_cycle": cycle}
+    if measurement.trend is not None:
+        tree["trend"] = {f.name: getattr(measurement.trend, f.name) for f in fields(measurement.trend)}
+    return tree

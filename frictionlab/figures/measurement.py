@@ -1,0 +1,77 @@
+"""One measurement in one figure: time response with its stops, hysteresis loops, spectrum with the drive marked."""
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.figures.style import BASE, GREY, MEASURED, ORANGE, PAGE, VERMILION, look, new_figure
+
+
+def draw_response(measurement: Measurement, ax: Axes) -> Axes:
+    """The last cycles used: mass over base, stops shaded."""
+    traces = measurement.traces
+    for number, (begin, end) in enumerate(traces.stops):
+        ax.axvspan(begin, end, color=ORANGE, alpha=0.3, lw=0, label="stop" if number == 0 else None)
+    ax.plot(traces.time, traces.base, color=BASE, lw=0.9, ls=":", label="base")
+    ax.plot(traces.time, traces.mass, color=MEASURED, label="mass")
+    ax.set(xlabel="time [s]", ylabel="displacement, x / Y, y / Y", xlim=(traces.time[0], traces.time[-1]))
+    ax.margins(y=0.2)
+    ax.legend(loc="upper center", ncols=3)
+    return ax
+
+
+def draw_loops(measurement: Measurement, ax: Axes) -> Axes:
+    """Hysteresis loops of the cycles used, base over mass: their area is the energy per cycle, eq. (2.18)."""
+    traces = measurement.traces
+    fade = max(0.15, 1.0 / len(traces.loop_mass))
+    for mass, base in zip(traces.loop_mass, traces.loop_base, strict=True):
+        ax.plot(mass, base, color=MEASURED, lw=0.8, alpha=fade)
+    ax.set(xlabel="displacement of the mass, x / Y", ylabel="displacement of the base, y / Y")
+    return ax
+
+
+def draw_spectrum(measurement: Measurement, ax: Axes) -> Axes:
+    """Amplitude spectra of mass and base, the drive frequency marked."""
+    traces = measurement.traces
+    ax.semilogy(traces.frequency, 1e3 * traces.base_spectrum, color=GREY, lw=0.8, label="base")
+    ax.semilogy(traces.frequency, 1e3 * traces.mass_spectrum, color=MEASURED, lw=0.8, label="mass")
+    drive, height = measurement.drive_frequency_hz, 1e3 * measurement.base_amplitude_m
+    ax.plot([drive], [height], ls="none", marker="o", ms=5, mfc="none", color=VERMILION, label=f"drive, {drive:.6g} Hz")
+    top = max(float(traces.base_spectrum.max()), float(traces.mass_spectrum.max()))
+    ax.set(
+        xlabel="frequency [Hz]", ylabel="amplitude [mm]", xlim=(0, traces.frequency[-1]), ylim=(1e-2 * 1e-3, 3e3 * top)
+    )
+    ax.legend(loc="upper right")
+    return ax
+
+
+def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
+    """All three, with the numbers above each; ``name`` stands above them."""
+    with look():
+        figure = new_figure(PAGE, 5.2)
+        grid = figure.add_gridspec(2, 2, width_ratios=(1.35, 1.0))
+        draw_response(measurement, figure.add_subplot(grid[0, :])).set_title(_response_title(measurement))
+        draw_spectrum(measurement, figure.add_subplot(grid[1, 0])).set_title(_spectrum_title(measurement))
+        draw_loops(measurement, figure.add_subplot(grid[1, 1])).set_title(_loop_title(measurement))
+        figure.suptitle(name or measurement.source, x=0.01, ha="left", fontsize=8, parse_math=False)
+        return figure
+
+
+def _response_title(m: Measurement) -> str:
+    return (
+        f"{m.regime}, {m.stops_per_cycle:.3g} stops a cycle   amplitude {m.response_amplitude:.4g} ±"
+        f" {m.response_amplitude_se:.1g} Y   irregularity {_known(m.irregularity_index)}"
+    )
+
+
+def _spectrum_title(m: Measurement) -> str:
+    ratio = "r unknown" if m.frequency_ratio is None else f"r = {m.frequency_ratio:.6g}"
+    return f"{ratio}   Y = {1e3 * m.base_amplitude_m:.4g} mm   distortion {100 * m.base_distortion:.2g} %"
+
+
+def _loop_title(m: Measurement) -> str:
+    return f"energy {m.energy_per_cycle:.4g} ± {m.energy_per_cycle_se:.1g} kY² ({m.energy_rule})"
+
+
+def _known(value: float | None) -> str:
+    return "unknown" if value is None else f"{value:.2g}"
