@@ -11,7 +11,11 @@ from typing import Annotated, ParamSpec
 import typer
 
 from frictionlab import __version__
+from frictionlab.cli.analyze import analyze
+from frictionlab.cli.compare_numeric import compare_numeric
 from frictionlab.cli.output import complain
+from frictionlab.cli.show import show
+from frictionlab.cli.synthesize import synthesize
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
 
 P = ParamSpec("P")
@@ -57,7 +61,7 @@ def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
     return run
 
 
-COMMANDS: tuple[Callable[..., None], ...] = ()  # in the order of the data
+COMMANDS: tuple[Callable[..., None], ...] = (analyze, compare_numeric, synthesize, show)  # in the order of the data
 
 for _command in COMMANDS:
     app.command()(errors_in_one_line(_command))

@@ -1,0 +1,66 @@
+"""``frictionlab compare-numeric``: measured over predicted."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from frictionlab.cli.inputs import exit_status, report_rows, rows_of
+from frictionlab.cli.options import AsJson, PlotFolder, Quiet, SceneFile, scene_of
+from frictionlab.cli.output import print_table
+from frictionlab.cli.show import COMPARISON
+from frictionlab.tables import Row, check_output, write_rows
+
+if TYPE_CHECKING:
+    from frictionlab.comparison import Comparison
+
+
+def compare_numeric(
+    recordings: Annotated[list[Path], typer.Argument(metavar="RECORDING...", help="Recordings made by ingest.")],
+    scene: SceneFile = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the rows here (.csv or .jsonl).")
+    ] = None,
+    as_json: AsJson = False,
+    plot: PlotFolder = None,
+    beta: Annotated[
+        float | None,
+        typer.Option("--beta", min=0.0, help="Predict with this friction ratio instead of identifying it."),
+    ] = None,
+    solver: Annotated[
+        Literal["auto", "closed-form", "exact", "thesis"] | None,
+        typer.Option("--solver", help="In place of the scene's."),
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Identify the friction, predict the steady cycle with the simulator, and draw measured over predicted.
+
+    Example: frictionlab compare-numeric build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
+    """
+    from frictionlab.comparison import compare
+    from frictionlab.hdf5 import read_recording
+
+    what = scene_of(scene)
+    if output is not None:
+        check_output(output)
+
+    def job(path: Path) -> Row:
+        comparison = compare(read_recording(path), what, friction_ratio=beta, solver=solver)
+        if plot is not None:
+            _draw(comparison, plot / f"{path.stem}.png")
+        return {**comparison.row(), "source": str(path)}
+
+    rows = report_rows(rows_of(recordings, job), as_json=as_json)
+    if output is not None:
+        write_rows(rows, output)
+    if not (as_json or quiet):
+        print_table([row for row in rows if row["status"] == "ok"], COMPARISON)
+    exit_status(rows)
+
+
+def _draw(comparison: "Comparison", path: Path) -> None:
+    from frictionlab.figures.comparison import comparison_figure
+    from frictionlab.figures.style import save
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    save(comparison_figure(comparison), path)

@@ -1,0 +1,240 @@
+"""The simulator seen through a laser: logs whose truth is known.
+
+A virtual rig runs each test of ``[[synthetic.tests]]`` from rest (or from its steady state), cycle by cycle, so that
+the friction force may drift, scatter or jump as the scene says. Two virtual optoNCDT sensors add noise and round to
+their step. Nothing here is measured, and every log says so in its first lines.
+"""
+
+import json
+import math
+import zlib
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import SceneError
+from frictionlab.files import write_whole
+from frictionlab.scene import Scene, VirtualTests
+from frictionlab.simulator import Problem, Trajectory, simulate, steady_state
+
+FloatArray = NDArray[np.float64]
+MILLIMETRES = 1e3  # the logs are written in the sensor's unit
+PREAMBLE = (
+    "# SYNTHETIC: simulated by frictionlab, not measured\n"
+    "# material {material}, normal force {force:g} N, r {ratio:g}; its truth is in truth.jsonl\n"
+    "time [s],mass [mm],base [mm]\n"
+)
+
+
+@dataclass(frozen=True)
+class VirtualTest:
+    """One test of the virtual rig, all numbers known.
+
+    ``friction_ratio`` (beta), ``frequency_ratio`` (r) dimensionless; the behaviours as in ``[[synthetic.tests]]``.
+    """
+
+    log: str
+    material: str
+    normal_force_n: float
+    frequency_ratio: float
+    friction_ratio: float
+    friction_coefficient: float
+    natural_frequency_hz: float
+    base_amplitude_m: float
+    stiffness_n_per_m: float
+    static_ratio: float
+    damping_ratio: float
+    wall: Literal["fixed", "base"]
+    duration_s: float
+    friction_drift_per_hour: float
+    friction_scatter: float
+    jump_s: float | None
+    jump_factor: float
+
+    @property
+    def drive_frequency_hz(self) -> float:
+        """Frequency of the base in Hz, eq. (2.7)."""
+        return self.frequency_ratio * self.natural_frequency_hz
+
+    @property
+    def is_plain_coulomb(self) -> bool:
+        """Whether the friction force is the same in every cycle."""
+        return self.friction_drift_per_hour == 0 and self.friction_scatter == 0 and self.jump_s is None
+
+    def problem(self, friction_ratio: float | None = None) -> Problem:
+        """The dimensionless problem (eq. 2.9) of this test, or of it with another friction ratio."""
+        beta = self.friction_ratio if friction_ratio is None else friction_ratio
+        return Problem(self.frequency_ratio, beta, mu=self.static_ratio, zeta=self.damping_ratio, wall=self.wall)
+
+
+def virtual_tests(scene: Scene) -> tuple[VirtualTest, ...]:
+    """All tests that a scene's ``[[synthetic.tests]]`` asks for, in its order.
+
+    Raises
+    ------
+    SceneError
+        No tests, no natural frequency or no stiffness in the scene.
+    """
+    rig, synthetic = scene.rig, scene.synthetic
+    if not synthetic.tests:
+        raise SceneError("synthetic.tests: expected at least one [[synthetic.tests]] table; got none")
+    if rig.natural_frequency is None or rig.stiffness is None:
+        raise SceneError(
+            "rig: a virtual rig needs natural frequency and stiffness: give two of natural_frequency_hz, mass_kg and"
+            " stiffness_n_per_m"
+        )
+    tests = tuple(
+        _virtual_test(scene, group, force, ratio)
+        for group in synthetic.tests
+        for force in group.normal_forces_n
+        for ratio in group.frequency_ratios
+    )
+    names = [test.log for test in tests]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise SceneError(f"synthetic.tests: the same test stands twice: {', '.join(twice)}; leave one out")
+    return tests
+
+
+def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float) -> VirtualTest:
+    rig, model, synthetic = scene.rig, scene.model, scene.synthetic
+    stiffness, natural_frequency = rig.stiffness or 0.0, rig.natural_frequency or 0.0
+    beta = group.friction_coefficient * force / (stiffness * synthetic.base_amplitude_m)
+    duration = group.duration_s or synthetic.duration_s
+    return VirtualTest(
+        log=f"{group.material}_N{force:g}_r{ratio:g}{_label(group)}.csv",
+        material=group.material,
+        normal_force_n=force,
+        frequency_ratio=ratio,
+        friction_ratio=beta,
+        friction_coefficient=group.friction_coefficient,
+        natural_frequency_hz=natural_frequency,
+        base_amplitude_m=synthetic.base_amplitude_m,
+        stiffness_n_per_m=stiffness,
+        static_ratio=model.static_ratio,
+        damping_ratio=(rig.damping_ratio or 0.0) if model.damping else 0.0,
+        wall=model.wall,
+        duration_s=duration,
+        friction_drift_per_hour=group.friction_drift_per_hour,
+        friction_scatter=group.friction_scatter,
+        jump_s=group.jump_s,
+        jump_factor=group.jump_factor,
+    )
+
+
+def _label(group: VirtualTests) -> str:
+    return f"_{group.label}" if group.label else ""
+
+
+def synthesize(scene: Scene, folder: Path) -> Iterator[VirtualTest]:
+    """Write one log per virtual test into a folder, and their truth beside them (``truth.jsonl``, last).
+
+    Parameters
+    ----------
+    scene : Scene
+        Its ``[rig]``, ``[model]`` and ``[synthetic]`` tables say all; the same scene gives the same bytes.
+    folder : Path
+        Made if it is not there. Logs of the same names are replaced.
+
+    Yields
+    ------
+    VirtualTest
+        Each test when its log stands.
+
+    Raises
+    ------
+    SceneError
+        As :func:`virtual_tests`.
+    OutputError
+        The folder cannot be written.
+    """
+    tests = virtual_tests(scene)
+    folder.mkdir(parents=True, exist_ok=True)
+    for test in tests:
+        write_whole(folder / test.log, log_text(test, scene).encode("ascii"))
+        yield test
+    truths = "".join(json.dumps(truth(test)) + "\n" for test in tests)
+    write_whole(folder / "truth.jsonl", truths.encode())
+
+
+def log_text(test: VirtualTest, scene: Scene) -> str:
+    """The log of one test: preamble, header, one line per sample; time in s, displacements in mm."""
+    synthetic = scene.synthetic
+    time = np.arange(round(test.duration_s * synthetic.sampling_rate_hz)) / synthetic.sampling_rate_hz
+    noise = _generator(test, scene, "noise")
+    mass = motion(test, time, scene)
+    base = test.base_amplitude_m * np.cos(2 * math.pi * test.drive_frequency_hz * time)
+    seen = [_through_laser(signal, synthetic.noise_m, synthetic.step_m, noise) for signal in (mass, base)]
+    table = np.column_stack([time, *(MILLIMETRES * signal for signal in seen)])
+    head = PREAMBLE.format(material=test.material, force=test.normal_force_n, ratio=test.frequency_ratio)
+    return head + ("%.6f,%.6f,%.6f\n" * len(time)) % tuple(table.ravel().tolist())
+
+
+def _generator(test: VirtualTest, scene: Scene, purpose: str) -> np.random.Generator:
+    """A stream of its own for each test and purpose: adding a test changes no other."""
+    return np.random.default_rng([scene.synthetic.seed, zlib.crc32(f"{test.log}/{purpose}".encode())])
+
+
+def _through_laser(signal: FloatArray, noise: float, step: float, generator: np.random.Generator) -> FloatArray:
+    """What a sensor makes of a displacement (m): noise of the given rms, then rounding to its step."""
+    noisy = signal + noise * generator.standard_normal(len(signal))
+    return np.round(noisy / step) * step if step else noisy
+
+
+def motion(test: VirtualTest, time: FloatArray, scene: Scene) -> FloatArray:
+    """Displacement of the mass (m) at the given times (s), before any sensor."""
+    tau = 2 * math.pi * test.drive_frequency_hz * time
+    x = v = 0.0
+    if scene.synthetic.start == "steady":
+        orbit, period = _steady_orbit(test)
+        if test.is_plain_coulomb:
+            return test.base_amplitude_m * orbit.at(np.mod(tau, period))[0]
+        x, v = (float(state[0]) for state in orbit.at(np.zeros(1)))
+    displacement = np.empty_like(time)
+    for cycle, beta in enumerate(cycle_friction_ratios(test, scene)):
+        trajectory = simulate(test.problem(float(beta)), cycles=1, x0=x, v0=v)
+        inside = slice(*np.searchsorted(tau, [2 * math.pi * cycle, 2 * math.pi * (cycle + 1)]))
+        displacement[inside] = trajectory.at(tau[inside] - 2 * math.pi * cycle)[0]
+        x, v = (float(state[0]) for state in trajectory.at(np.array([2 * math.pi])))
+    return test.base_amplitude_m * displacement
+
+
+def _steady_orbit(test: VirtualTest) -> tuple[Trajectory, float]:
+    """The steady orbit of a test and its period (rad)."""
+    state = steady_state(test.problem())
+    if state.orbit is None or state.period_cycles is None:
+        raise SceneError(f"synthetic.tests: {test.log}: start = 'steady' needs a steady state; got {state.outcome}")
+    return state.orbit, 2 * math.pi * state.period_cycles
+
+
+def cycle_friction_ratios(test: VirtualTest, scene: Scene) -> FloatArray:
+    """Friction ratio of each cycle: drift, jump and scatter as the test's material has them; shape (cycles,)."""
+    cycles = math.ceil(test.duration_s * test.drive_frequency_hz)
+    start = np.arange(cycles) / test.drive_frequency_hz
+    factor = 1 + test.friction_drift_per_hour * start / 3600
+    if test.jump_s is not None:
+        factor = np.where(start >= test.jump_s, test.jump_factor, 1.0) * factor
+    if test.friction_scatter:
+        factor = factor * (1 + test.friction_scatter * _generator(test, scene, "friction").standard_normal(cycles))
+    return test.friction_ratio * np.maximum(factor, 0.0)
+
+
+def truth(test: VirtualTest) -> dict[str, object]:
+    """What is known of a test: its parameters and the steady state of its (undisturbed) problem."""
+    state = steady_state(test.problem())
+    known = {key: value for key, value in asdict(test).items() if value is not None}
+    return {
+        **known,
+        "drive_frequency_hz": test.drive_frequency_hz,
+        "friction_force_n": test.friction_coefficient * test.normal_force_n,
+        "outcome": state.outcome,
+        "energy_per_cycle": state.energy_per_cycle,
+        "response_amplitude": state.response_amplitude,
+        "stops_per_cycle": state.stops_per_cycle,
+        "stuck_fraction": state.stuck_fraction,
+        "regime": state.regime,
+    }
