@@ -1,0 +1,141 @@
+"""Run the kernel as it stands, or compiled: one source, two speeds, the same bits.
+
+Plain Python starts at once and needs about a millisecond per steady state; the compiled kernel needs a second to load
+and some ten microseconds. Which one runs changes nothing but the time.
+"""
+
+import contextlib
+import functools
+import hashlib
+import importlib
+import importlib.util
+import os
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator.kernel import accounts, events, layout, motion, orbits
+from frictionlab.simulator.problem import Problem
+
+__all__ = ["Engine", "choose", "compiled", "machine_code_folder", "make_room", "plain", "set_up"]
+
+MODULES = (motion, events, orbits, accounts)  # each uses only those before it
+WORTH_LOADING = 2e4  # slides; in plain Python they take about as long (1 s) as loading the compiled kernel
+WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version (15 s)
+
+
+@dataclass(frozen=True)
+class Engine:
+    """A kernel ready to run: its functions by name, and what makes its buffers."""
+
+    kernel: Any
+    buffer: Callable[[tuple[float, ...]], Any]
+
+
+@functools.cache
+def plain() -> Engine:
+    """Return the kernel as plain Python: nothing to load."""
+    functions = {name: getattr(module, name) for module in MODULES for name in module.__all__}
+    return Engine(SimpleNamespace(**functions), list)
+
+
+@functools.cache
+def compiled() -> Engine:
+    """Return the kernel compiled by numba; machine code is kept between processes, see `machine_code_folder`.
+
+    Raises
+    ------
+    SimulationError
+        If numba cannot be loaded.
+    """
+    try:
+        import numba  # noqa: PLC0415 - half a second that a single steady state does not need
+    except ImportError as error:
+        raise SimulationError(
+            f"simulation: the compiled kernel; expected the package numba; got: {error}; "
+            "do: pip install numba, or keep the work small enough for plain Python"
+        ) from error
+    functions: dict[str, Any] = {}
+    with _cached_in(machine_code_folder(), numba.config) as cache:
+        for module in MODULES:
+            twin = _fresh(module)
+            vars(twin).update({name: fast for name, fast in functions.items() if hasattr(twin, name)})
+            for name in module.__all__:
+                fast = numba.njit(cache=cache, error_model="numpy", nogil=True)(getattr(twin, name))
+                setattr(twin, name, fast)
+                functions[name] = fast
+    return Engine(SimpleNamespace(**functions), lambda values: np.array(values, dtype=np.float64))
+
+
+def machine_code_folder() -> Path:
+    """Return where machine code is kept: a folder of its own for each state of the kernel's source.
+
+    It stands in ``NUMBA_CACHE_DIR`` if that is set, else in the user's cache folder; never in the package. The
+    compiler's own check sees a change of a function's file only, not of the files it uses: hence the digest of them all.
+    """
+    digest = hashlib.sha256()
+    for module in (layout, *MODULES):
+        digest.update(Path(str(module.__file__)).read_bytes())
+    home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    root = Path(home) if home else Path("~/.cache").expanduser()
+    return root / "frictionlab" / f"kernel-{digest.hexdigest()[:16]}"
+
+
+@contextlib.contextmanager
+def _cached_in(folder: Path, config: Any) -> Iterator[bool]:
+    """Point the compiler's cache to a folder while functions are declared; False where nothing can be written."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        yield False  # compiled anew in each process: slower to start, the same otherwise
+        return
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
+    try:
+        yield os.access(folder, os.W_OK)
+    finally:
+        config.CACHE_DIR = before
+
+
+def _fresh(module: ModuleType) -> ModuleType:
+    """Return a second copy of a module, whose functions can be replaced without touching the first."""
+    spec = importlib.util.find_spec(module.__name__)
+    if spec is None or spec.loader is None:
+        raise SimulationError(f"simulation: the kernel's source; expected a module {module.__name__}; got none")
+    twin = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(twin)
+    return twin
+
+
+def choose(slides: float) -> Engine:
+    """Return the engine for about so many slides of work: the compiled one if loaded already or worth loading."""
+    if compiled.cache_info().currsize or slides > WORTH_COMPILING:
+        return compiled()
+    if slides > WORTH_LOADING and any(machine_code_folder().glob("**/*.nbi")):
+        return compiled()
+    return plain()
+
+
+def make_force(engine: Engine, cosine: tuple[float, ...], sine: tuple[float, ...]) -> Any:
+    """Return the kernel's buffers of a Fourier series: its coefficients, and space for them about another time."""
+    none = (0.0,) * len(cosine)
+    return engine.buffer(cosine), engine.buffer(sine), engine.buffer(none), engine.buffer(none)
+
+
+def make_room(engine: Engine, problem: Problem, phases: int) -> Any:
+    """Return the kernel's buffers, with space to record a number of phases."""
+    base = problem.base
+    frame = make_force(engine, base.cosine, base.sine) if problem.wall == "base" else make_force(engine, (), ())
+    sizes = (4, layout.TALLY, layout.PHASE * phases)
+    return (*(engine.buffer((0.0,) * size) for size in sizes), frame)
+
+
+def set_up(engine: Engine, problem: Problem) -> tuple[Any, Any]:
+    """Return the kernel's rig and force of a problem."""
+    force = make_force(engine, *problem.force)
+    return engine.kernel.make_rig(problem.r, problem.beta, problem.mu, problem.zeta, force), force

@@ -1,0 +1,235 @@
+"""What repeats: Den Hartog's closed form, shooting, and the search for the orbit that rest settles on."""
+
+from math import atan2, cos, floor, hypot, inf, pi, sin, sqrt, tan
+
+from frictionlab.simulator.kernel.events import carry
+from frictionlab.simulator.kernel.layout import (
+    CHATTERED,
+    DONE,
+    NOT_FOUND,
+    PATH,
+    PERIODIC,
+    STOPS_MADE,
+    STUCK,
+    TURN,
+    UNBOUNDED,
+    Buffer,
+    Force,
+    Found,
+    Leg,
+    Rig,
+    Room,
+)
+from frictionlab.simulator.kernel.motion import gap, local_force, slide_at
+
+__all__ = [
+    "attract",
+    "continuous_orbit",
+    "den_hartog",
+    "find_orbit",
+    "frictionless",
+    "grows",
+    "newton_target",
+    "only_orbit",
+    "shoot",
+    "spectral_radius",
+    "symmetric_force",
+]
+
+LONGEST = 8  # cycles of the longest orbit looked for
+PATIENCE = 4096  # cycles waited for an orbit with static friction
+
+
+def den_hartog(r: float, beta: float) -> tuple[float, float]:
+    """Return the amplitude X and the phase phi of eqs (2.11)-(2.14); X is 0 where no continuous motion exists.
+
+    tan(pi / 2r) is taken from the distance of 1/r to the nearest odd integer, so that r = 1 +- 1e-15 is no harder.
+    """
+    odd = 2.0 * floor(0.5 / r) + 1.0
+    away = gap(r, odd) / r  # 1/r - odd, in [-1, 1)
+    detuning = gap(r, 1.0) * (1.0 + r)  # 1 / V
+    if away == 0.0 or detuning == 0.0:
+        return 0.0, 0.0
+    ratio = -beta / (tan(0.5 * pi * away) * r) * detuning  # beta U / V
+    if abs(ratio) >= 1.0:
+        return 0.0, 0.0
+    share = sqrt((1.0 - ratio) * (1.0 + ratio))
+    return share / abs(detuning), atan2(-ratio, share if detuning > 0.0 else -share)
+
+
+def grows(rig: Rig, force: Force) -> bool:
+    """Tell whether a harmonic drives the undamped mass exactly at resonance harder than friction can brake it."""
+    for i in range(len(force[0])):
+        drive = 0.25 * pi * hypot(force[0][i], force[1][i])
+        if rig[3] == 0.0 and gap(rig[0], i + 1.0) == 0.0 and rig[1] < drive:
+            return True
+    return False
+
+
+def frictionless(rig: Rig, force: Force, tau: float) -> tuple[float, float]:
+    """Return z and v at tau of the periodic motion without friction; 0, 0 if a harmonic is exactly at resonance."""
+    r, zeta = rig[0], rig[3]
+    z, v = 0.0, 0.0
+    for i in range(len(force[0])):
+        k = i + 1.0
+        stiffness = complex(gap(r, k) * (1.0 + k * r), 2.0 * zeta * k * r)
+        if stiffness == 0.0:
+            return 0.0, 0.0
+        motion = complex(force[0][i], -force[1][i]) * complex(cos(k * tau), sin(k * tau)) / stiffness
+        z += motion.real
+        v -= k * motion.imag
+    return z, v
+
+
+def symmetric_force(force: Force) -> bool:
+    """Tell whether F(tau + pi) = -F(tau): no even harmonic."""
+    even = 0.0
+    for i in range(1, len(force[0]), 2):
+        even += abs(force[0][i]) + abs(force[1][i])
+    return even == 0.0
+
+
+def spectral_radius(jacobian: Buffer) -> float:
+    """Return the multiplier of largest modulus: signed if real, the modulus if it is one of a complex pair."""
+    half = 0.5 * (jacobian[0] + jacobian[3])
+    det = jacobian[0] * jacobian[3] - jacobian[1] * jacobian[2]
+    inside = half * half - det
+    if inside < 0.0:
+        return sqrt(det)
+    return half + sqrt(inside) if half >= 0.0 else half - sqrt(inside)
+
+
+def newton_target(jacobian: Buffer, z: float, v: float, dz: float, dv: float) -> tuple[float, float]:
+    """Return where Newton's method expects the fixed point, from the map's miss (dz, dv); the image if it cannot."""
+    a, b, c, d = jacobian[0] - 1.0, jacobian[1], jacobian[2], jacobian[3] - 1.0
+    det = a * d - b * c
+    if det == 0.0:
+        return z + dz, v + dv
+    return z - (d * dz - b * dv) / det, v - (a * dv - c * dz) / det
+
+
+def shoot(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> tuple[float, float, float, int]:
+    """Return the fixed point of the leg's map near (z, v): z, v, its miss, and how the last motion ended.
+
+    Newton with the exact derivative; where a step does not halve the miss the map itself is applied instead, which for
+    mu = 1 never increases the miss (README, "Steady states").
+    """
+    r = rig[0]
+    patience = 1
+    iz, iv, code = carry(rig, force, leg, z, v, room)
+    miss = hypot(iz - z, r * (iv - v))
+    for _ in range(60):
+        size = hypot(z, r * v) + room[1][PATH]
+        if code != DONE or room[1][PATH] == 0.0 or miss <= 2e-16 * size:
+            break
+        nz, nv = newton_target(room[0], z, v, iz - z, iv - v)
+        mz, mv, code = carry(rig, force, leg, nz, nv, room)
+        less = hypot(mz - nz, r * (mv - nv))
+        if code == DONE and less < 0.5 * miss:
+            z, v, iz, iv, miss = nz, nv, mz, mv, less
+            continue
+        if miss <= 1e-13 * size:
+            break
+        for _ in range(patience):
+            z, v = iz, iv
+            iz, iv, code = carry(rig, force, leg, z, v, room)
+            miss = hypot(iz - z, r * (iv - v))
+        patience *= 2
+    return z, v, miss, code
+
+
+def continuous_orbit(rig: Rig, force: Force, room: Room) -> tuple[Leg, float, float, bool]:
+    """Return Den Hartog's orbit as leg, z, v, and whether the event loop confirms it.
+
+    The closed form assumes that the mass never stops; the loop, started on its upper turn, must come back mirrored
+    after half a period on one straight way of length 2X. The orbit is handed over from the middle of that way.
+    """
+    r, beta = rig[0], rig[1]
+    size = hypot(force[0][0], force[1][0])
+    amplitude, phase = den_hartog(r, beta / size)
+    amplitude *= size
+    leg = ((phase + atan2(force[1][0], force[0][0])) % TURN, pi, 1.0, -1.0)
+    if amplitude == 0.0:
+        return leg, 0.0, 0.0, False
+    z, v, code = carry(rig, force, leg, amplitude, 0.0, room)
+    miss = hypot(z - amplitude, r * v) + abs(room[1][PATH] - 2.0 * amplitude)
+    valid = code == DONE and room[1][STOPS_MADE] == 0.0 and miss <= 1e-9 * amplitude
+    push, _ = local_force(leg[0], force)
+    z, v, _ = slide_at(0.5 * pi, rig, force, (amplitude, 0.0, (push - amplitude + beta) / (r * r)), -1.0)
+    return ((leg[0] + 0.5 * pi) % TURN, pi, 1.0, -1.0), z, v, valid
+
+
+def only_orbit(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
+    """Return the one orbit of a problem with mu = 1, from the better of two guesses: frictionless, or from rest."""
+    r = rig[0]
+    z, v = frictionless(rig, force, leg[0])
+    iz, iv, _ = carry(rig, force, leg, z, v, room)
+    miss = hypot(iz - z, r * (iv - v))
+    rz, rv = 0.0, 0.0
+    for _ in range(2):
+        rz, rv, _ = carry(rig, force, leg, rz, rv, room)
+    iz, iv, _ = carry(rig, force, leg, rz, rv, room)
+    if hypot(iz - rz, r * (iv - rv)) < miss:
+        z, v = rz, rv
+    z, v, miss, code = shoot(rig, force, leg, z, v, room)
+    return leg, z, v, miss, code
+
+
+def attract(rig: Rig, force: Force, room: Room) -> Found:
+    """Return the orbit that the motion from rest settles on, of up to LONGEST cycles.
+
+    Needed for mu > 1 only, where orbits may coexist, be unstable or last several cycles: the motion is waited for until
+    it nearly repeats, Newton finishes it, and only a stable orbit close by is accepted.
+    """
+    past = [(0.0, 0.0)] * (LONGEST + 1)
+    z, v, wait = 0.0, 0.0, 16
+    leg = (0.0, TURN, 1.0, 1.0)
+    for cycle in range(1, PATIENCE + 1):
+        z, v, code = carry(rig, force, leg, z, v, room)
+        if code != DONE or room[1][PATH] == 0.0:
+            return leg, z, v, 0.0, code
+        past[cycle % (LONGEST + 1)] = (z, v)
+        if cycle != wait:
+            continue
+        wait *= 2
+        size = hypot(z, rig[0] * v) + room[1][PATH]
+        for k in range(1, LONGEST + 1):
+            old = past[(cycle - k) % (LONGEST + 1)]
+            if hypot(z - old[0], rig[0] * (v - old[1])) > 0.01 * size:
+                continue
+            trial = (0.0, TURN, float(k), 1.0)
+            oz, ov, miss, code = shoot(rig, force, trial, z, v, room)
+            near = hypot(z - oz, rig[0] * (v - ov)) < 0.1 * size
+            if code == DONE and near and miss <= 1e-12 * size:
+                carry(rig, force, trial, oz, ov, room)
+                if abs(spectral_radius(room[0])) <= 1.0 + 1e-9:
+                    return trial, oz, ov, miss, code
+    return leg, z, v, inf, DONE
+
+
+def find_orbit(rig: Rig, force: Force, closed: int, room: Room) -> tuple[int, Leg, float, float, float, bool]:
+    """Return outcome, leg, z, v, miss, and whether the closed form was it. `closed`: -1 never, 0 if valid, 1 only."""
+    leg = (0.0, TURN, 1.0, 1.0)
+    if grows(rig, force):
+        return UNBOUNDED, leg, 0.0, 0.0, 0.0, False
+    carry(rig, force, leg, 0.0, 0.0, room)
+    if room[1][PATH] == 0.0:
+        return STUCK, leg, 0.0, 0.0, 0.0, False
+    if closed >= 0 and len(force[0]) == 1 and rig[3] == 0.0:
+        leg, z, v, valid = continuous_orbit(rig, force, room)
+        if valid:
+            iz, iv, _ = carry(rig, force, leg, z, v, room)
+            return PERIODIC, leg, z, v, hypot(iz - z, rig[0] * (iv - v)), True
+    if closed == 1:
+        return NOT_FOUND, leg, 0.0, 0.0, inf, False
+    if rig[2] == 1.0:
+        leg = (0.0, pi, 1.0, -1.0) if symmetric_force(force) else (0.0, TURN, 1.0, 1.0)
+        leg, z, v, miss, code = only_orbit(rig, force, leg, room)
+    else:
+        leg, z, v, miss, code = attract(rig, force, room)
+    size = hypot(z, rig[0] * v) + room[1][PATH]
+    if code != DONE:
+        return CHATTERED, leg, z, v, miss, False
+    if room[1][PATH] == 0.0:
+        return STUCK, leg, z, 0.0, 0.0, False
+    return (PERIODIC if miss <= 1e-9 * size else NOT_FOUND), leg, z, v, miss, False

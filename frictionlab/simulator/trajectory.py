@@ -1,0 +1,215 @@
+"""A motion as a list of phases: exact between its events, evaluated anywhere, never sampled."""
+
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator import engine as engines
+from frictionlab.simulator.kernel.layout import DONE, PHASE, PHASES
+from frictionlab.simulator.problem import Problem
+
+__all__ = ["Trajectory", "simulate_exactly"]
+
+TURN = 2.0 * pi
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A motion of one problem, phase by phase; a phase is one slide, or one stick, within one cycle of the drive.
+
+    The phase of the drive is kept apart from the count of cycles, so that the millionth cycle is as exact as the first.
+
+    Parameters
+    ----------
+    problem : Problem
+        What moves.
+    side : ndarray of shape (n,)
+        Direction of each phase: +1, -1 (sliding), 0 (sticking).
+    cycle : ndarray of shape (n,)
+        Cycle in which the phase begins, counted from the start of the motion.
+    tau : ndarray of shape (n,)
+        Start of the phase, rad, within its cycle.
+    duration : ndarray of shape (n,)
+        Length of the phase, rad.
+    displacement, velocity, acceleration : ndarray of shape (n,)
+        State at the start of the phase, relative to the wall, over Y; derivatives with respect to tau.
+    periodic : bool
+        Whether the motion repeats after its last phase: then it is defined at all times.
+    mirrored : bool
+        Whether it repeats with its sign changed (half a period of a symmetric orbit).
+    """
+
+    problem: Problem
+    side: Floats
+    cycle: NDArray[np.int64]
+    tau: Floats
+    duration: Floats
+    displacement: Floats
+    velocity: Floats
+    acceleration: Floats
+    periodic: bool = False
+
+    @property
+    def start(self) -> float:
+        """Begin of the motion, rad."""
+        return float(self.cycle[0] * TURN + self.tau[0])
+
+    @property
+    def end(self) -> float:
+        """End of the motion (or of its first period), rad."""
+        return float(self.cycle[-1] * TURN + self.tau[-1] + self.duration[-1])
+
+    @property
+    def stops(self) -> Floats:
+        """Begin and end of each stop, rad, shape (m, 2); sticks that continue across a cut are one stop."""
+        begins = self.cycle * TURN + self.tau
+        held = self.side == 0.0
+        fresh = held & ~np.concatenate(([False], held[:-1]))
+        last = held & ~np.concatenate((held[1:], [False]))
+        return np.column_stack((begins[fresh], (begins + self.duration)[last]))
+
+    @property
+    def turning_points(self) -> tuple[Floats, Floats]:
+        """Times (rad) at which a slide starts or ends at rest relative to the wall, and the displacement x there."""
+        at_rest = (self.velocity == 0.0) & np.concatenate(([True], np.diff(self.displacement) != 0.0))
+        times = (self.cycle * TURN + self.tau)[at_rest]
+        return times, self.at(times)[0]
+
+    def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[Floats, Floats]:
+        """Return displacement x and velocity x' of the mass at any times, to rounding.
+
+        Parameters
+        ----------
+        tau : array_like
+            Times, rad; counted from the start of `cycle` if that is given.
+        cycle : array_like of int, optional
+            Cycle that each time is counted from; keeps the phase exact in late cycles.
+
+        Returns
+        -------
+        x, v : ndarray of the shape of tau
+            Displacement over Y (absolute, also with a moving wall), and its derivative with respect to tau.
+
+        Raises
+        ------
+        SimulationError
+            If a time lies outside the motion.
+
+        Examples
+        --------
+        >>> from frictionlab.simulator import Problem, simulate
+        >>> run = simulate(Problem(r=0.5, beta=0.4), cycles=2)
+        >>> x, v = run.at([0.0, 1.0])
+        >>> float(x[0]), float(v[0])
+        (0.0, 0.0)
+        """
+        times, turns = np.broadcast_arrays(np.asarray(tau, dtype=np.float64), 0 if cycle is None else np.asarray(cycle))
+        local, turns = self._fold(times.ravel(), turns.ravel().astype(np.float64))
+        begins = (self.cycle - self.cycle[0]) * TURN + self.tau
+        index = np.searchsorted(begins, turns * TURN + local, side="right") - 1
+        index = np.clip(index, 0, len(begins) - 1)
+        within = np.clip(local - self.tau[index] + (turns + self.cycle[0] - self.cycle[index]) * TURN, 0.0, None)
+        z, v = self._evaluate(index, within)
+        if self.problem.wall == "base":
+            f, df = _series(self.problem.base.cosine, self.problem.base.sine, local)
+            z, v = z + f, v + df
+        return z.reshape(times.shape), v.reshape(times.shape)
+
+    def _fold(self, tau: Floats, turns: Floats) -> tuple[Floats, Floats]:
+        """Return times as a phase in the first cycle's frame and whole turns since then; periodic motions wrap."""
+        low, high = self.tau[0], self.end - self.cycle[0] * TURN
+        turns = turns - (0.0 if self.periodic else float(self.cycle[0]))
+        whole = np.floor((tau - low) / TURN)
+        local, turns = tau - whole * TURN, turns + whole
+        if self.periodic:
+            return local, np.mod(turns, max(1.0, float(np.round((high - low) / TURN))))
+        total = turns * TURN + local
+        slack = 1e-12 * (1.0 + abs(high) + np.abs(total))
+        if not np.all((total >= low - slack) & (total <= high + slack)):
+            first, last = np.min(tau, initial=np.inf), np.max(tau, initial=-np.inf)
+            raise SimulationError(
+                f"trajectory: at(tau); expected times between {self.start:.6g} and {self.end:.6g} rad; got times from "
+                f"{first:.6g} to {last:.6g}; do: ask within the motion, or simulate longer"
+            )
+        return local, turns
+
+    def _evaluate(self, index: NDArray[np.intp], within: Floats) -> tuple[Floats, Floats]:
+        """Return z and v at the given times within the given phases."""
+        engine = engines.choose(0.05 * len(index))
+        rig, force = engines.set_up(engine, self.problem)
+        columns = (self.side, self.tau, self.duration, self.displacement, self.velocity, self.acceleration)
+        phases = np.column_stack([column[index] for column in columns])
+        states = engine.buffer((0.0,) * (2 * len(index)))
+        flat, times = engine.buffer(tuple(phases.ravel().tolist())), engine.buffer(tuple(within.tolist()))
+        engine.kernel.evaluate(rig, force, flat, times, states)
+        both = np.array(states, dtype=np.float64).reshape(-1, 2)
+        return both[:, 0], both[:, 1]
+
+
+def _series(cosine: tuple[float, ...], sine: tuple[float, ...], tau: Floats) -> tuple[Floats, Floats]:
+    """Return a Fourier series and its derivative at tau."""
+    k = np.arange(1, len(cosine) + 1)
+    c, s = np.cos(np.outer(tau, k)), np.sin(np.outer(tau, k))
+    a, b = np.array(cosine), np.array(sine)
+    return c @ a + s @ b, c @ (k * b) - s @ (k * a)
+
+
+def from_record(problem: Problem, record: Any, count: int, *, periodic: bool, mirror: bool) -> Trajectory:
+    """Build a trajectory from the kernel's record of phases; `mirror` appends the second, mirrored half of a period."""
+    rows = np.array(record[: PHASE * count], dtype=np.float64).reshape(count, PHASE)
+    if mirror:
+        rows = np.vstack((rows, rows * np.array([-1.0, 1.0, 1.0, -1.0, -1.0, -1.0]) + np.array([0, pi, 0, 0, 0, 0])))
+    cycle = np.concatenate(([0], np.cumsum(np.diff(rows[:, 1]) < 0.0)))
+    return _frozen(problem, rows, cycle, periodic=periodic)
+
+
+def _frozen(problem: Problem, rows: Floats, cycle: NDArray[np.int64], *, periodic: bool) -> Trajectory:
+    """Return a trajectory whose arrays cannot be written to."""
+    columns = [np.ascontiguousarray(rows[:, i]) + 0.0 for i in range(PHASE)]
+    for column in (*columns, cycle):
+        column.setflags(write=False)
+    side, tau, duration, z, v, a = columns
+    return Trajectory(problem, side, cycle, tau, duration, z, v, a, periodic)
+
+
+def simulate_exactly(problem: Problem, *, cycles: int, x0: float, v0: float, tau0: float, keep: int) -> Trajectory:
+    """Carry the motion over cycles of the drive by exact phases; the last `keep` cycles are recorded."""
+    engine = engines.choose(cycles * (2.0 + 1.0 / problem.r))
+    rig, force = engines.set_up(engine, problem)
+    if problem.wall == "base":
+        f, df = _series(problem.base.cosine, problem.base.sine, np.array([tau0]))
+        x0, v0 = x0 - float(f[0]), v0 - float(df[0])
+    room = engines.make_room(engine, problem, 0)
+    leg = (tau0, TURN, float(cycles - keep), 1.0)
+    z, v, code = engine.kernel.carry(rig, force, leg, x0, v0, room)
+    _refuse_chatter(problem, code, tau0, z, v)
+    phases = 64 + int(8 * keep * (problem.base.harmonics + 1.0 / problem.r))
+    while True:
+        room = engines.make_room(engine, problem, phases)
+        leg = (tau0, TURN, float(keep), 1.0)
+        end_z, end_v, code = engine.kernel.carry(rig, force, leg, z, v, room)
+        _refuse_chatter(problem, code, tau0, end_z, end_v)
+        count = int(room[1][PHASES])
+        if count <= phases:
+            break
+        phases = count
+    run = from_record(problem, room[2], count, periodic=False, mirror=False)
+    cycle = run.cycle + (cycles - keep)
+    cycle.setflags(write=False)
+    return Trajectory(problem, run.side, cycle, run.tau, run.duration, run.displacement, run.velocity, run.acceleration)
+
+
+def _refuse_chatter(problem: Problem, code: int, tau: float, z: float, v: float) -> None:
+    """Raise the named error for an event sequence that did not end."""
+    if code == DONE:
+        return
+    raise SimulationError(
+        f"simulation: events without end: r = {problem.r!r}, beta = {problem.beta!r}, mu = {problem.mu!r}, zeta = "
+        f"{problem.zeta!r}, cycle begun at tau = {tau!r}; expected at most some hundred phases per cycle and natural "
+        f"period; got more, last state z = {z!r}, v = {v!r}; do: report these numbers"
+    )
