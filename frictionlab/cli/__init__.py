@@ -12,6 +12,7 @@ import typer
 
 from frictionlab import __version__
 from frictionlab.cli.analyze import analyze
+from frictionlab.cli.campaign import campaign
 from frictionlab.cli.compare_numeric import compare_numeric
 from frictionlab.cli.output import complain
 from frictionlab.cli.show import show
@@ -61,7 +62,13 @@ def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
     return run
 
 
-COMMANDS: tuple[Callable[..., None], ...] = (analyze, compare_numeric, synthesize, show)  # in the order of the data
+COMMANDS: tuple[Callable[..., None], ...] = (
+    analyze,
+    compare_numeric,
+    campaign,
+    synthesize,
+    show,
+)  # in the order of the data
 
 for _command in COMMANDS:
     app.command()(errors_in_one_line(_command))

@@ -1,0 +1,207 @@
+"""Many measurements become friction, Amontons' test, ranking and drift of a whole campaign (thesis chapter 4).
+
+- ``trials``: one row of measurements, one `Trial`, failed ones too
+- ``prediction``: what Coulomb's law says of a test
+- ``friction``: all tests of a material and normal force, one `FrictionFit`
+- ``amontons``: is a material's coefficient the same under every force?
+- ``drift``: long tests; ``ranking``: which material is best, and how sure that is
+- ``responses``: examples from the recordings; ``output``: the tables as files
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis.drift import Trend
+from frictionlab.analysis.measure import measure
+from frictionlab.campaign.amontons import AmontonsTest, amontons
+from frictionlab.campaign.drift import Drift, drift_of
+from frictionlab.campaign.friction import FrictionFit, Verdict, fit_group
+from frictionlab.campaign.prediction import Curve, Law, curve, law_of
+from frictionlab.campaign.ranking import CRITERIA, Rank, rank_all
+from frictionlab.campaign.reading import read_measurements
+from frictionlab.campaign.responses import Response, envelope, examples, last_cycles, recording_of
+from frictionlab.campaign.trials import LONG_S, Trial, in_order, trial_of
+from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.scene import Scene
+
+__all__ = [
+    "CRITERIA",
+    "AmontonsTest",
+    "Campaign",
+    "Curve",
+    "Drift",
+    "FrictionFit",
+    "Law",
+    "Rank",
+    "Response",
+    "Trial",
+    "Verdict",
+    "evaluate",
+    "read_measurements",
+    "trial_of",
+]
+
+FloatArray = NDArray[np.float64]
+CURVE_POINTS = 160
+NO_STIFFNESS = (
+    "The scene gives no stiffness ([rig] stiffness_n_per_m, or mass and natural frequency): friction ratios are known,"
+    " forces and coefficients are not."
+)
+NO_RECORDINGS = "The recordings are not at hand at the measurements' sources: no example responses are drawn."
+SHARED_ERRORS = (
+    "Standard errors hold the scatter from test to test; they do not hold the errors of the stiffness and of the normal"
+    " forces, which all tests share."
+)
+Watch = Callable[[Sequence[tuple[str, float]]], Iterable[tuple[str, float]]]
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """What a whole campaign says; everything that its tables, figures and report show.
+
+    ``trials``: all tests, failed ones last; ``fits``: one per material and normal force; ``amontons``: one per
+    material; ``ranking``: the contract's criteria in order, best first; ``drifts``: one per long test; ``curves``: the
+    prediction of each fit over frequency; ``responses``: examples, where the recordings are at hand; ``notes``:
+    sentences about the campaign as a whole.
+    """
+
+    trials: tuple[Trial, ...]
+    fits: tuple[FrictionFit, ...]
+    amontons: tuple[AmontonsTest, ...]
+    ranking: tuple[Rank, ...]
+    drifts: tuple[Drift, ...]
+    curves: tuple[Curve, ...]
+    responses: tuple[Response, ...]
+    notes: tuple[str, ...]
+    law: Law
+    scene: Scene
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """The materials measured, in alphabetical order."""
+        return tuple(sorted({fit.material for fit in self.fits}))
+
+    @property
+    def verdicts(self) -> dict[str, Verdict]:
+        """What the fits say of each test, by its source."""
+        return {v.trial.source: v for fit in self.fits for v in fit.verdicts}
+
+    @property
+    def failures(self) -> tuple[Trial, ...]:
+        """The tests without a measurement, or without the facts it takes."""
+        return tuple(t for t in self.trials if t.failed)
+
+
+def evaluate(trials: Sequence[Trial], scene: Scene, *, folders: Sequence[Path] = (), watch: Watch = iter) -> Campaign:
+    """Evaluate a campaign.
+
+    Parameters
+    ----------
+    trials : sequence of Trial
+        One per test, in any order; failed ones are kept and shown.
+    scene : Scene
+        ``[rig]`` stiffness turns friction ratios into forces and coefficients; ``[model]`` is what predictions hold.
+    folders : sequence of Path
+        Where recordings are looked for beside their ``source``: they give the long tests' points and the examples.
+    watch : callable
+        Wraps the sequence of groups to show progress.
+
+    Raises
+    ------
+    UsageError
+        No test at all, or one stands twice.
+    """
+    if not trials:
+        raise UsageError("campaign: expected at least one measurement; got none")
+    tests = in_order(trials)
+    law = law_of(scene)
+    groups = _groups(tests)
+    fits = tuple(fit_group(groups[group], law, scene.rig.stiffness) for group in watch(sorted(groups)))
+    materials = sorted({fit.material for fit in fits})
+    drifts = tuple(drift_of(t, _trend(t, scene, folders), law, fits) for t in tests if t.is_long and not t.failed)
+    responses = _responses(tests, folders)
+    return Campaign(
+        trials=tests,
+        fits=fits,
+        amontons=tuple(amontons(m, [f for f in fits if f.material == m]) for m in materials),
+        ranking=rank_all(fits, drifts, materials),
+        drifts=drifts,
+        curves=_curves(fits, law),
+        responses=responses,
+        notes=_notes(tests, fits, drifts, responses, scene),
+        law=law,
+        scene=scene,
+    )
+
+
+def _groups(trials: Sequence[Trial]) -> dict[tuple[str, float], list[Trial]]:
+    groups: dict[tuple[str, float], list[Trial]] = {}
+    for trial in trials:
+        if not trial.failed:
+            groups.setdefault(trial.group, []).append(trial)
+    return groups
+
+
+def _trend(trial: Trial, scene: Scene, folders: Sequence[Path]) -> Trend | None:
+    """The trend behind a long test's slope, measured again if its file did not hold it; None if unknown."""
+    recording = recording_of(trial, folders) if trial.trend is None else None
+    if recording is None:
+        return trial.trend
+    try:
+        return measure(recording, scene).trend
+    except AnalysisError:
+        return None
+
+
+def _responses(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[Response, ...]:
+    found = []
+    for label, trial in examples(trials):
+        recording = recording_of(trial, folders)
+        if recording is not None:
+            found.append(last_cycles(trial, recording, label))
+    for trial in trials:
+        recording = recording_of(trial, folders) if trial.is_long and not trial.failed else None
+        if recording is not None:
+            found += [envelope(trial, recording), last_cycles(trial, recording, "end of long")]
+    return tuple(found)
+
+
+def _curves(fits: Sequence[FrictionFit], law: Law) -> tuple[Curve, ...]:
+    ratios = [v.trial.r for f in fits for v in f.verdicts]
+    if not ratios:
+        return ()
+    r = _grid(min(ratios), max(ratios))
+    return tuple(
+        curve(law, f.material, f.normal_force_n, f.friction_ratio, r) for f in fits if f.friction_ratio is not None
+    )
+
+
+def _grid(low: float, high: float) -> FloatArray:
+    """Frequency ratios to draw a prediction at: close at the low end, where the number of stops changes fast."""
+    return np.unique(
+        np.concatenate([np.geomspace(low, high, CURVE_POINTS // 2), np.linspace(low, high, CURVE_POINTS // 2)])
+    )
+
+
+def _notes(
+    trials: Sequence[Trial],
+    fits: Sequence[FrictionFit],
+    drifts: Sequence[Drift],
+    responses: Sequence[Response],
+    scene: Scene,
+) -> tuple[str, ...]:
+    failed = sum(t.failed for t in trials)
+    left = sum(v.excluded is not None and not v.trial.is_long for f in fits for v in f.verdicts)
+    said: tuple[tuple[object, str], ...] = (
+        (failed, f"{failed} of {len(trials)} tests failed; each is listed with its reason."),
+        (left, f"{left} short tests are left out of the friction fits; each is listed with its reason."),
+        (scene.rig.stiffness is None, NO_STIFFNESS),
+        (not drifts, f"No test lasts {LONG_S:g} s or longer: nothing is said of drift."),
+        (not responses, NO_RECORDINGS),
+        (True, SHARED_ERRORS),
+    )
+    return tuple(sentence for holds, sentence in said if holds)

@@ -1,0 +1,104 @@
+"""Long tests: how the energy per cycle drifts, and what that says of the friction force (thesis 4.4.3)."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from frictionlab.analysis.drift import Trend
+from frictionlab.campaign.friction import FrictionFit
+from frictionlab.campaign.prediction import Law, local
+from frictionlab.campaign.trials import Trial
+
+HOUR = 3600.0
+NORMAL = 1.959964
+INSENSITIVE = 0.15  # |d ln E / d ln beta| below which the energy does not tell the friction force
+
+
+@dataclass(frozen=True)
+class Drift:
+    """The drift of one long test.
+
+    ``slope_per_hour``: of the energy per cycle (k Y^2 per hour), with its standard error and 95 % interval ``low`` to
+    ``high``; ``relative_*``: the same over the mean energy; ``friction_*``: the relative change of the friction force
+    per hour that explains it by Coulomb's law; ``trend``: the points behind the slope where the recording is at hand.
+    ``None`` is not known, and ``note`` says why.
+    """
+
+    trial: Trial
+    slope_per_hour: float | None
+    slope_per_hour_se: float | None
+    low: float | None
+    high: float | None
+    friction_per_hour: float | None
+    friction_per_hour_se: float | None
+    trend: Trend | None
+    note: str
+
+    @property
+    def relative_per_hour(self) -> float | None:
+        """Slope over the test's mean energy."""
+        return self._over_energy(self.slope_per_hour)
+
+    @property
+    def relative_per_hour_se(self) -> float | None:
+        """Standard error of it."""
+        return self._over_energy(self.slope_per_hour_se)
+
+    def _over_energy(self, value: float | None) -> float | None:
+        level = self.trend.level if self.trend is not None else self.trial.energy
+        return None if value is None or not level else value / level
+
+    @property
+    def verdict(self) -> str:
+        """``rises``, ``falls``, ``no drift shown`` (the interval holds zero) or ``not known``."""
+        if self.low is None or self.high is None:
+            return "not known"
+        if self.low <= 0 <= self.high:
+            return "no drift shown"
+        return "rises" if self.low > 0 else "falls"
+
+
+def drift_of(trial: Trial, trend: Trend | None, law: Law, fits: Sequence[FrictionFit]) -> Drift:
+    """The drift of a long test, from its trend or, without that, from the measurement's own slope.
+
+    Parameters
+    ----------
+    trend : Trend or None
+        Energy per cycle over time (s), slope per second.
+    fits : sequence of FrictionFit
+        Where the friction ratio of the test's group is looked up.
+    """
+    slope, error, low, high = _slope(trial, trend)
+    friction, friction_error = _friction_slope(trial, law, fits, slope, error)
+    if slope is None:
+        note = "no slope: its recording is not at hand and its measurement holds no energy_trend_per_hour"
+    elif friction is None:
+        note = "the energy hardly depends on the friction force here, so it does not tell how that drifts"
+    else:
+        note = "" if trend is not None else "its recording is not at hand: no points are drawn"
+    return Drift(trial, slope, error, low, high, friction, friction_error, trend, note)
+
+
+def _slope(trial: Trial, trend: Trend | None) -> tuple[float, float, float, float] | tuple[None, None, None, None]:
+    if trend is not None:
+        return trend.slope * HOUR, trend.slope_se * HOUR, trend.low * HOUR, trend.high * HOUR
+    slope, error = (trial.row.get(f"energy_trend_per_hour{end}") for end in ("", "_se"))
+    if not isinstance(slope, (int, float)) or not isinstance(error, (int, float)):
+        return None, None, None, None
+    return float(slope), float(error), slope - NORMAL * error, slope + NORMAL * error
+
+
+def _friction_slope(
+    trial: Trial, law: Law, fits: Sequence[FrictionFit], slope: float | None, error: float | None
+) -> tuple[float, float] | tuple[None, None]:
+    """Relative change of the friction force per hour: the energy's over its elasticity d ln E / d ln beta."""
+    beta = next((f.friction_ratio for f in fits if (f.material, f.normal_force_n) == trial.group), None)
+    if slope is None or error is None or not beta or not trial.energy:
+        return None, None
+    here = local(law, trial.r, beta)
+    if here is None or not here.here.energy:
+        return None, None
+    elasticity = float(here.by_beta[0]) * beta / here.here.energy
+    if abs(elasticity) < INSENSITIVE or not math.isfinite(elasticity):
+        return None, None
+    return slope / trial.energy / elasticity, error / trial.energy / abs(elasticity)

@@ -1,0 +1,232 @@
+"""Which material is best: by energy, by consistency, by drift; with the evidence, and ties called ties.
+
+Materials are compared only where they were tested alike: at the *cells* (normal force x frequency ratio) that all have
+in common. A rank is one more than the number of materials that are better *beyond doubt* (95 %), so neighbours that the
+evidence does not tell apart share a rank; within a rank the better value stands first.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from frictionlab.campaign.drift import Drift
+from frictionlab.campaign.friction import FrictionFit, Verdict
+from frictionlab.campaign.trials import levels, nearest
+
+FloatArray = NDArray[np.float64]
+SURE = 0.05
+CRITERIA = ("energy", "consistency", "drift")
+Cell = tuple[float, float]
+UNITS = {
+    "energy": "mean energy per cycle, k Y^2",
+    "consistency": "irregularity index beyond noise, geometric mean",
+    "drift": "relative change of the energy per hour, mean of its magnitude",
+}
+
+
+@dataclass(frozen=True)
+class Rank:
+    """One line of the ranking. ``rank`` None: not known. ``tied_with``: materials not told apart from this one."""
+
+    criterion: str
+    rank: int | None
+    material: str
+    value: float | None
+    value_se: float | None
+    tied_with: tuple[str, ...]
+    evidence: str
+
+    @property
+    def unit(self) -> str:
+        """What the value is."""
+        return UNITS[self.criterion]
+
+
+@dataclass(frozen=True)
+class _Standing:
+    """Value and error of each material, and how sure it is that one is better than another (p of a tie)."""
+
+    value: Mapping[str, float]
+    error: Mapping[str, float | None]
+    tie: Callable[[str, str], float]
+    evidence: str
+
+
+def rank_all(fits: Sequence[FrictionFit], drifts: Sequence[Drift], materials: Sequence[str]) -> tuple[Rank, ...]:
+    """Rank all materials by the three criteria, in the contract's order, best first."""
+    cells = _cells(fits)
+    return (
+        *_ranks("energy", materials, _by_energy(cells, fits, materials), best=-1),
+        *_ranks("consistency", materials, _by_consistency(cells, materials), best=1),
+        *_ranks("drift", materials, _by_drift(drifts), best=1),
+    )
+
+
+def _ranks(criterion: str, materials: Sequence[str], standing: _Standing, *, best: int) -> list[Rank]:
+    value = standing.value
+    known = sorted((m for m in materials if m in value), key=lambda m: (best * value[m], m))
+    better = {m: [o for o in known if best * (value[o] - value[m]) < 0 and standing.tie(o, m) < SURE] for m in known}
+    lines = [
+        Rank(
+            criterion=criterion,
+            rank=1 + len(better[m]),
+            material=m,
+            value=value[m],
+            value_se=standing.error.get(m),
+            tied_with=tuple(o for o in known if o != m and o not in better[m] and m not in better[o]),
+            evidence=standing.evidence,
+        )
+        for m in known
+    ]
+    unknown = [m for m in sorted(materials) if m not in value]
+    lines.sort(key=lambda line: line.rank or 0)
+    return [*lines, *(Rank(criterion, None, m, None, None, (), standing.evidence) for m in unknown)]
+
+
+def _cells(fits: Sequence[FrictionFit]) -> dict[str, dict[Cell, list[tuple[Verdict, FrictionFit]]]]:
+    """The short tests of each material by normal force and frequency ratio."""
+    tests = [(v, f) for f in fits for v in f.verdicts if not v.trial.is_long and math.isfinite(v.trial.r)]
+    known = levels([v.trial.r for v, _ in tests])
+    cells: dict[str, dict[Cell, list[tuple[Verdict, FrictionFit]]]] = {}
+    for verdict, fit in tests:
+        cell = (fit.normal_force_n, nearest(verdict.trial.r, known))
+        cells.setdefault(fit.material, {}).setdefault(cell, []).append((verdict, fit))
+    return cells
+
+
+def _common(cells: Mapping[str, Mapping[Cell, object]], materials: Sequence[str]) -> list[Cell]:
+    every = [set(cells.get(m, {})) for m in materials]
+    return sorted(set.intersection(*every)) if every else []
+
+
+def _by_energy(
+    cells: Mapping[str, Mapping[Cell, list[tuple[Verdict, FrictionFit]]]],
+    fits: Sequence[FrictionFit],
+    materials: Sequence[str],
+) -> _Standing:
+    """Mean energy over the common cells; its error is what a repeated campaign would scatter by."""
+    common = _common(cells, materials)
+    if not common:
+        return _by_coefficient(fits, materials)
+    value: dict[str, float] = {}
+    error: dict[str, float | None] = {}
+    for m in materials:
+        means = [_cell_energy(cells[m][cell]) for cell in common]
+        value[m] = math.fsum(mean for mean, _ in means) / len(means)
+        error[m] = math.sqrt(math.fsum(e**2 for _, e in means)) / len(means)
+    evidence = f"mean over {_count(common)} that all materials have in common"
+    return _Standing(value, error, lambda a, b: _normal_p(value[a] - value[b], error[a], error[b]), evidence)
+
+
+def _cell_energy(tests: Sequence[tuple[Verdict, FrictionFit]]) -> tuple[float, float]:
+    energies = [v.trial.energy or 0.0 for v, _ in tests]
+    squares = [_test_variance(v, f) for v, f in tests]
+    return math.fsum(energies) / len(energies), math.sqrt(math.fsum(squares)) / len(squares)
+
+
+def _test_variance(verdict: Verdict, fit: FrictionFit) -> float:
+    """Variance of one test's energy: its own, and the scatter from test to test carried over from the friction."""
+    trial = verdict.trial
+    scatter = (fit.scatter or 0.0) * (trial.energy or 0.0)
+    return trial.energy_se**2 + scatter**2
+
+
+def _by_coefficient(fits: Sequence[FrictionFit], materials: Sequence[str]) -> _Standing:
+    """Without common cells, the friction coefficient stands for the energy: it governs it (thesis 4.3.2)."""
+    value: dict[str, float] = {}
+    error: dict[str, float | None] = {}
+    for m in materials:
+        own = [f for f in fits if f.material == m and f.friction_coefficient and f.friction_coefficient_se]
+        if own:
+            value[m] = math.fsum(f.friction_coefficient or 0.0 for f in own) / len(own)
+            error[m] = math.sqrt(math.fsum((f.friction_coefficient_se or 0.0) ** 2 for f in own)) / len(own)
+    evidence = "no test is common to all materials: friction coefficient instead, mean over their normal forces"
+    return _Standing(value, error, lambda a, b: _normal_p(value[a] - value[b], error[a], error[b]), evidence)
+
+
+def _by_consistency(
+    cells: Mapping[str, Mapping[Cell, list[tuple[Verdict, FrictionFit]]]], materials: Sequence[str]
+) -> _Standing:
+    """Geometric mean of the excess irregularity over the common cells; ties by a paired t-test of its logarithm."""
+    logs = {
+        m: {c: x for c, tests in cells.get(m, {}).items() if (x := _log_irregularity(tests)) is not None}
+        for m in materials
+    }
+    common = _common(logs, materials)
+    if not common:
+        return _Standing({}, {}, lambda _a, _b: 1.0, "no test with a known irregularity is common to all materials")
+    table = {m: np.array([logs[m][c] for c in common]) for m in materials}
+    left = _without_rows_and_columns(np.array([table[m] for m in materials]))
+    value = {m: math.exp(float(table[m].mean())) for m in materials}
+    error = {m: None if left is None else value[m] * left / math.sqrt(len(common)) for m in materials}
+    evidence = f"{_count(common)} that all materials have in common, compared in pairs"
+    return _Standing(value, error, lambda a, b: _paired_p(table[a] - table[b]), evidence)
+
+
+def _log_irregularity(tests: Sequence[tuple[Verdict, FrictionFit]]) -> float | None:
+    """Mean logarithm of the irregularity beyond noise; nothing is seen below a third of the noise itself."""
+    logs = []
+    for verdict, _ in tests:
+        trial = verdict.trial
+        if _transient(verdict) or trial.excess_irregularity is None or trial.regime == "stuck":
+            continue
+        floor = max(trial.irregularity_floor, trial.base_irregularity, 1e-9)
+        logs.append(math.log(max(trial.excess_irregularity, floor / 3.0)))
+    return math.fsum(logs) / len(logs) if logs else None
+
+
+def _transient(verdict: Verdict) -> bool:
+    """Left out of consistency: a transient that still decays is the frame's doing, not the material's."""
+    return verdict.excluded is not None and verdict.excluded.startswith(("unsettled", "near"))
+
+
+def _without_rows_and_columns(table: FloatArray) -> float | None:
+    """Standard deviation of what is left of a (materials, cells) table without the means of both."""
+    rows, columns = table.shape
+    freedom = (rows - 1) * (columns - 1)
+    if freedom < 1:
+        return None
+    left = table - table.mean(axis=1, keepdims=True) - table.mean(axis=0) + table.mean()
+    return math.sqrt(float(np.sum(left**2)) / freedom)
+
+
+def _by_drift(drifts: Sequence[Drift]) -> _Standing:
+    """Mean magnitude of the relative slope over the long tests of each material."""
+    known = [d for d in drifts if d.relative_per_hour is not None and d.relative_per_hour_se is not None]
+    if not known:
+        return _Standing({}, {}, lambda _a, _b: 1.0, "no long test with a known slope")
+    value: dict[str, float] = {}
+    error: dict[str, float | None] = {}
+    for m in {d.trial.group[0] for d in known}:
+        own = [d for d in known if d.trial.group[0] == m]
+        value[m] = math.fsum(abs(d.relative_per_hour or 0.0) for d in own) / len(own)
+        error[m] = math.sqrt(math.fsum((d.relative_per_hour_se or 0.0) ** 2 for d in own)) / len(own)
+    evidence = f"{len(known)} long tests; the sign of each drift is in drift.csv"
+    return _Standing(value, error, lambda a, b: _normal_p(value[a] - value[b], error[a], error[b]), evidence)
+
+
+def _normal_p(difference: float, *errors: float | None) -> float:
+    size = math.sqrt(math.fsum((e or 0.0) ** 2 for e in errors))
+    return 2.0 * float(stats.norm.sf(abs(difference) / size)) if size > 0 else float(difference == 0)
+
+
+def _paired_p(difference: FloatArray) -> float:
+    n = len(difference)
+    if n < 2:
+        return 1.0
+    error = float(difference.std(ddof=1)) / math.sqrt(n)
+    return (
+        2.0 * float(stats.t.sf(abs(float(difference.mean())) / error, n - 1))
+        if error > 0
+        else float(not difference.any())
+    )
+
+
+def _count(common: Sequence[Cell]) -> str:
+    forces = sorted({force for force, _ in common})
+    tests = "1 test" if len(common) == 1 else f"{len(common)} tests"
+    return f"{tests} (at {', '.join(f'{f:g}' for f in forces)} N)"

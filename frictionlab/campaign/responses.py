@@ -1,0 +1,84 @@
+"""Example responses of a campaign, from the recordings: the steadiest tests, the least steady, and the long ones."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.campaign.trials import Trial
+from frictionlab.errors import FrictionlabError
+from frictionlab.hdf5 import read_recording
+from frictionlab.recording import Recording
+
+FloatArray = NDArray[np.float64]
+CYCLES = 8  # shown of a short test, its last ones
+BINS = 800  # an envelope has so many pairs of lowest and highest
+
+
+@dataclass(frozen=True)
+class Response:
+    """A piece of one test's time response.
+
+    ``label``: what it is an example of; ``time`` (n,) s; ``mass``, ``base`` (n,): x/Y and y/Y about their means.
+    An envelope (``is_envelope``) of a long test holds lowest and highest values in turn, two of each time.
+    """
+
+    trial: Trial
+    label: str
+    time: FloatArray
+    mass: FloatArray
+    base: FloatArray
+    is_envelope: bool = False
+
+
+def recording_of(trial: Trial, folders: Sequence[Path]) -> Recording | None:
+    """The recording that a trial was measured from, looked for at its source and in the folders; None if not there."""
+    source = Path(trial.source)
+    for path in (source, *(folder / source for folder in folders), *(folder / source.name for folder in folders)):
+        if path.suffix == ".h5" and path.is_file():
+            try:
+                return read_recording(path)
+            except (FrictionlabError, OSError):
+                return None
+    return None
+
+
+def examples(trials: Sequence[Trial]) -> tuple[tuple[str, Trial], ...]:
+    """Which short tests to show: two steady ones (continuous, stick-slip) and the two least steady, with labels."""
+    short = [t for t in trials if not t.failed and not t.is_long and t.excess_irregularity is not None]
+    rising = sorted(short, key=lambda t: (t.excess_irregularity or 0.0, t.source))
+    steady = [next((t for t in rising if t.regime == regime), None) for regime in ("continuous", "stick-slip")]
+    chosen = [("steady", t) for t in steady if t is not None]
+    taken = {t.source for _, t in chosen}
+    unsteady = [("unsteady", t) for t in reversed(rising) if t.source not in taken and t.regime != "stuck"]
+    return (*chosen, *unsteady[:2])
+
+
+def last_cycles(trial: Trial, recording: Recording, label: str) -> Response:
+    """The last cycles of a test."""
+    span = CYCLES / trial.drive_frequency_hz if math.isfinite(trial.drive_frequency_hz) else math.inf
+    inside = recording.time >= recording.time[-1] - span
+    scale = trial.base_amplitude_m
+    steady = recording.time - recording.time[0] >= trial.transient_s
+    mass, base = (
+        (signal[inside] - np.nanmean(signal[steady])) / scale
+        for signal in (recording.mass_displacement, recording.base_displacement)
+    )
+    return Response(trial, label, recording.time[inside], mass, base)
+
+
+def envelope(trial: Trial, recording: Recording) -> Response:
+    """The whole of a long test as lowest and highest displacement per bin: what a plot of all samples would show."""
+    bins = min(BINS, max(len(recording) // 4, 1))
+    edges = np.linspace(0, len(recording), bins + 1).astype(int)[:-1]
+    mass, base = (
+        np.column_stack([np.fmin.reduceat(about, edges), np.fmax.reduceat(about, edges)]).ravel()
+        for about in (
+            (signal - np.nanmean(signal)) / trial.base_amplitude_m
+            for signal in (recording.mass_displacement, recording.base_displacement)
+        )
+    )
+    return Response(trial, "long", np.repeat(recording.time[edges], 2), mass, base, is_envelope=True)

@@ -1,0 +1,254 @@
+"""The tests of a campaign: one row of a measurement table each, failed ones too, with the facts of each test."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+
+from frictionlab.analysis.drift import Trend
+from frictionlab.errors import UsageError
+from frictionlab.tables import Row, plain
+
+LONG_S = 300.0  # from this duration on a test is a long one: it tells drift, and the fit over r leaves it to that
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One test as its measurement tells it; ``None`` is not known. Units as the contract's keys; ``row`` is all of it.
+
+    ``frequency_ratio``, ``energy`` (k Y^2 per cycle), ``amplitude`` (Y) dimensionless, each with its standard error;
+    ``nominal_frequency_ratio``: what the test was set to, where its facts say so.
+    """
+
+    source: str
+    reason: str | None = None
+    warnings: tuple[str, ...] = ()
+    material: str | None = None
+    normal_force_n: float | None = None
+    nominal_frequency_ratio: float | None = None
+    duration_s: float = math.nan
+    transient_s: float = 0.0
+    energy_rule: str = "last"
+    settled_s: float | None = None
+    drive_frequency_hz: float = math.nan
+    base_amplitude_m: float = math.nan
+    frequency_ratio: float | None = None
+    frequency_ratio_se: float = 0.0
+    energy: float | None = None
+    energy_se: float = 0.0
+    amplitude: float | None = None
+    amplitude_se: float = 0.0
+    irregularity: float | None = None
+    irregularity_floor: float = 0.0
+    base_irregularity: float = 0.0
+    stops: float | None = None
+    regime: str | None = None
+    asymmetry: float = 0.0
+    trend: Trend | None = field(default=None, repr=False)
+    row: Row = field(default_factory=dict, repr=False)
+
+    @property
+    def failed(self) -> bool:
+        """Whether it has no measurement, or lacks a fact without which it belongs nowhere; ``reason`` says which."""
+        return self.reason is not None
+
+    @property
+    def is_long(self) -> bool:
+        """Whether it lasts long enough to tell drift."""
+        return self.duration_s >= LONG_S
+
+    @property
+    def cycles_before(self) -> float:
+        """Cycles that have passed before the ones its energy is of: all of them for the rule ``last``."""
+        kind, _, seconds = self.energy_rule.partition(":")
+        before = {"all": self.transient_s, "window": self.duration_s - float(seconds or 0)}
+        passed = before.get(kind, self.duration_s) * self.drive_frequency_hz
+        return passed if math.isfinite(passed) else math.inf
+
+    @property
+    def r(self) -> float:
+        """Frequency ratio, nan if not known."""
+        return math.nan if self.frequency_ratio is None else self.frequency_ratio
+
+    @property
+    def group(self) -> tuple[str, float]:
+        """Material and normal force (N).
+
+        Raises
+        ------
+        UsageError
+            The facts are not known (``failed`` says so beforehand).
+        """
+        if self.material is None or self.normal_force_n is None:
+            raise UsageError(f"{self.source}: expected material and normal force; got neither or only one of them")
+        return self.material, self.normal_force_n
+
+    @property
+    def excess_irregularity(self) -> float | None:
+        """Irregularity beyond what sensor noise and the base's own irregularity give, taken off in quadrature."""
+        if self.irregularity is None:
+            return None
+        expected = max(self.irregularity_floor, self.base_irregularity)
+        return math.sqrt(max(self.irregularity**2 - expected**2, 0.0))
+
+
+def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
+    """A trial from one row of measurements, and from facts that the file's name or a sheet gives.
+
+    What the row says is taken; a fact that ``facts`` tells differently becomes a warning.
+
+    Examples
+    --------
+    >>> row = {"source": "a.h5", "status": "ok", "frequency_ratio": 0.5, "energy_per_cycle": 2.1,
+    ...        "response_amplitude": 1.3}
+    >>> trial_of(row).reason
+    'no material, no normal_force_n: name them in the scene ([experiment], name_pattern or sheet)'
+    >>> trial_of(row, {"material": "steel", "normal_force_n": 1.25}).group
+    ('steel', 1.25)
+    """
+    known = {key: plain(value) for key, value in (facts or {}).items()}
+    merged = {**known, **{key: value for key, value in row.items() if value is not None}}
+    merged["warnings"] = (*_sentences(row.get("warnings")), *_contradictions(row, known))
+    number = _Numbers(merged)
+    return Trial(
+        source=str(merged.get("source", "?")),
+        reason=_reason(merged, number),
+        warnings=_sentences(merged["warnings"]),
+        material=_text(merged.get("material")),
+        normal_force_n=number.positive("normal_force_n"),
+        nominal_frequency_ratio=number.positive("nominal_frequency_ratio"),
+        duration_s=number("duration_s", math.nan),
+        transient_s=number("transient_s", 0.0),
+        energy_rule=_text(merged.get("energy_rule")) or "last",
+        settled_s=number.known("settled_s"),
+        drive_frequency_hz=number("drive_frequency_hz", math.nan),
+        base_amplitude_m=number("base_amplitude_m", math.nan),
+        frequency_ratio=number.positive("frequency_ratio"),
+        frequency_ratio_se=number("frequency_ratio_se", 0.0),
+        energy=number.known("energy_per_cycle"),
+        energy_se=number("energy_per_cycle_se", 0.0),
+        amplitude=number.known("response_amplitude"),
+        amplitude_se=number("response_amplitude_se", 0.0),
+        irregularity=number.known("irregularity_index"),
+        irregularity_floor=number("irregularity_floor", 0.0),
+        base_irregularity=number("base_irregularity_index", 0.0),
+        stops=number.known("stops_per_cycle"),
+        regime=_text(merged.get("regime")),
+        asymmetry=number("asymmetry", 0.0),
+        trend=trend if isinstance(trend := merged.get("trend"), Trend) else None,
+        row=MappingProxyType({key: value for key, value in merged.items() if key != "trend"}),
+    )
+
+
+class _Numbers:
+    """Finite numbers of a row; anything else counts as not known."""
+
+    def __init__(self, row: Row) -> None:
+        self._row = row
+
+    def known(self, key: str) -> float | None:
+        value = self._row.get(key)
+        good = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+        return float(value) if good and isinstance(value, (int, float)) else None
+
+    def positive(self, key: str) -> float | None:
+        value = self.known(key)
+        return value if value is not None and value > 0 else None
+
+    def __call__(self, key: str, default: float) -> float:
+        value = self.known(key)
+        return default if value is None else value
+
+
+def _reason(merged: Row, number: _Numbers) -> str | None:
+    """Why a row cannot take part in the campaign, or None."""
+    if merged.get("status") == "failed":
+        return _text(merged.get("reason")) or "its measurement failed and gives no reason"
+    if not _text(merged.get("material")) or number.positive("normal_force_n") is None:
+        gone = [
+            *([] if _text(merged.get("material")) else ["no material"]),
+            *([] if number.positive("normal_force_n") is not None else ["no normal_force_n"]),
+        ]
+        return f"{', '.join(gone)}: name them in the scene ([experiment], name_pattern or sheet)"
+    wanting = [
+        key for key in ("frequency_ratio", "energy_per_cycle", "response_amplitude") if number.known(key) is None
+    ]
+    if wanting == ["frequency_ratio"]:
+        return "no frequency_ratio: give [rig] natural_frequency_hz in the scene when analyzing"
+    return f"no {', no '.join(wanting)} in the measurement: analyze it again" if wanting else None
+
+
+def _contradictions(row: Row, facts: Row) -> list[str]:
+    return [
+        f"{key} is {row[key]!r} in the measurement, {facts[key]!r} by the scene: {row[key]!r} is taken"
+        for key in facts
+        if _differ(facts[key], row.get(key))
+    ]
+
+
+def _differ(ours: object, theirs: object) -> bool:
+    if ours is None or theirs is None:
+        return False
+    if isinstance(ours, (int, float)) and isinstance(theirs, (int, float)):
+        return not math.isclose(ours, theirs, rel_tol=1e-6)
+    return str(ours) != str(theirs)
+
+
+def _text(value: object) -> str | None:
+    return str(value) if value is not None and str(value) else None
+
+
+def _sentences(value: object) -> tuple[str, ...]:
+    if isinstance(value, (list, tuple)):
+        return tuple(str(item) for item in value)
+    return (str(value),) if value else ()
+
+
+def in_order(trials: Sequence[Trial]) -> tuple[Trial, ...]:
+    """Trials sorted by material, normal force, frequency ratio and source, failed ones last; each source once.
+
+    Raises
+    ------
+    UsageError
+        A source stands twice: its test would count twice.
+    """
+    sources = [trial.source for trial in trials]
+    twice = sorted({source for source in sources if sources.count(source) > 1})
+    if twice:
+        raise UsageError(
+            f"campaign: measured twice: {', '.join(twice[:5])}{' ...' if len(twice) > 5 else ''}; expected one"
+            " measurement per test: leave one file out"
+        )
+    return tuple(sorted(trials, key=_place))
+
+
+def _place(trial: Trial) -> tuple[bool, str, float, float, str]:
+    return trial.failed, trial.material or "", trial.normal_force_n or 0.0, trial.frequency_ratio or 0.0, trial.source
+
+
+def levels(ratios: Sequence[float], *, reach: float = 0.02, least: float = 0.008) -> tuple[float, ...]:
+    """The frequency ratios a campaign was set to, from the measured ones: neighbours within ``reach`` belong together.
+
+    Examples
+    --------
+    >>> [round(level, 5) for level in levels([0.2999, 0.3002, 0.35, 1.2, 1.201])]
+    [0.30005, 0.35, 1.2005]
+    """
+    rest = sorted(ratios)
+    found = []
+    while rest:
+        near = [r for r in rest if r <= rest[0] + max(reach * rest[0], least)]
+        found.append(math.fsum(near) / len(near))
+        rest = rest[len(near) :]
+    return tuple(found)
+
+
+def nearest(value: float, among: Sequence[float]) -> float:
+    """The level a measured ratio belongs to."""
+    return min(among, key=lambda level: abs(level - value))
+
+
+def short_name(source: str) -> str:
+    """A source without its folders and suffix, for tables and figures."""
+    return Path(source).stem

@@ -1,0 +1,115 @@
+"""``frictionlab campaign``: many measurements -> tables, figures, one report."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Protocol, TypeVar
+
+import typer
+
+from frictionlab.cli.inputs import exit_status, failure
+from frictionlab.cli.options import Force, Quiet, SceneFile, scene_of
+from frictionlab.cli.output import complain, print_table, printable
+from frictionlab.cli.progress import track
+from frictionlab.errors import FrictionlabError
+from frictionlab.tables import Row
+
+if TYPE_CHECKING:
+    from frictionlab.campaign import Campaign, Trial
+    from frictionlab.scene import Scene
+
+T = TypeVar("T")
+
+
+class Watch(Protocol):
+    """Wraps a sequence to show progress over it."""
+
+    def __call__(self, items: Sequence[T], /) -> Iterable[T]:
+        """The same items, watched."""
+
+
+FRICTION = {
+    "material": "material",
+    "normal_force_n": "normal force [N]",
+    "tests": "tests",
+    "friction_ratio": "friction ratio",
+    "friction_ratio_se": "se",
+    "friction_coefficient": "coefficient",
+    "friction_coefficient_se": "se",
+}
+RANKING = {"criterion": "criterion", "rank": "rank", "material": "material", "value": "value", "value_se": "se"}
+
+
+def campaign(
+    measurements: Annotated[list[Path], typer.Argument(metavar="MEASUREMENTS...", help="Files that analyze wrote.")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Tables, figures and report.")],
+    *,
+    scene: SceneFile = None,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Evaluate a whole campaign: friction per material and force, Amontons' law, ranking, drift, figures, report.
+
+    Example: frictionlab campaign build/measurements/*.jsonl --scene configs/campaign.toml -o build/campaign
+    """
+    from frictionlab.campaign import evaluate
+    from frictionlab.campaign.output import check_folder, write_tables
+    from frictionlab.figures.campaign import plates
+    from frictionlab.report import write_report
+
+    what = scene_of(scene)
+    check_folder(output, force=force)
+    rows, unread = _rows_of(measurements)
+    folders = sorted({path.parent for path in measurements})
+    result = evaluate(_trials(rows, what), what, folders=folders, watch=_watch("fit", quiet=quiet))
+    write_tables(result, output)
+    drawn = plates(result)
+    for plate in _watch("draw", quiet=quiet)(drawn):
+        plate.save(output / "figures")
+    write_report(result, drawn, output)
+    if not quiet:
+        _tell(result, output)
+    exit_status(unread)
+
+
+def _watch(title: str, *, quiet: bool) -> "Watch":
+    def watch(items: Sequence[T]) -> Iterable[T]:
+        return track(items, total=len(items), title=title, quiet=quiet)
+
+    return watch
+
+
+def _rows_of(paths: Sequence[Path]) -> tuple[list[Row], list[Row]]:
+    """The rows of all files, and the failures of those that cannot be read (they are rows too: none goes missing)."""
+    from frictionlab.campaign import read_measurements
+
+    rows: list[Row] = []
+    unread: list[Row] = []
+    for path in paths:
+        try:
+            rows += read_measurements(path)
+        except (FrictionlabError, OSError) as error:
+            unread.append(failure(path, error))
+            complain(f"{path}: {unread[-1]['reason']}")
+    return [*rows, *unread], unread
+
+
+def _trials(rows: Sequence[Row], scene: "Scene") -> "list[Trial]":
+    """Trials with the facts that the scene has for each test's name."""
+    from frictionlab.campaign import trial_of
+    from frictionlab.experiment import facts_of
+
+    return [trial_of(row, facts_of(scene, Path(str(row["source"]))).values) for row in rows]
+
+
+def _tell(result: "Campaign", folder: Path) -> None:
+    from frictionlab.campaign.output import friction_row, ranking_row
+
+    print_table([friction_row(fit) for fit in result.fits], FRICTION)
+    typer.echo()
+    print_table([ranking_row(rank) for rank in result.ranking], RANKING)
+    typer.echo()
+    for test in result.amontons:
+        typer.echo(printable(test.verdict))
+    for note in result.notes:
+        typer.echo(note)
+    typer.echo(f"{folder / 'report.html'} shows all of it")

@@ -1,0 +1,231 @@
+"""The report's tables and lists; every text that comes from a log is escaped on its way in."""
+
+import math
+from collections.abc import Iterable, Sequence
+from html import escape
+
+from frictionlab.campaign import Campaign, Drift, FrictionFit, Rank, Trial, Verdict
+
+DASH = "–"
+
+
+def words(text: object) -> str:
+    """A cell of text."""
+    return f"<td>{escape(str(text)) if text not in (None, '') else DASH}</td>"
+
+
+def sentence(text: object) -> str:
+    """A cell of text that may be long."""
+    return f'<td class="words">{escape(str(text)) if text not in (None, "") else DASH}</td>'
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """A cell with a number; its full value is kept for sorting.
+
+    Examples
+    --------
+    >>> number(0.123456), number(None)
+    ('<td class="n" data-v="0.123456">0.1235</td>', '<td class="n">–</td>')
+    """
+    if value is None or not math.isfinite(value):
+        return f'<td class="n">{DASH}</td>'
+    return f'<td class="n" data-v="{value:.9g}">{value:.{digits}g}</td>'
+
+
+def with_error(value: float | None, error: float | None) -> str:
+    """A cell with a value and its standard error, rounded to two digits of the error.
+
+    Examples
+    --------
+    >>> with_error(0.123456, 0.0021)
+    '<td class="n" data-v="0.123456">0.1235 ± 0.0021</td>'
+    """
+    if value is None or not error or not math.isfinite(error):
+        return number(value)
+    digits = max(0, 1 - math.floor(math.log10(error)))
+    return f'<td class="n" data-v="{value:.9g}">{value:.{digits}f} ± {error:.{digits}f}</td>'
+
+
+def paragraph(text: str) -> str:
+    """One paragraph."""
+    return f"<p>{escape(text)}</p>"
+
+
+def listing(sentences: Iterable[str]) -> str:
+    """A list of sentences; nothing for none."""
+    items = "".join(f"<li>{escape(text)}</li>\n" for text in sentences)
+    return f"<ul>\n{items}</ul>" if items else ""
+
+
+def table(heads: Sequence[str], rows: Iterable[str], *, sortable: bool = False) -> str:
+    """A table in its own scrolling box; a head that starts with ``#`` is one of numbers."""
+    head = "".join(_head(text, sortable=sortable) for text in heads)
+    body = "\n".join(rows)
+    kinds = ("scroll tall", "sortable") if sortable else ("scroll", "plain")
+    return (
+        f'<div class="{kinds[0]}"><table class="{kinds[1]}">\n<thead><tr>{head}</tr></thead>\n'
+        f"<tbody>\n{body}\n</tbody></table></div>"
+    )
+
+
+def _head(text: str, *, sortable: bool) -> str:
+    kind, name = (' class="n"', text[1:]) if text.startswith("#") else ("", text)
+    inner = f'<button type="button">{escape(name)}</button>' if sortable else escape(name)
+    return f'<th scope="col"{kind}{" aria-sort=none" if sortable else ""}>{inner}</th>'
+
+
+def _row(*cells: str, kind: str = "") -> str:
+    return f"<tr{kind}>{''.join(cells)}</tr>"
+
+
+def ranking(campaign: Campaign) -> str:
+    """The three rankings with their evidence."""
+    heads = ("criterion", "#rank", "material", "#value ± standard error", "tied with", "what the value is", "evidence")
+    return table(heads, (_rank(rank) for rank in campaign.ranking)) + paragraph(
+        "A rank is one more than the number of materials that are better beyond doubt (95 %): equal ranks are ties."
+    )
+
+
+def _rank(rank: Rank) -> str:
+    return _row(
+        words(rank.criterion),
+        number(rank.rank),
+        words(rank.material),
+        with_error(rank.value, rank.value_se),
+        words(", ".join(rank.tied_with)),
+        words(rank.unit),
+        sentence(rank.evidence),
+    )
+
+
+def friction(campaign: Campaign) -> str:
+    """Friction per material and normal force, and Amontons' test in words."""
+    heads = (
+        *("material", "#normal force [N]", "#tests", "#used", "#friction ratio", "#friction force [N]"),
+        *("#coefficient", "#95 % confidence", "#scatter [%]", "note"),
+    )
+    verdicts = listing(test.verdict for test in campaign.amontons)
+    return table(heads, (_friction(fit) for fit in campaign.fits)) + "\n<h3>Amontons' law</h3>\n" + verdicts
+
+
+def _friction(fit: FrictionFit) -> str:
+    low, high = fit.coefficient_interval
+    short = [v for v in fit.verdicts if not v.trial.is_long] or list(fit.verdicts)
+    interval = DASH if low is None or high is None else f"{low:.4f} to {high:.4f}"
+    return _row(
+        words(fit.material),
+        number(fit.normal_force_n),
+        number(len(short)),
+        number(len(fit.used)),
+        with_error(fit.friction_ratio, fit.friction_ratio_se),
+        with_error(fit.friction_force_n, fit.friction_force_n_se),
+        with_error(fit.friction_coefficient, fit.friction_coefficient_se),
+        f'<td class="n">{interval}</td>',
+        number(None if fit.scatter is None else 100 * fit.scatter, 2),
+        sentence(fit.note),
+    )
+
+
+def drift(campaign: Campaign) -> str:
+    """The long tests."""
+    if not campaign.drifts:
+        return paragraph("No long test.")
+    heads = (
+        *("material", "#normal force [N]", "#r", "#minutes", "#slope per hour [kY²]", "#95 % confidence"),
+        *("#relative [%/h]", "#friction force [%/h]", "verdict", "note"),
+    )
+    return table(heads, (_drift(d) for d in campaign.drifts))
+
+
+def _drift(d: Drift) -> str:
+    interval = DASH if d.low is None or d.high is None else f"{d.low:+.3g} to {d.high:+.3g}"
+    return _row(
+        words(d.trial.material),
+        number(d.trial.normal_force_n),
+        number(d.trial.frequency_ratio),
+        number(d.trial.duration_s / 60),
+        with_error(d.slope_per_hour, d.slope_per_hour_se),
+        f'<td class="n">{interval}</td>',
+        with_error(_percent(d.relative_per_hour), _percent(d.relative_per_hour_se)),
+        with_error(_percent(d.friction_per_hour), _percent(d.friction_per_hour_se)),
+        words(d.verdict),
+        sentence(d.note),
+    )
+
+
+def _percent(value: float | None) -> float | None:
+    return None if value is None else 100 * value
+
+
+def tests(campaign: Campaign) -> str:
+    """All tests, failed ones too, to be sorted and filtered."""
+    heads = (
+        *("test", "status", "material", "#normal force [N]", "#r", "#energy [kY²]", "#predicted", "#residual [%]"),
+        *("#amplitude [Y]", "#irregularity", "#stops", "regime", "#friction ratio", "remark"),
+    )
+    verdicts = campaign.verdicts
+    rows = (_test(trial, verdicts.get(trial.source)) for trial in campaign.trials)
+    return _controls(campaign) + table(heads, rows, sortable=True)
+
+
+def _controls(campaign: Campaign) -> str:
+    materials = "".join(f"<option>{escape(m)}</option>" for m in campaign.materials)
+    states = "".join(f"<option>{state}</option>" for state in ("used", "left out", "long", "failed"))
+    return (
+        '<div class="controls"><label>Filter <input id="filter-words" type="search" placeholder="any words"></label>'
+        f'<label>Material <select data-column="2"><option value="">all</option>{materials}</select></label>'
+        f'<label>Status <select data-column="1"><option value="">all</option>{states}</select></label>'
+        '<span id="filter-count" class="soft" role="status"></span></div>\n'
+    )
+
+
+def status(trial: Trial, verdict: Verdict | None) -> str:
+    """One word for what a test is to the campaign."""
+    if trial.failed:
+        return "failed"
+    if trial.is_long:
+        return "long"
+    return "used" if verdict is not None and verdict.excluded is None else "left out"
+
+
+def _test(trial: Trial, verdict: Verdict | None) -> str:
+    state = status(trial, verdict)
+    predicted = verdict.predicted.energy if verdict is not None and verdict.predicted is not None else None
+    remark = trial.reason or (verdict.excluded if verdict is not None else None)
+    return _row(
+        words(trial.source),
+        words(state),
+        words(trial.material),
+        number(trial.normal_force_n),
+        number(trial.frequency_ratio),
+        with_error(trial.energy, trial.energy_se),
+        number(predicted),
+        number(_percent(verdict.residual) if verdict is not None else None, 2),
+        number(trial.amplitude),
+        number(trial.irregularity, 2),
+        number(trial.stops, 3),
+        words(trial.regime),
+        with_error(*(verdict.friction_ratio, verdict.friction_ratio_se) if verdict is not None else (None, None)),
+        sentence(remark),
+        kind=' class="failed"' if trial.failed else "",
+    )
+
+
+def left_out(campaign: Campaign) -> str:
+    """Which short tests Coulomb's law cannot explain, or which say nothing of it, by reason."""
+    left = [v for f in campaign.fits for v in f.verdicts if v.excluded is not None and not v.trial.is_long]
+    if not left:
+        return paragraph("None: Coulomb's law explains every short test.")
+    return listing(f"{v.trial.source}: {v.excluded}" for v in left)
+
+
+def failures(campaign: Campaign) -> str:
+    """Failed tests with their reasons."""
+    found = [f"{t.source}: {t.reason}" for t in campaign.failures]
+    return listing(found) if found else paragraph("None.")
+
+
+def warnings(campaign: Campaign) -> str:
+    """What was said of each test when it was measured."""
+    found = [f"{t.source}: {text}" for t in campaign.trials for text in t.warnings]
+    return listing(found) if found else paragraph("None.")

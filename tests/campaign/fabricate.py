@@ -1,0 +1,44 @@
+"""Fabricated measurements: rows as `analyze` gives them, of tests whose truth is known."""
+
+import math
+import zlib
+
+import numpy as np
+
+from frictionlab.simulator import Problem, steady_state
+
+STIFFNESS = 1191.0
+AMPLITUDE = 1.8e-3
+NATURAL = 3.1297
+SCENE = {"rig": {"stiffness_n_per_m": STIFFNESS, "natural_frequency_hz": NATURAL}}
+
+
+def row(
+    material: str,
+    force: float,
+    r: float,
+    coefficient: float,
+    *,
+    noise: float = 0.002,
+    seed: int = 0,
+    irregularity: float = 0.01,
+    **more: object,
+) -> dict[str, object]:
+    """One measurement of a Coulomb contact; ``noise``: relative error of energy and amplitude, as stated."""
+    name = f"{material}_N{force:g}_r{r:g}"
+    generator = np.random.default_rng([seed, zlib.crc32(name.encode())])
+    state = steady_state(Problem(r, coefficient * force / (STIFFNESS * AMPLITUDE)))
+    energy = state.energy_per_cycle if state.energy_per_cycle is not None else 9.0
+    amplitude = state.response_amplitude if state.response_amplitude is not None else 9.0
+    one, two, three = generator.standard_normal(3)
+    return {
+        "source": f"{name}.h5", "status": "ok", "reason": None, "warnings": [], "material": material,
+        "normal_force_n": force, "sampling_rate_hz": 250.0, "duration_s": 90.0, "transient_s": 20.0,
+        "drive_frequency_hz": r * NATURAL, "frequency_ratio": r, "frequency_ratio_se": 1e-5,
+        "base_amplitude_m": AMPLITUDE, "energy_per_cycle": energy * (1 + noise * one),
+        "energy_per_cycle_se": noise * energy, "response_amplitude": amplitude * (1 + noise * two),
+        "response_amplitude_se": noise * amplitude,
+        "irregularity_index": irregularity * math.exp(0.2 * three), "irregularity_floor": 0.001,
+        "base_irregularity_index": 0.001, "stops_per_cycle": state.stops_per_cycle, "regime": state.regime,
+        "asymmetry": 0.0, **more,
+    }  # fmt: skip
