@@ -35,7 +35,7 @@ import numpy as np
 
 from frictionlab import __version__
 from frictionlab.errors import RecordingError
-from frictionlab.files import write_whole
+from frictionlab.files import check_replaceable, write_whole
 from frictionlab.recording import (
     Fact,
     LineCount,
@@ -85,6 +85,11 @@ def write_recording(recording: Recording, path: Path, *, force: bool = False) ->
     'steel'
     """
     write_whole(path, image_of(recording), replace=force or is_recording)
+
+
+def check_writable(path: Path, *, force: bool = False) -> None:
+    """Raise `OutputError` if a recording could not be written here; to be asked before the long work."""
+    check_replaceable(path, replace=force or is_recording)
 
 
 def is_recording(path: Path) -> bool:

@@ -14,6 +14,7 @@ from frictionlab import __version__
 from frictionlab.cli.analyze import analyze
 from frictionlab.cli.campaign import campaign
 from frictionlab.cli.compare_numeric import compare_numeric
+from frictionlab.cli.ingest import ingest
 from frictionlab.cli.output import complain
 from frictionlab.cli.show import show
 from frictionlab.cli.synthesize import synthesize
@@ -63,6 +64,7 @@ def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
 
 
 COMMANDS: tuple[Callable[..., None], ...] = (
+    ingest,
     analyze,
     compare_numeric,
     campaign,

@@ -1,0 +1,193 @@
+"""``frictionlab ingest``: logs -> recordings."""
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from frictionlab.cli.inputs import exit_status, report_rows, rows_of
+from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, scene_of
+from frictionlab.cli.output import complain, print_table, printable
+from frictionlab.cli.progress import bytes_read
+from frictionlab.errors import UsageError
+
+if TYPE_CHECKING:
+    from frictionlab.logs import LogOptions
+    from frictionlab.recording import Recording
+    from frictionlab.scene import Scene
+    from frictionlab.tables import Row
+
+TABLE = {
+    "source": "log", "layout": "layout", "samples": "samples", "sampling_rate_hz": "rate [Hz]",
+    "duration_s": "duration [s]", "lines_quarantined": "quarantined", "flagged": "flagged", "output": "recording",
+}  # fmt: skip
+
+
+def ingest(
+    logs: Annotated[list[Path] | None, typer.Argument(metavar="LOG...", help="Logs with both channels.")] = None,
+    *,
+    mass_log: Annotated[Path | None, typer.Option("--mass-log", metavar="FILE", help="Log of the mass alone.")] = None,
+    base_log: Annotated[Path | None, typer.Option("--base-log", metavar="FILE", help="Log of the base alone.")] = None,
+    output: Annotated[
+        str | None,
+        typer.Option("--output", "-o", metavar="FILE_OR_FOLDER", help="Without it: LOG's name + .h5, beside it."),
+    ] = None,
+    scene: SceneFile = None,
+    separator: Annotated[str | None, typer.Option(help="comma, semicolon, tab, pipe, space, or the sign.")] = None,
+    decimal: Annotated[str | None, typer.Option(help="Decimal mark: . or ,")] = None,
+    encoding: Annotated[str | None, typer.Option(help="Such as utf-8, cp1252, utf-16.")] = None,
+    time: Annotated[str | None, typer.Option(metavar="COLUMN", help="By name or by number from 1.")] = None,
+    mass: Annotated[str | None, typer.Option(metavar="COLUMN", help="By name or by number from 1.")] = None,
+    base: Annotated[str | None, typer.Option(metavar="COLUMN", help="By name or by number from 1.")] = None,
+    unit: Annotated[str | None, typer.Option(help="Of the displacements: m mm um nm cm in.")] = None,
+    time_unit: Annotated[str | None, typer.Option("--time-unit", help="Of the time column: s ms us ns min h.")] = None,
+    sampling_rate: Annotated[
+        float | None, typer.Option("--sampling-rate", metavar="HZ", help="Count the time instead of reading it.")
+    ] = None,
+    lag: Annotated[
+        float | None, typer.Option("--lag", metavar="S", help="Two logs: the base's clock minus the mass's.")
+    ] = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Report what is found, write nothing.")] = False,
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Read logs, whatever their dialect and damage, into one HDF5 recording each.
+
+    Example: frictionlab ingest logs/*.csv --scene configs/sample_data.toml -o build/recordings
+    """
+    from frictionlab.hdf5 import check_writable, write_recording
+    from frictionlab.logs.options import options_of
+
+    what = scene_of(scene)
+    said = {
+        "separator": separator, "decimal": decimal, "encoding": encoding, "time": time, "mass": mass, "base": base,
+        "unit": unit, "time_unit": time_unit, "sampling_rate_hz": sampling_rate, "lag_s": lag,
+    }  # fmt: skip
+    options = options_of(what.log, said)
+    inputs = _inputs(logs or [], mass_log, base_log)
+    outputs = {} if dry_run else _outputs(inputs, output)
+    silent = quiet or as_json
+
+    def job(path: Path) -> "Row":
+        if path in outputs:
+            check_writable(outputs[path], force=force)
+        with bytes_read(path.name, quiet=silent) as progress:
+            recording = _read(path, base_log, options, what, progress)
+        if path in outputs:
+            write_recording(recording, outputs[path], force=force)
+        return _row(recording, path, outputs.get(path))
+
+    rows = report_rows(rows_of(inputs, job), as_json=as_json)
+    if not silent:
+        _tell(rows, evidence=dry_run)
+    exit_status(rows)
+
+
+def _inputs(logs: Sequence[Path], mass_log: Path | None, base_log: Path | None) -> list[Path]:
+    """The logs to read; of a pair of logs, the mass's stands for both."""
+    if (mass_log is None) != (base_log is None):
+        raise UsageError("one file per sensor: expected both --mass-log and --base-log; got one of them")
+    if mass_log is not None and logs:
+        raise UsageError("expected either LOG... or --mass-log with --base-log; got both: do them one after the other")
+    if mass_log is None and not logs:
+        raise UsageError("no logs: expected LOG..., or --mass-log FILE --base-log FILE")
+    return [mass_log] if mass_log is not None else list(dict.fromkeys(logs))
+
+
+def _outputs(inputs: Sequence[Path], output: str | None) -> dict[Path, Path]:
+    """Where each recording goes; made sure that no two go to one place and none over its log."""
+    from frictionlab.experiment import stem_of
+
+    if output is None:
+        places = {path: path.with_name(f"{stem_of(path)}.h5") for path in inputs}
+    elif _is_folder(output):
+        _make_folder(Path(output))
+        places = {path: Path(output) / f"{stem_of(path)}.h5" for path in inputs}
+    elif len(inputs) == 1:
+        places = {inputs[0]: Path(output)}
+    else:
+        raise UsageError(f"-o {output}: expected a folder for {len(inputs)} logs; got the name of a file")
+    _check_places(places)
+    return places
+
+
+def _is_folder(output: str) -> bool:
+    return Path(output).is_dir() or output.endswith(os.sep) or not Path(output).suffix
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise UsageError(f"-o {folder}: the folder cannot be made ({error.strerror})") from error
+
+
+def _check_places(places: Mapping[Path, Path]) -> None:
+    owner: dict[Path, Path] = {}
+    for log, place in places.items():
+        real = place.resolve()
+        if real in owner:
+            raise UsageError(f"{owner[real]} and {log} would both become {place}: give them different folders")
+        if real in {path.resolve() for path in places}:
+            raise UsageError(f"{place}: the recording would replace a log: choose another output")
+        owner[real] = log
+
+
+def _read(log: Path, base_log: Path | None, options: "LogOptions", scene: "Scene", progress: Any) -> "Recording":
+    from frictionlab.experiment import facts_of
+    from frictionlab.logs import read_log, read_two_logs
+
+    facts = facts_of(scene, log)
+    if base_log is None:
+        recording = read_log(log, options, progress=progress)
+    else:
+        recording = read_two_logs(log, base_log, options, progress=progress)
+    source = replace(recording.source, warnings=(*recording.source.warnings, *facts.warnings))
+    return replace(recording, source=source, experiment=facts.values)
+
+
+def _row(recording: "Recording", log: Path, output: Path | None) -> "Row":
+    """What was found in a log, as one row."""
+    from dataclasses import asdict
+
+    from frictionlab.recording import Quality
+
+    source = recording.source
+    flags = {str(flag.name).lower(): int(((recording.quality & flag) != 0).sum()) for flag in Quality}
+    return {
+        "source": str(log),
+        "status": "ok",
+        "output": output,
+        **source.dialect,
+        "samples": len(recording),
+        "duration_s": recording.duration_s,
+        **{f"lines_{kind}": count for kind, count in asdict(source.lines).items()},
+        "flagged": int((recording.quality != 0).sum()),
+        "flags": flags,
+        "gaps_s": recording.gaps,
+        "quarantined": [
+            {"file": q.file, "line": q.number, "text": q.text, "reason": q.reason} for q in source.quarantined
+        ],
+        "files": [{"name": f.name, "sha256": f.sha256, "size_bytes": f.size_bytes} for f in source.files],
+        "experiment": recording.experiment,
+        "warnings": source.warnings,
+        "evidence": source.evidence,
+    }
+
+
+def _tell(rows: Sequence[Mapping[str, Any]], *, evidence: bool) -> None:
+    """Print a table of what was made, and below it what its user should know."""
+    good = [row for row in rows if row["status"] == "ok"]
+    if good:
+        print_table(good, TABLE)
+    for row in good:
+        for sentence in row["evidence"] if evidence else ():
+            typer.echo(f"{printable(row['source'])}: {printable(sentence)}")
+        for line in row["quarantined"][:5] if evidence else ():
+            typer.echo(printable(f"{row['source']}: line {line['line']} quarantined: {line['reason']}: {line['text']}"))
+        for sentence in row["warnings"]:
+            complain(f"{row['source']}: warning: {sentence}")

@@ -1,0 +1,171 @@
+"""The facts of one test: from the scene, from the log's file name, from the sheet of a campaign."""
+
+import csv
+import io
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from frictionlab.errors import SceneError
+from frictionlab.scene import Experiment, Scene
+
+Fact = str | float
+_SOURCES = ("name_pattern", "sheet")
+_NUMERIC = ("normal_force_n", "nominal_frequency_ratio", "duration_s")
+_KNOWN = tuple(name for name in Experiment.model_fields if name not in _SOURCES)
+_SHEET_LIMIT = 1 << 24
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What is known of a test, and sentences on what is missing or contradicts."""
+
+    values: Mapping[str, Fact]
+    warnings: tuple[str, ...] = ()
+
+
+def facts_of(scene: Scene, log: Path) -> Facts:
+    """Collect the facts of the test that a log records.
+
+    The sheet wins over the file name, and the file name over the scene; where two disagree a warning says so.
+
+    Parameters
+    ----------
+    scene
+        Its ``[experiment]`` holds facts, a ``name_pattern`` and a ``sheet``.
+    log
+        The log; only its name is used.
+
+    Raises
+    ------
+    SceneError
+        If the pattern or the sheet cannot be used.
+
+    Examples
+    --------
+    >>> scene = Scene(experiment=Experiment(name_pattern="{material}_N{normal_force_n}_r{nominal_frequency_ratio}"))
+    >>> dict(facts_of(scene, Path("steel_N1.25_r0.3.csv")).values)
+    {'material': 'steel', 'normal_force_n': 1.25, 'nominal_frequency_ratio': 0.3}
+    """
+    said = scene.experiment.model_dump(exclude=set(_SOURCES), exclude_none=True)
+    found: dict[str, Fact] = {key: value for key, value in said.items() if isinstance(value, (str, int, float))}
+    origin = dict.fromkeys(found, "the scene")
+    warnings: list[str] = []
+    if scene.experiment.name_pattern is not None:
+        _add(found, origin, warnings, _from_name(scene.experiment.name_pattern, log, warnings), "the file name")
+    if scene.experiment.sheet is not None:
+        _add(found, origin, warnings, _from_sheet(scene, log, warnings), "the sheet")
+    if scene.experiment.name_pattern is not None or scene.experiment.sheet is not None:
+        warnings += [f"{key} of this test is not known" for key in ("material", "normal_force_n") if key not in found]
+    return Facts(found, tuple(warnings))
+
+
+def stem_of(log: Path) -> str:
+    """Give the log's name without its suffix, ``.gz`` included.
+
+    Examples
+    --------
+    >>> stem_of(Path("a/steel_N1.25_r0.3.csv.gz"))
+    'steel_N1.25_r0.3'
+    """
+    name = log.name[:-3] if log.name.lower().endswith(".gz") else log.name
+    return Path(name).stem
+
+
+def _add(
+    found: dict[str, Fact], origin: dict[str, str], warnings: list[str], more: Mapping[str, Fact], source: str
+) -> None:
+    for key, value in more.items():
+        if key in found and found[key] != value:
+            warnings.append(f"{key}: {source} says {value}, {origin[key]} says {found[key]}: {value} is taken")
+        found[key] = value
+        origin[key] = source
+
+
+def _from_name(pattern: str, log: Path, warnings: list[str]) -> dict[str, Fact]:
+    match = _expression(pattern).fullmatch(stem_of(log))
+    if match is None:
+        warnings.append(f"the file name does not follow name_pattern {pattern!r}: its facts are not known")
+        return {}
+    return {key: _number(text) if key in _NUMERIC else text for key, text in match.groupdict().items()}
+
+
+def _expression(pattern: str) -> re.Pattern[str]:
+    """Turn ``{key}`` into groups; everything else stands for itself."""
+    parts = re.split(r"\{([^{}]*)\}", pattern)
+    keys = parts[1::2]
+    unknown = [key for key in keys if key not in _KNOWN]
+    if unknown or not keys or len(set(keys)) < len(keys):
+        wrong = f"unknown {unknown}" if unknown else "none" if not keys else "one twice"
+        raise SceneError(f"experiment.name_pattern: expected keys in braces, of {', '.join(_KNOWN)}; got {wrong}")
+    groups = [rf"(?P<{key}>\d+(?:[.,]\d+)?)" if key in _NUMERIC else rf"(?P<{key}>.+?)" for key in keys]
+    literals = [re.escape(text) for text in parts[0::2]]
+    return re.compile("".join(a + b for a, b in zip(literals, [*groups, ""], strict=True)))
+
+
+def _number(text: str) -> float:
+    return float(text.replace(",", "."))
+
+
+def _from_sheet(scene: Scene, log: Path, warnings: list[str]) -> dict[str, Fact]:
+    name = scene.experiment.sheet or ""
+    rows = [row for row in _sheet(scene.folder, name) if _names(row["log"], log)]
+    if not rows:
+        warnings.append(f"sheet {name}: no row for {log.name}: its facts are not known")
+        return {}
+    if len(rows) > 1:
+        raise SceneError(f"experiment.sheet: {name}: {len(rows)} rows for {log.name}: expected one")
+    return {key: _sheet_fact(key, text, name) for key, text in rows[0].items() if key != "log" and text}
+
+
+def _sheet(folder: Path, name: str) -> list[dict[str, str]]:
+    path = (folder / name).resolve()
+    if not path.is_relative_to(folder.resolve()):
+        raise SceneError(f"experiment.sheet: {name!r} lies outside the scene's folder: put it beside the scene")
+    try:
+        if path.stat().st_size > _SHEET_LIMIT:
+            raise SceneError(f"experiment.sheet: {name}: larger than {_SHEET_LIMIT} bytes")
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise SceneError(f"experiment.sheet: {name}: cannot be read ({error.strerror})") from error
+    except UnicodeDecodeError as error:
+        raise SceneError(f"experiment.sheet: {name}: expected UTF-8 text; byte {error.start} is not") from error
+    title = text.partition("\n")[0]
+    separator = max(",;\t", key=title.count)
+    reader = csv.reader(io.StringIO(text), delimiter=separator)
+    try:
+        rows = [[cell.strip() for cell in row] for row in reader if any(cell.strip() for cell in row)]
+    except csv.Error as error:
+        raise SceneError(f"experiment.sheet: {name}: line {reader.line_num}: {error}") from error
+    return _rows(rows, name)
+
+
+def _rows(rows: list[list[str]], name: str) -> list[dict[str, str]]:
+    keys = rows[0] if rows else []
+    if "log" not in keys or len(set(keys)) < len(keys):
+        raise SceneError(f"experiment.sheet: {name}: expected a `log` column and each column once; got {keys}")
+    table = []
+    for number, row in enumerate(rows[1:], start=2):
+        if len(row) != len(keys):
+            raise SceneError(f"experiment.sheet: {name}: row {number}: expected {len(keys)} cells; got {len(row)}")
+        facts = dict(zip(keys, row, strict=True))
+        if Path(facts["log"]).is_absolute() or ".." in Path(facts["log"]).parts:
+            raise SceneError(f"experiment.sheet: {name}: row {number}: {facts['log']!r} leaves the sheet's folder")
+        table.append(facts)
+    return table
+
+
+def _names(entry: str, log: Path) -> bool:
+    """Whether a sheet's entry names this log: by its name, or by its name without suffix."""
+    name = Path(entry).name
+    return name in (log.name, stem_of(log))
+
+
+def _sheet_fact(key: str, text: str, name: str) -> Fact:
+    if key not in _NUMERIC:
+        return text
+    try:
+        return _number(text)
+    except ValueError as error:
+        raise SceneError(f"experiment.sheet: {name}: {key}: expected a number; got {text!r}") from error

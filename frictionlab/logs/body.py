@@ -1,0 +1,246 @@
+"""The lines below the header: numbers out, every line accounted for.
+
+A regular line becomes a sample. Every other line is looked at on its own and is blank, a comment, a repeated header,
+a sample without a value, or quarantined with the reason; nothing falls through.
+"""
+
+import math
+import re
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import LogError
+from frictionlab.logs.cells import decimals, is_no_value, moment, number, plain
+from frictionlab.logs.dialect import is_comment, split
+
+KEEP = 100
+"""So many quarantined lines are kept with their text; all of them are counted."""
+COMPILE_FROM = 1 << 22
+"""Logs from this size [bytes] are read by the compiled kernel; below, loading it takes longer than it saves."""
+_LONGEST_KEPT = 300
+
+
+@dataclass(frozen=True)
+class Shape:
+    """What a data line looks like.
+
+    Parameters
+    ----------
+    separator, decimal
+        One character each.
+    fields
+        Cells in a line.
+    wanted
+        Field numbers from 0 of the columns to read; a time column comes first.
+    has_time
+        Whether the first wanted column is time: a line without a stamp is quarantined.
+    moments
+        Whether the time column holds clock times instead of numbers.
+    last_decimals
+        Decimals that the last field of every line has; 0 if they vary.
+    is_header
+        Says of a stripped line whether it is a header repeated in the body.
+    encoding
+        Of text kept for the record.
+    """
+
+    separator: str
+    decimal: str
+    fields: int
+    wanted: tuple[int, ...]
+    has_time: bool
+    moments: bool = False
+    last_decimals: int = 0
+    is_header: Callable[[str], bool] = field(default=lambda _: False)
+    encoding: str = "utf-8"
+
+
+@dataclass
+class Body:
+    """What was read: columns as in the file (their units), and what became of the lines.
+
+    ``values`` is (wanted, n) float64 with nan for no value; ``lines`` (n,) int64 the line of each sample, from 1.
+    """
+
+    values: list[NDArray[np.float64]] = field(default_factory=list)
+    lines: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    counts: dict[str, int] = field(
+        default_factory=lambda: dict.fromkeys(("data", "header", "blank", "comment", "quarantined"), 0)
+    )
+    quarantined: list[tuple[int, str, str]] = field(default_factory=list)
+    headers: list[int] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class _Verdict:
+    kind: str
+    values: tuple[float, ...] = ()
+    reason: str = ""
+
+
+def judge(line: bytes, shape: Shape) -> _Verdict:
+    """Say what one line is, and read it if it is data."""
+    text = line.decode(shape.encoding if shape.encoding.isascii() else "utf-8", "replace").rstrip("\r\n")
+    if "\0" in text:
+        return _Verdict("quarantined", reason="NUL bytes")
+    stripped = text.strip()
+    if not stripped.strip(shape.separator + "; ,\t\"'\x1a"):
+        return _Verdict("blank")
+    if shape.is_header(stripped):
+        return _Verdict("header")
+    if is_comment(text):
+        return _Verdict("comment")
+    cells = split(text, shape.separator)
+    if len(cells) != shape.fields:
+        return _Verdict("quarantined", reason=f"expected {shape.fields} fields; got {len(cells)}")
+    return _judge_cells(cells, shape)
+
+
+def _judge_cells(cells: list[str], shape: Shape) -> _Verdict:
+    values = []
+    for place, index in enumerate(shape.wanted):
+        is_time = shape.has_time and place == 0
+        value = moment(cells[index]) if is_time and shape.moments else number(cells[index], shape.decimal)
+        if value is None and is_no_value(cells[index]):
+            value = math.nan
+        if value is None:
+            return _Verdict("quarantined", reason=f"field {index + 1}: not a number: {plain(cells[index])[:40]!r}")
+        if not math.isfinite(value):
+            if is_time:
+                return _Verdict("quarantined", reason=f"no time stamp: {plain(cells[index])[:40]!r}")
+            value = math.nan
+        values.append(value)
+    if _is_cut(cells[-1], shape):
+        return _Verdict("quarantined", reason=f"last number cut: expected {shape.last_decimals} decimals")
+    return _Verdict("data", tuple(values))
+
+
+def _is_cut(cell: str, shape: Shape) -> bool:
+    """Whether the last number of a line has lost digits, where all lines have the same number of decimals."""
+    if not shape.last_decimals or shape.fields - 1 not in shape.wanted:
+        return False
+    found = decimals(cell, shape.decimal)
+    return found is not None and found < shape.last_decimals
+
+
+class Reader:
+    """Read the body of a log block by block; `finish` gives what was read."""
+
+    def __init__(self, shape: Shape, first_line: int, *, compiled: bool) -> None:
+        self.shape, self.next_line, self.compiled = shape, first_line, compiled
+        self.body = Body()
+        self._values: list[NDArray[np.float64]] = []
+        self._lines: list[NDArray[np.int64]] = []
+        self._regular = _regular_line(shape)
+        self._rank = np.argsort(np.argsort(shape.wanted))
+
+    def parse(self, block: bytes) -> tuple[NDArray[np.float64], int, list[tuple[int, bytes]]]:
+        """Parse the regular lines of a block; safe to call from several threads.
+
+        Returns (wanted, rows) values, the number of lines, and (line from 0, text) of each line that is not regular.
+        """
+        return self._parse_compiled(block) if self.compiled else self._parse_plain(block)
+
+    def _parse_compiled(self, block: bytes) -> tuple[NDArray[np.float64], int, list[tuple[int, bytes]]]:
+        from frictionlab.logs.kernel import parse_lines  # noqa: PLC0415 - loading the compiler is for large logs only
+
+        target = np.full(self.shape.fields, -1, np.int64)
+        target[list(self.shape.wanted)] = np.arange(len(self.shape.wanted))
+        values, lines, odd = parse_lines(
+            block, self.shape.separator, self.shape.decimal, target, self.shape.last_decimals
+        )
+        return values, lines, [(line, block[start:end]) for start, end, line in odd.tolist()]
+
+    def _parse_plain(self, block: bytes) -> tuple[NDArray[np.float64], int, list[tuple[int, bytes]]]:
+        rows: list[tuple[float, ...]] = []
+        odd: list[tuple[int, bytes]] = []
+        lines = block.split(b"\n")[:-1]
+        for i, line in enumerate(lines):
+            match = self._regular.fullmatch(line)
+            if match is None:
+                odd.append((i, line))
+            else:
+                rows.append(tuple(map(self._number, match.groups())))
+        values = np.array(rows, np.float64).reshape(-1, len(self.shape.wanted)).T
+        return values[self._rank], len(lines), odd
+
+    def _number(self, digits: bytes) -> float:
+        return float(digits if self.shape.decimal == "." else digits.replace(b",", b"."))
+
+    def take(self, parsed: tuple[NDArray[np.float64], int, list[tuple[int, bytes]]]) -> None:
+        """Add a parsed block; blocks come in the order of the file."""
+        values, count, odd = parsed
+        lines = np.arange(self.next_line, self.next_line + count)
+        if odd:
+            lines = np.delete(lines, [i for i, _ in odd])
+            values, lines = self._with_odd(values, lines, odd)
+        self.body.counts["data"] += values.shape[1]
+        self._values.append(values)
+        self._lines.append(lines)
+        self.next_line += count
+
+    def _with_odd(
+        self, values: NDArray[np.float64], lines: NDArray[np.int64], odd: Iterable[tuple[int, bytes]]
+    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        more, where = [], []
+        for i, text in odd:
+            verdict = judge(text, self.shape)
+            if verdict.kind == "data":
+                more.append(verdict.values)
+                where.append(self.next_line + i)
+            else:
+                self._note(self.next_line + i, text, verdict)
+        if not more:
+            return values, lines
+        values = np.concatenate([values, np.array(more).T], axis=1)
+        lines = np.concatenate([lines, np.array(where, np.int64)])
+        order = np.argsort(lines, kind="stable")
+        return values[:, order], lines[order]
+
+    def _note(self, line: int, text: bytes, verdict: _Verdict) -> None:
+        self.body.counts[verdict.kind] += 1
+        if verdict.kind == "header":
+            self.body.headers.append(line)
+        if verdict.kind == "quarantined" and len(self.body.quarantined) < KEEP:
+            kept = text[:_LONGEST_KEPT].decode(self.shape.encoding, "replace").rstrip("\r\n")
+            self.body.quarantined.append((line, kept, verdict.reason))
+
+    def take_unended(self, text: bytes) -> None:
+        """Add the last line of a file that does not end in a line end: data only if it is provably whole."""
+        verdict = judge(text, self.shape)
+        if verdict.kind == "data" and not self.shape.last_decimals:
+            verdict = _Verdict("quarantined", reason="the file ends inside this line: it may be cut")
+        if verdict.kind == "data":
+            self.take((np.array([verdict.values]).T, 1, []))
+            return
+        self._note(self.next_line, text, verdict)
+        self.next_line += 1
+
+    def finish(self) -> Body:
+        """Put the blocks together."""
+        width = len(self.shape.wanted)
+        for k in range(width):
+            self.body.values.append(np.concatenate([v[k] for v in self._values]) if self._values else np.zeros(0))
+        self.body.lines = np.concatenate(self._lines) if self._lines else np.zeros(0, np.int64)
+        self._values.clear()
+        if self.body.counts["data"] != len(self.body.lines):
+            raise LogError("lines do not add up: this is a fault of frictionlab, please report it with the log")
+        return self.body
+
+
+def _regular_line(shape: Shape) -> re.Pattern[bytes]:
+    """Build the pattern of a regular line, with one group for each wanted column in the order of the fields."""
+    mark, separator = re.escape(shape.decimal), re.escape(shape.separator)
+    other = r"[^\s\"\0]+" if shape.separator == " " else rf"[^{separator}\"\0\r]*"
+    parts = []
+    for index in range(shape.fields):
+        least = shape.last_decimals if index == shape.fields - 1 else 0
+        fraction = rf"{mark}\d{{{least},18}}"
+        digits = rf"\d{{1,18}}{fraction}" if least else rf"(?:\d{{1,18}}(?:{fraction})?|{mark}\d{{1,18}})"
+        value = rf"([+-]?{digits}(?:[eE][+-]?\d{{1,2}})?)"
+        parts.append(value if index in shape.wanted else other)
+    blank, joint = (r"[ \t]*", r"[ \t]+") if shape.separator == " " else (" *", f" *{separator} *")
+    return re.compile((blank + joint.join(parts) + blank + "\r?").encode())

@@ -1,0 +1,105 @@
+"""Which column is what: names, units and roles of a log's columns."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from frictionlab.errors import LogError
+from frictionlab.logs.units import LENGTH, TIME, split_unit
+
+_TIME = re.compile(
+    r"t|time|times|zeit|zeiten|temps|tempo|tiempo|time ?stamps?|timestamp|(acquisition|acq|relative|elapsed|epoch|abs|"
+    r"absolute|system|measurement|sample|sampling)[ _-]*(time|zeit)s?|time[ _-]*\d*|zeit\b.*|time\b.*|x_value|elapsed|"
+    r"messzeit|date ?time|sekunden|seconds",
+    re.IGNORECASE,
+)
+_MASS = re.compile(
+    r"x|x_?m|m|masse|massa|.*\bmass\b.*|mass\w*|.*[ _-]mass([ _-].*)?|response|oscillator|top", re.IGNORECASE
+)
+_BASE = re.compile(
+    r"y|y_?b|b|basis|.*\bbase\b.*|base\w*|.*[ _-]base([ _-].*)?|ground|excitation|foundation|shaker|table|foot",
+    re.IGNORECASE,
+)
+_NAMES = {"time": _TIME, "mass": _MASS, "base": _BASE}
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its number from 0, its title as written, its name without unit, its unit ("" if not said)."""
+
+    index: int
+    title: str
+    name: str
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.index + 1} ({self.title!r})" if self.title else f"{self.index + 1}"
+
+
+def columns_of(titles: Sequence[str], units: Sequence[str], fields: int) -> tuple[Column, ...]:
+    """Make columns from the cells of a header and of its units row, either of which may be missing."""
+    columns = []
+    for index in range(fields):
+        title = titles[index] if index < len(titles) else ""
+        name, unit = split_unit(title)
+        below = units[index] if index < len(units) else ""
+        columns.append(Column(index, title, name, below or unit))
+    return tuple(columns)
+
+
+def by_option(columns: Sequence[Column], said: str | int, role: str, file: str) -> Column:
+    """Find the column that a user named, by title, by name without unit, or by number from 1."""
+    text = str(said).strip()
+    folded = text.casefold()
+    for matches in (
+        [c for c in columns if c.title.strip().casefold() == folded],
+        [
+            c
+            for c in columns
+            if c.name.casefold() == folded or split_unit(text)[0].casefold() == c.name.casefold() != ""
+        ],
+    ):
+        if len(matches) == 1:
+            return matches[0]
+        if matches:
+            raise LogError(f"{file}: --{role} {text!r}: several columns are called so: {_list(matches)}: give a number")
+    if text.isdecimal() and 1 <= int(text) <= len(columns):
+        return columns[int(text) - 1]
+    raise LogError(f"{file}: --{role} {text!r}: no such column; the log has {_list(columns)}")
+
+
+def candidates(columns: Sequence[Column], role: str) -> list[Column]:
+    """Give the columns whose name or unit says this role, time by its unit too."""
+    named = [c for c in columns if c.name and _NAMES[role].fullmatch(c.name) and _unit_fits(c, role)]
+    if role == "time" and not named:
+        return [c for c in columns if c.unit in TIME or c.title.strip("[]() ") in TIME]
+    return named
+
+
+def is_displacement(column: Column) -> bool:
+    """Whether a column may hold a displacement: its unit is a length or is not said."""
+    return column.unit in LENGTH or not column.unit
+
+
+def _unit_fits(column: Column, role: str) -> bool:
+    return not column.unit or column.unit in (TIME if role == "time" else LENGTH)
+
+
+def _list(columns: Sequence[Column]) -> str:
+    return ", ".join(str(c) for c in columns)
+
+
+def pick(columns: Sequence[Column], role: str, file: str) -> Column | None:
+    """Give the one column of this role; ``None`` if none says so; an error if several do."""
+    found = candidates(columns, role)
+    if len(found) > 1:
+        raise LogError(f"{file}: which column is the {role}? {_list(found)} fit equally well: give --{role}")
+    return found[0] if found else None
+
+
+def unassigned(columns: Sequence[Column], file: str) -> LogError:
+    """Say that mass and base cannot be told apart."""
+    return LogError(
+        f"{file}: which column is the mass, which the base? {_list(columns)} could be either: give --mass and --base "
+        "(a name, or a number from 1)"
+    )

@@ -1,0 +1,252 @@
+"""A log as blocks of whole lines: decompressed, decoded to an ASCII-compatible encoding, hashed while it is read.
+
+Memory is bounded whatever the file's size: a block holds a few megabytes, and a file that unpacks to far more than it
+should is refused.
+"""
+
+import codecs
+import hashlib
+import io
+import os
+import re
+import zlib
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO
+
+from frictionlab.errors import LogError
+
+BLOCK = 1 << 22
+HEAD = 1 << 18
+LONGEST_LINE = 1 << 20
+MOST_EXPANSION = 200
+"""A compressed log may unpack to this many times its size (text of numbers reaches 10), and always to `FREE` bytes."""
+FREE = 1 << 26
+_BOMS = (
+    (codecs.BOM_UTF8, "utf-8-sig"),
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+_WIDE = re.compile("^utf[-_]?(16|32)", re.IGNORECASE)
+
+Progress = Callable[[int, int], None]
+"""Called with bytes read and bytes in all."""
+
+
+@dataclass(frozen=True)
+class Head:
+    """The beginning of a log: decoded lines without their ends, and how it is written."""
+
+    path: Path
+    lines: tuple[str, ...]
+    encoding: str
+    newline: str
+    compressed: bool
+    whole: bool
+    evidence: tuple[str, ...]
+
+
+@dataclass
+class Blocks:
+    """Iterate over (bytes of whole lines ending in LF, whether it is the file's last, unended line).
+
+    After the last block ``sha256`` and ``size`` hold what was read of the file itself.
+    """
+
+    head: Head
+    progress: Progress | None = None
+    sha256: str = ""
+    size: int = field(default=0)
+
+    def __iter__(self) -> Iterator[tuple[bytes, bool]]:
+        with _open(self.head.path) as file:
+            before = os.fstat(file.fileno())
+            hashed = _Hashed(file, before.st_size, self.progress)
+            yield from _whole_lines(_decoded(hashed, self.head))
+            hashed.finish()
+            after = os.fstat(file.fileno())
+        self.sha256, self.size = hashed.digest.hexdigest(), hashed.done
+        if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns) or self.size != after.st_size:
+            raise LogError(f"{self.head.path.name}: changed while it was read: wait until it is written, ingest again")
+
+
+def read_head(path: Path, encoding: str | None = None) -> Head:
+    """Read and decode the first 256 kB of a log.
+
+    Raises
+    ------
+    LogError
+        If the file cannot be read, is empty, or is not text.
+    """
+    with _open(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        hashed = _Hashed(file, size, None)
+        compressed = _is_gzip(file)
+        raw = _first(_unpacked(hashed) if compressed else _chunks(hashed), HEAD)
+        whole = len(raw) < HEAD
+    if not raw.strip(b"\0 \t\r\n\xef\xbb\xbf\xff\xfe"):
+        raise LogError(f"{path.name}: empty: expected lines of numbers; got {size} bytes without any")
+    name, evidence = (encoding, "as given") if encoding else _encoding_of(raw)
+    text = _decode(raw, name, path)
+    newline = "\r" if "\r" in text and "\n" not in text else "\n"
+    lines = [line.rstrip("\r") for line in text.split(newline)]
+    if not whole or not lines[-1]:
+        lines.pop()
+    return Head(path, tuple(lines), name, newline, compressed, whole, (f"encoding {name}: {evidence}",))
+
+
+def texts_of(head: Head, numbers: Sequence[int]) -> dict[int, str]:
+    """Fetch the texts of some lines, by their numbers from 1; cut to 300 characters."""
+    wanted, found, line = sorted(numbers), dict[int, str](), 1
+    encoding = "utf-8" if head.encoding.startswith("utf") else head.encoding
+    for block, _ in Blocks(head) if wanted else ():
+        count = block.count(b"\n") + (not block.endswith(b"\n"))
+        here = [n for n in wanted if line <= n < line + count]
+        rows = block.split(b"\n") if here else []
+        found |= {n: rows[n - line][:300].decode(encoding, "replace").rstrip("\r") for n in here}
+        line += count
+    return found
+
+
+def _open(path: Path) -> BinaryIO:
+    try:
+        if not path.is_file():
+            what = "it is a folder" if path.is_dir() else "no such file"
+            raise LogError(f"{path}: cannot be read ({what}): give the path of a log")
+        return path.open("rb")
+    except OSError as error:
+        raise LogError(f"{path}: cannot be read ({error.strerror})") from error
+
+
+def _is_gzip(file: BinaryIO) -> bool:
+    magic = file.read(2)
+    file.seek(0)
+    return magic == b"\x1f\x8b"
+
+
+class _Hashed:
+    """A file that is hashed as it is read."""
+
+    def __init__(self, file: BinaryIO, total: int, progress: Progress | None) -> None:
+        self.file, self.total, self.progress = file, total, progress
+        self.digest = hashlib.sha256()
+        self.done = 0
+
+    def read(self, size: int) -> bytes:
+        """Read, hash and tell."""
+        chunk = self.file.read(size)
+        self.digest.update(chunk)
+        self.done += len(chunk)
+        if self.progress is not None:
+            self.progress(self.done, self.total)
+        return chunk
+
+    def finish(self) -> None:
+        """Hash what is left (a compressed file may have padding)."""
+        while self.read(BLOCK):
+            pass
+
+
+def _chunks(file: _Hashed) -> Iterator[bytes]:
+    while chunk := file.read(BLOCK):
+        yield chunk
+
+
+def _unpacked(file: _Hashed) -> Iterator[bytes]:
+    """Unpack gzip members one after the other, never more than a block at a time."""
+    engine, inside, done = zlib.decompressobj(wbits=31), False, 0
+    while chunk := file.read(1 << 16):
+        data = chunk
+        while data:
+            try:
+                out = engine.decompress(data, BLOCK)
+            except zlib.error as error:
+                raise LogError(f"damaged gzip data near byte {file.done}: {error}") from error
+            done += len(out)
+            _check_expansion(done, file.total)
+            yield out
+            inside, data = not engine.eof, engine.unconsumed_tail
+            if engine.eof:
+                data = engine.unused_data.lstrip(b"\0")
+                engine = zlib.decompressobj(wbits=31)
+    if inside:
+        raise LogError("the gzip data ends early: the file was cut; unpack what is there yourself and ingest that")
+
+
+def _check_expansion(done: int, packed: int) -> None:
+    if done > max(FREE, MOST_EXPANSION * packed):
+        raise LogError(
+            f"unpacks to more than {MOST_EXPANSION} times its {packed} bytes: expected a compressed log; "
+            "unpack it yourself if it is one"
+        )
+
+
+def _first(chunks: Iterator[bytes], size: int) -> bytes:
+    held = io.BytesIO()
+    for chunk in chunks:
+        held.write(chunk)
+        if held.tell() >= size:
+            break
+    return held.getvalue()[:size]
+
+
+def _encoding_of(raw: bytes) -> tuple[str, str]:
+    for bom, name in _BOMS:
+        if raw.startswith(bom):
+            return name, "byte order mark"
+    even, odd = raw[0::2].count(0), raw[1::2].count(0)
+    if odd > 0.4 * len(raw) / 2 and even < 0.05 * len(raw):
+        return "utf-16-le", "every second byte is 0"
+    if even > 0.4 * len(raw) / 2 and odd < 0.05 * len(raw):
+        return "utf-16-be", "every second byte is 0"
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(raw)
+    except UnicodeDecodeError as error:
+        return "cp1252", f"byte {error.start} is not UTF-8"
+    return "utf-8", "plain ASCII" if raw.isascii() else "decodes without a fault"
+
+
+def _decode(raw: bytes, encoding: str, path: Path) -> str:
+    errors = "replace" if encoding == "cp1252" else "strict"
+    try:
+        return codecs.getincrementaldecoder(encoding)(errors).decode(raw)
+    except UnicodeError as error:
+        raise LogError(f"{path.name}: not {encoding} text ({error}): give --encoding") from error
+
+
+def _decoded(file: _Hashed, head: Head) -> Iterator[bytes]:
+    """Chunks in an encoding whose digits, separators and line ends are ASCII bytes."""
+    chunks = _unpacked(file) if head.compressed else _chunks(file)
+    if head.encoding == "utf-8-sig":
+        chunks = _without_bom(chunks)
+    if _WIDE.match(head.encoding):
+        decoder = codecs.getincrementaldecoder(head.encoding)("replace")
+        chunks = (decoder.decode(chunk).encode("utf-8", "replace") for chunk in chunks)
+    if head.newline == "\r":
+        chunks = (chunk.replace(b"\r", b"\n") for chunk in chunks)
+    return chunks
+
+
+def _without_bom(chunks: Iterator[bytes]) -> Iterator[bytes]:
+    for first in chunks:
+        yield first.removeprefix(codecs.BOM_UTF8)
+        break
+    yield from chunks
+
+
+def _whole_lines(chunks: Iterator[bytes]) -> Iterator[tuple[bytes, bool]]:
+    rest = b""
+    for chunk in chunks:
+        cut = chunk.rfind(b"\n") + 1
+        if not cut:
+            rest += chunk
+            if len(rest) > 16 * LONGEST_LINE:
+                raise LogError(f"a line longer than {16 * LONGEST_LINE} bytes: expected a log of lines")
+            continue
+        yield (rest + chunk[:cut] if rest else chunk[:cut]), False
+        rest = chunk[cut:]
+    if rest:
+        yield rest, True

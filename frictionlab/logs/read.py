@@ -1,0 +1,273 @@
+"""From one log, or one log per sensor, to a recording."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import LogError
+from frictionlab.logs.align import Aligned, align
+from frictionlab.logs.clock import TimeBase, counted, time_base
+from frictionlab.logs.lines import Progress, texts_of
+from frictionlab.logs.options import LogOptions
+from frictionlab.logs.sensor import Channel, bridge, examine, unit_by_step
+from frictionlab.logs.table import KEEP, Table, read_table
+from frictionlab.logs.timing import Timing, timing_of
+from frictionlab.logs.units import LENGTH, to_si
+from frictionlab.recording import Fact, QuarantinedLine, Recording, Replaced, Source
+
+
+@dataclass(frozen=True)
+class _Sensors:
+    """A log in SI units: its time base and its channels by role."""
+
+    table: Table
+    timing: Timing
+    base: TimeBase
+    channels: dict[str, Channel]
+    replaced: dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]]
+
+    @property
+    def warnings(self) -> list[str]:
+        """All sentences about this log."""
+        return [
+            *self.timing.warnings,
+            *self.base.warnings,
+            *(w for c in self.channels.values() for w in c.warnings),
+        ]
+
+    @property
+    def evidence(self) -> list[str]:
+        """All reasons for reading it so."""
+        return [*self.table.evidence, *self.timing.evidence, *(e for c in self.channels.values() for e in c.evidence)]
+
+
+def read_log(path: Path, options: LogOptions | None = None, *, progress: Progress | None = None) -> Recording:
+    r"""Read a log that holds both channels.
+
+    Parameters
+    ----------
+    path
+        The log; compressed by gzip or not.
+    options
+        What the log does not say itself, or says wrongly.
+    progress
+        Called with bytes read and bytes in all.
+
+    Returns
+    -------
+    Recording
+        In SI units, one sample for each data line, damage flagged.
+
+    Raises
+    ------
+    LogError
+        If it cannot be read, can be read in more than one way, or is damaged beyond use.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> log = Path(tempfile.mkdtemp()) / "test.csv"
+    >>> _ = log.write_text("t [s];mass [mm];base [mm]\n" + "".join(f"0,{i:02};1,5;-2,25\n" for i in range(50)))
+    >>> recording = read_log(log)
+    >>> len(recording), float(recording.mass_displacement[0]), recording.source.dialect["decimal"]
+    (50, 0.0015, ',')
+    """
+    options = options or LogOptions()
+    sensors = _sensors(path, options, ("mass", "base"), progress)
+    mass, base = sensors.channels["mass"], sensors.channels["base"]
+    return Recording(
+        time=sensors.base.time,
+        mass_displacement=mass.values,
+        base_displacement=base.values,
+        quality=sensors.base.quality | mass.quality | base.quality,
+        source=Source(
+            files=(sensors.table.file,),
+            dialect=_dialect(sensors, options),
+            options=options.given(),
+            quarantined=sensors.table.quarantined,
+            warnings=tuple(_line_warnings(sensors.table) + sensors.warnings),
+            evidence=tuple(sensors.evidence),
+            replaced=_replaced(sensors.replaced),
+        ),
+    )
+
+
+def read_two_logs(
+    mass_log: Path, base_log: Path, options: LogOptions | None = None, *, progress: Progress | None = None
+) -> Recording:
+    """Read one log per sensor and put both on the mass's clock.
+
+    Parameters
+    ----------
+    mass_log, base_log
+        One log of the mass, one of the base, each with its own clock and rate.
+    options
+        ``lag_s`` where the clocks' difference is known.
+    progress
+        Called with bytes read and bytes in all of each log.
+
+    Returns
+    -------
+    Recording
+        The samples of the mass's log that lie inside both logs; the base is interpolated to them, and
+        ``source.dialect`` says how the logs were aligned, how sure that is and what was trimmed.
+
+    Raises
+    ------
+    LogError
+        As `read_log`, and if the logs do not overlap.
+    """
+    options = options or LogOptions()
+    one = replace(options, base=None)
+    two = replace(options, mass=None)
+    mass = _sensors(mass_log, one, ("mass",), progress)
+    base = _sensors(base_log, two, ("base",), progress)
+    aligned = align(
+        (mass.base, mass.timing, mass.channels["mass"]), (base.base, base.timing, base.channels["base"]), options.lag_s
+    )
+    return _recording_of_two(mass, base, aligned, options)
+
+
+def _recording_of_two(mass: _Sensors, base: _Sensors, aligned: Aligned, options: LogOptions) -> Recording:
+    said = [
+        f"{sensors.table.name}: {sentence}"
+        for sensors in (mass, base)
+        for sentence in _line_warnings(sensors.table) + sensors.warnings
+    ]
+    why = [f"{sensors.table.name}: {sentence}" for sensors in (mass, base) for sentence in sensors.evidence]
+    facts = _dialect(mass, options) | {
+        f"base_log_{key}": value for key, value in _dialect(base, options).items() if not key.startswith("base_")
+    }
+    facts |= {key: value for key, value in _dialect(base, options).items() if key.startswith("base_")}
+    return Recording(
+        time=aligned.time,
+        mass_displacement=aligned.mass,
+        base_displacement=aligned.base,
+        quality=aligned.quality,
+        source=Source(
+            files=(mass.table.file, base.table.file),
+            dialect=facts | aligned.facts,
+            options=options.given(),
+            quarantined=(*mass.table.quarantined, *base.table.quarantined),
+            warnings=(*said, *aligned.warnings),
+            evidence=tuple(why),
+        ),
+    )
+
+
+def _sensors(path: Path, options: LogOptions, roles: Sequence[str], progress: Progress | None) -> _Sensors:
+    """Read a log, convert it to SI units, and examine clock and values."""
+    table = read_table(path, options, roles, progress)
+    timing = timing_of(table, options)
+    if timing.stamps is None:
+        base = counted(len(table.lines), timing.interval, options.bridge_s)
+    else:
+        base = time_base(timing.stamps, table.name, bridge_s=options.bridge_s, stated_s=timing.stated_s)
+    table = _without_stray(table, base)
+    channels, replaced = {}, {}
+    for role in roles:
+        channel = _channel(table, role, options)
+        replaced[role] = bridge(base.time, channel, base.bridge, role)
+        channels[role] = channel
+    return _Sensors(table, timing, base, channels, replaced)
+
+
+def _without_stray(table: Table, base: TimeBase) -> Table:
+    """Quarantine the lines whose stamps run backward."""
+    if not len(base.stray):
+        return table
+    numbers = table.lines[base.stray].tolist()
+    room = max(0, KEEP - len(table.quarantined))
+    texts = texts_of(table.head, numbers[:room])
+    more = [QuarantinedLine(table.name, n, texts.get(n, ""), "the time stamp runs backward") for n in numbers[:room]]
+    lines = table.file.lines
+    lines = replace(lines, data=lines.data - len(numbers), quarantined=lines.quarantined + len(numbers))
+    return replace(
+        table,
+        file=replace(table.file, lines=lines),
+        values={role: np.delete(values, base.stray) for role, values in table.values.items()},
+        lines=np.delete(table.lines, base.stray),
+        quarantined=tuple(sorted((*table.quarantined, *more), key=lambda q: q.number)),
+    )
+
+
+def _channel(table: Table, role: str, options: LogOptions) -> Channel:
+    column, values = table.columns[role], table.values.pop(role)
+    warnings = []
+    unit = options.unit or column.unit
+    if not unit:
+        found = unit_by_step(values[~np.isnan(values)])
+        if found is None:
+            raise LogError(f"{table.name}: the unit of column {column} is not said: give --unit, such as --unit mm")
+        unit = found[0]
+        warnings.append(f"{role}: no unit is said; the sensor's step says {unit} ({found[1] * 1e3:g} mm range)")
+    elif options.unit and column.unit and options.unit != column.unit:
+        warnings.append(f"{role}: the log says {column.unit}, --unit says {options.unit}: {options.unit} is taken")
+    if unit not in LENGTH:
+        raise LogError(f"{table.name}: column {column} is in {unit}: expected a length; give --unit if it is one")
+    channel = examine(to_si(values, unit), role, options.measuring_range_m)
+    channel.warnings[:0] = warnings
+    _check_unit(channel, unit, role)
+    return channel
+
+
+def _check_unit(channel: Channel, unit: str, role: str) -> None:
+    """Warn where the sensor's step fits another unit than the one said."""
+    if channel.range is not None or unit not in ("m", "mm", "um"):
+        return
+    found = unit_by_step(channel.values[~np.isnan(channel.values)] * LENGTH[unit])
+    if found is not None and found[0] != unit:
+        channel.warnings.append(
+            f"{role}: the log says {unit}, but its step fits an optoNCDT of {found[1] * 1e3:g} mm range read in "
+            f"{found[0]}: check the unit, and give --unit {found[0]} if so"
+        )
+
+
+def _replaced(parts: dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]]) -> Replaced | None:
+    """Put what was replaced in the two channels side by side; nan where that channel was sound."""
+    index = np.union1d(parts["mass"][0], parts["base"][0])
+    if not len(index):
+        return None
+    columns = {}
+    for role, (where, values) in parts.items():
+        columns[role] = np.full(len(index), np.nan)
+        columns[role][np.searchsorted(index, where)] = values
+    return Replaced(index, columns["mass"], columns["base"])
+
+
+def _line_warnings(table: Table) -> list[str]:
+    lines = table.file.lines
+    said = []
+    if lines.quarantined:
+        first = table.quarantined[0]
+        said.append(f"{lines.quarantined} of {lines.read} lines are quarantined; line {first.number}: {first.reason}")
+    if len(table.restarts):
+        said.append(f"the header is repeated {len(table.restarts)} times: the logger was restarted")
+    return said
+
+
+def _dialect(sensors: _Sensors, options: LogOptions) -> dict[str, Fact]:
+    table, dialect = sensors.table, sensors.table.layout.dialect
+    facts: dict[str, Fact] = {
+        "layout": table.layout.name,
+        "encoding": table.head.encoding,
+        "compression": "gzip" if table.head.compressed else "none",
+        "separator": dialect.separator,
+        "decimal": dialect.decimal,
+        "header_lines": " ".join(str(i + 1) for i in table.layout.header),
+        "first_data_line": int(table.lines[0]),
+    }
+    for role, column in table.columns.items():
+        facts[f"{role}_column"] = column.title or str(column.index + 1)
+        facts[f"{role}_column_number"] = column.index + 1
+    facts |= {f"{role}_unit": options.unit or table.columns[role].unit for role in sensors.channels}
+    facts |= sensors.timing.facts
+    facts |= {"sampling_rate_hz": 1.0 / sensors.base.interval, "bridge_s": sensors.base.bridge}
+    facts |= {"missing_samples": sensors.base.missing}
+    for role, channel in sensors.channels.items():
+        facts |= {f"{role}_step_m": channel.step} if channel.step else {}
+        facts |= {f"{role}_measuring_range_m": channel.range} if channel.range else {}
+    return facts

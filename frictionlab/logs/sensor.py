@@ -1,0 +1,206 @@
+"""What the sensor did to the values: error codes, range, held values, and the step that betrays the measuring range.
+
+optoNCDT 1420: d = (102/65520 x - 1) MR/100, so one step is 1.02 MR / 65520, values are valid from -0.01 MR to 1.01 MR,
+and the error codes 262075 to 262082 read as about 4.07 MR (instruction manual; MR = measuring range).
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.logs.units import LENGTH
+from frictionlab.recording import Quality
+
+RANGES_M = (0.010, 0.025, 0.050, 0.100, 0.200, 0.500)
+_STEP = 1.02 / 65520
+_CODES = tuple((102 / 65520 * code - 1) / 100 for code in (262075, 262082))
+_SAMPLE = 20_000
+_SHORTEST_HOLD = 4
+
+
+@dataclass
+class Channel:
+    """Displacement of one sensor [m], its flags, and what its step says."""
+
+    values: NDArray[np.float64]
+    quality: NDArray[np.uint8]
+    step: float | None = None
+    range: float | None = None
+    warnings: list[str] = field(default_factory=list)
+    evidence: list[str] = field(default_factory=list)
+
+
+def examine(values: NDArray[np.float64], role: str, measuring_range: float | None = None) -> Channel:
+    """Flag what is wrong with the values [m] of one sensor; nan where the log has no value. No value is changed."""
+    channel = Channel(values, np.zeros(len(values), np.uint8))
+    none = np.isnan(values)
+    channel.quality[none] |= np.uint8(Quality.NO_VALUE)
+    some = values[~none] if none.any() else values
+    if len(some) == 0:
+        return channel
+    channel.step, channel.range = step_and_range(some)
+    if channel.range is not None and channel.step is not None:
+        channel.evidence.append(
+            f"{role}: values are {channel.step * 1e6:.4g} um apart: an optoNCDT of {channel.range * 1e3:g} mm range"
+        )
+    channel.range = measuring_range or channel.range
+    _flag_error_codes(channel, role)
+    _flag_out_of_range(channel, role)
+    _flag_held(channel, role)
+    return channel
+
+
+def step_and_range(values: NDArray[np.float64]) -> tuple[float | None, float | None]:
+    """Find the smallest step between values [m] and the measuring range [m] it betrays, where it does.
+
+    Examples
+    --------
+    >>> step = 1.02 * 0.05 / 65520
+    >>> found = step_and_range(step * np.round(1e3 * np.sin(np.arange(5000.0))))
+    >>> round(found[0] * 1e9, 2), found[1]
+    (778.39, 0.05)
+    """
+    some = values[: _SAMPLE // 2] if len(values) <= _SAMPLE else values[len(values) // 2 :][:_SAMPLE]
+    levels = np.unique(some)
+    apart = np.diff(levels)
+    apart = apart[apart > 1e-13 + 1e-9 * np.abs(levels[-1])]
+    if len(apart) < 20:
+        return None, None
+    for measuring_range in RANGES_M:
+        step = measuring_range * _STEP
+        if _is_comb(apart, step):
+            return step, measuring_range
+    return float(apart.min()), None
+
+
+def _is_comb(apart: NDArray[np.float64], step: float) -> bool:
+    """Whether neighbouring levels are whole steps apart, most of them one, as far as the printed digits tell."""
+    small = apart[apart < 20 * step]
+    if len(small) < 20 or np.median(np.abs(np.rint(small / step) - 1)) > 3 or apart.min() < 0.4 * step:
+        return False
+    off = np.abs(small / step - np.rint(small / step))
+    return bool(np.quantile(off, 0.9) < 0.1 and np.rint(small / step).min() == 1)
+
+
+def unit_by_step(values: NDArray[np.float64]) -> tuple[str, float] | None:
+    """Find the unit of bare numbers by the sensor's step: (unit, measuring range [m]), or ``None`` if it is silent."""
+    for unit in ("mm", "um", "m"):
+        _, measuring_range = step_and_range(values / LENGTH[unit])
+        if measuring_range is not None:
+            return unit, measuring_range
+    return None
+
+
+def _flag_error_codes(channel: Channel, role: str) -> None:
+    size = np.abs(channel.values)
+    if not np.nanmax(size) > 4.0 * RANGES_M[0]:
+        return
+    wrong = np.zeros(len(size), bool)
+    for measuring_range in (channel.range,) if channel.range else RANGES_M:
+        low, high = (code * measuring_range for code in _CODES)
+        slack = 2e-4 * measuring_range if channel.range is None else 0.02 * measuring_range
+        wrong |= (channel.values > low - slack) & (channel.values < high + slack)
+    rest = size[~wrong & ~np.isnan(size)]
+    if not wrong.any() or (len(rest) and np.quantile(rest, 0.999) > 0.5 * size[wrong].min()):
+        return
+    channel.quality[wrong] |= np.uint8(Quality.ERROR_CODE)
+    code = float(channel.values[wrong][0])
+    channel.warnings.append(
+        f"{role}: {np.count_nonzero(wrong)} values near {code * 1e3:.2f} mm are error codes of the sensor"
+    )
+
+
+def _flag_out_of_range(channel: Channel, role: str) -> None:
+    """Flag values outside the range; a sensor set to zero inside its range has an unknown offset and is left alone."""
+    sound = _sound(channel)
+    if channel.range is None or not sound.any():
+        return
+    values = channel.values
+    if np.median(values[sound]) < 0.05 * channel.range or np.quantile(values[sound], 0.005) < 0.0:
+        return
+    wrong = sound & ((values < -0.01 * channel.range) | (values > 1.01 * channel.range))
+    if wrong.any():
+        channel.quality[wrong] |= np.uint8(Quality.OUT_OF_RANGE)
+        channel.warnings.append(f"{role}: {np.count_nonzero(wrong)} values lie outside the sensor's range")
+
+
+def _sound(channel: Channel) -> NDArray[np.bool_]:
+    return np.asarray((channel.quality & np.uint8(Quality.NO_VALUE | Quality.ERROR_CODE)) == 0)
+
+
+def _flag_held(channel: Channel, role: str) -> None:
+    """Flag runs of one value at the channel's highest or lowest that motion enters and leaves at speed.
+
+    A stop at a turning point is entered and left at rest; a saturated or holding sensor cuts the motion off.
+    """
+    sound = _sound(channel)
+    values = np.where(sound, channel.values, np.nan) if not sound.all() else channel.values
+    held = np.zeros(len(values), bool)
+    for end in (np.nanmax(values), np.nanmin(values)):
+        for start, stop in _runs(values == end):
+            if stop - start >= _SHORTEST_HOLD and _cut_off(values, start, stop):
+                held[start:stop] = True
+    if held.any():
+        channel.quality[held] |= np.uint8(Quality.HELD)
+        channel.warnings.append(f"{role}: {np.count_nonzero(held)} values are held at the end of the range: no stops")
+
+
+def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Start and end of each run of true; quick where there are none."""
+    where = np.flatnonzero(mask)
+    if len(where) < _SHORTEST_HOLD:
+        return []
+    breaks = np.flatnonzero(np.diff(where) > 1) + 1
+    return [(int(part[0]), int(part[-1]) + 1) for part in np.split(where, breaks)]
+
+
+def _cut_off(values: NDArray[np.float64], start: int, stop: int) -> bool:
+    """Whether the steps into and out of a run are as large as those of the motion around it."""
+    around = np.abs(np.diff(values[max(0, start - 2000) : stop + 2000]))
+    usual = float(np.nanquantile(around[around > 0.0], 0.5)) if np.any(around > 0.0) else 0.0
+    into = abs(values[start] - values[start - 1]) if start > 0 else np.inf
+    out = abs(values[stop] - values[stop - 1]) if stop < len(values) else np.inf
+    if np.isinf(into) and np.isinf(out):
+        return False
+    return bool(min(into, out) > 0.5 * usual > 0.0)
+
+
+def bridge(
+    time: NDArray[np.float64], channel: Channel, longest: float, role: str
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Draw straight lines across values that are none, up to ``longest`` [s]; longer holes become nan, not bridged.
+
+    Returns the indices changed and what stood there.
+    """
+    bad = ~_sound(channel)
+    where = np.flatnonzero(bad)
+    before = channel.values[where].copy()
+    if not len(where):
+        return where, before
+    channel.values = channel.values.copy()
+    good = np.flatnonzero(~bad)
+    lost = 0
+    for start, stop in _all_runs(where):
+        inside = start > 0 and stop < len(time)
+        if len(good) and inside and time[stop] - time[start - 1] <= longest:
+            ends = [start - 1, stop]
+            channel.values[start:stop] = np.interp(time[start:stop], time[ends], channel.values[ends])
+            channel.quality[start:stop] |= np.uint8(Quality.INTERPOLATED)
+            continue
+        channel.values[start:stop] = np.nan
+        channel.quality[start:stop] |= np.uint8(Quality.NOT_BRIDGED)
+        lost += stop - start
+    if len(where) - lost:
+        channel.warnings.append(f"{role}: {len(where) - lost} values without measurement are bridged (interpolated)")
+    if lost:
+        channel.warnings.append(
+            f"{role}: {lost} values without measurement lie in holes longer than {longest:.3g} s: left empty, and no "
+            "cycle is cut across them"
+        )
+    return where, before
+
+
+def _all_runs(where: NDArray[np.int64]) -> list[tuple[int, int]]:
+    breaks = np.flatnonzero(np.diff(where) > 1) + 1
+    return [(int(part[0]), int(part[-1]) + 1) for part in np.split(where, breaks)]

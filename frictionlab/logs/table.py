@@ -1,0 +1,235 @@
+"""One log file read: its columns as they stand in the file, and the account of its lines."""
+
+from collections import deque
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import LogError
+from frictionlab.logs.body import COMPILE_FROM, KEEP, Body, Reader, Shape
+from frictionlab.logs.cells import decimals
+from frictionlab.logs.columns import Column, by_option, is_displacement, pick, unassigned
+from frictionlab.logs.dialect import is_comment, split
+from frictionlab.logs.layouts import Layout, find_layout
+from frictionlab.logs.lines import Blocks, Head, Progress, read_head
+from frictionlab.logs.options import LogOptions
+from frictionlab.recording import LineCount, QuarantinedLine, SourceFile
+
+_WORKERS = 2
+__all__ = ["KEEP", "Table", "read_table"]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A log's columns in the file's units.
+
+    Parameters
+    ----------
+    file
+        Name, hash, size and line counts.
+    head, layout
+        What was found.
+    columns
+        Role (``time``, ``mass``, ``base``) to column; ``time`` is missing in a log without stamps.
+    values
+        Role to (n,) float64 in the file's unit; nan where the log has no value.
+    lines
+        (n,) line of each sample, from 1.
+    restarts
+        Samples before which a header was repeated.
+    quarantined
+        The first quarantined lines.
+    """
+
+    file: SourceFile
+    head: Head
+    layout: Layout
+    columns: dict[str, Column]
+    values: dict[str, NDArray[np.float64]]
+    lines: NDArray[np.int64]
+    restarts: NDArray[np.int64]
+    quarantined: tuple[QuarantinedLine, ...]
+    evidence: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """The file's name."""
+        return self.file.name
+
+
+def read_table(path: Path, options: LogOptions, roles: Sequence[str], progress: Progress | None = None) -> Table:
+    """Read the columns of these roles (``mass``, ``base``) and time, if there is one.
+
+    Raises
+    ------
+    LogError
+        If the log cannot be read, its columns cannot be told, or too much of it is damaged.
+    """
+    head = read_head(path, options.encoding)
+    layout = find_layout(head, options)
+    columns = assign(layout, options, roles, path.name)
+    shape = _shape(head, layout, columns)
+    blocks = Blocks(head, progress)
+    body = _read_body(blocks, layout, shape, path.stat().st_size)
+    counts = _count(head, layout, body)
+    file = SourceFile(path.name, blocks.sha256, blocks.size, counts)
+    _check_damage(body, options, path.name)
+    return Table(
+        file=file,
+        head=head,
+        layout=layout,
+        columns=columns,
+        values=dict(zip(columns, body.values, strict=True)),
+        lines=body.lines,
+        restarts=np.unique(np.searchsorted(body.lines, np.array(body.headers, np.int64))),
+        quarantined=tuple(QuarantinedLine(path.name, *line) for line in body.quarantined),
+        evidence=(*head.evidence, *layout.dialect.evidence, *layout.evidence),
+    )
+
+
+def assign(layout: Layout, options: LogOptions, roles: Sequence[str], file: str) -> dict[str, Column]:
+    """Say which column plays which role; options win over the layout, the layout over names, names over elimination."""
+    columns = [c for c in layout.columns if layout.dialect.kinds[c.index] in "nm"]
+    found: dict[str, Column] = {}
+    for role in ("time", *roles):
+        said = getattr(options, role)
+        if said is not None:
+            found[role] = by_option(layout.columns, said, role, file)
+        elif role in layout.prefer:
+            found[role] = layout.columns[layout.prefer[role]]
+    if options.sampling_rate_hz is not None and options.time is None:
+        found.pop("time", None)
+    elif "time" not in found and (time := pick(_left(columns, found), "time", file)):
+        found["time"] = time
+    return _with_displacements(columns, found, options, roles, file)
+
+
+def _left(columns: Sequence[Column], found: dict[str, Column]) -> list[Column]:
+    taken = {c.index for c in found.values()}
+    return [c for c in columns if c.index not in taken]
+
+
+def _with_displacements(
+    columns: Sequence[Column], found: dict[str, Column], options: LogOptions, roles: Sequence[str], file: str
+) -> dict[str, Column]:
+    possible = [c for c in _left(columns, found) if is_displacement(c) or options.unit is not None]
+    if options.sampling_rate_hz is not None:
+        possible = [c for c in possible if c not in _time_like(possible)]
+    for role in roles:
+        if role not in found and len(roles) > 1 and (named := pick(_left(possible, found), role, file)):
+            found[role] = named
+    missing = [role for role in roles if role not in found]
+    left = _left(possible, found)
+    if len(missing) == 1 and len(left) == 1:
+        found[missing[0]] = left[0]
+    elif missing and left:
+        raise unassigned(left, file)
+    elif missing:
+        raise LogError(f"{file}: no column left for {' and '.join(missing)}: expected time, mass and base columns")
+    order = [role for role in ("time", *roles) if role in found]
+    if len({found[r].index for r in order}) < len(order):
+        raise LogError(f"{file}: one column cannot play two roles: {', '.join(f'{r} = {found[r]}' for r in order)}")
+    return {role: found[role] for role in order}
+
+
+def _time_like(columns: Sequence[Column]) -> list[Column]:
+    from frictionlab.logs.columns import candidates  # noqa: PLC0415
+
+    return candidates(columns, "time")
+
+
+def _shape(head: Head, layout: Layout, columns: dict[str, Column]) -> Shape:
+    dialect = layout.dialect
+    wanted = tuple(c.index for c in columns.values())
+    return Shape(
+        separator=dialect.separator,
+        decimal=dialect.decimal,
+        fields=dialect.fields,
+        wanted=wanted,
+        has_time="time" in columns,
+        moments="time" in columns and dialect.kinds[columns["time"].index] == "m",
+        last_decimals=_last_decimals(head, layout) if dialect.fields - 1 in wanted else 0,
+        is_header=layout.is_header,
+        encoding="utf-8" if head.encoding.startswith("utf") else head.encoding,
+    )
+
+
+def _last_decimals(head: Head, layout: Layout) -> int:
+    """Decimals of the last number of each line, if all lines at hand agree; else 0."""
+    dialect = layout.dialect
+    found = set()
+    for line in head.lines[dialect.first :]:
+        cells = split(line, dialect.separator)
+        if len(cells) == dialect.fields:
+            found.add(decimals(cells[-1], dialect.decimal))
+    found.discard(None)
+    few = sorted(d for d in found if d is not None)
+    return few[0] if len(few) == 1 else 0
+
+
+def _read_body(blocks: Blocks, layout: Layout, shape: Shape, size: int) -> Body:
+    reader = Reader(shape, layout.body + 1, compiled=size >= COMPILE_FROM)
+    skip = layout.body
+    waiting: deque[Future[tuple[NDArray[np.float64], int, list[tuple[int, bytes]]]]] = deque()
+    with ThreadPoolExecutor(_WORKERS) as pool:
+        for block, unended in blocks:
+            text, skip = _without_head(block, skip)
+            if unended and not skip:
+                while waiting:
+                    reader.take(waiting.popleft().result())
+                reader.take_unended(text)
+            elif text:
+                waiting.append(pool.submit(reader.parse, text))
+            while len(waiting) > 2 * _WORKERS:
+                reader.take(waiting.popleft().result())
+        while waiting:
+            reader.take(waiting.popleft().result())
+    return reader.finish()
+
+
+def _without_head(block: bytes, skip: int) -> tuple[bytes, int]:
+    """Cut the first ``skip`` lines off; also how many are left to cut from the next block."""
+    at = 0
+    while skip and at < len(block):
+        end = block.find(b"\n", at)
+        at, skip = (len(block) if end < 0 else end + 1), skip - 1
+    return block[at:], skip
+
+
+def _count(head: Head, layout: Layout, body: Body) -> LineCount:
+    counts = dict(body.counts)
+    counts["header"] += len(layout.header)
+    preamble = 0
+    for i, line in enumerate(head.lines[: layout.body]):
+        if i in layout.header:
+            continue
+        kind = "blank" if not line.strip() else "comment" if is_comment(line) else "preamble"
+        if kind == "preamble":
+            preamble += 1
+        else:
+            counts[kind] += 1
+    return LineCount(read=sum(counts.values()) + preamble, preamble=preamble, **counts)
+
+
+def _check_damage(body: Body, options: LogOptions, name: str) -> None:
+    data, bad = body.counts["data"], body.counts["quarantined"]
+    empty = sum(int(np.isnan(v).sum()) for v in body.values) if body.values else 0
+    if data < 2:
+        raise LogError(f"{name}: {data} lines of data: expected at least 2; {_first(body)}")
+    share = (bad + empty) / (data + bad)
+    if share > options.most_damage:
+        raise LogError(
+            f"{name}: damaged beyond use: {bad} of {data + bad} lines cannot be read and {empty} values are missing "
+            f"({share:.0%}; accepted are {options.most_damage:.0%}); {_first(body)}"
+        )
+
+
+def _first(body: Body) -> str:
+    if not body.quarantined:
+        return "no line was quarantined"
+    line, text, reason = body.quarantined[0]
+    return f"first: line {line}: {reason}: {text[:80]!r}"

@@ -1,0 +1,143 @@
+"""The time column of a log in seconds: its unit, found or said, and what the log states about its clock."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import LogError
+from frictionlab.logs.options import LogOptions
+from frictionlab.logs.table import Table
+from frictionlab.logs.units import TIME, to_si
+from frictionlab.recording import Fact
+
+_LOW_HZ, _HIGH_HZ = 10.0, 10_000.0
+"""Sampling rates that a rig of this kind is logged at; three decades, so that of s, ms and us one fits."""
+_EPOCH_S = (1e8, 1e10)
+"""Stamps between these [s] count from 1970 (1973 to 2286)."""
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Stamps in seconds, or none; the interval that is counted then; what is known of the clock.
+
+    Parameters
+    ----------
+    stamps
+        (n,) s, or ``None`` if the log has none.
+    interval
+        Sampling interval to count with [s] where there are no stamps.
+    stated_s
+        The sampling interval that the log states [s].
+    start_s
+        What to add to the stamps to get seconds since 1970 UTC (or local midnight); ``None`` if not known.
+    resolution_s
+        How fine absolute time is known [s].
+    """
+
+    stamps: NDArray[np.float64] | None
+    interval: float = 0.0
+    stated_s: float | None = None
+    start_s: float | None = None
+    resolution_s: float = 0.0
+    facts: Mapping[str, Fact] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    evidence: tuple[str, ...] = ()
+
+
+def timing_of(table: Table, options: LogOptions) -> Timing:
+    """Read the clock of a log.
+
+    Raises
+    ------
+    LogError
+        If there is neither a time column nor a sampling rate, or the unit of time cannot be told.
+    """
+    stated = table.layout.facts.get("interval_s")
+    stated_s = float(stated) if stated is not None else None
+    if "time" not in table.values:
+        return _counted(table, options, stated_s)
+    values = table.values.pop("time")
+    start = table.layout.facts.get("start_s")
+    start_s = float(start) if start is not None else None
+    if table.layout.dialect.kinds[table.columns["time"].index] == "m":
+        return _clock_times(values, stated_s)
+    unit, evidence, warnings = _unit(table, values, options)
+    first, facts = float(values[0]), {"time_unit": unit}
+    if _EPOCH_S[0] < first / TIME[unit] < _EPOCH_S[1]:
+        stamps = to_si(values - first, unit)
+        start_s, resolution = first / TIME[unit], 1.0 / TIME[unit]
+        evidence.append("stamps count from 1970: the first one is 0 in the recording")
+    else:
+        stamps, resolution = to_si(values, unit), 1e-3
+    return Timing(
+        stamps,
+        stated_s=stated_s,
+        start_s=start_s,
+        resolution_s=resolution,
+        facts=facts | _start_fact(start_s),
+        warnings=tuple(warnings),
+        evidence=tuple(evidence),
+    )
+
+
+def _start_fact(start_s: float | None) -> dict[str, Fact]:
+    if start_s is None or start_s < _EPOCH_S[0]:
+        return {}
+    return {"start_time": datetime.fromtimestamp(start_s, UTC).isoformat(timespec="milliseconds")}
+
+
+def _clock_times(values: NDArray[np.float64], stated_s: float | None) -> Timing:
+    """Clock times as stamps from the first; a clock that shows no date passes midnight."""
+    wraps = np.cumsum(np.concatenate([[False], np.diff(values) < -43200.0]))
+    values = values + 86400.0 * wraps if values[0] < 86400.0 * 2 else values
+    start = float(values[0])
+    return Timing(
+        values - start,
+        stated_s=stated_s,
+        start_s=start,
+        resolution_s=1e-3,
+        facts={"time_unit": "clock time", **_start_fact(start)},
+        evidence=("the time column holds clock times: the first one is 0 in the recording",),
+    )
+
+
+def _unit(table: Table, values: NDArray[np.float64], options: LogOptions) -> tuple[str, list[str], list[str]]:
+    """Find the unit of a numeric time column, as said or by the sampling rate it would mean."""
+    column = table.columns["time"]
+    if options.time_unit is not None:
+        differs = column.unit and column.unit != options.time_unit
+        said = f"time: the log says {column.unit}, --time-unit says {options.time_unit}: {options.time_unit} is taken"
+        return options.time_unit, [], [said] if differs else []
+    if column.unit:
+        if column.unit not in TIME:
+            raise LogError(f"{table.name}: time column {column} is in {column.unit}: give --time, or --time-unit")
+        return column.unit, [], []
+    steps = np.diff(values[:200_000])
+    step = float(np.median(steps)) or float(np.mean(steps))
+    for unit in ("s", "ms", "us", "ns"):
+        if step > 0.0 and _LOW_HZ <= TIME[unit] / step < _HIGH_HZ:
+            why = f"time: no unit is said; in {unit} the sampling rate is {TIME[unit] / step:.6g} Hz"
+            return unit, [why], [] if unit == "s" else [why]
+    raise LogError(
+        f"{table.name}: the unit of time column {column} is not said and its steps of {step:g} fit none: "
+        "give --time-unit"
+    )
+
+
+def _counted(table: Table, options: LogOptions, stated_s: float | None) -> Timing:
+    rate = options.sampling_rate_hz
+    if rate is None and stated_s is None:
+        raise LogError(f"{table.name}: no time column found: give --time, or --sampling-rate")
+    interval = 1.0 / rate if rate is not None else stated_s or 0.0
+    said = f"{rate:g} Hz as given" if rate is not None else f"{stated_s:.9g} s apart as the log states"
+    start = table.layout.facts.get("start_s")
+    return Timing(
+        None,
+        interval=interval,
+        start_s=float(start) if start is not None else None,
+        facts={"time_unit": "counted"},
+        evidence=(f"time is counted: samples {said}",),
+    )
