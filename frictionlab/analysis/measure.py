@@ -100,12 +100,15 @@ class _Composition:
         series = self._series(used)
         loop = energy.mean_over(series.energy, used, noise=response_.energy_noise)
         size = energy.mean_over(series.amplitude, used, noise=0.0)
+        settled = self._settled()
+        steady = self._steady(settled)
+        steady_loop = energy.mean_over(series.energy, steady, noise=response_.energy_noise)
+        steady_size = energy.mean_over(series.amplitude, steady, noise=0.0)
         trend = self._trend(series)
         natural = scene.rig.natural_frequency
         drive = layout.drive
         index = self._irregularity()
         stuck = response_.is_stuck
-        settled = self._settled()
         return Measurement(
             source=self._source(),
             status="ok",
@@ -141,6 +144,10 @@ class _Composition:
             energy_input_per_cycle=float(energy.energy_input(layout.mass[used]).mean()),
             energy_trend_per_hour=trend.slope * 3600.0 if trend else None,
             energy_trend_per_hour_se=trend.slope_se * 3600.0 if trend else None,
+            steady_energy_per_cycle=steady_loop.value,
+            steady_energy_per_cycle_se=steady_loop.se,
+            steady_response_amplitude=steady_size.value,
+            steady_response_amplitude_se=math.hypot(steady_size.se, response_.amplitude_noise),
             settled_s=settled,
             shortest_stop=response_.shortest_stop,
             mass_noise_m=layout.mass_noise * drive.amplitude,
@@ -193,6 +200,12 @@ class _Composition:
         if series.time[-1] - series.time[0] < LONG_TEST_S:
             return None
         return drift.linear_trend(*drift.every(series.time, series.energy))
+
+    def _steady(self, settled: float | None) -> slice:
+        """The cycles after the motion had settled; all of them where that is not known."""
+        layout = self.layout
+        begin = self.recording.time[0] + (settled or 0.0)
+        return slice(min(int(np.searchsorted(layout.time, begin - 1e-9)), len(layout) - 1), len(layout))
 
     def _settled(self) -> float | None:
         """When the motion had settled [s from the recording's start], from all cycles of the first stretch."""

@@ -72,7 +72,8 @@ class Measurement:
     ``energy_per_cycle`` in k Y^2 (``_j`` in joules), ``response_amplitude`` in Y; names say the other units.
 
     Beyond the contract: ``energy_input_per_cycle`` eq. (2.16); ``energy_trend_per_hour`` (k Y^2 per hour, long tests
-    only) with its standard error; ``settled_s``: when the motion had settled, from the recording's start;
+    only) with its standard error; ``steady_...``: energy and amplitude over all settled cycles, whatever the rule;
+    ``settled_s``: when the motion had settled, from the recording's start;
     ``shortest_stop``: the shortest stop that could be told from a slow passage, in cycles; ``mass_noise_m``,
     ``base_noise_m``: rms of the sensors' white noise; ``cycle``, ``series``, ``trend``, ``traces``: what stands behind
     the numbers.
@@ -112,6 +113,10 @@ class Measurement:
     energy_input_per_cycle: float
     energy_trend_per_hour: float | None
     energy_trend_per_hour_se: float | None
+    steady_energy_per_cycle: float
+    steady_energy_per_cycle_se: float
+    steady_response_amplitude: float
+    steady_response_amplitude_se: float
     settled_s: float | None
     shortest_stop: float
     mass_noise_m: float

@@ -22,7 +22,7 @@ from frictionlab.campaign.trials import Trial
 FloatArray = NDArray[np.float64]
 MODEL_FLOOR = 0.002  # relative: no model and no sensor gain is better known than this
 RATIO_FLOOR = 0.0005  # relative: how well a natural frequency is known
-UNSTEADY = 0.1  # excess irregularity above which one steady state cannot stand for the test
+UNSTEADY = 0.2  # excess irregularity above which one steady state cannot stand for the test
 ASYMMETRIC = 0.1  # asymmetry above which a symmetric law cannot stand for the test
 OUTLIER = 4.0  # robust standard deviations
 UNSETTLED = 0.01  # what may be left of the transient, by Coulomb's own memory
@@ -47,9 +47,9 @@ class Verdict:
     @property
     def residual(self) -> float | None:
         """Measured over predicted energy - 1."""
-        if self.predicted is None or not self.predicted.energy or self.trial.energy is None:
+        if self.predicted is None or not self.predicted.energy or not math.isfinite(self.trial.mean[0]):
             return None
-        return self.trial.energy / self.predicted.energy - 1
+        return self.trial.mean[0] / self.predicted.energy - 1
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def _screen(trial: Trial, *, leave_long: bool) -> str | None:
     """Why a test says nothing of one friction ratio, before any fit."""
     if trial.is_long and leave_long:
         return "a long test: in drift.csv"
-    if trial.regime == "stuck" or not trial.amplitude or not trial.energy or trial.energy <= 0:
+    if trial.regime == "stuck" or not min(trial.mean) > 0.0:
         return "stuck: it only says that the friction ratio is 1 / (static over kinetic friction) or more"
     excess = trial.excess_irregularity
     if excess is not None and excess > UNSTEADY:
@@ -147,9 +147,9 @@ def _start(trials: Sequence[Trial], reasons: Sequence[str | None]) -> tuple[floa
     """Median of E / (4 X), eq. (2.23), which holds for any Coulomb motion that turns twice a cycle; and no spread."""
     scale = _amplitude_scales(trials)
     guesses = [
-        trial.energy / (4.0 * trial.amplitude) * s
+        trial.mean[0] / (4.0 * trial.mean[1]) * s
         for trial, s, reason in zip(trials, scale, reasons, strict=True)
-        if reason is None and trial.energy and trial.amplitude
+        if reason is None
     ]
     return (float(np.median(guesses)) if guesses else math.nan), 0.0
 
@@ -180,8 +180,8 @@ def _may_predict(reason: str | None) -> bool:
 
 def _own_estimate(trial: Trial, here: Local) -> tuple[float, float]:
     """Step from the present beta to the test's own, and its standard error: generalized least squares of E and X."""
-    measured = np.array([trial.energy or math.nan, trial.amplitude or math.nan])
-    errors = np.hypot([trial.energy_se, trial.amplitude_se], MODEL_FLOOR * measured)
+    measured = np.array(trial.mean)
+    errors = np.hypot(trial.mean_se, MODEL_FLOOR * measured)
     ratio_error = math.hypot(trial.frequency_ratio_se, RATIO_FLOOR * trial.r)
     weight = np.linalg.inv(np.diag(errors**2) + np.outer(here.by_r, here.by_r) * ratio_error**2)
     information = float(here.by_beta @ weight @ here.by_beta)
@@ -214,9 +214,8 @@ def _judge(
 def _by_prediction(trial: Trial, here: Local | None) -> str | None:
     if here is None:
         return "near resonance: by Coulomb's law the response grows without bound"
-    settled = trial.settled_s is not None and trial.settled_s <= trial.transient_s
     left = here.here.memory**trial.cycles_before
-    if left > UNSETTLED and not settled:
+    if left > UNSETTLED and trial.settled_s is None:
         return f"unsettled: by Coulomb's own reckoning {left:.0%} of the transient is left where it was measured"
     return None
 

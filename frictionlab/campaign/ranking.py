@@ -22,7 +22,7 @@ SURE = 0.05
 CRITERIA = ("energy", "consistency", "drift")
 Cell = tuple[float, float]
 UNITS = {
-    "energy": "mean energy per cycle, k Y^2",
+    "energy": "mean energy per cycle, kY²",
     "consistency": "irregularity index beyond noise, geometric mean",
     "drift": "relative change of the energy per hour, mean of its magnitude",
 }
@@ -123,7 +123,7 @@ def _by_energy(
 
 
 def _cell_energy(tests: Sequence[tuple[Verdict, FrictionFit]]) -> tuple[float, float]:
-    energies = [v.trial.energy or 0.0 for v, _ in tests]
+    energies = [v.trial.mean[0] if v.trial.regime != "stuck" else 0.0 for v, _ in tests]
     squares = [_test_variance(v, f) for v, f in tests]
     return math.fsum(energies) / len(energies), math.sqrt(math.fsum(squares)) / len(squares)
 
@@ -132,7 +132,7 @@ def _test_variance(verdict: Verdict, fit: FrictionFit) -> float:
     """Variance of one test's energy: its own, and the scatter from test to test carried over from the friction."""
     trial = verdict.trial
     scatter = (fit.scatter or 0.0) * (trial.energy or 0.0)
-    return trial.energy_se**2 + scatter**2
+    return trial.mean_se[0] ** 2 + scatter**2
 
 
 def _by_coefficient(fits: Sequence[FrictionFit], materials: Sequence[str]) -> _Standing:

@@ -18,6 +18,7 @@ class Trial:
     """One test as its measurement tells it; ``None`` is not known. Units as the contract's keys; ``row`` is all of it.
 
     ``frequency_ratio``, ``energy`` (k Y^2 per cycle), ``amplitude`` (Y) dimensionless, each with its standard error;
+    ``steady_energy``, ``steady_amplitude``: the same over all settled cycles, where ``energy`` is of the last only;
     ``nominal_frequency_ratio``: what the test was set to, where its facts say so.
     """
 
@@ -39,6 +40,10 @@ class Trial:
     energy_se: float = 0.0
     amplitude: float | None = None
     amplitude_se: float = 0.0
+    steady_energy: float | None = None
+    steady_energy_se: float = 0.0
+    steady_amplitude: float | None = None
+    steady_amplitude_se: float = 0.0
     irregularity: float | None = None
     irregularity_floor: float = 0.0
     base_irregularity: float = 0.0
@@ -59,8 +64,28 @@ class Trial:
         return self.duration_s >= LONG_S
 
     @property
+    def is_averaged(self) -> bool:
+        """Whether its energy and amplitude over all settled cycles are known."""
+        return self.steady_energy is not None and self.steady_amplitude is not None
+
+    @property
+    def mean(self) -> tuple[float, float]:
+        """Energy and amplitude over all settled cycles, or else as the measurement's rule has them; nan if unknown."""
+        pair = (self.steady_energy, self.steady_amplitude) if self.is_averaged else (self.energy, self.amplitude)
+        return pair[0] or math.nan, pair[1] or math.nan
+
+    @property
+    def mean_se(self) -> tuple[float, float]:
+        """Standard errors of `mean`."""
+        if self.is_averaged:
+            return self.steady_energy_se, self.steady_amplitude_se
+        return self.energy_se, self.amplitude_se
+
+    @property
     def cycles_before(self) -> float:
-        """Cycles that have passed before the ones its energy is of: all of them for the rule ``last``."""
+        """Cycles that have passed before the ones its `mean` is of."""
+        if self.is_averaged:
+            return max(self.transient_s, self.settled_s or 0.0) * self.drive_frequency_hz
         kind, _, seconds = self.energy_rule.partition(":")
         before = {"all": self.transient_s, "window": self.duration_s - float(seconds or 0)}
         passed = before.get(kind, self.duration_s) * self.drive_frequency_hz
@@ -130,6 +155,10 @@ def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
         energy_se=number("energy_per_cycle_se", 0.0),
         amplitude=number.known("response_amplitude"),
         amplitude_se=number("response_amplitude_se", 0.0),
+        steady_energy=number.known("steady_energy_per_cycle"),
+        steady_energy_se=number("steady_energy_per_cycle_se", 0.0),
+        steady_amplitude=number.known("steady_response_amplitude"),
+        steady_amplitude_se=number("steady_response_amplitude_se", 0.0),
         irregularity=number.known("irregularity_index"),
         irregularity_floor=number("irregularity_floor", 0.0),
         base_irregularity=number("base_irregularity_index", 0.0),

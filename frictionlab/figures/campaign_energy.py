@@ -93,8 +93,8 @@ def _bars(ax: Axes, verdicts: Sequence[Verdict], colour: str, marker: str, *, fi
         return
     ax.errorbar(
         [v.trial.r for v in verdicts],
-        [v.trial.energy or 0.0 for v in verdicts],
-        yerr=[1.96 * v.trial.energy_se for v in verdicts],
+        [v.trial.mean[0] for v in verdicts],
+        yerr=[1.96 * v.trial.mean_se[0] for v in verdicts],
         fmt=marker,
         color=colour,
         markersize=3.2,
@@ -110,7 +110,7 @@ def _join(ax: Axes, short: Sequence[Verdict], colour: str) -> None:
     band = resonance_band([v.trial.r for v in short])
     cut = band[0] if band else np.inf
     for part in ([v for v in short if v.trial.r <= cut], [v for v in short if v.trial.r > cut]):
-        ax.plot([v.trial.r for v in part], [v.trial.energy or 0.0 for v in part], color=colour, linewidth=0.8)
+        ax.plot([v.trial.r for v in part], [v.trial.mean[0] for v in part], color=colour, linewidth=0.8)
 
 
 def _prediction(ax: Axes, campaign: Campaign, fit: FrictionFit, colour: str) -> None:
@@ -121,7 +121,7 @@ def _prediction(ax: Axes, campaign: Campaign, fit: FrictionFit, colour: str) -> 
 
 def _finish(ax: Axes, campaign: Campaign, fits: Sequence[FrictionFit]) -> None:
     """Axes that show all that was measured; a prediction near resonance may leave them at the top."""
-    energies = [v.trial.energy or 0.0 for f in fits for v in f.verdicts if not v.trial.is_long]
+    energies = [v.trial.mean[0] for f in fits for v in f.verdicts if not v.trial.is_long]
     ax.set_ylim(0, 1.12 * max(energies, default=1.0) or 1.0)
     ax.set_xlim(0, 1.03 * max((t.r for t in campaign.trials if not t.failed), default=1.0))
     ax.set_xlabel("frequency ratio r")

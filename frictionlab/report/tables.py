@@ -198,7 +198,7 @@ def _test(trial: Trial, verdict: Verdict | None) -> str:
         words(trial.material),
         number(trial.normal_force_n),
         number(trial.frequency_ratio),
-        with_error(trial.energy, trial.energy_se),
+        with_error(trial.mean[0], trial.mean_se[0]),
         number(predicted),
         number(_percent(verdict.residual) if verdict is not None else None, 2),
         number(trial.amplitude),
