@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from frictionlab.analysis import energy, stops
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.smoothing import Smoother, smoothed, smoother
-from frictionlab.analysis.stops import Stop
+from frictionlab.analysis.stops import Stops
 
 FloatArray = NDArray[np.float64]
 FINE = 512  # points a cycle, at least, on which stops and extremes are looked for
@@ -29,7 +29,7 @@ class Response:
     position: FloatArray
     stops: FloatArray
     stuck: FloatArray
-    found: Stop
+    found: Stops
     energy_noise: float
     amplitude_noise: float
     stops_per_cycle: float
@@ -52,10 +52,13 @@ def response(layout: Layout) -> Response:
     n = len(layout)
     amplitude, parts, firsts = np.empty(n), [], []
     for part in smoothed(layout.mass, how, points):
-        amplitude[part.cycles] = half_range(part.x)
-        parts.append(stops.find_stops(part.v, thresholds))
+        pauses = stops.pauses(part.v, thresholds.still)
+        amplitude[part.cycles] = half_range(
+            levelled(part.x, stops.stops_of(pauses, thresholds, points), how.resolution)
+        )
+        parts.append(pauses)
         firsts.append(part.cycles.start)
-    found = stops.joined(parts, firsts)
+    found = stops.stops_of(stops.joined(parts, firsts, n, points), thresholds, points)
     count, stuck = stops.per_cycle(found, n)
     is_stuck = float(np.median(amplitude)) < 4.0 * layout.mass_noise
     return Response(
@@ -66,12 +69,12 @@ def response(layout: Layout) -> Response:
         stuck=np.ones(n) if is_stuck else stuck,
         found=found,
         energy_noise=_energy_noise(layout),
-        amplitude_noise=how.x_noise / math.sqrt(2.0),
+        amplitude_noise=math.hypot(how.x_noise / math.sqrt(2.0), how.x_tail),
         stops_per_cycle=0.0 if is_stuck else float(count.mean()),
         stuck_fraction=1.0 if is_stuck else float(stuck.mean()),
         regime="stuck" if is_stuck else "stick-slip" if count.mean() >= 0.5 else "continuous",
         asymmetry=_asymmetry(how),
-        shortest_stop=thresholds.dwell / (2.0 * math.pi),
+        shortest_stop=2.0 * thresholds.dwell / (2.0 * math.pi),
     )
 
 
@@ -85,6 +88,27 @@ def _energy_noise(layout: Layout) -> float:
     smooth = smoother(layout.mass, noise=layout.mass_noise, samples=layout.samples)
     mass = np.fft.irfft(smooth.mean * len(mass), len(mass))
     return energy.loop_area_noise(mass, base, layout.mass_noise, layout.base_noise, layout.samples)
+
+
+def levelled(x: FloatArray, found: Stops, margin: float) -> FloatArray:
+    """Replace each stop by its mean: a mass that stands has one displacement, what differs from it is noise.
+
+    The overshoot of the smoothing within ``margin`` (rad) of a long stop goes with it; the mass is slow there.
+    """
+    scale = x.shape[1] / (2.0 * math.pi)
+    begin = np.ceil(found.begin * scale).astype(np.intp)
+    end = np.minimum(np.floor(found.end * scale).astype(np.intp), x.size)
+    some = end - begin >= 2
+    begin, end = begin[some], end[some]
+    flat = x.ravel().copy()
+    total = np.concatenate([[0.0], np.cumsum(flat)])
+    mean = (total[end] - total[begin]) / (end - begin)
+    reach = np.where(end - begin > 2.0 * margin * scale, math.ceil(margin * scale), 0)
+    begin, end = np.maximum(begin - reach, 0), np.minimum(end + reach, x.size)
+    length = end - begin
+    inside = np.arange(length.sum()) + np.repeat(begin - (np.cumsum(length) - length), length)
+    flat[inside] = np.repeat(mean, length)
+    return flat.reshape(x.shape)
 
 
 def half_range(x: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 FloatArray = NDArray[np.float64]
+_KEPT_FROM = 1.5  # amplitude over the noise's, about, from which a harmonic stands out
 _BLOCK = 1 << 18  # points smoothed at a time
 
 
@@ -32,13 +33,15 @@ class Smoother:
 
     ``mean`` (points/2 + 1,) complex: Fourier coefficients of the smoothed mean cycle; ``own_gain`` (points/2 + 1,):
     what is kept of a cycle's deviation, by harmonic; ``x_noise``, ``v_noise``: rms of the noise left in one point of
-    x and v; ``resolution``: the shortest time that can be told apart, in radians of tau.
+    x and v; ``x_tail``: what the harmonics that drown in noise may add to an extreme; ``resolution``: the shortest
+    time that can be told apart, in radians of tau.
     """
 
     mean: NDArray[np.complex128]
     own_gain: FloatArray
     x_noise: float
     v_noise: float
+    x_tail: float
     resolution: float
 
 
@@ -58,9 +61,12 @@ def smoother(rows: FloatArray, *, noise: float, samples: float) -> Smoother:
     mean_cycle = rows.mean(axis=0)
     lines = fft.rfft(mean_cycle) / points
     floor = noise * noise / samples  # power that noise alone gives one coefficient of one cycle
-    mean_gain = _gain(np.abs(lines) ** 2, floor / n, 1)
-    mean_gain[0] = 1.0
-    own_gain = _gain(_deviation_power(rows, mean_cycle), floor, n - 1) if n > 1 else np.zeros(len(lines))
+    mean_gain = np.ones(len(lines))
+    for parity in (1, 2):  # apart: a motion whose halves mirror each other has odd harmonics only
+        mean_gain[parity::2] = _gain(np.abs(lines[parity::2]) ** 2, floor / n, 1)
+    own_gain = np.zeros(len(lines))
+    if n > 1:
+        own_gain[1:] = _gain(_deviation_power(rows, mean_cycle)[1:], floor, n - 1)
     k = np.arange(len(lines))
     left = 2.0 * floor * (mean_gain**2 / n + own_gain**2)
     left[0] *= 0.5
@@ -71,6 +77,7 @@ def smoother(rows: FloatArray, *, noise: float, samples: float) -> Smoother:
         own_gain=own_gain,
         x_noise=math.sqrt(float(left.sum())),
         v_noise=math.sqrt(float((left * k * k).sum())),
+        x_tail=_KEPT_FROM * 0.5 * top * math.sqrt(floor / n),  # harmonics fall as k^-3: 2 c K^3 sum of odd k^-3
         resolution=math.pi / top,
     )
 
@@ -87,21 +94,20 @@ def _deviation_power(rows: FloatArray, mean_cycle: FloatArray) -> FloatArray:
 
 
 def _gain(power: FloatArray, floor: float, samples: int) -> FloatArray:
-    """Wiener gain by harmonic: power is averaged over its neighbourhood and must exceed what noise alone may reach.
+    """Wiener gain by line: power is averaged over its neighbourhood and must exceed what noise alone may reach.
 
     Nothing is kept above the last harmonic that stands out.
     """
     k = np.arange(len(power))
     reach = np.maximum(2, k // 6)
-    low, high = np.maximum(k - reach, 1), np.minimum(k + reach, len(power) - 1)
+    low, high = np.maximum(k - reach, 0), np.minimum(k + reach, len(power) - 1)
     total = np.concatenate([[0.0], np.cumsum(power)])
     count = high - low + 1
     local = (total[high + 1] - total[low]) / count
     clear = local > floor * (1.0 + 4.0 / np.sqrt(count * samples))
     gain = np.where(clear, 1.0 - floor / np.maximum(local, 1e-300), 0.0)
     last = int(np.flatnonzero(clear)[-1]) if clear.any() else 0
-    gain[: last + 1] = np.maximum(gain[: last + 1], 0.0)
-    gain[0] = 0.0
+    gain[last + 1 :] = 0.0
     return gain
 
 

@@ -1,4 +1,10 @@
-"""Stops and regime: two velocity thresholds and a shortest dwell, tied to the sensor's noise."""
+"""Stops: two velocity thresholds and a shortest dwell, tied to the sensor's noise.
+
+A mass comes to a stop with the velocity falling linearly (it is braked until it stands) and leaves it with the velocity
+rising as the square of time (the spring's force has only just reached the friction's). So the moments at which the
+speed passes two thresholds, v and 2 v, tell where the stop itself begins and ends, and a turning point or a slow
+passage that never stands comes out with a dwell of nothing.
+"""
 
 import math
 from dataclasses import dataclass
@@ -7,34 +13,55 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
+TURN = 2.0 * math.pi
+_LEAVING = 1.0 / (math.sqrt(2.0) - 1.0)  # v = j t^2 / 2: time from the stop to v, over the time from v to 2 v
 
 
 @dataclass(frozen=True)
 class Thresholds:
     """When the mass counts as standing.
 
-    ``slow``, ``still``: velocities (by tau) below which a stop may last and must have come; ``dwell``: the shortest
-    stop, radians of tau.
+    ``still``: velocity (by tau) it must fall below; the second threshold is twice that; ``dwell``: the shortest stop,
+    radians of tau.
     """
 
-    slow: float
     still: float
     dwell: float
 
 
 @dataclass(frozen=True)
-class Stop:
-    """Stops of consecutive cycles: ``begin`` and ``end`` (m,) in radians of tau from the first cycle's start."""
+class Stops:
+    """Stops of consecutive cycles: ``begin`` and ``end`` (m,) in radians of tau from the first cycle's start.
+
+    A stop that the end of the record cuts in two goes on at its beginning: its end may lie beyond the last cycle.
+    """
 
     begin: FloatArray
     end: FloatArray
 
 
-def find_stops(v: FloatArray, thresholds: Thresholds) -> Stop:
-    """Find the stops in consecutive cycles.
+@dataclass(frozen=True)
+class Pauses:
+    """Runs of low speed, candidates for stops: crossings of both thresholds (m,) in points from the first cycle on.
 
-    A stop is a run of |v| below ``slow`` that falls below ``still`` somewhere and lasts at least ``dwell``.
+    ``outer_begin`` <= ``inner_begin`` <= ``inner_end`` <= ``outer_end``: of 2 v, v, v, 2 v.
+    """
+
+    outer_begin: FloatArray
+    inner_begin: FloatArray
+    inner_end: FloatArray
+    outer_end: FloatArray
+
+
+def thresholds(v_noise: float, resolution: float) -> Thresholds:
+    """Thresholds for a velocity with this much noise (by tau) and this resolution (radians of tau)."""
+    return Thresholds(still=max(3.0 * v_noise, 1e-3), dwell=max(0.0075 * TURN, 0.3 * resolution))
+
+
+def pauses(v: FloatArray, still: float) -> Pauses:
+    """Find the runs of |v| below twice ``still`` that fall below ``still``.
 
     Parameters
     ----------
@@ -42,16 +69,56 @@ def find_stops(v: FloatArray, thresholds: Thresholds) -> Stop:
         Velocity by tau, one cycle a row; rows follow each other.
     """
     speed = np.abs(v).ravel()
-    step = 2.0 * math.pi / v.shape[1]
-    begin, end = runs(speed < thresholds.slow)
-    if len(begin) == 0:
-        return Stop(np.zeros(0), np.zeros(0))
-    least = np.minimum.reduceat(speed, begin)
-    long_enough = (least < thresholds.still) & ((end - begin) * step >= thresholds.dwell)
-    return Stop(begin[long_enough] * step, end[long_enough] * step)
+    begin, end = runs(speed < 2.0 * still)
+    slow = np.flatnonzero(speed < still)
+    first, past = np.searchsorted(slow, begin), np.searchsorted(slow, end)
+    real = past > first
+    begin, end, first, past = begin[real], end[real], first[real], past[real]
+    inner_begin, inner_end = slow[first], slow[past - 1] + 1
+    return Pauses(
+        _crossing(speed, begin, 2.0 * still),
+        _crossing(speed, inner_begin, still),
+        _crossing(speed, inner_end, still),
+        _crossing(speed, end, 2.0 * still),
+    )
 
 
-def runs(mask: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _crossing(speed: FloatArray, index: IntArray, level: float) -> FloatArray:
+    """Where the speed passes a level between the points before and at ``index``; the edge itself at the edges."""
+    inside = np.clip(index, 1, len(speed) - 1)
+    before, after = speed[inside - 1], speed[inside]
+    step = after - before
+    share = np.clip((level - before) / np.where(step == 0.0, 1.0, step), 0.0, 1.0)
+    return np.where((index == 0) | (index == len(speed)), index + 0.0, inside - 1 + share)
+
+
+def joined(parts: list[Pauses], firsts: list[int], cycles: int, points: int) -> Pauses:
+    """Pauses of several blocks of cycles as one list; one that a block's edge cuts is whole, the ends join too."""
+    shifted = [
+        np.stack([p.outer_begin, p.inner_begin, p.inner_end, p.outer_end]) + first * points
+        for p, first in zip(parts, firsts, strict=True)
+    ]
+    every = np.concatenate(shifted, axis=1)
+    touching = np.flatnonzero(np.abs(every[0, 1:] - every[3, :-1]) < 1e-6)
+    every[2:, touching] = every[2:, touching + 1]  # two blocks: a pause is never as long as a block
+    every = np.delete(every, touching + 1, axis=1)
+    total = float(cycles * points)
+    if every.shape[1] > 1 and every[0, 0] == 0.0 and every[3, -1] == total:
+        every[2:, -1] = every[2:, 0] + total
+        every = every[:, 1:]
+    return Pauses(*every)
+
+
+def stops_of(found: Pauses, how: Thresholds, points: int) -> Stops:
+    """The pauses in which the mass stands for at least the shortest dwell."""
+    step = TURN / points
+    begin = found.inner_begin + (found.inner_begin - found.outer_begin)
+    end = found.inner_end - _LEAVING * (found.outer_end - found.inner_end)
+    stands = (end - begin) * step >= how.dwell
+    return Stops(begin[stands] * step, end[stands] * step)
+
+
+def runs(mask: BoolArray) -> tuple[IntArray, IntArray]:
     """First and one-past-last index of each run of True.
 
     Examples
@@ -63,29 +130,14 @@ def runs(mask: BoolArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
 
 
-def thresholds(v_noise: float, resolution: float) -> Thresholds:
-    """Thresholds for a velocity with this much noise (by tau) and this resolution (radians of tau)."""
-    still = max(3.0 * v_noise, 1e-3)
-    return Thresholds(slow=2.0 * still, still=still, dwell=max(2.0 * math.pi * 0.015, 2.0 * resolution))
-
-
-def joined(parts: list[Stop], first_cycles: list[int]) -> Stop:
-    """The stops of several blocks of cycles, counted from the first cycle; one that a block's edge cut is whole."""
-    turn = 2.0 * math.pi
-    begin = np.concatenate([part.begin + turn * first for part, first in zip(parts, first_cycles, strict=True)])
-    end = np.concatenate([part.end + turn * first for part, first in zip(parts, first_cycles, strict=True)])
-    touching = np.flatnonzero(begin[1:] - end[:-1] < 1e-9)
-    return Stop(np.delete(begin, touching + 1), np.delete(end, touching))
-
-
-def per_cycle(found: Stop, cycles: int) -> tuple[FloatArray, FloatArray]:
-    """Stops of each cycle (counted where their middle lies) and the fraction of each cycle spent standing, (n,)."""
-    turn = 2.0 * math.pi
-    middle = np.clip((0.5 * (found.begin + found.end) // turn).astype(np.intp), 0, cycles - 1)
-    count = np.bincount(middle, minlength=cycles).astype(np.float64)
-    edges = turn * np.arange(cycles + 1)
+def per_cycle(found: Stops, cycles: int) -> tuple[FloatArray, FloatArray]:
+    """Stops that begin in each cycle, and the fraction of each cycle spent standing, both (n,)."""
+    first = np.clip((found.begin // TURN).astype(np.intp), 0, cycles - 1)
+    count = np.bincount(first, minlength=cycles).astype(np.float64)
+    edges = TURN * np.arange(2 * cycles + 1)
     stood = np.concatenate([[0.0], np.cumsum(found.end - found.begin)])
     knots = np.stack([found.begin, found.end], axis=1).ravel()
     total = np.stack([stood[:-1], stood[1:]], axis=1).ravel()
-    passed = np.interp(edges, knots, total) if len(knots) else np.zeros(cycles + 1)
-    return count, np.diff(passed) / turn
+    passed = np.interp(edges, knots, total) if len(knots) else np.zeros(2 * cycles + 1)
+    stuck = np.diff(passed) / TURN
+    return count, stuck[:cycles] + stuck[cycles:]

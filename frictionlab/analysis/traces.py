@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.measurement import Traces
-from frictionlab.analysis.stops import Stop
+from frictionlab.analysis.stops import Stops
 
 FloatArray = NDArray[np.float64]
 SHOWN_CYCLES = 6
@@ -16,7 +16,7 @@ SHOWN_POINTS = 512  # a cycle
 SHOWN_LINES = 8000
 
 
-def traces(layout: Layout, found: Stop, used: slice) -> Traces:
+def traces(layout: Layout, found: Stops, used: slice) -> Traces:
     """Cut out what a figure shows of the cycles used."""
     last = slice(max(0, used.stop - SHOWN_CYCLES), used.stop)
     thin = math.ceil(layout.mass.shape[1] / SHOWN_POINTS)
@@ -38,7 +38,7 @@ def traces(layout: Layout, found: Stop, used: slice) -> Traces:
     )
 
 
-def _stops_in_seconds(layout: Layout, found: Stop, some: slice) -> FloatArray:
+def _stops_in_seconds(layout: Layout, found: Stops, some: slice) -> FloatArray:
     """Begin and end of the stops in some cycles, (k, 2) s."""
     cycle = np.arange(len(layout) + 1, dtype=np.float64)
     edges = np.append(layout.time, layout.end[-1])
