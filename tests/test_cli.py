@@ -1,0 +1,143 @@
+"""The habits of every command: exit statuses, one-line errors, JSON Lines that are nothing else."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from math import cos, pi
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SAMPLE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv"
+SCENE = ROOT / "configs" / "sample_data.toml"
+Run = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Run:
+    def command(*words: str | Path) -> "subprocess.CompletedProcess[str]":
+        line = [str(Path(sys.executable).parent / "frictionlab"), *map(str, words)]
+        return subprocess.run(line, capture_output=True, text=True, check=False, cwd=tmp_path, timeout=100)
+
+    return command
+
+
+@pytest.fixture(scope="session")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("recordings") / "steel.h5"
+    line = [str(Path(sys.executable).parent / "frictionlab"), "ingest", str(SAMPLE), "--scene", str(SCENE), "-o", path]
+    subprocess.run(line, check=True, capture_output=True, timeout=100)
+    return path
+
+
+def one_line(text: str) -> str:
+    lines = text.splitlines()
+    assert len(lines) == 1, text
+    assert lines[0].startswith("frictionlab: ")
+    return lines[0]
+
+
+def log_of(folder: Path, text: str, name: str = "log.csv") -> Path:
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def rows(seconds: float, drive: float = 1.0, rate: float = 100.0) -> str:
+    lines = ["time [s],mass [mm],base [mm]"]
+    for i in range(int(seconds * rate)):
+        y = 1.8 * cos(2 * pi * drive * i / rate)
+        lines.append(f"{i / rate:.4f},{0.7 * y:.6f},{y:.6f}")
+    return "\n".join(lines) + "\n"
+
+
+def test_help_and_version_answer(run: Run) -> None:
+    assert run("--version").stdout.startswith("frictionlab ")
+    assert "compare-numeric" in run("--help").stdout
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("", "empty"),
+        ("time [s],mass [mm]\n0,1\n1,2\n2,3\n", "base"),
+    ],
+)
+def test_a_log_that_is_no_log_fails_with_its_name_and_reason(run: Run, tmp_path: Path, text: str, match: str) -> None:
+    log = log_of(tmp_path, text)
+    done = run("ingest", log)
+    assert done.returncode == 1
+    assert match in one_line(done.stderr).lower()
+    assert "log.csv" in done.stderr
+    assert not (tmp_path / "log.h5").exists()
+
+
+def test_a_failed_input_is_a_json_line_and_the_others_go_on(run: Run, tmp_path: Path, recording: Path) -> None:
+    bad = log_of(tmp_path, "not a recording", "bad.h5")
+    done = run("analyze", bad, recording, tmp_path / "none.h5", "--scene", SCENE, "--json")
+    assert done.returncode == 1
+    first, second, third = (json.loads(line) for line in done.stdout.splitlines())
+    assert (first["status"], second["status"], third["status"]) == ("failed", "ok", "failed")
+    assert set(first) == {"source", "status", "reason"}
+    assert second["energy_per_cycle"] > 0
+    assert "none.h5" in third["source"]
+
+
+def test_a_test_shorter_than_its_transient_fails_plainly(run: Run, tmp_path: Path) -> None:
+    log = log_of(tmp_path, rows(10))
+    assert run("ingest", log).returncode == 0
+    done = run("analyze", tmp_path / "log.h5", "--natural-frequency", "3.13")
+    assert done.returncode == 1
+    assert "transient" in one_line(done.stderr)
+
+
+def test_a_base_that_stands_still_is_no_drive(run: Run, tmp_path: Path) -> None:
+    still = "\n".join(
+        ["time [s],mass [mm],base [mm]", *(f"{i / 100:.2f},1.000,{1.0 + 0.001 * (i % 2):.3f}" for i in range(6000))]
+    )
+    log = log_of(tmp_path, still + "\n")
+    assert run("ingest", log).returncode == 0
+    done = run("analyze", tmp_path / "log.h5", "--natural-frequency", "3.13")
+    assert done.returncode == 1
+    assert "drive" in one_line(done.stderr)
+
+
+@pytest.mark.parametrize("command", ["ingest", "analyze", "compare-numeric"])
+def test_an_unknown_scene_key_is_status_2_for_every_command(run: Run, tmp_path: Path, command: str) -> None:
+    scene = log_of(tmp_path, "[rig]\nnatural_frequency = 3\n", "scene.toml")
+    done = run(command, SAMPLE, "--scene", scene)
+    assert done.returncode == 2
+    assert "rig.natural_frequency: unknown key" in one_line(done.stderr)
+    assert done.stdout == ""
+
+
+def test_an_unknown_option_and_a_missing_argument_are_status_2(run: Run) -> None:
+    assert run("analyze", "--colour").returncode == 2
+    assert run("analyze").returncode == 2
+    assert run("no-such-command").returncode == 2
+
+
+def test_compare_numeric_prints_the_contracts_keys(run: Run, recording: Path) -> None:
+    done = run("compare-numeric", recording, "--scene", SCENE, "--json")
+    assert done.returncode == 0, done.stderr
+    assert " ".join(json.loads(done.stdout)) == (
+        "source status reason warnings frequency_ratio energy_per_cycle response_amplitude stops_per_cycle regime"
+        " friction_ratio friction_ratio_se friction_force_n friction_coefficient predicted_energy_per_cycle"
+        " predicted_response_amplitude predicted_stops_per_cycle predicted_regime energy_difference response_nrmse"
+        " model solver closure_error"
+    )
+
+
+def test_a_given_friction_ratio_is_predicted_with_and_not_identified(run: Run, recording: Path) -> None:
+    done = run("compare-numeric", recording, "--scene", SCENE, "--json", "--beta", "0.2")
+    row = json.loads(done.stdout)
+    assert row["friction_ratio"] == 0.2
+    assert row["friction_ratio_se"] is None
+
+
+def test_show_tells_what_is_in_a_recording_and_in_a_scene(run: Run, recording: Path) -> None:
+    assert "mass_displacement (15000,) float64 [m]" in run("show", recording).stdout
+    assert "transient_s = 20.0" in run("show", SCENE).stdout
+    assert run("show", "nowhere.toml").returncode == 2

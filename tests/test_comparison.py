@@ -1,0 +1,150 @@
+"""Friction identified on recordings whose friction is known, for each kind of physics a scene can switch on."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictionlab.comparison import compare, model_words
+from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.logs import read_log
+from frictionlab.recording import Recording
+from frictionlab.scene import Scene, read_scene, scene_from_tables
+from frictionlab.simulator import COSINE, Base, Problem, steady_state
+
+ROOT = Path(__file__).parents[1]
+FRAME = ROOT.parent / "shared" / "data"
+DRIVE_HZ, AMPLITUDE_M = 1.2345, 1.8e-3
+
+
+def recorded(problem: Problem, *, noise: float = 0.8e-6, seconds: float = 40.0, rate: float = 500.0) -> Recording:
+    """A steady orbit seen by two sensors, for `seconds` at `rate`."""
+    state = steady_state(problem)
+    assert state.orbit is not None
+    time = np.arange(int(seconds * rate)) / rate
+    tau = 2 * math.pi * DRIVE_HZ * time
+    order = np.arange(1, problem.base.harmonics + 1)
+    base = np.cos(np.outer(tau, order)) @ problem.base.cosine + np.sin(np.outer(tau, order)) @ problem.base.sine
+    generator = np.random.default_rng(20261121)
+    seen = [
+        AMPLITUDE_M * x + noise * generator.standard_normal(len(time))
+        for x in (state.orbit.at(np.mod(tau, 2 * math.pi * (state.period_cycles or 1)))[0], base)
+    ]
+    return Recording(time, *seen)
+
+
+def scene_of(r: float, **tables: dict[str, object]) -> Scene:
+    rig = {"natural_frequency_hz": DRIVE_HZ / r, **tables.pop("rig", {})}
+    analysis = {"transient_s": 2.0, "cycles": "all"}
+    return scene_from_tables({"rig": rig, "analysis": analysis, **tables})
+
+
+@pytest.mark.parametrize(
+    ("r", "beta"), [(0.1, 0.4), (0.2, 0.5), (0.3, 0.6), (0.5, 0.4), (0.7, 0.5), (0.9, 0.2), (1.2, 0.4), (2.0, 0.3)]
+)
+def test_coulomb_friction_is_found(r: float, beta: float) -> None:
+    comparison = compare(recorded(Problem(r, beta)), scene_of(r))
+    assert comparison.friction_ratio == pytest.approx(beta, rel=0.01)
+    assert comparison.response_nrmse == pytest.approx(0, abs=0.01)
+    assert comparison.predicted_stops_per_cycle == steady_state(Problem(r, beta)).stops_per_cycle
+
+
+PHYSICS = {
+    "damping": (
+        Problem(0.4, 0.3, zeta=0.05),
+        {"rig": {"damping_ratio": 0.05}, "model": {"damping": True}},
+        "frame damping 0.05",
+    ),
+    "static friction": (Problem(0.4, 0.3, mu=1.4), {"model": {"static_ratio": 1.4}}, "static ratio 1.4"),
+    "harmonics": (
+        Problem(0.4, 0.3, base=Base((1.0, 0.04, 0.02), (0.0, 0.03, 0.05))),
+        {"model": {"base_harmonics": 3}},
+        "3 base harmonics",
+    ),
+    "moving wall": (Problem(0.7, 0.3, wall="base"), {"model": {"wall": "base"}}, "base wall"),
+}
+
+
+@pytest.mark.parametrize("name", PHYSICS)
+def test_each_physics_that_a_scene_names_is_simulated_and_said(name: str) -> None:
+    problem, tables, words = PHYSICS[name]
+    comparison = compare(recorded(problem), scene_of(problem.r, **tables))
+    assert words in comparison.model
+    assert comparison.friction_ratio == pytest.approx(problem.beta, rel=0.01)
+    assert comparison.response_nrmse == pytest.approx(0, abs=0.01)
+    assert comparison.energy_difference == pytest.approx(0, abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["damping", "static friction", "harmonics"])
+def test_physics_that_a_scene_does_not_name_is_missed_in_the_fit(name: str) -> None:
+    problem, tables, _ = PHYSICS[name]
+    recording = recorded(problem)
+    with_it, without = (
+        compare(recording, scene).response_nrmse for scene in (scene_of(problem.r, **tables), scene_of(problem.r))
+    )
+    assert with_it is not None
+    assert without is not None
+    assert without > 2 * with_it
+
+
+def test_newtons_and_coefficient_follow_from_stiffness_and_normal_force() -> None:
+    recording = recorded(Problem(0.5, 0.4))
+    known = {"rig": {"stiffness_n_per_m": 1000.0}, "experiment": {"normal_force_n": 1.2}}
+    comparison = compare(recording, scene_of(0.5, **known))
+    assert comparison.friction_force_n == pytest.approx(0.4 * 1000.0 * AMPLITUDE_M, rel=0.005)
+    assert comparison.friction_coefficient == pytest.approx(0.6, rel=0.005)
+    unknown = compare(recording, scene_of(0.5))
+    assert unknown.friction_force_n is None
+    assert unknown.friction_coefficient is None
+
+
+def test_a_given_friction_ratio_is_used_as_it_is() -> None:
+    comparison = compare(recorded(Problem(0.5, 0.4)), scene_of(0.5), friction_ratio=0.2)
+    assert comparison.friction_ratio == 0.2
+    assert comparison.friction_ratio_se is None
+    assert (
+        comparison.predicted_energy_per_cycle == steady_state(Problem(comparison.frequency_ratio, 0.2)).energy_per_cycle
+    )
+
+
+def test_the_thesis_solver_predicts_nearly_the_same() -> None:
+    recording = recorded(Problem(0.5, 0.4))
+    exact, thesis = (compare(recording, scene_of(0.5), solver=solver) for solver in ("exact", "thesis"))
+    assert (exact.solver, thesis.solver) == ("exact", "thesis")
+    assert thesis.predicted_energy_per_cycle == pytest.approx(exact.predicted_energy_per_cycle, rel=1e-2)
+
+
+def test_a_stuck_prediction_is_said() -> None:
+    comparison = compare(recorded(Problem(0.5, 0.4)), scene_of(0.5), friction_ratio=1.5)
+    assert comparison.predicted_regime == "stuck"
+    assert comparison.predicted_energy_per_cycle == 0
+
+
+def test_without_natural_frequency_there_is_no_comparison() -> None:
+    recording = recorded(Problem(0.5, 0.4))
+    with pytest.raises(AnalysisError, match=r"give rig\.natural_frequency_hz"):
+        compare(recording, Scene())
+
+
+def test_an_impossible_friction_ratio_is_refused() -> None:
+    recording = recorded(Problem(0.5, 0.4))
+    with pytest.raises(UsageError, match=r"friction ratio: expected a number of at least 0; got -0\.1"):
+        compare(recording, scene_of(0.5), friction_ratio=-0.1)
+
+
+def test_the_words_of_the_plain_model() -> None:
+    assert model_words(Scene()) == "Coulomb friction, fixed wall, cosine base"
+    assert Base((1.0,), (0.0,)) == COSINE
+
+
+@pytest.mark.parametrize(("log", "nrmse"), [("frame_250g.csv", 0.04), ("frame_450g.csv", 0.09)])
+def test_the_real_recordings_of_the_frame(log: str, nrmse: float) -> None:
+    if not FRAME.is_dir():
+        pytest.skip("../shared is not there: no real recordings to compare with")
+    comparison = compare(read_log(FRAME / log), read_scene(ROOT / "configs" / "frame.toml"))
+    assert comparison.frequency_ratio == pytest.approx(0.320, abs=5e-4)
+    assert comparison.stops_per_cycle == 2
+    assert comparison.predicted_stops_per_cycle == 2
+    assert comparison.response_nrmse is not None
+    assert comparison.response_nrmse < nrmse
