@@ -22,6 +22,8 @@ from frictionlab.scene import Scene, VirtualTests
 from frictionlab.simulator import Problem, Trajectory, simulate, steady_state
 
 FloatArray = NDArray[np.float64]
+HOUR = 3600.0
+PHASES = 64  # points per cycle of the true irregularity
 MILLIMETRES = 1e3  # the logs are written in the sensor's unit
 PREAMBLE = (
     "# SYNTHETIC: simulated by frictionlab, not measured\n"
@@ -154,19 +156,44 @@ def synthesize(scene: Scene, folder: Path) -> Iterator[VirtualTest]:
     """
     tests = virtual_tests(scene)
     folder.mkdir(parents=True, exist_ok=True)
+    truths = []
     for test in tests:
-        write_whole(folder / test.log, log_text(test, scene).encode("ascii"))
+        text, more = _log_and_behaviour(test, scene)
+        write_whole(folder / test.log, text.encode("ascii"))
+        truths.append(json.dumps({**truth(test), **more}) + "\n")
         yield test
-    truths = "".join(json.dumps(truth(test)) + "\n" for test in tests)
-    write_whole(folder / "truth.jsonl", truths.encode())
+    write_whole(folder / "truth.jsonl", "".join(truths).encode())
+
+
+def _log_and_behaviour(test: VirtualTest, scene: Scene) -> tuple[str, dict[str, object]]:
+    """The log of one test, and what is true of it beyond `truth` where its friction changes; simulated once."""
+    if test.is_plain_coulomb:
+        return log_text(test, scene), {}
+    transient = scene.analysis.transient_s
+    time, phases = _sample_times(test, scene), _phase_times(test, transient)
+    mass, exact = _motion_at(test, scene, time, phases.ravel())
+    behaviour: dict[str, object] = {
+        "irregularity_index": _irregularity_index(exact.reshape(phases.shape)),
+        "energy_slope_per_hour": _energy_slope(test, transient),
+    }
+    return _lines(test, scene, time, mass), behaviour
 
 
 def log_text(test: VirtualTest, scene: Scene) -> str:
     """The log of one test: preamble, header, one line per sample; time in s, displacements in mm."""
+    time = _sample_times(test, scene)
+    return _lines(test, scene, time, motion(test, time, scene))
+
+
+def _sample_times(test: VirtualTest, scene: Scene) -> FloatArray:
+    rate = scene.synthetic.sampling_rate_hz
+    return np.asarray(np.arange(round(test.duration_s * rate)) / rate)
+
+
+def _lines(test: VirtualTest, scene: Scene, time: FloatArray, mass: FloatArray) -> str:
+    """The text of a log: ``time`` (n,) s, ``mass`` (n,) m before any sensor."""
     synthetic = scene.synthetic
-    time = np.arange(round(test.duration_s * synthetic.sampling_rate_hz)) / synthetic.sampling_rate_hz
     noise = _generator(test, scene, "noise")
-    mass = motion(test, time, scene)
     base = test.base_amplitude_m * np.cos(2 * math.pi * test.drive_frequency_hz * time)
     seen = [_through_laser(signal, synthetic.noise_m, synthetic.step_m, noise) for signal in (mass, base)]
     table = np.column_stack([time, *(MILLIMETRES * signal for signal in seen)])
@@ -183,6 +210,31 @@ def _through_laser(signal: FloatArray, noise: float, step: float, generator: np.
     """What a sensor makes of a displacement (m): noise of the given rms, then rounding to its step."""
     noisy = signal + noise * generator.standard_normal(len(signal))
     return np.round(noisy / step) * step if step else noisy
+
+
+def _phase_times(test: VirtualTest, transient: float) -> FloatArray:
+    """Times (s) of 64 phases in each full cycle after the transient, cut where the base rises through zero."""
+    first = math.ceil(transient * test.drive_frequency_hz + 0.25)
+    last = math.floor(test.duration_s * test.drive_frequency_hz + 0.25)
+    cycles = np.arange(first, max(first, last))[:, None] - 0.25
+    return np.asarray((cycles + np.arange(PHASES) / PHASES) / test.drive_frequency_hz)
+
+
+def _motion_at(test: VirtualTest, scene: Scene, *times: FloatArray) -> list[FloatArray]:
+    """The motion at several sets of times, simulated once."""
+    every = np.concatenate(times)
+    order = np.argsort(every, kind="stable")
+    displacement = np.empty_like(every)
+    displacement[order] = motion(test, every[order], scene)
+    return np.split(displacement, np.cumsum([len(t) for t in times])[:-1])
+
+
+def _irregularity_index(cycles: FloatArray) -> float | None:
+    """Eq. (4.1) of the motion itself, one cycle a row: what a sensor without noise would give."""
+    if len(cycles) < 2 or not np.ptp(cycles):
+        return None
+    about = cycles - cycles.mean()
+    return float(np.mean(np.abs(np.diff(about, axis=0)).sum(axis=1) / np.abs(about[:-1]).sum(axis=1)))
 
 
 def motion(test: VirtualTest, time: FloatArray, scene: Scene) -> FloatArray:
@@ -215,7 +267,7 @@ def cycle_friction_ratios(test: VirtualTest, scene: Scene) -> FloatArray:
     """Friction ratio of each cycle: drift, jump and scatter as the test's material has them; shape (cycles,)."""
     cycles = math.ceil(test.duration_s * test.drive_frequency_hz)
     start = np.arange(cycles) / test.drive_frequency_hz
-    factor = 1 + test.friction_drift_per_hour * start / 3600
+    factor = 1 + test.friction_drift_per_hour * start / HOUR
     if test.jump_s is not None:
         factor = np.where(start >= test.jump_s, test.jump_factor, 1.0) * factor
     if test.friction_scatter:
@@ -238,3 +290,15 @@ def truth(test: VirtualTest) -> dict[str, object]:
         "stuck_fraction": state.stuck_fraction,
         "regime": state.regime,
     }
+
+
+def _energy_slope(test: VirtualTest, transient: float) -> float | None:
+    """Change of the steady energy per cycle (k Y^2 per hour) from the end of the transient to the end of the test."""
+    if test.jump_s is not None or test.duration_s <= transient:
+        return None
+    times = (transient, test.duration_s)
+    betas = [test.friction_ratio * (1 + test.friction_drift_per_hour * time / HOUR) for time in times]
+    energies = [steady_state(test.problem(beta)).energy_per_cycle for beta in betas]
+    if energies[0] is None or energies[1] is None:
+        return None
+    return (energies[1] - energies[0]) / (times[1] - times[0]) * HOUR

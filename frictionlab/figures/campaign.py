@@ -98,8 +98,8 @@ def _energy(campaign: Campaign) -> list[Plate]:
         Plate(
             f"energy_{safe(material)}",
             f"Energy per cycle of {material}",
-            "Points: measured, mean over the settled cycles, 95 % confidence; open ones are left out of the fit. Lines: Coulomb's law with one"
-            " friction ratio β per normal force.",
+            "Points: measured, mean over the settled cycles, 95 % confidence; open ones are left out of the fit."
+            " Lines: Coulomb's law with one friction ratio β per normal force.",
             partial(campaign_energy.energy, campaign, material),
         )
         for material in campaign.materials
