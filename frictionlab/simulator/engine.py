@@ -76,7 +76,7 @@ def machine_code_folder() -> Path:
     """Return where machine code is kept: a folder of its own for each state of the kernel's source.
 
     It stands in ``NUMBA_CACHE_DIR`` if that is set, else in the user's cache folder; never in the package. The
-    compiler's own check sees a change of a function's file only, not of the files it uses: hence the digest of them all.
+    compiler's own check sees a change of a function's own file only, hence the digest of all files.
     """
     digest = hashlib.sha256()
     for module in (layout, *MODULES):

@@ -74,7 +74,7 @@ WEIGHTS = (
 )
 
 
-def slide_work(rig: Rig, force: Force, start: State, side: float, span: float, tally: Buffer) -> None:
+def slide_work(rig: Rig, force: Force, start: State, span: float, tally: Buffer) -> None:
     """Add the work of F and of the dashpot over a slide, by Gauss-Legendre panels short enough to be exact."""
     r, zeta = rig[0], rig[3]
     p, q = force[2], force[3]
@@ -85,7 +85,7 @@ def slide_work(rig: Rig, force: Force, start: State, side: float, span: float, t
         for i in range(8):
             for way in (-1.0, 1.0):
                 t = middle + way * half * NODES[i]
-                _, v, _ = slide_at(t, rig, force, start, side)
+                _, v, _ = slide_at(t, rig, force, start)
                 push = 0.0
                 for m in range(len(p)):
                     push += p[m] * cos((m + 1) * t) + q[m] * sin((m + 1) * t)
@@ -105,7 +105,7 @@ def slide_range(rig: Rig, force: Force, room: Room, start: State, side: float, s
     reach, t = min(rig[0], 1.0), 0.0
     while True:
         t = min(t, span)
-        z, v, a = slide_at(t, rig, force, start, side) if side != 0.0 else start
+        z, v, a = slide_at(t, rig, force, start) if side != 0.0 else (0.0, 0.0, 0.0)
         jerk = third + (jerk_bound(rig, v, a) if side != 0.0 else 0.0)
         for i in range(len(p)):
             k = i + 1.0
@@ -113,8 +113,8 @@ def slide_range(rig: Rig, force: Force, room: Room, start: State, side: float, s
             z += p[i] * c + q[i] * s
             v += k * (q[i] * c - p[i] * s)
             a -= k * k * (p[i] * c + q[i] * s)
-        tally[HIGH] = max(tally[HIGH], z)
-        tally[LOW] = min(tally[LOW], z)
+        tally[HIGH] = max(tally[HIGH], start[0] + z)
+        tally[LOW] = min(tally[LOW], start[0] + z)
         if t >= span:
             return
         step = safe_step(abs(v), a if v >= 0.0 else -a, jerk) if v != 0.0 else 0.0
@@ -129,7 +129,7 @@ def account(rig: Rig, force: Force, room: Room) -> None:
         start = (phases[at + 3], phases[at + 4], phases[at + 5])
         local_force(tau, force)
         if side != 0.0:
-            slide_work(rig, force, start, side, span, tally)
+            slide_work(rig, force, start, span, tally)
         if len(frame[0]) > 0:
             local_force(tau, frame)
             slide_range(rig, force, room, start, side, span)
@@ -203,4 +203,5 @@ def evaluate(rig: Rig, force: Force, phases: Buffer, within: Buffer, states: Buf
         states[2 * i], states[2 * i + 1] = start[0], 0.0
         if phases[at] != 0.0:
             local_force(phases[at + 1], force)
-            states[2 * i], states[2 * i + 1], _ = slide_at(within[i], rig, force, start, phases[at])
+            way, states[2 * i + 1], _ = slide_at(within[i], rig, force, start)
+            states[2 * i] += way

@@ -73,17 +73,17 @@ def slide_start(rig: Rig, start: State, side: float, rate: float) -> float:
 def slide_end(
     rig: Rig, force: Force, start: State, side: float, rate: float, limit: float, tally: Buffer
 ) -> tuple[float, float, float, float]:
-    """Return the time of the slide's first zero of velocity, or `limit` if there is none before it; and z, v, a there.
+    """Return the time of the slide's first zero of velocity, or `limit` if there is none before; way, v, a there.
 
     From (v, a) the velocity keeps its sign for a step h while v + a h - M h^2/2 > 0, with M a bound of |v''|: the march
     cannot pass a zero and converges to it quadratically.
     """
     reach = min(rig[0], 1.0)
     t = 0.0 if start[1] != 0.0 else slide_start(rig, start, side, rate)
-    z, v, a = start
+    v, a = start[1], start[2]
     while t < limit:
         if t > 0.0:
-            z, v, a = slide_at(t, rig, force, start, side)
+            _, v, a = slide_at(t, rig, force, start)
             tally[EVALUATIONS] += 1.0
         if side * v <= 0.0:
             break
@@ -92,13 +92,13 @@ def slide_end(
         if step <= 2e-16 * t:
             break
     t = min(t, limit)
-    z, v, a = slide_at(t, rig, force, start, side)
+    way, v, a = slide_at(t, rig, force, start)
     if t == limit:
-        return t, z, v, a
+        return t, way, v, a
     if side * a < 0.0 and abs(v) < 1e-6 * abs(a) * t:
         t = min(limit, t - v / a)
-        z, v, a = slide_at(t, rig, force, start, side)
-    return t, z, 0.0, a
+        way, v, a = slide_at(t, rig, force, start)
+    return t, way, 0.0, a
 
 
 def release_cosine(hold: float, p: float, q: float, z: float) -> tuple[float, float]:
@@ -217,11 +217,12 @@ def advance(rig: Rig, force: Force, tau: float, end: float, z: float, v: float, 
             jump = min(1.0, max(0.0, a / before))
             jacobian[2], jacobian[3] = jacobian[2] * jump, jacobian[3] * jump
         start, rest = (z, v, a), end - tau
-        span, z, v, before = slide_end(rig, force, start, side, rate, rest, tally)
+        span, way, v, before = slide_end(rig, force, start, side, rate, rest, tally)
+        z += way
         fresh = 1.0
         record(room, side, tau, span, start)
         propagate(rig, span, jacobian)
-        tally[PATH] += abs(z - start[0])
+        tally[PATH] += abs(way)
         tally[HIGH] = max(tally[HIGH], start[0], z)
         tally[LOW] = min(tally[LOW], start[0], z)
         tau = tau + span if span < rest else end

@@ -45,7 +45,7 @@ def free_motion(t: float, rig: Rig) -> State:
     return decay - slow * h, h, slow * h - expm1(slow * t)
 
 
-def forced_motion(t: float, k: float, rig: Rig, g: float, h: float) -> tuple[float, float]:
+def forced_motion(t: float, k: float, rig: Rig, h: float, lost: float) -> tuple[float, float]:
     """Return C and S: the motion from rest under cos(k t) and under sin(k t).
 
     C + iS is the second divided difference of exp(s t) over ik and the two roots of the free motion, over r^2. Near
@@ -56,7 +56,8 @@ def forced_motion(t: float, k: float, rig: Rig, g: float, h: float) -> tuple[flo
         away = gap(r, k)
         if abs(away) > 0.25:
             scale = 1.0 / (away * (1.0 + k * r))
-            return (cos(k * t) - g) * scale, (sin(k * t) - k * h) * scale
+            s, c = sin(0.5 * k * t), cos(0.5 * k * t)
+            return (lost - 2.0 * s * s) * scale, (2.0 * s * c - k * h) * scale
         mean, half = 0.5 * (1.0 / r + k) * t, 0.5 * away / r * t
         beat = t / r * (sin(half) / half if half != 0.0 else 1.0)
         return sin(mean) * beat / (1.0 + k * r), (h / r - cos(mean) * beat) / (1.0 + k * r)
@@ -93,19 +94,23 @@ def local_force(tau: float, force: Force) -> tuple[float, float]:
     return size, rate
 
 
-def slide_at(t: float, rig: Rig, force: Force, start: State, side: float) -> State:
-    """Return z, v, a at time t of a slide that started as `start`, against friction of sign `side`."""
-    r, beta, _, zeta, _, _, _ = rig
+def slide_at(t: float, rig: Rig, force: Force, start: State) -> State:
+    """Return the way made, v and a at time t of a slide that started as `start` (z, v, a).
+
+    Friction acts through the acceleration at the start only; the way is not a difference of displacements, so that it
+    keeps its digits however small it is.
+    """
+    r, _, _, zeta, _, _, _ = rig
     p, q = force[2], force[3]
-    z0, v0, a0 = start
+    _, v0, a0 = start
     g, h, lost = free_motion(t, rig)
-    z = z0 - (z0 + beta * side) * lost + v0 * h
+    way = v0 * h + (r * r * a0 + 2.0 * zeta * r * v0) * lost
     v = v0 * g + a0 * h
     a = a0 * (g - 2.0 * zeta / r * h) - v0 * h / (r * r)
     for i in range(len(p)):
         k = i + 1.0
-        c, s = forced_motion(t, k, rig, g, h)
-        z += p[i] * c + q[i] * s
+        c, s = forced_motion(t, k, rig, h, lost)
+        way += p[i] * (c - lost) + q[i] * s
         v += k * (q[i] * c - p[i] * s)
         a += k * (q[i] * (h / (r * r) - k * s) - k * p[i] * c)
-    return z, v, a
+    return way, v, a

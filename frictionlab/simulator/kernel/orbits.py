@@ -37,6 +37,7 @@ __all__ = [
 ]
 
 LONGEST = 8  # cycles of the longest orbit looked for
+MOST_STEPS = 60  # Newton steps of a shooting
 PATIENCE = 4096  # cycles waited for an orbit with static friction
 
 
@@ -115,10 +116,11 @@ def shoot(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> t
     mu = 1 never increases the miss (README, "Steady states").
     """
     r = rig[0]
+    floor = 1e-15 * rig[5]  # rounding of F itself, which a motion much smaller than F cannot undercut
     patience = 1
     iz, iv, code = carry(rig, force, leg, z, v, room)
     miss = hypot(iz - z, r * (iv - v))
-    for _ in range(60):
+    for _ in range(MOST_STEPS):
         size = hypot(z, r * v) + room[1][PATH]
         if code != DONE or room[1][PATH] == 0.0 or miss <= 2e-16 * size:
             break
@@ -128,13 +130,13 @@ def shoot(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> t
         if code == DONE and less < 0.5 * miss:
             z, v, iz, iv, miss = nz, nv, mz, mv, less
             continue
-        if miss <= 1e-13 * size:
+        if miss <= 1e-13 * size + floor:
             break
         for _ in range(patience):
             z, v = iz, iv
             iz, iv, code = carry(rig, force, leg, z, v, room)
             miss = hypot(iz - z, r * (iv - v))
-        patience *= 2
+        patience = min(2 * patience, 64)
     return z, v, miss, code
 
 
@@ -155,8 +157,8 @@ def continuous_orbit(rig: Rig, force: Force, room: Room) -> tuple[Leg, float, fl
     miss = hypot(z - amplitude, r * v) + abs(room[1][PATH] - 2.0 * amplitude)
     valid = code == DONE and room[1][STOPS_MADE] == 0.0 and miss <= 1e-9 * amplitude
     push, _ = local_force(leg[0], force)
-    z, v, _ = slide_at(0.5 * pi, rig, force, (amplitude, 0.0, (push - amplitude + beta) / (r * r)), -1.0)
-    return ((leg[0] + 0.5 * pi) % TURN, pi, 1.0, -1.0), z, v, valid
+    way, v, _ = slide_at(0.5 * pi, rig, force, (amplitude, 0.0, (push - amplitude + beta) / (r * r)))
+    return ((leg[0] + 0.5 * pi) % TURN, pi, 1.0, -1.0), amplitude + way, v, valid
 
 
 def only_orbit(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
@@ -200,7 +202,7 @@ def attract(rig: Rig, force: Force, room: Room) -> Found:
             trial = (0.0, TURN, float(k), 1.0)
             oz, ov, miss, code = shoot(rig, force, trial, z, v, room)
             near = hypot(z - oz, rig[0] * (v - ov)) < 0.1 * size
-            if code == DONE and near and miss <= 1e-12 * size:
+            if code == DONE and near and miss <= 1e-12 * size + 1e-14 * rig[5]:
                 carry(rig, force, trial, oz, ov, room)
                 if abs(spectral_radius(room[0])) <= 1.0 + 1e-9:
                     return trial, oz, ov, miss, code
@@ -232,4 +234,4 @@ def find_orbit(rig: Rig, force: Force, closed: int, room: Room) -> tuple[int, Le
         return CHATTERED, leg, z, v, miss, False
     if room[1][PATH] == 0.0:
         return STUCK, leg, z, 0.0, 0.0, False
-    return (PERIODIC if miss <= 1e-9 * size else NOT_FOUND), leg, z, v, miss, False
+    return (PERIODIC if miss <= 1e-9 * size + 1e-14 * rig[5] else NOT_FOUND), leg, z, v, miss, False
