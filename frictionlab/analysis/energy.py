@@ -57,7 +57,7 @@ def energy_input(mass: FloatArray) -> FloatArray:
     """
     points = mass.shape[1]
     tau = 2.0 * math.pi * np.arange(points) / points - 0.5 * math.pi
-    return np.asarray(mass @ np.sin(tau) * (2.0 * math.pi / points))
+    return np.asarray(np.einsum("ij,j->i", mass, np.sin(tau)) * (2.0 * math.pi / points))
 
 
 def loop_area_noise(mass: FloatArray, base: FloatArray, mass_noise: float, base_noise: float, samples: float) -> float:

@@ -107,8 +107,8 @@ def lay_out(stretches: list[Stretch], *, padding: int = spectrum.DEFAULT_PADDING
         raise AnalysisError("analysis: expected at least 32 samples after the transient: shorten transient_s")
     base_noise, mass_noise = noise.white_noise(longest.base), noise.white_noise(longest.mass)
     base_lines = spectrum.amplitude_spectrum(longest.base, longest.step, padding=padding)
-    mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=padding)
-    guess = _drive_frequency(longest, base_lines)
+    mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=1)
+    guess = _drive_frequency(longest, base_lines, base_noise)
     cut = cycles.cut(longest.base, guess * longest.step, noise=base_noise)
     cuts = [cut if s is longest else cycles.cut(s.base, cut.frequency, noise=base_noise) for s in stretches]
     if not any(len(c) for c in cuts):
@@ -139,13 +139,13 @@ def lay_out(stretches: list[Stretch], *, padding: int = spectrum.DEFAULT_PADDING
     )
 
 
-def _drive_frequency(stretch: Stretch, lines: spectrum.Spectrum) -> float:
+def _drive_frequency(stretch: Stretch, lines: spectrum.Spectrum, noise_rms: float) -> float:
     """Frequency of the base's strongest line [Hz]; refuses a base that nothing drives."""
     base = stretch.base
     variance = float(np.var(base))
     if not variance > 0.0:
         raise AnalysisError("analysis: no drive: the base stands still; expected a base motion: check the base column")
-    tone = spectrum.tone_of(lines, len(base), stretch.step)
+    tone = spectrum.tone_of(lines, len(base), stretch.step, noise=noise_rms)
     if 0.5 * tone.amplitude**2 < 0.2 * variance:
         raise AnalysisError(
             f"analysis: no drive: the strongest line of the base motion ({tone.frequency:.4g} Hz) holds only"
@@ -176,9 +176,9 @@ def _drive(base: FloatArray, cut: cycles.Cut, step: float, base_noise: float) ->
     n, points = base.shape
     order = np.arange(1, HARMONICS + 1)
     turn = 2.0 * np.pi * np.arange(points) / points - 0.5 * np.pi  # rows start at the rise through zero
-    kernel = np.exp(-1j * np.outer(turn, order)) * (2.0 / points)
-    lines = base.mean(axis=0) @ kernel
-    each = np.abs(base @ kernel[:, 0].real + 1j * (base @ kernel[:, 0].imag))
+    mean = base.mean(axis=0)
+    lines = np.array([np.sum(mean * np.exp(-1j * k * turn)) for k in order]) * (2.0 / points)
+    each = np.abs(cycles.first_harmonic(base, turn)) * (2.0 / points)
     amplitude = float(abs(lines[0]))
     white = base_noise * math.sqrt(2.0 * cut.frequency / n)
     scatter = float(each.std(ddof=1)) / math.sqrt(n) if n > 2 else 0.0

@@ -116,7 +116,7 @@ class _Composition:
             warnings=self.said + self._warnings(settled),
             material=self._fact("material"),
             normal_force_n=self._number("normal_force_n"),
-            sampling_rate_hz=self.recording.sampling_rate_hz,
+            sampling_rate_hz=1.0 / self.parts[0].step,
             duration_s=self.recording.duration_s,
             transient_s=scene.analysis.transient_s,
             drive_frequency_hz=drive.frequency,
@@ -177,7 +177,7 @@ class _Composition:
         quarter = points // 4
         mass = np.roll(self.layout.mass[used].mean(axis=0), -quarter)
         base = np.roll(self.layout.base[used].mean(axis=0), -quarter)
-        smooth, velocity = (np.roll(c, -quarter) for c in response.mean_cycle(self.layout, used))
+        smooth, velocity = (np.roll(c, -quarter) for c in response.mean_cycle(self.layout, used, self.response.how))
         harmonics = self.layout.drive.harmonics
         return Cycle(
             tau=2.0 * math.pi * np.arange(points) / points,

@@ -50,8 +50,8 @@ class Traces:
     """What a figure of the measurement shows; thinned, never computed on.
 
     ``time`` (t,) s, ``mass``, ``base`` (t,) in Y: the last cycles used; ``stops`` (k, 2) s: from when to when the mass
-    stands in them; ``loop_mass``, ``loop_base`` (c, p): up to 30 of the cycles used, each closed; ``frequency`` (f,)
-    Hz, ``mass_spectrum``, ``base_spectrum`` (f,) m: amplitude spectra up to ten times the drive.
+    stands in them; ``loop_mass``, ``loop_base`` (c, p): up to 30 of the cycles used, each closed; ``mass_frequency``,
+    ``base_frequency`` Hz, ``mass_spectrum``, ``base_spectrum`` m: amplitude spectra up to ten times the drive.
     """
 
     time: FloatArray
@@ -60,8 +60,9 @@ class Traces:
     stops: FloatArray
     loop_mass: FloatArray
     loop_base: FloatArray
-    frequency: FloatArray
+    mass_frequency: FloatArray
     mass_spectrum: FloatArray
+    base_frequency: FloatArray
     base_spectrum: FloatArray
 
 

@@ -21,7 +21,8 @@ class Response:
 
     ``found``: each stop; ``energy_noise``, ``amplitude_noise``: standard error of one cycle's value from sensor noise
     alone; ``stops_per_cycle``, ``stuck_fraction``, ``regime``: over all cycles; ``asymmetry``: rms of the even part
-    of the mean cycle over its rms; ``shortest_stop``: shortest stop that can be told from a slow passage, in cycles.
+    of the mean cycle over its rms; ``how``: the smoother of all cycles;
+    ``shortest_stop``: shortest stop that can be told from a slow passage, in cycles.
     """
 
     energy: FloatArray
@@ -37,6 +38,7 @@ class Response:
     regime: str
     asymmetry: float
     shortest_stop: float
+    how: Smoother
 
     @property
     def is_stuck(self) -> bool:
@@ -68,12 +70,13 @@ def response(layout: Layout) -> Response:
         stops=np.zeros(n) if is_stuck else count,
         stuck=np.ones(n) if is_stuck else stuck,
         found=found,
-        energy_noise=_energy_noise(layout),
+        energy_noise=_energy_noise(layout, how),
         amplitude_noise=math.hypot(how.x_noise / math.sqrt(2.0), how.x_tail),
         stops_per_cycle=0.0 if is_stuck else float(count.mean()),
         stuck_fraction=1.0 if is_stuck else float(stuck.mean()),
         regime="stuck" if is_stuck else "stick-slip" if count.mean() >= 0.5 else "continuous",
         asymmetry=_asymmetry(how),
+        how=how,
         shortest_stop=2.0 * thresholds.dwell / (2.0 * math.pi),
     )
 
@@ -83,10 +86,9 @@ def _loop_areas(layout: Layout) -> FloatArray:
     return np.concatenate(parts)
 
 
-def _energy_noise(layout: Layout) -> float:
-    mass, base = layout.mass.mean(axis=0), layout.base.mean(axis=0)
-    smooth = smoother(layout.mass, noise=layout.mass_noise, samples=layout.samples)
-    mass = np.fft.irfft(smooth.mean * len(mass), len(mass))
+def _energy_noise(layout: Layout, how: Smoother) -> float:
+    base = layout.base.mean(axis=0)
+    mass = np.fft.irfft(how.mean * len(base), len(base))
     return energy.loop_area_noise(mass, base, layout.mass_noise, layout.base_noise, layout.samples)
 
 
@@ -131,9 +133,10 @@ def _asymmetry(how: Smoother) -> float:
     return math.sqrt(float(power[1::2].sum() / max(power.sum(), 1e-300)))
 
 
-def mean_cycle(layout: Layout, used: slice) -> tuple[FloatArray, FloatArray]:
-    """Mean of some cycles without noise, (p,), and its derivative by tau, (p,)."""
-    how = smoother(layout.mass[used], noise=layout.mass_noise, samples=layout.samples)
+def mean_cycle(layout: Layout, used: slice, how: Smoother) -> tuple[FloatArray, FloatArray]:
+    """Mean of some cycles without noise, (p,), and its derivative by tau, (p,); ``how``: the smoother of all."""
+    if used.stop - used.start < len(layout):
+        how = smoother(layout.mass[used], noise=layout.mass_noise, samples=layout.samples)
     points = layout.mass.shape[1]
     k = np.arange(len(how.mean))
     x = np.fft.irfft(how.mean * points, points)

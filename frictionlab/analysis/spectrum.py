@@ -35,7 +35,17 @@ class Tone:
 
 def hann(n: int) -> FloatArray:
     """Hann window of n points, symmetric about the middle of the record and nowhere zero; its sum is n / 2."""
-    return np.asarray(0.5 - 0.5 * np.cos((2.0 * math.pi / n) * (np.arange(n) + 0.5)))
+    return 0.5 - 0.5 * _cosines(2.0 * math.pi / n, math.pi / n, n)
+
+
+def _cosines(step: float, first: float, n: int) -> FloatArray:
+    """cos(first + step i) for i < n (n,): cos(a + b) = cos a cos b - sin a sin b spares most of the cosines."""
+    width = math.isqrt(n) + 1
+    fine = step * np.arange(width)
+    coarse = first + step * width * np.arange(width)
+    table = np.outer(np.cos(coarse), np.cos(fine))
+    table -= np.outer(np.sin(coarse), np.sin(fine))
+    return np.asarray(table.ravel()[:n])
 
 
 def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAULT_PADDING) -> Spectrum:

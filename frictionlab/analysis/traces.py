@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.measurement import Traces
+from frictionlab.analysis.spectrum import Spectrum
 from frictionlab.analysis.stops import Stops
 
 FloatArray = NDArray[np.float64]
@@ -24,7 +25,7 @@ def traces(layout: Layout, found: Stops, used: slice) -> Traces:
     points = layout.mass.shape[1]
     inside = np.arange(points)[::thin] / points
     time = (layout.time[last, None] + (layout.end[last] - layout.time[last])[:, None] * inside).ravel()
-    lines = math.ceil(len(layout.mass_spectrum.frequency) / SHOWN_LINES)
+    mass_lines, base_lines = _thinned(layout.mass_spectrum), _thinned(layout.base_spectrum)
     return Traces(
         time=time,
         mass=layout.mass[last, ::thin].ravel(),
@@ -32,9 +33,10 @@ def traces(layout: Layout, found: Stops, used: slice) -> Traces:
         stops=_stops_in_seconds(layout, found, last),
         loop_mass=_closed(layout.mass[loops, ::thin]),
         loop_base=_closed(layout.base[loops, ::thin]),
-        frequency=layout.mass_spectrum.frequency[::lines],
-        mass_spectrum=_highest(layout.mass_spectrum.amplitude, lines),
-        base_spectrum=_highest(layout.base_spectrum.amplitude, lines),
+        mass_frequency=mass_lines.frequency,
+        mass_spectrum=mass_lines.amplitude,
+        base_frequency=base_lines.frequency,
+        base_spectrum=base_lines.amplitude,
     )
 
 
@@ -51,6 +53,8 @@ def _closed(rows: FloatArray) -> FloatArray:
     return np.concatenate([rows, rows[:, :1]], axis=1)
 
 
-def _highest(amplitude: FloatArray, width: int) -> FloatArray:
-    """Highest of each ``width`` neighbouring lines, so that no peak is thinned away."""
-    return np.asarray(np.maximum.reduceat(amplitude, np.arange(0, len(amplitude), width)))
+def _thinned(lines: Spectrum) -> Spectrum:
+    """Highest of each few neighbouring lines, so that no peak is thinned away."""
+    width = math.ceil(len(lines.frequency) / SHOWN_LINES)
+    first = np.arange(0, len(lines.frequency), width)
+    return Spectrum(lines.frequency[first], np.maximum.reduceat(lines.amplitude, first))

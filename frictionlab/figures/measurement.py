@@ -33,13 +33,16 @@ def draw_loops(measurement: Measurement, ax: Axes) -> Axes:
 def draw_spectrum(measurement: Measurement, ax: Axes) -> Axes:
     """Amplitude spectra of mass and base, the drive frequency marked."""
     traces = measurement.traces
-    ax.semilogy(traces.frequency, 1e3 * traces.base_spectrum, color=GREY, lw=0.8, label="base")
-    ax.semilogy(traces.frequency, 1e3 * traces.mass_spectrum, color=MEASURED, lw=0.8, label="mass")
+    ax.semilogy(traces.base_frequency, 1e3 * traces.base_spectrum, color=GREY, lw=0.8, label="base")
+    ax.semilogy(traces.mass_frequency, 1e3 * traces.mass_spectrum, color=MEASURED, lw=0.8, label="mass")
     drive, height = measurement.drive_frequency_hz, 1e3 * measurement.base_amplitude_m
     ax.plot([drive], [height], ls="none", marker="o", ms=5, mfc="none", color=VERMILION, label=f"drive, {drive:.6g} Hz")
     top = max(float(traces.base_spectrum.max()), float(traces.mass_spectrum.max()))
     ax.set(
-        xlabel="frequency [Hz]", ylabel="amplitude [mm]", xlim=(0, traces.frequency[-1]), ylim=(1e-2 * 1e-3, 3e3 * top)
+        xlabel="frequency [Hz]",
+        ylabel="amplitude [mm]",
+        xlim=(0, traces.base_frequency[-1]),
+        ylim=(1e-2 * 1e-3, 3e3 * top),
     )
     ax.legend(loc="upper right")
     return ax
