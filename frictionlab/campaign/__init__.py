@@ -20,7 +20,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.campaign.amontons import AmontonsTest, amontons
 from frictionlab.campaign.drift import Drift, drift_of
 from frictionlab.campaign.friction import FrictionFit, Verdict, fit_group
-from frictionlab.campaign.prediction import Curve, Law, curve, law_of
+from frictionlab.campaign.prediction import Curve, Law, curve, law_of, prepare
 from frictionlab.campaign.ranking import CRITERIA, Rank, rank_all
 from frictionlab.campaign.reading import read_measurements
 from frictionlab.campaign.responses import Response, envelope, examples, last_cycles, recording_of
@@ -120,6 +120,7 @@ def evaluate(trials: Sequence[Trial], scene: Scene, *, folders: Sequence[Path] =
     tests = in_order(trials)
     law = law_of(scene)
     groups = _groups(tests)
+    prepare(20 * len(tests) + CURVE_POINTS * len(groups))
     fits = tuple(fit_group(groups[group], law, scene.rig.stiffness) for group in watch(sorted(groups)))
     materials = sorted({fit.material for fit in fits})
     drifts = tuple(drift_of(t, _trend(t, scene, folders), law, fits) for t in tests if t.is_long and not t.failed)

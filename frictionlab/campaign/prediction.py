@@ -11,10 +11,19 @@ from numpy.typing import NDArray
 from frictionlab.errors import SimulationError
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, steady_state
+from frictionlab.simulator.engine import choose
 
 FloatArray = NDArray[np.float64]
 WALLS = {"fixed": "fixed wall", "base": "wall moving with the base"}
 STEP = 0.005  # relative step of the slopes: wide enough to see past the small steps where a stop appears
+
+
+SLIDES = 20.0  # of one steady state, roughly
+
+
+def prepare(predictions: int) -> None:
+    """Load the compiled simulator if that many predictions are worth it; it changes nothing but their time."""
+    choose(SLIDES * predictions)
 
 
 @dataclass(frozen=True)

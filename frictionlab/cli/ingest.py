@@ -11,7 +11,7 @@ import typer
 from frictionlab.cli.inputs import exit_status, report_rows, rows_of
 from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, scene_of
 from frictionlab.cli.output import complain, print_table, printable
-from frictionlab.cli.progress import bytes_read
+from frictionlab.cli.progress import bytes_read, track
 from frictionlab.errors import UsageError
 
 if TYPE_CHECKING:
@@ -75,13 +75,14 @@ def ingest(
     def job(path: Path) -> "Row":
         if path in outputs:
             check_writable(outputs[path], force=force)
-        with bytes_read(path.name, quiet=silent) as progress:
+        with bytes_read(path.name, quiet=silent or len(inputs) > 1) as progress:
             recording = _read(path, base_log, options, what, progress)
         if path in outputs:
             write_recording(recording, outputs[path], force=force)
         return _row(recording, path, outputs.get(path))
 
-    rows = report_rows(rows_of(inputs, job), as_json=as_json)
+    watched = track(inputs, total=len(inputs), title="ingest", quiet=quiet or len(inputs) == 1)
+    rows = report_rows(rows_of(watched, job), as_json=as_json)
     if not silent:
         _tell(rows, evidence=dry_run)
     exit_status(rows)

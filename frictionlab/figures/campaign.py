@@ -117,8 +117,8 @@ def _energy(campaign: Campaign) -> list[Plate]:
         Plate(
             "residuals",
             "What Coulomb's law leaves unexplained",
-            "Measured over predicted energy per cycle, less one; linear within ±5 %, logarithmic beyond. Crosses: tests"
-            " left out of the fit.",
+            "Measured over predicted energy per cycle, less one. Crosses: tests left out of the fit; those at an edge"
+            " lie beyond it.",
             partial(campaign_energy.residuals, campaign),
         )
     )

@@ -42,8 +42,10 @@ def comparison(campaign: Campaign) -> Figure:
         _finish(ax, campaign, [f for f in campaign.fits if f.normal_force_n == force])
         ax.set_title(f"{force:g} N")
         ax.legend()
-    for ax in axes[len(forces) :]:
-        ax.remove()
+    for above, ax in zip(axes[-4:-2], axes[-2:], strict=False):
+        if ax in axes[len(forces) :]:
+            above.tick_params(labelbottom=True)
+            ax.remove()
     return figure
 
 
@@ -59,22 +61,28 @@ def residuals(campaign: Campaign) -> Figure:
     axes = figure.subplots(len(campaign.materials), 1, sharex=True, squeeze=False)[:, 0]
     for ax, material in zip(axes, campaign.materials, strict=True):
         ax.axhline(0, color=GREY, linewidth=0.8)
+        reach = _reach(campaign, material)
         for i, fit in enumerate(f for f in campaign.fits if f.material == material):
-            _residuals_of(ax, fit, PALETTE[i % len(PALETTE)], MARKERS[i % len(MARKERS)])
+            _residuals_of(ax, fit, PALETTE[i % len(PALETTE)], MARKERS[i % len(MARKERS)], reach)
         ax.set_title(material)
         ax.set_ylabel("residual [%]")
-        ax.set_yscale("symlog", linthresh=5.0)
-        ax.set_yticks([-100, -10, -2.5, 0, 2.5, 10, 100], ["-100", "-10", "", "0", "", "10", "100"])
+        ax.set_ylim(-reach, reach)
         ax.legend(ncols=5, loc="upper right")
     axes[-1].set_xlabel("frequency ratio r")
     return figure
 
 
-def _residuals_of(ax: Axes, fit: FrictionFit, colour: str, marker: str) -> None:
+def _reach(campaign: Campaign, material: str) -> float:
+    """Half the height of a panel of residuals (%): all tests that a fit used are inside."""
+    used = [v for f in campaign.fits if f.material == material for v in f.used]
+    return 1.3 * max([100 * abs(v.residual or 0.0) for v in used], default=1.0) + 0.5
+
+
+def _residuals_of(ax: Axes, fit: FrictionFit, colour: str, marker: str, reach: float) -> None:
     short = [v for v in fit.verdicts if not v.trial.is_long and v.residual is not None]
     for used, sign, label in ((True, marker, f"{fit.normal_force_n:g} N"), (False, "x", None)):
         chosen = [v for v in short if (v.excluded is None) == used]
-        values = [100 * (v.residual or 0.0) for v in chosen]
+        values = np.clip([100 * (v.residual or 0.0) for v in chosen], -0.97 * reach, 0.97 * reach)
         ax.plot([v.trial.r for v in chosen], values, sign, color=colour, markersize=3, label=label, linestyle="none")
 
 

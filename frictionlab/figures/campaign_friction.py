@@ -1,6 +1,7 @@
 """Friction over normal force, and the rankings, each with its 95 % confidence."""
 
 from collections.abc import Sequence
+from textwrap import fill
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -37,7 +38,7 @@ def friction(campaign: Campaign) -> Figure:
 
 def ranking(campaign: Campaign) -> Figure:
     """The three criteria beside each other, best material on top."""
-    figure = new_figure(PAGE, 0.9 + 0.3 * len(campaign.materials))
+    figure = new_figure(PAGE, 1.0 + 0.3 * len(campaign.materials))
     for ax, criterion in zip(figure.subplots(1, len(CRITERIA), squeeze=False)[0], CRITERIA, strict=True):
         _rank_panel(ax, [r for r in campaign.ranking if r.criterion == criterion], campaign)
         ax.set_title(criterion)
@@ -59,4 +60,4 @@ def _rank_panel(ax: Axes, ranks: Sequence[Rank], campaign: Campaign) -> None:
         ax.xaxis.set_major_locator(MaxNLocator(4))
     else:
         ax.set_xticks([])
-    ax.set_xlabel(ranks[0].unit.replace(", ", ",\n", 1) if ranks else "")
+    ax.set_xlabel(fill(ranks[0].unit, 26) if ranks else "")

@@ -25,7 +25,7 @@ def responses(campaign: Campaign) -> Figure:
         _trace(ax, response)
     for ax in axes[len(shown) :]:
         ax.remove()
-    axes[0].legend(loc="upper right", ncols=2)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
     return figure
 
 

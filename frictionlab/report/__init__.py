@@ -7,6 +7,7 @@ allows no script but its own and nothing from outside.
 import base64
 import hashlib
 import platform
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from importlib.metadata import version
@@ -21,6 +22,7 @@ from frictionlab.report import tables
 from frictionlab.report.tables import listing, paragraph
 
 HERE = Path(__file__).parent
+SCALE = 1.7  # pixels on the screen per point in print
 PACKAGES = ("numpy", "scipy", "pandas", "matplotlib", "h5py", "numba", "pydantic")
 
 
@@ -100,9 +102,12 @@ def _in_words(campaign: Campaign, criterion: str) -> str:
 
 
 def _figure(number: int, plate: Plate, svg: bytes) -> str:
+    width = re.search(rb'width="([0-9.]+)pt"', svg)
+    pixels = round(SCALE * float(width[1])) if width else 880
     source = f"data:image/svg+xml;base64,{base64.b64encode(svg).decode()}"
     return (
-        f'<figure id="figure-{number}">\n<div class="scroll"><img src="{source}" alt="{escape(plate.title)}"></div>\n'
+        f'<figure id="figure-{number}">\n<div class="scroll">'
+        f'<img src="{source}" width="{pixels}" alt="{escape(plate.title)}"></div>\n'
         f"<figcaption><b>Figure {number}. {escape(plate.title)}.</b> {escape(plate.caption)}"
         f' <span class="soft">(figures/{escape(plate.name)}.svg, .pdf, .png)</span></figcaption>\n</figure>'
     )

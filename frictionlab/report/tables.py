@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from frictionlab.campaign import Campaign, Drift, FrictionFit, Rank, Trial, Verdict
+from frictionlab.campaign import CRITERIA, Campaign, Drift, FrictionFit, Rank, Trial, Verdict
 
 DASH = "–"
 
@@ -79,22 +79,27 @@ def _row(*cells: str, kind: str = "") -> str:
 
 
 def ranking(campaign: Campaign) -> str:
-    """The three rankings with their evidence."""
-    heads = ("criterion", "#rank", "material", "#value ± standard error", "tied with", "what the value is", "evidence")
-    return table(heads, (_rank(rank) for rank in campaign.ranking)) + paragraph(
-        "A rank is one more than the number of materials that are better beyond doubt (95 %): equal ranks are ties."
-    )
+    """The three rankings, each with what its value is and with its evidence."""
+    rule = "A rank is one more than the number of materials that are better beyond doubt (95 %): equal ranks are ties."
+    parts = [paragraph(rule)]
+    for criterion in CRITERIA:
+        ranks = [rank for rank in campaign.ranking if rank.criterion == criterion]
+        if ranks:
+            parts += [f"<h3>By {criterion}</h3>", paragraph(f"{_capital(ranks[0].unit)}; {ranks[0].evidence}.")]
+            parts.append(table(("#rank", "material", "#value ± standard error", "tied with"), map(_rank, ranks)))
+    return "\n".join(parts)
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _rank(rank: Rank) -> str:
     return _row(
-        words(rank.criterion),
         number(rank.rank),
         words(rank.material),
         with_error(rank.value, rank.value_se),
         words(", ".join(rank.tied_with)),
-        words(rank.unit),
-        sentence(rank.evidence),
     )
 
 
