@@ -41,6 +41,8 @@ class Shape:
         Whether the time column holds clock times instead of numbers.
     last_decimals
         Decimals that the last field of every line has; 0 if they vary.
+    spare
+        So many cells of text may follow the fields of a data line.
     is_header
         Says of a stripped line whether it is a header repeated in the body.
     encoding
@@ -54,6 +56,7 @@ class Shape:
     has_time: bool
     moments: bool = False
     last_decimals: int = 0
+    spare: int = 0
     is_header: Callable[[str], bool] = field(default=lambda _: False)
     encoding: str = "utf-8"
 
@@ -94,7 +97,7 @@ def judge(line: bytes, shape: Shape) -> _Verdict:
     if is_comment(text):
         return _Verdict("comment")
     cells = split(text, shape.separator)
-    if len(cells) != shape.fields:
+    if not shape.fields <= len(cells) <= shape.fields + shape.spare:
         return _Verdict("quarantined", reason=f"expected {shape.fields} fields; got {len(cells)}")
     return _judge_cells(cells, shape)
 
@@ -113,7 +116,7 @@ def _judge_cells(cells: list[str], shape: Shape) -> _Verdict:
                 return _Verdict("quarantined", reason=f"no time stamp: {plain(cells[index])[:40]!r}")
             value = math.nan
         values.append(value)
-    if _is_cut(cells[-1], shape):
+    if _is_cut(cells[shape.fields - 1], shape):
         return _Verdict("quarantined", reason=f"last number cut: expected {shape.last_decimals} decimals")
     return _Verdict("data", tuple(values))
 

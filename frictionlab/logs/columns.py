@@ -5,19 +5,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from frictionlab.errors import LogError
-from frictionlab.logs.units import LENGTH, TIME, split_unit
+from frictionlab.logs.units import LENGTH, TIME, known_unit, split_unit
 
 _TIME = re.compile(
-    r"t|time|times|zeit|zeiten|temps|tempo|tiempo|time ?stamps?|timestamp|(acquisition|acq|relative|elapsed|epoch|abs|"
-    r"absolute|system|measurement|sample|sampling)[ _-]*(time|zeit)s?|time[ _-]*\d*|zeit\b.*|time\b.*|x_value|elapsed|"
-    r"messzeit|date ?time|sekunden|seconds",
+    r"t|x_value|elapsed|date ?time|clock|dt|"
+    r"((acquisition|acq|relative|elapsed|epoch|abs|absolute|system|measurement|sample|sampling|log)[ _-]*)?"
+    r"(times?|zeit(en)?|temps|tempo|tiempo|time ?stamps?)([ _-]*\d+)?|(time|zeit|messzeit|timestamp)\b.*|"
+    r"sekunden|seconds|millis(econds)?",
     re.IGNORECASE,
 )
 _MASS = re.compile(
-    r"x|x_?m|m|masse|massa|.*\bmass\b.*|mass\w*|.*[ _-]mass([ _-].*)?|response|oscillator|top", re.IGNORECASE
+    r"x|x_?m|m|(.*[\W_])?(mass|masse|massa|oscillator|response|slider)(\d*[\W_].*)?\d*|top", re.IGNORECASE
 )
 _BASE = re.compile(
-    r"y|y_?b|b|basis|.*\bbase\b.*|base\w*|.*[ _-]base([ _-].*)?|ground|excitation|foundation|shaker|table|foot",
+    r"y|y_?b|b|(.*[\W_])?(base|basis|ground|excitation|foundation|shaker|table|foot|plate)(\d*[\W_].*)?\d*",
     re.IGNORECASE,
 )
 _NAMES = {"time": _TIME, "mass": _MASS, "base": _BASE}
@@ -43,8 +44,14 @@ def columns_of(titles: Sequence[str], units: Sequence[str], fields: int) -> tupl
         title = titles[index] if index < len(titles) else ""
         name, unit = split_unit(title)
         below = units[index] if index < len(units) else ""
-        columns.append(Column(index, title, name, below or unit))
+        alone = known_unit(title) if known_unit(title) in TIME else ""  # a column titled "ms" is time
+        columns.append(Column(index, title, name, below or unit or alone))
     return tuple(columns)
+
+
+def roles_named(titles: Sequence[str]) -> int:
+    """Count the titles that name time, mass or base."""
+    return sum(any(p.fullmatch(split_unit(t)[0]) for p in _NAMES.values()) for t in titles if t)
 
 
 def by_option(columns: Sequence[Column], said: str | int, role: str, file: str) -> Column:
@@ -72,7 +79,7 @@ def candidates(columns: Sequence[Column], role: str) -> list[Column]:
     """Give the columns whose name or unit says this role, time by its unit too."""
     named = [c for c in columns if c.name and _NAMES[role].fullmatch(c.name) and _unit_fits(c, role)]
     if role == "time" and not named:
-        return [c for c in columns if c.unit in TIME or c.title.strip("[]() ") in TIME]
+        return [c for c in columns if c.unit in TIME]
     return named
 
 

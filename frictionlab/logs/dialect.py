@@ -8,6 +8,7 @@ equally well and disagree about the numbers are an error that shows both, never 
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from frictionlab.errors import LogError
 from frictionlab.logs.cells import is_no_value, moment, number, plain
@@ -81,7 +82,8 @@ def is_comment(line: str) -> bool:
     return line.lstrip(' "').startswith(COMMENTS)
 
 
-def find_dialect(lines: Sequence[str], options: LogOptions, name: str) -> Dialect:
+@lru_cache(maxsize=4)
+def find_dialect(lines: tuple[str, ...], options: LogOptions, name: str) -> Dialect:
     """Find the dialect of a log from its first lines.
 
     Raises

@@ -76,7 +76,15 @@ def read_log(path: Path, options: LogOptions | None = None, *, progress: Progres
     (50, 0.0015, ',')
     """
     options = options or LogOptions()
-    sensors = _sensors(path, options, ("mass", "base"), progress)
+    table = read_table(path, options, ("mass", "base"), progress)
+    if "base_time" in table.values:
+        times = table.values["time"], table.values.pop("base_time")
+        if not np.array_equal(*times):
+            return _read_own_times(table, times[1], options)
+    return _recording(_examined(table, options, ("mass", "base")), options)
+
+
+def _recording(sensors: _Sensors, options: LogOptions) -> Recording:
     mass, base = sensors.channels["mass"], sensors.channels["base"]
     return Recording(
         time=sensors.base.time,
@@ -123,12 +131,31 @@ def read_two_logs(
     options = options or LogOptions()
     one = replace(options, base=None)
     two = replace(options, mass=None)
-    mass = _sensors(mass_log, one, ("mass",), progress)
-    base = _sensors(base_log, two, ("base",), progress)
-    aligned = align(
-        (mass.base, mass.timing, mass.channels["mass"]), (base.base, base.timing, base.channels["base"]), options.lag_s
-    )
+    mass = _examined(read_table(mass_log, one, ("mass",), progress), options, ("mass",))
+    base = _examined(read_table(base_log, two, ("base",), progress), options, ("base",))
+    aligned = _aligned(mass, base, options.lag_s)
     return _recording_of_two(mass, base, aligned, options)
+
+
+def _aligned(mass: _Sensors, base: _Sensors, lag_s: float | None) -> Aligned:
+    one = mass.base, mass.timing, mass.channels["mass"]
+    return align(one, (base.base, base.timing, base.channels["base"]), lag_s)
+
+
+def _read_own_times(table: Table, base_time: NDArray[np.float64], options: LogOptions) -> Recording:
+    """Read a log whose channels have stamps of their own, on one clock."""
+    there = np.isfinite(base_time)
+    base = replace(
+        table,
+        columns={"time": table.columns["base_time"], "base": table.columns["base"]},
+        values={"time": base_time[there], "base": table.values["base"][there]},
+        lines=table.lines[there],
+        quarantined=(),
+    )
+    columns = {role: table.columns[role] for role in ("time", "mass")}
+    mass = replace(table, columns=columns, values={role: table.values[role] for role in columns})
+    one, two = _examined(mass, options, ("mass",)), _examined(base, options, ("base",))
+    return _recording_of_two(one, two, _aligned(one, two, options.lag_s or 0.0), options)
 
 
 def _recording_of_two(mass: _Sensors, base: _Sensors, aligned: Aligned, options: LogOptions) -> Recording:
@@ -148,7 +175,7 @@ def _recording_of_two(mass: _Sensors, base: _Sensors, aligned: Aligned, options:
         base_displacement=aligned.base,
         quality=aligned.quality,
         source=Source(
-            files=(mass.table.file, base.table.file),
+            files=tuple(dict.fromkeys((mass.table.file, base.table.file))),
             dialect=facts | aligned.facts,
             options=options.given(),
             quarantined=(*mass.table.quarantined, *base.table.quarantined),
@@ -158,9 +185,8 @@ def _recording_of_two(mass: _Sensors, base: _Sensors, aligned: Aligned, options:
     )
 
 
-def _sensors(path: Path, options: LogOptions, roles: Sequence[str], progress: Progress | None) -> _Sensors:
-    """Read a log, convert it to SI units, and examine clock and values."""
-    table = read_table(path, options, roles, progress)
+def _examined(table: Table, options: LogOptions, roles: Sequence[str]) -> _Sensors:
+    """Convert a log to SI units, and examine clock and values."""
     timing = timing_of(table, options)
     if timing.stamps is None:
         base = counted(len(table.lines), timing.interval, options.bridge_s)

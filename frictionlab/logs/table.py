@@ -1,6 +1,6 @@
 """One log file read: its columns as they stand in the file, and the account of its lines."""
 
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
@@ -103,9 +103,22 @@ def assign(layout: Layout, options: LogOptions, roles: Sequence[str], file: str)
             found[role] = layout.columns[layout.prefer[role]]
     if options.sampling_rate_hz is not None and options.time is None:
         found.pop("time", None)
-    elif "time" not in found and (time := pick(_left(columns, found), "time", file)):
+    elif "time" not in found and not layout.time_of and (time := pick(_left(columns, found), "time", file)):
         found["time"] = time
-    return _with_displacements(columns, found, options, roles, file)
+    if layout.time_of:
+        times = set(layout.time_of.values())
+        columns = [c for c in columns if c.index not in times or c in found.values()]
+    found = _with_displacements(columns, found, options, roles, file)
+    return _with_own_times(layout, found, roles) if layout.time_of else found
+
+
+def _with_own_times(layout: Layout, found: dict[str, Column], roles: Sequence[str]) -> dict[str, Column]:
+    """Give each channel its own time column, where the user named none: ``time`` is the first channel's."""
+    if "time" in found:
+        return found
+    own = {role: layout.columns[layout.time_of[found[role].index]] for role in roles}
+    more = {f"{role}_time": own[role] for role in roles[1:] if own[role] != own[roles[0]]}
+    return {"time": own[roles[0]], **found, **more}
 
 
 def _left(columns: Sequence[Column], found: dict[str, Column]) -> list[Column]:
@@ -129,7 +142,11 @@ def _with_displacements(
     elif missing and left:
         raise unassigned(left, file)
     elif missing:
-        raise LogError(f"{file}: no column left for {' and '.join(missing)}: expected time, mass and base columns")
+        others = ", ".join(f"{c} in {c.unit or 'no unit'}" for c in columns if c not in found.values()) or "none"
+        raise LogError(
+            f"{file}: no column for {' and '.join(missing)}: expected a displacement in m, mm or um; got {others}: "
+            "give --mass, --base and --unit"
+        )
     order = [role for role in ("time", *roles) if role in found]
     if len({found[r].index for r in order}) < len(order):
         raise LogError(f"{file}: one column cannot play two roles: {', '.join(f'{r} = {found[r]}' for r in order)}")
@@ -153,22 +170,25 @@ def _shape(head: Head, layout: Layout, columns: dict[str, Column]) -> Shape:
         has_time="time" in columns,
         moments="time" in columns and dialect.kinds[columns["time"].index] == "m",
         last_decimals=_last_decimals(head, layout) if dialect.fields - 1 in wanted else 0,
+        spare=layout.spare,
         is_header=layout.is_header,
         encoding="utf-8" if head.encoding.startswith("utf") else head.encoding,
     )
 
 
 def _last_decimals(head: Head, layout: Layout) -> int:
-    """Decimals of the last number of each line, if all lines at hand agree; else 0."""
+    """Decimals of the last number of a line, if (nearly) all lines at hand agree; else 0.
+
+    Where trailing zeros are left out, a tenth of the lines have fewer; where they are not, only a cut line has.
+    """
     dialect = layout.dialect
-    found = set()
-    for line in head.lines[dialect.first :]:
-        cells = split(line, dialect.separator)
-        if len(cells) == dialect.fields:
-            found.add(decimals(cells[-1], dialect.decimal))
-    found.discard(None)
-    few = sorted(d for d in found if d is not None)
-    return few[0] if len(few) == 1 else 0
+    rows = (split(line, dialect.separator) for line in head.lines[dialect.first :])
+    found = Counter(decimals(cells[-1], dialect.decimal) for cells in rows if len(cells) == dialect.fields)
+    found.pop(None, None)
+    if not found:
+        return 0
+    usual, times = found.most_common(1)[0]
+    return usual or 0 if times >= 0.97 * found.total() else 0
 
 
 def _read_body(blocks: Blocks, layout: Layout, shape: Shape, size: int) -> Body:

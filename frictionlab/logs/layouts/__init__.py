@@ -8,12 +8,20 @@ add it to `LAYOUTS`.
 from collections.abc import Callable
 
 from frictionlab.errors import LogError
-from frictionlab.logs.layouts import plain
+from frictionlab.logs.layouts import catman, labview, ni, optoncdt, picoscope, plain, units_row
 from frictionlab.logs.layouts.layout import Layout
 from frictionlab.logs.lines import Head
 from frictionlab.logs.options import LogOptions
 
-LAYOUTS: tuple[Callable[[Head, LogOptions], Layout | None], ...] = (plain.recognise,)
+LAYOUTS: tuple[Callable[[Head, LogOptions], Layout | None], ...] = (
+    optoncdt.recognise,
+    labview.recognise,
+    ni.recognise,
+    picoscope.recognise,
+    catman.recognise,
+    units_row.recognise,
+    plain.recognise,
+)
 
 
 def find_layout(head: Head, options: LogOptions) -> Layout:

@@ -27,6 +27,10 @@ class Layout:
         What the preamble tells: ``interval_s``, ``start_s`` (seconds since 1970 UTC), ``sensor``.
     prefer
         Columns of a role, by index, where the layout knows better than the names.
+    time_of
+        For each channel its own time column, by index, where a log has several.
+    spare
+        So many cells of text may follow the fields of a data line.
     is_header
         Says of a stripped line in the body whether it is a header repeated.
     evidence
@@ -40,5 +44,7 @@ class Layout:
     body: int
     facts: Mapping[str, float | str] = field(default_factory=dict)
     prefer: Mapping[str, int] = field(default_factory=dict)
+    time_of: Mapping[int, int] = field(default_factory=dict)
+    spare: int = 0
     is_header: Callable[[str], bool] = field(default=lambda _: False)
     evidence: tuple[str, ...] = ()

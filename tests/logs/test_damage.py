@@ -1,0 +1,280 @@
+"""Every kind of damage: caught, flagged or quarantined with its line and text; the intact lines stay bit for bit."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictionlab.errors import LogError
+from frictionlab.logs import LogOptions, read_log
+from frictionlab.recording import LineCount, Quality, Recording
+from tests.logs.samples import Truth, labview, table, truth, write
+
+DATA = truth(1000)
+HEADER = "time [s],mass [mm],base [mm]"
+GOOD = table(DATA, HEADER, ",").splitlines()
+
+
+@pytest.fixture(params=["plain", "compiled"])
+def read(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Recording]:
+    """Read lines as a log, by the plain and by the compiled reader; the lines must add up."""
+    if request.param == "compiled":
+        monkeypatch.setattr("frictionlab.logs.table.COMPILE_FROM", 0)
+
+    def reader(lines: list[str], *, end: str = "\n", options: LogOptions | None = None) -> Recording:
+        text = "\n".join(lines) + end
+        recording = read_log(write(tmp_path / "log.csv", text), options)
+        assert recording.source.lines.read == text.count("\n") + (not text.endswith("\n"))
+        return recording
+
+    return reader
+
+
+def flags(recording: Recording, flag: Quality) -> list[int]:
+    return np.flatnonzero(recording.quality & flag).tolist()
+
+
+def damaged(at: int, *lines: str) -> list[str]:
+    """The good log with one line (number from 1) replaced."""
+    return [*GOOD[: at - 1], *lines, *GOOD[at:]]
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ("0.1,1.2", "expected 3 fields; got 2"),
+        ("0.1,1.2,3.4,5.6", "expected 3 fields; got 4"),
+        ("0.196000,1.880.200000,1.9,0.4", "expected 3 fields; got 4"),
+        ("0.196000,1.88,0.40.200000,1.9,0.4", "expected 3 fields; got 5"),
+        ("0.196000,1.8.8,0.400000", "field 2: not a number: '1.8.8'"),
+        ("0.196000,abc,0.400000", "field 2: not a number: 'abc'"),
+        ("abc,1.880000,0.400000", "field 1: not a number: 'abc'"),
+        (",1.880000,0.400000", "no time stamp: ''"),
+        ("nan,1.880000,0.400000", "no time stamp: 'nan'"),
+        ("1e999,1.880000,0.400000", "no time stamp: '1e999'"),
+        ("0.196000,1.880000,0.4", "last number cut: expected 6 decimals"),
+        ("\0" * 40, "NUL bytes"),
+        ("0.196000,1.8\x0080000,0.400000", "NUL bytes"),
+        ("0.196000,1_0,0.400000", "field 2: not a number: '1_0'"),
+        ("0.196000,٣,0.400000", "field 2: not a number: '٣'"),
+        ("0.196000,0x1p3,0.400000", "field 2: not a number: '0x1p3'"),
+        ("0.196000,True,0.400000", "field 2: not a number: 'True'"),
+        ("logger restarted by user", "expected 3 fields; got 1"),
+    ],
+)
+def test_a_line_that_is_no_data_is_quarantined(line: str, reason: str, read: Callable[..., Recording]) -> None:
+    recording = read(damaged(51, line))
+    assert [(q.number, q.text, q.reason) for q in recording.source.quarantined] == [(51, line, reason)]
+    assert recording.source.lines == LineCount(read=1001, header=1, data=999, quarantined=1)
+    np.testing.assert_array_equal(recording.mass_displacement, np.delete(DATA.mass, 49))
+    assert flags(recording, Quality.GAP_BEFORE) == [49]
+    assert len(recording.stretches()) == 1
+    assert any("1 of 1001 lines are quarantined; line 51" in w for w in recording.source.warnings)
+
+
+@pytest.mark.parametrize(
+    "cell", ["", "-", "---", "nan", "NaN", "inf", "-inf", "∞", "-∞", "1e999", "+FFFFFFF", "XXXXXXX", "n/a", "-1.#IND"]
+)
+def test_a_cell_without_value_is_bridged_and_flagged(cell: str, read: Callable[..., Recording]) -> None:
+    t, _, y = DATA.rows[49]
+    recording = read(damaged(51, f"{t},{cell},{y}"))
+    assert flags(recording, Quality.NO_VALUE) == flags(recording, Quality.INTERPOLATED) == [49]
+    assert recording.source.lines == LineCount(read=1001, header=1, data=1000)
+    np.testing.assert_allclose(recording.mass_displacement[49], (DATA.mass[48] + DATA.mass[50]) / 2, rtol=1e-12)
+    np.testing.assert_array_equal(np.delete(recording.mass_displacement, 49), np.delete(DATA.mass, 49))
+    np.testing.assert_array_equal(recording.base_displacement, DATA.base)
+    replaced = recording.source.replaced
+    assert replaced is not None
+    assert replaced.index.tolist() == [49]
+    assert np.isnan(replaced.mass[0])
+
+
+@pytest.mark.parametrize("code", ["203.496825", "203.50", "203.502"])
+def test_error_codes_are_flagged_bridged_and_kept_aside(code: str, read: Callable[..., Recording]) -> None:
+    lines = list(GOOD)
+    for i in (50, 51, 300):
+        t, _, y = DATA.rows[i]
+        lines[i + 1] = f"{t},{code},{y}"
+    recording = read(lines)
+    assert flags(recording, Quality.ERROR_CODE) == flags(recording, Quality.INTERPOLATED) == [50, 51, 300]
+    assert np.abs(recording.mass_displacement).max() < 3e-3
+    assert recording.source.replaced is not None
+    np.testing.assert_allclose(recording.source.replaced.mass, float(code) * 1e-3, rtol=1e-12)
+    assert any("3 values near 203.50 mm are error codes" in w for w in recording.source.warnings)
+    assert len(recording.stretches()) == 1
+
+
+def test_a_long_run_of_error_codes_cuts_the_recording(read: Callable[..., Recording]) -> None:
+    lines = list(GOOD)
+    for i in range(400, 440):
+        lines[i + 1] = f"{DATA.rows[i][0]},203.50,{DATA.rows[i][2]}"
+    recording = read(lines)
+    assert flags(recording, Quality.NOT_BRIDGED) == list(range(400, 440))
+    assert np.isnan(recording.mass_displacement[400:440]).all()
+    before, after = recording.stretches()
+    assert (len(before), len(after)) == (400, 560)
+    assert recording.gaps == ((DATA.time[399], DATA.time[440]),)
+    assert any("holes longer than 0.02 s: left empty" in w for w in recording.source.warnings)
+
+
+def test_dropped_samples_are_counted_and_a_long_gap_is_respected(read: Callable[..., Recording]) -> None:
+    recording = read([*GOOD[:101], *GOOD[103:501], *GOOD[601:]])
+    assert flags(recording, Quality.GAP_BEFORE) == [100, 498]
+    assert flags(recording, Quality.NOT_BRIDGED) == [498]
+    assert recording.source.dialect["missing_samples"] == 102
+    np.testing.assert_allclose(recording.sampling_rate_hz, 250.0, rtol=1e-12)
+    assert [len(part) for part in recording.stretches()] == [498, 400]
+    assert any("a gap of 0.404 s after 1.996 s is longer than 0.02 s" in w for w in recording.source.warnings)
+
+
+def test_the_bridge_can_be_set(read: Callable[..., Recording]) -> None:
+    recording = read([*GOOD[:101], *GOOD[111:]], options=LogOptions(bridge_s=0.1))
+    assert flags(recording, Quality.GAP_BEFORE) == [100]
+    assert len(recording.stretches()) == 1
+
+
+def test_repeated_stamps_are_kept_and_flagged(read: Callable[..., Recording]) -> None:
+    recording = read([*GOOD[:101], GOOD[100], GOOD[100], *GOOD[101:]])
+    assert flags(recording, Quality.DUPLICATED) == [100, 101]
+    assert len(recording) == 1002
+    (part,) = recording.stretches()
+    np.testing.assert_array_equal(part.time, DATA.time)
+
+
+def test_a_stamp_that_runs_backward_is_quarantined(read: Callable[..., Recording]) -> None:
+    recording = read(damaged(51, "0.000000,1.000000,1.000000"))
+    assert [(q.number, q.text, q.reason) for q in recording.source.quarantined] == [
+        (51, "0.000000,1.000000,1.000000", "the time stamp runs backward")
+    ]
+    assert recording.source.lines == LineCount(read=1001, header=1, data=999, quarantined=1)
+    ahead = read(damaged(51, "99.000000,1.000000,1.000000"))
+    assert [q.number for q in ahead.source.quarantined] == [51]
+
+
+def test_a_restart_repeats_the_header_and_is_not_measured_across(read: Callable[..., Recording]) -> None:
+    recording = read([*GOOD, "", *GOOD])
+    assert recording.source.lines == LineCount(read=2003, header=2, data=2000, blank=1)
+    assert flags(recording, Quality.NOT_BRIDGED) == [1000]
+    np.testing.assert_allclose(recording.time[1000], DATA.time[-1] + 0.004)
+    assert [len(part) for part in recording.stretches()] == [1000, 1000]
+    said = " ".join(recording.source.warnings)
+    assert "the header is repeated 1 times" in said
+    assert "the clock restarted 1 times" in said
+
+
+def test_a_repeated_header_alone_costs_nothing(read: Callable[..., Recording]) -> None:
+    recording = read([*GOOD[:500], GOOD[0], *GOOD[500:]])
+    assert recording.source.lines == LineCount(read=1002, header=2, data=1000)
+    np.testing.assert_array_equal(recording.mass_displacement, DATA.mass)
+    assert not recording.quality.any()
+
+
+def test_blank_and_comment_lines_are_counted(read: Callable[..., Recording]) -> None:
+    recording = read([*GOOD[:10], "", "  ", "# a note, with, commas", ",,", *GOOD[10:], ""])
+    assert recording.source.lines == LineCount(read=1006, header=1, data=1000, blank=4, comment=1)
+    np.testing.assert_array_equal(recording.mass_displacement, DATA.mass)
+
+
+@pytest.mark.parametrize("cut", [1, 4, 9, 15])
+def test_a_cut_last_line_is_quarantined(cut: int, read: Callable[..., Recording]) -> None:
+    recording = read([*GOOD[:-1], GOOD[-1][:-cut]], end="")
+    assert recording.source.lines == LineCount(read=1001, header=1, data=999, quarantined=1)
+    assert [q.number for q in recording.source.quarantined] == [1001]
+
+
+def test_a_whole_last_line_without_line_end_is_data(read: Callable[..., Recording]) -> None:
+    recording = read(GOOD, end="")
+    assert recording.source.lines == LineCount(read=1001, header=1, data=1000)
+    assert not recording.source.warnings
+
+
+def test_a_last_line_that_may_be_cut_is_not_trusted(read: Callable[..., Recording]) -> None:
+    rows = Truth(tuple((t, x, str(i)) for i, (t, x, _) in enumerate(DATA.rows)))
+    lines = table(rows, "time [s],mass [mm],base [um]", ",").splitlines()
+    recording = read(lines, end="", options=LogOptions(unit="um"))
+    assert [q.reason for q in recording.source.quarantined] == ["the file ends inside this line: it may be cut"]
+
+
+def test_values_held_at_the_end_of_the_range_are_no_stop(read: Callable[..., Recording]) -> None:
+    lines = list(GOOD)
+    clipped = [i for i, (_, x, _) in enumerate(DATA.rows) if float(x) > 1.6]
+    for i in clipped:
+        lines[i + 1] = f"{DATA.rows[i][0]},1.600365,{DATA.rows[i][2]}"
+    recording = read(lines)
+    assert flags(recording, Quality.HELD) == clipped
+    assert len(recording.stretches()) > 1
+
+
+def test_a_true_stop_at_the_turning_point_is_not_called_held(read: Callable[..., Recording]) -> None:
+    """Stick-slip: the mass rests at its extremes and leaves them slowly."""
+    t = np.arange(2000) / 250.0
+    phase = np.mod(t, 1.0)
+    eased = np.clip(2 * np.minimum(phase, 1 - phase) * 1.4 - 0.2, 0, 1)
+    x = -np.cos(np.pi * eased)
+    data = Truth(tuple((f"{a:.6f}", f"{b:.6f}", f"{np.cos(6 * a):.6f}") for a, b in zip(t, x, strict=True)))
+    recording = read(table(data, HEADER, ",").splitlines())
+    assert np.count_nonzero(np.diff(x) == 0) > 500
+    assert flags(recording, Quality.HELD) == []
+
+
+def test_a_stated_interval_is_checked(read: Callable[..., Recording]) -> None:
+    stated = ["Sampling time interval(ms),4.001", *GOOD]
+    assert any("states a sampling interval of 0.004001 s" in w for w in read(stated).source.warnings)
+    stated[0] = "Sampling time interval(ms),4"
+    assert not read(stated).source.warnings
+
+
+def test_jitter_does_not_bend_the_rate(read: Callable[..., Recording]) -> None:
+    rng = np.random.default_rng(3)
+    times = DATA.time + rng.normal(0, 2e-4, 1000)
+    rows = Truth(tuple((f"{t:.7f}", x, y) for t, (_, x, y) in zip(times, DATA.rows, strict=True)))
+    recording = read(table(rows, HEADER, ",").splitlines())
+    np.testing.assert_allclose(recording.sampling_rate_hz, 250.0, rtol=2e-5)
+    assert not recording.quality.any()
+
+
+def test_stamps_too_coarse_to_tell_samples_apart_are_counted(read: Callable[..., Recording]) -> None:
+    data = truth(4000, 4000.0)
+    rows = Truth(tuple((f"{int(float(t) * 1000 + 1e-9) / 1000:.3f}", x, y) for t, x, y in data.rows))
+    recording = read(table(rows, HEADER, ",").splitlines())
+    assert np.diff(recording.time).min() > 0
+    np.testing.assert_allclose(recording.sampling_rate_hz, 4000.0, rtol=1e-3)
+    assert any("samples are counted along a straight line" in w for w in recording.source.warnings)
+
+
+def test_the_unit_is_checked_by_the_sensors_step(read: Callable[..., Recording]) -> None:
+    lines = table(DATA, "time [s],mass [um],base [um]", ",").splitlines()
+    said = " ".join(read(lines).source.warnings)
+    assert "the log says um, but its step fits an optoNCDT of 50 mm range read in mm" in said
+
+
+def test_too_much_damage_is_refused(read: Callable[..., Recording]) -> None:
+    lines = list(GOOD)
+    lines[1::10] = ["broken"] * len(lines[1::10])
+    with pytest.raises(LogError, match=r"damaged beyond use: 100 of 1000 lines .*accepted are 5%.*first: line 2"):
+        read(lines)
+    assert read(lines, options=LogOptions(most_damage=0.2)).source.lines.data == 900
+
+
+def test_stamps_that_do_not_increase_are_refused(read: Callable[..., Recording]) -> None:
+    flat = Truth(tuple(("1.000000", x, y) for _, x, y in DATA.rows))
+    with pytest.raises(LogError, match="do not increase"):
+        read(table(flat, HEADER, ",").splitlines())
+    backward = Truth(tuple((f"{9 - float(t):.6f}", x, y) for t, x, y in DATA.rows))
+    with pytest.raises(LogError, match="run backward 999 times"):
+        read(table(backward, HEADER, ",").splitlines())
+
+
+def test_damage_in_the_first_data_lines_is_not_taken_for_a_header(read: Callable[..., Recording]) -> None:
+    for i in (1, 2, 3):
+        recording = read([*GOOD[:i], "0.1,0.2", *GOOD[i:]])
+        assert recording.source.lines == LineCount(read=1002, header=1, data=1000, quarantined=1)
+
+
+def test_labview_segments_and_comments(tmp_path: Path) -> None:
+    recording = read_log(write(tmp_path / "log.lvm", labview(DATA, segments=2), "cp1252"))
+    np.testing.assert_array_equal(recording.mass_displacement, DATA.mass)
+    lines = recording.source.lines
+    assert (lines.data, lines.quarantined) == (1000, 0)
+    assert len(recording.stretches()) == 1

@@ -1,0 +1,213 @@
+"""Every dialect gives back the numbers that were written, bit for bit, and says what it found."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictionlab.errors import LogError, UsageError
+from frictionlab.logs import LogOptions, body, read_log
+from frictionlab.recording import Recording
+from tests.logs.samples import CLEAN, Truth, comma, ni, picoscope, table, truth, write
+
+DATA = truth()
+
+
+def assert_same(recording: Recording, data: Truth) -> None:
+    np.testing.assert_array_equal(recording.mass_displacement, data.mass)
+    np.testing.assert_array_equal(recording.base_displacement, data.base)
+    np.testing.assert_allclose(recording.time, data.time, rtol=1e-15, atol=1e-15)
+    assert not recording.quality.any()
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_a_clean_log_gives_back_its_numbers(name: str, tmp_path: Path) -> None:
+    make, encoding, layout = CLEAN[name]
+    recording = read_log(write(tmp_path / "log.csv", make(DATA), encoding))
+    assert_same(recording, DATA)
+    assert recording.source.dialect["layout"] == layout
+    assert recording.source.lines.data == len(DATA.rows)
+    assert not recording.source.quarantined
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_a_compressed_log_is_the_same_log(name: str, tmp_path: Path) -> None:
+    make, encoding, _ = CLEAN[name]
+    plain = read_log(write(tmp_path / "log.csv", make(DATA), encoding))
+    packed = read_log(write(tmp_path / "log.csv.gz", make(DATA), encoding))
+    np.testing.assert_array_equal(packed.mass_displacement, plain.mass_displacement)
+    assert packed.source.lines == plain.source.lines
+    assert packed.source.dialect["compression"] == "gzip"
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_the_compiled_reader_agrees_with_the_plain_one(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make, encoding, _ = CLEAN[name]
+    log = write(tmp_path / "log.csv", make(DATA), encoding)
+    plain = read_log(log)
+    monkeypatch.setattr("frictionlab.logs.table.COMPILE_FROM", 0)
+    assert body.COMPILE_FROM > 0
+    compiled = read_log(log)
+    np.testing.assert_array_equal(compiled.mass_displacement, plain.mass_displacement)
+    np.testing.assert_array_equal(compiled.time, plain.time)
+    assert compiled.source == plain.source
+
+
+def test_ni_channels_with_clocks_of_their_own_are_put_on_one(tmp_path: Path) -> None:
+    text = ni(DATA)
+    rows = text.split("\r\n")
+    late = [
+        *rows[:4],
+        *(",".join([*r.split(",")[:2], f"{float(r.split(',')[2]) + 0.001:.6f}", r.split(",")[3]]) for r in rows[4:-1]),
+    ]
+    recording = read_log(write(tmp_path / "log.csv", "\r\n".join(late) + "\r\n"))
+    assert recording.source.dialect["base_resampled"] == "cubic"
+    inside = slice(5, -5)
+    expected = np.interp(recording.time, DATA.time + 0.001, DATA.base)
+    np.testing.assert_allclose(recording.base_displacement[inside], expected[inside], atol=2e-6)
+
+
+def test_units_are_found_in_every_spelling(tmp_path: Path) -> None:
+    for header, factor in (
+        ("time [s],mass [m],base [m]", 1.0),
+        ("time (s),mass (µm),base (µm)", 1e6),
+        ("t_s,mass_um,base_um", 1e6),
+        ("time / s,mass / mm,base / mm", 1e3),
+        ("time {s},mass {cm},base {cm}", 1e2),
+        ("time [s],mass [in],base [in]", 1 / 0.0254),
+    ):
+        log = write(tmp_path / "log.csv", table(DATA, header, ","))
+        expected = np.array([float(x) for _, x, _ in DATA.rows]) / factor
+        np.testing.assert_allclose(read_log(log).mass_displacement, expected, rtol=4e-16)
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("us", 1e6), ("min", 1 / 60)])
+def test_time_units(unit: str, factor: float, tmp_path: Path) -> None:
+    rows = Truth(tuple((f"{float(t) * factor:.12g}", x, y) for t, x, y in DATA.rows))
+    recording = read_log(write(tmp_path / "log.csv", table(rows, f"time [{unit}],mass [mm],base [mm]", ",")))
+    np.testing.assert_allclose(recording.time, DATA.time, atol=1e-12)
+
+
+def test_clock_times_are_read(tmp_path: Path) -> None:
+    rows = [
+        f"2024-05-01 23:59:{59 + float(t):06.3f}" if float(t) < 1 else f"2024-05-02 00:00:{float(t) - 1:06.3f}"
+        for t, _, _ in DATA.rows
+    ]
+    data = Truth(tuple((s, x, y) for s, (_, x, y) in zip(rows, DATA.rows, strict=True)))
+    recording = read_log(write(tmp_path / "log.csv", table(data, "Date time;mass [mm];base [mm]", ";")))
+    np.testing.assert_allclose(recording.time, DATA.time, atol=1e-6)
+    assert recording.source.dialect["start_time"] == "2024-05-01T23:59:59.000+00:00"
+
+
+def test_bare_names_say_which_unit_by_the_sensors_step(tmp_path: Path) -> None:
+    recording = read_log(write(tmp_path / "log.csv", table(DATA, "t,x,y", ",")))
+    assert_same(recording, DATA)
+    assert any("no unit is said; the sensor's step says mm" in w for w in recording.source.warnings)
+
+
+def test_bare_numbers_without_a_step_ask_for_the_unit(tmp_path: Path) -> None:
+    smooth = Truth(tuple((t, f"{float(x):.3f}", f"{float(y):.3f}") for t, x, y in DATA.rows))
+    log = write(tmp_path / "log.csv", table(smooth, "t,x,y", ","))
+    with pytest.raises(LogError, match=r"log\.csv: the unit of column 2 \('x'\) is not said: give --unit"):
+        read_log(log)
+    recording = read_log(log, LogOptions(unit="um"))
+    np.testing.assert_array_equal(recording.mass_displacement, [float(x) / 1e6 for _, x, _ in smooth.rows])
+
+
+def test_overrides_by_name_and_by_number(tmp_path: Path) -> None:
+    log = write(tmp_path / "log.csv", table(DATA, "clock [s],laser 1 [mm],laser 2 [mm]", ","))
+    with pytest.raises(LogError, match=r"which column is the mass, which the base\? 2 \('laser 1 \[mm\]'\), 3"):
+        read_log(log)
+    for mass, base in (("laser 1", "laser 2"), ("2", "3"), ("laser 1 [mm]", 3), ("LASER 1", "laser 2 [mm]")):
+        assert_same(read_log(log, LogOptions(mass=mass, base=base)), DATA)
+    swapped = read_log(log, LogOptions(mass="laser 2"))
+    np.testing.assert_array_equal(swapped.mass_displacement, DATA.base)
+    with pytest.raises(LogError, match=r"--mass 'laser 3': no such column; the log has 1 \('clock \[s\]'\)"):
+        read_log(log, LogOptions(mass="laser 3"))
+    with pytest.raises(LogError, match="one column cannot play two roles"):
+        read_log(log, LogOptions(mass="2", base="2"))
+
+
+def test_sampling_rate_counts_the_time(tmp_path: Path) -> None:
+    rows = "\n".join(f"{x},{y}" for _, x, y in DATA.rows)
+    log = write(tmp_path / "log.csv", f"mass [mm],base [mm]\n{rows}\n")
+    with pytest.raises(LogError, match="no time column found: give --time, or --sampling-rate"):
+        read_log(log)
+    assert_same(read_log(log, LogOptions(sampling_rate_hz=250.0)), DATA)
+
+
+def test_no_header_asks_for_the_roles(tmp_path: Path) -> None:
+    log = write(tmp_path / "log.csv", table(DATA, "", ","))
+    with pytest.raises(LogError, match="give --mass and --base"):
+        read_log(log)
+    assert_same(read_log(log, LogOptions(time=1, mass=2, base=3, unit="mm", time_unit="s")), DATA)
+
+
+def test_two_readings_that_fit_are_shown_both(tmp_path: Path) -> None:
+    rows = "\n".join(f"{i},{(7 * i) % 1000:03d}" for i in range(100))
+    log = write(tmp_path / "log.csv", rows + "\n")
+    with pytest.raises(LogError, match=r"more than one way: separator .* decimal mark .*; or separator"):
+        read_log(log)
+
+
+def test_commas_for_both_marks_are_refused(tmp_path: Path) -> None:
+    log = write(tmp_path / "log.csv", table(DATA, "time [s],mass [mm],base [mm]", ",", mark=comma))
+    with pytest.raises(LogError, match="names 3 columns, the lines below have 6 fields"):
+        read_log(log)
+
+
+def test_picoscope_channels_are_asked_for(tmp_path: Path) -> None:
+    log = write(tmp_path / "log.csv", picoscope(DATA, "Time,Channel A,Channel B"))
+    with pytest.raises(LogError, match=r"'Channel A'.*'Channel B'.*could be either"):
+        read_log(log)
+    assert_same(read_log(log, LogOptions(mass="Channel A")), DATA)
+
+
+def test_volts_are_not_metres(tmp_path: Path) -> None:
+    log = write(tmp_path / "log.csv", table(DATA, "time [s],mass [V],base [V]", ","))
+    with pytest.raises(LogError, match=r"expected a displacement in m, mm or um; got .*in v"):
+        read_log(log)
+    assert_same(read_log(log, LogOptions(unit="mm", mass="mass", base="base")), DATA)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "empty"),
+        ("\n\n\n", "empty"),
+        ("hello\nworld\n", "no lines of numbers"),
+        ("time [s],mass [mm],base [mm]\n", "no lines of numbers"),
+        ("time [s],mass [mm]\n" + "".join(f"{i / 100},{i}\n" for i in range(9)), "no column for base"),
+        ("time [s],mass [mm],base [mm]\n0.1,1,2\n", "1 lines of data: expected at least 2"),
+    ],
+)
+def test_what_is_no_log_is_refused(text: str, words: str, tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=words):
+        read_log(write(tmp_path / "log.csv", text))
+
+
+def test_what_cannot_be_opened_is_said(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="no such file"):
+        read_log(tmp_path / "nothing.csv")
+    with pytest.raises(LogError, match="it is a folder"):
+        read_log(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"separator": "x"}, "separator: expected one of"),
+        ({"decimal": ";"}, "decimal mark"),
+        ({"decimal": ",", "separator": ","}, "got a comma for both"),
+        ({"encoding": "klingon"}, "encoding"),
+        ({"unit": "parsec"}, "unit of displacement"),
+        ({"time_unit": "mm"}, "unit of time"),
+        ({"sampling_rate_hz": -1.0}, "expected a positive number"),
+    ],
+)
+def test_impossible_options_are_refused(wrong: dict[str, str], words: str) -> None:
+    with pytest.raises(UsageError, match=words):
+        replace(LogOptions(), **wrong)
