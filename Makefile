@@ -22,15 +22,17 @@ comparisons  := $(names:%=$(OUT)/comparisons/%.jsonl)
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all chain help sample-data test check format clean
+.PHONY: all always campaign chain help sample-data test check format clean
 
 all: $(FRICTIONLAB)  ## ingest, analyze and compare all logs, then print the table (the default)
 	@test -n "$(logs)" || { echo "make: no logs in $(LOGS): expected *.csv (or $(EXTENSIONS)); give LOGS=folder" >&2; exit 2; }
 	@status=0; $(MAKE) --no-print-directory --keep-going chain || status=1; \
-	cat $(OUT)/comparisons/*.jsonl > $(OUT)/comparisons.jsonl && $(FRICTIONLAB) show $(OUT)/comparisons.jsonl; \
+	cat $(foreach c,$(comparisons),$$(test -f $(c) && echo $(c))) /dev/null > $(OUT)/comparisons.jsonl; \
+	$(FRICTIONLAB) show $(OUT)/comparisons.jsonl; \
+	for file in $(comparisons); do test -f $$file || echo "failed: $$file (the reason stands above)" >&2; done; \
 	echo "recordings, measurements, comparisons and figures are in $(OUT)/"; exit $$status
 
-chain: $(measurements) $(comparisons)
+chain: $(recordings) $(measurements) $(comparisons)
 
 define ingest_rule
 $(OUT)/recordings/%.h5: $(LOGS)/%.$(1) $(SCENE) | $(FRICTIONLAB) $(OUT)/recordings
@@ -47,8 +49,55 @@ $(OUT)/comparisons/%.jsonl: $(OUT)/recordings/%.h5 $(SCENE) | $(OUT)/comparisons
 $(OUT)/recordings $(OUT)/measurements $(OUT)/comparisons $(OUT)/figures:
 	@mkdir -p $@
 
+# A whole campaign: only logs that are new or changed are ingested and measured again, all of a step in one process.
+
+CAMPAIGN       ?= build/campaign
+CAMPAIGN_SCENE ?= configs/campaign.toml
+CAMPAIGN_LOGS  ?= $(CAMPAIGN)/logs
+campaign_logs   = $(sort $(foreach e,$(EXTENSIONS),$(wildcard $(CAMPAIGN_LOGS)/*.$(e))))
+campaign_names  = $(basename $(patsubst %.gz,%,$(notdir $(campaign_logs))))
+
+campaign: $(FRICTIONLAB)  ## a whole campaign up to its report: the virtual one, or CAMPAIGN_LOGS=folder CAMPAIGN_SCENE=scene.toml
+	@$(if $(filter $(CAMPAIGN)/logs,$(CAMPAIGN_LOGS)),$(MAKE) --no-print-directory $(CAMPAIGN)/logs/truth.jsonl)
+	@$(MAKE) --no-print-directory $(CAMPAIGN)/report.html
+	@echo "the report is $(CAMPAIGN)/report.html"
+
+$(CAMPAIGN)/logs/truth.jsonl: $(CAMPAIGN_SCENE)
+	$(FRICTIONLAB) synthesize --scene $< -o $(@D)
+
+$(CAMPAIGN)/report.html: $(CAMPAIGN)/.measured $(CAMPAIGN)/names.txt
+	$(FRICTIONLAB) campaign $(campaign_names:%=$(CAMPAIGN)/measurements/%.jsonl) --scene $(CAMPAIGN_SCENE) -o $(@D)
+
+$(CAMPAIGN)/.measured: $(campaign_logs) $(CAMPAIGN_SCENE)
+	@test -n "$(campaign_logs)" || { echo "make: no logs in $(CAMPAIGN_LOGS): give CAMPAIGN_LOGS=folder" >&2; exit 2; }
+	@mkdir -p $(CAMPAIGN)/recordings $(CAMPAIGN)/measurements
+	@set -- $(filter $(campaign_logs),$(if $(filter $(CAMPAIGN_SCENE),$?),$^,$?)); echo "ingest and analyze $$# logs"; \
+	$(FRICTIONLAB) ingest "$$@" --scene $(CAMPAIGN_SCENE) -o $(CAMPAIGN)/recordings --json > $(CAMPAIGN)/ingested.jsonl \
+		|| test $$? -eq 1 || exit; \
+	$(call by_name,$(CAMPAIGN)/ingested.jsonl); \
+	set -- $$(grep -L '"status": "failed"' $$(for log in "$$@"; do $(call row_of,$$log); done) /dev/null \
+		| grep -v '^/dev/null$$' | sed 's|measurements/\(.*\)\.jsonl$$|recordings/\1.h5|'); \
+	test $$# -eq 0 || $(FRICTIONLAB) analyze "$$@" --scene $(CAMPAIGN_SCENE) --json > $(CAMPAIGN)/analyzed.jsonl \
+		|| test $$? -eq 1 || exit; \
+	test $$# -eq 0 || { $(call by_name,$(CAMPAIGN)/analyzed.jsonl); }
+	@touch $@
+
+row_of = basename "$(1)" | sed 's|\.gz$$||; s|\.[^.]*$$||; s|^|$(CAMPAIGN)/measurements/|; s|$$|.jsonl|'
+
+# One row a file: row n of the file given belongs to the n-th input.
+define by_name
+for input in "$$@"; do IFS= read -r row <&3; printf '%s\n' "$$row" > "$$($(call row_of,$$input))"; done 3< $(1)
+endef
+
+$(CAMPAIGN)/names.txt: always
+	@mkdir -p $(@D); echo '$(campaign_names)' | cmp -s - $@ || echo '$(campaign_names)' > $@
+
+always:
+
 sample-data: $(FRICTIONLAB)  ## make sample_data again, bit for bit, from configs/sample_data.toml
 	$(FRICTIONLAB) synthesize --scene configs/sample_data.toml -o sample_data
+	$(MAKE) build/comparisons/steel_N1.25_r0.3.jsonl LOGS=sample_data SCENE=configs/sample_data.toml OUT=build
+	cp build/figures/steel_N1.25_r0.3.comparison.png sample_data/
 
 test: .venv/.test  ## install what is needed to test, then run all tests
 	$(BIN)/python -m pytest

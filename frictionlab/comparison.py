@@ -23,7 +23,7 @@ from frictionlab.simulator import Base, Problem, SteadyState, steady_state
 
 FloatArray = NDArray[np.float64]
 ProblemOf = Callable[[float], Problem]
-SEARCH = np.geomspace(0.4, 2.5, 33)  # friction ratios tried about the loop's, before the best is refined
+SEARCH = np.geomspace(0.6, 1.6, 21)  # friction ratios tried about the loop's, before the best is refined
 BEHIND = ("material", "normal_force_n", "tau", "base", "measured", "predicted")  # fields that are no key of a row
 
 

@@ -66,7 +66,7 @@ def analyze(
             measured[str(path)] = measurement
         return {**measurement.row(), "source": str(path)}
 
-    inputs = track(recordings, total=len(recordings), title="analyze", quiet=quiet or as_json)
+    inputs = track(recordings, total=len(recordings), title="analyze", quiet=quiet)
     rows = report_rows(rows_of(inputs, job), as_json=as_json)
     if output is not None:
         _write(rows, measured, output, force=force)
@@ -105,7 +105,7 @@ def _draw(measurement: "Measurement", path: Path, folder: Path) -> None:
     from frictionlab.figures.style import save
 
     folder.mkdir(parents=True, exist_ok=True)
-    save(measurement_figure(measurement, path.name), folder / f"{path.stem}.png")
+    save(measurement_figure(measurement, path.name), folder / f"{path.stem}.measurement.png")
 
 
 def _tell_warnings(rows: Sequence[Row]) -> None:

@@ -47,7 +47,7 @@ def compare_numeric(
     def job(path: Path) -> Row:
         comparison = compare(read_recording(path), what, friction_ratio=beta, solver=solver)
         if plot is not None:
-            _draw(comparison, plot / f"{path.stem}.png")
+            _draw(comparison, plot / f"{path.stem}.comparison.png")
         return {**comparison.row(), "source": str(path)}
 
     rows = report_rows(rows_of(recordings, job), as_json=as_json)
