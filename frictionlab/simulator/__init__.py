@@ -6,8 +6,34 @@
 The mathematics stands in the README of this folder.
 """
 
-from frictionlab.simulator.orbit import SteadyState, simulate, steady_state
+from frictionlab.simulator.closed_form import (
+    continuous_amplitude,
+    continuous_energy,
+    friction_limit,
+    viscous_amplitude,
+    viscous_energy,
+)
+from frictionlab.simulator.orbit import last_cycle, simulate, steady_state
 from frictionlab.simulator.problem import COSINE, Base, Problem
+from frictionlab.simulator.state import Solver, SteadyState
+from frictionlab.simulator.thesis import ThesisRun, thesis_run
 from frictionlab.simulator.trajectory import Trajectory
 
-__all__ = ["COSINE", "Base", "Problem", "SteadyState", "Trajectory", "simulate", "steady_state"]
+__all__ = [
+    "COSINE",
+    "Base",
+    "Problem",
+    "Solver",
+    "SteadyState",
+    "ThesisRun",
+    "Trajectory",
+    "continuous_amplitude",
+    "continuous_energy",
+    "friction_limit",
+    "last_cycle",
+    "simulate",
+    "steady_state",
+    "thesis_run",
+    "viscous_amplitude",
+    "viscous_energy",
+]

@@ -1,83 +1,21 @@
-"""The steady state, solved for instead of waited for; and the motion from given initial conditions."""
+"""The steady state, solved for instead of waited for; the motion from initial conditions, and its last cycle."""
 
-from dataclasses import dataclass
-from math import isfinite, pi
-from typing import Any, Literal, get_args
+from dataclasses import replace
+from math import hypot, isfinite, pi
+from typing import Any, get_args
 
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import engine as engines
-from frictionlab.simulator.kernel import layout as kernel
+from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.trajectory import Trajectory, from_record, simulate_exactly
+from frictionlab.simulator.state import Regime, Solver, SteadyState, from_numbers, regime_of
+from frictionlab.simulator.thesis import ThesisRun, thesis_run
+from frictionlab.simulator.trajectory import Trajectory, from_record, refuse_chatter, simulate_exactly
 
-__all__ = ["Outcome", "Solver", "SteadyState", "simulate", "steady_state"]
+__all__ = ["last_cycle", "simulate", "steady_state"]
 
-Solver = Literal["auto", "closed-form", "exact"]
-Outcome = Literal["periodic", "stuck", "unbounded", "not settled", "not found"]
-Regime = Literal["continuous", "stick-slip", "stuck"]
-
-OUTCOMES: dict[int, Outcome] = {
-    kernel.PERIODIC: "periodic",
-    kernel.STUCK: "stuck",
-    kernel.UNBOUNDED: "unbounded",
-    kernel.NOT_FOUND: "not found",
-}
 CLOSED = {"auto": 0, "closed-form": 1, "exact": -1}
-
-
-@dataclass(frozen=True)
-class SteadyState:
-    """A steady state and what is known about it; numbers that do not exist are None.
-
-    Parameters
-    ----------
-    problem : Problem
-        What moves.
-    solver : str
-        What answered: "closed-form", "exact" or "thesis".
-    outcome : str
-        "periodic", "stuck" (never moves), "unbounded" (no steady state), "not settled" or "not found".
-    energy_per_cycle : float or None
-        Energy dissipated per cycle over k Y^2: friction beta * path, plus the dashpot's (2.18, 3.7).
-    response_amplitude : float or None
-        (max - min) / 2 of the displacement of the mass over Y.
-    stops_per_cycle : float or None
-        Sticks of positive duration per cycle (mean over the cycles of the period).
-    stuck_fraction : float or None
-        Share of the time stuck to the wall, 0 to 1.
-    regime : str or None
-        "continuous", "stick-slip" or "stuck".
-    symmetric : bool or None
-        Whether half a cycle later the motion is its own negative.
-    period_cycles : int or None
-        Length of the period in cycles of the drive.
-    floquet_multiplier : float or None
-        What a small disturbance is multiplied by in one period: the largest; its modulus if it is complex.
-    closure_error : float or None
-        |energy put in (2.16) - energy dissipated| per cycle: zero but for rounding.
-    residual : float or None
-        By how much the state misses itself after one period (z and r z').
-    warnings : tuple of str
-        Sentences about what the numbers do not say.
-    orbit : Trajectory or None
-        The motion over one period.
-    """
-
-    problem: Problem
-    solver: str
-    outcome: Outcome
-    energy_per_cycle: float | None = None
-    response_amplitude: float | None = None
-    stops_per_cycle: float | None = None
-    stuck_fraction: float | None = None
-    regime: Regime | None = None
-    symmetric: bool | None = None
-    period_cycles: int | None = None
-    floquet_multiplier: float | None = None
-    closure_error: float | None = None
-    residual: float | None = None
-    warnings: tuple[str, ...] = ()
-    orbit: Trajectory | None = None
+SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
 
 
 def steady_state(problem: Problem, *, solver: Solver = "auto") -> SteadyState:
@@ -90,8 +28,9 @@ def steady_state(problem: Problem, *, solver: Solver = "auto") -> SteadyState:
     ----------
     problem : Problem
         What moves.
-    solver : {"auto", "closed-form", "exact"}
-        "auto" takes the closed form where it is valid and the exact orbit elsewhere.
+    solver : {"auto", "closed-form", "exact", "thesis"}
+        "auto" takes the closed form where it is valid and the exact orbit elsewhere; "thesis" waits for 100 cycles from
+        rest with RK45 at its default tolerances (`last_cycle`, `thesis_run`).
 
     Returns
     -------
@@ -112,56 +51,36 @@ def steady_state(problem: Problem, *, solver: Solver = "auto") -> SteadyState:
     """
     if solver not in get_args(Solver):
         raise UsageError(f"steady state: solver; expected one of {', '.join(get_args(Solver))}; got {solver!r}")
+    if solver == "thesis":
+        return last_cycle(problem, cycles=100, solver="thesis")
     engine = engines.choose(10.0 + 4.0 / problem.r)
     rig, force = engines.set_up(engine, problem)
-    row = engine.buffer((0.0,) * kernel.ROW)
+    row = engine.buffer((0.0,) * layout.ROW)
     phases = 32 + int(8 * (problem.base.harmonics + 1.0 / problem.r))
     while True:
         room = engines.make_room(engine, problem, phases)
         engine.kernel.steady(rig, force, CLOSED[solver], room, row)
-        count = int(room[1][kernel.PHASES])
-        if row[kernel.OUTCOME] != kernel.OVERFULL:
+        count = int(room[1][layout.PHASES])
+        if row[layout.OUTCOME] != layout.OVERFULL:
             return _from_row(problem, solver, row, room, count)
         phases = count
 
 
 def _from_row(problem: Problem, solver: str, row: Any, room: Any, count: int) -> SteadyState:
-    """Turn the kernel's row of numbers into a steady state with its orbit and verdict."""
-    code = int(row[kernel.OUTCOME])
-    if code == kernel.CHATTERED:
-        raise SimulationError(f"steady state: events without end at {problem}; do: report these numbers")
-    if solver == "closed-form" and code == kernel.NOT_FOUND:
+    """Turn the kernel's row of numbers into a steady state with its orbit, or into an error."""
+    code = int(row[layout.OUTCOME])
+    if code == layout.CHATTERED:
+        refuse_chatter(problem, layout.CHATTER, float(row[layout.START]), row[layout.START_Z], row[layout.START_V])
+    if solver == "closed-form" and code == layout.NOT_FOUND:
         raise SimulationError(
             f"steady state: closed form at r = {problem.r!r}, beta = {problem.beta!r}; expected continuous motion of "
             "an undamped mass under a pure cosine (2.10); got stops, damping or harmonics; do: use solver 'exact'"
         )
-    outcome = OUTCOMES[code]
-    if outcome in ("unbounded", "not found"):
-        return SteadyState(problem, "exact", outcome)
-    mirror = row[kernel.SIGN] < 0.0
-    return SteadyState(
-        problem=problem,
-        solver="closed-form" if row[kernel.CLOSED_FORM] else "exact",
-        outcome=outcome,
-        energy_per_cycle=float(row[kernel.ENERGY]),
-        response_amplitude=float(row[kernel.AMPLITUDE]),
-        stops_per_cycle=float(row[kernel.STOPS]),
-        stuck_fraction=float(row[kernel.STUCK_SHARE]),
-        regime=_regime(outcome, row),
-        symmetric=bool(row[kernel.SYMMETRIC]),
-        period_cycles=int(row[kernel.PERIOD]),
-        floquet_multiplier=float(row[kernel.MULTIPLIER]),
-        closure_error=float(row[kernel.CLOSURE]),
-        residual=float(row[kernel.MISS]),
-        orbit=from_record(problem, room[2], count, periodic=True, mirror=mirror),
+    moved = code in (layout.PERIODIC, layout.STUCK)
+    mirror = bool(row[layout.SIGN] < 0.0)
+    return from_numbers(
+        problem, row, from_record(problem, room[2], count, periodic=True, mirror=mirror) if moved else None
     )
-
-
-def _regime(outcome: Outcome, row: Any) -> Regime:
-    """Return the regime of a row."""
-    if outcome == "stuck":
-        return "stuck"
-    return "stick-slip" if row[kernel.STOPS] > 0.0 else "continuous"
 
 
 def simulate(
@@ -215,4 +134,70 @@ def simulate(
         raise SimulationError(f"simulate: initial conditions; expected finite numbers; got {x0}, {v0}, {tau0}")
     return simulate_exactly(
         problem, cycles=cycles, x0=x0, v0=v0, tau0=tau0 % (2.0 * pi), keep=cycles if keep is None else keep
+    )
+
+
+def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "exact") -> SteadyState:
+    """Return the last of a number of cycles from rest as if it were steady, and say if it is not: "not settled".
+
+    Parameters
+    ----------
+    problem : Problem
+        What moves.
+    cycles : int
+        Cycles of the drive; >= 1.
+    solver : {"exact", "auto", "thesis"}
+        Exact phases, or the thesis's RK45 at its default tolerances.
+
+    Raises
+    ------
+    SimulationError
+        If events do not end.
+    UsageError
+        If the solver cannot carry a motion from rest.
+
+    Examples
+    --------
+    >>> last_cycle(Problem(r=0.95, beta=0.1), cycles=100).outcome
+    'not settled'
+    """
+    if solver == "thesis":
+        return _from_thesis(thesis_run(problem, cycles=cycles))
+    run = simulate(problem, cycles=cycles, solver=solver, keep=1)
+    engine = engines.choose(0.0)
+    rig, force = engines.set_up(engine, problem)
+    room = engines.make_room(engine, problem, len(run.side))
+    row = engine.buffer((0.0,) * layout.ROW)
+    start, leg = (float(run.displacement[0]), float(run.velocity[0])), (float(run.tau[0]), 2.0 * pi, 1.0, 1.0)
+    end_z, end_v, _ = engine.kernel.carry(rig, force, leg, *start, room)
+    engine.kernel.account(rig, force, room)
+    engine.kernel.fill_row(rig, leg, room, row)
+    path, miss = float(room[1][layout.PATH]), hypot(end_z - start[0], problem.r * (end_v - start[1]))
+    row[layout.OUTCOME] = layout.PERIODIC if path > 0.0 else layout.STUCK
+    row[layout.MISS], row[layout.CLOSED_FORM] = miss, 0.0
+    row[layout.SYMMETRIC] = engine.kernel.mirrored(rig, force, *start, engines.make_room(engine, problem, 0))
+    state = from_numbers(problem, row, run)
+    settled = miss <= SETTLED * (hypot(*start) + path)
+    return state if settled else replace(state, outcome="not settled", regime=regime_of(row))
+
+
+def _from_thesis(run: ThesisRun) -> SteadyState:
+    """Return the numbers of the thesis's last cycle; its energy is the one put in (2.16)."""
+    z = run.displacement
+    amplitude = 0.5 * float(z.max() - z.min())
+    moved = bool(amplitude > 0.0)
+    settled = run.drift <= SETTLED * (1.0 + amplitude)
+    regime: Regime = ("stick-slip" if run.stops else "continuous") if moved else "stuck"
+    return SteadyState(
+        problem=run.problem,
+        solver="thesis",
+        outcome=("periodic" if settled else "not settled") if moved else "stuck",
+        energy_per_cycle=run.energy_input,
+        response_amplitude=amplitude,
+        stops_per_cycle=float(run.stops),
+        stuck_fraction=run.stuck_time / (2.0 * pi),
+        regime=regime,
+        period_cycles=1 if settled else None,
+        closure_error=abs(run.energy_input - run.energy_dissipated),
+        residual=run.drift,
     )

@@ -12,7 +12,7 @@ from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel.layout import DONE, PHASE, PHASES
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["Trajectory", "simulate_exactly"]
+__all__ = ["Trajectory", "from_record", "refuse_chatter", "simulate_exactly"]
 
 TURN = 2.0 * pi
 Floats = NDArray[np.float64]
@@ -122,7 +122,8 @@ class Trajectory:
 
     def _fold(self, tau: Floats, turns: Floats) -> tuple[Floats, Floats]:
         """Return times as a phase in the first cycle's frame and whole turns since then; periodic motions wrap."""
-        low, high = self.tau[0], self.end - self.cycle[0] * TURN
+        low = self.tau[0]
+        high = float((self.cycle[-1] - self.cycle[0]) * TURN + self.tau[-1] + self.duration[-1])
         turns = turns - (0.0 if self.periodic else float(self.cycle[0]))
         whole = np.floor((tau - low) / TURN)
         local, turns = tau - whole * TURN, turns + whole
@@ -187,13 +188,13 @@ def simulate_exactly(problem: Problem, *, cycles: int, x0: float, v0: float, tau
     room = engines.make_room(engine, problem, 0)
     leg = (tau0, TURN, float(cycles - keep), 1.0)
     z, v, code = engine.kernel.carry(rig, force, leg, x0, v0, room)
-    _refuse_chatter(problem, code, tau0, z, v)
+    refuse_chatter(problem, code, tau0, z, v)
     phases = 64 + int(8 * keep * (problem.base.harmonics + 1.0 / problem.r))
     while True:
         room = engines.make_room(engine, problem, phases)
         leg = (tau0, TURN, float(keep), 1.0)
         end_z, end_v, code = engine.kernel.carry(rig, force, leg, z, v, room)
-        _refuse_chatter(problem, code, tau0, end_z, end_v)
+        refuse_chatter(problem, code, tau0, end_z, end_v)
         count = int(room[1][PHASES])
         if count <= phases:
             break
@@ -204,7 +205,7 @@ def simulate_exactly(problem: Problem, *, cycles: int, x0: float, v0: float, tau
     return Trajectory(problem, run.side, cycle, run.tau, run.duration, run.displacement, run.velocity, run.acceleration)
 
 
-def _refuse_chatter(problem: Problem, code: int, tau: float, z: float, v: float) -> None:
+def refuse_chatter(problem: Problem, code: int, tau: float, z: float, v: float) -> None:
     """Raise the named error for an event sequence that did not end."""
     if code == DONE:
         return

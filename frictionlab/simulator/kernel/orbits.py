@@ -9,8 +9,8 @@ from frictionlab.simulator.kernel.layout import (
     NOT_FOUND,
     PATH,
     PERIODIC,
-    STOPS_MADE,
     STUCK,
+    STUCK_TIME,
     TURN,
     UNBOUNDED,
     Buffer,
@@ -155,7 +155,7 @@ def continuous_orbit(rig: Rig, force: Force, room: Room) -> tuple[Leg, float, fl
         return leg, 0.0, 0.0, False
     z, v, code = carry(rig, force, leg, amplitude, 0.0, room)
     miss = hypot(z - amplitude, r * v) + abs(room[1][PATH] - 2.0 * amplitude)
-    valid = code == DONE and room[1][STOPS_MADE] == 0.0 and miss <= 1e-9 * amplitude
+    valid = code == DONE and room[1][STUCK_TIME] == 0.0 and miss <= 1e-9 * amplitude
     push, _ = local_force(leg[0], force)
     way, v, _ = slide_at(0.5 * pi, rig, force, (amplitude, 0.0, (push - amplitude + beta) / (r * r)))
     return ((leg[0] + 0.5 * pi) % TURN, pi, 1.0, -1.0), amplitude + way, v, valid

@@ -1,0 +1,154 @@
+"""Den Hartog's closed form for continuous motion (2.10-2.14, 2.23), its boundary, and the viscous oscillator (3.4-3.7).
+
+Valid for an undamped mass, a fixed wall and a pure cosine, below `friction_limit`. Textbook forms divide 0 by 0 at
+r = 1 and at r = 1/(2k+1); here both are written in the exact distance of 1/r to the nearest odd integer.
+"""
+
+from collections.abc import Callable
+from math import ceil, cos, inf, pi, sin, sqrt
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator.kernel.motion import gap
+from frictionlab.simulator.kernel.orbits import den_hartog
+
+__all__ = ["continuous_amplitude", "continuous_energy", "friction_limit", "viscous_amplitude", "viscous_energy"]
+
+
+def continuous_amplitude(r: float, beta: float) -> float:
+    """Return the amplitude X = sqrt(V^2 - beta^2 U^2) of continuous motion over Y, eqs (2.11)-(2.13).
+
+    Parameters
+    ----------
+    r, beta : float
+        Frequency ratio and friction ratio, with ``beta < friction_limit(r)``.
+
+    Raises
+    ------
+    SimulationError
+        If there is no continuous motion at this point.
+
+    Examples
+    --------
+    >>> round(continuous_amplitude(0.7, 0.5), 12)
+    1.744253936249
+    """
+    limit = friction_limit(r)
+    if not 0.0 <= beta <= limit:
+        raise SimulationError(
+            f"closed form: r = {r!r}; expected beta from 0 to {limit:.12g}, where the motion is continuous; "
+            f"got {beta!r}; do: use steady_state, which also solves motions with stops"
+        )
+    amplitude, _ = den_hartog(r, beta)
+    return amplitude if amplitude > 0.0 else inf
+
+
+def continuous_energy(r: float, beta: float) -> float:
+    """Return the energy dissipated per cycle of continuous motion over k Y^2: 4 beta X, eq. (2.23).
+
+    Raises
+    ------
+    SimulationError
+        If there is no continuous motion at this point.
+
+    Examples
+    --------
+    >>> round(continuous_energy(0.7, 0.5), 10)
+    3.4885078725
+    """
+    return 4.0 * beta * continuous_amplitude(r, beta)
+
+
+def friction_limit(r: float) -> float:
+    r"""Return beta_lim(r), the friction ratio up to which the motion is continuous: no stop in a cycle (mu = 1).
+
+    The velocity of (2.22) must keep its sign for half a period: ``X >= beta S`` with, counted back from the turn,
+
+    ``S = max over 0 < phi < pi of [A (cos(phi/r) - cos phi) - B sin(phi/r)] / (r B sin phi)``
+
+    where ``A, B = sin, cos(pi/2r)``; with X from (2.11) that is ``beta_lim = |V| / sqrt(U^2 + S^2)``, written as
+    ``r |V B| / sqrt(A^2 + (r B S)^2)``. At r = 1 it is pi/4, at r = 1/(2k+1) it is 0, and at r = 1/(2n) it is
+    1/(4 n^2 - 1), the bound of eq. (3.3).
+
+    Parameters
+    ----------
+    r : float
+        Frequency ratio, > 0.
+
+    Raises
+    ------
+    SimulationError
+        If r is not positive.
+
+    Examples
+    --------
+    >>> round(friction_limit(0.5), 12), round(friction_limit(1.0), 12)
+    (0.333333333333, 0.785398163397)
+    """
+    if not r > 0.0:
+        raise SimulationError(f"friction limit: r; expected > 0; got {r!r}")
+    odd = 2.0 * (0.5 / r // 1.0) + 1.0
+    away = gap(r, odd) / r  # 1/r - odd
+    turn = -1.0 if odd % 4.0 == 3.0 else 1.0
+    a, b = turn * cos(0.5 * pi * away), -turn * sin(0.5 * pi * away)
+    if odd == 1.0:  # V B, whose zero and pole cancel at r = 1
+        half = 0.5 * pi * away
+        vb = 0.5 * pi / (r * (1.0 + r)) * (sin(half) / half if half != 0.0 else 1.0)
+    else:
+        vb = abs(b) / abs(gap(r, 1.0) * (1.0 + r))
+    return r * vb / sqrt(a * a + _steepest(r, a, b) ** 2)
+
+
+def _steepest(r: float, a: float, b: float) -> float:
+    """Return the maximum of |a (cos(phi/r) - cos phi) - b sin(phi/r)| / sin phi over (0, pi/2]."""
+
+    def ratio(phi: float) -> float:
+        beat = -2.0 * sin(0.5 * (1.0 / r + 1.0) * phi) * sin(0.5 * gap(r, 1.0) / r * phi)
+        return abs(a * beat - b * sin(phi / r)) / sin(phi)
+
+    count = 16 + 16 * ceil(1.0 / r)
+    step = 0.5 * pi / count
+    values = [abs(b) / r] + [ratio(step * i) for i in range(1, count + 1)]
+    best = values[0]
+    for i in range(count + 1):  # the ratio is even about both ends
+        if values[i] >= values[abs(i - 1)] and values[i] >= values[min(i + 1, 2 * count - i - 1)]:
+            best = max(best, _peak(ratio, max(step * (i - 1), 1e-6 * step), min(step * (i + 1), 0.5 * pi)))
+    return best
+
+
+def _peak(function: Callable[[float], float], low: float, high: float) -> float:
+    """Return the maximum of a function with one peak between low and high, by golden section."""
+    share = 0.5 * (sqrt(5.0) - 1.0)
+    left, right = high - share * (high - low), low + share * (high - low)
+    at_left, at_right = function(left), function(right)
+    while high - low > 1e-9 * high:
+        if at_left > at_right:
+            high, right, at_right = right, left, at_left
+            left = high - share * (high - low)
+            at_left = function(left)
+        else:
+            low, left, at_left = left, right, at_right
+            right = low + share * (high - low)
+            at_right = function(right)
+    return max(at_left, at_right, function(high))
+
+
+def viscous_amplitude(r: float, zeta: float) -> float:
+    """Return the amplitude over Y of the oscillator with a dashpot and no friction, eq. (3.5).
+
+    Examples
+    --------
+    >>> viscous_amplitude(1.0, 0.25)
+    2.0
+    """
+    return 1.0 / sqrt((gap(r, 1.0) * (1.0 + r)) ** 2 + (2.0 * zeta * r) ** 2)
+
+
+def viscous_energy(r: float, zeta: float) -> float:
+    """Return the energy per cycle of the viscous oscillator over k Y^2: 2 zeta r times the integral of x'^2, eq. (3.7).
+
+    Examples
+    --------
+    >>> round(viscous_energy(1.0, 0.5), 12) == round(pi, 12)
+    True
+    """
+    return 2.0 * pi * zeta * r * viscous_amplitude(r, zeta) ** 2

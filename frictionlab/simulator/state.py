@@ -1,0 +1,185 @@
+"""A steady state: its numbers, its verdict as a sentence, and what the numbers alone would not say."""
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.trajectory import Trajectory
+
+__all__ = ["KEYS", "Outcome", "Regime", "Solver", "SteadyState", "from_numbers", "outcome_of", "regime_of"]
+
+Solver = Literal["auto", "closed-form", "exact", "thesis"]
+Outcome = Literal["periodic", "stuck", "unbounded", "not settled", "not found"]
+Regime = Literal["continuous", "stick-slip", "stuck"]
+
+OUTCOMES: dict[int, Outcome] = {
+    layout.PERIODIC: "periodic",
+    layout.STUCK: "stuck",
+    layout.UNBOUNDED: "unbounded",
+    layout.NOT_FOUND: "not found",
+    layout.CHATTERED: "not found",
+}
+PARAMETERS = ("r", "beta", "mu", "zeta", "wall")
+NUMBERS = (
+    "energy_per_cycle",
+    "response_amplitude",
+    "stops_per_cycle",
+    "stuck_fraction",
+    "regime",
+    "symmetric",
+    "period_cycles",
+    "floquet_multiplier",
+    "closure_error",
+)
+KEYS = (*PARAMETERS, "solver", "outcome", *NUMBERS)
+
+
+@dataclass(frozen=True)
+class SteadyState:
+    """A steady state and what is known about it; numbers that do not exist are None.
+
+    Parameters
+    ----------
+    problem : Problem
+        What moves.
+    solver : str
+        What answered: "closed-form", "exact" or "thesis".
+    outcome : str
+        "periodic", "stuck" (never moves), "unbounded" (no steady state), "not settled" or "not found".
+    energy_per_cycle : float or None
+        Energy dissipated per cycle over k Y^2: friction beta * path, plus the dashpot's (2.18, 3.7).
+    response_amplitude : float or None
+        (max - min) / 2 of the displacement of the mass over Y.
+    stops_per_cycle : float or None
+        Sticks of positive duration per cycle (mean over the cycles of the period).
+    stuck_fraction : float or None
+        Share of the time stuck to the wall, 0 to 1.
+    regime : str or None
+        "continuous", "stick-slip" or "stuck".
+    symmetric : bool or None
+        Whether half a cycle later the motion is its own negative.
+    period_cycles : int or None
+        Length of the period in cycles of the drive.
+    floquet_multiplier : float or None
+        What a small disturbance is multiplied by in one period: the largest; its modulus if it is complex.
+    closure_error : float or None
+        |energy put in (2.16) - energy dissipated| per cycle: zero but for rounding.
+    residual : float or None
+        By how much the state misses itself after one period (z and r z').
+    warnings : tuple of str
+        Sentences about what the numbers do not say.
+    orbit : Trajectory or None
+        The motion over one period.
+    """
+
+    problem: Problem
+    solver: str
+    outcome: Outcome
+    energy_per_cycle: float | None = None
+    response_amplitude: float | None = None
+    stops_per_cycle: float | None = None
+    stuck_fraction: float | None = None
+    regime: Regime | None = None
+    symmetric: bool | None = None
+    period_cycles: int | None = None
+    floquet_multiplier: float | None = None
+    closure_error: float | None = None
+    residual: float | None = None
+    warnings: tuple[str, ...] = ()
+    orbit: Trajectory | None = None
+
+    @property
+    def verdict(self) -> str:
+        """What was found, as a sentence."""
+        if self.outcome == "unbounded":
+            return "There is no steady state: the drive is exactly at resonance and friction too weak to bound it."
+        if self.outcome == "not found":
+            return "No orbit of up to 8 cycles was found that the motion from rest settles on."
+        if self.outcome == "stuck":
+            return "The mass never moves: static friction holds it against the largest force."
+        kept = (
+            "has not repeated yet" if self.outcome == "not settled" else f"repeats every {_cycles(self.period_cycles)}"
+        )
+        stops = f" with {self.stops_per_cycle:g} stops per cycle" if self.stops_per_cycle else ""
+        return f"The motion {kept}: {self.regime}{stops}, {self.energy_per_cycle:.10g} k Y^2 per cycle ({self.solver})."
+
+    def to_row(self) -> dict[str, object]:
+        """Return the contract's keys of a steady state with their values; what does not exist is None."""
+        values: dict[str, object] = {key: getattr(self.problem, key) for key in PARAMETERS}
+        return values | {key: getattr(self, key) for key in ("solver", "outcome", *NUMBERS)}
+
+
+def _cycles(count: int | None) -> str:
+    """Return a number of cycles in words."""
+    return "cycle" if count == 1 else f"{count} cycles"
+
+
+def outcome_of(row: Any) -> Outcome:
+    """Return the outcome of a kernel's row."""
+    return OUTCOMES[int(row[layout.OUTCOME])]
+
+
+def regime_of(row: Any) -> Regime | None:
+    """Return the regime of a kernel's row."""
+    outcome = outcome_of(row)
+    if outcome not in ("periodic", "stuck"):
+        return None
+    if outcome == "stuck":
+        return "stuck"
+    return "stick-slip" if row[layout.STOPS] > 0.0 else "continuous"
+
+
+def from_numbers(problem: Problem, row: Any, orbit: Trajectory | None) -> SteadyState:
+    """Turn a kernel's row into a steady state."""
+    outcome = outcome_of(row)
+    if outcome not in ("periodic", "stuck"):
+        return SteadyState(problem, "exact", outcome, warnings=warnings_of(problem, outcome, None))
+    multiplier = float(row[layout.MULTIPLIER])
+    return SteadyState(
+        problem=problem,
+        solver="closed-form" if row[layout.CLOSED_FORM] else "exact",
+        outcome=outcome,
+        energy_per_cycle=float(row[layout.ENERGY]),
+        response_amplitude=float(row[layout.AMPLITUDE]),
+        stops_per_cycle=float(row[layout.STOPS]),
+        stuck_fraction=float(row[layout.STUCK_SHARE]),
+        regime=regime_of(row),
+        symmetric=bool(row[layout.SYMMETRIC]),
+        period_cycles=int(row[layout.PERIOD]),
+        floquet_multiplier=multiplier,
+        closure_error=float(row[layout.CLOSURE]),
+        residual=float(row[layout.MISS]),
+        warnings=warnings_of(problem, outcome, multiplier),
+        orbit=orbit,
+    )
+
+
+def warnings_of(problem: Problem, outcome: Outcome, multiplier: float | None) -> tuple[str, ...]:
+    """Return what the numbers do not say, a sentence each."""
+    said = []
+    if outcome == "periodic" and problem.beta == 0.0 and problem.zeta == 0.0:
+        said.append("Nothing damps this oscillator: free vibration never dies out, and this is the motion without any.")
+    elif outcome == "periodic" and in_continuum(problem):
+        n = round(0.5 / problem.r)
+        said.append(
+            f"At r = 1/{2 * n} with beta <= 1/(4 n^2 - 1) a continuum of asymmetric motions (3.3) has the same energy "
+            "and amplitude; this is the symmetric one. A run from rest creeps towards the continuum's edge like N^(-1/2)."
+        )
+    elif outcome == "periodic" and multiplier is not None and 1.0 - abs(multiplier) < 1e-3:
+        lasts = f"{1.0 / (1.0 - abs(multiplier)):.1g}" if abs(multiplier) < 1.0 else "endlessly many"
+        said.append(f"The motion forgets its start slowly: a disturbance lasts {lasts} periods.")
+    if problem.mu > 1.0 and outcome == "periodic":
+        said.append("With static friction (mu > 1) other motions may coexist; this is the one that rest settles on.")
+    if outcome == "stuck" and problem.beta < problem.force_size:
+        said.append("A motion once begun might go on: kinetic friction alone does not hold the mass.")
+    return tuple(said)
+
+
+def in_continuum(problem: Problem) -> bool:
+    """Tell whether the problem lies on the continuum of asymmetric motions, eq. (3.3)."""
+    n = round(0.5 / problem.r)
+    plain = problem.base.harmonics == 1 and problem.zeta == 0.0 and problem.mu == 1.0
+    if n < 1 or not plain or abs(problem.r * 2 * n - 1.0) > 1e-12:
+        return False
+    return problem.beta <= problem.force_size / (4 * n * n - 1)
