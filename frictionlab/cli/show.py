@@ -55,7 +55,7 @@ def show(file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording,
     try:
         readers[file.suffix](file)
     except OSError as error:
-        if isinstance(error, FrictionlabError):
+        if isinstance(error, (FrictionlabError, BrokenPipeError)):
             raise
         raise UsageError(f"{file}: cannot be read ({error.strerror}): give the path of an existing file") from error
 
