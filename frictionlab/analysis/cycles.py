@@ -118,7 +118,21 @@ def cut(base: FloatArray, frequency: float, *, noise: float, begin: float = 0.0)
         raise AnalysisError(f"cycles: expected 0 to 0.5 drive cycles per sample; got {frequency:g}")
     frequency += _phase_track(base, frequency, begin).slope
     track = _phase_track(base, frequency, begin)  # again: a period that is off lets offset and harmonics leak
-    return _boundaries(track, frequency + track.slope, noise, len(base), begin)
+    found = _boundaries(track, frequency + track.slope, noise, len(base), begin)
+    if not found.drifts or len(found) < 3:
+        return found
+    return _boundaries(_along(base, found), found.frequency, noise, len(base), begin)
+
+
+def _along(base: FloatArray, found: Cut) -> "_Track":
+    """The phase again, in cycles of the length that each one has: no offset or harmonic leaks into it."""
+    period = found.end - found.start
+    lines = _fundamentals(base, found.start, found.end, points_per_cycle(float(period.mean())))
+    late = np.angle(1j * lines) / (2.0 * math.pi)  # 0 where a cycle starts as the fundamental rises through zero
+    centre = 0.5 * (found.start + found.end)
+    turns = np.arange(len(found)) + 0.25 + late
+    _, residual = _line(centre, turns)
+    return _Track(centre, turns, 0.0, residual, 2.0 * float(np.mean(np.abs(lines))))
 
 
 @dataclass(frozen=True)
@@ -198,7 +212,10 @@ def _boundaries(track: _Track, frequency: float, noise: float, length: int, begi
 def _crossings(centre: FloatArray, turns: FloatArray, frequency: float, length: int, begin: float) -> FloatArray:
     """Sample numbers where the fundamental, cos(2 pi turns), rises through zero: turns = whole - 1/4."""
     ends = np.array([begin, float(length - 1)])
-    outer = turns[[0, -1]] + frequency * (ends - centre[[0, -1]])
+    local = np.full(2, frequency)
+    if len(centre) > 1:
+        local = (turns[[1, -1]] - turns[[0, -2]]) / (centre[[1, -1]] - centre[[0, -2]])
+    outer = turns[[0, -1]] + local * (ends - centre[[0, -1]])
     at = np.concatenate([ends[:1], centre, ends[1:]])
     passed = np.concatenate([outer[:1], turns, outer[1:]])
     whole = np.arange(math.ceil(passed[0] + 0.25 - 1e-9), math.floor(passed[-1] + 0.25 + 1e-9) + 1)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.errors import UsageError
+from frictionlab.errors import AnalysisError, UsageError
 
 FloatArray = NDArray[np.float64]
 
@@ -103,7 +103,9 @@ def used_cycles(end_time: FloatArray, rule: str) -> slice:
     Raises
     ------
     UsageError
-        Another rule, or a window shorter than a cycle.
+        Another rule.
+    AnalysisError
+        A window shorter than a cycle.
     """
     n = len(end_time) - 1
     if rule == "last":
@@ -120,7 +122,7 @@ def used_cycles(end_time: FloatArray, rule: str) -> slice:
     first = int(np.searchsorted(end_time[:-1], end_time[-1] - window - 1e-9 * abs(window)))
     if first >= n:
         length = end_time[-1] - end_time[-2]
-        raise UsageError(f"cycles: window of {window:g} s is shorter than one cycle ({length:g} s): widen it")
+        raise AnalysisError(f"cycles: window of {window:g} s is shorter than one cycle ({length:g} s): widen it")
     return slice(first, n)
 
 
@@ -143,15 +145,16 @@ def mean_over(values: FloatArray, used: slice, *, noise: float) -> Mean:
 
 
 def _long_run_deviation(values: FloatArray, *, pooled: bool) -> float:
-    """Deviation per cycle whose square over n is the variance of a mean of n: neighbours that hang together count."""
+    """Deviation per cycle whose square over n is the variance of a mean of n: neighbours that hang together count.
+
+    A lag-one correlation rho that is significant takes n independent cycles to n (1 - rho) / (1 + rho).
+    """
     n = len(values)
     if n < 3:
         return 0.0
     about = values - values.mean()
-    variance = float(np.dot(about, about)) / (n - 1)
-    lags = math.floor(4.0 * (n / 100.0) ** (2.0 / 9.0)) if pooled and n >= 12 else 0
-    together = variance
-    for lag in range(1, lags + 1):
-        together += 2.0 * (1.0 - lag / (lags + 1.0)) * float(np.dot(about[lag:], about[:-lag])) / (n - 1)
-    significant = together > variance * (1.0 + 4.0 * math.sqrt((lags + 1.0) / n))
-    return math.sqrt(together if significant else variance)
+    square = float(np.dot(about, about))
+    rho = float(np.dot(about[1:], about[:-1])) / square if square > 0.0 else 0.0
+    together = pooled and rho > 1.64 / math.sqrt(n)
+    rho = min(rho + (1.0 + 4.0 * rho) / n, 0.99) if together else 0.0  # the estimate's own bias towards zero
+    return math.sqrt(square / (n - 1) * (1.0 + rho) / (1.0 - rho))

@@ -39,7 +39,11 @@ def settled_at(distance: FloatArray, *, floor: float) -> int | None:
     if n < 8:
         return None
     level = float(np.median(tail))
-    limit = max(3.0 * level, 3.0 * floor, 0.02)
+    least = max(3.0 * floor, 0.02)
+    earlier, later = (float(np.median(part)) for part in np.array_split(tail, 2))
+    if earlier > max(2.0 * later, least):
+        return None
+    limit = max(3.0 * level, least)
     outside = np.flatnonzero(distance > limit)
     first = int(outside[-1]) + 1 if len(outside) else 0
     return first if first < n - len(tail) // 2 else None

@@ -1,0 +1,96 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictionlab.analysis import cycles
+from frictionlab.errors import AnalysisError
+
+N, FREQUENCY = 20_000, 0.00734567
+
+
+def base_of(turns: np.ndarray) -> np.ndarray:
+    """A base with offset and harmonics whose fundamental has its tops at whole turns."""
+    angle = 2 * math.pi * turns
+    return 0.4 + np.cos(angle) + 0.05 * np.cos(2 * angle + 1) + 0.02 * np.sin(3 * angle)
+
+
+def test_interpolation_is_exact_for_cubics_between_uneven_positions() -> None:
+    i = np.arange(50.0)
+    cubic = 1 + 0.3 * i - 0.02 * i**2 + 0.001 * i**3
+    at = np.array([0.0, 0.1, 1.0, 7.3, 24.999, 47.5, 48.9, 49.0])
+    np.testing.assert_allclose(cycles.interpolate(cubic, at), 1 + 0.3 * at - 0.02 * at**2 + 0.001 * at**3, rtol=1e-12)
+
+
+def test_noise_left_by_interpolation_is_as_stated() -> None:
+    generator = np.random.default_rng(0)
+    values = cycles.interpolate(generator.standard_normal(400_000), generator.uniform(2, 399_990, 400_000))
+    assert values.var() == pytest.approx(cycles.interpolated_noise_share(), rel=0.01)
+
+
+def test_cycles_start_where_the_fundamental_rises_through_zero() -> None:
+    cut = cycles.cut(base_of(FREQUENCY * np.arange(N) + 0.3), FREQUENCY * (1 + 2e-5), noise=1e-6)
+    turns = FREQUENCY * cut.start + 0.3
+    np.testing.assert_allclose(turns + 0.25, np.rint(turns + 0.25), atol=1e-6)
+    np.testing.assert_allclose(cut.end - cut.start, 1 / FREQUENCY, rtol=1e-6)
+    np.testing.assert_array_equal(cut.start[1:], cut.end[:-1])
+    assert cut.frequency == pytest.approx(FREQUENCY, rel=1e-7)
+    assert not cut.drifts
+
+
+def test_the_cut_follows_a_drive_that_drifts() -> None:
+    i = np.arange(N)
+    turns = FREQUENCY * i + 1.5e-9 * (i - N / 2) ** 2  # 0.8 % change of speed over the test
+    cut = cycles.cut(base_of(turns), FREQUENCY, noise=1e-6)
+    at = np.interp(cut.start, i, turns)
+    assert cut.drifts
+    np.testing.assert_allclose(at + 0.25, np.rint(at + 0.25), atol=2e-4)
+    constant = cycles.cut(base_of(FREQUENCY * i), FREQUENCY, noise=1e-6)
+    assert cut.frequency_se > 100 * constant.frequency_se
+
+
+def test_no_cycle_starts_before_the_transient_ends() -> None:
+    cut = cycles.cut(base_of(FREQUENCY * np.arange(N)), FREQUENCY, noise=1e-6, begin=5000.0)
+    assert cut.start[0] >= 5000.0
+    assert cut.start[0] < 5000.0 + 1 / FREQUENCY
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(0.0005, 0.05), st.floats(0, 1))
+def test_full_cycles_fill_the_record(frequency: float, phase: float) -> None:
+    cut = cycles.cut(base_of(frequency * np.arange(N) + phase), frequency, noise=1e-6)
+    assert N * frequency - 2 <= len(cut) <= N * frequency
+    assert cut.frequency == pytest.approx(frequency, rel=1e-5)
+
+
+def test_folding_in_chunks_is_folding() -> None:
+    signal = np.random.default_rng(1).standard_normal(5000)
+    start = np.arange(3.0, 4800.0, 97.3)
+    whole = cycles.fold(signal, start, start + 97.3, 104)
+    parts = np.concatenate([rows for _, rows in cycles.folded(signal, start, start + 97.3, 104, size=500)])
+    np.testing.assert_array_equal(whole, parts)
+
+
+def test_frequencies_that_are_none_are_refused() -> None:
+    with pytest.raises(AnalysisError, match=r"expected 0 to 0\.5"):
+        cycles.cut(np.zeros(100), 0.7, noise=0.0)
+
+
+def test_stamps_that_stray_are_put_on_an_even_clock() -> None:
+    generator = np.random.default_rng(5)
+    t = np.arange(2000) * 0.01 + generator.uniform(-0.002, 0.002, 2000)
+    mass, _, stray = cycles.evenly(t, np.sin(t), np.cos(t), 0.01)
+    assert stray > 0.1
+    np.testing.assert_allclose(mass, np.sin(t[0] + 0.01 * np.arange(len(mass))), atol=1e-4)
+
+
+def test_stamps_written_coarsely_are_even() -> None:
+    exact = np.arange(3000) / 1200.0
+    t = np.round(exact, 3)  # 0.833 ms steps written as 0, 1, 1, 1, ... would repeat; 1200 Hz gives steps of 0 or 1 ms
+    t = t[np.concatenate([[True], np.diff(t) > 0])]
+    mass, _, stray = cycles.evenly(np.round(np.arange(500) / 300.0, 3), np.ones(500), np.ones(500), 1 / 300.0)
+    assert stray == 0.0
+    assert len(mass) == 500
+    assert len(t) > 0

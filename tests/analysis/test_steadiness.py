@@ -1,0 +1,81 @@
+import math
+
+import numpy as np
+import pytest
+
+from frictionlab.analysis import drift, steadiness
+
+
+def test_settling_is_where_the_last_outlying_cycle_ends() -> None:
+    distance = np.concatenate([np.geomspace(1.0, 0.03, 20), np.full(40, 0.004)])
+    assert steadiness.settled_at(distance, floor=0.002) == 20
+    assert steadiness.settled_at(np.full(60, 0.004), floor=0.002) == 0
+
+
+def test_a_motion_that_still_moves_has_not_settled() -> None:
+    assert steadiness.settled_at(np.linspace(1.0, 0.0, 60), floor=0.001) is None
+    assert steadiness.settled_at(np.zeros(5), floor=0.001) is None
+
+
+def test_beating_is_found_with_its_period() -> None:
+    j = np.arange(200)
+    series = 1 + 0.1 * np.sin(2 * math.pi * j / 17.0) + 0.005 * np.random.default_rng(1).standard_normal(200)
+    beat = steadiness.beating(series, noise=0.005)
+    assert beat is not None
+    assert beat.period == pytest.approx(17, rel=0.05)
+    assert beat.depth == pytest.approx(0.1, rel=0.15)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_and_trends_do_not_beat(seed: int) -> None:
+    noise = np.random.default_rng(seed).standard_normal(150)
+    assert steadiness.beating(1 + 0.05 * noise, noise=0.01) is None
+    assert steadiness.beating(1 + 0.2 * np.linspace(0, 1, 150), noise=1e-4) is None
+
+
+def test_jumps_are_found_where_they_are() -> None:
+    series = 1 + 0.003 * np.random.default_rng(2).standard_normal(300)
+    series[80:210] += 0.4
+    assert steadiness.jumps(series, noise=0.003).tolist() == pytest.approx([80, 210], abs=1)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_does_not_jump(seed: int) -> None:
+    assert len(steadiness.jumps(1 + 0.05 * np.random.default_rng(seed).standard_normal(400), noise=0.01)) == 0
+
+
+def test_one_cycle_every_ten_seconds() -> None:
+    start = np.arange(0.0, 100.0, 0.7)
+    time, value = drift.every(start, 2 * start)
+    assert len(time) == 10
+    assert np.all((time - 10 * np.arange(10) >= 0) & (time - 10 * np.arange(10) < 0.7))
+    np.testing.assert_array_equal(value, 2 * time)
+
+
+def test_a_trend_is_found_with_honest_confidence() -> None:
+    generator, time = np.random.default_rng(3), np.arange(0.0, 1800.0, 10.0)
+    hits, slope = 0, 1e-4
+    for _ in range(400):
+        trend = drift.linear_trend(time, 1 + slope * time + 0.05 * generator.standard_normal(len(time)))
+        assert trend is not None
+        hits += trend.low < slope < trend.high
+    assert 0.92 < hits / 400 < 0.98
+
+
+def test_neighbours_that_hang_together_widen_the_confidence() -> None:
+    generator, time = np.random.default_rng(4), np.arange(0.0, 1800.0, 10.0)
+    value = np.zeros(180)
+    for j in range(1, 180):
+        value[j] = 0.7 * value[j - 1] + generator.standard_normal()
+    wide = drift.linear_trend(time, value)
+    shuffled = drift.linear_trend(time, generator.permutation(value))
+    assert wide is not None
+    assert shuffled is not None
+    assert wide.slope_se > 1.7 * shuffled.slope_se
+    assert drift.linear_trend(time[:5], value[:5]) is None
+
+
+@pytest.mark.parametrize(("freedom", "quantile"), [(4, 2.776), (10, 2.228), (30, 2.042), (178, 1.973)])
+def test_students_t(freedom: float, quantile: float) -> None:
+    """Against the tables of Student's distribution."""
+    assert drift.student95(freedom) == pytest.approx(quantile, rel=0.01)

@@ -1,0 +1,92 @@
+import math
+
+import numpy as np
+import pytest
+
+from frictionlab.analysis import stops
+from frictionlab.analysis.response import half_range, levelled
+from frictionlab.analysis.smoothing import smoothed, smoother
+from tests.analysis import naive
+from tests.analysis.seen import steady
+
+POINTS = 512
+HOW = stops.Thresholds(still=0.003, dwell=0.0075 * stops.TURN)
+
+
+def found(v: np.ndarray, how: stops.Thresholds = HOW) -> stops.Stops:
+    pauses = stops.joined([stops.pauses(v, how.still)], [0], *v.shape)
+    return stops.stops_of(pauses, how, v.shape[1])
+
+
+@pytest.mark.parametrize(
+    ("r", "beta"), [(0.1, 0.2), (0.13, 0.6), (0.2, 0.4), (0.3, 0.6), (0.5, 0.4), (0.58, 0.55), (1.2, 0.75), (2.5, 0.75)]
+)
+def test_stops_of_exact_orbits_are_found_with_their_lengths(r: float, beta: float) -> None:
+    state, orbit, _, _ = steady(r, beta)
+    tau = stops.TURN * np.arange(3 * POINTS) / POINTS + 1.0
+    v = orbit.at(np.mod(tau, stops.TURN))[1].reshape(3, POINTS)
+    count, stuck = stops.per_cycle(found(v), 3)
+    np.testing.assert_array_equal(count, [state.stops_per_cycle] * 3)
+    np.testing.assert_allclose(stuck, state.stuck_fraction or 0.0, atol=0.006 * max(2, state.stops_per_cycle or 0))
+
+
+@pytest.mark.parametrize(("r", "beta"), [(0.5, 0.3), (0.6, 0.5), (0.75, 0.78), (0.8, 0.3), (1.2, 0.6), (2.0, 0.5)])
+def test_turning_points_and_slow_passages_are_no_stops(r: float, beta: float) -> None:
+    _, orbit, _, _ = steady(r, beta)
+    v = orbit.at(stops.TURN * np.arange(POINTS) / POINTS)[1].reshape(1, POINTS)
+    assert len(found(v).begin) == 0
+
+
+def test_a_stop_across_the_ends_is_one_stop() -> None:
+    tau = stops.TURN * (np.arange(4 * POINTS) + 0.5) / POINTS
+    v = np.where(np.cos(tau) > 0.9, 0.0, np.sin(tau)).reshape(4, POINTS)
+    count, stuck = stops.per_cycle(found(v), 4)
+    np.testing.assert_array_equal(count, 1)
+    np.testing.assert_allclose(stuck, math.acos(0.9) / math.pi, atol=0.01)
+
+
+def test_blocks_do_not_matter() -> None:
+    _, orbit, _, _ = steady(0.2, 0.4)
+    v = orbit.at(np.mod(stops.TURN * np.arange(6 * POINTS) / POINTS + 0.2, stops.TURN))[1].reshape(6, POINTS)
+    parts = [stops.pauses(v[first : first + 2], HOW.still) for first in (0, 2, 4)]
+    whole = found(v)
+    pieces = stops.stops_of(stops.joined(parts, [0, 2, 4], 6, POINTS), HOW, POINTS)
+    np.testing.assert_allclose(pieces.begin, whole.begin, atol=0.02)
+    np.testing.assert_allclose(pieces.end, whole.end, atol=0.05)
+
+
+def test_thresholds_follow_the_noise() -> None:
+    quiet, loud = stops.thresholds(1e-5, 0.02), stops.thresholds(0.01, 0.5)
+    assert quiet.still == 1e-3
+    assert loud.still == pytest.approx(0.03)
+    assert loud.dwell > quiet.dwell
+
+
+def test_smoothing_takes_the_noise_and_leaves_the_motion() -> None:
+    generator = np.random.default_rng(7)
+    _, orbit, _, amplitude = steady(0.5, 0.5)
+    clean = orbit.at(stops.TURN * np.arange(320) / 320)[0]
+    rows = clean + 4.6e-4 * generator.standard_normal((100, 320))
+    how = smoother(rows, noise=4.6e-4, samples=320.0)
+    part = next(smoothed(rows, how, POINTS))
+    exact, velocity = orbit.at(stops.TURN * np.arange(POINTS) / POINTS)
+    assert np.abs(part.x - exact).max() < 4.6e-4
+    assert np.sqrt(np.mean((part.v - velocity) ** 2)) < 0.02
+    assert half_range(part.x)[0] == pytest.approx(amplitude, rel=3e-4)
+
+
+def test_smoothing_keeps_what_each_cycle_has_of_its_own() -> None:
+    generator = np.random.default_rng(9)
+    turns = np.arange(60 * 256) / 256
+    clean = ((1.0 + 0.1 * np.sin(stops.TURN * turns / 7.3)) * np.sin(stops.TURN * turns)).reshape(60, 256)
+    sizes = [naive.half_range(row) for row in clean]
+    rows = clean + 1e-3 * generator.standard_normal((60, 256))
+    parts = list(smoothed(rows, smoother(rows, noise=1e-3, samples=256.0), POINTS))
+    np.testing.assert_allclose(np.concatenate([half_range(part.x) for part in parts]), sizes, atol=1e-3)
+
+
+def test_levelling_makes_stops_flat_and_touches_nothing_else() -> None:
+    x = np.arange(20.0).reshape(2, 10)
+    stop = stops.Stops(np.array([3.0]) * stops.TURN / 10, np.array([6.0]) * stops.TURN / 10)
+    flat = levelled(x, stop, 0.0).ravel()
+    assert flat.tolist() == [0, 1, 2, 4, 4, 4, *range(6, 20)]
