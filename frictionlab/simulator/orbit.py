@@ -175,6 +175,7 @@ def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "exact") -> St
     path, miss = float(room[1][layout.PATH]), hypot(end_z - start[0], problem.r * (end_v - start[1]))
     row[layout.OUTCOME] = layout.PERIODIC if path > 0.0 else layout.STUCK
     row[layout.MISS], row[layout.CLOSED_FORM] = miss, 0.0
+    row[layout.ENERGY] = room[1][layout.WORK]  # the area of the loop (2.18), which measurement and thesis report
     row[layout.SYMMETRIC] = engine.kernel.mirrored(rig, force, *start, engines.make_room(engine, problem, 0))
     state = from_numbers(problem, row, run)
     settled = miss <= SETTLED * (hypot(*start) + path)

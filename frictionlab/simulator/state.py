@@ -48,7 +48,8 @@ class SteadyState:
     outcome : str
         "periodic", "stuck" (never moves), "unbounded" (no steady state), "not settled" or "not found".
     energy_per_cycle : float or None
-        Energy dissipated per cycle over k Y^2: friction beta * path, plus the dashpot's (2.18, 3.7).
+        Energy per cycle over k Y^2: friction beta * path, plus the dashpot's (2.18, 3.7); of a motion that has not
+        settled, the energy put in (2.18).
     response_amplitude : float or None
         (max - min) / 2 of the displacement of the mass over Y.
     stops_per_cycle : float or None
@@ -164,7 +165,7 @@ def warnings_of(problem: Problem, outcome: Outcome, multiplier: float | None) ->
         n = round(0.5 / problem.r)
         said.append(
             f"At r = 1/{2 * n} with beta <= 1/(4 n^2 - 1) a continuum of asymmetric motions (3.3) has the same energy "
-            "and amplitude; this is the symmetric one. A run from rest creeps towards the continuum's edge like N^(-1/2)."
+            "and amplitude; this is the symmetric one. A run from rest creeps towards its edge like N^(-1/2)."
         )
     elif outcome == "periodic" and multiplier is not None and 1.0 - abs(multiplier) < 1e-3:
         lasts = f"{1.0 / (1.0 - abs(multiplier)):.1g}" if abs(multiplier) < 1.0 else "endlessly many"
