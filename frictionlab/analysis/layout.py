@@ -119,8 +119,8 @@ def lay_out(stretches: list[Stretch], *, padding: int = spectrum.DEFAULT_PADDING
     points = cycles.points_per_cycle(1.0 / cut.frequency)
     base = _folded_all([s.base for s in stretches], cuts, points)
     mass = _folded_all([s.mass for s in stretches], cuts, points)
-    drive = _drive(base, cut, longest.step, base_noise)
     blocks = _blocks(cuts)
+    drive = _drive(base, blocks, cut, longest.step, base_noise)
     time = np.concatenate([s.time + c.start * s.step for s, c in zip(stretches, cuts, strict=True)])
     end = np.concatenate([s.time + c.end * s.step for s, c in zip(stretches, cuts, strict=True)])
     return Layout(
@@ -171,12 +171,12 @@ def _blocks(cuts: list[cycles.Cut]) -> tuple[slice, ...]:
     return tuple(slice(a, b) for a, b in pairwise(edges) if b > a)
 
 
-def _drive(base: FloatArray, cut: cycles.Cut, step: float, base_noise: float) -> Drive:
+def _drive(base: FloatArray, blocks: tuple[slice, ...], cut: cycles.Cut, step: float, base_noise: float) -> Drive:
     """Amplitude and harmonics of the base motion from its mean cycle (m)."""
     n, points = base.shape
     order = np.arange(1, HARMONICS + 1)
     turn = 2.0 * np.pi * np.arange(points) / points - 0.5 * np.pi  # rows start at the rise through zero
-    mean = base.mean(axis=0)
+    mean = base.mean(axis=0) - slow_wander(base, blocks)[0]
     lines = np.array([np.sum(mean * np.exp(-1j * k * turn)) for k in order]) * (2.0 / points)
     each = np.abs(cycles.first_harmonic(base, turn)) * (2.0 / points)
     amplitude = float(abs(lines[0]))
@@ -194,20 +194,25 @@ def _drive(base: FloatArray, cut: cycles.Cut, step: float, base_noise: float) ->
     )
 
 
-def slow_wander(rows: FloatArray, blocks: tuple[slice, ...], some: slice) -> FloatArray:
-    """Slow wander of some rows: straight lines from the middle of each cycle's mean to the next, within a block."""
+def slow_wander(rows: FloatArray, blocks: tuple[slice, ...], some: slice | None = None) -> FloatArray:
+    """Slow wander of rows: straight lines from the middle of each cycle's mean to the next, within a block.
+
+    Returns
+    -------
+    (n, points) array
+        Of the rows ``some``; without it one row, the mean wander of all.
+    """
     points = rows.shape[1]
     inside = (np.arange(points) + 0.5) / points - 0.5
-    first = max(0, some.start - 1)
-    means = np.full(len(rows), np.nan)
-    near = slice(first, min(len(rows), some.stop + 1))
-    means[near] = rows[near].mean(axis=1)
+    means = rows.mean(axis=1)
     before, after = np.zeros(len(rows)), np.zeros(len(rows))
     for block in blocks:
         rise = np.diff(means[block])
         if len(rise):
             before[block] = np.concatenate([rise[:1], rise])
             after[block] = np.concatenate([rise, rise[-1:]])
+    if some is None:
+        return np.asarray(means.mean() + np.where(inside < 0, before.mean(), after.mean()) * inside)[None]
     return np.asarray(means[some, None] + np.where(inside < 0, before[some, None], after[some, None]) * inside)
 
 

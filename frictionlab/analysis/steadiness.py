@@ -96,5 +96,7 @@ def jumps(series: FloatArray, *, noise: float, width: int = 5, least: float = 0.
     step = np.abs(middle[width:] - middle[:-width])
     within = np.maximum(spread[width:], spread[:-width])
     begin, end = runs(step > np.maximum(8.0 * np.maximum(within, noise), least))
-    peaks = [b + int(np.argmax(step[b:e])) for b, e in zip(begin, end, strict=True)]
+    mean = windows.mean(axis=1)
+    sharp = np.abs(mean[width:] - mean[:-width])  # medians say whether, means say where
+    peaks = [b + int(np.argmax(sharp[b:e])) for b, e in zip(begin, end, strict=True)]
     return np.array(peaks, dtype=np.intp) + width

@@ -14,9 +14,12 @@ from frictionlab import __version__
 from frictionlab.cli.analyze import analyze
 from frictionlab.cli.campaign import campaign
 from frictionlab.cli.compare_numeric import compare_numeric
+from frictionlab.cli.free_vibration import free_vibration
 from frictionlab.cli.ingest import ingest
 from frictionlab.cli.output import complain
 from frictionlab.cli.show import show
+from frictionlab.cli.simulate import simulate
+from frictionlab.cli.sweep import sweep
 from frictionlab.cli.synthesize import synthesize
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
 
@@ -67,6 +70,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     ingest,
     analyze,
     compare_numeric,
+    free_vibration,
     campaign,
     synthesize,
     show,

@@ -1,0 +1,203 @@
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.errors import AnalysisError
+from frictionlab.recording import Quality, Recording
+from frictionlab.scene import Analysis, Rig, Scene
+from tests.analysis.seen import BASE_M, NATURAL_HZ, NOISE_M, STEP_M, recording_of, scene, steady, through_laser
+
+DATA = Path(__file__).parents[3] / "shared" / "data"
+KEYS = [
+    "source", "status", "reason", "warnings", "material", "normal_force_n", "sampling_rate_hz", "duration_s",
+    "transient_s", "drive_frequency_hz", "drive_frequency_hz_se", "natural_frequency_hz", "frequency_ratio",
+    "frequency_ratio_se", "base_amplitude_m", "base_amplitude_m_se", "base_distortion", "cycles",
+    "energy_per_cycle", "energy_per_cycle_se", "energy_per_cycle_j", "energy_rule", "response_amplitude",
+    "response_amplitude_se", "irregularity_index", "irregularity_floor", "base_irregularity_index",
+    "stops_per_cycle", "stuck_fraction", "regime", "asymmetry",
+]  # fmt: skip
+# (r, beta) from multi-stop to far above resonance; every stop lasts at least 2 % of a cycle
+POINTS = [
+    (0.1, 0.2), (0.1, 0.75), (0.13, 0.6), (0.2, 0.4), (0.3, 0.6), (0.42, 0.4), (0.5, 0.2), (0.5, 0.6), (0.7, 0.4),
+    (0.8, 0.1), (1.2, 0.3), (1.4, 0.75), (2.0, 0.4), (2.5, 0.3),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("r", "beta"), POINTS)
+def test_truth_is_found_through_the_laser(r: float, beta: float) -> None:
+    state, _, energy, amplitude = steady(r, beta)
+    m = measure(recording_of(r, beta, seed=17), scene())
+    assert m.frequency_ratio == pytest.approx(r, abs=1e-6)  # ten times better than asked for
+    assert m.energy_per_cycle == pytest.approx(energy, rel=1e-3)
+    assert m.response_amplitude == pytest.approx(amplitude, rel=3e-3)
+    assert m.stops_per_cycle == pytest.approx(state.stops_per_cycle, abs=0.05)
+    assert m.regime == state.regime
+    assert m.stuck_fraction == pytest.approx(state.stuck_fraction, abs=0.05)
+    assert abs(m.energy_per_cycle - energy) < 4 * m.energy_per_cycle_se
+    assert m.energy_input_per_cycle == pytest.approx(m.energy_per_cycle, rel=2e-3)
+    assert m.warnings == ()
+
+
+def test_row_has_the_contracts_keys_first() -> None:
+    row = measure(recording_of(0.5, 0.4, seed=1, seconds=40.0), scene()).row()
+    assert list(row)[: len(KEYS)] == KEYS
+    assert row["status"] == "ok"
+    assert row["energy_rule"] == "all"
+
+
+def test_stated_errors_cover_the_truth() -> None:
+    """A smaller version of tests/benchmarks/analysis_coverage.py: 150 realisations of a short test."""
+    _, orbit, energy, _ = steady(0.5, 0.4)
+    generator = np.random.default_rng(42)
+    t = np.arange(0.0, 20.0, 1 / 250)
+    tau = 2 * math.pi * 0.5 * NATURAL_HZ * t
+    mass, base = BASE_M * orbit.at(np.mod(tau, 2 * math.pi))[0], BASE_M * np.cos(tau)
+    what = scene("all", 0.0)
+    inside = np.zeros((150, 2))
+    for j in range(150):
+        m = measure(Recording(t, through_laser(mass, generator), through_laser(base, generator)), what)
+        inside[j, 0] = abs(m.drive_frequency_hz - 0.5 * NATURAL_HZ) / (m.drive_frequency_hz_se or math.nan)
+        inside[j, 1] = abs(m.energy_per_cycle - energy) / m.energy_per_cycle_se
+    # binomial scatter of 150 draws is 3.8 points at 68 % and 1.8 at 95 %: three of them either way
+    assert np.abs((inside < 1).mean(axis=0) - 0.6827).max() < 0.115
+    assert np.abs((inside < 1.96).mean(axis=0) - 0.95).max() < 0.055
+
+
+def test_sensor_drift_does_not_leak_into_the_energy() -> None:
+    clean = recording_of(0.5, 0.4, seed=3, noise=0.0)
+    slope = 0.5e-3 / 90.0  # half a millimetre in the test
+    mass = clean.mass_displacement + slope * clean.time
+    base = clean.base_displacement - slope * clean.time
+    straight, drifting = measure(clean, scene()), measure(Recording(clean.time, mass, base), scene())
+    assert drifting.energy_per_cycle == pytest.approx(straight.energy_per_cycle, rel=1e-4)
+    assert drifting.response_amplitude == pytest.approx(straight.response_amplitude, rel=2e-3)
+
+
+def test_no_cycle_crosses_a_gap() -> None:
+    whole = recording_of(0.5, 0.4, seed=4)
+    keep = (whole.time < 41.3) | (whole.time > 43.9)
+    quality = np.zeros(keep.sum(), np.uint8)
+    quality[np.argmax(whole.time[keep] > 43.0)] = Quality.NOT_BRIDGED
+    holed = Recording(whole.time[keep], whole.mass_displacement[keep], whole.base_displacement[keep], quality)
+    m = measure(holed, scene())
+    assert m.energy_per_cycle == pytest.approx(measure(whole, scene()).energy_per_cycle, rel=1e-3)
+    starts = m.series.time
+    assert not np.any((starts > 41.3 - 1 / m.drive_frequency_hz) & (starts < 43.9))
+    assert any("gap: no samples from 41.3 s to 43.9 s" in warning for warning in m.warnings)
+
+
+def test_a_drive_that_drifts_is_followed_and_said() -> None:
+    _, orbit, energy, _ = steady(0.3, 0.6)
+    t = np.arange(0.0, 200.0, 1 / 250)
+    tau = 2 * math.pi * 0.3 * NATURAL_HZ * t + 2e-4 * (t - 100.0) ** 2  # the motor speeds up by 1.4 %
+    generator = np.random.default_rng(5)
+    mass = through_laser(BASE_M * orbit.at(np.mod(tau, 2 * math.pi))[0], generator)
+    m = measure(Recording(t, mass, through_laser(BASE_M * np.cos(tau), generator)), scene())
+    assert m.energy_per_cycle == pytest.approx(energy, rel=1e-3)
+    assert any(warning.startswith("drive_frequency_hz: the drive is not even") for warning in m.warnings)
+
+
+def test_harmonics_of_the_base() -> None:
+    t = np.arange(0.0, 60.0, 1 / 500)
+    tau = 2 * math.pi * 1.03 * t + 0.4
+    base = 1e-3 * (np.cos(tau) + 0.06 * np.cos(2 * tau + 1.0) - 0.02 * np.sin(5 * tau))
+    m = measure(Recording(t, 1e-3 * np.sin(tau), base), scene())
+    assert m.base_amplitude_m == pytest.approx(1e-3, rel=1e-5)
+    assert m.base_distortion == pytest.approx(math.hypot(0.06, 0.02), rel=1e-3)
+    assert m.cycle.base_cosine[:2] == pytest.approx([1.0, 0.06 * math.cos(1.0)], abs=1e-5)
+    assert m.cycle.base_sine[1:5] == pytest.approx([-0.06 * math.sin(1.0), 0, 0, -0.02], abs=1e-5)
+    rebuilt = sum(
+        c * np.cos(k * m.cycle.tau) + s * np.sin(k * m.cycle.tau)
+        for k, (c, s) in enumerate(zip(m.cycle.base_cosine, m.cycle.base_sine, strict=True), 1)
+    )
+    np.testing.assert_allclose(m.cycle.base, rebuilt, atol=1e-5)
+    assert any(warning.startswith("base_distortion: ") for warning in m.warnings)
+
+
+def test_a_mass_that_never_moves() -> None:
+    generator = np.random.default_rng(6)
+    t = np.arange(0.0, 60.0, 1 / 250)
+    base = through_laser(BASE_M * np.cos(2 * math.pi * t), generator)
+    m = measure(Recording(t, through_laser(np.zeros(len(t)), generator), base), scene())
+    assert (m.regime, m.stops_per_cycle, m.stuck_fraction) == ("stuck", 0.0, 1.0)
+    assert (m.irregularity_index, m.irregularity_floor, m.asymmetry) == (None, None, None)
+    assert abs(m.energy_per_cycle) < 5 * m.energy_per_cycle_se
+
+
+def test_a_transient_cut_too_short_is_said() -> None:
+    t = np.arange(0.0, 90.0, 1 / 250)
+    tau = 2 * math.pi * t
+    mass = 1e-3 * (np.sin(tau) + 2 * np.exp(-t / 8) * np.cos(3.1 * t))
+    m = measure(Recording(t, mass, 1e-3 * np.cos(tau)), scene(transient=5.0))
+    assert m.settled_s is not None
+    assert m.settled_s > 15
+    assert any(warning.startswith("transient_s: the motion settled only") for warning in m.warnings)
+    assert not any(
+        "transient_s" in w for w in measure(Recording(t, mass, 1e-3 * np.cos(tau)), scene(transient=60.0)).warnings
+    )
+
+
+def test_jumps_between_motions_name_their_times() -> None:
+    t = np.arange(0.0, 300.0, 1 / 100)
+    side = np.where((t > 120) & (t < 210), -0.3, 0.3)
+    tau = 2 * math.pi * t
+    m = measure(Recording(t, 1e-3 * (np.sin(tau) + side), 1e-3 * np.cos(tau)), scene())
+    said = [warning for warning in m.warnings if "mean position of the response jumps" in warning]
+    assert len(said) == 1
+    times = [float(number) for number in re.findall(r"([\d.]+) s", said[0])]
+    assert times == pytest.approx([120, 210], abs=1.0)  # the start of the cycle in which it jumps
+
+
+def test_what_has_no_measurement_is_refused() -> None:
+    t = np.arange(0.0, 30.0, 0.01)
+    noise = np.random.default_rng(7).standard_normal(len(t))
+    with pytest.raises(AnalysisError, match=r"shorter than its transient: expected more than 40 s; got 29\.99 s"):
+        measure(Recording(t, np.sin(t), np.cos(6 * t)), scene(transient=40.0))
+    with pytest.raises(AnalysisError, match="no drive: the base stands still"):
+        measure(Recording(t, np.sin(t), np.ones(len(t))), scene(transient=5.0))
+    with pytest.raises(AnalysisError, match="no drive: the strongest line of the base motion"):
+        measure(Recording(t, np.sin(t), noise), scene(transient=5.0))
+    with pytest.raises(AnalysisError, match="at least one full cycle"):
+        measure(Recording(t[:600], np.sin(t[:600]), np.cos(t[:600])), scene(transient=0.0))
+
+
+def test_what_is_not_known_is_none_and_says_what_to_do() -> None:
+    bare = Scene(analysis=Analysis(transient_s=2.0))
+    m = measure(recording_of(0.5, 0.4, seed=8, seconds=20.0), bare)
+    assert (m.natural_frequency_hz, m.frequency_ratio, m.energy_per_cycle_j) == (None, None, None)
+    assert any("--natural-frequency" in warning for warning in m.warnings)
+    rig = Rig(natural_frequency_hz=NATURAL_HZ, stiffness_n_per_m=1191.0)
+    joules = measure(recording_of(0.5, 0.4, seed=8, seconds=20.0), Scene(rig=rig, analysis=Analysis(transient_s=2.0)))
+    assert joules.energy_per_cycle_j == pytest.approx(joules.energy_per_cycle * 1191.0 * BASE_M**2, rel=1e-3)
+
+
+def test_noise_and_its_floor_are_measured() -> None:
+    m = measure(recording_of(0.5, 0.4, seed=9), scene())
+    assert m.mass_noise_m == pytest.approx(math.hypot(NOISE_M, STEP_M / math.sqrt(12)), rel=0.03)
+    assert m.irregularity_floor is not None
+    assert m.irregularity_index == pytest.approx(m.irregularity_floor, rel=0.03)
+
+
+def measured(name: str) -> Measurement:
+    path = DATA / name
+    if not path.exists():
+        pytest.skip(f"../shared is not there: {path}")
+    t, x, y = np.loadtxt(path, delimiter=",", skiprows=1, unpack=True)
+    rig = Rig(mass_kg=3.0799, stiffness_n_per_m=1191.0)
+    return measure(Recording(t, 1e-3 * x, 1e-3 * y), Scene(rig=rig, analysis=Analysis(transient_s=2.0, cycles="all")))
+
+
+@pytest.mark.parametrize(("name", "energy"), [("frame_250g.csv", (1.12, 1.17)), ("frame_450g.csv", (1.82, 1.99))])
+def test_real_recordings(name: str, energy: tuple[float, float]) -> None:
+    """Brass on steel, L. Marino; ranges from a first rough pass over the same files."""
+    m = measured(name)
+    assert m.frequency_ratio == pytest.approx(0.320, abs=5e-4)
+    assert m.base_amplitude_m == pytest.approx(1.818e-3, rel=2e-3)
+    assert m.series.stops.tolist() == [2.0] * m.cycles
+    assert energy[0] < m.energy_per_cycle < energy[1]
+    assert m.regime == "stick-slip"
