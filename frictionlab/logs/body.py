@@ -6,7 +6,7 @@ a sample without a value, or quarantined with the reason; nothing falls through.
 
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -62,14 +62,48 @@ class Shape:
 
 
 @dataclass
+class Lines:
+    """Which line each sample stands on: samples that follow one another on consecutive lines share one anchor."""
+
+    samples: list[int] = field(default_factory=list)
+    numbers: list[int] = field(default_factory=list)
+    size: int = 0
+
+    def __len__(self) -> int:
+        return self.size
+
+    def add(self, first: int, count: int) -> None:
+        """Append ``count`` samples on consecutive lines from ``first``."""
+        if count and (not self.numbers or first != self.numbers[-1] + self.size - self.samples[-1]):
+            self.samples.append(self.size)
+            self.numbers.append(first)
+        self.size += count
+
+    def of(self, samples: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Line numbers from 1 of these samples."""
+        at = np.searchsorted(self.samples, samples, side="right") - 1
+        return np.asarray(np.array(self.numbers)[at] + samples - np.array(self.samples)[at])
+
+    def samples_before(self, lines: NDArray[np.int64]) -> NDArray[np.int64]:
+        """How many samples stand above each of these lines."""
+        if not self.numbers:
+            return np.zeros(len(lines), np.int64)
+        at = np.searchsorted(self.numbers, lines, side="right") - 1
+        ends = np.append(self.samples[1:], self.size)
+        found = np.array(self.samples)[at] + lines - np.array(self.numbers)[at]
+        return np.where(at < 0, 0, np.minimum(found, ends[at]))
+
+
+@dataclass
 class Body:
     """What was read: columns as in the file (their units), and what became of the lines.
 
-    ``values`` is (wanted, n) float64 with nan for no value; ``lines`` (n,) int64 the line of each sample, from 1.
+    ``values`` are (n,) float64 for each wanted column, nan for no value; ``empty`` counts those.
     """
 
     values: list[NDArray[np.float64]] = field(default_factory=list)
-    lines: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+    lines: "Lines" = field(default_factory=Lines)
+    empty: int = 0
     counts: dict[str, int] = field(
         default_factory=lambda: dict.fromkeys(("data", "header", "blank", "comment", "quarantined"), 0)
     )
@@ -136,7 +170,6 @@ class Reader:
         self.shape, self.next_line, self.compiled = shape, first_line, compiled
         self.body = Body()
         self._values: list[NDArray[np.float64]] = []
-        self._lines: list[NDArray[np.int64]] = []
         self._regular = _regular_line(shape)
         self._rank = np.argsort(np.argsort(shape.wanted))
 
@@ -176,32 +209,38 @@ class Reader:
     def take(self, parsed: tuple[NDArray[np.float64], int, list[tuple[int, bytes]]]) -> None:
         """Add a parsed block; blocks come in the order of the file."""
         values, count, odd = parsed
-        lines = np.arange(self.next_line, self.next_line + count)
         if odd:
-            lines = np.delete(lines, [i for i, _ in odd])
-            values, lines = self._with_odd(values, lines, odd)
+            values = self._with_odd(values, count, odd)
+        else:
+            self.body.lines.add(self.next_line, count)
         self.body.counts["data"] += values.shape[1]
         self._values.append(values)
-        self._lines.append(lines)
         self.next_line += count
 
     def _with_odd(
-        self, values: NDArray[np.float64], lines: NDArray[np.int64], odd: Iterable[tuple[int, bytes]]
-    ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        more, where = [], []
+        self, values: NDArray[np.float64], count: int, odd: Sequence[tuple[int, bytes]]
+    ) -> NDArray[np.float64]:
+        """Judge the lines that are not regular, and put those that are data in their places."""
+        more: list[tuple[float, ...]] = []
+        is_data = np.ones(count, bool)
+        is_regular = np.ones(count, bool)
         for i, text in odd:
+            is_regular[i] = False
             verdict = judge(text, self.shape)
             if verdict.kind == "data":
                 more.append(verdict.values)
-                where.append(self.next_line + i)
+                self.body.empty += sum(map(math.isnan, verdict.values))
             else:
+                is_data[i] = False
                 self._note(self.next_line + i, text, verdict)
+        for start, stop in runs(is_data):
+            self.body.lines.add(self.next_line + start, stop - start)
         if not more:
-            return values, lines
-        values = np.concatenate([values, np.array(more).T], axis=1)
-        lines = np.concatenate([lines, np.array(where, np.int64)])
-        order = np.argsort(lines, kind="stable")
-        return values[:, order], lines[order]
+            return values
+        merged = np.empty((len(values), int(is_data.sum())))
+        merged[:, is_regular[is_data]] = values
+        merged[:, ~is_regular[is_data]] = np.array(more).T
+        return merged
 
     def _note(self, line: int, text: bytes, verdict: _Verdict) -> None:
         self.body.counts[verdict.kind] += 1
@@ -217,6 +256,7 @@ class Reader:
         if verdict.kind == "data" and not self.shape.last_decimals:
             verdict = _Verdict("quarantined", reason="the file ends inside this line: it may be cut")
         if verdict.kind == "data":
+            self.body.empty += sum(map(math.isnan, verdict.values))
             self.take((np.array([verdict.values]).T, 1, []))
             return
         self._note(self.next_line, text, verdict)
@@ -227,11 +267,16 @@ class Reader:
         width = len(self.shape.wanted)
         for k in range(width):
             self.body.values.append(np.concatenate([v[k] for v in self._values]) if self._values else np.zeros(0))
-        self.body.lines = np.concatenate(self._lines) if self._lines else np.zeros(0, np.int64)
         self._values.clear()
         if self.body.counts["data"] != len(self.body.lines):
             raise LogError("lines do not add up: this is a fault of frictionlab, please report it with the log")
         return self.body
+
+
+def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Start and end of each run of true."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _regular_line(shape: Shape) -> re.Pattern[bytes]:

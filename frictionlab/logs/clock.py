@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
-from frictionlab.recording import Quality, sampling_interval
+from frictionlab.recording import Quality, interval_of_steps
 
 _MOST_STRAY = 0.05
 _STATED_TOLERANCE = 1e-4
@@ -73,14 +73,18 @@ def time_base(stamps: NDArray[np.float64], name: str, *, bridge_s: float, stated
     LogError
         If the stamps do not increase.
     """
-    stray, restarts = _backward(stamps, name)
-    time = np.delete(stamps, stray) if len(stray) else stamps
-    base = TimeBase(time, np.zeros(len(time), np.uint8), stray)
-    if len(restarts):
-        _join(base, restarts - np.searchsorted(stray, restarts))
-    if len(time) < 2 or not base.time[-1] > base.time[0]:
+    steps = np.diff(stamps)
+    base = TimeBase(stamps, np.zeros(len(stamps), np.uint8), np.zeros(0, np.int64))
+    if len(steps) and steps.min() < 0.0:
+        stray, restarts = _backward(stamps, steps, name)
+        time = np.delete(stamps, stray)
+        base = TimeBase(time, np.zeros(len(time), np.uint8), stray)
+        if len(restarts):
+            _join(base, restarts - np.searchsorted(stray, restarts))
+        steps = np.diff(base.time)
+    if len(base.time) < 2 or not base.time[-1] > base.time[0]:
         raise LogError(f"{name}: the time stamps do not increase: give --time, or --sampling-rate")
-    _flag_holes(base, bridge_s)
+    _flag_holes(base, steps, bridge_s)
     if stated_s is not None and abs(stated_s / base.interval - 1.0) > _STATED_TOLERANCE:
         base.warnings.append(
             f"the log states a sampling interval of {stated_s:.9g} s, its stamps are {base.interval:.9g} s apart: "
@@ -89,11 +93,13 @@ def time_base(stamps: NDArray[np.float64], name: str, *, bridge_s: float, stated
     return base
 
 
-def _backward(stamps: NDArray[np.float64], name: str) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _backward(
+    stamps: NDArray[np.float64], steps: NDArray[np.float64], name: str
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Find stray stamps and restarts of the clock, as indices."""
     stray: list[int] = []
     restarts: list[int] = []
-    falls = np.flatnonzero(np.diff(stamps) < 0.0) + 1
+    falls = np.flatnonzero(steps < 0.0) + 1
     if len(falls) > max(5.0, _MOST_STRAY * len(stamps)):
         raise LogError(
             f"{name}: the time stamps run backward {len(falls)} times in {len(stamps)} samples: expected increasing "
@@ -131,12 +137,13 @@ def _join(base: TimeBase, restarts: NDArray[np.int64]) -> None:
     )
 
 
-def _flag_holes(base: TimeBase, bridge_s: float) -> None:
-    steps = np.diff(base.time)
+def _flag_holes(base: TimeBase, steps: NDArray[np.float64], bridge_s: float) -> None:
+    base.interval = interval_of_steps(steps, base.time)
+    base.bridge = max(bridge_s, _SHORTEST_BRIDGE * base.interval)
+    if steps.min() > 0.0 and steps.max() <= 1.5 * base.interval:
+        return
     repeated = steps == 0.0
     coarse = np.count_nonzero(repeated) > 0.1 * len(steps)
-    base.interval = sampling_interval(base.time)
-    base.bridge = max(bridge_s, _SHORTEST_BRIDGE * base.interval)
     resolution = float(steps[steps > 0.0].min()) if coarse else 0.0
     if steps.max() > 1.5 * base.interval + resolution:
         _flag_missing(base, steps, steps > 1.5 * base.interval + resolution)

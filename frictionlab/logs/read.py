@@ -149,7 +149,7 @@ def _read_own_times(table: Table, base_time: NDArray[np.float64], options: LogOp
         table,
         columns={"time": table.columns["base_time"], "base": table.columns["base"]},
         values={"time": base_time[there], "base": table.values["base"][there]},
-        lines=table.lines[there],
+        samples=int(there.sum()),
         quarantined=(),
     )
     columns = {role: table.columns[role] for role in ("time", "mass")}
@@ -189,7 +189,7 @@ def _examined(table: Table, options: LogOptions, roles: Sequence[str]) -> _Senso
     """Convert a log to SI units, and examine clock and values."""
     timing = timing_of(table, options)
     if timing.stamps is None:
-        base = counted(len(table.lines), timing.interval, options.bridge_s)
+        base = counted(table.samples, timing.interval, options.bridge_s)
     else:
         base = time_base(timing.stamps, table.name, bridge_s=options.bridge_s, stated_s=timing.stated_s)
     table = _without_stray(table, base)
@@ -205,7 +205,7 @@ def _without_stray(table: Table, base: TimeBase) -> Table:
     """Quarantine the lines whose stamps run backward."""
     if not len(base.stray):
         return table
-    numbers = table.lines[base.stray].tolist()
+    numbers = table.lines.of(base.stray).tolist()
     room = max(0, KEEP - len(table.quarantined))
     texts = texts_of(table.head, numbers[:room])
     more = [QuarantinedLine(table.name, n, texts.get(n, ""), "the time stamp runs backward") for n in numbers[:room]]
@@ -215,7 +215,7 @@ def _without_stray(table: Table, base: TimeBase) -> Table:
         table,
         file=replace(table.file, lines=lines),
         values={role: np.delete(values, base.stray) for role, values in table.values.items()},
-        lines=np.delete(table.lines, base.stray),
+        samples=table.samples - len(numbers),
         quarantined=tuple(sorted((*table.quarantined, *more), key=lambda q: q.number)),
     )
 
@@ -284,7 +284,7 @@ def _dialect(sensors: _Sensors, options: LogOptions) -> dict[str, Fact]:
         "separator": dialect.separator,
         "decimal": dialect.decimal,
         "header_lines": " ".join(str(i + 1) for i in table.layout.header),
-        "first_data_line": int(table.lines[0]),
+        "first_data_line": table.lines.numbers[0],
     }
     for role, column in table.columns.items():
         facts[f"{role}_column"] = column.title or str(column.index + 1)

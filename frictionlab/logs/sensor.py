@@ -34,9 +34,11 @@ class Channel:
 def examine(values: NDArray[np.float64], role: str, measuring_range: float | None = None) -> Channel:
     """Flag what is wrong with the values [m] of one sensor; nan where the log has no value. No value is changed."""
     channel = Channel(values, np.zeros(len(values), np.uint8))
-    none = np.isnan(values)
-    channel.quality[none] |= np.uint8(Quality.NO_VALUE)
-    some = values[~none] if none.any() else values
+    some = values
+    if np.isnan(values.min()):  # one pass where all is well
+        none = np.isnan(values)
+        channel.quality[none] |= np.uint8(Quality.NO_VALUE)
+        some = values[~none]
     if len(some) == 0:
         return channel
     channel.step, channel.range = step_and_range(some)
@@ -45,8 +47,11 @@ def examine(values: NDArray[np.float64], role: str, measuring_range: float | Non
             f"{role}: values are {channel.step * 1e6:.4g} um apart: an optoNCDT of {channel.range * 1e3:g} mm range"
         )
     channel.range = measuring_range or channel.range
-    _flag_error_codes(channel, role)
-    _flag_out_of_range(channel, role)
+    ends = float(some.min()), float(some.max())
+    if max(-ends[0], ends[1]) > 4.0 * RANGES_M[0]:
+        _flag_error_codes(channel, role)
+    if channel.range is not None and not -0.01 * channel.range <= ends[0] < ends[1] <= 1.01 * channel.range:
+        _flag_out_of_range(channel, role, channel.range)
     _flag_held(channel, role)
     return channel
 
@@ -94,8 +99,6 @@ def unit_by_step(values: NDArray[np.float64]) -> tuple[str, float] | None:
 
 def _flag_error_codes(channel: Channel, role: str) -> None:
     size = np.abs(channel.values)
-    if not np.nanmax(size) > 4.0 * RANGES_M[0]:
-        return
     wrong = np.zeros(len(size), bool)
     for measuring_range in (channel.range,) if channel.range else RANGES_M:
         low, high = (code * measuring_range for code in _CODES)
@@ -111,15 +114,14 @@ def _flag_error_codes(channel: Channel, role: str) -> None:
     )
 
 
-def _flag_out_of_range(channel: Channel, role: str) -> None:
+def _flag_out_of_range(channel: Channel, role: str, measuring_range: float) -> None:
     """Flag values outside the range; a sensor set to zero inside its range has an unknown offset and is left alone."""
     sound = _sound(channel)
-    if channel.range is None or not sound.any():
-        return
     values = channel.values
-    if np.median(values[sound]) < 0.05 * channel.range or np.quantile(values[sound], 0.005) < 0.0:
+    some = values[sound][:: max(1, len(values) // _SAMPLE)]
+    if len(some) == 0 or np.median(some) < 0.05 * measuring_range or np.quantile(some, 0.005) < 0.0:
         return
-    wrong = sound & ((values < -0.01 * channel.range) | (values > 1.01 * channel.range))
+    wrong = sound & ((values < -0.01 * measuring_range) | (values > 1.01 * measuring_range))
     if wrong.any():
         channel.quality[wrong] |= np.uint8(Quality.OUT_OF_RANGE)
         channel.warnings.append(f"{role}: {np.count_nonzero(wrong)} values lie outside the sensor's range")
@@ -134,16 +136,19 @@ def _flag_held(channel: Channel, role: str) -> None:
 
     A stop at a turning point is entered and left at rest; a saturated or holding sensor cuts the motion off.
     """
-    sound = _sound(channel)
-    values = np.where(sound, channel.values, np.nan) if not sound.all() else channel.values
-    held = np.zeros(len(values), bool)
+    values = channel.values
+    if channel.quality.any():
+        values = np.where(_sound(channel), values, np.nan)
+        if np.isnan(values).all():
+            return
+    held = 0
     for end in (np.nanmax(values), np.nanmin(values)):
         for start, stop in _runs(values == end):
             if stop - start >= _SHORTEST_HOLD and _cut_off(values, start, stop):
-                held[start:stop] = True
-    if held.any():
-        channel.quality[held] |= np.uint8(Quality.HELD)
-        channel.warnings.append(f"{role}: {np.count_nonzero(held)} values are held at the end of the range: no stops")
+                channel.quality[start:stop] |= np.uint8(Quality.HELD)
+                held += stop - start
+    if held:
+        channel.warnings.append(f"{role}: {held} values are held at the end of the range: no stops")
 
 
 def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -173,6 +178,8 @@ def bridge(
 
     Returns the indices changed and what stood there.
     """
+    if not channel.quality.any():
+        return np.zeros(0, np.int64), np.zeros(0)
     bad = ~_sound(channel)
     where = np.flatnonzero(bad)
     before = channel.values[where].copy()

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
-from frictionlab.logs.body import COMPILE_FROM, KEEP, Body, Reader, Shape
+from frictionlab.logs.body import COMPILE_FROM, KEEP, Body, Lines, Reader, Shape
 from frictionlab.logs.cells import decimals
 from frictionlab.logs.columns import Column, by_option, is_displacement, pick, unassigned
 from frictionlab.logs.dialect import is_comment, split
@@ -37,8 +37,8 @@ class Table:
         Role (``time``, ``mass``, ``base``) to column; ``time`` is missing in a log without stamps.
     values
         Role to (n,) float64 in the file's unit; nan where the log has no value.
-    lines
-        (n,) line of each sample, from 1.
+    samples, lines
+        How many there are, and which line each stands on.
     restarts
         Samples before which a header was repeated.
     quarantined
@@ -50,7 +50,8 @@ class Table:
     layout: Layout
     columns: dict[str, Column]
     values: dict[str, NDArray[np.float64]]
-    lines: NDArray[np.int64]
+    samples: int
+    lines: Lines
     restarts: NDArray[np.int64]
     quarantined: tuple[QuarantinedLine, ...]
     evidence: tuple[str, ...]
@@ -84,8 +85,9 @@ def read_table(path: Path, options: LogOptions, roles: Sequence[str], progress: 
         layout=layout,
         columns=columns,
         values=dict(zip(columns, body.values, strict=True)),
+        samples=len(body.lines),
         lines=body.lines,
-        restarts=np.unique(np.searchsorted(body.lines, np.array(body.headers, np.int64))),
+        restarts=np.unique(body.lines.samples_before(np.array(body.headers, np.int64))),
         quarantined=tuple(QuarantinedLine(path.name, *line) for line in body.quarantined),
         evidence=(*head.evidence, *layout.dialect.evidence, *layout.evidence),
     )
@@ -237,7 +239,7 @@ def _count(head: Head, layout: Layout, body: Body) -> LineCount:
 
 def _check_damage(body: Body, options: LogOptions, name: str) -> None:
     data, bad = body.counts["data"], body.counts["quarantined"]
-    empty = sum(int(np.isnan(v).sum()) for v in body.values) if body.values else 0
+    empty = body.empty
     if data < 2:
         raise LogError(f"{name}: {data} lines of data: expected at least 2; {_first(body)}")
     share = (bad + empty) / (data + bad)
