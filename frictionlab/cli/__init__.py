@@ -72,6 +72,8 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     compare_numeric,
     free_vibration,
     campaign,
+    simulate,
+    sweep,
     synthesize,
     show,
 )  # in the order of the data

@@ -35,3 +35,18 @@ def bytes_read(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, in
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task(escape(title.encode("ascii", "backslashreplace").decode()), total=None)
         yield lambda done, total: progress.update(task, completed=done, total=total)
+
+
+@contextmanager
+def count(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], None] | None]:
+    """Give a function that takes things done and things in all, and draws them; ``None`` where nothing is drawn."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(title, total=None)
+        yield lambda done, total: progress.update(task, completed=done, total=total)

@@ -2,6 +2,7 @@
 
     Problem --steady_state--> SteadyState (its orbit: one period, phase by phase)
     Problem --simulate-----> Trajectory  (a motion from initial conditions)
+    r, beta, mu, zeta --sweep--> StateMap (steady states over up to four axes)
 
 The mathematics stands in the README of this folder.
 """
@@ -16,6 +17,7 @@ from frictionlab.simulator.closed_form import (
 from frictionlab.simulator.orbit import last_cycle, simulate, steady_state
 from frictionlab.simulator.problem import COSINE, Base, Problem
 from frictionlab.simulator.state import Solver, SteadyState
+from frictionlab.simulator.sweep import StateMap, sweep
 from frictionlab.simulator.thesis import ThesisRun, thesis_run
 from frictionlab.simulator.trajectory import Trajectory
 
@@ -24,6 +26,7 @@ __all__ = [
     "Base",
     "Problem",
     "Solver",
+    "StateMap",
     "SteadyState",
     "ThesisRun",
     "Trajectory",
@@ -33,6 +36,7 @@ __all__ = [
     "last_cycle",
     "simulate",
     "steady_state",
+    "sweep",
     "thesis_run",
     "viscous_amplitude",
     "viscous_energy",

@@ -22,7 +22,17 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator.kernel import accounts, events, layout, motion, orbits
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["Engine", "choose", "compiled", "machine_code_folder", "make_room", "plain", "set_up"]
+__all__ = [
+    "Engine",
+    "choose",
+    "compiled",
+    "is_worth_it",
+    "machine_code_folder",
+    "make_force",
+    "make_room",
+    "plain",
+    "set_up",
+]
 
 MODULES = (motion, events, orbits, accounts)  # each uses only those before it
 WORTH_LOADING = 2e4  # slides; in plain Python they take about as long (1 s) as loading the compiled kernel
@@ -112,13 +122,16 @@ def _fresh(module: ModuleType) -> ModuleType:
     return twin
 
 
-def choose(slides: float) -> Engine:
-    """Return the engine for about so many slides of work: the compiled one if loaded already or worth loading."""
+def is_worth_it(slides: float) -> bool:
+    """Tell whether about so many slides of work are done sooner by the compiled kernel, its loading included."""
     if compiled.cache_info().currsize or slides > WORTH_COMPILING:
-        return compiled()
-    if slides > WORTH_LOADING and any(machine_code_folder().glob("**/*.nbi")):
-        return compiled()
-    return plain()
+        return True
+    return slides > WORTH_LOADING and any(machine_code_folder().glob("**/*.nbi"))
+
+
+def choose(slides: float) -> Engine:
+    """Return the engine for about so many slides of work."""
+    return compiled() if is_worth_it(slides) else plain()
 
 
 def make_force(engine: Engine, cosine: tuple[float, ...], sine: tuple[float, ...]) -> Any:

@@ -8,13 +8,14 @@ from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.state import Regime, Solver, SteadyState, from_numbers, regime_of
+from frictionlab.simulator.state import Regime, Solver, SteadyState, from_numbers
 from frictionlab.simulator.thesis import ThesisRun, thesis_run
 from frictionlab.simulator.trajectory import Trajectory, from_record, refuse_chatter, simulate_exactly
 
 __all__ = ["last_cycle", "simulate", "steady_state"]
 
 CLOSED = {"auto": 0, "closed-form": 1, "exact": -1}
+LARGEST = 1e100  # initial condition: its square must be a double
 SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
 
 
@@ -130,8 +131,11 @@ def simulate(
         raise UsageError(f"simulate: solver; expected 'exact' or 'auto'; got {solver!r}")
     if cycles < 1 or not (keep is None or 1 <= keep <= cycles):
         raise UsageError(f"simulate: cycles, keep; expected 1 <= keep <= cycles; got cycles = {cycles}, keep = {keep}")
-    if not all(isfinite(number) for number in (x0, v0, tau0)):
-        raise SimulationError(f"simulate: initial conditions; expected finite numbers; got {x0}, {v0}, {tau0}")
+    if not (abs(x0) <= LARGEST and abs(v0) <= LARGEST and isfinite(tau0)):
+        raise SimulationError(
+            f"simulate: initial conditions; expected finite numbers of size up to {LARGEST:g}; "
+            f"got x0 = {x0}, v0 = {v0}, tau0 = {tau0}"
+        )
     return simulate_exactly(
         problem, cycles=cycles, x0=x0, v0=v0, tau0=tau0 % (2.0 * pi), keep=cycles if keep is None else keep
     )
@@ -179,7 +183,10 @@ def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "exact") -> St
     row[layout.SYMMETRIC] = engine.kernel.mirrored(rig, force, *start, engines.make_room(engine, problem, 0))
     state = from_numbers(problem, row, run)
     settled = miss <= SETTLED * (hypot(*start) + path)
-    return state if settled else replace(state, outcome="not settled", regime=regime_of(row))
+    if settled:
+        return state
+    unknown: dict[str, Any] = {"symmetric": None, "period_cycles": None, "floquet_multiplier": None, "warnings": ()}
+    return replace(state, outcome="not settled", **unknown)
 
 
 def _from_thesis(run: ThesisRun) -> SteadyState:

@@ -4,6 +4,9 @@ from dataclasses import dataclass, field
 from math import hypot, isfinite
 from typing import Literal
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from frictionlab.errors import SimulationError
 
 __all__ = ["COSINE", "Base", "Problem", "Wall"]
@@ -54,6 +57,11 @@ class Base:
     def harmonics(self) -> int:
         """Number of harmonics kept."""
         return len(self.cosine)
+
+    def at(self, tau: ArrayLike) -> NDArray[np.float64]:
+        """Return the displacement of the base over Y at times tau (rad)."""
+        phase = np.multiply.outer(np.asarray(tau, dtype=np.float64), np.arange(1, self.harmonics + 1))
+        return np.asarray(np.cos(phase) @ np.array(self.cosine) + np.sin(phase) @ np.array(self.sine))
 
 
 COSINE = Base()

@@ -165,7 +165,8 @@ def from_record(problem: Problem, record: Any, count: int, *, periodic: bool, mi
     rows = np.array(record[: PHASE * count], dtype=np.float64).reshape(count, PHASE)
     if mirror:
         rows = np.vstack((rows, rows * np.array([-1.0, 1.0, 1.0, -1.0, -1.0, -1.0]) + np.array([0, pi, 0, 0, 0, 0])))
-    cycle = np.concatenate(([0], np.cumsum(np.diff(rows[:, 1]) < 0.0)))
+    again = np.diff(rows[:, 1]) < 0.5 * rows[:-1, 2]  # a new cycle begins, also after a phase that filled one
+    cycle = np.concatenate(([0], np.cumsum(again)))
     return _frozen(problem, rows, cycle, periodic=periodic)
 
 

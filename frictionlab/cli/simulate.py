@@ -1,0 +1,112 @@
+"""``frictionlab simulate``: one steady state, or the last of N cycles from rest."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from frictionlab.cli.options import AsJson, Force, Quiet
+from frictionlab.cli.output import complain, print_table
+from frictionlab.errors import SimulationError, UsageError
+from frictionlab.tables import Row, check_output, json_line, write_rows
+
+if TYPE_CHECKING:
+    from frictionlab.simulator import SteadyState
+
+KIND = "frictionlab motion"
+SAMPLES = 1000  # per cycle, of the motion in an .h5
+
+
+def simulate(
+    *,
+    r: Annotated[float, typer.Option("--r", help="Frequency ratio, drive over natural frequency.")],
+    beta: Annotated[float, typer.Option("--beta", help="Friction ratio, friction force over k Y.")],
+    mu: Annotated[float, typer.Option("--mu", help="Static over kinetic friction.")] = 1.0,
+    zeta: Annotated[float, typer.Option("--zeta", help="Viscous damping ratio.")] = 0.0,
+    wall: Annotated[
+        Literal["fixed", "base"], typer.Option("--wall", help="What the mass rubs against: a fixed wall, or the base.")
+    ] = "fixed",
+    solver: Annotated[
+        Literal["auto", "closed-form", "exact", "thesis"],
+        typer.Option("--solver", help="auto: the closed form where valid, else the exact orbit. thesis: RK45."),
+    ] = "auto",
+    cycles: Annotated[
+        int | None, typer.Option("--cycles", metavar="N", min=1, help="The last of N cycles from rest instead.")
+    ] = None,
+    as_json: AsJson = False,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Draw motion and loop here (.pdf, .svg, .png).")
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write here: .csv, .jsonl, or .h5 with the motion."),
+    ] = None,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Solve one steady state of the friction oscillator, or run N cycles from rest.
+
+    Example: frictionlab simulate --r 0.5 --beta 0.4 --plot motion.pdf
+    """
+    from frictionlab.simulator import Problem, last_cycle, steady_state
+
+    _check(output, plot)
+    start = time.perf_counter()
+    try:
+        problem = Problem(r, beta, mu, zeta, wall)
+    except SimulationError as error:
+        raise UsageError(str(error)) from error
+    state = (
+        steady_state(problem, solver=solver) if cycles is None else last_cycle(problem, cycles=cycles, solver=solver)
+    )
+    row: Row = state.to_row() | {"wall_s": time.perf_counter() - start}
+    if as_json:
+        typer.echo(json_line(row))
+    elif not quiet:
+        print_table([{"quantity": key, "value": value} for key, value in row.items()], ("quantity", "value"))
+        typer.echo(state.verdict)
+    for warning in state.warnings if not (as_json or quiet) else ():
+        complain(warning)
+    if output is not None:
+        _write(state, row, output, force=force)
+    if plot is not None:
+        _draw(state, plot)
+
+
+def _check(output: Path | None, plot: Path | None) -> None:
+    """Refuse outputs that could not be written before the work."""
+    if output is not None and output.suffix != ".h5":
+        check_output(output)
+    if plot is not None and plot.suffix not in (".pdf", ".svg", ".png"):
+        raise UsageError(f"{plot}: expected a figure ending in .pdf, .svg or .png; got {plot.suffix!r}")
+    for path in (output, plot):
+        if path is not None and not path.parent.is_dir():
+            raise UsageError(f"{path}: there is no folder {path.parent}: make it first")
+
+
+def _write(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None:
+    if output.suffix != ".h5":
+        write_rows([row], output)
+        return
+    import numpy as np
+
+    from frictionlab.hdf5 import write_tree
+
+    tree: dict[str, object] = {key: value for key, value in row.items() if value is not None}
+    if state.orbit is not None:
+        begin = state.orbit.start
+        tau = np.linspace(begin, state.orbit.end, SAMPLES * (state.period_cycles or 1) + 1)
+        x, v = state.orbit.at(np.minimum(tau, state.orbit.end))
+        tree["motion"] = {"tau": tau, "displacement": x, "velocity": v, "base": state.problem.base.at(tau)}
+        tree["stops"] = state.orbit.stops
+    write_tree(tree, output, kind=KIND, force=force)
+
+
+def _draw(state: "SteadyState", path: Path) -> None:
+    if state.orbit is None:
+        raise UsageError(f"{path}: there is no motion to draw (outcome {state.outcome}, solver {state.solver})")
+    from frictionlab.figures.motion import motion_figure
+    from frictionlab.figures.style import save
+
+    save(motion_figure(state), path)
