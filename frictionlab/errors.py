@@ -35,3 +35,7 @@ class SimulationError(FrictionlabError, ArithmeticError):
 
 class OutputError(FrictionlabError, OSError):
     """A file could not be written whole; what stood at its place before is untouched."""
+
+
+class ClusterError(FrictionlabError, ConnectionError):
+    """A cluster does not answer, has no workers, or its workers hold another version of this package."""

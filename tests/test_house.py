@@ -19,6 +19,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "simulator": {"errors"},
     "files": {"errors"},
     "tables": {"errors", "files"},
+    "workers": {"__init__", "errors"},
     "recording": {"errors"},
     "scene": {"errors"},
     "experiment": {"errors", "scene"},
@@ -36,7 +37,7 @@ MAY_IMPORT: dict[str, set[str]] = {
 }
 KERNELS = {"errors"}  # what a module of analysis other than measure may import beside its neighbours
 HEAVY = ("numpy", "scipy", "pandas", "matplotlib", "numba", "h5py", "pydantic", "rich")
-OWNERS = {"h5py": {"hdf5"}, "matplotlib": {"figures"}, "typer": {"cli"}, "rich": {"cli"}}
+OWNERS = {"distributed": {"workers"}, "h5py": {"hdf5"}, "matplotlib": {"figures"}, "typer": {"cli"}, "rich": {"cli"}}
 
 
 def modules() -> Iterator[tuple[str, Path]]:

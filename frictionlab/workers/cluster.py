@@ -1,0 +1,138 @@
+"""Workers of a Dask cluster, spoken to through the interface of `concurrent.futures`."""
+
+import asyncio
+import importlib
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
+from typing import Any, ParamSpec, TypeVar
+
+from frictionlab.errors import ClusterError, UsageError
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+ANSWER_S = 10.0  # a scheduler that takes longer to answer is not there
+EMPTY_S = 60.0  # a cluster without workers for that long is given up
+COUNT_S = 2.0  # how often workers are counted: they come and go
+DEATHS = 2  # Dask itself tries a task on several workers (four) before it says that it kills them
+
+
+class Cluster:
+    """The workers that a Dask scheduler has, however many come and go.
+
+    Parameters
+    ----------
+    address
+        Where the scheduler listens, like ``tcp://host:8786``.
+
+    Raises
+    ------
+    UsageError
+        Dask is not installed, or this is no address.
+    ClusterError
+        The scheduler does not answer.
+    """
+
+    def __init__(self, address: str) -> None:
+        self.address = address
+        self._client = _connect(address)
+        self.executor = DaskExecutor(self._client)
+        self._counted = self._seen = time.monotonic()
+        self._workers = self._count()
+
+    def workers(self) -> int:
+        """Threads of all workers just now."""
+        if time.monotonic() - self._counted > COUNT_S:
+            self._workers = self._count()
+        return self._workers
+
+    def _count(self) -> int:
+        try:
+            count: int = sum(self._client.nthreads().values())
+        except (OSError, TimeoutError) as error:
+            raise self._lost() from error
+        self._counted = time.monotonic()
+        if count:
+            self._seen = self._counted
+        return count
+
+    def deaths(self, error: BaseException) -> int:
+        """How many deaths of workers this error stands for."""
+        killed = _part_of_dask("distributed.scheduler", self.address).KilledWorker
+        return DEATHS if isinstance(error, killed) else 0
+
+    def mend(self) -> None:
+        """Nothing here can mend a cluster: say so."""
+        raise self._lost()
+
+    def check(self) -> None:
+        """Raise `ClusterError` if the scheduler is gone, or has been without workers for a minute."""
+        if self._client.status != "running":
+            raise self._lost()
+        if not self.workers() and time.monotonic() - self._seen > EMPTY_S:
+            raise ClusterError(
+                f"{self.address}: the scheduler has had no workers for {EMPTY_S:.0f} s: expected at least one; "
+                f"do: start some, like `dask worker {self.address}`"
+            )
+
+    def _lost(self) -> ClusterError:
+        return ClusterError(
+            f"{self.address}: the scheduler went away during the work; what came back before is kept; "
+            "do: start it and its workers again, and continue"
+        )
+
+    def stop(self) -> None:
+        """Drop what is still in work; the cluster stays."""
+        self._client.close(timeout=ANSWER_S)
+
+
+class DaskExecutor(Executor):
+    """A Dask client as an executor of `concurrent.futures`.
+
+    Dask's own, ``Client.get_executor``, leaves a future waiting for ever if the worker that holds its result dies
+    before the result is fetched and doing it again fails (distributed 2026.8).
+    """
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> "Future[T]":
+        """Let some worker call the function; the future also ends when Dask gives the call up."""
+        there = self._client.submit(fn, *args, **kwargs, pure=False)
+        return asyncio.run_coroutine_threadsafe(self._fetch(there), self._client.loop.asyncio_loop)
+
+    async def _fetch(self, there: Any) -> Any:
+        return await self._client.gather(there, asynchronous=True)
+
+
+def _connect(address: str) -> Any:
+    client = _part_of_dask("distributed", address).Client
+    try:
+        with ThreadPoolExecutor(1) as aside:  # a thread, for a notebook's own loop runs in this one
+            aside.submit(asyncio.run, _ring(address)).result()
+        return client(address, timeout=ANSWER_S, set_as_default=False, name="frictionlab")
+    except (OSError, ValueError) as error:
+        reason = next(iter(str(error).splitlines()), "it accepts the call and stays silent")
+        raise ClusterError(
+            f"{address}: no Dask scheduler answered within {ANSWER_S:.0f} s ({reason}): expected an address like "
+            "tcp://host:8786; do: start one with `dask scheduler`, or give the address it prints"
+        ) from error
+
+
+async def _ring(address: str) -> None:
+    """Call the scheduler and hang up: a `Client` would wait for ever where something else listens."""
+    access = _part_of_dask("distributed", address).Security().get_connection_args("client")
+    call = _part_of_dask("distributed.comm", address).connect(address, timeout=ANSWER_S, **access)
+    comm = await asyncio.wait_for(call, 1.5 * ANSWER_S)
+    await comm.close()
+
+
+def _part_of_dask(name: str, address: str) -> Any:
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise UsageError(
+            f"--scheduler {address}: expected the package dask.distributed; got: {error}; "
+            "do: pip install 'frictionlab[cluster]'"
+        ) from error

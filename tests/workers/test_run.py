@@ -1,0 +1,152 @@
+"""One worker or several, killed or not: the same results in the same order."""
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictionlab.errors import ClusterError, UsageError
+from frictionlab.workers import Lost, run, run_batches, run_each
+from tests.workers import jobs
+
+CASES = range(300)
+TRUTH = [jobs.wave(case) for case in CASES]
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("workers", [None, 1, 2, 3])
+@pytest.mark.parametrize("seconds", [0.0, 0.25])
+def test_results_do_not_depend_on_workers_or_batches(workers: int | None, seconds: float) -> None:
+    cases = range(40)
+    assert list(run_each(jobs.wave, cases, workers=workers, seconds_per_batch=seconds)) == TRUTH[:40]
+
+
+def test_batches_of_arrays_join_to_the_whole() -> None:
+    batches = list(run_batches(jobs.waves, CASES, workers=2))
+    assert [batch.start for batch in batches[1:]] == [batch.stop for batch in batches[:-1]]
+    assert np.array_equal(np.concatenate([np.asarray(batch.results) for batch in batches]), jobs.waves(CASES))
+
+
+def test_no_cases_need_no_workers() -> None:
+    assert not list(run_each(jobs.wave, [], workers=2))
+
+
+def test_long_work_is_handed_to_processes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(run, "WORTH_S", 0.2)
+    monkeypatch.setattr(run, "cores", lambda: 2)
+    numbers = set(run_each(jobs.who, range(20)))
+    assert os.getpid() in numbers
+    assert len(numbers) == 3
+
+
+def test_short_work_stays_in_this_process() -> None:
+    assert set(run_each(jobs.who, range(3))) == {os.getpid()}
+
+
+def test_a_killed_worker_costs_only_its_batch(tmp_path: Path) -> None:
+    job = partial(jobs.wave_unless_shot, shot=150, mark=tmp_path / "shot")
+    assert list(run_each(job, CASES, workers=2, seconds_per_batch=0.02)) == TRUTH
+    assert (tmp_path / "shot").exists()
+
+
+def test_a_case_that_always_kills_is_reported_alone() -> None:
+    job = partial(jobs.wave_or_death, deadly=5)
+    results = list(run_each(job, range(12), workers=2))
+    lost = results[5]
+    assert isinstance(lost, Lost)
+    assert lost.reason == "its worker died each time, 3 times: out of memory, or a crash in a library"
+    assert results[:5] + results[6:] == TRUTH[:5] + TRUTH[6:12]
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_an_error_of_the_job_comes_at_its_place(workers: int) -> None:
+    results = run_each(partial(jobs.wave_or_error, wrong=3), CASES, workers=workers, seconds_per_batch=0.0)
+    assert [next(results) for _ in range(3)] == TRUTH[:3]
+    with pytest.raises(ArithmeticError, match="case 3"):
+        next(results)
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_job_must_give_one_result_per_case(workers: int) -> None:
+    with pytest.raises(UsageError, match="one result per case, 1; got 0"):
+        list(run_batches(jobs.one_too_few, CASES, workers=workers))
+
+
+def test_an_iterator_left_early_leaves_no_process() -> None:
+    before = set(multiprocessing.active_children())
+    results = run_each(jobs.slow_wave, CASES, workers=2)
+    next(results)
+    results.close()  # type: ignore[attr-defined]  # it is a generator
+    assert set(multiprocessing.active_children()) == before
+
+
+def test_a_worker_is_told_to_use_one_thread() -> None:
+    assert set(run_each(jobs.threads, range(2), workers=2)) == {"1"}
+
+
+def test_another_version_is_refused() -> None:
+    with pytest.raises(ClusterError, match=r"holds frictionlab .*: expected 0\.0, as here"):
+        run.work(jobs.waves, CASES, "0.0")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [({"workers": 0}, "expected at least 1; got 0"), ({"workers": 2, "scheduler": "tcp://h:1"}, "got both")],
+)
+def test_impossible_orders_are_refused(options: dict[str, int | str], words: str) -> None:
+    with pytest.raises(UsageError, match=words):
+        list(run_each(jobs.wave, CASES, **options))  # type: ignore[arg-type]  # drawn from a table
+
+
+SCRIPT = """
+import functools, pathlib, sys
+from frictionlab.workers import run_each
+from tests.workers import jobs
+if __name__ == "__main__":
+    job = functools.partial(jobs.note_and_wait, folder=pathlib.Path(sys.argv[1]))
+    for case in run_each(job, range(8), workers=2, seconds_per_batch=0.0):
+        print(case, flush=True)
+"""
+
+
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT])
+def test_workers_leave_with_their_master(tmp_path: Path, end: signal.Signals) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT, encoding="utf-8")
+    notes = tmp_path / "notes"
+    notes.mkdir()
+    master = subprocess.Popen(
+        [sys.executable, script, notes],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert master.stdout is not None
+    done = [master.stdout.readline().strip() for _ in range(4)]
+    workers = [int(note.name) for note in notes.iterdir()]
+    if end == signal.SIGINT:
+        os.killpg(master.pid, end)  # as a terminal does: everybody hears it
+    else:
+        master.send_signal(end)
+    _, errors = master.communicate(timeout=30)
+    assert done == ["0", "1", "2", "3"]
+    assert len(workers) == 2
+    assert errors.count("Traceback") == int(end == signal.SIGINT)  # the master's own; the workers say nothing
+    wait_until_gone(workers)
+
+
+def wait_until_gone(numbers: list[int]) -> None:
+    for _ in range(300):
+        if not any(Path(f"/proc/{number}").exists() for number in numbers):
+            return
+        time.sleep(0.05)
+    pytest.fail("workers outlived their master")
