@@ -112,7 +112,7 @@ def predict(
     if measurement.frequency_ratio is None:
         raise AnalysisError(
             "no frequency ratio: the natural frequency is not known: give rig.natural_frequency_hz in the scene, or"
-            " --natural-frequency"
+            " mass_kg and stiffness_n_per_m; `frictionlab free-vibration` measures it"
         )
     problem_of = _modelled(measurement, scene)
     found = identify(measurement, problem_of) if friction_ratio is None else Identified(friction_ratio, None, math.nan)

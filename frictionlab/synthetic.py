@@ -25,6 +25,7 @@ FloatArray = NDArray[np.float64]
 HOUR = 3600.0
 PHASES = 64  # points per cycle of the true irregularity
 MILLIMETRES = 1e3  # the logs are written in the sensor's unit
+MARK = b"# SYNTHETIC: "
 PREAMBLE = (
     "# SYNTHETIC: simulated by frictionlab, not measured\n"
     "# material {material}, normal force {force:g} N, r {ratio:g}; its truth is in truth.jsonl\n"
@@ -140,7 +141,7 @@ def synthesize(scene: Scene, folder: Path) -> Iterator[VirtualTest]:
     scene : Scene
         Its ``[rig]``, ``[model]`` and ``[synthetic]`` tables say all; the same scene gives the same bytes.
     folder : Path
-        Made if it is not there. Logs of the same names are replaced.
+        Made if it is not there. Synthetic logs of the same names are replaced, measured ones never.
 
     Yields
     ------
@@ -152,17 +153,23 @@ def synthesize(scene: Scene, folder: Path) -> Iterator[VirtualTest]:
     SceneError
         As :func:`virtual_tests`.
     OutputError
-        The folder cannot be written.
+        The folder cannot be written, or a log that is not synthetic stands there.
     """
     tests = virtual_tests(scene)
     folder.mkdir(parents=True, exist_ok=True)
     truths = []
     for test in tests:
         text, more = _log_and_behaviour(test, scene)
-        write_whole(folder / test.log, text.encode("ascii"))
+        write_whole(folder / test.log, text.encode("ascii"), replace=is_synthetic)
         truths.append(json.dumps({**truth(test), **more}) + "\n")
         yield test
     write_whole(folder / "truth.jsonl", "".join(truths).encode())
+
+
+def is_synthetic(log: Path) -> bool:
+    """Whether a log says in its first line that it is synthetic."""
+    with log.open("rb") as file:
+        return file.readline(len(MARK) + 1).startswith(MARK)
 
 
 def _log_and_behaviour(test: VirtualTest, scene: Scene) -> tuple[str, dict[str, object]]:

@@ -33,6 +33,9 @@ TEXT_KEYS = frozenset(
         "criterion",
     }
 )
+MARKS = frozenset(
+    {"source", "outcome", "criterion", "friction_ratio", "knob", "slope_per_hour", "log"}
+)  # one is in every table
 LIST_KEYS = frozenset({"warnings"})
 
 
@@ -60,7 +63,7 @@ def json_line(row: Row) -> str:
     return json.dumps({key: plain(value) for key, value in row.items()}, allow_nan=False)
 
 
-def write_rows(rows: Iterable[Row], path: Path, columns: Sequence[str] | None = None) -> None:
+def write_rows(rows: Iterable[Row], path: Path, columns: Sequence[str] | None = None, *, force: bool = False) -> None:
     """Write rows to a ``.jsonl`` or ``.csv`` file, whole or not at all.
 
     Parameters
@@ -70,11 +73,13 @@ def write_rows(rows: Iterable[Row], path: Path, columns: Sequence[str] | None = 
         Its suffix says how.
     columns : sequence of str, optional
         The columns of a CSV, in order; by default all keys in the order they first appear.
+    force : bool
+        Replace whatever file stands there; else only a table of this tool.
 
     Raises
     ------
     UsageError
-        Another suffix, or no such folder.
+        Another suffix, no such folder, or a file of another kind stands there.
     OutputError
         The file cannot be written.
 
@@ -86,25 +91,38 @@ def write_rows(rows: Iterable[Row], path: Path, columns: Sequence[str] | None = 
     >>> read_rows(path)
     [{'source': 'a.h5', 'cycles': 3, 'warnings': ['short']}]
     """
-    check_output(path)
+    check_output(path, force=force)
     lines = (
         "".join(json_line(row) + "\n" for row in rows) if path.suffix == ".jsonl" else _csv_text(list(rows), columns)
     )
     write_whole(path, lines.encode())
 
 
-def check_output(path: Path) -> None:
-    """Refuse an output that could not be written, before the long work: another suffix, no such folder.
+def check_output(path: Path, *, force: bool = False) -> None:
+    """Refuse an output that could not be written, before the long work.
 
     Raises
     ------
     UsageError
-        It says which of them.
+        Another suffix, no such folder, or a file of another kind stands there; the message says which.
     """
     if path.suffix not in SUFFIXES:
         raise UsageError(f"{path}: expected an output ending in {' or '.join(SUFFIXES)}; got {path.suffix!r}")
     if not path.parent.is_dir():
         raise UsageError(f"{path}: there is no folder {path.parent}: make it first")
+    if path.exists() and not (force or is_table(path)):
+        raise UsageError(f"{path}: exists and is no table of frictionlab: choose another output, or give --force")
+
+
+def is_table(path: Path) -> bool:
+    """Whether this file is a table of this tool: an empty one, or one whose first line has a key that marks them."""
+    try:
+        with path.open(encoding="utf-8") as file:
+            first = file.readline(1 << 20)
+        keys = json.loads(first) if path.suffix == ".jsonl" and first else next(csv.reader([first]), ())
+    except (OSError, ValueError, csv.Error):
+        return False
+    return not first or not MARKS.isdisjoint(keys if isinstance(keys, (dict, list)) else ())
 
 
 def _csv_text(rows: list[Row], columns: Sequence[str] | None) -> str:

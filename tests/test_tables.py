@@ -59,6 +59,20 @@ def test_an_impossible_output_is_refused(tmp_path: Path, name: str, match: str) 
 
 
 @pytest.mark.parametrize(
+    ("name", "text"), [("a.csv", "time,mass\n0,1\n"), ("a.jsonl", "[1]\n"), ("b.jsonl", "notes\n")]
+)
+def test_a_file_of_another_kind_is_replaced_only_by_force(tmp_path: Path, name: str, text: str) -> None:
+    path = tmp_path / name
+    path.write_text(text)
+    with pytest.raises(UsageError, match="is no table of frictionlab: choose another output, or give --force"):
+        write_rows([ROW], path)
+    assert path.read_text() == text
+    write_rows([ROW], path, force=True)
+    write_rows([ROW, ROW], path)
+    assert read_rows(path) == [ROW, ROW]
+
+
+@pytest.mark.parametrize(
     ("text", "match"), [("{\n", "line 1: expected a JSON object"), ("\n[1]\n", r"line 2: .* got '\[1\]'")]
 )
 def test_a_damaged_result_is_refused_with_its_line(tmp_path: Path, text: str, match: str) -> None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows, rows_of
-from frictionlab.cli.options import AsJson, PlotFolder, Quiet, SceneFile, scene_of
+from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, scene_of
 from frictionlab.cli.output import print_table
 from frictionlab.cli.show import COMPARISON
 from frictionlab.tables import Row, check_output, write_rows
@@ -31,6 +31,7 @@ def compare_numeric(
         Literal["auto", "closed-form", "exact", "thesis"] | None,
         typer.Option("--solver", help="In place of the scene's."),
     ] = None,
+    force: Force = False,
     quiet: Quiet = False,
 ) -> None:
     """Identify the friction, predict the steady cycle with the simulator, and draw measured over predicted.
@@ -42,7 +43,7 @@ def compare_numeric(
 
     what = scene_of(scene)
     if output is not None:
-        check_output(output)
+        check_output(output, force=force)
 
     def job(path: Path) -> Row:
         comparison = compare(read_recording(path), what, friction_ratio=beta, solver=solver)
@@ -52,7 +53,7 @@ def compare_numeric(
 
     rows = report_rows(rows_of(recordings, job), as_json=as_json)
     if output is not None:
-        write_rows(rows, output)
+        write_rows(rows, output, force=force)
     if not (as_json or quiet):
         print_table([row for row in rows if row["status"] == "ok"], COMPARISON)
     exit_status(rows)

@@ -1,0 +1,146 @@
+"""The virtual rig: its motion is the simulator's, its lasers add what they are said to add, its logs are safe."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictionlab.errors import OutputError, SceneError
+from frictionlab.scene import Scene, scene_from_tables
+from frictionlab.simulator import steady_state
+from frictionlab.synthetic import cycle_friction_ratios, log_text, motion, synthesize, virtual_tests
+
+Tables = dict[str, object]
+
+
+def scene_of(test: Tables | None = None, **synthetic: object) -> Scene:
+    tests = {
+        "material": "steel",
+        "normal_forces_n": [1.25],
+        "frequency_ratios": [0.5],
+        "friction_coefficient": 0.5,
+        **(test or {}),
+    }
+    rig = {"mass_kg": 3.0, "stiffness_n_per_m": 1200.0}
+    return scene_from_tables({"rig": rig, "synthetic": {"duration_s": 20.0, "tests": [tests], **synthetic}})
+
+
+def samples(text: str) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+    return np.array([[float(x) for x in line.split(",")] for line in text.splitlines()[3:]])
+
+
+def test_friction_ratio_is_the_friction_force_over_k_times_the_base_amplitude() -> None:
+    (test,) = virtual_tests(scene_of())
+    assert test.friction_ratio == pytest.approx(0.5 * 1.25 / (1200.0 * 1.8e-3), rel=1e-15)
+
+
+def test_a_steady_start_is_the_steady_orbit() -> None:
+    scene = scene_of(start="steady")
+    (test,) = virtual_tests(scene)
+    time = np.arange(2000) / 250.0
+    orbit = steady_state(test.problem()).orbit
+    assert orbit is not None
+    tau = np.mod(2 * math.pi * test.drive_frequency_hz * time, 2 * math.pi)
+    np.testing.assert_allclose(motion(test, time, scene), 1.8e-3 * orbit.at(tau)[0], atol=1e-15)
+
+
+def test_from_rest_the_motion_comes_to_the_steady_orbit() -> None:
+    rest, steady = (scene_of({"frequency_ratios": [0.4]}, start=start) for start in ("rest", "steady"))
+    (test,) = virtual_tests(rest)
+    time = np.arange(0, 20, 0.004)
+    difference = np.abs(motion(test, time, rest) - motion(test, time, steady))
+    assert difference[:250].max() > 1e-4
+    assert difference[-250:].max() < 1e-9
+
+
+def test_the_lasers_add_their_noise_and_round_to_their_step() -> None:
+    clean, seen = scene_of(noise_m=0.0, step_m=0.0), scene_of(noise_m=5e-6, step_m=1e-6)
+    (test,) = virtual_tests(clean)
+    error = 1e-3 * (samples(log_text(test, seen)) - samples(log_text(test, clean)))[:, 1:]
+    expected = math.hypot(5e-6, 1e-6 / math.sqrt(12))
+    assert error.std(axis=0) == pytest.approx(expected, rel=0.05)
+    steps = 1e3 * samples(log_text(test, seen))[:, 1:]
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
+
+
+def test_the_same_scene_gives_the_same_log_and_another_seed_another() -> None:
+    (test,) = virtual_tests(scene_of())
+    assert log_text(test, scene_of(seed=1)) == log_text(test, scene_of(seed=1))
+    assert log_text(test, scene_of(seed=1)) != log_text(test, scene_of(seed=2))
+
+
+def test_adding_a_test_changes_no_other() -> None:
+    one, two = scene_of(), scene_of({"frequency_ratios": [0.5, 0.7]})
+    assert log_text(virtual_tests(one)[0], one) == log_text(virtual_tests(two)[0], two)
+
+
+@pytest.mark.parametrize(
+    ("behaviour", "last_over_first"),
+    [
+        ({"friction_drift_per_hour": 18.0}, 1.1),
+        ({"jump_s": 10.0, "jump_factor": 0.7}, 0.7),
+        ({"friction_drift_per_hour": -720.0}, 0.0),
+    ],
+)
+def test_friction_drifts_and_jumps_as_the_scene_says(behaviour: Tables, last_over_first: float) -> None:
+    scene = scene_of(behaviour)
+    (test,) = virtual_tests(scene)
+    ratios = cycle_friction_ratios(test, scene)
+    assert ratios[0] == test.friction_ratio
+    assert ratios[-1] / ratios[0] == pytest.approx(last_over_first, abs=0.005)
+
+
+def test_friction_scatters_from_cycle_to_cycle_by_the_given_share() -> None:
+    scene = scene_of({"friction_scatter": 0.02}, duration_s=2000.0)
+    (test,) = virtual_tests(scene)
+    ratios = cycle_friction_ratios(test, scene)
+    assert ratios.std() / test.friction_ratio == pytest.approx(0.02, rel=0.06)
+    assert ratios.mean() == pytest.approx(test.friction_ratio, rel=0.002)
+
+
+def test_a_measured_log_is_never_replaced(tmp_path: Path) -> None:
+    scene = scene_of()
+    (test,) = virtual_tests(scene)
+    measured = tmp_path / test.log
+    measured.write_text("time [s],mass [mm],base [mm]\n0,1,2\n")
+    with pytest.raises(OutputError, match=r"steel_N1\.25_r0\.5\.csv"):
+        list(synthesize(scene, tmp_path))
+    assert measured.read_text().endswith("0,1,2\n")
+    assert not (tmp_path / "truth.jsonl").exists()
+
+
+def test_its_own_logs_are_replaced(tmp_path: Path) -> None:
+    for _ in range(2):
+        assert len(list(synthesize(scene_of(), tmp_path))) == 1
+
+
+@pytest.mark.parametrize(
+    ("tables", "match"),
+    [
+        ({"rig": {"mass_kg": 1.0, "stiffness_n_per_m": 1.0}}, r"synthetic\.tests: expected at least one"),
+        (
+            {
+                "synthetic": {
+                    "tests": [
+                        {
+                            "material": "a",
+                            "normal_forces_n": [1],
+                            "frequency_ratios": [1],
+                            "friction_coefficient": 1,
+                        }
+                    ]
+                }
+            },
+            "rig: a virtual rig needs natural frequency and stiffness",
+        ),
+    ],
+)
+def test_a_scene_without_rig_or_tests_is_refused(tables: Tables, match: str) -> None:
+    with pytest.raises(SceneError, match=match):
+        virtual_tests(scene_from_tables(tables))
+
+
+def test_the_same_test_twice_is_refused() -> None:
+    with pytest.raises(SceneError, match=r"stands twice: steel_N1\.25_r0\.5\.csv"):
+        virtual_tests(scene_of({"frequency_ratios": [0.5, 0.5]}))
