@@ -46,9 +46,9 @@ def test_a_steady_start_is_the_steady_orbit() -> None:
 
 
 def test_from_rest_the_motion_comes_to_the_steady_orbit() -> None:
-    rest, steady = (scene_of({"frequency_ratios": [0.4]}, start=start) for start in ("rest", "steady"))
+    rest, steady = (scene_of({"frequency_ratios": [0.4]}, duration_s=60.0, start=start) for start in ("rest", "steady"))
     (test,) = virtual_tests(rest)
-    time = np.arange(0, 20, 0.004)
+    time = np.arange(0, 60, 0.004)
     difference = np.abs(motion(test, time, rest) - motion(test, time, steady))
     assert difference[:250].max() > 1e-4
     assert difference[-250:].max() < 1e-9
