@@ -7,6 +7,7 @@ scene does not name is neither simulated nor paid for: ``[model]`` switches phys
 
 import math
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -217,7 +218,7 @@ def read_scene(path: Path) -> Scene:
     return scene_from_tables(tables, name=str(path), folder=path.parent)
 
 
-def scene_from_tables(tables: dict[str, object], *, name: str = "scene", folder: Path = Path()) -> Scene:
+def scene_from_tables(tables: Mapping[str, object], *, name: str = "scene", folder: Path = Path()) -> Scene:
     """Validate tables as :func:`read_scene` does, for scenes that stand in a notebook instead of a file.
 
     Raises

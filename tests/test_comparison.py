@@ -1,6 +1,7 @@
 """Friction identified on recordings whose friction is known, for each kind of physics a scene can switch on."""
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +35,7 @@ def recorded(problem: Problem, *, noise: float = 0.8e-6, seconds: float = 40.0, 
     return Recording(time, *seen)
 
 
-def scene_of(r: float, **tables: dict[str, object]) -> Scene:
+def scene_of(r: float, **tables: Mapping[str, object]) -> Scene:
     rig = {"natural_frequency_hz": DRIVE_HZ / r, **tables.pop("rig", {})}
     analysis = {"transient_s": 2.0, "cycles": "all"}
     return scene_from_tables({"rig": rig, "analysis": analysis, **tables})
@@ -50,7 +51,7 @@ def test_coulomb_friction_is_found(r: float, beta: float) -> None:
     assert comparison.predicted_stops_per_cycle == steady_state(Problem(r, beta)).stops_per_cycle
 
 
-PHYSICS = {
+PHYSICS: dict[str, tuple[Problem, dict[str, Mapping[str, object]], str]] = {
     "damping": (
         Problem(0.4, 0.3, zeta=0.05),
         {"rig": {"damping_ratio": 0.05}, "model": {"damping": True}},
@@ -90,7 +91,10 @@ def test_physics_that_a_scene_does_not_name_is_missed_in_the_fit(name: str) -> N
 
 def test_newtons_and_coefficient_follow_from_stiffness_and_normal_force() -> None:
     recording = recorded(Problem(0.5, 0.4))
-    known = {"rig": {"stiffness_n_per_m": 1000.0}, "experiment": {"normal_force_n": 1.2}}
+    known: dict[str, Mapping[str, object]] = {
+        "rig": {"stiffness_n_per_m": 1000.0},
+        "experiment": {"normal_force_n": 1.2},
+    }
     comparison = compare(recording, scene_of(0.5, **known))
     assert comparison.friction_force_n == pytest.approx(0.4 * 1000.0 * AMPLITUDE_M, rel=0.005)
     assert comparison.friction_coefficient == pytest.approx(0.6, rel=0.005)
