@@ -36,6 +36,7 @@ def draw_motion(state: "SteadyState", ax: Axes) -> Axes:
     ax.set_xlim(tau[0] / np.pi, tau[-1] / np.pi)
     ax.set_xlabel(r"phase of the drive $\tau/\pi$")
     ax.set_ylabel("displacement over $Y$")
+    ax.margins(y=0.18)
     ax.legend(loc="upper right", ncols=2)
     return ax
 

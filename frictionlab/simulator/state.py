@@ -20,6 +20,7 @@ OUTCOMES: dict[int, Outcome] = {
     layout.NOT_FOUND: "not found",
     layout.CHATTERED: "not found",
 }
+LOOSE = 1e-10  # relative closure error above which it is said
 PARAMETERS = ("r", "beta", "mu", "zeta", "wall")
 NUMBERS = (
     "energy_per_cycle",
@@ -137,6 +138,12 @@ def from_numbers(problem: Problem, row: Any, orbit: Trajectory | None) -> Steady
     if outcome not in ("periodic", "stuck"):
         return SteadyState(problem, "exact", outcome, warnings=warnings_of(problem, outcome, None))
     multiplier = float(row[layout.MULTIPLIER])
+    said = warnings_of(problem, outcome, multiplier)
+    off = float(row[layout.CLOSURE]) / float(row[layout.ENERGY]) if row[layout.ENERGY] else 0.0
+    if off > LOOSE:
+        said += (
+            f"So close to resonance the numbers are good to about {off:.0e} only: energies in and out differ by that.",
+        )
     return SteadyState(
         problem=problem,
         solver="closed-form" if row[layout.CLOSED_FORM] else "exact",
@@ -151,7 +158,7 @@ def from_numbers(problem: Problem, row: Any, orbit: Trajectory | None) -> Steady
         floquet_multiplier=multiplier,
         closure_error=float(row[layout.CLOSURE]),
         residual=float(row[layout.MISS]),
-        warnings=warnings_of(problem, outcome, multiplier),
+        warnings=said,
         orbit=orbit,
     )
 

@@ -25,6 +25,7 @@ from frictionlab.simulator.kernel.motion import gap, local_force, slide_at
 __all__ = [
     "attract",
     "continuous_orbit",
+    "continuous_state",
     "den_hartog",
     "find_orbit",
     "frictionless",
@@ -140,38 +141,60 @@ def shoot(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> t
     return z, v, miss, code
 
 
+def continuous_state(rig: Rig, force: Force, tau: float) -> tuple[float, float, float]:
+    """Return X and the state z, v at tau of Den Hartog's orbit, carried there from its turn; X = 0 if there is none."""
+    r, beta = rig[0], rig[1]
+    size = hypot(force[0][0], force[1][0])
+    amplitude, phase = den_hartog(r, beta / size)
+    amplitude *= size
+    if amplitude == 0.0:
+        return 0.0, 0.0, 0.0
+    turn = (phase + atan2(force[1][0], force[0][0])) % TURN
+    since = (tau - turn) % TURN
+    sign = -1.0 if since >= pi else 1.0
+    push, _ = local_force(turn, force)
+    start = (amplitude, 0.0, (push - amplitude + beta) / (r * r))
+    way, v, _ = slide_at(since - pi if since >= pi else since, rig, force, start)
+    return amplitude, sign * (amplitude + way), sign * v
+
+
 def continuous_orbit(rig: Rig, force: Force, room: Room) -> tuple[Leg, float, float, bool]:
     """Return Den Hartog's orbit as leg, z, v, and whether the event loop confirms it.
 
     The closed form assumes that the mass never stops; the loop, started on its upper turn, must come back mirrored
     after half a period on one straight way of length 2X. The orbit is handed over from the middle of that way.
     """
-    r, beta = rig[0], rig[1]
     size = hypot(force[0][0], force[1][0])
-    amplitude, phase = den_hartog(r, beta / size)
-    amplitude *= size
-    leg = ((phase + atan2(force[1][0], force[0][0])) % TURN, pi, 1.0, -1.0)
+    _, phase = den_hartog(rig[0], rig[1] / size)
+    turn = (phase + atan2(force[1][0], force[0][0])) % TURN
+    leg = ((turn + 0.5 * pi) % TURN, pi, 1.0, -1.0)
+    amplitude, middle, speed = continuous_state(rig, force, leg[0])
     if amplitude == 0.0:
         return leg, 0.0, 0.0, False
-    z, v, code = carry(rig, force, leg, amplitude, 0.0, room)
-    miss = hypot(z - amplitude, r * v) + abs(room[1][PATH] - 2.0 * amplitude)
+    z, v, code = carry(rig, force, (turn, pi, 1.0, -1.0), amplitude, 0.0, room)
+    miss = hypot(z - amplitude, rig[0] * v) + abs(room[1][PATH] - 2.0 * amplitude)
     valid = code == DONE and room[1][STUCK_TIME] == 0.0 and miss <= 1e-9 * amplitude
-    push, _ = local_force(leg[0], force)
-    way, v, _ = slide_at(0.5 * pi, rig, force, (amplitude, 0.0, (push - amplitude + beta) / (r * r)))
-    return ((leg[0] + 0.5 * pi) % TURN, pi, 1.0, -1.0), amplitude + way, v, valid
+    return leg, middle, speed, valid
 
 
 def only_orbit(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
-    """Return the one orbit of a problem with mu = 1, from the better of two guesses: frictionless, or from rest."""
+    """Return the one orbit of a problem with mu = 1, from the better of two guesses.
+
+    They are Den Hartog's orbit (the motion without friction where there is none) and two legs from rest.
+    """
     r = rig[0]
     z, v = frictionless(rig, force, leg[0])
+    if len(force[0]) == 1 and rig[3] == 0.0 and rig[1] > 0.0:
+        amplitude, cz, cv = continuous_state(rig, force, leg[0])
+        z, v = (cz, cv) if amplitude > 0.0 else (z, v)
     iz, iv, _ = carry(rig, force, leg, z, v, room)
     miss = hypot(iz - z, r * (iv - v))
     rz, rv = 0.0, 0.0
     for _ in range(2):
         rz, rv, _ = carry(rig, force, leg, rz, rv, room)
     iz, iv, _ = carry(rig, force, leg, rz, rv, room)
-    if hypot(iz - rz, r * (iv - rv)) < miss:
+    near_rest, far = hypot(iz - rz, r * (iv - rv)), hypot(z, r * v)
+    if near_rest < miss and miss > 1e-13 * far:
         z, v = rz, rv
     z, v, miss, code = shoot(rig, force, leg, z, v, room)
     return leg, z, v, miss, code

@@ -1,0 +1,229 @@
+"""Make reference.json: steady states at hard points, at 50 digits, by the textbook and nothing else.
+
+    python tests/simulator/reference/make_reference.py          # points that reference.json lacks; without it: all
+
+Independent of the package on purpose: mpmath, the textbook solution between events (with the secular form at r = 1 and
+the degenerate form at zeta = 1), zeros by dense scanning and bisection, orbits by Newton with differences. It takes
+minutes. Parameters are the doubles themselves, so that the package is compared at exactly the same point.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import mpmath as mp
+
+mp.mp.dps = 50
+SCAN = 40  # points per natural (or drive) half-period
+
+POINTS = [
+    # r, beta, mu, zeta: why it is hard
+    (0.5, 0.4, 1.0, 0.0, "known value of the design"),
+    (0.01, 0.5, 1.0, 0.0, "fifty stops per cycle"),
+    (0.013, 0.02, 1.0, 0.0, "little friction at low frequency"),
+    (20.0, 0.999, 1.0, 0.0, "a motion of 1e-7 under a force of 1"),
+    (1.2621, 0.999, 1.0, 0.0, "force barely over friction"),
+    (1.0 + 1e-12, 0.3, 1.0, 0.0, "beside resonance"),
+    (1.0 - 1e-15, 0.5, 1.0, 0.0, "one step beside resonance"),
+    (1.0, 0.8, 1.0, 0.0, "at resonance, friction just strong enough"),
+    (0.3335, 0.01, 1.0, 0.0, "beside the superharmonic 1/3"),
+    (1.0 / 3.0, 0.05, 1.0, 0.0, "at the superharmonic 1/3"),
+    (0.95, 0.1, 1.0, 0.0, "100 cycles are far from steady"),
+    (0.1, 0.4, 1.0, 0.0, "six stops"),
+    (0.2, 0.3, 1.0, 0.0, "RK45 misses a stop here"),
+    (0.4, 0.5, 1.3, 0.0, "static friction"),
+    (0.05, 0.2, 2.0, 0.0, "static friction, several stops"),
+    (0.4, 0.5, 1.0, 0.1, "damped"),
+    (1.0, 0.3, 1.0, 1e-9, "at resonance, hardly damped"),
+    (0.4, 0.5, 1.0, 1.0, "critically damped"),
+    (0.4, 0.5, 1.0, 10.0, "overdamped"),
+    (1000.0, 0.5, 1.0, 0.0, "three decades over resonance"),
+]
+
+
+class Slide:
+    """The textbook motion of one slide: particular integral plus free motion."""
+
+    def __init__(self, r: Any, beta: Any, zeta: Any, tau: Any, z: Any, v: Any, side: Any) -> None:
+        self.r, self.zeta, self.tau, self.offset = r, zeta, tau, -beta * side
+        self.resonant = r == 1 and zeta == 0
+        self.gain = None if self.resonant else 1 / mp.mpc(1 - r * r, 2 * zeta * r)
+        z0, v0 = self.forced(mp.mpf(0))
+        a, b = z - z0 - self.offset, v - v0
+        self.critical = zeta == 1
+        if self.critical:
+            self.c1, self.c2 = a, b + a / r
+            return
+        root = mp.sqrt(mp.mpc(zeta * zeta - 1))
+        self.l1, self.l2 = (-zeta + root) / r, (-zeta - root) / r
+        self.c1 = (b - self.l2 * a) / (self.l1 - self.l2)
+        self.c2 = a - self.c1
+
+    def forced(self, t: Any) -> Any:
+        if self.resonant:  # x'' + x = cos(tau): t sin(tau) / 2 about the start
+            now = self.tau + t
+            return t * mp.sin(now) / 2, mp.sin(now) / 2 + t * mp.cos(now) / 2
+        w = self.gain * mp.expj(self.tau + t)
+        return w.real, (1j * w).real
+
+    def at(self, t: Any) -> Any:
+        z, v = self.forced(t)
+        if self.critical:
+            e = mp.exp(-t / self.r)
+            return z + self.offset + e * (self.c1 + self.c2 * t), v + e * (self.c2 - (self.c1 + self.c2 * t) / self.r)
+        e1, e2 = self.c1 * mp.exp(self.l1 * t), self.c2 * mp.exp(self.l2 * t)
+        return z + self.offset + (e1 + e2).real, v + (self.l1 * e1 + self.l2 * e2).real
+
+
+def bisect(f: Any, low: Any, high: Any) -> Any:
+    """Zero of f between a positive low and a non-positive high."""
+    for _ in range(170):
+        middle = (low + high) / 2
+        low, high = (middle, high) if f(middle) > 0 else (low, middle)
+    return high
+
+
+def slide_end(slide: Any, side: Any, limit: Any) -> Any:
+    """First zero of the velocity; minima between two scanned points are looked into."""
+    step = min(slide.r, mp.mpf(1)) * mp.pi / SCAN
+    marks = [step * mp.mpf(2) ** -k for k in range(60, 0, -1)]
+    t = step
+    while t < limit:
+        marks.append(t)
+        t += step
+    marks = [m for m in marks if m < limit] + [limit]
+
+    def speed(t: Any) -> Any:
+        return side * slide.at(t)[1]
+
+    values = [speed(m) for m in marks]
+    for i in range(1, len(marks)):
+        if values[i] <= 0:
+            return bisect(speed, marks[i - 1], marks[i]) if i else marks[0]
+        if 0 < i < len(marks) - 1 and values[i] < values[i - 1] and values[i] < values[i + 1]:
+            low, high = marks[i - 1], marks[i + 1]
+            for _ in range(200):  # golden section: does the minimum dip below zero?
+                a, b = low + (high - low) * mp.mpf("0.382"), low + (high - low) * mp.mpf("0.618")
+                low, high = (low, b) if speed(a) < speed(b) else (a, high)
+            if speed(low) <= 0:
+                return bisect(speed, marks[i - 1], low)
+    return None
+
+
+def work(slide: Any, span: Any) -> Any:
+    """Integral of the squared velocity over a slide."""
+    return mp.quad(lambda t: slide.at(t)[1] ** 2, mp.linspace(0, span, 9))
+
+
+def release(hold: Any, tau: Any, z: Any, limit: Any) -> Any:
+    """First time at which |cos - z| reaches the static limit, to the right side."""
+    best = None
+    for way in (1, -1):
+        level = z + way * hold
+        if abs(level) >= 1:
+            continue
+        when = (-way * mp.acos(level) - tau) % (2 * mp.pi)
+        best = (when, way) if best is None or when < best[0] else best
+    return best if best is not None and best[0] < limit else None
+
+
+def carry(problem, z, v, tau=mp.mpf(0), span=mp.pi):
+    """Carry a state over a span; return z, v, path, viscous work, stops, extremes."""
+    r, beta, mu, zeta = problem
+    tau = mp.mpf(0)
+    end, path, stops, viscous = tau + span, mp.mpf(0), 0, mp.mpf(0)
+    high, low, slid = -mp.inf, mp.inf, False
+    while tau < end:
+        pull = mp.cos(tau) - z
+        if v == 0 and abs(pull) <= mu * beta:
+            stops += slid
+            loose = release(mu * beta, tau, z, end - tau)
+            if loose is None:
+                break
+            tau, side = tau + loose[0], loose[1]
+        else:
+            side = mp.sign(v) if v != 0 else mp.sign(pull)
+        slide = Slide(r, beta, zeta, tau, z, v, side)
+        t = slide_end(slide, side, end - tau)
+        over = t is None
+        t = end - tau if over else t
+        if zeta:
+            viscous += 2 * zeta * r * work(slide, t)
+        before = z
+        z, v = slide.at(t)
+        v = v if over else mp.mpf(0)
+        path += abs(z - before)
+        high, low = max(high, z, before), min(low, z, before)
+        tau, slid = (end if over else tau + t), True
+    return z, v, path, viscous, stops, high, low
+
+
+def den_hartog(r: Any, beta: Any) -> Any:
+    """State at tau = 0 by eqs (2.10)-(2.14), a first guess where the amplitude is far from rest; None without one."""
+    if r == 1:
+        return None
+    v, u = 1 / (1 - r * r), mp.sin(mp.pi / r) / (r * (1 + mp.cos(mp.pi / r)))
+    if abs(beta * u) >= abs(v):
+        return None
+    x = mp.sqrt(v * v - (beta * u) ** 2)
+    phase = mp.atan2(-beta * u / v, x / v)
+    half = mp.floor(-phase / mp.pi)
+    t, sign = -phase - half * mp.pi, (-1) ** int(half)
+    c, s = mp.cos(t / r), mp.sin(t / r)
+    z = x * mp.cos(t) + beta * u * mp.sin(t) + beta * (1 - c - u * r * s)
+    w = -x * mp.sin(t) + beta * u * mp.cos(t) + beta * (s / r - u * c)
+    return mp.matrix([sign * z, sign * w])
+
+
+def orbit(problem: Any, half: Any) -> Any:
+    """Newton with differences on the map of half a period (mirrored) or of a whole one."""
+    sign, span = (-1, mp.pi) if half else (1, 2 * mp.pi)
+
+    def image(y: Any) -> Any:
+        z, v, *_ = carry(problem, y[0], y[1], span)
+        return mp.matrix([sign * z, sign * v])
+
+    y = den_hartog(problem[0], problem[1]) if problem[2] == 1 and problem[3] == 0 else None
+    if y is None:
+        y = mp.matrix([0, 0])
+        for _ in range(40 if half else 8):
+            y = image(y)
+    for _ in range(40):
+        miss = image(y) - y
+        if mp.norm(miss) < mp.mpf(10) ** -30:
+            break
+        d = mp.mpf(10) ** -22
+        columns = [(image(y + mp.matrix([d, 0])) - image(y)) / d, (image(y + mp.matrix([0, d])) - image(y)) / d]
+        jacobian = mp.matrix([[columns[0][0] - 1, columns[1][0]], [columns[0][1], columns[1][1] - 1]])
+        y -= mp.lu_solve(jacobian, miss)
+    return y, miss, sign, span
+
+
+def reference(r: Any, beta: Any, mu: Any, zeta: Any, why: Any) -> Any:
+    problem = tuple(mp.mpf(x) for x in (r, beta, mu, zeta))
+    half = mu == 1.0 or (r, beta, mu) == (0.4, 0.5, 1.3)
+    y, miss, sign, span = orbit(problem, half)
+    _, _, path, viscous, stops, high, low = carry(problem, y[0], y[1], span)
+    cycles = span / (2 * mp.pi)
+    amplitude = max(high, -low) if sign < 0 else (high - low) / 2
+    return {
+        "r": r,
+        "beta": beta,
+        "mu": mu,
+        "zeta": zeta,
+        "why": why,
+        "energy_per_cycle": mp.nstr((problem[1] * path + viscous) / cycles, 30),
+        "response_amplitude": mp.nstr(amplitude, 30),
+        "stops_per_cycle": round(stops / float(cycles)),
+        "miss": mp.nstr(mp.norm(miss), 3),
+    }
+
+
+if __name__ == "__main__":
+    target = Path(__file__).with_name("reference.json")
+    rows = json.loads(target.read_text()) if target.exists() else []
+    for point in POINTS:
+        if not any(point[:4] == (row["r"], row["beta"], row["mu"], row["zeta"]) for row in rows):
+            rows.append(reference(*point))
+            assert float(rows[-1]["miss"]) < 1e-15, rows[-1]
+            target.write_text(json.dumps(rows, indent=1) + "\n")
