@@ -17,6 +17,7 @@ from frictionlab.errors import OutputError
 Bytes = bytes | bytearray | memoryview
 SUFFIX = ".frictionlab-part"
 _BLOCK = 1 << 26
+_sync, _rename = os.fsync, os.rename
 
 
 def write_whole(path: Path, data: Bytes, *, replace: bool | Callable[[Path], bool] = True) -> None:
@@ -52,13 +53,13 @@ def write_whole(path: Path, data: Bytes, *, replace: bool | Callable[[Path], boo
         with _locked_part(final) as (part, descriptor):
             _write_all(descriptor, data)
             check_replaceable(final, replace=replace)
-            part.replace(final)
-        _sync_folder(final.parent)
+            _rename(part, final)
     except OutputError:
         raise
     except OSError as error:
         reason = error.strerror or str(error)
         raise OutputError(f"{path}: could not be written ({reason}); what stood there before is untouched") from error
+    _sync_folder(final.parent)
 
 
 def check_replaceable(path: Path, *, replace: bool | Callable[[Path], bool]) -> None:
@@ -121,7 +122,7 @@ def _write_all(descriptor: int, data: Bytes) -> None:
     done = 0
     while done < len(view):
         done += os.write(descriptor, view[done : done + _BLOCK])
-    os.fsync(descriptor)
+    _sync(descriptor)
 
 
 def _sweep(folder: Path) -> None:
@@ -145,5 +146,7 @@ def _sync_folder(folder: Path) -> None:
     descriptor = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
     try:
         os.fsync(descriptor)
+    except OSError as error:
+        raise OutputError(f"{folder}: the file is written, its folder cannot be synced ({error.strerror})") from error
     finally:
         os.close(descriptor)

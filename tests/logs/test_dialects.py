@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -208,6 +209,6 @@ def test_what_cannot_be_opened_is_said(tmp_path: Path) -> None:
         ({"sampling_rate_hz": -1.0}, "expected a positive number"),
     ],
 )
-def test_impossible_options_are_refused(wrong: dict[str, str], words: str) -> None:
+def test_impossible_options_are_refused(wrong: dict[str, Any], words: str) -> None:
     with pytest.raises(UsageError, match=words):
         replace(LogOptions(), **wrong)

@@ -1,0 +1,178 @@
+"""Files appear whole or not at all: disk full at every write, kills at random moments, two writers, leftovers."""
+
+import errno
+import fcntl
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictionlab import files
+from frictionlab.errors import OutputError
+from frictionlab.files import SUFFIX, check_replaceable, write_whole
+
+
+def leftovers(folder: Path) -> list[Path]:
+    return list(folder.glob(f".*{SUFFIX}"))
+
+
+def test_a_file_is_written_and_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "a.bin"
+    write_whole(path, b"one")
+    write_whole(path, memoryview(b"two"))
+    assert path.read_bytes() == b"two"
+    assert leftovers(tmp_path) == []
+
+
+def test_replacing_can_be_refused_or_asked(tmp_path: Path) -> None:
+    path = tmp_path / "a.bin"
+    write_whole(path, b"mine", replace=False)
+    with pytest.raises(
+        OutputError, match="exists and is not a file of this kind: choose another output, or give --force"
+    ):
+        write_whole(path, b"new", replace=False)
+    with pytest.raises(OutputError, match="exists and is not a file of this kind"):
+        write_whole(path, b"new", replace=lambda p: p.read_bytes() == b"yours")
+    write_whole(path, b"new", replace=lambda p: p.read_bytes() == b"mine")
+    assert path.read_bytes() == b"new"
+
+
+def test_a_symbolic_link_is_followed(tmp_path: Path) -> None:
+    (tmp_path / "real").write_bytes(b"old")
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+    write_whole(tmp_path / "link", b"new")
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "real").read_bytes() == b"new"
+
+
+def test_what_cannot_hold_a_file_is_said(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="no such folder"):
+        write_whole(tmp_path / "none" / "a", b"")
+    with pytest.raises(OutputError, match="got something else"):
+        write_whole(tmp_path, b"")
+    with pytest.raises(OutputError, match="got something else"):
+        check_replaceable(Path(os.devnull), replace=True)
+    with pytest.raises(OutputError, match=r"could not be written .*what stood there before is untouched"):
+        write_whole(tmp_path / ("x" * 300), b"")
+
+
+@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EDQUOT, errno.EIO, errno.EROFS])
+def test_a_fault_at_every_step_leaves_the_old_file(code: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.bin"
+    write_whole(path, b"old")
+    monkeypatch.setattr(files, "_BLOCK", 7)
+    new = bytes(range(100))
+    steps, done, said = 0, False, ""
+    while not done:
+        with monkeypatch.context() as patch:
+            _fail_after(patch, steps, code)
+            try:
+                write_whole(path, new)
+                done = True
+            except OutputError as error:
+                said = str(error)
+        if not done:
+            assert os.strerror(code) in said
+            assert path.read_bytes() == b"old"
+            assert leftovers(tmp_path) == []
+            steps += 1
+    assert steps >= 100 // 7 + 2
+    assert path.read_bytes() == new
+
+
+def _fail_after(patch: pytest.MonkeyPatch, steps: int, code: int) -> None:
+    """Let the write, sync or rename after so many good ones fail."""
+    left = steps
+    write, sync, rename = os.write, os.fsync, os.rename
+
+    def counted(name: str, inner: object) -> object:
+        def call(*args: object) -> object:
+            nonlocal left
+            if left == 0:
+                raise OSError(code, os.strerror(code), name)
+            left -= 1
+            assert callable(inner)
+            return inner(*args)
+
+        return call
+
+    patch.setattr(os, "write", counted("write", write))
+    patch.setattr(files, "_sync", counted("fsync", sync))
+    patch.setattr(files, "_rename", counted("rename", rename))
+
+
+def test_two_hundred_kills_leave_a_whole_file(tmp_path: Path) -> None:
+    """A child writes one whole file after the other and is killed; what stands there is always one of them."""
+    path = tmp_path / "a.bin"
+    payloads = [bytes([k]) * (1 << 18) for k in range(5)]
+    write_whole(path, payloads[0])
+    draw = np.random.default_rng(1)
+    swept = 0
+    for _ in range(200):
+        child = os.fork()
+        if child == 0:
+            _write_for_ever(path, payloads)
+        time.sleep(draw.uniform(0.0, 0.006))
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        assert path.read_bytes() in payloads
+        swept += len(leftovers(tmp_path))
+    assert swept > 0
+    write_whole(tmp_path / "b.bin", b"")
+    assert leftovers(tmp_path) == []
+
+
+def _write_for_ever(path: Path, payloads: list[bytes]) -> None:
+    try:
+        while True:
+            for payload in payloads:
+                write_whole(path, payload)
+    finally:
+        os._exit(1)
+
+
+def test_a_second_writer_is_told_and_a_living_ones_file_stays(tmp_path: Path) -> None:
+    path, part = tmp_path / "a.bin", tmp_path / f".a.bin{SUFFIX}"
+    with part.open("wb") as living:
+        fcntl.flock(living, fcntl.LOCK_EX)
+        with pytest.raises(OutputError, match="another process is writing it just now"):
+            write_whole(path, b"mine")
+        write_whole(tmp_path / "b.bin", b"other")
+        assert part.exists()
+    write_whole(tmp_path / "b.bin", b"other")
+    assert not part.exists()
+    assert not path.exists()
+
+
+def test_two_writers_at_once_leave_one_of_both_files(tmp_path: Path) -> None:
+    path = tmp_path / "a.bin"
+    children = []
+    for k in range(4):
+        child = os.fork()
+        if child == 0:
+            code = 1
+            try:
+                for _ in range(50):
+                    try:
+                        write_whole(path, bytes([k]) * 100_000)
+                    except OutputError as error:
+                        if "another process" not in str(error):
+                            os._exit(2)
+                code = 0
+            finally:
+                os._exit(code)
+        children.append(child)
+    assert [os.waitpid(child, 0)[1] for child in children] == [0] * 4
+    assert path.read_bytes() in [bytes([k]) * 100_000 for k in range(4)]
+    assert leftovers(tmp_path) == []
+
+
+def test_a_link_in_place_of_the_temporary_file_is_not_followed(tmp_path: Path) -> None:
+    (tmp_path / "victim").write_bytes(b"precious")
+    (tmp_path / f".a.bin{SUFFIX}").symlink_to(tmp_path / "victim")
+    with pytest.raises(OutputError, match="could not be written"):
+        write_whole(tmp_path / "a.bin", b"new")
+    assert (tmp_path / "victim").read_bytes() == b"precious"

@@ -1,0 +1,272 @@
+"""A recording's file: what the contract says, opened by the real readers, refused where it is not what it claims."""
+
+import errno
+import os
+import signal
+import tempfile
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+
+import h5py
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nexusformat.nexus import nxload
+
+from frictionlab.errors import OutputError, RecordingError
+from frictionlab.hdf5 import image_of, is_recording, read_recording, write_recording
+from frictionlab.recording import LineCount, Quality, QuarantinedLine, Recording, Replaced, Source, SourceFile
+
+T = np.arange(500, dtype=np.float64) * np.float64(0.004)
+SOURCE = Source(
+    files=(SourceFile("ü.csv", "ab" * 32, 1234, LineCount(504, 1, 1, 500, 0, 1, 1)), SourceFile("b.csv", "cd" * 32, 9)),
+    dialect={"separator": "\t", "sampling_rate_hz": 250.0, "mass_column_number": 2},
+    options={"unit": "mm"},
+    quarantined=(QuarantinedLine("ü.csv", 7, "x\0\ud800<b>µ", "not a number"),),
+    warnings=("one", "two"),
+    evidence=("why",),
+    replaced=Replaced(np.array([3]), np.array([0.2035]), np.array([np.nan])),
+)
+QUALITY = np.zeros(500, np.uint8)
+QUALITY[3] = Quality.ERROR_CODE | Quality.INTERPOLATED
+RECORDING = Recording(
+    T + 17.0, 1e-3 * np.sin(T), 1e-3 * np.cos(T), QUALITY, SOURCE,
+    {"material": "steel", "normal_force_n": 10.0, "repeat": 2},
+)  # fmt: skip
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    place = tmp_path / "test.h5"
+    write_recording(RECORDING, place)
+    return place
+
+
+def test_what_is_written_is_read(path: Path) -> None:
+    found = read_recording(path)
+    for name in ("time", "mass_displacement", "base_displacement", "quality"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(RECORDING, name))
+    assert dict(found.experiment) == dict(RECORDING.experiment)
+    assert found.source.files == SOURCE.files
+    assert (found.source.dialect, found.source.options) == (SOURCE.dialect, SOURCE.options)
+    assert (found.source.warnings, found.source.evidence) == (SOURCE.warnings, SOURCE.evidence)
+    assert found.source.quarantined == (QuarantinedLine("ü.csv", 7, r"x\x00\ud800<b>µ", "not a number"),)
+    assert found.source.replaced is not None
+    np.testing.assert_array_equal(found.source.replaced.mass, [0.2035])
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.lists(st.floats(-1e300, 1e300), min_size=2, max_size=40),
+    st.dictionaries(
+        st.text(min_size=1, max_size=20).filter(lambda s: "\0" not in s and s.isprintable()),
+        st.text(max_size=50),
+        max_size=4,
+    ),
+)
+def test_any_recording_goes_there_and_back(values: list[float], facts: dict[str, str]) -> None:
+    facts.pop("normal_force", None)
+    recording = Recording(
+        np.arange(float(len(values))), np.array(values), np.array(values[::-1]), source=Source(dialect=facts)
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder) / "a.h5"
+        write_recording(recording, place)
+        found = read_recording(place)
+    np.testing.assert_array_equal(found.mass_displacement, values)
+    assert list(found.source.dialect) == list(facts)
+
+
+def test_the_tree_is_the_contracts(path: Path) -> None:
+    with h5py.File(path) as file:
+        assert file.attrs["format"] == "frictionlab recording"
+        assert file.attrs["format_version"] == 1
+        assert file.attrs["Conventions"] == "CF-1.11"
+        assert {"title", "created", "frictionlab_version"} <= set(file.attrs)
+        assert file["time"].is_scale
+        for name, units in (("time", "s"), ("mass_displacement", "m"), ("base_displacement", "m")):
+            assert file[name].dtype == np.float64
+            assert file[name].attrs["units"] == units
+            assert file[name].attrs["long_name"]
+        assert file["quality"].dtype == np.uint8
+        assert file["quality"].attrs["flag_masks"].tolist() == [1, 2, 4, 8, 16, 32, 64, 128]
+        meanings = "error_code out_of_range held interpolated duplicated gap_before no_value not_bridged"
+        assert file["quality"].attrs["flag_meanings"] == meanings
+        source = file["source"].attrs
+        kinds = ("preamble", "header", "data", "blank", "comment", "quarantined")
+        assert source["lines_read"] == sum(source[f"lines_{kind}"] for kind in kinds) == 504
+        assert file["source/quarantined_line"][...].tolist() == [7]
+        assert file["experiment"].attrs["material"] == "steel"
+        assert file["experiment"].attrs["normal_force"] == 10.0
+        assert file["experiment"].attrs["normal_force_units"] == "N"
+
+
+def test_only_created_differs_between_two_runs() -> None:
+    when = datetime(2026, 1, 1, tzinfo=UTC)
+    assert bytes(image_of(RECORDING, created=when)) == bytes(image_of(RECORDING, created=when))
+    other = bytes(image_of(RECORDING, created=datetime(2027, 2, 3, tzinfo=UTC)))
+    assert bytes(image_of(RECORDING, created=when)).replace(b"2026-01-01", b"2027-02-03") == other
+
+
+@pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
+def test_xarray_opens_it(engine: str, path: Path) -> None:
+    with xr.open_dataset(path, engine=engine, decode_times=False) as data:
+        assert dict(data.sizes) == {"time": 500}
+        assert list(data.coords) == ["time"]
+        assert data["mass_displacement"].attrs["units"] == "m"
+        assert data["mass_displacement"].attrs["long_name"] == "displacement of the mass"
+        np.testing.assert_array_equal(data["mass_displacement"].sel(time=slice(17.1, 17.2)).time, (T + 17)[25:51])
+        np.testing.assert_array_equal(data["base_displacement"], RECORDING.base_displacement)
+    with xr.open_dataset(path, engine=engine, group="experiment") as data:
+        assert data.attrs["material"] == "steel"
+
+
+def test_xarray_opens_it_without_being_asked_anything(path: Path) -> None:
+    with xr.open_dataset(path, engine="h5netcdf") as data:
+        assert data["mass_displacement"].dims == ("time",)
+
+
+def test_netcdf4_opens_it(path: Path) -> None:
+    with netCDF4.Dataset(path) as data:
+        assert data["mass_displacement"].dimensions == ("time",)
+        assert data["mass_displacement"].units == "m"
+        assert data["time"].units == "s"
+        np.testing.assert_array_equal(data["mass_displacement"][...], RECORDING.mass_displacement)
+        assert data["source"].getncattr("lines_data") == 500
+
+
+def test_a_nexus_reader_opens_it(path: Path) -> None:
+    with nxload(path) as root:
+        data = root["entry/data"]
+        assert data.nxsignal.nxname == "mass_displacement"
+        assert [axis.nxname for axis in data.nxaxes] == ["time"]
+        assert data.nxsignal.attrs["units"] == "m"
+        np.testing.assert_array_equal(data.nxsignal.nxvalue, RECORDING.mass_displacement)
+
+
+def test_an_existing_recording_is_replaced_and_nothing_else(path: Path, tmp_path: Path) -> None:
+    write_recording(RECORDING, path)
+    other = tmp_path / "notes.txt"
+    other.write_text("mine")
+    with pytest.raises(OutputError, match="not a file of this kind"):
+        write_recording(RECORDING, other)
+    with h5py.File(tmp_path / "other.h5", "w"):
+        pass
+    with pytest.raises(OutputError, match="not a file of this kind"):
+        write_recording(RECORDING, tmp_path / "other.h5")
+    write_recording(RECORDING, other, force=True)
+    assert is_recording(other)
+
+
+def _put(file: h5py.File, name: str, thing: object) -> None:
+    del file[name]
+    file[name] = thing
+
+
+def _external_storage(file: h5py.File) -> None:
+    del file["mass_displacement"]
+    file.create_dataset("mass_displacement", (500,), "f8", external=[("/etc/passwd", 0, 4000)])
+
+
+def _virtual(file: h5py.File) -> None:
+    del file["mass_displacement"]
+    layout = h5py.VirtualLayout((500,), "f8")
+    layout[:] = h5py.VirtualSource("other.h5", "mass_displacement", (500,))
+    file.create_virtual_dataset("mass_displacement", layout)
+
+
+def _bomb(file: h5py.File) -> None:
+    del file["mass_displacement"]
+    file.create_dataset("mass_displacement", (1 << 40,), "f8", chunks=(1 << 20,))
+
+
+BREAK: dict[str, Callable[[h5py.File], object]] = {
+    "foreign": lambda file: file.attrs.modify("format", "something else"),
+    "newer": lambda file: file.attrs.modify("format_version", 2),
+    "missing": lambda file: file.pop("mass_displacement"),
+    "text": lambda file: _put(file, "time", ["a"] * 500),
+    "table": lambda file: _put(file, "time", np.zeros((5, 100))),
+    "external link": lambda file: _put(file, "mass_displacement", h5py.ExternalLink("other.h5", "/mass_displacement")),
+    "soft link": lambda file: _put(file, "mass_displacement", h5py.SoftLink("/base_displacement")),
+    "external storage": _external_storage,
+    "virtual": _virtual,
+    "bomb": _bomb,
+    "lines": lambda file: file["source/file_lines"].write_direct(np.ones((2, 7), np.int64)),
+    "backward": lambda file: file["time"].write_direct(RECORDING.time[::-1].copy()),
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("foreign", "expected format .*got 'something else'"),
+        ("newer", "format_version 1; got 2: update frictionlab"),
+        ("missing", "expected 'mass_displacement' in this file"),
+        ("text", "time: expected .*float64"),
+        ("table", "expected one dimension"),
+        ("external link", "got nothing, or a link elsewhere"),
+        ("soft link", "got nothing, or a link elsewhere"),
+        ("external storage", "expected an array stored in this file"),
+        ("virtual", "expected an array stored in this file"),
+        ("bomb", "claims 8796093022208 bytes in a file of"),
+        ("lines", "do not add up"),
+        ("backward", "expected increasing stamps"),
+    ],
+)
+def test_a_file_that_is_not_what_it_claims_is_refused(change: str, words: str, path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        BREAK[change](file)
+    with pytest.raises(RecordingError, match=rf"test\.h5: .*{words}"):
+        read_recording(path)
+
+
+def test_what_is_no_hdf5_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="cannot be read as a recording"):
+        read_recording(tmp_path / "none.h5")
+    (tmp_path / "text.h5").write_text("time,mass,base\n")
+    with pytest.raises(RecordingError, match="not an HDF5 file, or damaged"):
+        read_recording(tmp_path / "text.h5")
+
+
+def test_no_prefix_of_a_file_is_taken_for_a_recording(path: Path, tmp_path: Path) -> None:
+    image = path.read_bytes()
+    part = tmp_path / "part.h5"
+    for size in [*range(0, len(image), 97), len(image) - 1]:
+        part.write_bytes(image[:size])
+        with pytest.raises(RecordingError, match=r"part\.h5"):
+            read_recording(part)
+
+
+def test_a_full_disk_is_a_clean_error(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = path.read_bytes()
+
+    def full(*_: object) -> int:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "write", full)
+    with pytest.raises(OutputError, match="No space left on device"):
+        write_recording(RECORDING, path)
+    assert path.read_bytes() == before
+
+
+def test_kills_leave_a_whole_recording(path: Path) -> None:
+    rng = np.random.default_rng(7)
+    big = Recording(np.arange(100_000, dtype=np.float64), np.zeros(100_000), np.ones(100_000))
+    for _ in range(40):
+        child = os.fork()
+        if child == 0:
+            try:
+                while True:
+                    write_recording(big, path)
+                    write_recording(RECORDING, path)
+            finally:
+                os._exit(1)
+        time.sleep(rng.uniform(0.0, 0.03))
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        assert len(read_recording(path)) in (500, 100_000)
