@@ -257,7 +257,7 @@ def interval_of_steps(steps: NDArray[np.float64], time: NDArray[np.float64]) -> 
     count = np.zeros(len(time))
     count[1:] = np.cumsum(np.where(steps > 0, np.maximum(np.rint(steps / guess), 1.0), 0.0))
     count -= count.mean()
-    return float(np.dot(count, time) / np.dot(count, count))
+    return float(np.dot(count, time - time[0]) / np.dot(count, count))
 
 
 def _slope_over_index(time: NDArray[np.float64]) -> float:
@@ -265,7 +265,7 @@ def _slope_over_index(time: NDArray[np.float64]) -> float:
     n, size, total = len(time), 1 << 16, 0.0
     ramp, centre = np.arange(float(size)), (n - 1) / 2.0
     for start in range(0, n, size):
-        part = time[start : start + size]
+        part = time[start : start + size] - time[0]  # stamps of an epoch are a thousand million seconds
         total += float(np.dot(ramp[: len(part)], part) + (start - centre) * part.sum())
     return total / (n * (n * n - 1.0) / 12.0)
 

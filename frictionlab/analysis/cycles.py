@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
+FEW_PASSES = 8  # of the phase where there are fewer than three cycles, and the first guess is poor
+OVERLAP = 0.125  # of a cycle: steps of the phase's window where there are fewer than three cycles
 _CHUNK = 1 << 16  # samples folded at a time: stays in the cache
 
 
@@ -116,8 +118,10 @@ def cut(base: FloatArray, frequency: float, *, noise: float, begin: float = 0.0)
     """
     if not 0.0 < frequency < 0.5:
         raise AnalysisError(f"cycles: expected 0 to 0.5 drive cycles per sample; got {frequency:g}")
-    frequency += _phase_track(base, frequency, begin).slope
-    track = _phase_track(base, frequency, begin)  # again: a period that is off lets offset and harmonics leak
+    track = _phase_track(base, frequency, begin)
+    for _ in range(1 if track.count > 2 else FEW_PASSES):  # a period that is off lets offset and harmonics leak
+        frequency += track.slope
+        track = _phase_track(base, frequency, begin)
     found = _boundaries(track, frequency + track.slope, noise, len(base), begin)
     if not found.drifts or len(found) < 3:
         return found
@@ -132,13 +136,17 @@ def _along(base: FloatArray, found: Cut) -> "_Track":
     centre = 0.5 * (found.start + found.end)
     turns = np.arange(len(found)) + 0.25 + late
     _, residual = _line(centre, turns)
-    return _Track(centre, turns, 0.0, residual, 2.0 * float(np.mean(np.abs(lines))))
+    return _Track(len(found), centre, turns, 0.0, residual, 2.0 * float(np.mean(np.abs(lines))))
 
 
 @dataclass(frozen=True)
 class _Track:
-    """Phase of the base against a constant frequency: at ``centre`` (n,) samples, ``turns`` (n,) cycles passed."""
+    """Phase of the base against a constant frequency: at ``centre`` (n,) samples, ``turns`` (n,) cycles passed.
 
+    ``count``: cycles that do not share samples.
+    """
+
+    count: int
     centre: FloatArray
     turns: FloatArray
     slope: float
@@ -151,14 +159,16 @@ def _phase_track(base: FloatArray, frequency: float, begin: float) -> _Track:
     first = begin + 1.0
     count = math.floor((len(base) - 3 - first) / period)
     if count < 1:
-        return _Track(np.zeros(0), np.zeros(0), 0.0, np.zeros(0), 0.0)
-    start = first + period * np.arange(count, dtype=np.float64)
+        return _Track(0, np.zeros(0), np.zeros(0), 0.0, np.zeros(0), 0.0)
+    spare = (len(base) - 3 - first) / period - count
+    begins = np.arange(count, dtype=np.float64) if count > 2 else np.arange(0.0, count - 1 + max(spare, 1e-9), OVERLAP)
+    start = first + period * begins
     lines = _fundamentals(base, start, start + period, points_per_cycle(period))
-    phase = np.unwrap(np.angle(lines)) / (2.0 * math.pi)
+    phase = np.unwrap(np.angle(lines)) / (2.0 * math.pi) - (begins if count < 3 else 0.0)
     centre = start + 0.5 * period
-    turns = np.arange(count) + 0.5 + phase
     slope, residual = _line(centre, phase)
-    return _Track(centre, turns, slope, residual, 2.0 * abs(complex(np.mean(lines * np.exp(-2j * math.pi * phase)))))
+    amplitude = 2.0 * abs(complex(np.mean(lines * np.exp(-2j * math.pi * (phase + begins)))))
+    return _Track(count, centre, begins + 0.5 + phase, slope, residual, amplitude)
 
 
 def _fundamentals(signal: FloatArray, start: FloatArray, end: FloatArray, points: int) -> NDArray[np.complex128]:
@@ -196,8 +206,8 @@ def _line(at: FloatArray, value: FloatArray) -> tuple[float, FloatArray]:
 
 
 def _boundaries(track: _Track, frequency: float, noise: float, length: int, begin: float) -> Cut:
-    count = len(track.centre)
-    if count == 0 or track.amplitude == 0.0:
+    count = track.count
+    if len(track.centre) == 0 or track.amplitude == 0.0:
         return Cut(np.zeros(0), np.zeros(0), frequency, math.nan, math.nan, drifts=False)
     expected = math.sqrt(2.0 * frequency) * noise / track.amplitude / (2.0 * math.pi)
     rms = math.sqrt(float(np.dot(track.residual, track.residual)) / max(1, count - 2))
@@ -205,7 +215,7 @@ def _boundaries(track: _Track, frequency: float, noise: float, length: int, begi
     line = track.turns.mean() + frequency * (track.centre - track.centre.mean())
     turns = track.turns if drifts else line
     edges = _crossings(track.centre, turns, frequency, length, begin)
-    error = _slope_error(track.centre, track.residual, expected)
+    error = _slope_error(track.centre, track.residual, expected) if count > 2 else math.nan
     return Cut(edges[:-1], edges[1:], frequency, error, 2.0 * math.pi * rms, drifts)
 
 

@@ -7,11 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis import steadiness
+from frictionlab.analysis.clipping import is_clipped
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.response import Response
 
 FloatArray = NDArray[np.float64]
 FEW_CYCLES = 5
+COARSE = 0.02  # sensor step over the amplitude of the response: what stands still longer than that may be moving
+FEW_STEPS = 2.5  # a motion over fewer steps is not told from its sensor's
 FEW_SAMPLES = 40  # a cycle; below it the stops and the loop's area lose their accuracy
 DISTORTED = 0.05
 UNEVEN = 2 * math.pi * 0.002  # rms wander of the drive's phase, rad
@@ -29,6 +32,7 @@ def warnings(layout: Layout, response: Response, settled: float | None, transien
     return (
         *_of_the_drive(layout),
         *_of_the_record(layout),
+        *_of_the_sensors(layout, response),
         *_of_settling(layout, response, settled, transient),
         *(() if response.is_stuck else _of_the_motion(layout, response)),
     )
@@ -59,6 +63,25 @@ def _of_the_record(layout: Layout) -> Iterator[str]:
         yield (
             f"sampling_rate_hz: {layout.samples:.3g} samples a cycle; energy and stops ask for {FEW_SAMPLES}: sample"
             " faster"
+        )
+
+
+def _of_the_sensors(layout: Layout, response: Response) -> Iterator[str]:
+    few_stops = not response.is_stuck and response.stops_per_cycle < 2.5
+    signals = [("base_amplitude_m", layout.base, layout.base_noise, layout.base_step)]
+    signals += [("response_amplitude", layout.mass, layout.mass_noise, layout.mass_step)] if few_stops else []
+    for name, rows, noise, step in signals:
+        if is_clipped(rows.mean(axis=0), noise=max(noise / math.sqrt(len(rows)), 0.125 * step)):
+            yield (
+                f"{name}: the displacement arrives at its extreme at full speed and stands there, as no mass can: the"
+                " sensor clips; amplitude, energy and stops are wrong: enlarge its range"
+            )
+    size = float(np.median(response.amplitude))
+    if not response.is_stuck and layout.mass_step > COARSE * size:
+        few = ", so that it cannot be told whether it moves" if 2.0 * size < FEW_STEPS * layout.mass_step else ""
+        yield (
+            f"stops_per_cycle: the sensor's step is {100 * layout.mass_step / size:.2g} % of the mass's amplitude{few}:"
+            " stops, stuck fraction and regime are of the steps, and the energy's error is larger than stated"
         )
 
 

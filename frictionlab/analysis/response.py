@@ -62,7 +62,8 @@ def response(layout: Layout) -> Response:
         firsts.append(part.cycles.start)
     found = stops.stops_of(stops.joined(parts, firsts, n, points), thresholds, points)
     count, stuck = stops.per_cycle(found, n)
-    is_stuck = float(np.median(amplitude)) < 4.0 * layout.mass_noise
+    rounding = 1e-14 * (1.0 + abs(layout.offset) / layout.drive.amplitude)
+    is_stuck = float(np.median(amplitude)) < 4.0 * layout.mass_noise + rounding
     return Response(
         energy=_loop_areas(layout),
         amplitude=amplitude,

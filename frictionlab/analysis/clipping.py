@@ -1,0 +1,50 @@
+"""Whether a sensor clipped: a mass cannot reach its highest place at full speed, a cut-off signal does."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+LEVELS = (0.01, 0.04, 0.16)  # depths below an extreme, as shares of the whole stroke
+SHARPEST = 2.5  # 2 for any motion whose speed passes through zero, 4 for a corner
+
+
+def is_clipped(cycle: FloatArray, *, noise: float) -> bool:
+    """Tell whether a mean cycle is cut off at one of its extremes.
+
+    Near a true extreme, a stop included, the depth grows with the square of the time, so that from 4 to 16 % of the
+    stroke takes twice as long as from 1 to 4 %; where the signal is cut off it arrives with its full speed and takes up
+    to four times as long. Both flanks of the extreme must have the corner.
+
+    Parameters
+    ----------
+    cycle : (p,) array
+        One cycle, equally spaced in phase.
+    noise : float
+        Rms of the noise left in one point, in the cycle's unit; where it hides the levels, nothing is found.
+
+    Examples
+    --------
+    >>> x = np.sin(2 * np.pi * np.arange(400) / 400)
+    >>> is_clipped(x, noise=0.0), is_clipped(np.minimum(x, 0.9), noise=0.0)
+    (False, True)
+    """
+    stroke = float(np.ptp(cycle))
+    if not stroke > 0.0 or 8.0 * noise > LEVELS[0] * stroke:
+        return False
+    return any(min(_sharpness(side), _sharpness(side[::-1])) > SHARPEST for side in (cycle / stroke, -cycle / stroke))
+
+
+def _sharpness(cycle: FloatArray) -> float:
+    """Time from the second to the third level over the time from the first to the second, after the highest point."""
+    after = np.roll(cycle, -int(np.argmax(cycle)))
+    depth = after[0] - after
+    first, second, third = (_crossing(depth, level) for level in LEVELS)
+    return (third - second) / max(second - first, 1e-300)
+
+
+def _crossing(depth: FloatArray, level: float) -> float:
+    """Where the depth last passes the level on its first way down to the next, in points."""
+    below = int(np.argmax(depth > 1.5 * level))
+    above = below - 1 - int(np.argmax(depth[:below][::-1] <= level))
+    rise = depth[above + 1] - depth[above]
+    return float(above + (level - depth[above]) / rise)
