@@ -12,6 +12,7 @@ from frictionlab.campaign.trials import Trial
 HOUR = 3600.0
 NORMAL = 1.959964
 INSENSITIVE = 0.15  # |d ln E / d ln beta| below which the energy does not tell the friction force
+LEAST_CHANGE, MOST_CHANGE = 0.1, 0.6  # of the friction force, over which that must hold
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ def drift_of(trial: Trial, trend: Trend | None, law: Law, fits: Sequence[Frictio
     if slope is None:
         note = "no slope: its recording is not at hand and its measurement holds no energy_trend_per_hour"
     elif friction is None:
-        note = "the energy hardly depends on the friction force here, so it does not tell how that drifts"
+        note = "the energy is near its largest over the friction force, so it does not tell how that drifts"
     else:
         note = "" if trend is not None else "its recording is not at hand: no points are drawn"
     return Drift(trial, slope, error, low, high, friction, friction_error, trend, note)
@@ -95,10 +96,18 @@ def _friction_slope(
     beta = next((f.friction_ratio for f in fits if (f.material, f.normal_force_n) == trial.group), None)
     if slope is None or error is None or not beta or not trial.energy:
         return None, None
-    here = local(law, trial.r, beta)
-    if here is None or not here.here.energy:
+    middle = _elasticity(trial.r, beta, law)
+    if abs(middle) < INSENSITIVE or not math.isfinite(middle):
         return None, None
-    elasticity = float(here.by_beta[0]) * beta / here.here.energy
-    if abs(elasticity) < INSENSITIVE or not math.isfinite(elasticity):
+    change = abs(slope) * trial.duration_s / HOUR / trial.energy / abs(middle)
+    reach = min(max(change, LEAST_CHANGE), MOST_CHANGE)
+    ends = [_elasticity(trial.r, beta * (1 + side * reach), law) for side in (-0.5, 0.5)]
+    if not all(0.5 < end / middle < 2.0 for end in ends):
         return None, None
-    return slope / trial.energy / elasticity, error / trial.energy / abs(elasticity)
+    return slope / trial.energy / middle, error / trial.energy / abs(middle)
+
+
+def _elasticity(r: float, beta: float, law: Law) -> float:
+    """Relative change of the energy over that of beta, d ln E / d ln beta; nan where there is no steady state."""
+    here = local(law, r, beta)
+    return float(here.by_beta[0]) * beta / here.here.energy if here is not None and here.here.energy else math.nan

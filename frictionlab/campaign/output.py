@@ -21,6 +21,7 @@ DRIFT = (
 )  # fmt: skip
 MEASUREMENTS_FIRST = ("source", "status", "reason", "warnings", "material", "normal_force_n")
 MEASUREMENTS_LAST = (
+    "irregularity_low", "irregularity_high",
     "test_friction_ratio", "test_friction_ratio_se", "predicted_energy_per_cycle", "predicted_response_amplitude",
     "predicted_stops_per_cycle", "energy_residual", "left_out_of_fit",
 )  # fmt: skip
@@ -97,7 +98,9 @@ def measurement_rows(campaign: Campaign) -> Iterator[Row]:
 
 def _told(trial: Trial) -> Row:
     status = "failed" if trial.failed else trial.row.get("status") or "ok"
-    return {**trial.row, "source": trial.source, "status": status, "reason": trial.reason}
+    low, high = trial.irregularity_interval
+    own = {"source": trial.source, "status": status, "reason": trial.reason}
+    return {**trial.row, **own, "irregularity_low": low, "irregularity_high": high}
 
 
 def _judged(verdict: Verdict | None) -> Row:

@@ -117,6 +117,13 @@ class Trial:
         expected = max(self.irregularity_floor, self.base_irregularity)
         return math.sqrt(max(self.irregularity**2 - expected**2, 0.0))
 
+    @property
+    def irregularity_interval(self) -> tuple[float | None, float | None]:
+        """Where the motion's own irregularity lies: noise can add at most its floor, by the triangle inequality."""
+        if self.irregularity is None:
+            return None, None
+        return max(self.irregularity - self.irregularity_floor, 0.0), self.irregularity
+
 
 def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
     """A trial from one row of measurements, and from facts that the file's name or a sheet gives.

@@ -89,7 +89,8 @@ def _rows_of(paths: Sequence[Path]) -> tuple[list[Row], list[Row]]:
             rows += read_measurements(path)
         except (FrictionlabError, OSError) as error:
             unread.append(failure(path, error))
-            complain(f"{path}: {unread[-1]['reason']}")
+            reason = str(unread[-1]["reason"])
+            complain(reason if reason.startswith(str(path)) else f"{path}: {reason}")
     return [*rows, *unread], unread
 
 

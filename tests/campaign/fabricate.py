@@ -10,7 +10,7 @@ from frictionlab.simulator import Problem, steady_state
 STIFFNESS = 1191.0
 AMPLITUDE = 1.8e-3
 NATURAL = 3.1297
-SCENE = {"rig": {"stiffness_n_per_m": STIFFNESS, "natural_frequency_hz": NATURAL}}
+SCENE: dict[str, object] = {"rig": {"stiffness_n_per_m": STIFFNESS, "natural_frequency_hz": NATURAL}}
 
 
 def row(
@@ -42,3 +42,25 @@ def row(
         "base_irregularity_index": 0.001, "stops_per_cycle": state.stops_per_cycle, "regime": state.regime,
         "asymmetry": 0.0, **more,
     }  # fmt: skip
+
+
+COEFFICIENTS = {"steel": 0.6, "aramid": 0.35, "rubber": 0.95}
+IRREGULARITY = {"steel": 0.05, "aramid": 0.01, "rubber": 0.03}
+RATIOS = (0.3, 0.45, 0.7, 1.3, 1.6)
+
+
+def small_campaign(*, seed: int = 0) -> list[dict[str, object]]:
+    """Three materials x three forces x five ratios, a long test of each material, and a test that failed."""
+    rows = [
+        row(m, force, r, mu, irregularity=IRREGULARITY[m], seed=seed)
+        for m, mu in COEFFICIENTS.items()
+        for force in (1.0, 1.25, 1.5)
+        for r in RATIOS
+    ]
+    for slope, (material, mu) in zip((0.05, 0.001, -0.2), COEFFICIENTS.items(), strict=True):
+        long = row(material, 1.5, 0.3, mu, duration_s=1800.0, energy_trend_per_hour=slope)
+        rows.append({**long, "source": f"{material}_long.h5", "energy_trend_per_hour_se": 0.005})
+    rows.append(
+        {"source": "<script>alert('x')</script>.csv", "status": "failed", "reason": "no drive & <b>nothing</b>"}
+    )
+    return rows

@@ -1,0 +1,105 @@
+"""The command, and the whole chain from virtual logs to the report, as a user runs them."""
+
+import csv
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from frictionlab.tables import write_rows
+from tests.campaign.fabricate import COEFFICIENTS, small_campaign
+
+Run = Callable[..., "subprocess.CompletedProcess[str]"]
+TOML = """
+[rig]
+mass_kg = 3.0799
+stiffness_n_per_m = 1191.0
+[experiment]
+name_pattern = "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"
+"""
+TEST = """
+[[synthetic.tests]]
+material = "%s"
+normal_forces_n = [0.75, 1.5]
+frequency_ratios = [0.35, 0.7, 1.4]
+friction_coefficient = %g
+friction_scatter = %g
+"""
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Run:
+    def command(*words: str | Path) -> "subprocess.CompletedProcess[str]":
+        line = [str(Path(sys.executable).parent / "frictionlab"), *map(str, words)]
+        return subprocess.run(line, capture_output=True, text=True, check=False, cwd=tmp_path, timeout=110)
+
+    return command
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def test_measurements_in_several_files_one_of_them_damaged(run: Run, tmp_path: Path) -> None:
+    rows = small_campaign()
+    write_rows(rows[:20], tmp_path / "a.csv")
+    write_rows(rows[20:], tmp_path / "b.jsonl")
+    (tmp_path / "c.jsonl").write_text("{damaged\n")
+    (tmp_path / "scene.toml").write_text(TOML)
+    done = run("campaign", "a.csv", "b.jsonl", "c.jsonl", "--scene", "scene.toml", "-o", "out")
+    assert done.returncode == 1
+    assert "c.jsonl: c.jsonl" not in done.stderr
+    assert "c.jsonl, line 1: expected a JSON object" in done.stderr
+    told = rows_of(tmp_path / "out" / "measurements.csv")
+    assert len(told) == len(rows) + 1
+    assert {row["source"] for row in told if row["status"] == "failed"} == {"c.jsonl", str(rows[-1]["source"])}
+    assert len(rows_of(tmp_path / "out" / "friction.csv")) == 9
+    assert "rubber" in done.stdout
+    assert (tmp_path / "out" / "report.html").stat().st_size > 100_000
+    assert (tmp_path / "out" / "figures" / "irregularity.pdf").exists()
+
+
+def test_all_inputs_failed_still_gives_a_report(run: Run, tmp_path: Path) -> None:
+    done = run("campaign", "gone.jsonl", "-o", "out", "--quiet")
+    assert done.returncode == 1
+    assert "there is no such file" in done.stderr
+    assert [row["status"] for row in rows_of(tmp_path / "out" / "measurements.csv")] == ["failed"]
+    assert (tmp_path / "out" / "report.html").exists()
+
+
+def test_a_foreign_folder_and_a_wrong_scene_stop_it(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "m.jsonl").write_text(json.dumps(small_campaign()[0]) + "\n")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "report.html").write_text("<p>mine")
+    done = run("campaign", "m.jsonl", "-o", "out")
+    assert done.returncode == 1
+    assert "exists and was not written by frictionlab campaign" in done.stderr
+    assert (tmp_path / "out" / "report.html").read_text() == "<p>mine"
+    (tmp_path / "scene.toml").write_text("[rigs]\n")
+    assert run("campaign", "m.jsonl", "-o", "new", "--scene", "scene.toml").returncode == 2
+
+
+def test_a_virtual_campaign_gives_back_its_truth(run: Run, tmp_path: Path) -> None:
+    scatter = {"aramid": 0.005, "rubber": 0.03, "steel": 0.1}
+    tests = "".join(TEST % (m, mu, scatter[m]) for m, mu in COEFFICIENTS.items())
+    (tmp_path / "scene.toml").write_text(TOML + "[synthetic]\nseed = 3\nduration_s = 40.0\n" + tests)
+    scene = ("--scene", "scene.toml")
+    assert run("synthesize", *scene, "-o", "logs", "--quiet").returncode == 0
+    logs = sorted((tmp_path / "logs").glob("*.csv"))
+    assert run("ingest", *logs, *scene, "-o", "recordings", "--quiet").returncode == 0
+    recordings = sorted((tmp_path / "recordings").glob("*.h5"))
+    assert run("analyze", *recordings, *scene, "-o", "m.h5", "--quiet").returncode == 0
+    done = run("campaign", "m.h5", *scene, "-o", "out", "--quiet")
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    fits = rows_of(tmp_path / "out" / "friction.csv")
+    assert len(fits) == 6
+    for fit in fits:
+        assert float(fit["friction_coefficient"]) == pytest.approx(COEFFICIENTS[fit["material"]], rel=0.03)
+    ranks = [(r["criterion"], r["material"]) for r in rows_of(tmp_path / "out" / "ranking.csv")]
+    assert [m for c, m in ranks if c == "energy"] == ["rubber", "steel", "aramid"]
+    assert [m for c, m in ranks if c == "consistency"] == ["aramid", "rubber", "steel"]
+    assert (tmp_path / "out" / "figures" / "responses.png").exists()

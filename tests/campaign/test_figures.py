@@ -1,0 +1,71 @@
+"""The figures: all there, vector and PNG, the resonance band blank, the same bytes each time."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.collections import QuadMesh
+
+from frictionlab.campaign import Campaign
+from frictionlab.figures import campaign_maps
+from frictionlab.figures.campaign import Plate, plates, safe
+from frictionlab.figures.campaign_maps import colour_limit, resonance_band
+
+NAMES = {
+    *("ranking", "friction", "irregularity", "stops", "energy_aramid", "energy_rubber", "energy_steel", "comparison"),
+    "residuals",
+}
+
+
+def plate(campaign: Campaign, name: str) -> Plate:
+    return next(p for p in plates(campaign) if p.name == name)
+
+
+def test_a_campaign_without_recordings_has_all_figures_but_the_time_responses(campaign: Campaign) -> None:
+    assert {p.name for p in plates(campaign)} == NAMES
+
+
+@pytest.mark.parametrize("name", sorted(NAMES))
+def test_each_figure_can_be_drawn_alone(campaign: Campaign, name: str) -> None:
+    figure = plate(campaign, name).draw()
+    assert all(ax.has_data() or ax.texts for ax in figure.axes)
+    assert any(ax.get_xlabel() for ax in figure.axes)
+
+
+def test_the_same_figure_gives_the_same_bytes(campaign: Campaign, tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    one, two = (plate(campaign, "ranking").save(tmp_path / n) for n in "ab")
+    assert [path.suffix for path in one] == [".svg", ".pdf", ".png"]
+    assert [path.read_bytes() for path in one] == [path.read_bytes() for path in two]
+
+
+def test_the_irregularity_maps_share_one_scale_and_leave_resonance_blank(campaign: Campaign) -> None:
+    figure = campaign_maps.irregularity(campaign)
+    panels = [ax for ax in figure.axes if ax.get_title(loc="left") in campaign.materials or ax.collections][:3]
+    limits = {mesh.get_clim() for ax in panels for mesh in ax.collections}
+    assert len(limits) == 1
+    for ax in panels:
+        left, right = (
+            np.asarray(mesh.get_coordinates())[0, :, 0] for mesh in ax.collections if isinstance(mesh, QuadMesh)
+        )
+        assert max(left) < 1 < min(right)
+
+
+def test_the_colour_scale_ends_a_tenth_below_the_maximum() -> None:
+    assert colour_limit(np.array([0.1, 0.6])) == pytest.approx(0.5)
+    assert colour_limit(np.array([0.1, 0.15])) == pytest.approx(0.15)
+
+
+@given(st.lists(st.floats(0.05, 0.8), min_size=2, max_size=8, unique=True))
+def test_a_band_is_left_blank_only_over_resonance(below: list[float]) -> None:
+    assert resonance_band(below) is None
+    assert resonance_band([*below, 1.0, 1.5]) is None
+    band = resonance_band([*sorted(below), 9.0])
+    assert band is None or band == (max(below), 9.0)
+
+
+def test_words_of_logs_are_safe_in_file_names() -> None:
+    assert safe("../../etc/passwd") == ".._.._etc_passwd"

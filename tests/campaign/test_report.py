@@ -1,0 +1,140 @@
+"""The page: whole, self-contained, escaped, and alive in a real browser."""
+
+import base64
+import hashlib
+import html.parser
+import re
+import shutil
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from frictionlab.campaign import Campaign, evaluate, trial_of
+from frictionlab.figures.campaign import Plate, plates
+from frictionlab.report import page
+from frictionlab.scene import Scene
+from tests.campaign.fabricate import RATIOS, row
+
+SVG = b'<svg xmlns="http://www.w3.org/2000/svg" width="518pt" height="200pt"></svg>'
+EVIL = "<img src=x onerror=document.title='owned'>"
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+OPTIONS = (
+    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
+    *("--disable-background-networking", "--disable-component-update", "--virtual-time-budget=4000"),
+)
+
+
+def page_of(campaign: Campaign) -> str:
+    drawn = plates(campaign)
+    return page(campaign, drawn, _images(drawn))
+
+
+def _images(drawn: tuple[Plate, ...]) -> Mapping[str, bytes]:
+    return {plate.name: SVG for plate in drawn}
+
+
+@pytest.fixture(scope="module")
+def text(campaign: Campaign) -> str:
+    return page_of(campaign)
+
+
+@pytest.fixture(scope="module")
+def evil(scene: Scene) -> Campaign:
+    rows = [{**row("steel", 1.5, r, 0.6), "material": EVIL, "source": f"{EVIL}{r}", "warnings": [EVIL]} for r in RATIOS]
+    return evaluate([trial_of(r) for r in rows], scene)
+
+
+class Tags(html.parser.HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.links: list[str] = []
+        self.count: dict[str, int] = {}
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.count[tag] = self.count.get(tag, 0) + 1
+        self.links += [value or "" for key, value in attrs if key in ("src", "href", "srcset", "action", "data")]
+
+
+def test_nothing_comes_from_outside(text: str) -> None:
+    tags = Tags()
+    tags.feed(text)
+    assert all(link.startswith(("#", "data:image/svg+xml;base64,")) for link in tags.links)
+    assert "http:" not in text
+    assert "https:" not in text
+    assert "default-src 'none'" in text
+
+
+def test_the_policy_allows_the_pages_own_script_and_no_other(text: str) -> None:
+    (script,) = re.findall(r"<script>(.*?)</script>", text, flags=re.DOTALL)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert f"script-src 'sha256-{digest}'" in text
+
+
+def test_every_part_is_there(text: str, campaign: Campaign) -> None:
+    for part in ("Ranking", "Friction", "Figures", "Long tests", "Tests", "Failures", "Warnings", "Scene and versions"):
+        assert f"<h2>{part}</h2>" in text
+    assert text.count("<figure") == len(plates(campaign))
+    assert "frictionlab 0" in text
+    assert "stiffness_n_per_m = 1191.0" in text
+    table = text[text.index('class="sortable"') :]
+    assert table[: table.index("</tbody>")].count("<tr") == len(campaign.trials) + 1
+
+
+def test_what_stood_in_logs_is_escaped(text: str, evil: Campaign) -> None:
+    assert "<script>alert" not in text
+    assert "&lt;script&gt;alert" in text
+    tags = Tags()
+    tags.feed(page_of(evil))
+    assert tags.count["img"] == len(plates(evil))
+
+
+def test_the_same_campaign_gives_the_same_page(text: str, campaign: Campaign) -> None:
+    assert page_of(campaign) == text
+
+
+def browser() -> str:
+    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if found is None:
+        pytest.skip(f"no browser is there: expected one of {', '.join(BROWSERS)} to look at the page with")
+    return found
+
+
+def seen(page_text: str, script: str, folder: Path) -> str:
+    """The page's title after a script has driven it in a real browser, its own policy lifted for that script."""
+    open_page = re.sub(r'<meta http-equiv="Content-Security-Policy"[^>]*>', "", page_text)
+    path = folder / "page.html"
+    path.write_text(open_page.replace("</body>", f"<script>{script}</script></body>"), encoding="utf-8")
+    line = [browser(), *OPTIONS, f"--user-data-dir={folder / 'profile'}", "--dump-dom", path.as_uri()]
+    dom = subprocess.run(line, capture_output=True, text=True, check=True, timeout=100).stdout
+    return dom.split("<title>")[1].split("</title>")[0]
+
+
+DRIVE = """
+const rows = () => Array.from(document.querySelectorAll("table.sortable tbody tr"));
+const shown = () => rows().filter((r) => !r.hidden);
+const column = (n) => shown().map((r) => parseFloat(r.cells[n].dataset.v)).filter(Number.isFinite);
+const rises = (list) => list.every((v, i) => i === 0 || list[i - 1] <= v);
+const heads = document.querySelectorAll("table.sortable th button");
+const out = [];
+heads[5].click(); out.push(rises(column(5)) && column(5).length > 9);
+heads[5].click(); out.push(rises(column(5).reverse()));
+out.push(rows().at(-1).cells[5].dataset.v === undefined);
+const words = document.getElementById("filter-words");
+words.value = "steel_N1_"; words.dispatchEvent(new Event("input")); out.push(shown().length);
+words.value = ""; words.dispatchEvent(new Event("input"));
+const material = document.querySelector("select[data-column='2']");
+material.value = "rubber"; material.dispatchEvent(new Event("change"));
+out.push(shown().length, document.getElementById("filter-count").textContent);
+out.push(document.documentElement.scrollWidth <= window.innerWidth);
+document.title = out.join(";");
+"""
+
+
+def test_the_table_sorts_and_filters_in_a_browser(text: str, tmp_path: Path) -> None:
+    assert seen(text, DRIVE, tmp_path) == "true;true;true;5;16;16 of 49 tests;true"
+
+
+def test_nothing_of_a_log_runs_in_a_browser(evil: Campaign, tmp_path: Path) -> None:
+    assert seen(page_of(evil), "", tmp_path).startswith("Friction campaign: &lt;img")
