@@ -61,7 +61,8 @@ def _friction(campaign: Campaign) -> list[Plate]:
                 "friction",
                 "Friction coefficient over normal force",
                 "Points: one coefficient per normal force, fitted over all frequency ratios, 95 % confidence. Dashed"
-                " line and band: the material's mean, where all points would lie by Amontons' law.",
+                " lines: each material's mean, where all its points would lie by Amontons' law. Right: the distance"
+                " from it; bands: the mean's own confidence.",
                 partial(campaign_friction.friction, campaign),
             )
         )

@@ -7,33 +7,50 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from frictionlab.campaign import CRITERIA, Campaign, Rank
-from frictionlab.figures.style import COLUMN, PAGE, PALETTE, new_figure
+from frictionlab.campaign import CRITERIA, Campaign, FrictionFit, Rank
+from frictionlab.figures.style import PAGE, PALETTE, new_figure
 
 NORMAL = 1.96
 
 
 def friction(campaign: Campaign) -> Figure:
-    """Friction coefficient of each material over normal force; bands are the mean that Amontons' law would have."""
-    figure = new_figure(1.4 * COLUMN, 3.2)
-    ax = figure.subplots()
+    """Friction coefficient of each material over normal force; beside it, how far each point is from the mean."""
+    figure = new_figure(PAGE, 3.2)
+    left, right = figure.subplots(1, 2)
     for i, test in enumerate(campaign.amontons):
         fits = [f for f in campaign.fits if f.material == test.material and f.friction_coefficient is not None]
         colour = PALETTE[i % len(PALETTE)]
-        value = [f.friction_coefficient or 0.0 for f in fits]
-        low = [c - (f.coefficient_interval[0] or c) for c, f in zip(value, fits, strict=True)]
-        high = [(f.coefficient_interval[1] or c) - c for c, f in zip(value, fits, strict=True)]
-        force = [f.normal_force_n for f in fits]
-        ax.errorbar(force, value, yerr=[low, high], fmt="o", color=colour, capsize=2, label=test.material)
+        _coefficients(left, fits, colour, 1.0, 0.0, test.material)
         if test.coefficient is not None and test.coefficient_se is not None:
             reach = NORMAL * test.coefficient_se
-            ax.axhspan(test.coefficient - reach, test.coefficient + reach, color=colour, alpha=0.2, linewidth=0)
-            ax.axhline(test.coefficient, color=colour, linewidth=0.6, linestyle="--")
-    ax.set_xlabel("normal force [N]")
-    ax.set_ylabel("friction coefficient")
-    ax.set_ylim(bottom=0)
-    ax.legend()
+            left.axhline(test.coefficient, color=colour, linewidth=0.6, linestyle="--")
+            _coefficients(right, fits, colour, 100 / test.coefficient, -100.0, None, shift=0.02 * i)
+            right.axhspan(*(100 * side * reach / test.coefficient for side in (-1, 1)), color=colour, alpha=0.15, lw=0)
+    for ax, label in ((left, "friction coefficient"), (right, "deviation from the material's mean [%]")):
+        ax.set_xlabel("normal force [N]")
+        ax.set_ylabel(label)
+    left.set_ylim(bottom=0)
+    left.legend()
     return figure
+
+
+def _coefficients(
+    ax: Axes,
+    fits: Sequence[FrictionFit],
+    colour: str,
+    scale: float,
+    offset: float,
+    label: str | None,
+    shift: float = 0.0,
+) -> None:
+    """Coefficients times a scale plus an offset, with their 95 % confidence; shifted sideways so that bars stay apart."""
+    value = [f.friction_coefficient or 0.0 for f in fits]
+    ends = [f.coefficient_interval for f in fits]
+    low = [scale * (c - (end[0] if end[0] is not None else c)) for c, end in zip(value, ends, strict=True)]
+    high = [scale * ((end[1] if end[1] is not None else c) - c) for c, end in zip(value, ends, strict=True)]
+    force = [f.normal_force_n + shift for f in fits]
+    places = [scale * c + offset for c in value]
+    ax.errorbar(force, places, yerr=[low, high], fmt="o", color=colour, markersize=3.5, capsize=2, label=label)
 
 
 def ranking(campaign: Campaign) -> Figure:
@@ -56,6 +73,7 @@ def _rank_panel(ax: Axes, ranks: Sequence[Rank], campaign: Campaign) -> None:
     ax.set_yticks(range(len(ranks)), names)
     ax.set_ylim(len(ranks) - 0.5, -0.5)
     if any(r.value is not None for r in ranks):
+        ax.margins(x=0.12)
         ax.set_xlim(left=0)
         ax.xaxis.set_major_locator(MaxNLocator(4))
     else:

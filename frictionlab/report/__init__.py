@@ -19,7 +19,7 @@ from frictionlab.campaign import CRITERIA, Campaign
 from frictionlab.figures.campaign import Plate
 from frictionlab.files import write_whole
 from frictionlab.report import tables
-from frictionlab.report.tables import listing, paragraph
+from frictionlab.report.tables import listing, paragraph, running
 
 HERE = Path(__file__).parent
 SCALE = 1.7  # pixels on the screen per point in print
@@ -108,7 +108,7 @@ def _figure(number: int, plate: Plate, svg: bytes) -> str:
     return (
         f'<figure id="figure-{number}">\n<div class="scroll">'
         f'<img src="{source}" width="{pixels}" alt="{escape(plate.title)}"></div>\n'
-        f"<figcaption><b>Figure {number}. {escape(plate.title)}.</b> {escape(plate.caption)}"
+        f"<figcaption><b>Figure {number}. {escape(plate.title)}.</b> {running(plate.caption)}"
         f' <span class="soft">(figures/{escape(plate.name)}.svg, .pdf, .png)</span></figcaption>\n</figure>'
     )
 

@@ -48,12 +48,17 @@ def with_error(value: float | None, error: float | None) -> str:
 
 def paragraph(text: str) -> str:
     """One paragraph."""
-    return f"<p>{escape(text)}</p>"
+    return f"<p>{running(text)}</p>"
+
+
+def running(text: str) -> str:
+    """Escaped text in which no line breaks before a percent sign."""
+    return escape(text.replace(" %", "\N{NO-BREAK SPACE}%"))
 
 
 def listing(sentences: Iterable[str]) -> str:
     """A list of sentences; nothing for none."""
-    items = "".join(f"<li>{escape(text)}</li>\n" for text in sentences)
+    items = "".join(f"<li>{running(text)}</li>\n" for text in sentences)
     return f"<ul>\n{items}</ul>" if items else ""
 
 
@@ -86,6 +91,7 @@ def ranking(campaign: Campaign) -> str:
         ranks = [rank for rank in campaign.ranking if rank.criterion == criterion]
         if ranks:
             parts += [f"<h3>By {criterion}</h3>", paragraph(f"{_capital(ranks[0].unit)}; {ranks[0].evidence}.")]
+        if any(rank.rank for rank in ranks):
             parts.append(table(("#rank", "material", "#value ± standard error", "tied with"), map(_rank, ranks)))
     return "\n".join(parts)
 
