@@ -22,6 +22,7 @@ from frictionlab.cli.simulate import simulate
 from frictionlab.cli.sweep import sweep
 from frictionlab.cli.synthesize import synthesize
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
+from frictionlab.threads import use_one_thread
 
 P = ParamSpec("P")
 
@@ -84,4 +85,5 @@ for _command in COMMANDS:
 
 def main() -> None:
     """Entry point of the ``frictionlab`` command."""
+    use_one_thread()
     app()

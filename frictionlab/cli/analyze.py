@@ -1,13 +1,14 @@
 """``frictionlab analyze``: recording -> measurement."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows, rows_of
-from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, scene_of
+from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, Scheduler, Workers, scene_of
 from frictionlab.cli.output import complain, print_table
 from frictionlab.cli.progress import track
 from frictionlab.cli.show import MEASUREMENT
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from frictionlab.scene import Scene
 
 KIND = "frictionlab measurements"
+SERIES = "series"  # travels with a row from its worker and is taken off before anybody sees the row
 
 
 def analyze(
@@ -43,6 +45,8 @@ def analyze(
     padding: Annotated[
         int | None, typer.Option("--padding", metavar="N", help="Length of the FFT over the record's (scene: 4).")
     ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
@@ -50,30 +54,39 @@ def analyze(
 
     Example: frictionlab analyze build/recordings/*.h5 --scene configs/sample_data.toml -o build/measurements.csv
     """
-    from frictionlab.analysis.measure import measure
-    from frictionlab.hdf5 import read_recording
-
     what = _overridden(scene_of(scene), natural_frequency, transient, cycles, padding)
     if output is not None:
         _check(output)
-    measured: dict[str, Measurement] = {}
-
-    def job(path: Path) -> Row:
-        measurement = measure(read_recording(path), what)
-        if plot is not None:
-            _draw(measurement, path, plot)
-        if output is not None and output.suffix == ".h5":
-            measured[str(path)] = measurement
-        return {**measurement.row(), "source": str(path)}
-
-    inputs = track(recordings, total=len(recordings), title="analyze", quiet=quiet)
-    rows = report_rows(rows_of(inputs, job), as_json=as_json)
+    job = partial(_row, scene=what, plot=plot, with_series=output is not None and output.suffix == ".h5")
+    made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
+    series: dict[str, object] = {}
+    watched = track(_put_apart(made, series), total=len(recordings), title="analyze", quiet=quiet)
+    rows = report_rows(watched, as_json=as_json)
     if output is not None:
-        _write(rows, measured, output, force=force)
+        _write(rows, series, output, force=force)
     if not (as_json or quiet):
         print_table([row for row in rows if row["status"] == "ok"], MEASUREMENT)
         _tell_warnings(rows)
     exit_status(rows)
+
+
+def _row(path: Path, *, scene: "Scene", plot: Path | None, with_series: bool) -> Row:
+    from frictionlab.analysis.measure import measure
+    from frictionlab.hdf5 import read_recording
+
+    measurement = measure(read_recording(path), scene)
+    if plot is not None:
+        _draw(measurement, path, plot)
+    series = {SERIES: _series(measurement)} if with_series else {}
+    return {**measurement.row(), "source": str(path), **series}
+
+
+def _put_apart(rows: Iterable[Row], series: dict[str, object]) -> Iterator[Row]:
+    """The rows without their series, which go into the other place under the number of the row."""
+    for number, row in enumerate(rows):
+        if SERIES in row:
+            series[str(number)] = row[SERIES]
+        yield {key: value for key, value in row.items() if key != SERIES}
 
 
 def _overridden(
@@ -115,20 +128,19 @@ def _tell_warnings(rows: Sequence[Row]) -> None:
             complain(f"{row['source']}: {warning}")
 
 
-def _write(rows: Sequence[Row], measured: "dict[str, Measurement]", output: Path, *, force: bool) -> None:
+def _write(rows: Sequence[Row], series: dict[str, object], output: Path, *, force: bool) -> None:
     if output.suffix != ".h5":
         write_rows(rows, output)
         return
     from frictionlab.hdf5 import write_tree
 
-    write_tree(_tree(rows, measured), output, kind=KIND, force=force)
+    write_tree(_tree(rows, series), output, kind=KIND, force=force)
 
 
-def _tree(rows: Sequence[Row], measured: "dict[str, Measurement]") -> dict[str, object]:
+def _tree(rows: Sequence[Row], series: dict[str, object]) -> dict[str, object]:
     """The file of measurements: ``/rows`` one array per key, in input order; ``/cycles/N`` the series of row N."""
     keys = dict.fromkeys(key for row in rows for key in row)
     columns = {key: _column(key, [row.get(key) for row in rows]) for key in keys}
-    series = {str(n): _series(measured[str(row["source"])]) for n, row in enumerate(rows) if row["status"] == "ok"}
     return {"rows": columns, "cycles": series}
 
 

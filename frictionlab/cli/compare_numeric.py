@@ -1,18 +1,21 @@
 """``frictionlab compare-numeric``: measured over predicted."""
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows, rows_of
-from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, scene_of
+from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, Scheduler, Workers, scene_of
 from frictionlab.cli.output import print_table
+from frictionlab.cli.progress import track
 from frictionlab.cli.show import COMPARISON
 from frictionlab.tables import Row, check_output, write_rows
 
 if TYPE_CHECKING:
     from frictionlab.comparison import Comparison
+    from frictionlab.scene import Scene
 
 
 def compare_numeric(
@@ -31,6 +34,8 @@ def compare_numeric(
         Literal["auto", "closed-form", "exact", "thesis"] | None,
         typer.Option("--solver", help="In place of the scene's."),
     ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
@@ -38,25 +43,33 @@ def compare_numeric(
 
     Example: frictionlab compare-numeric build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
     """
-    from frictionlab.comparison import compare
-    from frictionlab.hdf5 import read_recording
-
-    what = scene_of(scene)
+    job = partial(_row, scene=scene_of(scene), beta=beta, solver=solver, plot=plot)
     if output is not None:
         check_output(output, force=force)
-
-    def job(path: Path) -> Row:
-        comparison = compare(read_recording(path), what, friction_ratio=beta, solver=solver)
-        if plot is not None:
-            _draw(comparison, plot / f"{path.stem}.comparison.png")
-        return {**comparison.row(), "source": str(path)}
-
-    rows = report_rows(rows_of(recordings, job), as_json=as_json)
+    made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
+    rows = report_rows(track(made, total=len(recordings), title="compare", quiet=quiet), as_json=as_json)
     if output is not None:
         write_rows(rows, output, force=force)
     if not (as_json or quiet):
         print_table([row for row in rows if row["status"] == "ok"], COMPARISON)
     exit_status(rows)
+
+
+def _row(
+    path: Path,
+    *,
+    scene: "Scene",
+    beta: float | None,
+    solver: Literal["auto", "closed-form", "exact", "thesis"] | None,
+    plot: Path | None,
+) -> Row:
+    from frictionlab.comparison import compare
+    from frictionlab.hdf5 import read_recording
+
+    comparison = compare(read_recording(path), scene, friction_ratio=beta, solver=solver)
+    if plot is not None:
+        _draw(comparison, plot / f"{path.stem}.comparison.png")
+    return {**comparison.row(), "source": str(path)}
 
 
 def _draw(comparison: "Comparison", path: Path) -> None:

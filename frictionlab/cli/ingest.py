@@ -1,15 +1,16 @@
 """``frictionlab ingest``: logs -> recordings."""
 
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows, rows_of
-from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, scene_of
+from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, Scheduler, Workers, scene_of
 from frictionlab.cli.output import complain, print_table, printable
 from frictionlab.cli.progress import bytes_read, track
 from frictionlab.errors import UsageError
@@ -51,6 +52,8 @@ def ingest(
         float | None, typer.Option("--lag", metavar="S", help="Two logs: the base's clock minus the mass's.")
     ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Report what is found, write nothing.")] = False,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
@@ -59,7 +62,6 @@ def ingest(
 
     Example: frictionlab ingest logs/*.csv --scene configs/sample_data.toml -o build/recordings
     """
-    from frictionlab.hdf5 import check_writable, write_recording
     from frictionlab.logs.options import options_of
 
     what = scene_of(scene)
@@ -69,23 +71,38 @@ def ingest(
     }  # fmt: skip
     options = options_of(what.log, said)
     inputs = _inputs(logs or [], mass_log, base_log)
-    outputs = {} if dry_run else _outputs(inputs, output)
+    place = None if dry_run else _place_for(inputs, output)
     silent = quiet or as_json
-
-    def job(path: Path) -> "Row":
-        if path in outputs:
-            check_writable(outputs[path], force=force)
-        with bytes_read(path.name, quiet=silent or len(inputs) > 1) as progress:
-            recording = _read(path, base_log, options, what, progress)
-        if path in outputs:
-            write_recording(recording, outputs[path], force=force)
-        return _row(recording, path, outputs.get(path))
-
-    watched = track(inputs, total=len(inputs), title="ingest", quiet=quiet or len(inputs) == 1)
-    rows = report_rows(rows_of(watched, job), as_json=as_json)
+    job = _Ingest(what, options, base_log, place, force=force, quiet=silent or len(inputs) > 1)
+    made = rows_of(inputs, job, workers=workers, scheduler=scheduler)
+    rows = report_rows(track(made, total=len(inputs), title="ingest", quiet=quiet or len(inputs) == 1), as_json=as_json)
     if not silent:
         _tell(rows, evidence=dry_run)
     exit_status(rows)
+
+
+@dataclass(frozen=True)
+class _Ingest:
+    """What is done to each log, here or where a worker is."""
+
+    scene: "Scene"
+    options: "LogOptions"
+    base_log: Path | None
+    place: "Callable[[Path], Path] | None"
+    force: bool
+    quiet: bool
+
+    def __call__(self, log: Path) -> "Row":
+        from frictionlab.hdf5 import check_writable, write_recording
+
+        output = None if self.place is None else self.place(log)
+        if output is not None:
+            check_writable(output, force=self.force)
+        with bytes_read(log.name, quiet=self.quiet) as progress:
+            recording = _read(log, self.base_log, self.options, self.scene, progress)
+        if output is not None:
+            write_recording(recording, output, force=self.force)
+        return _row(recording, log, output)
 
 
 def _inputs(logs: Sequence[Path], mass_log: Path | None, base_log: Path | None) -> list[Path]:
@@ -99,21 +116,19 @@ def _inputs(logs: Sequence[Path], mass_log: Path | None, base_log: Path | None) 
     return [mass_log] if mass_log is not None else list(dict.fromkeys(logs))
 
 
-def _outputs(inputs: Sequence[Path], output: str | None) -> dict[Path, Path]:
-    """Where each recording goes; made sure that no two go to one place and none over its log."""
-    from frictionlab.experiment import stem_of
-
+def _place_for(inputs: Sequence[Path], output: str | None) -> "Callable[[Path], Path]":
+    """What says where a log's recording goes; made sure that no two go to one place and none over its log."""
     if output is None:
-        places = {path: path.with_name(f"{stem_of(path)}.h5") for path in inputs}
+        place = _beside
     elif _is_folder(output):
         _make_folder(Path(output))
-        places = {path: Path(output) / f"{stem_of(path)}.h5" for path in inputs}
+        place = partial(_into, folder=Path(output))
     elif len(inputs) == 1:
-        places = {inputs[0]: Path(output)}
+        place = partial(_as_told, output=Path(output))
     else:
         raise UsageError(f"-o {output}: expected a folder for {len(inputs)} logs; got the name of a file")
-    _check_places(places)
-    return places
+    _check_places({log: place(log) for log in inputs})
+    return place
 
 
 def _is_folder(output: str) -> bool:
@@ -127,13 +142,28 @@ def _make_folder(folder: Path) -> None:
         raise UsageError(f"-o {folder}: the folder cannot be made ({error.strerror})") from error
 
 
+def _beside(log: Path) -> Path:
+    return _into(log, folder=log.parent)
+
+
+def _into(log: Path, *, folder: Path) -> Path:
+    from frictionlab.experiment import stem_of
+
+    return folder / f"{stem_of(log)}.h5"
+
+
+def _as_told(_log: Path, *, output: Path) -> Path:
+    return output
+
+
 def _check_places(places: Mapping[Path, Path]) -> None:
+    logs = {path.resolve() for path in places}
     owner: dict[Path, Path] = {}
     for log, place in places.items():
         real = place.resolve()
         if real in owner:
             raise UsageError(f"{owner[real]} and {log} would both become {place}: give them different folders")
-        if real in {path.resolve() for path in places}:
+        if real in logs:
             raise UsageError(f"{place}: the recording would replace a log: choose another output")
         owner[real] = log
 
@@ -174,7 +204,7 @@ def _row(recording: "Recording", log: Path, output: Path | None) -> "Row":
             {"file": q.file, "line": q.number, "text": q.text, "reason": q.reason} for q in source.quarantined
         ],
         "files": [{"name": f.name, "sha256": f.sha256, "size_bytes": f.size_bytes} for f in source.files],
-        "experiment": recording.experiment,
+        "experiment": dict(recording.experiment),
         "warnings": source.warnings,
         "evidence": source.evidence,
     }

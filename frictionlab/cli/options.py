@@ -12,6 +12,14 @@ SceneFile = Annotated[Path | None, typer.Option("--scene", metavar="TOML", help=
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON Lines on stdout, one object per input, nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No tables and no progress; errors are still told.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace an existing output even if it is not this tool's own.")]
+Workers = Annotated[
+    int | None,
+    typer.Option("--workers", metavar="N", min=1, help="Processes (default: all cores when the work is worth it)."),
+]
+Scheduler = Annotated[
+    str | None,
+    typer.Option("--scheduler", metavar="ADDRESS", help="Let a Dask cluster do it, like tcp://host:8786."),
+]
 PlotFolder = Annotated[Path | None, typer.Option("--plot", metavar="FOLDER", help="Draw figures into this folder.")]
 
 

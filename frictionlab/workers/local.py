@@ -8,8 +8,7 @@ from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 
-# One worker is one thread: libraries that would start one per core in every worker are told so before they load.
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+from frictionlab.threads import use_one_thread
 
 
 def cores() -> int:
@@ -38,7 +37,7 @@ class OneWorker(ProcessPoolExecutor):
 
 def _settle(lifeline: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.environ.update(dict.fromkeys(THREADS, "1"))
+    use_one_thread()
     threading.Thread(target=_leave_with, args=(lifeline,), daemon=True).start()
 
 
