@@ -22,6 +22,8 @@ Sensor = tuple[TimeBase, Timing, Channel]
 _WINDOWS = 8
 _MOST_LAG_S = 10.0
 _MOST_DRIFT = 5e-3
+_SAME = 1e-4
+"""Stamps that differ by less than this share of a step are one moment."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ def align(mass: Sensor, base: Sensor, lag_s: float | None) -> Aligned:
         drift, facts_of_drift = _drift(mass, moved, base[2])
         facts |= facts_of_drift
     if drift:
-        moved = moved[0] + (moved - moved[0]) * (1.0 + drift)
+        moved = moved[0] + (moved - moved[0]) / (1.0 + drift)
         warnings.append(
             f"the clocks drift apart by {drift * 1e6:.3g} parts in a million, found from the drive frequency in both "
             "logs: the base's stamps are stretched accordingly"
@@ -66,7 +68,7 @@ def _relation(mass: Sensor, base: Sensor, lag_s: float | None) -> tuple[dict[str
         return {"alignment": "lag as given", "lag_s": lag_s, "lag_se_s": 0.0}, []
     if starts[0] is not None and starts[1] is not None:
         spread = float(np.hypot(mass[1].resolution_s, base[1].resolution_s) / np.sqrt(12.0))
-        return {"alignment": "absolute time", "lag_s": starts[0] - starts[1], "lag_se_s": spread}, []
+        return {"alignment": "absolute time", "lag_s": round(starts[0] - starts[1], 6), "lag_se_s": spread}, []
     lag, spread = _likeness(mass, base)
     said = (
         f"the logs have no common clock: the lag of {lag:.6g} s is where the two motions resemble each other most, "
@@ -144,7 +146,8 @@ def _on_mass_stamps(
     mass: Sensor, base: Sensor, moved: NDArray[np.float64], facts: dict[str, Fact], warnings: list[str]
 ) -> Aligned:
     time = mass[0].time
-    inside = (time >= moved[0]) & (time <= moved[-1])
+    close = _SAME * base[0].interval
+    inside = (time >= moved[0] - close) & (time <= moved[-1] + close)
     if np.count_nonzero(inside) < 2:
         raise LogError(
             f"the two logs do not overlap: on the mass's clock it runs from {time[0]:.6g} to {time[-1]:.6g} s, "
@@ -155,7 +158,7 @@ def _on_mass_stamps(
     quality = mass[0].quality[inside] | mass[2].quality[inside]
     quality |= _flags_between(stamps, moved, base[0].quality | base[2].quality)
     quality[~np.isfinite(values)] |= np.uint8(Quality.NOT_BRIDGED)
-    used = int(np.count_nonzero((moved >= stamps[0]) & (moved <= stamps[-1])))
+    used = int(np.count_nonzero((moved >= stamps[0] - close) & (moved <= stamps[-1] + close)))
     facts |= {
         "trimmed_mass_samples": int(len(time) - len(stamps)),
         "trimmed_base_samples": int(len(moved) - used),
@@ -173,8 +176,9 @@ def _interpolated(
     stamps: NDArray[np.float64], time: NDArray[np.float64], values: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], bool]:
     """Values at the stamps: as they are where all stamps coincide, else by the cubic through four neighbours."""
-    at = np.clip(np.searchsorted(time, stamps), 0, len(time) - 1)
-    if np.array_equal(time[at], stamps):
+    close = _SAME * (time[-1] - time[0]) / len(time)
+    at = np.clip(np.searchsorted(time, stamps - close), 0, len(time) - 1)
+    if np.abs(time[at] - stamps).max() <= close:
         return values[at], True
     keep = np.concatenate([[True], np.diff(time) > 0.0])
     time, values = time[keep], values[keep]
@@ -195,8 +199,9 @@ def _flags_between(
     stamps: NDArray[np.float64], time: NDArray[np.float64], quality: NDArray[np.uint8]
 ) -> NDArray[np.uint8]:
     """Flags of the two base samples around each stamp; a hole before a base sample marks the stamps inside it."""
-    right = np.clip(np.searchsorted(time, stamps), 1, len(time) - 1)
-    exact = time[right] == stamps
+    close = _SAME * (time[-1] - time[0]) / len(time)
+    right = np.clip(np.searchsorted(time, stamps - close), 1, len(time) - 1)
+    exact = np.abs(time[right] - stamps) <= close
     left = np.where(exact, right, right - 1)
     hole = np.uint8(Quality.GAP_BEFORE | Quality.NOT_BRIDGED)
     return np.asarray(quality[right] | (quality[left] & ~hole), dtype=np.uint8)

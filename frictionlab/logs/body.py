@@ -98,12 +98,14 @@ class Lines:
 class Body:
     """What was read: columns as in the file (their units), and what became of the lines.
 
-    ``values`` are (n,) float64 for each wanted column, nan for no value; ``empty`` counts those.
+    ``values`` are (n,) float64 for each wanted column, nan for no value; ``empty`` counts those, and ``cut``
+    whether the last line was cut (which is no sign of a damaged log).
     """
 
     values: list[NDArray[np.float64]] = field(default_factory=list)
     lines: "Lines" = field(default_factory=Lines)
     empty: int = 0
+    cut: int = 0
     counts: dict[str, int] = field(
         default_factory=lambda: dict.fromkeys(("data", "header", "blank", "comment", "quarantined"), 0)
     )
@@ -260,6 +262,7 @@ class Reader:
             self.take((np.array([verdict.values]).T, 1, []))
             return
         self._note(self.next_line, text, verdict)
+        self.body.cut += verdict.kind == "quarantined"
         self.next_line += 1
 
     def finish(self) -> Body:

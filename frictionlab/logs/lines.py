@@ -90,7 +90,7 @@ def read_head(path: Path, encoding: str | None = None) -> Head:
     if not raw.strip(b"\0 \t\r\n\xef\xbb\xbf\xff\xfe"):
         raise LogError(f"{path.name}: empty: expected lines of numbers; got {size} bytes without any")
     name, evidence = (encoding, "as given") if encoding else _encoding_of(raw)
-    text = _decode(raw, name, path)
+    text = _decode(raw, name, path, whole=whole)
     newline = "\r" if "\r" in text and "\n" not in text else "\n"
     lines = [line.rstrip("\r") for line in text.split(newline)]
     if not whole or not lines[-1]:
@@ -209,12 +209,14 @@ def _encoding_of(raw: bytes) -> tuple[str, str]:
     return "utf-8", "plain ASCII" if raw.isascii() else "decodes without a fault"
 
 
-def _decode(raw: bytes, encoding: str, path: Path) -> str:
-    errors = "replace" if encoding == "cp1252" else "strict"
+def _decode(raw: bytes, encoding: str, path: Path, *, whole: bool) -> str:
+    """Decode the head; part of a character at the end of a whole file stands as a replacement character."""
+    decoder = codecs.getincrementaldecoder(encoding)("replace" if encoding == "cp1252" else "strict")
     try:
-        return codecs.getincrementaldecoder(encoding)(errors).decode(raw)
+        text = decoder.decode(raw)
     except UnicodeError as error:
         raise LogError(f"{path.name}: not {encoding} text ({error}): give --encoding") from error
+    return text + "\ufffd" if whole and decoder.getstate()[0] else text
 
 
 def _decoded(file: _Hashed, head: Head) -> Iterator[bytes]:
@@ -223,11 +225,17 @@ def _decoded(file: _Hashed, head: Head) -> Iterator[bytes]:
     if head.encoding == "utf-8-sig":
         chunks = _without_bom(chunks)
     if _WIDE.match(head.encoding):
-        decoder = codecs.getincrementaldecoder(head.encoding)("replace")
-        chunks = (decoder.decode(chunk).encode("utf-8", "replace") for chunk in chunks)
+        chunks = _narrowed(chunks, head.encoding)
     if head.newline == "\r":
         chunks = (chunk.replace(b"\r", b"\n") for chunk in chunks)
     return chunks
+
+
+def _narrowed(chunks: Iterator[bytes], encoding: str) -> Iterator[bytes]:
+    decoder = codecs.getincrementaldecoder(encoding)("replace")
+    for chunk in chunks:
+        yield decoder.decode(chunk).encode("utf-8", "replace")
+    yield decoder.decode(b"", final=True).encode("utf-8", "replace")
 
 
 def _without_bom(chunks: Iterator[bytes]) -> Iterator[bytes]:

@@ -150,11 +150,11 @@ def _read_own_times(table: Table, base_time: NDArray[np.float64], options: LogOp
         columns={"time": table.columns["base_time"], "base": table.columns["base"]},
         values={"time": base_time[there], "base": table.values["base"][there]},
         samples=int(there.sum()),
-        quarantined=(),
     )
     columns = {role: table.columns[role] for role in ("time", "mass")}
     mass = replace(table, columns=columns, values={role: table.values[role] for role in columns})
     one, two = _examined(mass, options, ("mass",)), _examined(base, options, ("base",))
+    one, two = (replace(s, table=replace(s.table, file=table.file)) for s in (one, two))  # one file, counted once
     return _recording_of_two(one, two, _aligned(one, two, options.lag_s or 0.0), options)
 
 
@@ -178,9 +178,9 @@ def _recording_of_two(mass: _Sensors, base: _Sensors, aligned: Aligned, options:
             files=tuple(dict.fromkeys((mass.table.file, base.table.file))),
             dialect=facts | aligned.facts,
             options=options.given(),
-            quarantined=(*mass.table.quarantined, *base.table.quarantined),
-            warnings=(*said, *aligned.warnings),
-            evidence=tuple(why),
+            quarantined=tuple(dict.fromkeys((*mass.table.quarantined, *base.table.quarantined))),
+            warnings=(*dict.fromkeys(said), *aligned.warnings),
+            evidence=tuple(dict.fromkeys(why)),
         ),
     )
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from frictionlab.errors import LogError
 from frictionlab.logs.body import COMPILE_FROM, KEEP, Body, Lines, Reader, Shape
 from frictionlab.logs.cells import decimals
-from frictionlab.logs.columns import Column, by_option, is_displacement, pick, unassigned
+from frictionlab.logs.columns import Column, by_option, candidates, is_displacement, pick, unassigned
 from frictionlab.logs.dialect import is_comment, split
 from frictionlab.logs.layouts import Layout, find_layout
 from frictionlab.logs.lines import Blocks, Head, Progress, read_head
@@ -118,9 +118,12 @@ def _with_own_times(layout: Layout, found: dict[str, Column], roles: Sequence[st
     """Give each channel its own time column, where the user named none: ``time`` is the first channel's."""
     if "time" in found:
         return found
-    own = {role: layout.columns[layout.time_of[found[role].index]] for role in roles}
-    more = {f"{role}_time": own[role] for role in roles[1:] if own[role] != own[roles[0]]}
-    return {"time": own[roles[0]], **found, **more}
+    own = [layout.time_of.get(found[role].index) for role in roles]
+    if own[0] is None:
+        return found
+    others = zip(roles[1:], own[1:], strict=True)
+    more = {f"{role}_time": layout.columns[time] for role, time in others if time not in (None, own[0])}
+    return {"time": layout.columns[own[0]], **found, **more}
 
 
 def _left(columns: Sequence[Column], found: dict[str, Column]) -> list[Column]:
@@ -131,9 +134,8 @@ def _left(columns: Sequence[Column], found: dict[str, Column]) -> list[Column]:
 def _with_displacements(
     columns: Sequence[Column], found: dict[str, Column], options: LogOptions, roles: Sequence[str], file: str
 ) -> dict[str, Column]:
-    possible = [c for c in _left(columns, found) if is_displacement(c) or options.unit is not None]
-    if options.sampling_rate_hz is not None:
-        possible = [c for c in possible if c not in _time_like(possible)]
+    times = candidates(columns, "time")
+    possible = [c for c in _left(columns, found) if (is_displacement(c) or options.unit is not None) and c not in times]
     for role in roles:
         if role not in found and len(roles) > 1 and (named := pick(_left(possible, found), role, file)):
             found[role] = named
@@ -153,12 +155,6 @@ def _with_displacements(
     if len({found[r].index for r in order}) < len(order):
         raise LogError(f"{file}: one column cannot play two roles: {', '.join(f'{r} = {found[r]}' for r in order)}")
     return {role: found[role] for role in order}
-
-
-def _time_like(columns: Sequence[Column]) -> list[Column]:
-    from frictionlab.logs.columns import candidates  # noqa: PLC0415
-
-    return candidates(columns, "time")
 
 
 def _shape(head: Head, layout: Layout, columns: dict[str, Column]) -> Shape:
@@ -238,7 +234,7 @@ def _count(head: Head, layout: Layout, body: Body) -> LineCount:
 
 
 def _check_damage(body: Body, options: LogOptions, name: str) -> None:
-    data, bad = body.counts["data"], body.counts["quarantined"]
+    data, bad = body.counts["data"], body.counts["quarantined"] - body.cut
     empty = body.empty
     if data < 2:
         raise LogError(f"{name}: {data} lines of data: expected at least 2; {_first(body)}")

@@ -34,6 +34,8 @@ def recognise(head: Head, options: LogOptions) -> Layout | None:
         for i, label in enumerate(first)
         if label in _LABELS and i < dialect.first
     }
+    if "channel name" not in rows or "interval" not in rows:
+        return None
     names, units = rows["channel name"], rows.get("unit", (0, []))
     columns = _columns(names[1], units[1], dialect.fields)
     header = tuple(sorted({names[0], units[0]} if "unit" in rows else {names[0]}))

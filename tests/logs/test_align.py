@@ -1,0 +1,140 @@
+"""Two logs, two clocks: aligned by absolute time, by a given lag, or by likeness, and what that costs is said."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from frictionlab.errors import LogError
+from frictionlab.logs import LogOptions, read_two_logs
+from frictionlab.recording import Quality, Recording
+from tests.logs.samples import Truth, comma, sensortool, truth, write
+
+FREQUENCY = 1.1
+
+
+def mass_at(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(2.0 * np.sin(2 * math.pi * FREQUENCY * t + 0.7) * (1.0 - np.exp(-t)))
+
+
+def base_at(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(1.5 * np.cos(2 * math.pi * FREQUENCY * t) * (1.0 - np.exp(-t)))
+
+
+def one_sensor(folder: Path, name: str, t: NDArray[np.float64], x: NDArray[np.float64], title: str = "x [mm]") -> Path:
+    rows = "".join(f"{a:.9f},{b:.9f}\n" for a, b in zip(t.tolist(), x.tolist(), strict=True))
+    return write(folder / name, f"t [s],{title}\n{rows}")
+
+
+def two(
+    folder: Path, rates: tuple[float, float] = (250.0, 250.0), lag: float = 0.0, drift: float = 0.0
+) -> tuple[Path, Path]:
+    """A mass's log and a base's whose clock is ahead by ``lag`` and gains ``drift``."""
+    t, u = (np.arange(0, 60, 1 / rate) for rate in rates)
+    return (
+        one_sensor(folder, "mass.csv", t, mass_at(t)),
+        one_sensor(folder, "base.csv", (u + lag) * (1 + drift), base_at(u)),
+    )
+
+
+def error(recording: Recording) -> float:
+    """Largest error of the base against the truth on the mass's clock [mm], ends left out."""
+    inside = slice(20, -20)
+    return float(np.abs(recording.base_displacement * 1e3 - base_at(recording.time))[inside].max())
+
+
+@pytest.mark.parametrize("late_ms", [0, 8, 501, 3000])
+@pytest.mark.parametrize(("separator", "mark"), [(";", str), (";", comma), ("\t", comma)], ids=["dot", "comma", "tab"])
+def test_sensortool_pairs_are_aligned_on_epoch_time(
+    late_ms: int, separator: str, mark: type[str], tmp_path: Path
+) -> None:
+    data = truth(2000)
+    later = Truth(data.rows[: 2000 - late_ms // 4])
+    mass = write(tmp_path / "protocol_ILD1420_2024-09-14_02-16-47.647.csv", sensortool(data, 1, separator, mark=mark))
+    base = write(
+        tmp_path / "protocol_ILD1420_2024-09-14_02-16-48.147.csv",
+        sensortool(later, 2, separator, mark=mark, late_ms=late_ms),
+    )
+    recording = read_two_logs(mass, base)
+    facts = recording.source.dialect
+    assert facts["layout"] == "optoNCDT sensorTOOL"
+    assert facts["alignment"] == "absolute time"
+    assert facts["lag_s"] == pytest.approx(-late_ms / 1000, abs=1e-9)
+    assert 0.0 < float(facts["lag_se_s"]) < 1e-3
+    assert facts["base_resampled"] == ("cubic" if late_ms == 501 else "no")
+    np.testing.assert_allclose(recording.time[0], math.ceil(late_ms / 4) * 0.004, atol=1e-9)
+    shift = recording.time - late_ms / 1000
+    inside = slice(5, -5)
+    np.testing.assert_allclose(
+        recording.base_displacement[inside], np.interp(shift, data.time, data.base)[inside], atol=2e-6
+    )
+    assert [f.lines.preamble for f in recording.source.files] == [5, 5]
+    assert recording.source.lines.read == sum(f.lines.read for f in recording.source.files)
+
+
+def test_equal_stamps_are_not_resampled(tmp_path: Path) -> None:
+    recording = read_two_logs(*two(tmp_path), LogOptions(lag_s=0.0))
+    assert recording.source.dialect["base_resampled"] == "no"
+    assert error(recording) < 1e-9
+
+
+@pytest.mark.parametrize("rates", [(250.0, 250.0), (250.0, 4000.0), (1000.0, 250.0), (500.0, 333.0)])
+@pytest.mark.parametrize("lag", [0.0, 0.0123, -2.5])
+def test_a_given_lag_and_different_rates(rates: tuple[float, float], lag: float, tmp_path: Path) -> None:
+    recording = read_two_logs(*two(tmp_path, rates, lag), LogOptions(lag_s=lag))
+    assert recording.source.dialect["alignment"] == "lag as given"
+    assert error(recording) < 2e-6
+    assert recording.sampling_rate_hz == pytest.approx(rates[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("drift", [3e-4, -2e-4])
+def test_a_slow_drift_is_found_from_the_drive(drift: float, tmp_path: Path) -> None:
+    recording = read_two_logs(*two(tmp_path, drift=drift), LogOptions(lag_s=0.0))
+    facts = recording.source.dialect
+    assert facts["clock_drift_applied"] == "yes"
+    assert float(facts["clock_drift"]) == pytest.approx(drift, rel=0.01)
+    assert error(recording) < 0.01
+    assert any("clocks drift apart" in w for w in recording.source.warnings)
+
+
+def test_an_unknown_lag_is_estimated_and_said_to_be_unsure(tmp_path: Path) -> None:
+    recording = read_two_logs(*two(tmp_path, lag=1.5))
+    facts = recording.source.dialect
+    assert facts["alignment"] == "estimated from the motions"
+    assert float(facts["lag_s"]) == pytest.approx(1.5, abs=2 * float(facts["lag_se_s"]))
+    assert any("cannot be told from their mechanical phase" in w for w in recording.source.warnings)
+
+
+def test_logs_that_do_not_overlap_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"do not overlap: on the mass's clock it runs from 0 to 59\.996 s"):
+        read_two_logs(*two(tmp_path), LogOptions(lag_s=1000.0))
+
+
+def test_what_is_trimmed_is_counted(tmp_path: Path) -> None:
+    recording = read_two_logs(*two(tmp_path, lag=-1.0), LogOptions(lag_s=-1.0))
+    assert recording.source.dialect["trimmed_mass_samples"] == 0
+    shorter = read_two_logs(*two(tmp_path), LogOptions(lag_s=-1.0))
+    assert shorter.source.dialect["trimmed_mass_samples"] == 250
+    assert shorter.source.dialect["trimmed_base_samples"] == 250
+
+
+def test_damage_of_either_log_is_flagged(tmp_path: Path) -> None:
+    mass, base = two(tmp_path)
+    lines = base.read_text().splitlines()
+    lines[1000] = lines[1000].split(",")[0] + ",---"
+    del lines[5000:5100]
+    base.write_text("\n".join(lines) + "\n")
+    recording = read_two_logs(mass, base, LogOptions(lag_s=0.0))
+    assert recording.quality[999] & Quality.INTERPOLATED
+    assert len(recording.stretches()) == 2
+    (gap,) = recording.gaps
+    assert gap[1] - gap[0] > 0.39
+
+
+def test_a_lone_bare_column_is_the_channel(tmp_path: Path) -> None:
+    t = np.arange(1000) / 250
+    mass = one_sensor(tmp_path, "mass.csv", t, mass_at(t), "laser (mm)")
+    base = one_sensor(tmp_path, "base.csv", t, base_at(t), "laser (mm)")
+    assert len(read_two_logs(mass, base, LogOptions(lag_s=0.0))) == 1000
