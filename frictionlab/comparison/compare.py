@@ -1,29 +1,20 @@
-"""Measurement + simulator -> identified friction, prediction, difference.
-
-The friction ratio that a measurement holds is first read off its loop: ``E = beta * path`` for any Coulomb steady
-state (friction work is the friction force times the distance slid), which is ``beta = E / (4 X)`` for cycles with two
-turning points, eq. (2.23). A least-squares fit of the simulated to the measured cycle then refines it. Which physics
-the simulation pays for is the scene's ``[model]``.
-"""
+"""One measured cycle over its prediction. Which physics the simulation pays for is the scene's ``[model]``."""
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from frictionlab.analysis.measure import measure
-from frictionlab.analysis.measurement import Cycle, Measurement
-from frictionlab.errors import AnalysisError, SimulationError, UsageError
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.comparison.identification import Identified, identify, nrmse_of, problem_family
+from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, Solver
-from frictionlab.simulator import Base, Problem, SteadyState, steady_state
+from frictionlab.simulator import SteadyState, steady_state
 
 FloatArray = NDArray[np.float64]
-ProblemOf = Callable[[float], Problem]
-SEARCH = np.geomspace(0.6, 1.6, 21)  # friction ratios tried about the loop's, before the best is refined
 BEHIND = ("material", "normal_force_n", "tau", "base", "measured", "predicted")  # fields that are no key of a row
 
 
@@ -70,15 +61,6 @@ class Comparison:
         return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in BEHIND}
 
 
-@dataclass(frozen=True)
-class Identified:
-    """A friction ratio, its standard error (``None``: was given, or not to be had) and how well it fits (nrmse)."""
-
-    friction_ratio: float
-    friction_ratio_se: float | None
-    nrmse: float
-
-
 def compare(
     recording: Recording, scene: Scene, *, friction_ratio: float | None = None, solver: Solver | None = None
 ) -> Comparison:
@@ -114,25 +96,10 @@ def predict(
             "no frequency ratio: the natural frequency is not known: give rig.natural_frequency_hz in the scene, or"
             " mass_kg and stiffness_n_per_m; `frictionlab free-vibration` measures it"
         )
-    problem_of = _modelled(measurement, scene)
+    problem_of = problem_family(measurement, scene)
     found = identify(measurement, problem_of) if friction_ratio is None else Identified(friction_ratio, None, math.nan)
     state = steady_state(problem_of(found.friction_ratio), solver=solver or scene.model.solver)
     return _compared(measurement, scene, found, state)
-
-
-def _modelled(measurement: Measurement, scene: Scene) -> ProblemOf:
-    """The dimensionless problem as a function of the friction ratio, with the physics that the scene names."""
-    model, cycle = scene.model, measurement.cycle
-    zeta = (scene.rig.damping_ratio or 0.0) if model.damping else 0.0
-    harmonics = min(model.base_harmonics, len(cycle.base_cosine))
-    base = Base(tuple(cycle.base_cosine[:harmonics].tolist()), tuple(cycle.base_sine[:harmonics].tolist()))
-    ratio = measurement.frequency_ratio or math.nan
-
-    def problem_of(friction_ratio: float) -> Problem:
-        problem = Problem(ratio, friction_ratio, mu=model.static_ratio, zeta=zeta, wall=model.wall)
-        return replace(problem, base=base) if harmonics > 1 else problem
-
-    return problem_of
 
 
 def model_words(scene: Scene) -> str:
@@ -147,79 +114,23 @@ def model_words(scene: Scene) -> str:
     return ", ".join(words)
 
 
-def identify(measurement: Measurement, problem_of: ProblemOf) -> Identified:
-    """The friction ratio whose simulated cycle fits the measured one best, in the least-squares sense.
+def loop_energy(state: SteadyState) -> float | None:
+    """Energy per cycle as the loop over the base shows it, eq. (2.18).
 
-    Raises
-    ------
-    AnalysisError
-        No friction ratio near the one read off the loop has a steady state.
+    With a wall that moves with the base, friction works along x - y, whose equation of motion has r^2 y for y: the
+    loop of y over x is 1 / r^2 times the energy dissipated.
     """
-    cycle = measurement.cycle
-    guess = loop_friction_ratio(measurement)
-
-    def misfit(friction_ratio: float) -> float:
-        predicted = simulated_cycle(problem_of, friction_ratio, cycle.tau)
-        return math.inf if predicted is None else _nrmse(cycle, predicted)
-
-    tried = guess * SEARCH
-    misfits = np.array([misfit(float(beta)) for beta in tried])
-    if not np.isfinite(misfits).any():
-        raise AnalysisError(
-            f"no friction ratio between {tried[0]:g} and {tried[-1]:g} has a steady state at"
-            f" r = {measurement.frequency_ratio:g}: near resonance the motion may have no bound; check the natural"
-            " frequency"
-        )
-    best = int(np.argmin(misfits))
-    bounds = (float(tried[max(0, best - 1)]), float(tried[min(len(tried) - 1, best + 1)]))
-    refined = minimize_scalar(misfit, bounds=bounds, method="bounded", options={"xatol": 1e-7 * guess})
-    beta = float(refined.x)
-    return Identified(beta, _fit_error(cycle, problem_of, beta), float(refined.fun))
-
-
-def loop_friction_ratio(measurement: Measurement) -> float:
-    """Friction ratio as energy over path slid: ``E / (4 X)`` for two turning points a cycle, eq. (2.23)."""
-    smooth = measurement.cycle.mass_smooth
-    path = float(np.abs(np.diff(smooth, append=smooth[:1])).sum())
-    return measurement.energy_per_cycle / path
-
-
-def simulated_cycle(problem_of: ProblemOf, friction_ratio: float, tau: FloatArray) -> FloatArray | None:
-    """The simulated steady cycle x/Y at phases tau, shape of tau; ``None`` where there is no moving steady state."""
-    try:
-        state = steady_state(problem_of(friction_ratio))
-    except SimulationError:
-        return None  # no motion to compare with: this friction ratio is no candidate
-    return None if state.orbit is None else state.orbit.at(tau)[0]
-
-
-def _nrmse(cycle: Cycle, predicted: FloatArray) -> float:
-    """Rms of measured minus predicted, both about their means, over the rms of the measured."""
-    difference = cycle.mass - (predicted - predicted.mean())
-    return float(np.sqrt(np.mean(difference**2) / np.mean(cycle.mass**2)))
-
-
-def _fit_error(cycle: Cycle, problem_of: ProblemOf, beta: float) -> float | None:
-    """Standard error of the fit: residual over sensitivity, with the points a residual's correlation leaves free."""
-    step = 1e-4 * beta
-    near = [simulated_cycle(problem_of, beta + sign * step, cycle.tau) for sign in (-1, 0, 1)]
-    if near[0] is None or near[1] is None or near[2] is None:
-        return None
-    slope = (near[2] - near[0]) / (2 * step)
-    slope = slope - slope.mean()
-    residual = cycle.mass - (near[1] - near[1].mean())
-    correlation = float(np.dot(residual, np.roll(residual, 1)) / np.dot(residual, residual))
-    inflation = (1 + correlation) / max(1 - correlation, 1e-6)
-    return float(np.sqrt(np.mean(residual**2) * inflation / np.dot(slope, slope)))
+    energy = state.energy_per_cycle
+    return energy / state.problem.r**2 if energy is not None and state.problem.wall == "base" else energy
 
 
 def _compared(measurement: Measurement, scene: Scene, found: Identified, state: SteadyState) -> Comparison:
     cycle, stiffness = measurement.cycle, scene.rig.stiffness
     predicted = None if state.orbit is None else state.orbit.at(cycle.tau)[0]
-    energy = state.energy_per_cycle
+    energy = loop_energy(state)
     force = None if stiffness is None else found.friction_ratio * stiffness * measurement.base_amplitude_m
     normal = measurement.normal_force_n
-    warnings = [*measurement.warnings, *state.warnings]
+    warnings = [*measurement.warnings, *found.warnings, *state.warnings]
     if predicted is None:
         warnings.append(f"no prediction: {state.outcome}")
     return Comparison(
@@ -241,7 +152,7 @@ def _compared(measurement: Measurement, scene: Scene, found: Identified, state: 
         predicted_stops_per_cycle=state.stops_per_cycle,
         predicted_regime=state.regime,
         energy_difference=None if energy is None else energy / measurement.energy_per_cycle - 1,
-        response_nrmse=None if predicted is None else _nrmse(cycle, predicted),
+        response_nrmse=None if predicted is None else nrmse_of(cycle, predicted),
         model=model_words(scene),
         solver=state.solver,
         closure_error=state.closure_error,
