@@ -175,6 +175,10 @@ def steady(rig: Rig, force: Force, closed: int, room: Room, row: Buffer) -> None
         return
     account(rig, force, room)
     fill_row(rig, leg, room, row)
+    if row[CLOSURE] > 1e-3 * row[ENERGY] + 1e-10 * rig[5] * row[AMPLITUDE]:  # repeats to rounding, yet is no orbit
+        row[OUTCOME] = NOT_FOUND
+        for i in range(ENERGY, CLOSURE + 1):
+            row[i] = nan
 
 
 def set_force(r: float, cosine: Buffer, sine: Buffer, force: Force, frame: Force) -> None:

@@ -24,6 +24,7 @@ from frictionlab.simulator.kernel.motion import gap, local_force, slide_at
 
 __all__ = [
     "attract",
+    "braked",
     "continuous_orbit",
     "continuous_state",
     "den_hartog",
@@ -38,8 +39,9 @@ __all__ = [
 ]
 
 LONGEST = 8  # cycles of the longest orbit looked for
-MOST_STEPS = 60  # Newton steps of a shooting
-PATIENCE = 4096  # cycles waited for an orbit with static friction
+MOST_STEPS = 60  # Newton steps to the only orbit
+FEW_STEPS = 8  # Newton steps to one of several
+PATIENCE = 1024  # cycles waited for an orbit with static friction
 
 
 def den_hartog(r: float, beta: float) -> tuple[float, float]:
@@ -110,29 +112,37 @@ def newton_target(jacobian: Buffer, z: float, v: float, dz: float, dv: float) ->
     return z - (d * dz - b * dv) / det, v - (a * dv - c * dz) / det
 
 
-def shoot(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> tuple[float, float, float, int]:
+def shoot(
+    rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room, steps: int
+) -> tuple[float, float, float, int]:
     """Return the fixed point of the leg's map near (z, v): z, v, its miss, and how the last motion ended.
 
-    Newton with the exact derivative; where a step does not halve the miss the map itself is applied instead, which for
-    mu = 1 never increases the miss (README, "Steady states").
+    Newton with the exact derivative, shortened until the miss shrinks; where no step helps the map itself is applied
+    instead, which for mu = 1 never increases the miss (README, "Steady states").
     """
     r = rig[0]
     floor = 1e-15 * rig[5]  # rounding of F itself, which a motion much smaller than F cannot undercut
     patience = 1
     iz, iv, code = carry(rig, force, leg, z, v, room)
     miss = hypot(iz - z, r * (iv - v))
-    for _ in range(MOST_STEPS):
+    for _ in range(steps):
         size = hypot(z, r * v) + room[1][PATH]
         if code != DONE or room[1][PATH] == 0.0 or miss <= 2e-16 * size:
             break
         nz, nv = newton_target(room[0], z, v, iz - z, iv - v)
-        mz, mv, code = carry(rig, force, leg, nz, nv, room)
-        less = hypot(mz - nz, r * (mv - nv))
-        if code == DONE and less < 0.5 * miss:
-            z, v, iz, iv, miss = nz, nv, mz, mv, less
+        share = 1.0
+        while share > 0.01:
+            tz, tv = z + share * (nz - z), v + share * (nv - v)
+            mz, mv, code = carry(rig, force, leg, tz, tv, room)
+            less = hypot(mz - tz, r * (mv - tv))
+            if code == DONE and less < (1.0 - 0.5 * share) * miss:
+                break
+            share *= 0.25
+            if miss <= 1e-13 * size + floor:
+                return z, v, miss, DONE
+        if share > 0.01:
+            z, v, iz, iv, miss = tz, tv, mz, mv, less
             continue
-        if miss <= 1e-13 * size + floor:
-            break
         for _ in range(patience):
             z, v = iz, iv
             iz, iv, code = carry(rig, force, leg, z, v, room)
@@ -177,16 +187,27 @@ def continuous_orbit(rig: Rig, force: Force, room: Room) -> tuple[Leg, float, fl
     return leg, middle, speed, valid
 
 
+def braked(rig: Rig, force: Force) -> bool:
+    """Tell whether friction takes more out of any large motion than its resonant harmonic puts in: pi/4 of it."""
+    largest = 0.0
+    for i in range(len(force[0])):
+        largest = max(largest, hypot(force[0][i], force[1][i]))
+    return rig[1] >= 0.25 * pi * largest
+
+
 def only_orbit(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
     """Return the one orbit of a problem with mu = 1, from the better of two guesses.
 
-    They are Den Hartog's orbit (the motion without friction where there is none) and two legs from rest.
+    They are Den Hartog's orbit (the motion without friction where there is none) and two legs from rest. Where friction
+    brakes any large motion, even at resonance, the motion without friction is none: beside resonance it is so large
+    that it would miss itself by less than it is rounded.
     """
     r = rig[0]
     z, v = frictionless(rig, force, leg[0])
+    hopeless = braked(rig, force)
     if len(force[0]) == 1 and rig[3] == 0.0 and rig[1] > 0.0:
         amplitude, cz, cv = continuous_state(rig, force, leg[0])
-        z, v = (cz, cv) if amplitude > 0.0 else (z, v)
+        z, v, hopeless = (cz, cv, False) if amplitude > 0.0 else (z, v, hopeless)
     iz, iv, _ = carry(rig, force, leg, z, v, room)
     miss = hypot(iz - z, r * (iv - v))
     rz, rv = 0.0, 0.0
@@ -194,9 +215,9 @@ def only_orbit(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
         rz, rv, _ = carry(rig, force, leg, rz, rv, room)
     iz, iv, _ = carry(rig, force, leg, rz, rv, room)
     near_rest, far = hypot(iz - rz, r * (iv - rv)), hypot(z, r * v)
-    if near_rest < miss and miss > 1e-13 * far:
+    if near_rest < miss and (hopeless or miss > 1e-13 * far):
         z, v = rz, rv
-    z, v, miss, code = shoot(rig, force, leg, z, v, room)
+    z, v, miss, code = shoot(rig, force, leg, z, v, room, MOST_STEPS)
     return leg, z, v, miss, code
 
 
@@ -223,7 +244,7 @@ def attract(rig: Rig, force: Force, room: Room) -> Found:
             if hypot(z - old[0], rig[0] * (v - old[1])) > 0.01 * size:
                 continue
             trial = (0.0, TURN, float(k), 1.0)
-            oz, ov, miss, code = shoot(rig, force, trial, z, v, room)
+            oz, ov, miss, code = shoot(rig, force, trial, z, v, room, FEW_STEPS)
             near = hypot(z - oz, rig[0] * (v - ov)) < 0.1 * size
             if code == DONE and near and miss <= 1e-12 * size + 1e-14 * rig[5]:
                 carry(rig, force, trial, oz, ov, room)

@@ -1,0 +1,166 @@
+"""Steady states at the edges of what can be asked: against 50 digits, an exact limit, or a named refusal."""
+
+import json
+import math
+from pathlib import Path
+
+import mpmath
+import pytest
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator import Problem, SteadyState, steady_state
+
+ORBITS = json.loads((Path(__file__).parent / "reference" / "orbits.json").read_text(encoding="utf-8"))
+ROUNDING = 1e-11  # what rounding may do; anything larger is a fault, or has its reason beside it
+
+
+def problem_of(row: dict[str, str]) -> Problem:
+    r, beta, mu, zeta = (float.fromhex(row[name]) for name in ("r", "beta", "mu", "zeta"))
+    return Problem(r, beta, mu, zeta)
+
+
+def name_of(row: dict[str, str]) -> str:
+    p = problem_of(row)
+    return f"r={p.r!r} beta={p.beta!r} mu={p.mu:g} zeta={p.zeta:g}"
+
+
+def off(value: float | None, truth: str) -> float:
+    """Relative error, formed with 50 digits."""
+    with mpmath.workdps(50):
+        exact = mpmath.mpf(truth)
+        assert value is not None
+        return float(abs(value - exact) / abs(exact)) if exact else abs(value)
+
+
+def rounding_of_the_pull(problem: Problem) -> float:
+    """Relative error that one rounding of |cos(tau) - x| <= 1 makes in what it exceeds friction by, 1 - beta."""
+    return 2.0**-52 / (1.0 - problem.mu * problem.beta)
+
+
+@pytest.mark.parametrize("row", ORBITS, ids=name_of)
+def test_a_steady_state_agrees_with_fifty_digits(row: dict[str, str]) -> None:
+    problem = problem_of(row)
+    state = steady_state(problem)
+    few = ROUNDING + rounding_of_the_pull(problem)
+    assert state.outcome == "periodic"
+    assert off(state.energy_per_cycle, row["energy_per_cycle"]) < few
+    assert off(state.response_amplitude, row["response_amplitude"]) < few
+    assert state.stuck_fraction == pytest.approx(float(row["stuck_fraction"]), rel=1e-9 + few, abs=1e-12)
+    assert state.stops_per_cycle == int(row["stops_per_cycle"])
+    assert state.closure_error is not None
+    assert state.energy_per_cycle is not None
+    assert state.closure_error <= 2 * few * state.energy_per_cycle + 1e-14
+
+
+def test_at_resonance_weak_friction_leaves_no_steady_state() -> None:
+    for beta in (0.0, 1e-12, 0.4, math.nextafter(math.pi / 4, 0)):
+        state = steady_state(Problem(r=1.0, beta=beta))
+        assert state.outcome == "unbounded"
+        assert state.energy_per_cycle is None
+        assert state.orbit is None
+
+
+@pytest.mark.parametrize("k", range(1, 16))
+@pytest.mark.parametrize("sign", [1, -1])
+def test_without_friction_the_amplitude_is_the_textbook_one(k: int, sign: int) -> None:
+    r = 1 + sign * 10.0**-k
+    state = steady_state(Problem(r=r, beta=0.0))
+    with mpmath.workdps(50):
+        exact = mpmath.nstr(1 / abs(1 - mpmath.mpf(r) ** 2), 40)
+    assert off(state.response_amplitude, exact) < 1e-12
+    assert state.energy_per_cycle == 0.0
+
+
+@pytest.mark.parametrize("r", [1e-3, 0.1, 0.5, math.nextafter(0.5, 1), 1 / 3, 0.999999, 1.0, 1.5, 30.0, 1e3])
+@pytest.mark.parametrize("zeta", [1e-9, 0.05, 0.5, 1.0, 10.0])
+def test_viscous_damping_alone_is_the_textbook_one(r: float, zeta: float) -> None:
+    state = steady_state(Problem(r=r, beta=0.0, zeta=zeta))
+    with mpmath.workdps(50):
+        ratio, damp = mpmath.mpf(r), 2 * mpmath.mpf(zeta) * mpmath.mpf(r)
+        square = 1 / ((1 - ratio**2) ** 2 + damp**2)
+        amplitude, energy = mpmath.nstr(mpmath.sqrt(square), 40), mpmath.nstr(mpmath.pi * damp * square, 40)
+    assert off(state.response_amplitude, amplitude) < ROUNDING
+    assert off(state.energy_per_cycle, energy) < ROUNDING
+
+
+@pytest.mark.parametrize("beta", [1.0, math.nextafter(1.0, 2.0), 10.0, 1e300])
+@pytest.mark.parametrize("r", [1e-3, 0.5, 1.0, 1e3])
+@pytest.mark.parametrize("mu", [1.0, 10.0])
+@pytest.mark.parametrize("zeta", [0.0, 1e-9, 10.0])
+def test_friction_stronger_than_the_drive_holds_the_mass(beta: float, r: float, mu: float, zeta: float) -> None:
+    state = steady_state(Problem(r=r, beta=beta, mu=mu, zeta=zeta))
+    assert (state.outcome, state.regime) == ("stuck", "stuck")
+    assert (state.energy_per_cycle, state.response_amplitude, state.stops_per_cycle) == (0.0, 0.0, 0.0)
+    assert state.stuck_fraction == 1.0
+
+
+@pytest.mark.parametrize("mu", [1.0, 2.0, 10.0])
+def test_static_friction_holds_a_mass_at_rest_exactly_up_to_its_limit(mu: float) -> None:
+    """From rest |cos(tau)| <= 1: it sticks for mu beta >= 1, and moves for anything less."""
+    assert steady_state(Problem(r=0.7, beta=1.0 / mu, mu=mu)).outcome == "stuck"
+    assert steady_state(Problem(r=0.7, beta=(1.0 - 1e-9) / mu, mu=mu)).outcome != "stuck"
+
+
+@pytest.mark.parametrize("r", [1e-3, 0.01, 0.05])
+def test_a_slow_drive_is_followed_at_the_distance_of_friction(r: float) -> None:
+    """r -> 0: the mass creeps behind the base; E -> 4 beta (1 - beta), X -> 1 - beta, within O(r)."""
+    state = steady_state(Problem(r=r, beta=0.4))
+    assert state.response_amplitude == pytest.approx(0.6, abs=1.5 * r)
+    assert state.energy_per_cycle == pytest.approx(4 * 0.4 * 0.6, abs=4 * 0.4 * 1.5 * r)
+    moving = 2 * (math.pi - math.acos(1 - 2 * 0.4))  # a step takes a natural period, 2 pi r
+    assert 0.5 * moving / (2 * math.pi * r) < known(state.stops_per_cycle) < moving / (2 * math.pi * r) + 2
+
+
+@pytest.mark.parametrize("r", [30.0, 100.0, 1e3, 1e5])
+def test_a_fast_drive_moves_the_mass_by_the_inverse_square(r: float) -> None:
+    """r -> infinity: the spring is nothing; X = sqrt(1 - (beta pi / 2)^2) / r^2 while motion is continuous."""
+    state = steady_state(Problem(r=r, beta=0.3))
+    share = math.sqrt(1 - (0.3 * math.pi / 2) ** 2)
+    assert state.response_amplitude == pytest.approx(share / r**2, rel=3 / r**2 + 1e-12)
+
+
+@pytest.mark.parametrize("name", ["r", "beta", "mu", "zeta"])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -1.0])
+def test_what_is_no_number_of_a_problem_is_refused_by_name(name: str, value: float) -> None:
+    numbers = {"r": 0.5, "beta": 0.4, "mu": 1.0, "zeta": 0.0} | {name: value}
+    with pytest.raises(SimulationError, match=rf"simulation: {name}; expected a finite number"):
+        Problem(numbers["r"], numbers["beta"], numbers["mu"], numbers["zeta"])
+
+
+def test_frequency_ratios_beyond_a_million_are_refused() -> None:
+    for r in (1e-7, 1e7):
+        with pytest.raises(SimulationError, match="r; expected between 1e-6 and 1e6"):
+            Problem(r=r, beta=0.4)
+
+
+@pytest.mark.parametrize("r", [0.6, 0.8, 0.9, 1.2, 2.0])
+def test_stops_grow_from_nothing_across_the_limit_of_continuous_motion(r: float) -> None:
+    """Grazing: just above the limit of continuous motion a stop lasts ever shorter, and energy does not jump."""
+    limit = continuous_limit(r)
+    below, *above = (steady_state(Problem(r=r, beta=limit * (1 + d))) for d in (-1e-12, 1e-3, 1e-6, 1e-9))
+    assert (below.stops_per_cycle, below.stuck_fraction) == (0.0, 0.0)
+    assert all(state.stops_per_cycle == 2.0 for state in above)
+    stuck = [known(state.stuck_fraction) for state in above]
+    assert stuck == sorted(stuck, reverse=True)
+    assert known(above[-1].energy_per_cycle) == pytest.approx(known(below.energy_per_cycle), rel=1e-7)
+
+
+def continuous_limit(r: float) -> float:
+    """Largest beta without stops (thesis 2.13): |cos(phi) - X| = beta where the mass turns."""
+    v, u = 1 / (1 - r * r), math.tan(math.pi / (2 * r)) / r
+    reach = abs(v) - math.copysign(1.0, v)
+    return reach / math.sqrt(1 + (reach * u / v) ** 2)
+
+
+def known(value: float | None) -> float:
+    assert value is not None
+    return value
+
+
+def test_a_problem_asked_twice_gives_the_same_bits() -> None:
+    first, second = (numbers(steady_state(Problem(r=1 + 1e-15, beta=0.9))) for _ in range(2))
+    assert first == second
+
+
+def numbers(state: SteadyState) -> tuple[float | None, ...]:
+    return state.energy_per_cycle, state.response_amplitude, state.stuck_fraction, state.floquet_multiplier
