@@ -1,7 +1,7 @@
 """One log file read: its columns as they stand in the file, and the account of its lines."""
 
 from collections import Counter, deque
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -191,31 +191,44 @@ def _last_decimals(head: Head, layout: Layout) -> int:
 
 def _read_body(blocks: Blocks, layout: Layout, shape: Shape, size: int) -> Body:
     reader = Reader(shape, layout.body + 1, compiled=size >= COMPILE_FROM)
-    skip = layout.body
-    waiting: deque[Future[tuple[NDArray[np.float64], int, list[tuple[int, bytes]]]]] = deque()
-    with ThreadPoolExecutor(_WORKERS) as pool:
-        for block, unended in blocks:
-            text, skip = _without_head(block, skip)
-            if unended and not skip:
-                while waiting:
-                    reader.take(waiting.popleft().result())
-                reader.take_unended(text)
-            elif text:
-                waiting.append(pool.submit(reader.parse, text))
-            while len(waiting) > 2 * _WORKERS:
-                reader.take(waiting.popleft().result())
-        while waiting:
-            reader.take(waiting.popleft().result())
+    if reader.compiled:
+        with ThreadPoolExecutor(_WORKERS) as pool:
+            _read_ahead(blocks, layout.body, reader, pool)
+        return reader.finish()
+    for text, unended in _below_header(blocks, layout.body):
+        if unended:
+            reader.take_unended(text)
+        else:
+            reader.take(reader.parse(text))
     return reader.finish()
 
 
-def _without_head(block: bytes, skip: int) -> tuple[bytes, int]:
-    """Cut the first ``skip`` lines off; also how many are left to cut from the next block."""
-    at = 0
-    while skip and at < len(block):
-        end = block.find(b"\n", at)
-        at, skip = (len(block) if end < 0 else end + 1), skip - 1
-    return block[at:], skip
+def _read_ahead(blocks: Blocks, skip: int, reader: Reader, pool: ThreadPoolExecutor) -> None:
+    """Parse blocks in threads while the next ones are read; only a few are held at a time."""
+    waiting: deque[Future[tuple[NDArray[np.float64], int, list[tuple[int, bytes]]]]] = deque()
+    last = b""
+    for text, unended in _below_header(blocks, skip):
+        if unended:
+            last = text
+        else:
+            waiting.append(pool.submit(reader.parse, text))
+        if len(waiting) > 2 * _WORKERS:
+            reader.take(waiting.popleft().result())
+    while waiting:
+        reader.take(waiting.popleft().result())
+    if last:
+        reader.take_unended(last)
+
+
+def _below_header(blocks: Blocks, skip: int) -> Iterator[tuple[bytes, bool]]:
+    """Give the blocks without the first ``skip`` lines of the log."""
+    for block, unended in blocks:
+        at = 0
+        while skip and at < len(block):
+            end = block.find(b"\n", at)
+            at, skip = (len(block) if end < 0 else end + 1), skip - 1
+        if at < len(block):
+            yield block[at:], unended
 
 
 def _count(head: Head, layout: Layout, body: Body) -> LineCount:

@@ -1,0 +1,181 @@
+"""The ingest command: exit status, one line per fault, outputs whole, JSON Lines and nothing else."""
+
+import json
+import re
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from frictionlab.cli import app
+from frictionlab.hdf5 import read_recording
+from tests.logs.samples import sensortool, table, truth, write
+
+DATA = truth(300)
+HEADER = "time [s],mass [mm],base [mm]"
+
+
+def run(*words: str | Path) -> Result:
+    return CliRunner().invoke(app, ["ingest", *map(str, words)])
+
+
+def rows(result: Result) -> list[dict[str, object]]:
+    return [json.loads(line) for line in result.stdout.splitlines()]
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    return write(tmp_path / "steel_N10_r0.5.csv", table(DATA, HEADER, ","))
+
+
+def test_without_output_the_recording_stands_beside_its_log(log: Path) -> None:
+    result = run(log)
+    assert result.exit_code == 0, result.output
+    found = read_recording(log.with_suffix(".h5"))
+    np.testing.assert_array_equal(found.mass_displacement, DATA.mass)
+    assert "plain" in result.stdout
+
+
+@pytest.mark.parametrize("output", ["out/", "out", "made/of/folders/"])
+def test_into_a_folder(output: str, log: Path, tmp_path: Path) -> None:
+    other = write(tmp_path / "b.csv.gz", table(DATA, HEADER, ","))
+    result = run(log, other, "-o", f"{tmp_path}/{output}")
+    assert result.exit_code == 0, result.output
+    assert sorted(p.name for p in (tmp_path / output).iterdir()) == ["b.h5", "steel_N10_r0.5.h5"]
+
+
+def test_one_that_fails_is_told_and_the_others_go_on(log: Path, tmp_path: Path) -> None:
+    bad = write(tmp_path / "bad.csv", "not a log\n")
+    result = run(bad, log, tmp_path / "none.csv", "-o", tmp_path / "out")
+    assert result.exit_code == 1
+    assert (tmp_path / "out" / "steel_N10_r0.5.h5").exists()
+    assert not (tmp_path / "out" / "bad.h5").exists()
+    said = [line for line in result.stderr.splitlines() if "frictionlab:" in line]
+    assert len(said) == 2
+    assert "bad.csv: no lines of numbers" in said[0]
+    assert "Traceback" not in result.output
+
+
+def test_json_is_one_object_per_input_and_nothing_else(log: Path, tmp_path: Path) -> None:
+    bad = write(tmp_path / "bad.csv", "")
+    result = run(log, bad, "--json", "-o", tmp_path / "out")
+    assert result.exit_code == 1
+    good, failed = rows(result)
+    assert (good["source"], good["status"]) == (str(log), "ok")
+    assert good["samples"] == good["lines_data"] == 300
+    kinds = ("preamble", "header", "data", "blank", "comment", "quarantined")
+    assert good["lines_read"] == sum(int(str(good[f"lines_{kind}"])) for kind in kinds)
+    assert (good["separator"], good["decimal"], good["encoding"]) == (",", ".", "utf-8")
+    assert failed["status"] == "failed"
+    assert set(failed) == {"source", "status", "reason"}
+
+
+def test_a_dry_run_reports_and_writes_nothing(log: Path) -> None:
+    before = sorted(log.parent.iterdir())
+    text = run(log, "--dry-run")
+    assert text.exit_code == 0
+    assert "separator comma, decimal mark '.'" in text.stdout
+    (found,) = rows(run(log, "--dry-run", "--json"))
+    assert found["output"] is None
+    assert found["evidence"]
+    assert sorted(log.parent.iterdir()) == before
+
+
+def test_the_scene_and_its_overrides(log: Path, tmp_path: Path) -> None:
+    log.write_text(table(DATA, "a,b,c", ","))
+    scene = tmp_path / "scene.toml"
+    scene.write_text(
+        '[log]\ntime = "a"\nmass = "b"\nbase = 3\nunit = "um"\n'
+        '[experiment]\nname_pattern = "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"\n'
+    )
+    result = run(log, "--scene", scene, "--unit", "mm")
+    assert result.exit_code == 0, result.output
+    found = read_recording(log.with_suffix(".h5"))
+    np.testing.assert_array_equal(found.base_displacement, DATA.base)
+    assert dict(found.experiment) == {"material": "steel", "normal_force_n": 10.0, "nominal_frequency_ratio": 0.5}
+    with h5py.File(log.with_suffix(".h5")) as file:
+        assert file["experiment"].attrs["normal_force"] == 10.0
+        assert file["source/options"].attrs["unit"] == "mm"
+
+
+def test_one_file_per_sensor(tmp_path: Path) -> None:
+    mass = write(tmp_path / "mass.csv", sensortool(DATA, 1, ";"))
+    base = write(tmp_path / "base.csv", sensortool(DATA, 2, ";", late_ms=100))
+    result = run("--mass-log", mass, "--base-log", base, "-o", tmp_path / "both.h5", "--json")
+    assert result.exit_code == 0, result.output
+    (row,) = rows(result)
+    assert (row["alignment"], row["lag_s"], row["trimmed_mass_samples"]) == ("absolute time", -0.1, 25)
+    assert len(read_recording(tmp_path / "both.h5").source.files) == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ([], "no logs: expected LOG"),
+        (["--mass-log", "a.csv"], "expected both --mass-log and --base-log"),
+        (["a.csv", "--mass-log", "b.csv", "--base-log", "c.csv"], "either LOG"),
+        (["a.csv", "b.csv", "-o", "one.h5"], "expected a folder for 2 logs"),
+        (["x/a.csv", "y/a.csv", "-o", "out/"], "would both become"),
+        (["a.h5"], "would replace a log"),
+        (["a.csv", "--decimal", ";"], "decimal mark"),
+        (["a.csv", "--unit", "parsec"], "unit of displacement"),
+        (["a.csv", "--sampling-rate", "-5"], "sampling_rate_hz: expected a positive number"),
+        (["a.csv", "--scene", "none.toml"], "scene none.toml: cannot be read"),
+    ],
+)
+def test_a_wrong_command_line_is_status_2(
+    words: list[str], reason: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = run(*words)
+    assert result.exit_code == 2
+    assert re.search(re.escape(reason), result.stderr), result.stderr
+    assert len(result.stderr.splitlines()) == 1
+
+
+def test_a_foreign_file_is_not_replaced_without_force(log: Path) -> None:
+    target = log.with_suffix(".h5")
+    target.write_text("mine")
+    result = run(log)
+    assert result.exit_code == 1
+    assert "give --force" in result.stderr
+    assert target.read_text() == "mine"
+    assert run(log, "--force").exit_code == 0
+    assert run(log).exit_code == 0
+
+
+def test_quiet_is_quiet(log: Path) -> None:
+    result = run(log, "--quiet")
+    assert (result.exit_code, result.stdout, result.stderr) == (0, "", "")
+
+
+def test_text_from_logs_is_escaped(log: Path) -> None:
+    lines = log.read_text().splitlines()
+    lines[50] = "\x1b[31mred\x1b[0m\x07"
+    log.write_text("\n".join(lines) + "\n")
+    result = run(log, "--dry-run")
+    assert result.exit_code == 0
+    assert "\x1b" not in result.output
+    assert r"\x1b[31mred" in result.output
+
+
+def test_warnings_are_told_with_their_log(log: Path) -> None:
+    lines = log.read_text().splitlines()
+    del lines[100:150]
+    log.write_text("\n".join(lines) + "\n")
+    result = run(log)
+    assert result.exit_code == 0
+    assert re.search(r"steel_N10_r0\.5\.csv: warning: a gap of 0\.204 s after", result.stderr)
+
+
+def test_real_recordings_of_the_rig() -> None:
+    shared = Path(__file__).parents[2] / "shared" / "data"
+    if not shared.is_dir():
+        pytest.skip(f"../shared is not there: {shared}")
+    for name, force in (("frame_250g.csv", 2501), ("frame_450g.csv", 2501)):
+        result = run(shared / name, "--dry-run", "--json")
+        (row,) = rows(result)
+        assert (row["samples"], row["sampling_rate_hz"]) == (force, pytest.approx(250.0, rel=1e-9))
+        assert row["mass_measuring_range_m"] == 0.05
