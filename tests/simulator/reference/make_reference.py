@@ -127,8 +127,8 @@ def release(hold: Any, tau: Any, z: Any, limit: Any) -> Any:
     return best if best is not None and best[0] < limit else None
 
 
-def carry(problem, z, v, tau=mp.mpf(0), span=mp.pi):
-    """Carry a state over a span; return z, v, path, viscous work, stops, extremes."""
+def carry(problem: Any, z: Any, v: Any, span: Any) -> Any:
+    """Carry a state from tau = 0 over a span; return z, v, path, viscous work, stops, extremes."""
     r, beta, mu, zeta = problem
     tau = mp.mpf(0)
     end, path, stops, viscous = tau + span, mp.mpf(0), 0, mp.mpf(0)

@@ -1,0 +1,245 @@
+"""Steady states: known values at 50 digits, the orbit solved for against the one waited for, and honest refusals."""
+
+import json
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mpmath import mpf
+
+from frictionlab.errors import SimulationError, UsageError
+from frictionlab.simulator import Base, Problem, friction_limit, last_cycle, simulate, steady_state
+from tests.simulator import naive
+
+PERIODS = [
+    (0.32, 2),
+    (0.38, 4),
+    (0.44, 3),
+    (0.5, 1),
+]  # r, cycles of rest's motion at mu = 3
+REFERENCE = json.loads((Path(__file__).parent / "reference" / "reference.json").read_text())
+
+
+def error(value: float | None, truth: str) -> float:
+    assert value is not None
+    return float(abs(value / mpf(truth) - 1))
+
+
+@pytest.mark.parametrize("solver", ["auto", "exact"])
+@pytest.mark.parametrize("row", REFERENCE, ids=lambda row: f"r={row['r']:g} beta={row['beta']:g} {row['why']}")
+def test_agrees_with_fifty_digits_at_hard_points(row: dict[str, object], solver: str) -> None:
+    r, beta, mu, zeta = (float(str(row[key])) for key in ("r", "beta", "mu", "zeta"))
+    problem = Problem(r, beta, mu, zeta)
+    state = steady_state(problem, solver="exact" if solver == "exact" else "auto")
+    if problem.zeta == 1e-9:  # a disturbance lasts 1e8 cycles: 1e-16 a cycle adds up to 1e-7, and that is said
+        assert error(state.energy_per_cycle, str(row["energy_per_cycle"])) < 1e-6
+        assert any("good to about" in warning for warning in state.warnings)
+        return
+    assert error(state.energy_per_cycle, str(row["energy_per_cycle"])) < 1e-12
+    assert error(state.response_amplitude, str(row["response_amplitude"])) < 1e-12
+    assert state.stops_per_cycle == row["stops_per_cycle"]
+    assert state.closure_error is not None
+    assert state.energy_per_cycle is not None
+    assert state.closure_error < 1e-11 * state.energy_per_cycle
+
+
+@pytest.mark.parametrize(
+    ("r", "beta", "energy", "stops"),  # the design's known good points
+    [
+        (0.5, 0.4, 2.1260422664, 2),
+        (0.7, 0.5, 3.4885078725, 0),
+        (0.3, 0.6, 1.8726108802, 2),
+        (0.1, 0.4, 1.0545149445, 6),
+    ],
+)
+def test_known_values(r: float, beta: float, energy: float, stops: int) -> None:
+    state = steady_state(Problem(r, beta))
+    assert state.energy_per_cycle == pytest.approx(energy, abs=5.1e-11)
+    assert state.stops_per_cycle == stops
+
+
+@pytest.mark.parametrize(
+    ("r", "beta", "mu", "zeta"),
+    [
+        (0.5, 0.4, 1.0, 0.0),
+        (0.23, 0.35, 1.0, 0.0),
+        (0.7, 0.9, 1.0, 0.0),
+        (0.4, 0.3, 1.4, 0.0),
+        (0.3, 0.2, 1.0, 0.05),
+        (0.6, 0.5, 1.2, 1.7),
+        (0.17, 0.25, 2.5, 0.02),
+    ],
+)
+def test_the_orbit_solved_for_is_the_orbit_waited_for_by_the_naive_twin(
+    r: float, beta: float, mu: float, zeta: float
+) -> None:
+    slow = naive.periodic(r, beta, mu, zeta, cycles=60)
+    state = steady_state(Problem(r, beta, mu, zeta))
+    assert state.period_cycles == 1
+    assert state.energy_per_cycle == pytest.approx(slow.work, rel=1e-8)
+    assert state.stops_per_cycle == slow.stops
+    assert state.stuck_fraction == pytest.approx(slow.stuck / (2 * pi), abs=1e-7)
+
+
+@settings(max_examples=60, deadline=None)
+@given(r=st.floats(0.03, 20.0), beta=st.floats(0.01, 0.999))
+def test_energies_close_and_the_orbit_repeats_everywhere(r: float, beta: float) -> None:
+    state = steady_state(Problem(r, beta), solver="exact")
+    assert state.energy_per_cycle is not None
+    assert state.closure_error is not None
+    assert state.orbit is not None
+    assert state.outcome == "periodic"
+    assert state.symmetric
+    assert state.closure_error < 1e-11 * state.energy_per_cycle
+    tau = np.linspace(0.0, 2 * pi, 50)
+    x, v = state.orbit.at(tau)
+    opposite, back = state.orbit.at(tau + pi)
+    size = np.abs(x).max()
+    np.testing.assert_allclose(opposite, -x, atol=1e-12 * (size + 1e-3))
+    np.testing.assert_allclose(back, -v, atol=1e-10 * (np.abs(v).max() + 1e-3))
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    r=st.floats(0.15, 3.0),
+    beta=st.floats(0.05, 0.8),
+    zeta=st.floats(0.1, 2.0),
+    mu=st.floats(1.0, 1.2),
+    even=st.floats(-0.2, 0.2),
+    third=st.floats(-0.1, 0.1),
+)
+def test_a_long_run_from_rest_arrives_at_the_orbit(
+    r: float, beta: float, zeta: float, mu: float, even: float, third: float
+) -> None:
+    problem = Problem(r, beta, mu, zeta, base=Base((1.0, even), (0.0, 0.0, third)))
+    state = steady_state(problem)
+    if state.outcome == "stuck":
+        assert simulate(problem, cycles=200, keep=1).side.tolist() == [0.0]
+        return
+    assert state.outcome == "periodic"
+    assert state.orbit is not None
+    assert state.period_cycles is not None
+    tau = np.linspace(0.0, 2 * pi, 40)
+    x = simulate(problem, cycles=300, keep=1).at(tau, cycle=299)[0]
+    near = min(np.abs(x - state.orbit.at(tau, cycle=k)[0]).max() for k in range(state.period_cycles))
+    assert near < 1e-8
+
+
+def test_the_multiplier_is_the_rate_at_which_a_disturbance_dies() -> None:
+    for problem in (Problem(0.7, 0.5), Problem(0.5, 0.4), Problem(0.6, 0.3, 1.0, 0.02), Problem(0.4, 0.3, 1.3)):
+        state = steady_state(problem)
+        assert state.orbit is not None
+        assert state.floquet_multiplier is not None
+        x0, v0 = (float(value) for value in state.orbit.at(0.0))
+        run = simulate(problem, cycles=9, x0=x0 * (1 + 1e-6), v0=v0)
+        x, v = run.at(np.zeros(7), cycle=np.arange(2, 9))
+        sizes = np.hypot(x - x0, problem.r * (v - v0))
+        moving = sizes > 1e-14
+        rate = (sizes[moving][-1] / sizes[moving][0]) ** (1.0 / max(1, moving.sum() - 1)) if moving.sum() > 1 else 0.0
+        assert rate == pytest.approx(abs(state.floquet_multiplier), abs=0.12)
+
+
+def test_a_moving_wall_is_a_fixed_one_in_other_numbers() -> None:
+    # z = x - y obeys the same equation with the force r^2 cos(tau): z / r^2 is the fixed-wall motion with beta / r^2
+    r, beta = 0.8, 0.3
+    moving, fixed = steady_state(Problem(r, beta, wall="base")), steady_state(Problem(r, beta / r**2))
+    assert moving.orbit is not None
+    assert fixed.orbit is not None
+    assert moving.energy_per_cycle == pytest.approx(r**4 * (fixed.energy_per_cycle or 0.0), rel=1e-13)
+    tau = np.linspace(0.0, 2 * pi, 4001)
+    x = moving.orbit.at(tau)[0]
+    np.testing.assert_allclose(x, r**2 * fixed.orbit.at(tau)[0] + np.cos(tau), atol=1e-13)
+    assert moving.response_amplitude == pytest.approx(np.ptp(x) / 2, rel=1e-6)
+    assert (moving.response_amplitude or 0.0) >= np.ptp(x) / 2
+
+
+def test_stuck_to_a_moving_wall_the_mass_moves_with_it() -> None:
+    state = steady_state(Problem(0.1, 0.5, wall="base"))
+    assert state.outcome == "stuck"
+    assert state.response_amplitude == pytest.approx(1.0, abs=1e-15)
+    assert state.energy_per_cycle == 0.0
+
+
+def test_harmonics_and_phase_of_the_base_count() -> None:
+    plain, shifted = Problem(0.6, 0.3), Problem(0.6, 0.3, base=Base((np.cos(1.0),), (np.sin(1.0),)))
+    a, b = steady_state(plain), steady_state(shifted)
+    assert b.energy_per_cycle == pytest.approx(a.energy_per_cycle or 0.0, rel=1e-13)
+    odd = steady_state(Problem(0.6, 0.3, base=Base((1.0, 0.0, 0.1))))
+    even = steady_state(Problem(0.6, 0.3, base=Base((1.0, 0.1))))
+    assert odd.symmetric
+    assert even.symmetric is False
+
+
+def test_unbounded_is_said_and_its_neighbours_are_solved() -> None:
+    assert steady_state(Problem(1.0, 0.5)).outcome == "unbounded"
+    assert steady_state(Problem(1.0, pi / 4 + 1e-3)).outcome == "periodic"
+    assert steady_state(Problem(1.0, 0.5, zeta=1e-3)).outcome == "periodic"
+    assert steady_state(Problem(0.5, 0.01, base=Base((1.0, 0.1)))).outcome == "unbounded"  # the 2nd harmonic resonates
+    near = steady_state(Problem(1.0 + 1e-9, 0.5))
+    assert near.response_amplitude == pytest.approx(np.sqrt(0.25 - 4 * 0.25 / pi**2) / 1e-9, rel=1e-6)
+    assert "no steady state" in steady_state(Problem(1.0, 0.5)).verdict
+
+
+def test_stuck_only_where_the_mass_cannot_move() -> None:
+    for r in (0.05, 0.9, 7.0):
+        assert steady_state(Problem(r, 1.0)).outcome == "stuck"
+        assert steady_state(Problem(r, 1.0 - 1e-6)).outcome == "periodic"
+        held = steady_state(Problem(r, 0.6, mu=1.7))
+        assert held.outcome == "stuck"
+        assert any("kinetic friction alone" in warning for warning in held.warnings)
+
+
+def test_the_continuum_is_recognised_and_a_run_from_rest_creeps_to_its_edge() -> None:
+    state = steady_state(Problem(0.5, 0.2))
+    assert state.outcome == "periodic"
+    assert state.floquet_multiplier == pytest.approx(1.0, abs=1e-9)
+    assert any("continuum" in warning for warning in state.warnings)
+    lengths = []
+    for cycles in (50, 100, 200):  # the stops of Fig. 3.2b after so many cycles, from the design
+        stops = simulate(Problem(0.5, 0.2), cycles=cycles + 1, keep=2).stops
+        lengths.append((stops[:, 1] - stops[:, 0]).max())
+    assert lengths == pytest.approx([0.138, 0.099, 0.070], abs=1.5e-3)
+    assert not steady_state(Problem(0.5, 0.34)).warnings
+
+
+@pytest.mark.parametrize(("r", "cycles"), PERIODS)
+def test_motions_of_several_cycles_are_found_with_static_friction(r: float, cycles: int) -> None:
+    problem = Problem(r, 0.2, mu=3.0)
+    state = steady_state(problem)
+    assert state.period_cycles == cycles
+    assert state.orbit is not None
+    assert abs(state.floquet_multiplier or 0.0) <= 1.0
+    x = simulate(problem, cycles=400, keep=cycles).at(np.zeros(cycles), cycle=np.arange(400 - cycles, 400))[0]
+    orbit = state.orbit.at(np.zeros(cycles), cycle=np.arange(cycles))[0]
+    np.testing.assert_allclose(np.sort(x), np.sort(orbit), atol=1e-8)
+
+
+def test_what_is_not_known_is_refused() -> None:
+    with pytest.raises(SimulationError, match=r"closed form at r = 0\.5"):
+        steady_state(Problem(0.5, 0.4), solver="closed-form")
+    with pytest.raises(SimulationError, match=r"r; expected a finite number > 0"):
+        Problem(0.0, 0.4)
+    with pytest.raises(SimulationError, match="mu; expected a finite number >= 1"):
+        Problem(1.0, 0.4, mu=0.5)
+    with pytest.raises(SimulationError, match="at least one that is not zero"):
+        Base((0.0,))
+    with pytest.raises(UsageError, match="cycles, keep"):
+        simulate(Problem(1.0, 0.4), cycles=0)
+
+
+def test_a_hundred_cycles_are_not_steady() -> None:
+    waited = last_cycle(Problem(0.95, 0.1), cycles=100)
+    assert waited.outcome == "not settled"
+    assert waited.energy_per_cycle == pytest.approx(7.39, abs=5e-3)
+    assert steady_state(Problem(0.95, 0.1)).energy_per_cycle == pytest.approx(4.070974, abs=5e-7)
+    assert last_cycle(Problem(0.5, 0.4), cycles=100).outcome == "periodic"
+
+
+def test_below_the_limit_continuous_and_above_it_stops() -> None:
+    for r in (0.06, 0.3, 0.52, 0.8, 0.99, 1.4, 6.0):
+        limit = friction_limit(r)
+        assert steady_state(Problem(r, limit * (1 - 1e-9)), solver="exact").stops_per_cycle == 0
+        assert (steady_state(Problem(r, limit * (1 + 1e-9)), solver="exact").stops_per_cycle or 0) > 0
