@@ -8,7 +8,7 @@ long as its writer lives; one without a lock is a leftover of a killed run and i
 import fcntl
 import os
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -20,7 +20,7 @@ _BLOCK = 1 << 26
 _sync, _rename = os.fsync, os.rename
 
 
-def write_whole(path: Path, data: Bytes, *, replace: bool | Callable[[Path], bool] = True) -> None:
+def write_whole(path: Path, data: Bytes | Iterable[Bytes], *, replace: bool | Callable[[Path], bool] = True) -> None:
     """Write a file so that it appears whole or not at all.
 
     Parameters
@@ -28,7 +28,7 @@ def write_whole(path: Path, data: Bytes, *, replace: bool | Callable[[Path], boo
     path
         Where it shall stand; its folder exists. A symbolic link is followed.
     data
-        All of its bytes.
+        All of its bytes, in one or in pieces.
     replace
         Whether an existing file may be replaced: yes, no, or a function that looks at it and says.
 
@@ -117,11 +117,12 @@ def _still_there(part: Path, descriptor: int) -> bool:
     return stat.S_ISREG(here.st_mode) and (here.st_dev, here.st_ino) == (ours.st_dev, ours.st_ino)
 
 
-def _write_all(descriptor: int, data: Bytes) -> None:
-    view = memoryview(data).cast("B")
-    done = 0
-    while done < len(view):
-        done += os.write(descriptor, view[done : done + _BLOCK])
+def _write_all(descriptor: int, data: Bytes | Iterable[Bytes]) -> None:
+    for piece in (data,) if isinstance(data, (bytes, bytearray, memoryview)) else data:
+        view = memoryview(piece).cast("B")
+        done = 0
+        while done < len(view):
+            done += os.write(descriptor, view[done : done + _BLOCK])
     _sync(descriptor)
 
 

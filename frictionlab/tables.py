@@ -9,7 +9,8 @@ import csv
 import io
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
 
 from frictionlab.errors import UsageError
@@ -31,12 +32,18 @@ TEXT_KEYS = frozenset(
         "outcome",
         "wall",
         "criterion",
+        "accuracy",
+        "knob",
+        "setting",
+        "quantity",
+        "reference",
     }
 )
 MARKS = frozenset(
     {"source", "outcome", "criterion", "friction_ratio", "knob", "slope_per_hour", "log"}
 )  # one is in every table
 LIST_KEYS = frozenset({"warnings"})
+LINES_AT_ONCE = 1000
 
 
 def plain(value: object) -> object:
@@ -72,7 +79,7 @@ def write_rows(rows: Iterable[Row], path: Path, columns: Sequence[str] | None = 
     path : Path
         Its suffix says how.
     columns : sequence of str, optional
-        The columns of a CSV, in order; by default all keys in the order they first appear.
+        The columns of a CSV, in order; by default all keys in the order they first appear, for which all rows are held.
     force : bool
         Replace whatever file stands there; else only a table of this tool.
 
@@ -92,10 +99,7 @@ def write_rows(rows: Iterable[Row], path: Path, columns: Sequence[str] | None = 
     [{'source': 'a.h5', 'cycles': 3, 'warnings': ['short']}]
     """
     check_output(path, force=force)
-    lines = (
-        "".join(json_line(row) + "\n" for row in rows) if path.suffix == ".jsonl" else _csv_text(list(rows), columns)
-    )
-    write_whole(path, lines.encode())
+    write_whole(path, _pieces(_json_lines(rows) if path.suffix == ".jsonl" else _csv_lines(rows, columns)))
 
 
 def check_output(path: Path, *, force: bool = False) -> None:
@@ -125,13 +129,29 @@ def is_table(path: Path) -> bool:
     return not first or not MARKS.isdisjoint(keys if isinstance(keys, (dict, list)) else ())
 
 
-def _csv_text(rows: list[Row], columns: Sequence[str] | None) -> str:
-    keys = list(columns) if columns is not None else list(dict.fromkeys(key for row in rows for key in row))
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(keys)
-    writer.writerows([_cell(row.get(key)) for key in keys] for row in rows)
-    return text.getvalue()
+def _pieces(lines: Iterator[str]) -> Iterator[bytes]:
+    """The lines in pieces of some hundred kilobytes, so that a table of any length passes through little memory."""
+    while piece := "".join(islice(lines, LINES_AT_ONCE)):
+        yield piece.encode()
+
+
+def _json_lines(rows: Iterable[Row]) -> Iterator[str]:
+    return (json_line(row) + "\n" for row in rows)
+
+
+def _csv_lines(rows: Iterable[Row], columns: Sequence[str] | None) -> Iterator[str]:
+    if columns is None:
+        rows = list(rows)
+        columns = list(dict.fromkeys(key for row in rows for key in row))
+    yield _csv_line(columns)
+    for row in rows:
+        yield _csv_line([_cell(row.get(key)) for key in columns])
+
+
+def _csv_line(cells: Sequence[str]) -> str:
+    line = io.StringIO()
+    csv.writer(line, lineterminator="\n").writerow(cells)
+    return line.getvalue()
 
 
 def _cell(value: object) -> str:
