@@ -116,7 +116,7 @@ def _from_sheet(scene: Scene, log: Path, warnings: list[str]) -> dict[str, Fact]
         return {}
     if len(rows) > 1:
         raise SceneError(f"experiment.sheet: {name}: {len(rows)} rows for {log.name}: expected one")
-    return {key: _sheet_fact(key, text, name) for key, text in rows[0].items() if key != "log" and text}
+    return {key: _sheet_fact(key, text, name) for key, text in rows[0].items() if key not in ("log", "") and text}
 
 
 def _sheet(folder: Path, name: str) -> list[dict[str, str]]:

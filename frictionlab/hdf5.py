@@ -4,7 +4,7 @@ The tree, format version 1::
 
     /                     attrs: format = "frictionlab recording", format_version = 1, Conventions, title, created,
                                  frictionlab_version
-    /time                 (n,) float64, units "s", dimension scale
+    /time                 (n,) float64, units "s", dimension scale; start_time where it is known
     /mass_displacement    (n,) float64, units "m", long_name
     /base_displacement    (n,) float64, units "m", long_name
     /quality              (n,) uint8, flag_masks, flag_meanings (see frictionlab.recording.Quality)
@@ -55,6 +55,7 @@ ARRAYS = {
 }
 _NORMAL_FORCE = ("normal_force_n", "normal_force")  # its name in a scene, and in the file, where units are SI
 _TEXT = h5py.string_dtype()
+_LONGEST_TEXT = 8000
 _MOST_EXPANSION = 2000  # deflate cannot do better than about 1030
 
 
@@ -141,7 +142,7 @@ def _write_root(file: h5py.File, recording: Recording, created: datetime) -> Non
     file.attrs["format"] = FORMAT
     file.attrs["format_version"] = FORMAT_VERSION
     file.attrs["Conventions"] = "CF-1.11"
-    file.attrs["title"] = f"Displacement of mass and base: {names}" + (f" ({material})" if material else "")
+    file.attrs["title"] = _storable(f"Displacement of mass and base: {names}" + (f" ({material})" if material else ""))
     file.attrs["created"] = created.isoformat(timespec="seconds")
     file.attrs["frictionlab_version"] = __version__
     file.attrs["default"] = "entry"
@@ -150,6 +151,8 @@ def _write_root(file: h5py.File, recording: Recording, created: datetime) -> Non
 def _write_arrays(file: h5py.File, recording: Recording) -> None:
     time = file.create_dataset("time", data=recording.time)
     time.attrs.update({"units": "s", "long_name": "time", "axis": "T"})
+    if "start_time" in recording.source.dialect:
+        time.attrs["start_time"] = str(recording.source.dialect["start_time"])
     time.make_scale("time")
     for name, words in ARRAYS.items():
         dataset = file.create_dataset(name, data=getattr(recording, name))
@@ -210,7 +213,7 @@ def _write_experiment(group: h5py.Group, experiment: Mapping[str, Fact]) -> None
 
 def _write_facts(group: h5py.Group, facts: Mapping[str, Fact]) -> None:
     for key, value in facts.items():
-        group.attrs[key] = _storable(value) if isinstance(value, str) else value
+        group.attrs[_storable(key)] = _storable(value) if isinstance(value, str) else value
 
 
 def _write_nexus(file: h5py.File) -> None:
@@ -225,8 +228,8 @@ def _write_nexus(file: h5py.File) -> None:
 
 
 def _storable(text: str) -> str:
-    r"""Text that HDF5 can hold: NUL and lone surrogates are written as ``\x00``."""
-    return re.sub("[\x00\ud800-\udfff]", lambda m: m[0].encode("unicode_escape").decode(), text)
+    r"""Text that HDF5 can hold: NUL and lone surrogates are written as ``\x00``, and an attribute has at most 64 kB."""
+    return re.sub("[\x00\ud800-\udfff]", lambda m: m[0].encode("unicode_escape").decode(), text[:_LONGEST_TEXT])
 
 
 def _check_format(file: h5py.File) -> None:

@@ -47,6 +47,8 @@ class Head:
     compressed: bool
     whole: bool
     evidence: tuple[str, ...]
+    state: tuple[int, int]
+    """Size and time of change when it was read."""
 
 
 @dataclass
@@ -69,8 +71,12 @@ class Blocks:
             hashed.finish()
             after = os.fstat(file.fileno())
         self.sha256, self.size = hashed.digest.hexdigest(), hashed.done
-        if (before.st_size, before.st_mtime_ns) != (after.st_size, after.st_mtime_ns) or self.size != after.st_size:
+        if len({_state(before), _state(after), self.head.state}) > 1 or self.size != after.st_size:
             raise LogError(f"{self.head.path.name}: changed while it was read: wait until it is written, ingest again")
+
+
+def _state(stat: os.stat_result) -> tuple[int, int]:
+    return stat.st_size, stat.st_mtime_ns
 
 
 def read_head(path: Path, encoding: str | None = None) -> Head:
@@ -82,20 +88,20 @@ def read_head(path: Path, encoding: str | None = None) -> Head:
         If the file cannot be read, is empty, or is not text.
     """
     with _open(path) as file:
-        size = os.fstat(file.fileno()).st_size
-        hashed = _Hashed(file, size, None)
+        state = _state(os.fstat(file.fileno()))
+        hashed = _Hashed(file, state[0], None)
         compressed = _is_gzip(file)
         raw = _first(_unpacked(hashed) if compressed else _chunks(hashed), HEAD)
         whole = len(raw) < HEAD
     if not raw.strip(b"\0 \t\r\n\xef\xbb\xbf\xff\xfe"):
-        raise LogError(f"{path.name}: empty: expected lines of numbers; got {size} bytes without any")
+        raise LogError(f"{path.name}: empty: expected lines of numbers; got {state[0]} bytes without any")
     name, evidence = (encoding, "as given") if encoding else _encoding_of(raw)
     text = _decode(raw, name, path, whole=whole)
     newline = "\r" if "\r" in text and "\n" not in text else "\n"
     lines = [line.rstrip("\r") for line in text.split(newline)]
     if not whole or not lines[-1]:
         lines.pop()
-    return Head(path, tuple(lines), name, newline, compressed, whole, (f"encoding {name}: {evidence}",))
+    return Head(path, tuple(lines), name, newline, compressed, whole, (f"encoding {name}: {evidence}",), state)
 
 
 def texts_of(head: Head, numbers: Sequence[int]) -> dict[int, str]:

@@ -89,8 +89,18 @@ def read_table(path: Path, options: LogOptions, roles: Sequence[str], progress: 
         lines=body.lines,
         restarts=np.unique(body.lines.samples_before(np.array(body.headers, np.int64))),
         quarantined=tuple(QuarantinedLine(path.name, *line) for line in body.quarantined),
-        evidence=(*head.evidence, *layout.dialect.evidence, *layout.evidence),
+        evidence=(
+            *head.evidence,
+            f"layout {layout.name}",
+            *layout.dialect.evidence,
+            *layout.evidence,
+            *_roles(columns),
+        ),
     )
+
+
+def _roles(columns: dict[str, Column]) -> list[str]:
+    return [f"{role} is column {column}, in {column.unit or 'a unit not said'}" for role, column in columns.items()]
 
 
 def assign(layout: Layout, options: LogOptions, roles: Sequence[str], file: str) -> dict[str, Column]:
@@ -149,7 +159,7 @@ def _with_displacements(
         others = ", ".join(f"{c} in {c.unit or 'no unit'}" for c in columns if c not in found.values()) or "none"
         raise LogError(
             f"{file}: no column for {' and '.join(missing)}: expected a displacement in m, mm or um; got {others}: "
-            "give --mass, --base and --unit"
+            "give --mass, --base and --unit, or --mass-log and --base-log if there is one file per sensor"
         )
     order = [role for role in ("time", *roles) if role in found]
     if len({found[r].index for r in order}) < len(order):
