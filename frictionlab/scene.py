@@ -21,6 +21,7 @@ FrictionCoefficient = NonNegative
 Column = Annotated[str, StringConstraints(min_length=1)] | Annotated[int, Field(ge=1)]
 LengthUnit = Literal["m", "mm", "um", "µm", "nm", "cm", "in"]
 TimeUnit = Literal["s", "ms", "us", "µs", "ns", "min", "h"]
+CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
 Solver = Literal["auto", "closed-form", "exact", "thesis"]
 
 
@@ -96,6 +97,8 @@ class Log(_Table):
     sampling_rate_hz: Positive | None = None
     measuring_range_m: Positive | None = None
     lag_s: float | None = None
+    bridge_s: NonNegative | None = None  # holes up to this long are bridged (0.02)
+    most_damage: Annotated[float, Field(ge=0, le=1)] | None = None  # share of damaged lines that is accepted (0.05)
 
 
 class Analysis(_Table):
@@ -104,6 +107,8 @@ class Analysis(_Table):
     transient_s: NonNegative = 20.0  # thesis section 4.3
     cycles: str = "last"  # "last", "all" or "window:SECONDS"
     padding: Annotated[int, Field(ge=1, le=1024)] = 4  # FFT length over record length
+    least_points: CyclePoints = 64  # points a cycle is laid out on: one per sample, but at least so many ...
+    most_points: CyclePoints | None = None  # ... and at most so many
 
     @field_validator("cycles")
     @classmethod
@@ -129,6 +134,7 @@ class Model(_Table):
     damping: bool = False  # the frame's own viscous damping, [rig] damping_ratio
     base_harmonics: Annotated[int, Field(ge=1, le=64)] = 1  # 1: the base is a pure cosine
     solver: Solver = "auto"
+    identification: Literal["fit", "loop"] = "fit"  # friction by least squares, or from energy and path alone
 
 
 class VirtualTests(_Table):
