@@ -87,9 +87,10 @@ def fold(signal: FloatArray, start: FloatArray, end: FloatArray, points: int) ->
     return rows
 
 
-def points_per_cycle(samples_per_cycle: float) -> int:
-    """Points a cycle is laid out on: a multiple of 8, at least 64 and no fewer than the samples in a cycle."""
-    return max(64, 8 * math.ceil(samples_per_cycle / 8.0))
+def points_per_cycle(samples_per_cycle: float, *, least: int = 64, most: int | None = None) -> int:
+    """Points a cycle is laid out on: a multiple of 8, one for each sample, but at least and at most so many."""
+    points = max(least, 8 * math.ceil(samples_per_cycle / 8.0))
+    return points if most is None else min(points, most)
 
 
 def cut(base: FloatArray, frequency: float, *, noise: float, begin: float = 0.0) -> Cut:

@@ -10,6 +10,7 @@ from frictionlab.analysis import steadiness
 from frictionlab.analysis.clipping import is_clipped
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.response import Response
+from frictionlab.analysis.smoothing import Smoother
 
 FloatArray = NDArray[np.float64]
 FEW_CYCLES = 5
@@ -67,7 +68,7 @@ def _of_the_record(layout: Layout) -> Iterator[str]:
 
 
 def _of_the_sensors(layout: Layout, response: Response) -> Iterator[str]:
-    few_stops = not response.is_stuck and response.stops_per_cycle < 2.5
+    few_stops = not response.is_stuck and response.stops_per_cycle < 2.5 and strokes(response.how) <= 2
     signals = [("base_amplitude_m", layout.base, layout.base_noise, layout.base_step)]
     signals += [("response_amplitude", layout.mass, layout.mass_noise, layout.mass_step)] if few_stops else []
     for name, rows, noise, step in signals:
@@ -83,6 +84,17 @@ def _of_the_sensors(layout: Layout, response: Response) -> Iterator[str]:
             f"stops_per_cycle: the sensor's step is {100 * layout.mass_step / size:.2g} % of the mass's amplitude{few}:"
             " stops, stuck fraction and regime are of the steps, and the energy's error is larger than stated"
         )
+
+
+def strokes(how: Smoother) -> int:
+    """How often in a mean cycle the mass is fast (above a third of its greatest speed): 2 unless it slows on its way.
+
+    A mass that slows or stops on its way up has steep flanks everywhere, and no corner of them tells a clipping sensor.
+    """
+    k = np.arange(len(how.mean))
+    speed = np.abs(np.fft.irfft(1j * k * how.mean, 1024))
+    fast = speed > speed.max() / 3.0
+    return int(np.count_nonzero(fast & ~np.roll(fast, 1)))
 
 
 def _of_settling(layout: Layout, response: Response, settled: float | None, transient: float) -> Iterator[str]:

@@ -56,7 +56,7 @@ class Layout:
 
     ``mass``, ``base`` (n, p): x/Y and y/Y about their means over all cycles, from the base's rise through zero on;
     ``time`` (n,), ``end`` (n,): when each cycle starts and ends [s];
-    ``blocks``: which cycles follow each other without a gap; ``samples``: samples in a cycle; ``mass_noise``,
+    ``blocks``: which cycles follow each other without a gap; ``samples``: samples used of a cycle; ``mass_noise``,
     ``base_noise``: rms of the sensors' white noise over Y; ``mass_step``, ``base_step``: smallest step of the values
     over Y (0: not quantised); ``offset``: mean of x over all cycles [m];
     ``mass_spectrum``, ``base_spectrum``: of the longest stretch, up to ten times the drive.
@@ -91,7 +91,13 @@ class Layout:
         return self.base[some] - slow_wander(self.base, self.blocks, some)
 
 
-def lay_out(stretches: list[Stretch], *, padding: int = spectrum.DEFAULT_PADDING) -> Layout:
+def lay_out(
+    stretches: list[Stretch],
+    *,
+    padding: int = spectrum.DEFAULT_PADDING,
+    least_points: int = 64,
+    most_points: int | None = None,
+) -> Layout:
     """Find the drive in the longest stretch and lay all full cycles of all stretches under each other.
 
     Parameters
@@ -100,6 +106,8 @@ def lay_out(stretches: list[Stretch], *, padding: int = spectrum.DEFAULT_PADDING
         Steady motion only: the transient is cut off.
     padding : int
         Length of the FFT that finds the drive over the length of the stretch.
+    least_points, most_points : int
+        Points a cycle is laid out on: one per sample, but at least and at most so many; multiples of 8.
 
     Raises
     ------
@@ -125,7 +133,7 @@ def lay_out(stretches: list[Stretch], *, padding: int = spectrum.DEFAULT_PADDING
             f"analysis: expected at least {FEWEST_SAMPLES} samples a cycle of the drive; got {1.0 / cut.frequency:.3g}"
             f" ({cut.frequency / longest.step:.4g} Hz): sample faster"
         )
-    points = cycles.points_per_cycle(1.0 / cut.frequency)
+    points = cycles.points_per_cycle(1.0 / cut.frequency, least=least_points, most=most_points)
     base = _folded_all([s.base for s in stretches], cuts, points)
     mass = _folded_all([s.mass for s in stretches], cuts, points)
     blocks = _blocks(cuts)
@@ -142,7 +150,7 @@ def lay_out(stretches: list[Stretch], *, padding: int = spectrum.DEFAULT_PADDING
         time=time,
         end=end,
         blocks=blocks,
-        samples=1.0 / cut.frequency,
+        samples=min(1.0 / cut.frequency, float(points)),
         mass_noise=mass_noise / drive.amplitude,
         base_noise=base_noise / drive.amplitude,
         mass_step=noise.sensor_step(longest.mass) / drive.amplitude,

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.accuracy import accuracy_of
 from frictionlab.analysis import cycles, drift, energy, irregularity, judgement, response, steadiness, traces
 from frictionlab.analysis.layout import Layout, Stretch, approach, lay_out
 from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement
@@ -50,7 +51,13 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     """
     parts, warnings = _stretches(recording)
     begin = float(recording.time[0]) + scene.analysis.transient_s
-    layout = lay_out(_steady(parts, begin, recording), padding=scene.analysis.padding)
+    how = scene.analysis
+    layout = lay_out(
+        _steady(parts, begin, recording),
+        padding=how.padding,
+        least_points=how.least_points,
+        most_points=how.most_points,
+    )
     answer = response.response(layout)
     return _Composition(recording, scene, layout, answer, parts, tuple(warnings)).measurement()
 
@@ -152,6 +159,7 @@ class _Composition:
             shortest_stop=response_.shortest_stop,
             mass_noise_m=layout.mass_noise * drive.amplitude,
             base_noise_m=layout.base_noise * drive.amplitude,
+            accuracy=accuracy_of(scene),
             cycle=self._cycle(used),
             series=series,
             trend=trend,

@@ -76,7 +76,8 @@ class Measurement:
     only) with its standard error; ``steady_...``: energy and amplitude over all settled cycles, whatever the rule;
     ``settled_s``: when the motion had settled, from the recording's start;
     ``shortest_stop``: the shortest stop that could be told from a slow passage, in cycles; ``mass_noise_m``,
-    ``base_noise_m``: rms of the sensors' white noise; ``cycle``, ``series``, ``trend``, ``traces``: what stands behind
+    ``base_noise_m``: rms of the sensors' white noise;
+    ``accuracy``: the level of the knobs (`frictionlab.accuracy`); ``cycle``, ``series``, ``trend``, ``traces``: what stands behind
     the numbers.
     """
 
@@ -122,6 +123,7 @@ class Measurement:
     shortest_stop: float
     mass_noise_m: float
     base_noise_m: float
+    accuracy: str
     cycle: Cycle
     series: CycleSeries
     trend: Trend | None
