@@ -23,22 +23,32 @@ MAY_IMPORT: dict[str, set[str]] = {
     "workers": {"__init__", "errors", "threads"},
     "recording": {"errors"},
     "scene": {"errors"},
+    "accuracy": {"errors", "scene"},
     "experiment": {"errors", "scene"},
     "hdf5": {"__init__", "errors", "files", "recording"},
+    "hdf5_map": {"__init__", "errors", "files"},
+    "maps": {"errors", "files", "hdf5_map", "simulator", "tables", "workers"},
     "logs": {"errors", "recording", "scene", "files"},
-    "analysis": {"errors", "recording", "scene"},
-    "comparison": {"errors", "recording", "scene", "analysis", "simulator"},
+    "analysis": {"accuracy", "errors", "recording", "scene"},
+    "comparison": {"accuracy", "errors", "recording", "scene", "analysis", "simulator"},
     "synthetic": {"__init__", "errors", "files", "scene", "simulator"},
     "campaign": {"tables", "errors", "scene", "analysis", "comparison", "simulator", "files", "hdf5", "recording"},
     "tradeoff": {
         *("tables", "errors", "scene", "analysis", "comparison", "simulator", "synthetic", "recording", "hdf5", "logs"),
+        *("accuracy", "files"),
     },
     "figures": {"errors", "recording", "scene", "analysis", "comparison", "simulator", "campaign", "tradeoff", "files"},
     "report": {"tables", "__init__", "errors", "files", "scene", "campaign", "figures"},
 }
 KERNELS = {"errors"}  # what a module of analysis other than measure may import beside its neighbours
 HEAVY = ("numpy", "scipy", "pandas", "matplotlib", "numba", "h5py", "pydantic", "rich")
-OWNERS = {"distributed": {"workers"}, "h5py": {"hdf5"}, "matplotlib": {"figures"}, "typer": {"cli"}, "rich": {"cli"}}
+OWNERS = {
+    "distributed": {"workers"},
+    "h5py": {"hdf5", "hdf5_map"},
+    "matplotlib": {"figures"},
+    "typer": {"cli"},
+    "rich": {"cli"},
+}
 
 
 def modules() -> Iterator[tuple[str, Path]]:

@@ -77,8 +77,8 @@ class Measurement:
     ``settled_s``: when the motion had settled, from the recording's start;
     ``shortest_stop``: the shortest stop that could be told from a slow passage, in cycles; ``mass_noise_m``,
     ``base_noise_m``: rms of the sensors' white noise;
-    ``accuracy``: the level of the knobs (`frictionlab.accuracy`); ``cycle``, ``series``, ``trend``, ``traces``: what stands behind
-    the numbers.
+    ``accuracy``: the level of the knobs (`frictionlab.accuracy`); ``cycle``, ``series``, ``trend``, ``traces``: what
+    stands behind the numbers.
     """
 
     source: str

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows, rows_of
-from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, Scheduler, Workers, scene_of
+from frictionlab.cli.options import Accuracy, AsJson, Force, PlotFolder, Quiet, SceneFile, Scheduler, Workers, scene_of
 from frictionlab.cli.output import complain, print_table
 from frictionlab.cli.progress import track
 from frictionlab.cli.show import MEASUREMENT
@@ -47,6 +47,7 @@ def analyze(
     ] = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
+    accuracy: Accuracy = None,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
@@ -54,7 +55,7 @@ def analyze(
 
     Example: frictionlab analyze build/recordings/*.h5 --scene configs/sample_data.toml -o build/measurements.csv
     """
-    what = _overridden(scene_of(scene), natural_frequency, transient, cycles, padding)
+    what = _overridden(scene_of(scene, accuracy), natural_frequency, transient, cycles, padding)
     if output is not None:
         _check(output)
     job = partial(_row, scene=what, plot=plot, with_series=output is not None and output.suffix == ".h5")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows, rows_of
-from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, Scheduler, Workers, scene_of
+from frictionlab.cli.options import Accuracy, AsJson, Force, PlotFolder, Quiet, SceneFile, Scheduler, Workers, scene_of
 from frictionlab.cli.output import print_table
 from frictionlab.cli.progress import track
 from frictionlab.cli.show import COMPARISON
@@ -36,6 +36,7 @@ def compare_numeric(
     ] = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
+    accuracy: Accuracy = None,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
@@ -43,7 +44,7 @@ def compare_numeric(
 
     Example: frictionlab compare-numeric build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
     """
-    job = partial(_row, scene=scene_of(scene), beta=beta, solver=solver, plot=plot)
+    job = partial(_row, scene=scene_of(scene, accuracy), beta=beta, solver=solver, plot=plot)
     if output is not None:
         check_output(output, force=force)
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)

@@ -1,7 +1,7 @@
 """Options that several commands share: the same name, meaning and words everywhere."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -20,11 +20,17 @@ Scheduler = Annotated[
     str | None,
     typer.Option("--scheduler", metavar="ADDRESS", help="Let a Dask cluster do it, like tcp://host:8786."),
 ]
+Accuracy = Annotated[
+    Literal["fast", "balanced", "exact"] | None,
+    typer.Option("--accuracy", help="Set the knobs that trade speed for accuracy (see `frictionlab tradeoff`)."),
+]
 PlotFolder = Annotated[Path | None, typer.Option("--plot", metavar="FOLDER", help="Draw figures into this folder.")]
 
 
-def scene_of(path: Path | None) -> "Scene":
-    """The scene of a command: the file given, or all defaults."""
+def scene_of(path: Path | None, accuracy: str | None = None) -> "Scene":
+    """The scene of a command: the file given, or all defaults; with the knobs of an accuracy level if one is given."""
+    from frictionlab.accuracy import with_accuracy
     from frictionlab.scene import Scene, read_scene
 
-    return Scene() if path is None else read_scene(path)
+    scene = Scene() if path is None else read_scene(path)
+    return scene if accuracy is None else with_accuracy(scene, accuracy)

@@ -6,9 +6,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.accuracy import accuracy_of
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.comparison.identification import Identified, identify, nrmse_of, problem_family
+from frictionlab.comparison.identification import Identified, identify, nrmse_of, problem_family, read_off
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, Solver
@@ -49,6 +50,7 @@ class Comparison:
     model: str
     solver: str
     closure_error: float | None
+    accuracy: str
     material: str | None
     normal_force_n: float | None
     tau: FloatArray
@@ -97,7 +99,10 @@ def predict(
             " mass_kg and stiffness_n_per_m; `frictionlab free-vibration` measures it"
         )
     problem_of = problem_family(measurement, scene)
-    found = identify(measurement, problem_of) if friction_ratio is None else Identified(friction_ratio, None, math.nan)
+    if friction_ratio is None:
+        found = (identify if scene.model.identification == "fit" else read_off)(measurement, problem_of)
+    else:
+        found = Identified(friction_ratio, None, math.nan)
     state = steady_state(problem_of(found.friction_ratio), solver=solver or scene.model.solver)
     return _compared(measurement, scene, found, state)
 
@@ -156,6 +161,7 @@ def _compared(measurement: Measurement, scene: Scene, found: Identified, state: 
         model=model_words(scene),
         solver=state.solver,
         closure_error=state.closure_error,
+        accuracy=accuracy_of(scene),
         material=measurement.material,
         normal_force_n=normal,
         tau=cycle.tau,

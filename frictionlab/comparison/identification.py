@@ -92,6 +92,22 @@ def identify(measurement: Measurement, problem_of: ProblemOf) -> Identified:
     return _with_caveats(measurement, problem_of, Identified(beta, None, nrmse), rivals)
 
 
+def read_off(measurement: Measurement, problem_of: ProblemOf) -> Identified:
+    """The friction ratio read off the loop alone, with the errors of its energy and its amplitude; nothing is fitted.
+
+    Raises
+    ------
+    AnalysisError
+        As :func:`loop_friction_ratio`.
+    """
+    beta = loop_friction_ratio(measurement, problem_of)
+    relative = math.hypot(
+        measurement.energy_per_cycle_se / measurement.energy_per_cycle,
+        measurement.response_amplitude_se / measurement.response_amplitude,
+    )
+    return Identified(beta, beta * relative, misfit(measurement.cycle, problem_of, beta))
+
+
 def misfit(cycle: Cycle, problem_of: ProblemOf, friction_ratio: float) -> float:
     """Nrmse of the simulated cycle with this friction ratio; infinite where it has no moving steady state."""
     predicted = simulated_cycle(problem_of, friction_ratio, cycle.tau)
