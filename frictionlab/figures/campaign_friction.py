@@ -43,7 +43,7 @@ def _coefficients(
     label: str | None,
     shift: float = 0.0,
 ) -> None:
-    """Coefficients times a scale plus an offset, with their 95 % confidence; shifted sideways so that bars stay apart."""
+    """Coefficients times a scale plus an offset, 95 % confidence; shifted sideways so that bars stay apart."""
     value = [f.friction_coefficient or 0.0 for f in fits]
     ends = [f.coefficient_interval for f in fits]
     low = [scale * (c - (end[0] if end[0] is not None else c)) for c, end in zip(value, ends, strict=True)]
