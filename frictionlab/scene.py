@@ -98,7 +98,7 @@ class Log(_Table):
     measuring_range_m: Positive | None = None
     lag_s: float | None = None
     bridge_s: NonNegative | None = None  # holes up to this long are bridged (0.02)
-    most_damage: Annotated[float, Field(ge=0, le=1)] | None = None  # share of damaged lines that is accepted (0.05)
+    most_damage: Annotated[float, Field(ge=0, le=1)] | None = None  # share of unreadable lines that is accepted (0.1)
 
 
 class Analysis(_Table):

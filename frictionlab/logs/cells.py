@@ -10,7 +10,8 @@ _NO_VALUE = re.compile(
     re.IGNORECASE,
 )
 _MOMENT = re.compile(
-    r"(?:(?P<y>\d{4})[-/.](?P<m>\d{1,2})[-/.](?P<d>\d{1,2})(?:[T _]|,\s*))?"
+    r"(?:(?:(?P<y>\d{4})[-/.](?P<m>\d{1,2})[-/.](?P<d>\d{1,2})|(?P<D>\d{1,2})\.(?P<N>\d{1,2})\.(?P<Y>\d{4}))"
+    r"(?:[T _]|,\s*))?"
     r"(?P<H>\d{1,4}):(?P<M>\d{2})(?::(?P<S>\d{2}(?:[.,]\d*)?))?\s*Z?",
     re.ASCII,
 )
@@ -34,7 +35,7 @@ def number(cell: str, decimal: str) -> float | None:
     >>> [number(cell, ",") for cell in ("1,5", "-2E3", " 7 ", "1.5", "1_0", "x")]
     [1.5, -2000.0, 7.0, None, None, None]
     """
-    text = plain(cell)
+    text = plain(cell).replace("\u2212", "-")
     if decimal != ".":
         if "." in text:
             return None
@@ -64,10 +65,11 @@ def moment(cell: str) -> float | None:
     if int(match["M"]) > 59 or not seconds < 61.0:
         return None
     clock = int(match["H"]) * 3600 + int(match["M"]) * 60 + seconds
-    if match["y"] is None:
+    year, month, day_ = match["y"] or match["Y"], match["m"] or match["N"], match["d"] or match["D"]
+    if year is None:
         return clock
     try:
-        day = datetime(int(match["y"]), int(match["m"]), int(match["d"]), tzinfo=UTC)
+        day = datetime(int(year), int(month), int(day_), tzinfo=UTC)
     except ValueError:
         return None
     return day.timestamp() + clock

@@ -41,7 +41,8 @@ class LogOptions:
     bridge_s
         Holes up to this long [s] are bridged by a straight line; longer ones cut the recording in stretches.
     most_damage
-        The share of damaged lines beyond which a log is refused.
+        The share of lines that cannot be read beyond which a log is refused. (Samples without a value are flagged, not
+        refused, unless most of them are.)
 
     Raises
     ------
@@ -61,7 +62,7 @@ class LogOptions:
     measuring_range_m: float | None = None
     lag_s: float | None = None
     bridge_s: float = 0.02
-    most_damage: float = 0.05
+    most_damage: float = 0.1
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "separator", _separator(self.separator))

@@ -20,6 +20,8 @@ from frictionlab.logs.options import LogOptions
 from frictionlab.recording import LineCount, QuarantinedLine, SourceFile
 
 _WORKERS = 2
+_MOST_EMPTY = 0.25
+"""Share of all values (time, mass and base) that may be missing: not much more than half of one channel."""
 __all__ = ["KEEP", "Table", "read_table"]
 
 
@@ -261,12 +263,14 @@ def _check_damage(body: Body, options: LogOptions, name: str) -> None:
     empty = body.empty
     if data < 2:
         raise LogError(f"{name}: {data} lines of data: expected at least 2; {_first(body)}")
-    share = (bad + empty) / (data + bad)
+    share = bad / (data + bad)
     if share > options.most_damage:
         raise LogError(
-            f"{name}: damaged beyond use: {bad} of {data + bad} lines cannot be read and {empty} values are missing "
-            f"({share:.0%}; accepted are {options.most_damage:.0%}); {_first(body)}"
+            f"{name}: damaged beyond use: {bad} of {data + bad} lines cannot be read ({share:.0%}; accepted are "
+            f"{options.most_damage:.0%}); {_first(body)}"
         )
+    if empty > _MOST_EMPTY * data * len(body.values):
+        raise LogError(f"{name}: damaged beyond use: {empty} values in {data} lines are missing: expected most of them")
 
 
 def _first(body: Body) -> str:

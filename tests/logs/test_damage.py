@@ -251,10 +251,20 @@ def test_the_unit_is_checked_by_the_sensors_step(read: Callable[..., Recording])
 
 def test_too_much_damage_is_refused(read: Callable[..., Recording]) -> None:
     lines = list(GOOD)
-    lines[1::10] = ["broken"] * len(lines[1::10])
-    with pytest.raises(LogError, match=r"damaged beyond use: 100 of 1000 lines .*accepted are 5%.*first: line 2"):
+    lines[1::8] = ["broken"] * len(lines[1::8])
+    with pytest.raises(LogError, match=r"damaged beyond use: 125 of 1000 lines .*accepted are 10%.*first: line 2"):
         read(lines)
-    assert read(lines, options=LogOptions(most_damage=0.2)).source.lines.data == 900
+    assert read(lines, options=LogOptions(most_damage=0.2)).source.lines.data == 875
+
+
+def test_a_long_dropout_is_flagged_and_a_channel_without_values_refused(read: Callable[..., Recording]) -> None:
+    lines = list(GOOD)
+    for i in range(400, 700):
+        lines[i + 1] = f"{DATA.rows[i][0]},XXXXXXX,{DATA.rows[i][2]}"
+    assert [len(part) for part in read(lines).stretches()] == [400, 300]
+    lines[1:] = [f"{t},XXXXXXX,{y}" if i > 1 else f"{t},{x},{y}" for i, (t, x, y) in enumerate(DATA.rows)]
+    with pytest.raises(LogError, match="998 values in 1000 lines are missing"):
+        read(lines)
 
 
 def test_stamps_that_do_not_increase_are_refused(read: Callable[..., Recording]) -> None:

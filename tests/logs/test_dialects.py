@@ -1,5 +1,6 @@
 """Every dialect gives back the numbers that were written, bit for bit, and says what it found."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -101,6 +102,34 @@ def test_clock_times_are_read(tmp_path: Path) -> None:
     recording = read_log(write(tmp_path / "log.csv", table(data, "Date time;mass [mm];base [mm]", ";")))
     np.testing.assert_allclose(recording.time, DATA.time, atol=1e-6)
     assert recording.source.dialect["start_time"] == "2024-05-01T23:59:59.000+00:00"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace("-", "\u2212"),
+        lambda text: "".join(f'"{line.replace(";", chr(34) + ";" + chr(34))}"\n' for line in text.splitlines()),
+        lambda text: text.replace("\n", "\r\r\n"),
+        lambda text: "sep=;\n" + text,
+        lambda text: text.replace("\n", "  \n"),
+        lambda text: text + "\x1a",
+        lambda text: text.replace(";", " ; "),
+        lambda text: "\n".join(f"{i};{line};OK" for i, line in enumerate(text.splitlines())) + "\n",
+    ],
+    ids=["minus sign", "quotes", "CR CR LF", "sep line", "blanks at the end", "ctrl-z", "padding", "more columns"],
+)
+def test_small_oddities_cost_nothing(change: Callable[[str], str], tmp_path: Path) -> None:
+    text = change(table(DATA, "time [s];mass [mm];base [mm]", ";", mark=comma))
+    recording = read_log(write(tmp_path / "log.csv", text))
+    assert_same(recording, DATA)
+    assert recording.source.lines.quarantined == 0
+
+
+def test_german_dates(tmp_path: Path) -> None:
+    rows = Truth(tuple((f"01.05.2024 10:00:{float(t):06.3f}", x, y) for t, x, y in DATA.rows))
+    recording = read_log(write(tmp_path / "log.csv", table(rows, "Zeit\tMasse [mm]\tBasis [mm]", "\t")))
+    np.testing.assert_allclose(recording.time, DATA.time, atol=1e-6)
+    assert recording.source.dialect["start_time"] == "2024-05-01T10:00:00.000+00:00"
 
 
 def test_bare_names_say_which_unit_by_the_sensors_step(tmp_path: Path) -> None:
