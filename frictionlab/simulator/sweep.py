@@ -1,13 +1,10 @@
 """Maps of steady states over r, beta, mu and zeta: chunks of points, each one call of the compiled kernel.
 
-Each point is solved by itself, so that the numbers are the same bits whatever the chunks and however many processes.
+Each point is solved by itself, so that the numbers are the same bits whatever the chunks and whoever solves them.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
@@ -19,9 +16,10 @@ from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.problem import COSINE, Base, Problem, Wall
 from frictionlab.simulator.state import KEYS, OUTCOMES
 
-__all__ = ["StateMap", "sweep", "sweep_points"]
+__all__ = ["StateMap", "check_axes", "named", "sweep", "sweep_points", "table", "worth_compiling"]
 
 Floats = NDArray[np.float64]
+FAILED = "failed"  # outcome of a point that could not be solved
 CHUNK = 500  # points a call: some 10 ms of work
 AXES = ("r", "beta", "mu", "zeta")
 COLUMNS = {
@@ -72,26 +70,38 @@ class StateMap:
 
     def datasets(self) -> dict[str, NDArray[Any]]:
         """Return one array per key of the contract over the map: numbers with NaN, texts with "", for what is not."""
-        code = self.column(layout.OUTCOME).astype(np.int64)
-        outcome = np.array([OUTCOMES[number] for number in range(len(OUTCOMES))])[code]
-        stops = self.column(layout.STOPS)
-        regime = np.where(stops > 0.0, "stick-slip", "continuous")
-        regime = np.where(outcome == "stuck", "stuck", np.where(outcome == "periodic", regime, ""))
-        texts = {
-            "solver": np.where(self.column(layout.CLOSED_FORM) == 1.0, "closed-form", "exact"),
-            "outcome": outcome,
-            "regime": regime,
-        }
-        return texts | {key: self.column(position) for key, position in COLUMNS.items()}
+        return {key: values.reshape(self.shape) for key, values in named(self.numbers).items()}
 
     def rows(self) -> Iterator[dict[str, object]]:
         """Yield the contract's keys of each steady state, zeta fastest; what does not exist is None."""
-        axes = np.meshgrid(self.r, self.beta, self.mu, self.zeta, indexing="ij")
-        arrays: dict[str, NDArray[Any]] = dict(zip(AXES, axes, strict=True)) | self.datasets()
-        arrays["wall"] = np.full(self.shape, self.wall)
-        columns = [_listed(key, arrays[key]) for key in KEYS]
-        for values in zip(*columns, strict=True):
-            yield dict(zip(KEYS, values, strict=True))
+        return table(_points([self.r, self.beta, self.mu, self.zeta]), self.wall, named(self.numbers))
+
+
+def named(numbers: Floats) -> dict[str, NDArray[Any]]:
+    """Return one array (n,) per key of the contract: numbers with NaN, texts with "", for what is not.
+
+    Parameters
+    ----------
+    numbers : ndarray of shape (n, columns)
+        Rows of the kernel; one that is all NaN is a point that could not be solved.
+    """
+    code = np.nan_to_num(numbers[:, layout.OUTCOME], nan=len(OUTCOMES)).astype(np.int64)
+    outcome = np.array([*(OUTCOMES[number] for number in range(len(OUTCOMES))), FAILED])[code]
+    regime = np.where(numbers[:, layout.STOPS] > 0.0, "stick-slip", "continuous")
+    regime = np.where(outcome == "stuck", "stuck", np.where(outcome == "periodic", regime, ""))
+    texts = {
+        "solver": np.where(numbers[:, layout.CLOSED_FORM] == 1.0, "closed-form", "exact"),
+        "outcome": outcome,
+        "regime": regime,
+    }
+    return texts | {key: numbers[:, position] for key, position in COLUMNS.items()}
+
+
+def table(points: Floats, wall: Wall, columns: Mapping[str, NDArray[Any]]) -> Iterator[dict[str, object]]:
+    """Yield the contract's keys of points (n, 4) and what `named` says of them; what does not exist is None."""
+    arrays = dict(columns) | dict(zip(AXES, points.T, strict=True)) | {"wall": np.full(len(points), wall)}
+    for values in zip(*(_listed(key, arrays[key]) for key in KEYS), strict=True):
+        yield dict(zip(KEYS, values, strict=True))
 
 
 def _listed(key: str, values: NDArray[Any]) -> list[object]:
@@ -100,9 +110,7 @@ def _listed(key: str, values: NDArray[Any]) -> list[object]:
     if values.dtype.kind == "f":
         known[np.isnan(values)] = None
     kind = {"symmetric": bool, "period_cycles": int}.get(key)
-    return [
-        None if value == "" or value is None else kind(value) if kind else value for value in known.ravel().tolist()
-    ]
+    return [None if value == "" or value is None else kind(value) if kind else value for value in known.tolist()]
 
 
 def sweep(
@@ -113,10 +121,10 @@ def sweep(
     *,
     wall: Wall = "fixed",
     base: Base = COSINE,
-    workers: int = 1,
-    progress: Callable[[int, int], None] | None = None,
 ) -> StateMap:
-    """Return the steady states at every combination of r, beta, mu and zeta.
+    """Return the steady states at every combination of r, beta, mu and zeta, solved by this process.
+
+    Large maps, several processes and files: `frictionlab.maps`.
 
     Parameters
     ----------
@@ -124,10 +132,6 @@ def sweep(
         Values along the four axes.
     wall, base
         As in `Problem`, the same at all points.
-    workers : int
-        Processes; 1 stays in this one.
-    progress : callable, optional
-        Called with the number of points done and of all points after each chunk.
 
     Returns
     -------
@@ -138,7 +142,7 @@ def sweep(
     SimulationError
         If a value is outside its domain.
     UsageError
-        If an axis is empty or the number of workers is not positive.
+        If an axis is empty.
 
     Examples
     --------
@@ -147,27 +151,19 @@ def sweep(
     [2.0, 2.0, 2.0, 2.0]
     """
     axes = [np.array(values, dtype=np.float64).ravel() for values in (r, beta, mu, zeta)]
-    _check(axes, wall, base, workers)
-    points = np.array(list(product(*axes)), dtype=np.float64).reshape(-1, 4)
+    check_axes(axes, wall, base)
+    points = _points(axes)
+    fast = worth_compiling(axes)
     chunks = [points[start : start + CHUNK] for start in range(0, len(points), CHUNK)]
-    total, done = len(points), 0
-    results: list[Floats | None] = [None] * len(chunks)
-    for index, numbers in _evaluate(chunks, wall, base, workers):
-        results[index] = numbers
-        done += len(numbers)
-        if progress is not None:
-            progress(done, total)
-    rows = np.concatenate([numbers for numbers in results if numbers is not None])
+    rows = np.concatenate([sweep_points(chunk, wall, base, fast=fast) for chunk in chunks])
     return StateMap(axes[0], axes[1], axes[2], axes[3], wall, base, rows)
 
 
-def _check(axes: list[Floats], wall: Wall, base: Base, workers: int) -> None:
+def check_axes(axes: Sequence[Floats], wall: Wall, base: Base) -> None:
     """Refuse empty axes and values outside their domain before anything is computed."""
     for name, values in zip(AXES, axes, strict=True):
         if not values.size:
             raise UsageError(f"sweep: {name}; expected at least one value; got none")
-    if workers < 1:
-        raise UsageError(f"sweep: workers; expected >= 1; got {workers}")
     for position, values in enumerate(axes):
         for value in values:
             point = [float(axis[0]) for axis in axes]
@@ -175,22 +171,14 @@ def _check(axes: list[Floats], wall: Wall, base: Base, workers: int) -> None:
             Problem(point[0], point[1], point[2], point[3], wall, base)
 
 
-def _evaluate(chunks: list[Floats], wall: Wall, base: Base, workers: int) -> Iterator[tuple[int, Floats]]:
-    """Yield index and numbers of each chunk as it is done."""
-    size = sum(len(chunk) * 10.0 + float(np.sum(4.0 / chunk[:, 0])) for chunk in chunks)
-    fast = engines.is_worth_it(size)
-    if workers == 1 or len(chunks) == 1:
-        for index, chunk in enumerate(chunks):
-            yield index, sweep_points(chunk, wall, base, fast=fast)
-        return
-    if fast:
-        engines.compiled()  # once, here: the processes then find the machine code
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        futures: dict[Future[Floats], int] = {
-            pool.submit(sweep_points, chunk, wall, base, fast=fast): index for index, chunk in enumerate(chunks)
-        }
-        for future in as_completed(futures):
-            yield futures[future], future.result()
+def worth_compiling(axes: Sequence[Floats]) -> bool:
+    """Tell whether the map over these axes is large enough for the compiled kernel."""
+    others = float(np.prod([len(axis) for axis in axes[1:]]))
+    return engines.is_worth_it(others * (10.0 * len(axes[0]) + float(np.sum(4.0 / axes[0]))))
+
+
+def _points(axes: Sequence[Floats]) -> Floats:
+    return np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")], axis=1)
 
 
 def sweep_points(points: Floats, wall: Wall, base: Base, *, fast: bool) -> Floats:

@@ -33,6 +33,7 @@ __all__ = [
     "grows",
     "newton_target",
     "only_orbit",
+    "orbit_from",
     "shoot",
     "spectral_radius",
     "symmetric_force",
@@ -40,6 +41,7 @@ __all__ = [
 
 LONGEST = 8  # cycles of the longest orbit looked for
 MOST_STEPS = 60  # Newton steps to the only orbit
+SECTIONS = 4  # phases of the drive from which the only orbit is tried
 FEW_STEPS = 8  # Newton steps to one of several
 PATIENCE = 1024  # cycles waited for an orbit with static friction
 
@@ -195,8 +197,23 @@ def braked(rig: Rig, force: Force) -> bool:
     return rig[1] >= 0.25 * pi * largest
 
 
-def only_orbit(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
-    """Return the one orbit of a problem with mu = 1, from the better of two guesses.
+def only_orbit(rig: Rig, force: Force, room: Room) -> Found:
+    """Return the one orbit of a problem with mu = 1: over half a cycle where the force is symmetric.
+
+    The map has a kink where the mass comes to rest just at the section, and Newton may stall there: then the section is
+    shifted.
+    """
+    span, sign = (pi, -1.0) if symmetric_force(force) else (TURN, 1.0)
+    leg, z, v, miss, code = orbit_from(rig, force, (0.0, span, 1.0, sign), room)
+    for section in range(1, SECTIONS):
+        if code != DONE or miss <= 1e-12 * (hypot(z, rig[0] * v) + room[1][PATH]) + 1e-14 * rig[5]:
+            break
+        leg, z, v, miss, code = orbit_from(rig, force, (0.7 * section, span, 1.0, sign), room)
+    return leg, z, v, miss, code
+
+
+def orbit_from(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
+    """Return the orbit of a leg, from the better of two guesses.
 
     They are Den Hartog's orbit (the motion without friction where there is none) and two legs from rest. Where friction
     brakes any large motion, even at resonance, the motion without friction is none: beside resonance it is so large
@@ -269,8 +286,7 @@ def find_orbit(rig: Rig, force: Force, closed: int, room: Room) -> tuple[int, Le
     if closed == 1:
         return NOT_FOUND, leg, 0.0, 0.0, inf, False
     if rig[2] == 1.0:
-        leg = (0.0, pi, 1.0, -1.0) if symmetric_force(force) else (0.0, TURN, 1.0, 1.0)
-        leg, z, v, miss, code = only_orbit(rig, force, leg, room)
+        leg, z, v, miss, code = only_orbit(rig, force, room)
     else:
         leg, z, v, miss, code = attract(rig, force, room)
     size = hypot(z, rig[0] * v) + room[1][PATH]

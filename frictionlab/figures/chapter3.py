@@ -1,0 +1,324 @@
+"""The thesis's chapter 3, redrawn from exact steady states, with the figures that prove where it is wrong.
+
+    python -m frictionlab.figures.chapter3 FOLDER
+
+Each figure draws what `compute` holds; the numbering is the thesis's. Figures 3.2x and 3.5x are not in it: they show
+what a hundred cycles from rest miss.
+"""
+
+import sys
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from frictionlab.figures.style import BASE, GREY, PAGE, PALETTE, PREDICTED, VERMILION, look, new_figure, save
+from frictionlab.simulator import (
+    Problem,
+    SteadyState,
+    Trajectory,
+    continuous_energy,
+    friction_limit,
+    last_cycle,
+    simulate,
+    steady_state,
+    sweep,
+    viscous_energy,
+)
+
+Floats = NDArray[np.float64]
+TURN = 2.0 * np.pi
+BETAS = tuple(round(0.1 * i, 1) for i in range(1, 10))
+RATIOS = tuple(round(0.02 + 0.01 * i, 2) for i in range(249))
+REGIMES = ((0.9, 0.4, "continuous"), (0.5, 0.2, "asymmetric"), (0.5, 0.4, "two stops"), (0.1, 0.4, "six stops"))
+WAITS = (10, 20, 50, 100, 200, 500, 1000, 2000)
+WAITED = 100  # cycles the thesis waits
+CEILING = 9.0  # k Y^2: where energies without bound at r = 1 leave the page
+
+
+@dataclass(frozen=True)
+class Chapter3:
+    """What the figures of the chapter draw.
+
+    Parameters
+    ----------
+    regimes : tuple of SteadyState
+        One per panel of Fig. 3.2; the asymmetric one after 100 cycles, as the thesis has it.
+    energy, stops : ndarray of shape (r, beta)
+        Energy per cycle and stops per cycle over RATIOS and BETAS; NaN where there is no steady state.
+    loop : ndarray of shape (r, beta)
+        Energy by the hysteresis method (2.18) on a sampled cycle, where the motion is continuous.
+    limit : ndarray of shape (r,)
+        Boundary of continuous motion.
+    waited : ndarray of shape (r, 3)
+        Energy of cycle 100 from rest over RATIOS, for beta = 0.1, 0.2, 0.3.
+    longest_stop : ndarray of shape (len(WAITS),)
+        Longest stop (rad) at r = 0.5, beta = 0.2 after so many cycles.
+    map_r, map_beta, map_stops : ndarray
+        Stops per cycle over a fine grid.
+    """
+
+    regimes: tuple[SteadyState, ...]
+    energy: Floats
+    stops: Floats
+    loop: Floats
+    limit: Floats
+    waited: Floats
+    longest_stop: Floats
+    map_r: Floats
+    map_beta: Floats
+    map_stops: Floats
+
+
+def compute() -> Chapter3:
+    """Solve everything the figures draw: some seconds."""
+    states = sweep(RATIOS, BETAS).datasets()
+    map_r, map_beta = np.geomspace(0.02, 2.5, 420), np.linspace(0.0025, 0.9975, 200)
+    fine = sweep(map_r.tolist(), map_beta.tolist()).datasets()
+    stops = states["stops_per_cycle"][:, :, 0, 0]
+    return Chapter3(
+        regimes=tuple(_regime(r, beta, name) for r, beta, name in REGIMES),
+        energy=states["energy_per_cycle"][:, :, 0, 0],
+        stops=stops,
+        loop=_loops(stops == 0),
+        limit=np.array([friction_limit(r) for r in map_r]),
+        waited=np.array([[_waited(r, beta) for beta in BETAS[:3]] for r in RATIOS]),
+        longest_stop=np.array([_longest_stop(cycles) for cycles in WAITS]),
+        map_r=map_r,
+        map_beta=map_beta,
+        map_stops=fine["stops_per_cycle"][:, :, 0, 0],
+    )
+
+
+def _regime(r: float, beta: float, name: str) -> SteadyState:
+    problem = Problem(r, beta)
+    return last_cycle(problem, cycles=WAITED) if name == "asymmetric" else steady_state(problem)
+
+
+def _loops(smooth: NDArray[np.bool_]) -> Floats:
+    """Energy as the area of a sampled loop, eq. (2.18), where the motion is continuous."""
+    areas = np.full(smooth.shape, np.nan)
+    for i, j in np.argwhere(smooth):
+        areas[i, j] = loop_area(steady_state(Problem(RATIOS[i], BETAS[j])))
+    return areas
+
+
+def loop_area(state: SteadyState, samples: int = 400) -> float:
+    """Area of the hysteresis loop of one cycle, by the trapezoidal rule on so many samples, eq. (2.18)."""
+    tau = np.linspace(0.0, TURN, samples + 1)
+    x = _orbit(state).at(tau)[0]
+    y = np.cos(tau)
+    return float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)))
+
+
+def _waited(r: float, beta: float) -> float:
+    return last_cycle(Problem(r, beta), cycles=WAITED).energy_per_cycle or float("nan")
+
+
+def _longest_stop(cycles: int) -> float:
+    stops = simulate(Problem(0.5, 0.2), cycles=cycles + 1, keep=2).stops
+    return float((stops[:, 1] - stops[:, 0]).max())
+
+
+def _orbit(state: SteadyState) -> Trajectory:
+    if state.orbit is None:
+        raise ValueError(f"no motion to draw: {state.verdict}")
+    return state.orbit
+
+
+def draw_regimes(chapter: Chapter3) -> Figure:
+    """Figure 3.2: the four regimes in time."""
+    figure = new_figure(PAGE, 4.2)
+    for ax, state, (r, beta, name) in zip(
+        figure.subplots(2, 2, sharex=True).flat, chapter.regimes, REGIMES, strict=True
+    ):
+        orbit = _orbit(state)
+        tau = np.linspace(orbit.start, orbit.start + TURN, 1500)
+        x = orbit.at(np.minimum(tau, orbit.end) if not orbit.periodic else tau)[0]
+        ax.plot((tau - orbit.start) / np.pi, np.cos(tau), color=BASE, linewidth=0.8, label="base $y/Y$")
+        ax.plot((tau - orbit.start) / np.pi, x, color=PREDICTED, label="mass $x/Y$")
+        for begin, end in orbit.stops:
+            ax.axvspan((begin - orbit.start) / np.pi, (end - orbit.start) / np.pi, color=GREY, alpha=0.3, linewidth=0)
+        ax.set_title(rf"{name}: $r = {r:g}$, $\beta = {beta:g}$")
+        ax.set_ylabel("displacement over $Y$")
+    for ax in figure.axes[2:]:
+        ax.set_xlabel(r"time $\tau/\pi$ (stops shaded)")
+    figure.axes[0].legend(loc="upper center", ncols=2)
+    figure.axes[0].margins(y=0.2)
+    return figure
+
+
+def draw_non_stop(chapter: Chapter3) -> Figure:
+    """Figure 3.2x: the "non-stop" of Fig. 3.2b is a stop that shortens like N^(-1/2) and is gone only in the limit."""
+    figure = new_figure(PAGE, 2.6)
+    left, right = figure.subplots(1, 2)
+    orbit = _orbit(chapter.regimes[1])
+    begin, end = max(orbit.stops, key=lambda stop: stop[1] - stop[0])
+    tau = np.linspace(begin - 0.15, end + 0.15, 600)
+    tau = tau[(tau >= orbit.start) & (tau <= orbit.end)]
+    left.plot((tau - begin), (orbit.at(tau)[0] - orbit.at(begin)[0]) * 1e6, color=PREDICTED)
+    left.axvspan(0.0, end - begin, color=GREY, alpha=0.3, linewidth=0)
+    left.set_xlabel(rf"time since the mass stopped, rad (cycle {WAITED})")
+    left.set_ylabel(r"displacement, $10^{-6}\,Y$")
+    left.set_ylim(-2.0, 2.0)
+    left.set_title(r"$r = 0.5$, $\beta = 0.2$: the flat peak is a stop")
+    cycles = np.array(WAITS, dtype=float)
+    right.loglog(cycles, chapter.longest_stop, "o", color=PREDICTED, markersize=4, label="exact phases from rest")
+    right.loglog(
+        cycles, chapter.longest_stop[-1] * np.sqrt(cycles[-1] / cycles), color=GREY, label=r"$\propto N^{-1/2}$"
+    )
+    right.set_xlabel("cycles from rest $N$")
+    right.set_ylabel("longest stop, rad")
+    right.legend()
+    right.set_title("it shortens for ever: no 100 cycles settle it")
+    return figure
+
+
+def draw_loops(chapter: Chapter3) -> Figure:
+    """Figure 3.3: hysteresis loops of a continuous and of a two-stop motion."""
+    figure = new_figure(PAGE, 2.8)
+    for ax, index in zip(figure.subplots(1, 2), (0, 2), strict=True):
+        state, (r, beta, name) = chapter.regimes[index], REGIMES[index]
+        tau = np.linspace(0.0, TURN, 1500)
+        x, y = _orbit(state).at(tau)[0], np.cos(tau)
+        ax.plot(x, y, color=PREDICTED)
+        for at in (200, 950):
+            ax.annotate(
+                "", (x[at + 15], y[at + 15]), (x[at], y[at]), arrowprops={"arrowstyle": "-|>", "color": PREDICTED}
+            )
+        ax.set_title(rf"{name}: $r = {r:g}$, $\beta = {beta:g}$, area ${state.energy_per_cycle:.4f}\,kY^2$")
+        ax.set_xlabel("mass $x/Y$")
+        ax.set_ylabel("base $y/Y$")
+    return figure
+
+
+def shades(count: int) -> list[tuple[float, float, float, float]]:
+    """Colours of an ordered family of curves: light to dark, told apart by lightness alone."""
+    return [colormaps["viridis"](0.9 * (1.0 - i / (count - 1))) for i in range(count)]
+
+
+def _family_axes(ax: Axes, ceiling: float) -> None:
+    ax.set_xlabel("frequency ratio $r$")
+    ax.set_ylabel("energy per cycle, $kY^2$")
+    ax.set_ylim(0.0, ceiling)
+
+
+def draw_continuous_energy(chapter: Chapter3) -> Figure:
+    """Figure 3.4: continuous motion, the analytical method 4 beta X (2.23) on the loop's area (2.18)."""
+    figure = new_figure(PAGE, 3.4)
+    ax = figure.subplots()
+    r = np.array(RATIOS)
+    for j, (beta, colour) in enumerate(zip(BETAS[:8], shades(8), strict=True)):
+        ax.plot(r, chapter.loop[:, j], color=colour, label=rf"$\beta = {beta:g}$")
+        marked = np.flatnonzero(np.isfinite(chapter.loop[:, j]))[::5]
+        exact = [continuous_energy(RATIOS[i], beta) for i in marked]
+        ax.plot(r[marked], exact, "o", color=colour, markersize=2.8)
+    ax.axvline(1.0, color=GREY, linewidth=0.6, linestyle=":")
+    ax.text(0.4, 0.97 * CEILING, r"$\beta < \pi/4$: no bound at $r = 1$", fontsize=7, va="top")
+    _family_axes(ax, CEILING)
+    ax.legend(ncols=2, title="line: loop area; dots: $4\\beta X$")
+    return figure
+
+
+def draw_energy(chapter: Chapter3) -> Figure:
+    """Figure 3.5: the whole map, continuous motion as lines and stick-slip as dots."""
+    figure = new_figure(PAGE, 3.6)
+    ax = figure.subplots()
+    r = np.array(RATIOS)
+    for j, (beta, colour) in enumerate(zip(BETAS, shades(9), strict=True)):
+        continuous = chapter.stops[:, j] == 0
+        ax.plot(r, np.where(continuous, chapter.energy[:, j], np.nan), color=colour, label=rf"$\beta = {beta:g}$")
+        ax.plot(r, np.where(continuous, np.nan, chapter.energy[:, j]), "o", color=colour, markersize=1.8)
+    _family_axes(ax, CEILING)
+    ax.legend(ncols=2, title="line: continuous; dots: stick-slip")
+    return figure
+
+
+def draw_unconverged(chapter: Chapter3) -> Figure:
+    """Figure 3.5x: what a hundred cycles from rest give near resonance, against the limit."""
+    figure = new_figure(PAGE, 2.8)
+    ax = figure.subplots()
+    r = np.array(RATIOS)
+    for j, colour in enumerate(PALETTE[:3]):
+        error = np.abs(chapter.waited[:, j] / chapter.energy[:, j] - 1.0)
+        ax.semilogy(r, error, ".", color=colour, markersize=3.5, label=rf"$\beta = {BETAS[j]:g}$")
+    ax.axhline(0.01, color=GREY, linewidth=0.8)
+    ax.text(2.49, 0.012, "1 %", fontsize=7, ha="right")
+    ax.set_ylim(1e-16, 10.0)
+    ax.set_xlabel("frequency ratio $r$")
+    ax.set_ylabel("relative error of the energy")
+    ax.set_title(f"energy of cycle {WAITED} from rest against the steady state")
+    ax.legend(loc="lower right")
+    return figure
+
+
+def draw_viscous() -> Figure:
+    """Figure 3.7: the viscous oscillator, formula (3.7) as lines and hysteresis as dots."""
+    figure = new_figure(PAGE, 3.2)
+    ax = figure.subplots()
+    r = np.array(RATIOS)
+    for zeta, colour in zip(BETAS, shades(9), strict=True):
+        ax.plot(r, [viscous_energy(ratio, zeta) for ratio in RATIOS], color=colour, label=rf"$\zeta = {zeta:g}$")
+        marked = RATIOS[::8]
+        areas = [loop_area(steady_state(Problem(ratio, 0.0, zeta=zeta))) for ratio in marked]
+        ax.plot(marked, areas, "o", color=colour, markersize=2.8)
+    _family_axes(ax, 16.5)
+    ax.legend(ncols=2, title="line: formula (3.7); dots: loop area")
+    return figure
+
+
+def draw_map(chapter: Chapter3) -> Figure:
+    """Stops per cycle over frequency and friction ratio, with the boundary of continuous motion."""
+    figure = new_figure(PAGE, 3.8)
+    ax = figure.subplots()
+    edges = [-1, 1, 3, 5, 7, 9, 11, 15, 21, 31, 1000]
+    names = ["0", "2", "4", "6", "8", "10", "12-14", "16-20", "22-30", "over 30"]
+    colours = ListedColormap(["#FFFFFF", *(colormaps["viridis"](np.linspace(0.0, 1.0, 9)))])
+    mesh = ax.pcolormesh(
+        chapter.map_r,
+        chapter.map_beta,
+        chapter.map_stops.T,
+        cmap=colours,
+        norm=BoundaryNorm(edges, 10),
+        rasterized=True,
+    )
+    ax.plot(chapter.map_r, chapter.limit, color=VERMILION, linewidth=1.0, label=r"$\beta_{\lim}(r)$, closed form")
+    ax.set_xscale("log")
+    ax.set_xticks([0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0], ["0.02", "0.05", "0.1", "0.2", "0.5", "1", "2"])
+    ax.set_xlabel("frequency ratio $r$")
+    ax.set_ylabel(r"friction ratio $\beta$")
+    ax.set_ylim(0.0, 1.0)
+    ax.grid(visible=False)
+    ax.legend(loc="lower right")
+    middles = [0.5 * (a + b) for a, b in pairwise(edges)]
+    bar = figure.colorbar(mesh, ax=ax, ticks=middles, spacing="uniform", label="stops per cycle")
+    bar.ax.set_yticklabels(names)
+    return figure
+
+
+def draw_all(folder: Path) -> list[Path]:
+    """Compute the chapter and write its figures (.pdf, and .png to look at) into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    chapter = compute()
+    with look():
+        figures = {
+            "figure_3.2_regimes": draw_regimes(chapter),
+            "figure_3.2x_non_stop": draw_non_stop(chapter),
+            "figure_3.3_loops": draw_loops(chapter),
+            "figure_3.4_continuous_energy": draw_continuous_energy(chapter),
+            "figure_3.5_energy": draw_energy(chapter),
+            "figure_3.5x_hundred_cycles": draw_unconverged(chapter),
+            "figure_3.7_viscous": draw_viscous(),
+            "map_of_stops": draw_map(chapter),
+        }
+    return [save(figure, folder / f"{name}{suffix}") for name, figure in figures.items() for suffix in (".pdf", ".png")]
+
+
+if __name__ == "__main__":
+    draw_all(Path(sys.argv[1] if len(sys.argv) > 1 else "build/chapter3"))
