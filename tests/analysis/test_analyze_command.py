@@ -1,0 +1,111 @@
+"""The command: rows, files, figures, exit statuses."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+from typer.testing import CliRunner, Result
+
+from frictionlab.cli import errors_in_one_line
+from frictionlab.cli.analyze import KIND, analyze
+from frictionlab.hdf5 import read_tree, write_recording
+from frictionlab.tables import read_rows
+from tests.analysis.seen import NATURAL_HZ, recording_of, steady
+
+app = typer.Typer()
+app.command()(errors_in_one_line(analyze))
+HZ = ["--natural-frequency", str(NATURAL_HZ)]
+
+
+def run(*words: object) -> Result:
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("recordings")
+    write_recording(recording_of(0.5, 0.4, seed=1, seconds=40.0, rate=250.0), path / "one.h5")
+    write_recording(recording_of(1.2, 0.3, seed=2, seconds=40.0, rate=250.0), path / "two.h5")
+    write_recording(recording_of(1.2, 0.3, seed=3, seconds=6.0, rate=250.0), path / "short.h5")
+    return path
+
+
+def test_one_object_per_input_in_order_and_nothing_else(folder: Path) -> None:
+    names = [folder / "two.h5", folder / "short.h5", folder / "one.h5", folder / "none.h5"]
+    result = run(*names, *HZ, "--json")
+    rows = [json.loads(line) for line in result.stdout.splitlines()]
+    assert result.exit_code == 1
+    assert [row["source"] for row in rows] == [str(name) for name in names]
+    assert [row["status"] for row in rows] == ["ok", "failed", "ok", "failed"]
+    assert rows[1]["reason"].startswith("analysis: the test is shorter than its transient")
+    assert set(rows[1]) == {"source", "status", "reason"}
+    assert rows[2]["frequency_ratio"] == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".jsonl"])
+def test_tables_hold_what_was_printed(folder: Path, tmp_path: Path, suffix: str) -> None:
+    output = tmp_path / f"measurements{suffix}"
+    result = run(folder / "one.h5", *HZ, "--json", "-o", output)
+    assert result.exit_code == 0
+    (row,) = read_rows(output)
+    printed = json.loads(result.stdout)
+    assert {key: row[key] for key in printed} == printed
+
+
+def test_the_h5_output_keeps_the_series(folder: Path, tmp_path: Path) -> None:
+    output = tmp_path / "measurements.h5"
+    assert run(folder / "one.h5", folder / "short.h5", folder / "two.h5", *HZ, "-o", output, "-q").exit_code == 1
+    tree = read_tree(output, kind=KIND)
+    _, _, energy, _ = steady(0.5, 0.4)
+    assert tree["rows"]["status"] == ["ok", "failed", "ok"]
+    assert math.isnan(tree["rows"]["energy_per_cycle"][1])
+    assert sorted(tree["cycles"]) == ["0", "2"]
+    np.testing.assert_allclose(tree["cycles"]["0"]["energy"], energy, rtol=5e-3)
+    assert len(tree["cycles"]["0"]["mean_cycle"]["tau"]) >= 64
+    assert run(folder / "one.h5", *HZ, "-o", output, "-q").exit_code == 0  # its own kind is replaced
+
+
+def test_figures_are_drawn_the_same_each_time(folder: Path, tmp_path: Path) -> None:
+    assert run(folder / "one.h5", *HZ, "--plot", tmp_path / "a", "-q").exit_code == 0
+    assert run(folder / "one.h5", *HZ, "--plot", tmp_path / "b", "-q").exit_code == 0
+    (first,), (second,) = (list((tmp_path / name).iterdir()) for name in "ab")
+    assert first.suffix == ".png"
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_overrides_reach_the_measurement(folder: Path) -> None:
+    words = ("--transient", 5, "--cycles", "window:10", "--padding", 1, "--json")
+    row = json.loads(run(folder / "one.h5", *HZ, *words).stdout)
+    assert (row["transient_s"], row["energy_rule"]) == (5.0, "window:10")
+    last = json.loads(run(folder / "one.h5", *HZ, "--json").stdout)
+    assert row["drive_frequency_hz"] == pytest.approx(last["drive_frequency_hz"], rel=1e-6)
+    assert row["cycles"] > last["cycles"]
+
+
+@pytest.mark.parametrize(
+    ("words", "fault"),
+    [
+        (("--transient", -1), "analysis.transient_s"),
+        (("--cycles", "first"), "expected 'last', 'all' or 'window:SECONDS'"),
+        (("--padding", 0), "analysis.padding"),
+        (("--natural-frequency", 0), "rig.natural_frequency_hz"),
+        (("-o", "result.txt"), "expected an output ending in"),
+        (("-o", "nowhere/result.h5"), "there is no folder nowhere"),
+        (("--scene", "nothing.toml"), "scene nothing.toml: cannot be read"),
+    ],
+)
+def test_a_wrong_command_line_is_said_in_one_line(folder: Path, words: tuple[object, ...], fault: str) -> None:
+    result = run(folder / "one.h5", *words)
+    assert result.exit_code == 2
+    assert fault in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+
+
+def test_people_get_a_table_and_the_warnings(folder: Path) -> None:
+    result = run(folder / "one.h5")
+    assert result.exit_code == 0
+    assert result.stdout.splitlines()[0].split()[:2] == ["source", "r"]
+    assert "the natural frequency is not known" in result.stderr
