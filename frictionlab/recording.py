@@ -261,8 +261,11 @@ def interval_of_steps(steps: NDArray[np.float64], time: NDArray[np.float64]) -> 
 
 
 def _slope_over_index(time: NDArray[np.float64]) -> float:
-    """Slope of the least-squares line through time over sample number, in parts that stay in the cache."""
-    n, size, total = len(time), 1 << 16, 0.0
+    """Slope of the least-squares line through time over sample number.
+
+    In parts that stay in the cache and are too short for the linear algebra library to wake its threads for.
+    """
+    n, size, total = len(time), 1 << 13, 0.0
     ramp, centre = np.arange(float(size)), (n - 1) / 2.0
     for start in range(0, n, size):
         part = time[start : start + size] - time[0]  # stamps of an epoch are a thousand million seconds
