@@ -28,11 +28,9 @@ def recorded(problem: Problem, *, noise: float = 0.8e-6, seconds: float = 40.0, 
     order = np.arange(1, problem.base.harmonics + 1)
     base = np.cos(np.outer(tau, order)) @ problem.base.cosine + np.sin(np.outer(tau, order)) @ problem.base.sine
     generator = np.random.default_rng(20261121)
-    seen = [
-        AMPLITUDE_M * x + noise * generator.standard_normal(len(time))
-        for x in (state.orbit.at(np.mod(tau, 2 * math.pi * (state.period_cycles or 1)))[0], base)
-    ]
-    return Recording(time, *seen)
+    noisy = noise * generator.standard_normal((2, len(time)))
+    mass = AMPLITUDE_M * state.orbit.at(np.mod(tau, 2 * math.pi * (state.period_cycles or 1)))[0] + noisy[0]
+    return Recording(time, mass, AMPLITUDE_M * base + noisy[1])
 
 
 def scene_of(r: float, **tables: Mapping[str, object]) -> Scene:
