@@ -201,3 +201,33 @@ def test_real_recordings(name: str, energy: tuple[float, float]) -> None:
     assert m.series.stops.tolist() == [2.0] * m.cycles
     assert energy[0] < m.energy_per_cycle < energy[1]
     assert m.regime == "stick-slip"
+
+
+def test_index_known_by_construction_through_the_whole_chain() -> None:
+    """Cycles of sizes s_j, each a sine from one rise of the base to the next: mean |s_j+1 - s_j| / s_j."""
+    t = np.arange(0.0, 60.0, 1 / 500)
+    turns = 0.7 * t + 0.4  # the first whole cycle is number 1
+    sizes = 1e-3 * (1.0 + 0.2 * np.random.default_rng(10).uniform(-1, 1, 60))
+    mass = sizes[turns.astype(int)] * np.sin(2 * math.pi * turns)
+    m = measure(Recording(t, mass, 1e-3 * np.sin(2 * math.pi * turns)), scene(transient=0.0))
+    whole = sizes[1 : m.cycles + 1]
+    assert m.irregularity_index == pytest.approx(np.mean(np.abs(np.diff(whole)) / whole[:-1]), rel=2e-3)
+    assert m.base_irregularity_index == pytest.approx(0.0, abs=1e-4)
+
+
+def test_the_trend_of_a_long_test_is_the_frictions_and_not_the_sensors() -> None:
+    """A motion that passes slowly from one orbit to another takes its loop's area along: eq. (2.18) is linear in x."""
+    (_, first, low, _), (_, second, high, _) = steady(0.5, 0.4), steady(0.5, 0.42)
+    t = np.arange(0.0, 1200.0, 1 / 100)
+    tau = np.mod(2 * math.pi * 0.5 * NATURAL_HZ * t, 2 * math.pi)
+    share = t / 1200.0
+    generator = np.random.default_rng(11)
+    mass = BASE_M * ((1 - share) * first.at(tau)[0] + share * second.at(tau)[0])
+    clean = Recording(t, through_laser(mass, generator), through_laser(BASE_M * np.cos(tau), generator))
+    drifting = Recording(t, clean.mass_displacement + 4e-7 * t, clean.base_displacement - 3e-7 * t)
+    for recording in (clean, drifting):
+        m = measure(recording, scene("last"))
+        assert m.trend is not None
+        assert len(m.trend.time) == pytest.approx(118, abs=1)  # one cycle every ten seconds
+        assert m.energy_trend_per_hour == pytest.approx((high - low) * 3, rel=0.03)
+        assert m.trend.low < (high - low) / 1200.0 < m.trend.high
