@@ -50,6 +50,8 @@ class Comparison:
     model: str
     solver: str
     closure_error: float | None
+    friction_force_n_se: float | None
+    friction_coefficient_se: float | None
     accuracy: str
     material: str | None
     normal_force_n: float | None
@@ -119,6 +121,14 @@ def model_words(scene: Scene) -> str:
     return ", ".join(words)
 
 
+def _force_error(measurement: Measurement, found: Identified, force: float | None) -> float | None:
+    """Standard error of the friction force (N): of friction ratio and base amplitude; stiffness is taken as exact."""
+    if force is None or found.friction_ratio_se is None or found.friction_ratio == 0.0:
+        return None
+    base = measurement.base_amplitude_m_se / measurement.base_amplitude_m
+    return force * math.hypot(found.friction_ratio_se / found.friction_ratio, base)
+
+
 def loop_energy(state: SteadyState) -> float | None:
     """Energy per cycle as the loop over the base shows it, eq. (2.18).
 
@@ -134,6 +144,7 @@ def _compared(measurement: Measurement, scene: Scene, found: Identified, state: 
     predicted = None if state.orbit is None else state.orbit.at(cycle.tau)[0]
     energy = loop_energy(state)
     force = None if stiffness is None else found.friction_ratio * stiffness * measurement.base_amplitude_m
+    force_error = _force_error(measurement, found, force)
     normal = measurement.normal_force_n
     warnings = [*measurement.warnings, *found.warnings, *state.warnings]
     if predicted is None:
@@ -161,6 +172,8 @@ def _compared(measurement: Measurement, scene: Scene, found: Identified, state: 
         model=model_words(scene),
         solver=state.solver,
         closure_error=state.closure_error,
+        friction_force_n_se=force_error,
+        friction_coefficient_se=None if force_error is None or normal is None else force_error / normal,
         accuracy=accuracy_of(scene),
         material=measurement.material,
         normal_force_n=normal,
