@@ -225,7 +225,7 @@ def _channel(table: Table, role: str, options: LogOptions) -> Channel:
     warnings = []
     unit = options.unit or column.unit
     if not unit:
-        found = unit_by_step(values[~np.isnan(values)])
+        found = unit_by_step(values)
         if found is None:
             raise LogError(f"{table.name}: the unit of column {column} is not said: give --unit, such as --unit mm")
         unit = found[0]
@@ -244,7 +244,7 @@ def _check_unit(channel: Channel, unit: str, role: str) -> None:
     """Warn where the sensor's step fits another unit than the one said."""
     if channel.range is not None or unit not in ("m", "mm", "um"):
         return
-    found = unit_by_step(channel.values[~np.isnan(channel.values)] * LENGTH[unit])
+    found = unit_by_step(channel.values, LENGTH[unit])
     if found is not None and found[0] != unit:
         channel.warnings.append(
             f"{role}: the log says {unit}, but its step fits an optoNCDT of {found[1] * 1e3:g} mm range read in "

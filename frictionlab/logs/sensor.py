@@ -66,8 +66,7 @@ def step_and_range(values: NDArray[np.float64]) -> tuple[float | None, float | N
     >>> round(found[0] * 1e9, 2), found[1]
     (778.39, 0.05)
     """
-    some = values[: _SAMPLE // 2] if len(values) <= _SAMPLE else values[len(values) // 2 :][:_SAMPLE]
-    levels = np.unique(some)
+    levels = np.unique(_sample(values))
     apart = np.diff(levels)
     apart = apart[apart > 1e-13 + 1e-9 * np.abs(levels[-1])]
     if len(apart) < 20:
@@ -79,6 +78,12 @@ def step_and_range(values: NDArray[np.float64]) -> tuple[float | None, float | N
     return float(apart.min()), None
 
 
+def _sample(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Some values in a row, from the middle of a long log; those that are none left out."""
+    some = values[len(values) // 2 :][:_SAMPLE] if len(values) > _SAMPLE else values
+    return some[~np.isnan(some)]
+
+
 def _is_comb(apart: NDArray[np.float64], step: float) -> bool:
     """Whether neighbouring levels are whole steps apart, most of them one, as far as the printed digits tell."""
     small = apart[apart < 20 * step]
@@ -88,10 +93,14 @@ def _is_comb(apart: NDArray[np.float64], step: float) -> bool:
     return bool(np.quantile(off, 0.9) < 0.1 and np.rint(small / step).min() == 1)
 
 
-def unit_by_step(values: NDArray[np.float64]) -> tuple[str, float] | None:
-    """Find the unit of bare numbers by the sensor's step: (unit, measuring range [m]), or ``None`` if it is silent."""
+def unit_by_step(values: NDArray[np.float64], per_unit: float = 1.0) -> tuple[str, float] | None:
+    """Find the unit of bare numbers by the sensor's step: (unit, measuring range [m]), or ``None`` if it is silent.
+
+    ``per_unit`` turns the values into those numbers.
+    """
+    some = _sample(values) * per_unit
     for unit in ("mm", "um", "m"):
-        _, measuring_range = step_and_range(values / LENGTH[unit])
+        _, measuring_range = step_and_range(some / LENGTH[unit])
         if measuring_range is not None:
             return unit, measuring_range
     return None
