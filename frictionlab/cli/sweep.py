@@ -1,6 +1,5 @@
 """``frictionlab sweep``: a map of steady states."""
 
-import os
 from collections import Counter
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
@@ -8,17 +7,20 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from frictionlab.cli.options import AsJson, Force, Quiet
+from frictionlab.cli.inputs import STOPPED
+from frictionlab.cli.options import AsJson, Force, Quiet, Scheduler, Workers
+from frictionlab.cli.output import complain
 from frictionlab.cli.progress import count
 from frictionlab.errors import UsageError
-from frictionlab.tables import check_output, json_line, write_rows
+from frictionlab.tables import check_output, json_line
 
 if TYPE_CHECKING:
-    from frictionlab.simulator import StateMap
+    from collections.abc import Generator
 
-KIND = "frictionlab map"
+    from frictionlab.maps import Grid, Step
+
+AXES = ("r", "beta", "mu", "zeta")
 MOST_VALUES = 10_000_000
-WORTH_A_PROCESS = 50_000  # points; a process takes seconds to start
 VALUES = "START:STOP:STEP"
 
 
@@ -32,39 +34,62 @@ def sweep(
     wall: Annotated[
         Literal["fixed", "base"], typer.Option("--wall", help="What the mass rubs against: a fixed wall, or the base.")
     ] = "fixed",
-    workers: Annotated[
-        int | None, typer.Option("--workers", metavar="N", min=1, help="Processes (default: all cores if worth it).")
-    ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue a sweep that was stopped, if one was.")] = False,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
     """Map steady states over frequency ratio, friction ratio, static friction and damping.
 
-    Each of the four takes a list (0.1,0.2), a range with both ends (0.1:0.9:0.1), or one number.
+    Each of the four takes a list (0.1,0.2), a range with both ends (0.1:0.9:0.1), or one number. What is solved is
+    saved as it goes; --resume continues after Ctrl-C or a power cut and ends in the same file.
 
     Example: frictionlab sweep --r 0.02:2.5:0.01 --beta 0.1:0.9:0.1 -o map.h5
     """
-    from frictionlab import simulator
+    from frictionlab import maps
 
+    _check(output, force=force)
+    axes = {name: tuple(values_of(text, f"--{name}")) for name, text in zip(AXES, (r, beta, mu, zeta), strict=True)}
+    grid = maps.Grid(**axes, wall=wall)
+    steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, resume=resume, force=force)
+    outcomes = _follow(grid, steps, output, as_json=as_json, quiet=quiet)
+    if not (as_json or quiet):
+        told = ", ".join(f"{number} {outcome}" for outcome, number in outcomes.most_common())
+        typer.echo(f"{len(grid)} steady states ({told}) are in {output}")
+    if outcomes[maps.FAILED]:
+        raise typer.Exit(1)
+
+
+def _check(output: Path, *, force: bool) -> None:
+    """Refuse an output that could not be written before the long work."""
     if output.suffix != ".h5":
-        check_output(output)
+        check_output(output, force=force)
     elif not output.parent.is_dir():
         raise UsageError(f"{output}: there is no folder {output.parent}: make it first")
-    axes = [values_of(text, name) for name, text in (("--r", r), ("--beta", beta), ("--mu", mu), ("--zeta", zeta))]
-    points = len(axes[0]) * len(axes[1]) * len(axes[2]) * len(axes[3])
-    if workers is None:
-        workers = (os.cpu_count() or 1) if points > WORTH_A_PROCESS else 1
-    with count("sweep", quiet=quiet) as progress:
-        states = simulator.sweep(axes[0], axes[1], axes[2], axes[3], wall=wall, workers=workers, progress=progress)
-    _write(states, output, force=force)
-    if as_json:
-        for row in states.rows():
-            typer.echo(json_line(row))
-    elif not quiet:
-        outcomes = Counter(states.datasets()["outcome"].ravel().tolist())
-        told = ", ".join(f"{number} {outcome}" for outcome, number in outcomes.most_common())
-        typer.echo(f"{points} steady states ({told}) are in {output}")
+
+
+def _follow(grid: "Grid", steps: "Generator[Step]", output: Path, *, as_json: bool, quiet: bool) -> "Counter[str]":
+    """Print each step of the sweep as it comes; return how many points have which outcome."""
+    from frictionlab import maps
+
+    outcomes: Counter[str] = Counter()
+    try:
+        with count("sweep", quiet=quiet) as progress:
+            for step in steps:
+                for row in maps.rows(grid, step) if as_json else ():
+                    typer.echo(json_line(row))
+                for sentence in maps.faults(grid, step):
+                    complain(sentence)
+                outcomes.update(step.records["outcome"].astype(str).tolist())
+                if progress is not None:
+                    progress(step.done, step.total)
+    except KeyboardInterrupt:
+        steps.close()
+        complain(f"stopped: {outcomes.total()} points are saved beside {output}: give --resume to continue")
+        raise typer.Exit(STOPPED) from None
+    return outcomes
 
 
 def values_of(text: str, option: str) -> list[float]:
@@ -85,13 +110,3 @@ def values_of(text: str, option: str) -> list[float]:
     if not (0 < number <= MOST_VALUES and step > 0):
         raise UsageError(f"{option}: expected 1 to {MOST_VALUES} values going up; got {number} from {text!r}")
     return [float(start + i * step) for i in range(number)]
-
-
-def _write(states: "StateMap", output: Path, *, force: bool) -> None:
-    if output.suffix != ".h5":
-        write_rows(states.rows(), output)
-        return
-    from frictionlab.hdf5 import write_map
-
-    axes = {"r": states.r, "beta": states.beta, "mu": states.mu, "zeta": states.zeta}
-    write_map(axes, states.datasets(), {"wall": states.wall}, output, kind=KIND, force=force)

@@ -2,11 +2,13 @@
 
 import asyncio
 import importlib
+import importlib.metadata
 import time
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from typing import Any, ParamSpec, TypeVar
 
+from frictionlab import __version__
 from frictionlab.errors import ClusterError, UsageError
 
 P = ParamSpec("P")
@@ -40,6 +42,20 @@ class Cluster:
         self.executor = DaskExecutor(self._client)
         self._counted = self._seen = time.monotonic()
         self._workers = self._count()
+        self._check_versions()
+
+    def _check_versions(self) -> None:
+        """Refuse workers without this version: a call that they cannot unpack would end them, one after the other."""
+        found = self._client.run(importlib.metadata.version, "frictionlab", on_error="return")
+        wrong = {where: what for where, what in found.items() if what != __version__}
+        if wrong:
+            self.stop()
+            where, what = next(iter(wrong.items()))
+            raise ClusterError(
+                f"{self.address}: {len(wrong)} of {len(found)} workers lack this version: expected frictionlab "
+                f"{__version__}, as here; got {'none' if isinstance(what, Exception) else what} at {where}; "
+                "do: install the same version there"
+            )
 
     def workers(self) -> int:
         """Threads of all workers just now."""
@@ -73,7 +89,7 @@ class Cluster:
         if not self.workers() and time.monotonic() - self._seen > EMPTY_S:
             raise ClusterError(
                 f"{self.address}: the scheduler has had no workers for {EMPTY_S:.0f} s: expected at least one; "
-                f"do: start some, like `dask worker {self.address}`"
+                f"do: start some, like `dask worker {self.address}`, or look into the logs of those that have left"
             )
 
     def _lost(self) -> ClusterError:

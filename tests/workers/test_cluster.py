@@ -78,6 +78,14 @@ def test_an_error_of_the_job_is_raised_here(scheduler: str) -> None:
         list(run_each(partial(jobs.wave_or_error, wrong=3), CASES, scheduler=scheduler))
 
 
+def test_workers_of_another_version_are_refused(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "__version__", "0.0")
+    with pytest.raises(
+        ClusterError, match=r"2 of 2 workers lack this version: expected frictionlab 0\.0, as here; got"
+    ):
+        next(run_each(jobs.wave, CASES, scheduler=scheduler))
+
+
 def test_a_cluster_without_workers_and_one_that_dies_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed", reason="the extra frictionlab[cluster] is not installed")
     monkeypatch.setattr(cluster, "EMPTY_S", 0.5)

@@ -1,0 +1,250 @@
+"""Maps of steady states, solved by many workers and written as they come."""
+
+import time
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import SimulationError
+from frictionlab.files import check_replaceable
+from frictionlab.hdf5_map import GrowingMap, finished_map, growing_map, is_map
+from frictionlab.simulator import engine
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.problem import COSINE, Wall
+from frictionlab.simulator.state import KEYS
+from frictionlab.simulator.sweep import AXES, COLUMNS, FAILED, check_axes, named, sweep_points, table, worth_compiling
+from frictionlab.tables import Row, is_table, write_rows
+from frictionlab.workers import run_batches
+
+KINDS = {"solver": "S11", "outcome": "S10", "regime": "S10"} | dict.fromkeys(COLUMNS, "float64")
+CHECKPOINT_S = 2.0  # what a killed sweep loses at most, beside what was in work
+BATCH_S = 0.25  # a batch's work
+BLOCK = 20_000  # points read back at a time
+Floats = NDArray[np.float64]
+
+__all__ = ["FAILED", "KINDS", "Grid", "Solve", "Step", "faults", "make_map", "rows"]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Every combination of r, beta, mu and zeta, the last one fastest.
+
+    Attributes
+    ----------
+    r, beta, mu, zeta
+        The values of each.
+    wall
+        What the mass rubs against, the same at all points.
+
+    Raises
+    ------
+    SimulationError
+        A value is outside its domain.
+    UsageError
+        An axis is empty.
+
+    Examples
+    --------
+    >>> grid = Grid((0.3, 0.5), (0.4, 0.6), (1.0,), (0.0,))
+    >>> len(grid), grid.points(range(1, 3)).tolist()
+    (4, [[0.3, 0.6, 1.0, 0.0], [0.5, 0.4, 1.0, 0.0]])
+    """
+
+    r: tuple[float, ...]
+    beta: tuple[float, ...]
+    mu: tuple[float, ...] = (1.0,)
+    zeta: tuple[float, ...] = (0.0,)
+    wall: Wall = "fixed"
+
+    def __post_init__(self) -> None:
+        check_axes(list(self.axes().values()), self.wall, COSINE)
+
+    def __len__(self) -> int:
+        return len(self.r) * len(self.beta) * len(self.mu) * len(self.zeta)
+
+    def axes(self) -> dict[str, Floats]:
+        """The values along each axis."""
+        return {name: np.array(getattr(self, name), dtype=np.float64) for name in AXES}
+
+    def points(self, numbers: Sequence[int]) -> Floats:
+        """The points of these neighbouring numbers, shape (n, 4): r, beta, mu, zeta."""
+        axes = list(self.axes().values())
+        places = np.unravel_index(np.arange(numbers[0], numbers[-1] + 1), tuple(len(axis) for axis in axes))
+        return np.stack([axis[place] for axis, place in zip(axes, places, strict=True)], axis=1)
+
+
+@dataclass(frozen=True)
+class Solve:
+    """What a worker does: solve the points of some numbers.
+
+    Attributes
+    ----------
+    grid
+        All points.
+    fast
+        Whether to use the compiled kernel.
+    """
+
+    grid: Grid
+    fast: bool
+
+    def __call__(self, numbers: Sequence[int]) -> NDArray[np.void]:
+        """The steady states of these points, one record with the keys of `KINDS` each."""
+        return _records(self._solve(self.grid.points(numbers)))
+
+    def _solve(self, points: Floats) -> Floats:
+        try:
+            return sweep_points(points, self.grid.wall, COSINE, fast=self.fast)
+        except SimulationError:  # one of them cannot be solved: alone, it costs only itself
+            if len(points) == 1:
+                return np.full((1, layout.ROW), np.nan)
+            return np.concatenate([self._solve(point) for point in points[:, np.newaxis]])
+
+
+@dataclass(frozen=True)
+class Step:
+    """Some points of a map that are in its file now.
+
+    Attributes
+    ----------
+    start, total
+        Number of the first of them, and of all points of the map.
+    records
+        Their steady states, one record with the keys of `KINDS` each.
+    reason
+        Why a point of them could not be solved, if its workers died over it.
+    """
+
+    start: int
+    total: int
+    records: NDArray[np.void]
+    reason: str = ""
+
+    @property
+    def done(self) -> int:
+        """Points of the map that are done."""
+        return self.start + len(self.records)
+
+
+def make_map(
+    grid: Grid,
+    path: Path,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    force: bool = False,
+) -> Generator[Step]:
+    """Solve all points of a grid and write them to a file; yield them, in order, as they are done.
+
+    What is solved is saved every two seconds beside the file, and when the iterator is left; the file itself appears
+    when all points are in, with the same bytes whatever solved them and however often it was interrupted. Memory holds
+    the batches in work, not the map.
+
+    Parameters
+    ----------
+    grid
+        The points.
+    path
+        Where the map goes: ``.h5``, ``.csv`` or ``.jsonl``.
+    workers, scheduler
+        Who solves; see `frictionlab.workers.run_batches`.
+    resume
+        Continue what an earlier run has left here; its points are yielded first.
+    force
+        Replace whatever file stands there; begin anew over an unfinished map.
+
+    Raises
+    ------
+    UsageError
+        An unfinished map stands there and neither is said, or it is of other values or another version.
+    OutputError
+        The file cannot be written.
+    ClusterError
+        The scheduler does not answer, or goes away.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "map.csv"
+    >>> [step.done for step in make_map(Grid((0.5,), (0.4,)), path, workers=1)]
+    [1]
+    >>> path.read_text().splitlines()[1][:30]
+    '0.5,0.4,1.0,0.0,fixed,exact,pe'
+    """
+    about = {"wall": grid.wall}
+    with finished_map(path, grid.axes(), KINDS, about) as whole:
+        if resume and whole is not None:
+            yield from _blocks(whole, len(grid))
+            return
+    check_replaceable(path, replace=force or (is_map if path.suffix == ".h5" else is_table))
+    with growing_map(path, grid.axes(), KINDS, about, resume=resume, force=force) as file:
+        yield from _blocks(file, len(grid))
+        yield from _solved(grid, file, workers, scheduler)
+        _finish(file, grid, path, force=force)
+
+
+def rows(grid: Grid, step: Step) -> Iterator[Row]:
+    """The contract's keys of each point of a step."""
+    names = step.records.dtype.names or ()
+    columns = {key: step.records[key].astype(str) if KINDS[key][0] == "S" else step.records[key] for key in names}
+    return table(grid.points(range(step.start, step.done)), grid.wall, columns)
+
+
+def faults(grid: Grid, step: Step) -> list[str]:
+    """What to say about the points of a step that could not be solved."""
+    lost = np.flatnonzero(step.records["outcome"] == FAILED.encode()) + step.start
+    why = step.reason or "`frictionlab simulate` says why"
+    points = [grid.points(range(number, number + 1))[0] for number in lost.tolist()]
+    return [f"r = {r:g}, beta = {b:g}, mu = {m:g}, zeta = {z:g} could not be solved: {why}" for r, b, m, z in points]
+
+
+def _solved(grid: Grid, file: GrowingMap, workers: int | None, scheduler: str | None) -> Iterator[Step]:
+    """Solve what is not yet in the file and put it there, batch by batch."""
+    job = Solve(grid, fast=_prepared(grid, scheduler))
+    saved, numbers = 0.0, range(file.done, len(grid))
+    for batch in run_batches(job, numbers, workers=workers, scheduler=scheduler, seconds_per_batch=BATCH_S):
+        step = Step(file.done, len(grid), _failed() if batch.results is None else batch.results, batch.lost)
+        file.append(step.records)
+        if time.monotonic() - saved > CHECKPOINT_S:
+            file.checkpoint()
+            saved = time.monotonic()
+        yield step
+
+
+def _prepared(grid: Grid, scheduler: str | None) -> bool:
+    """Whether the compiled kernel is worth it; then it is compiled here once, and processes find the machine code."""
+    fast = scheduler is not None or worth_compiling(list(grid.axes().values()))
+    if fast and scheduler is None:
+        engine.compiled()
+    return fast
+
+
+def _failed() -> NDArray[np.void]:
+    """The record of a point that could not be solved."""
+    return _records(np.full((1, layout.ROW), np.nan))
+
+
+def _records(numbers: Floats) -> NDArray[np.void]:
+    records = np.empty(len(numbers), dtype=list(KINDS.items()))
+    for key, values in named(numbers).items():
+        records[key] = values
+    return records
+
+
+def _finish(file: GrowingMap, grid: Grid, path: Path, *, force: bool) -> None:
+    if path.suffix == ".h5":
+        file.finish(force=force)
+        return
+    file.checkpoint()
+    write_rows((row for step in _blocks(file, len(grid)) for row in rows(grid, step)), path, KEYS, force=force)
+    file.discard()
+
+
+def _blocks(file: GrowingMap, total: int) -> Iterator[Step]:
+    """What is in the file, read back."""
+    for start in range(0, file.done, BLOCK):
+        yield Step(start, total, file.read(start, min(start + BLOCK, file.done)))

@@ -1,0 +1,165 @@
+"""A map on file: the same bytes whoever solved it and however often it was interrupted."""
+
+import json
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from frictionlab import maps
+from frictionlab.errors import OutputError, SimulationError, UsageError
+from frictionlab.hdf5_map import growing_map, is_map, part_of
+from frictionlab.maps import Grid, make_map
+from frictionlab.simulator import sweep
+from frictionlab.simulator.sweep import sweep_points
+from frictionlab.tables import read_rows
+
+GRID = Grid((0.3, 0.5, 0.7, 1.0, 1.3), (0.2, 0.5, 0.8), (1.0, 1.2), (0.02, 0.05))
+COMMAND = Path(sys.executable).with_name("frictionlab")
+
+
+def made(path: Path, grid: Grid = GRID, **options: object) -> bytes:
+    for _ in make_map(grid, path, **options):  # type: ignore[arg-type]  # options by name
+        pass
+    return path.read_bytes()
+
+
+@pytest.fixture(scope="module")
+def truth(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The map as one process writes it without a stop."""
+    return made(tmp_path_factory.mktemp("truth") / "map.h5", workers=1)
+
+
+def test_the_file_holds_what_the_simulator_says(tmp_path: Path, truth: bytes) -> None:
+    path = tmp_path / "map.h5"
+    path.write_bytes(truth)
+    states = sweep(GRID.r, GRID.beta, GRID.mu, GRID.zeta)
+    with h5py.File(path) as file:
+        assert [scale[0].name for scale in (dim for dim in file["energy_per_cycle"].dims)] == [
+            "/r",
+            "/beta",
+            "/mu",
+            "/zeta",
+        ]
+        for key, values in states.datasets().items():
+            found = file[key][...]
+            assert found.shape == (5, 3, 2, 2)
+            assert np.array_equal(found.astype(values.dtype), values, equal_nan=values.dtype.kind == "f"), key
+        assert file.attrs["wall"] == "fixed"
+
+
+def test_two_workers_write_the_same_bytes(tmp_path: Path, truth: bytes) -> None:
+    assert made(tmp_path / "map.h5", workers=2) == truth
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".jsonl"])
+def test_tables_hold_the_same_rows(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"map{suffix}"
+    made(path, workers=1)
+    assert read_rows(path) == list(sweep(GRID.r, GRID.beta, GRID.mu, GRID.zeta).rows())
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize("stops", [(1,), (7, 8, 30), (59,)])
+def test_an_interrupted_map_ends_in_the_same_bytes(tmp_path: Path, truth: bytes, stops: tuple[int, ...]) -> None:
+    path = tmp_path / "map.h5"
+    for stop in stops:
+        steps = make_map(GRID, path, workers=1, resume=True)
+        next(step for step in steps if step.done >= stop)
+        steps.close()
+        assert not path.exists()
+        assert part_of(path).exists()
+    seen = [step.records for step in make_map(GRID, path, workers=1, resume=True)]
+    assert len(np.concatenate(seen)) == len(GRID)
+    assert path.read_bytes() == truth
+    assert [p.name for p in tmp_path.iterdir()] == ["map.h5"]
+
+
+def test_a_finished_map_is_resumed_by_reading_it(tmp_path: Path, truth: bytes) -> None:
+    path = tmp_path / "map.h5"
+    path.write_bytes(truth)
+    steps = list(make_map(GRID, path, resume=True))
+    assert [(step.start, step.done) for step in steps] == [(0, 60)]
+    assert path.read_bytes() == truth
+
+
+def test_an_unfinished_map_is_not_lost_by_accident(tmp_path: Path) -> None:
+    path = tmp_path / "map.h5"
+    steps = make_map(GRID, path, workers=1)
+    next(steps)
+    with pytest.raises(OutputError, match="another sweep is writing it just now"):
+        made(path, resume=True)
+    steps.close()
+    with pytest.raises(UsageError, match=r"stopped here after 1 points: give --resume .*, --force to begin anew"):
+        made(path, workers=1)
+    with pytest.raises(UsageError, match="has other values"):
+        made(path, Grid((0.5,), (0.4,)), workers=1, resume=True)
+    made(path, Grid((0.5,), (0.4,)), workers=1, force=True)
+    assert is_map(path)
+
+
+def test_a_map_that_never_began_leaves_no_trace(tmp_path: Path) -> None:
+    with growing_map(tmp_path / "map.h5", GRID.axes(), maps.KINDS, {}):
+        pass
+    assert not list(tmp_path.iterdir())
+
+
+def test_another_file_is_not_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "map.h5"
+    path.write_bytes(b"mine")
+    with pytest.raises(OutputError, match="is not a file of this kind"):
+        made(path)
+    assert path.read_bytes() == b"mine"
+
+
+def test_a_missing_folder_is_named(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="no such folder"):
+        made(tmp_path / "nowhere" / "map.h5")
+
+
+def test_a_point_that_cannot_be_solved_costs_only_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    solve = sweep_points
+
+    def moody(points: np.ndarray, *arguments: object, **options: object) -> np.ndarray:
+        if np.any(points[:, 0] == 0.7):
+            raise SimulationError("chatter")
+        return solve(points, *arguments, **options)  # type: ignore[arg-type]  # handed through
+
+    monkeypatch.setattr(maps, "sweep_points", moody)
+    grid = Grid((0.5, 0.7, 1.3), (0.4,))
+    steps = list(make_map(grid, tmp_path / "map.csv", workers=1))
+    assert [sentence for step in steps for sentence in maps.faults(grid, step)] == [
+        "r = 0.7, beta = 0.4, mu = 1, zeta = 0 could not be solved: `frictionlab simulate` says why"
+    ]
+    rows = read_rows(tmp_path / "map.csv")
+    assert [row["outcome"] for row in rows] == ["periodic", "failed", "periodic"]
+    assert rows[1]["energy_per_cycle"] is None
+
+
+def test_a_value_outside_its_domain_is_refused_before_the_work() -> None:
+    with pytest.raises(SimulationError, match="mu"):
+        Grid((0.5,), (0.4,), (0.9,))
+
+
+def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path) -> None:
+    """Killed after the first saving."""
+    values = ("--r", "0.2:2:0.005", "--beta", "0.1:0.9:0.02", "--zeta", "0.02")
+    order = (COMMAND, "sweep", *values, "-q", "--workers", "2", "-o")
+    with subprocess.Popen((*order, "map.h5"), cwd=tmp_path, stderr=subprocess.DEVNULL) as first:
+        while not saved(tmp_path / ".map.h5.frictionlab-sweep.done") and first.poll() is None:
+            time.sleep(0.02)
+        first.send_signal(signal.SIGKILL)
+    assert not (tmp_path / "map.h5").exists()
+    for name in ("map.h5", "twin.h5"):
+        run = subprocess.run((*order, name, "--resume"), cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
+    assert (tmp_path / "map.h5").read_bytes() == (tmp_path / "twin.h5").read_bytes()
+
+
+def saved(note: Path) -> int:
+    return int(json.loads(note.read_text())["done"]) if note.exists() else 0
