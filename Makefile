@@ -55,7 +55,6 @@ CAMPAIGN       ?= build/campaign
 CAMPAIGN_SCENE ?= configs/campaign.toml
 CAMPAIGN_LOGS  ?= $(CAMPAIGN)/logs
 campaign_logs   = $(sort $(foreach e,$(EXTENSIONS),$(wildcard $(CAMPAIGN_LOGS)/*.$(e))))
-campaign_names  = $(basename $(patsubst %.gz,%,$(notdir $(campaign_logs))))
 
 campaign: $(FRICTIONLAB)  ## a whole campaign up to its report: the virtual one, or CAMPAIGN_LOGS=folder CAMPAIGN_SCENE=scene.toml
 	@$(if $(filter $(CAMPAIGN)/logs,$(CAMPAIGN_LOGS)),$(MAKE) --no-print-directory $(CAMPAIGN)/logs/truth.jsonl)
@@ -65,32 +64,35 @@ campaign: $(FRICTIONLAB)  ## a whole campaign up to its report: the virtual one,
 $(CAMPAIGN)/logs/truth.jsonl: $(CAMPAIGN_SCENE)
 	$(FRICTIONLAB) synthesize --scene $< -o $(@D)
 
-$(CAMPAIGN)/report.html: $(CAMPAIGN)/.measured $(CAMPAIGN)/names.txt
-	$(FRICTIONLAB) campaign $(campaign_names:%=$(CAMPAIGN)/measurements/%.jsonl) --scene $(CAMPAIGN_SCENE) -o $(@D)
+$(CAMPAIGN)/report.html: $(CAMPAIGN)/.measured
+	@echo "evaluate the campaign: $(words $(campaign_logs)) tests"
+	@$(FRICTIONLAB) campaign $(foreach log,$(campaign_logs),$(call row_of,$(log))) --scene $(CAMPAIGN_SCENE) -o $(@D)
 
-$(CAMPAIGN)/.measured: $(campaign_logs) $(CAMPAIGN_SCENE)
+$(CAMPAIGN)/.measured: $(campaign_logs) $(CAMPAIGN_SCENE) $(CAMPAIGN)/names.txt
 	@test -n "$(campaign_logs)" || { echo "make: no logs in $(CAMPAIGN_LOGS): give CAMPAIGN_LOGS=folder" >&2; exit 2; }
 	@mkdir -p $(CAMPAIGN)/recordings $(CAMPAIGN)/measurements
-	@set -- $(filter $(campaign_logs),$(if $(filter $(CAMPAIGN_SCENE),$?),$^,$?)); echo "ingest and analyze $$# logs"; \
+	@set -- $(sort $(unmeasured_logs) $(filter $(campaign_logs),$(if $(filter $(CAMPAIGN_SCENE),$?),$^,$?))); \
+	test $$# -gt 0 || exit 0; echo "ingest and analyze: $$# logs"; \
 	$(FRICTIONLAB) ingest "$$@" --scene $(CAMPAIGN_SCENE) -o $(CAMPAIGN)/recordings --json > $(CAMPAIGN)/ingested.jsonl \
 		|| test $$? -eq 1 || exit; \
-	$(call by_name,$(CAMPAIGN)/ingested.jsonl); \
-	set -- $$(grep -L '"status": "failed"' $$(for log in "$$@"; do $(call row_of,$$log); done) /dev/null \
-		| grep -v '^/dev/null$$' | sed 's|measurements/\(.*\)\.jsonl$$|recordings/\1.h5|'); \
-	test $$# -eq 0 || $(FRICTIONLAB) analyze "$$@" --scene $(CAMPAIGN_SCENE) --json > $(CAMPAIGN)/analyzed.jsonl \
+	$(call one_row_a_file,$(CAMPAIGN)/ingested.jsonl); \
+	set -- $$(grep -L '"status": "failed"' $$(for log in "$$@"; do $(call shell_row_of,$$log); done) \
+		| sed 's|/measurements/\([^/]*\)\.jsonl$$|/recordings/\1.h5|'); \
+	test $$# -gt 0 || exit 0; \
+	$(FRICTIONLAB) analyze "$$@" --scene $(CAMPAIGN_SCENE) --json > $(CAMPAIGN)/analyzed.jsonl \
 		|| test $$? -eq 1 || exit; \
-	test $$# -eq 0 || { $(call by_name,$(CAMPAIGN)/analyzed.jsonl); }
+	$(call one_row_a_file,$(CAMPAIGN)/analyzed.jsonl)
 	@touch $@
 
-row_of = basename "$(1)" | sed 's|\.gz$$||; s|\.[^.]*$$||; s|^|$(CAMPAIGN)/measurements/|; s|$$|.jsonl|'
+row_of = $(CAMPAIGN)/measurements/$(basename $(patsubst %.gz,%,$(notdir $(1)))).jsonl
+shell_row_of = basename "$(1)" | sed 's|\.gz$$||; s|\.[^.]*$$||; s|^|$(CAMPAIGN)/measurements/|; s|$$|.jsonl|'
+unmeasured_logs = $(foreach log,$(campaign_logs),$(if $(wildcard $(call row_of,$(log))),,$(log)))
 
-# One row a file: row n of the file given belongs to the n-th input.
-define by_name
-for input in "$$@"; do IFS= read -r row <&3; printf '%s\n' "$$row" > "$$($(call row_of,$$input))"; done 3< $(1)
-endef
+# Row n of a file of rows belongs to the n-th input: a failed one too has its row.
+one_row_a_file = for input in "$$@"; do IFS= read -r row <&3; printf '%s\n' "$$row" > "$$($(call shell_row_of,$$input))"; done 3< $(1)
 
 $(CAMPAIGN)/names.txt: always
-	@mkdir -p $(@D); echo '$(campaign_names)' | cmp -s - $@ || echo '$(campaign_names)' > $@
+	@mkdir -p $(@D); echo '$(notdir $(campaign_logs))' | cmp -s - $@ || echo '$(notdir $(campaign_logs))' > $@
 
 always:
 

@@ -10,6 +10,7 @@ from frictionlab.analysis.drift import Trend
 from frictionlab.errors import UsageError
 from frictionlab.tables import Row, plain
 
+CUT = 0.01  # relative: what cutting and sampling the cycles a little differently does to an irregularity index
 LONG_S = 300.0  # from this duration on a test is a long one: it tells drift, and the fit over r leaves it to that
 
 
@@ -119,10 +120,14 @@ class Trial:
 
     @property
     def irregularity_interval(self) -> tuple[float | None, float | None]:
-        """Where the motion's own irregularity lies: noise can add at most its floor, by the triangle inequality."""
+        """Where the motion's own irregularity lies.
+
+        Noise can add at most its floor, by the triangle inequality; how the cycles are cut and sampled moves it by 1 %.
+        """
         if self.irregularity is None:
             return None, None
-        return max(self.irregularity - self.irregularity_floor, 0.0), self.irregularity
+        low = max(self.irregularity - self.irregularity_floor, 0.0)
+        return (1.0 - CUT) * low, (1.0 + CUT) * self.irregularity
 
 
 def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
