@@ -235,7 +235,7 @@ def _crossings(centre: FloatArray, turns: FloatArray, frequency: float, length: 
 
 
 def _slope_error(at: FloatArray, residual: FloatArray, expected: float) -> float:
-    """Standard error of the slope: the sensor's noise, or the scatter about the line where that is larger.
+    """Standard error of the slope: the sensor's noise, or the scatter about the line where that is clearly larger.
 
     Scatter that hangs together from cycle to cycle (a wandering drive) counts by its autocovariance (Newey and West).
     """
@@ -251,8 +251,10 @@ def _slope_error(at: FloatArray, residual: FloatArray, expected: float) -> float
     for lag in range(1, lags + 1):
         together += 2.0 * (1.0 - lag / (lags + 1.0)) * float(np.dot(moment[lag:], moment[:-lag]))
     significant = together > white * (1.0 + 6.0 * math.sqrt((lags + 1.0) / n))
+    noise = expected * expected * spread
+    wanders = significant or white > noise * (1.0 + 2.0 * math.sqrt(2.0 / (n - 2)))
     scatter = together if significant else white
-    return math.sqrt(max(scatter, expected * expected * spread)) / spread
+    return math.sqrt(max(scatter, noise) if wanders else noise) / spread
 
 
 def evenly(time: FloatArray, mass: FloatArray, base: FloatArray, step: float) -> tuple[FloatArray, FloatArray, float]:

@@ -140,8 +140,25 @@ def mean_over(values: FloatArray, used: slice, *, noise: float) -> Mean:
     """
     part = values[used]
     count = len(part)
-    scatter = _long_run_deviation(part if count >= 8 else values, pooled=count > 1)
-    return Mean(float(part.mean()), max(scatter, noise) / math.sqrt(count), count)
+    told_by = part if count >= 8 else values
+    each = _long_run_deviation(told_by, pooled=count > 1) if _is_irregular(told_by, noise) else noise
+    return Mean(float(part.mean()), max(each, noise) / math.sqrt(count), count)
+
+
+def _is_irregular(values: FloatArray, noise: float) -> bool:
+    """Whether cycles scatter, or hang together, by more than noise explains (two, and two and a half, deviations)."""
+    n = len(values)
+    if n < 3:
+        return False
+    excess = float(values.var(ddof=1)) > noise * noise * (1.0 + 2.0 * math.sqrt(2.0 / (n - 1)))
+    return excess or (n >= 12 and lag_one(values) > 2.5 / math.sqrt(n))
+
+
+def lag_one(values: FloatArray) -> float:
+    """Correlation of neighbours about the mean; 0 for a series that does not vary."""
+    about = values - values.mean()
+    square = float(np.dot(about, about))
+    return float(np.dot(about[1:], about[:-1])) / square if square > 0.0 else 0.0
 
 
 def _long_run_deviation(values: FloatArray, *, pooled: bool) -> float:
@@ -149,12 +166,7 @@ def _long_run_deviation(values: FloatArray, *, pooled: bool) -> float:
 
     A lag-one correlation rho that is significant takes n independent cycles to n (1 - rho) / (1 + rho).
     """
-    n = len(values)
-    if n < 3:
-        return 0.0
-    about = values - values.mean()
-    square = float(np.dot(about, about))
-    rho = float(np.dot(about[1:], about[:-1])) / square if square > 0.0 else 0.0
+    n, rho = len(values), lag_one(values)
     together = pooled and rho > 1.64 / math.sqrt(n)
     rho = min(rho + (1.0 + 4.0 * rho) / n, 0.99) if together else 0.0  # the estimate's own bias towards zero
-    return math.sqrt(square / (n - 1) * (1.0 + rho) / (1.0 - rho))
+    return math.sqrt(float(values.var(ddof=1)) * (1.0 + rho) / (1.0 - rho))

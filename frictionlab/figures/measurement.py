@@ -62,7 +62,7 @@ def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
 
 def _response_title(m: Measurement) -> str:
     return (
-        f"{m.regime}, {m.stops_per_cycle:.3g} stops a cycle   amplitude {m.response_amplitude:.4g} ±"
+        f"{m.regime}, {m.stops_per_cycle:.3g} stops a cycle   amplitude {m.response_amplitude:.5g} ±"
         f" {m.response_amplitude_se:.1g} Y   irregularity {_known(m.irregularity_index)}"
     )
 
@@ -73,7 +73,7 @@ def _spectrum_title(m: Measurement) -> str:
 
 
 def _loop_title(m: Measurement) -> str:
-    return f"energy {m.energy_per_cycle:.4g} ± {m.energy_per_cycle_se:.1g} kY² ({m.energy_rule})"
+    return f"energy {m.energy_per_cycle:.5g} ± {m.energy_per_cycle_se:.1g} kY² ({m.energy_rule})"
 
 
 def _known(value: float | None) -> str:
