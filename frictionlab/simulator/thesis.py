@@ -18,7 +18,7 @@ from frictionlab.simulator.problem import Problem
 __all__ = ["ThesisRun", "thesis_run"]
 
 TURN = 2.0 * pi
-MARGIN = 1e-9  # the thesis's epsilon: the restart after a release lies so far behind it (rad)
+MARGIN = 1e-9  # the thesis's epsilon (rad): a slide starts so long after its release, lest the event end it at once
 MOST_EVENTS = 5000  # per cycle
 Floats = NDArray[np.float64]
 
@@ -138,7 +138,7 @@ def _one_cycle(run: _Run) -> None:
         if run.state[1] == 0.0 and abs(pull) <= hold:
             _stick(run, hold)
         else:
-            _slide(run, float(np.sign(run.state[1] or pull)))
+            _slide(run, float(np.sign(run.state[1] or pull)), pull)
     raise SimulationError(
         f"thesis run: events without end: r = {run.problem.r!r}, beta = {run.problem.beta!r}, "
         f"tau = {run.tau!r}; "
@@ -147,11 +147,14 @@ def _one_cycle(run: _Run) -> None:
     )
 
 
-def _slide(run: _Run, side: float) -> None:
-    """Integrate a slide until the velocity is zero or the cycle ends."""
+def _slide(run: _Run, side: float, pull: float) -> None:
+    """Integrate a slide until the velocity is zero or the cycle ends; from rest it starts epsilon later, moving."""
     from scipy.integrate import solve_ivp  # noqa: PLC0415 - 0.6 s that the exact solver does not need
 
     p = run.problem
+    if run.state[1] == 0.0 and run.tau + MARGIN < TURN:
+        run.state[1] = (pull - p.beta * side) / p.r**2 * MARGIN
+        run.tau += MARGIN
     harmonics = list(enumerate(zip(*p.force, strict=True), 1))
 
     def derivative(tau: float, y: Floats) -> tuple[float, float, float, float]:

@@ -31,6 +31,7 @@ __all__ = [
     "find_orbit",
     "frictionless",
     "grows",
+    "holds",
     "newton_target",
     "only_orbit",
     "orbit_from",
@@ -70,6 +71,14 @@ def grows(rig: Rig, force: Force) -> bool:
         if rig[3] == 0.0 and gap(rig[0], i + 1.0) == 0.0 and rig[1] < drive:
             return True
     return False
+
+
+def holds(rig: Rig, force: Force, room: Room) -> bool:
+    """Tell whether static friction holds the mass at rest against the largest force."""
+    if len(force[0]) == 1:
+        return rig[1] * rig[2] >= hypot(force[0][0], force[1][0])
+    carry(rig, force, (0.0, TURN, 1.0, 1.0), 0.0, 0.0, room)
+    return room[1][PATH] == 0.0
 
 
 def frictionless(rig: Rig, force: Force, tau: float) -> tuple[float, float]:
@@ -181,7 +190,7 @@ def continuous_orbit(rig: Rig, force: Force, room: Room) -> tuple[Leg, float, fl
     turn = (phase + atan2(force[1][0], force[0][0])) % TURN
     leg = ((turn + 0.5 * pi) % TURN, pi, 1.0, -1.0)
     amplitude, middle, speed = continuous_state(rig, force, leg[0])
-    if amplitude == 0.0:
+    if amplitude * rig[0] * rig[0] <= rig[1] * (1.0 - 1e-9) or amplitude == 0.0:  # friction would hold it at its turn
         return leg, 0.0, 0.0, False
     z, v, code = carry(rig, force, (turn, pi, 1.0, -1.0), amplitude, 0.0, room)
     miss = hypot(z - amplitude, rig[0] * v) + abs(room[1][PATH] - 2.0 * amplitude)
@@ -213,27 +222,23 @@ def only_orbit(rig: Rig, force: Force, room: Room) -> Found:
 
 
 def orbit_from(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
-    """Return the orbit of a leg, from the better of two guesses.
-
-    They are Den Hartog's orbit (the motion without friction where there is none) and two legs from rest. Where friction
-    brakes any large motion, even at resonance, the motion without friction is none: beside resonance it is so large
-    that it would miss itself by less than it is rounded.
-    """
-    r = rig[0]
-    z, v = frictionless(rig, force, leg[0])
-    hopeless = braked(rig, force)
+    """Return the orbit of a leg, shot for from Den Hartog's orbit, or from rest where that does not exist or help."""
     if len(force[0]) == 1 and rig[3] == 0.0 and rig[1] > 0.0:
-        amplitude, cz, cv = continuous_state(rig, force, leg[0])
-        z, v, hopeless = (cz, cv, False) if amplitude > 0.0 else (z, v, hopeless)
-    iz, iv, _ = carry(rig, force, leg, z, v, room)
-    miss = hypot(iz - z, r * (iv - v))
-    rz, rv = 0.0, 0.0
+        amplitude, z, v = continuous_state(rig, force, leg[0])
+        if amplitude > 0.0:
+            z, v, miss, code = shoot(rig, force, leg, z, v, room, FEW_STEPS)
+            if code == DONE and miss <= 2e-15 * (hypot(z, rig[0] * v) + room[1][PATH]):
+                return leg, z, v, miss, code
+    z, v = 0.0, 0.0
     for _ in range(2):
-        rz, rv, _ = carry(rig, force, leg, rz, rv, room)
-    iz, iv, _ = carry(rig, force, leg, rz, rv, room)
-    near_rest, far = hypot(iz - rz, r * (iv - rv)), hypot(z, r * v)
-    if near_rest < miss and (hopeless or miss > 1e-13 * far):
-        z, v = rz, rv
+        z, v, _ = carry(rig, force, leg, z, v, room)
+    if room[1][STUCK_TIME] == 0.0:  # a motion without stops forgets rest slowly: perhaps friction hardly counts
+        iz, iv, _ = carry(rig, force, leg, z, v, room)
+        miss = hypot(iz - z, rig[0] * (iv - v))
+        fz, fv = frictionless(rig, force, leg[0])
+        iz, iv, _ = carry(rig, force, leg, fz, fv, room)
+        if hypot(iz - fz, rig[0] * (iv - fv)) <= miss:
+            z, v = fz, fv
     z, v, miss, code = shoot(rig, force, leg, z, v, room, MOST_STEPS)
     return leg, z, v, miss, code
 
@@ -275,8 +280,7 @@ def find_orbit(rig: Rig, force: Force, closed: int, room: Room) -> tuple[int, Le
     leg = (0.0, TURN, 1.0, 1.0)
     if grows(rig, force):
         return UNBOUNDED, leg, 0.0, 0.0, 0.0, False
-    carry(rig, force, leg, 0.0, 0.0, room)
-    if room[1][PATH] == 0.0:
+    if holds(rig, force, room):
         return STUCK, leg, 0.0, 0.0, 0.0, False
     if closed >= 0 and len(force[0]) == 1 and rig[3] == 0.0:
         leg, z, v, valid = continuous_orbit(rig, force, room)
