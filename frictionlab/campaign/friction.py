@@ -10,7 +10,7 @@ error. The group's standard error is never below what the scatter of its tests s
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,12 +112,26 @@ def fit_group(trials: Sequence[Trial], law: Law, stiffness: float | None) -> Fri
     stiffness : float or None
         N/m; without it there is a friction ratio but no force and no coefficient.
     """
+    found = _fit(trials, law, stiffness, strict=True)
+    if found.friction_ratio is None and any(_is_soft(v.excluded) for v in found.verdicts):
+        found = _fit(trials, law, stiffness, strict=False)
+        said = "rests on tests that Coulomb's law explains badly, for there are no others"
+        found = replace(found, note="; ".join(filter(None, (said, found.note))))
+    return found
+
+
+def _is_soft(reason: str | None) -> bool:
+    """Whether a test was left out for what it is like, and could still say something."""
+    return reason is not None and reason.startswith(("unsteady", "asymmetric", "unsettled"))
+
+
+def _fit(trials: Sequence[Trial], law: Law, stiffness: float | None, *, strict: bool) -> FrictionFit:
     short = any(not t.is_long for t in trials)
-    reasons = [_screen(t, leave_long=short) for t in trials]
+    reasons = [_screen(t, leave_long=short, strict=strict) for t in trials]
     beta, spread = _start(trials, reasons)
     for _ in range(STEPS):
         estimates = _estimate(trials, law, beta, reasons)
-        reasons = _judge(trials, estimates, reasons, spread)
+        reasons = _judge(trials, estimates, reasons, spread, strict=strict)
         good = np.array([reason is None for reason in reasons])
         if not good.any():
             break
@@ -129,12 +143,14 @@ def fit_group(trials: Sequence[Trial], law: Law, stiffness: float | None) -> Fri
     return _fit_of(trials, law, beta, spread, reasons, stiffness)
 
 
-def _screen(trial: Trial, *, leave_long: bool) -> str | None:
+def _screen(trial: Trial, *, leave_long: bool, strict: bool) -> str | None:
     """Why a test says nothing of one friction ratio, before any fit."""
     if trial.is_long and leave_long:
         return "a long test: in drift.csv"
     if trial.regime == "stuck" or not min(trial.mean) > 0.0:
         return "stuck: it only says that the friction ratio is 1 / (static over kinetic friction) or more"
+    if not strict:
+        return None
     excess = trial.excess_irregularity
     if excess is not None and excess > UNSTEADY:
         return f"unsteady: irregularity {excess:.2g} beyond noise and base; one steady state cannot stand for it"
@@ -192,13 +208,13 @@ def _own_estimate(trial: Trial, here: Local) -> tuple[float, float]:
 
 
 def _judge(
-    trials: Sequence[Trial], estimates: _Estimates, reasons: Sequence[str | None], spread: float
+    trials: Sequence[Trial], estimates: _Estimates, reasons: Sequence[str | None], spread: float, *, strict: bool
 ) -> list[str | None]:
     """Screened tests stay out; the others are judged anew: no steady state, not settled, or far from their group."""
     fresh = [r if r is not None and not r.startswith(("near", "unsettled", "unexplained")) else None for r in reasons]
     for i, (trial, here) in enumerate(zip(trials, estimates.locals, strict=True)):
         if fresh[i] is None:
-            fresh[i] = _by_prediction(trial, here)
+            fresh[i] = _by_prediction(trial, here, strict=strict)
     good = np.array([reason is None for reason in fresh]) & np.isfinite(estimates.value)
     if good.sum() < 3:
         return fresh
@@ -211,11 +227,11 @@ def _judge(
     return fresh
 
 
-def _by_prediction(trial: Trial, here: Local | None) -> str | None:
+def _by_prediction(trial: Trial, here: Local | None, *, strict: bool) -> str | None:
     if here is None:
         return "near resonance: by Coulomb's law the response grows without bound"
     left = here.here.memory**trial.cycles_before
-    if left > UNSETTLED and trial.settled_s is None:
+    if strict and left > UNSETTLED and trial.settled_s is None:
         return f"unsettled: by Coulomb's own reckoning {left:.0%} of the transient is left where it was measured"
     return None
 
@@ -279,7 +295,7 @@ def _fit_of(
         high=beta + reach * error,
         freedom=freedom,
         scatter=spread / beta if freedom else None,
-        note=_note(int(good.sum()), len(verdicts), newtons),
+        note=_note(int(good.sum()), sum(not v.trial.is_long for v in verdicts) or len(verdicts), newtons),
     )
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from frictionlab.campaign import CRITERIA, Campaign, Drift, FrictionFit, Rank, Trial, Verdict
+from frictionlab.campaign.trials import short_name
 
 DASH = "–"
 
@@ -204,7 +205,7 @@ def _test(trial: Trial, verdict: Verdict | None) -> str:
     predicted = verdict.predicted.energy if verdict is not None and verdict.predicted is not None else None
     remark = trial.reason or (verdict.excluded if verdict is not None else None)
     return _row(
-        words(trial.source),
+        f'<td title="{escape(trial.source)}">{escape(short_name(trial.source))}</td>',
         words(state),
         words(trial.material),
         number(trial.normal_force_n),

@@ -145,6 +145,13 @@ def test_nothing_but_stuck_tests_gives_no_number_and_says_so() -> None:
     assert found.note == "no friction ratio: every test was left out (stuck)"
 
 
+def test_where_all_tests_are_unsteady_they_serve_and_it_is_said() -> None:
+    rows = [{**row("steel", FORCE, r, TRUE, noise=0.01), "irregularity_index": 0.5} for r in RATIOS]
+    found = fit([trial_of(r) for r in rows])
+    assert known(found.friction_coefficient) == pytest.approx(TRUE, rel=0.02)
+    assert found.note == "rests on tests that Coulomb's law explains badly, for there are no others"
+
+
 def test_one_test_alone_says_that_its_scatter_is_not_known() -> None:
     found = fit(trials_of(ratios=(0.7,)))
     assert known(found.friction_coefficient) == pytest.approx(TRUE, rel=1e-6)
