@@ -32,9 +32,9 @@ class Smoother:
     """How cycles are smoothed, decided from all of them.
 
     ``mean`` (points/2 + 1,) complex: Fourier coefficients of the smoothed mean cycle; ``own_gain`` (points/2 + 1,):
-    what is kept of a cycle's deviation, by harmonic; ``x_noise``, ``v_noise``: rms of the noise left in one point of
-    x and v; ``x_tail``: what the harmonics that drown in noise may add to an extreme; ``resolution``: the shortest
-    time that can be told apart, in radians of tau.
+    what is kept of a cycle's deviation, by harmonic; ``x_noise``, ``v_noise``: rms of the error left in one point of
+    x and v (v: with the harmonics given up); ``x_tail``: what the harmonics that drown in noise may add to an extreme;
+    ``resolution``: the shortest time that can be told apart, in radians of tau.
     """
 
     mean: NDArray[np.complex128]
@@ -72,12 +72,13 @@ def smoother(rows: FloatArray, *, noise: float, samples: float) -> Smoother:
     left[0] *= 0.5
     kept = np.flatnonzero((mean_gain > 0.0) | (own_gain > 0.0))
     top = max(1, int(kept[-1]))
+    drowned = _KEPT_FROM * math.sqrt(floor / n)  # amplitude of the first harmonic given up; the others fall as k^-3
     return Smoother(
         mean=lines * mean_gain,
         own_gain=own_gain,
         x_noise=math.sqrt(float(left.sum())),
-        v_noise=math.sqrt(float((left * k * k).sum())),
-        x_tail=_KEPT_FROM * 0.5 * top * math.sqrt(floor / n),  # harmonics fall as k^-3: 2 c K^3 sum of odd k^-3
+        v_noise=math.hypot(math.sqrt(float((left * k * k).sum())), drowned * math.sqrt(top**3 / 3.0)),
+        x_tail=0.5 * top * drowned,  # all of them in phase at an extreme
         resolution=math.pi / top,
     )
 

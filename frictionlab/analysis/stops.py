@@ -24,11 +24,12 @@ class Thresholds:
     """When the mass counts as standing.
 
     ``still``: velocity (by tau) it must fall below; the second threshold is twice that; ``dwell``: the shortest stop,
-    radians of tau.
+    ``blur``: the shortest motion between two stops, radians of tau.
     """
 
     still: float
     dwell: float
+    blur: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ class Pauses:
 
 def thresholds(v_noise: float, resolution: float) -> Thresholds:
     """Thresholds for a velocity with this much noise (by tau) and this resolution (radians of tau)."""
-    return Thresholds(still=max(3.0 * v_noise, 1e-3), dwell=max(0.0075 * TURN, 0.3 * resolution))
+    return Thresholds(max(3.0 * v_noise, 1e-3), dwell=max(0.0075 * TURN, 0.3 * resolution), blur=resolution)
 
 
 def pauses(v: FloatArray, still: float) -> Pauses:
@@ -110,12 +111,22 @@ def joined(parts: list[Pauses], firsts: list[int], cycles: int, points: int) -> 
 
 
 def stops_of(found: Pauses, how: Thresholds, points: int) -> Stops:
-    """The pauses in which the mass stands for at least the shortest dwell."""
+    """The pauses in which the mass stands for at least the shortest dwell; those that only a ripple parts are one."""
     step = TURN / points
+    found = _without_ripple(found, how.blur / step)
     begin = found.inner_begin + (found.inner_begin - found.outer_begin)
     end = found.inner_end - _LEAVING * (found.outer_end - found.inner_end)
     stands = (end - begin) * step >= how.dwell
     return Stops(begin[stands] * step, end[stands] * step)
+
+
+def _without_ripple(found: Pauses, blur: float) -> Pauses:
+    """Join neighbours that are parted by less than the velocity's resolution (points)."""
+    if len(found.outer_begin) < 2:
+        return found
+    parted = found.outer_begin[1:] - found.outer_end[:-1] > blur
+    first, last = np.concatenate([[True], parted]), np.concatenate([parted, [True]])
+    return Pauses(found.outer_begin[first], found.inner_begin[first], found.inner_end[last], found.outer_end[last])
 
 
 def runs(mask: BoolArray) -> tuple[IntArray, IntArray]:
