@@ -22,7 +22,7 @@ comparisons  := $(names:%=$(OUT)/comparisons/%.jsonl)
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all always campaign chain help sample-data test check format clean
+.PHONY: all always campaign chain help sample-data tradeoff stability test check format clean
 
 all: $(FRICTIONLAB)  ## ingest, analyze and compare all logs, then print the table (the default)
 	@test -n "$(logs)" || { echo "make: no logs in $(LOGS): expected *.csv (or $(EXTENSIONS)); give LOGS=folder" >&2; exit 2; }
@@ -100,6 +100,12 @@ sample-data: $(FRICTIONLAB)  ## make sample_data again, bit for bit, from config
 	$(FRICTIONLAB) synthesize --scene configs/sample_data.toml -o sample_data
 	$(MAKE) build/comparisons/steel_N1.25_r0.3.jsonl LOGS=sample_data SCENE=configs/sample_data.toml OUT=build
 	cp build/figures/steel_N1.25_r0.3.comparison.png sample_data/
+
+tradeoff: $(FRICTIONLAB)  ## measure error and time of every accuracy knob on this machine
+	$(FRICTIONLAB) tradeoff -o $(OUT)/tradeoff
+
+stability: $(FRICTIONLAB)  ## draw how errors grow with cycles, towards resonance and with noise
+	$(BIN)/python -m frictionlab.figures.stability $(OUT)/figures
 
 test: .venv/.test  ## install what is needed to test, then run all tests
 	$(BIN)/python -m pytest

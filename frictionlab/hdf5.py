@@ -28,7 +28,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, fields
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import h5py
 import numpy as np
@@ -47,6 +47,7 @@ from frictionlab.recording import (
     SourceFile,
 )
 
+Compression = Literal["lzf", 1, 4, 9, None]
 FORMAT = "frictionlab recording"
 FORMAT_VERSION = 1
 ARRAYS = {
@@ -102,12 +103,22 @@ def is_recording(path: Path) -> bool:
         return False
 
 
-def image_of(recording: Recording, *, created: datetime | None = None) -> memoryview:
-    """Build the bytes of a recording's file; only ``created`` differs between two images of one recording."""
+def image_of(
+    recording: Recording,
+    *,
+    created: datetime | None = None,
+    precision: Literal["f8", "f4"] = "f8",
+    compression: Compression = None,
+) -> memoryview:
+    """Build the bytes of a recording's file; only ``created`` differs between two images of one recording.
+
+    ``precision`` and ``compression`` of the displacements are knobs of the trade (`frictionlab tradeoff`): commands
+    write doubles as they are, which is fastest and loses nothing. gzip shuffles its bytes first.
+    """
     buffer = io.BytesIO()
     with h5py.File(buffer, "w", track_order=True) as file:
         _write_root(file, recording, created or datetime.now(UTC))
-        _write_arrays(file, recording)
+        _write_arrays(file, recording, precision, compression)
         _write_source(file.create_group("source", track_order=True), recording.source)
         _write_experiment(file.create_group("experiment", track_order=True), recording.experiment)
         _write_nexus(file)
@@ -148,14 +159,15 @@ def _write_root(file: h5py.File, recording: Recording, created: datetime) -> Non
     file.attrs["default"] = "entry"
 
 
-def _write_arrays(file: h5py.File, recording: Recording) -> None:
-    time = file.create_dataset("time", data=recording.time)
+def _write_arrays(file: h5py.File, recording: Recording, precision: str, compression: Compression) -> None:
+    filters: dict[str, Any] = {} if compression is None else {"compression": compression, "shuffle": True}
+    time = file.create_dataset("time", data=recording.time, **filters)
     time.attrs.update({"units": "s", "long_name": "time", "axis": "T"})
     if "start_time" in recording.source.dialect:
         time.attrs["start_time"] = str(recording.source.dialect["start_time"])
     time.make_scale("time")
     for name, words in ARRAYS.items():
-        dataset = file.create_dataset(name, data=getattr(recording, name))
+        dataset = file.create_dataset(name, data=getattr(recording, name), dtype=precision, **filters)
         dataset.attrs.update({"units": "m", "long_name": words, "ancillary_variables": "quality"})
         dataset.dims[0].attach_scale(time)
     quality = file.create_dataset("quality", data=recording.quality)

@@ -21,6 +21,7 @@ from frictionlab.cli.show import show
 from frictionlab.cli.simulate import simulate
 from frictionlab.cli.sweep import sweep
 from frictionlab.cli.synthesize import synthesize
+from frictionlab.cli.tradeoff import tradeoff
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
 from frictionlab.threads import use_one_thread
 
@@ -76,6 +77,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     simulate,
     sweep,
     synthesize,
+    tradeoff,
     show,
 )  # in the order of the data
 

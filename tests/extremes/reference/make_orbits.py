@@ -361,7 +361,8 @@ def cases() -> list[Case]:
     damped = [Case(r, beta, 1.0, zeta) for r in (0.3, 1.0, 3.0) for beta in (0.4, 0.9) for zeta in (1e-9, 1.0, 10.0)]
     damped += [Case(1.0, 0.4, 1.0, 1e-3), Case(0.5, 0.1, 3.0, 0.02)]
     damped = [case for case in damped if not (case.r == 1.0 and case.zeta == 1e-9 and case.beta == 0.4)]
-    return [*wide, *close, *braked, *resonant, *fractions, *betas, *limits, *static, *damped]
+    trade = [Case(0.7, 0.5), Case(0.95, 0.1)]  # with (0.5, 0.4): the references of frictionlab.tradeoff
+    return [*wide, *close, *braked, *resonant, *fractions, *betas, *limits, *static, *damped, *trade]
 
 
 def solve(case: Case) -> dict[str, Any] | str:

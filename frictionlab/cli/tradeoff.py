@@ -1,0 +1,57 @@
+"""``frictionlab tradeoff``: error against time for every accuracy knob, on this machine."""
+
+from collections import defaultdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from frictionlab.cli.options import AsJson, Force, Quiet
+from frictionlab.cli.output import print_table
+from frictionlab.cli.progress import track
+from frictionlab.tables import check_output, json_line, write_rows
+
+if TYPE_CHECKING:
+    from frictionlab.tradeoff import Setting
+
+COLUMNS = ("knob", "setting", "quantity", "error", "seconds", "default", "dominated", "over_bound", "size_bytes")
+
+
+def tradeoff(
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="FOLDER", help="Write tradeoff.csv and one figure a family here."),
+    ] = None,
+    as_json: AsJson = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Measure error against time for every accuracy knob, on this machine; about a minute.
+
+    Example: frictionlab tradeoff -o build/tradeoff
+    """
+    from frictionlab.tradeoff import FAMILIES, measure_trade
+
+    if output is not None:
+        output.mkdir(parents=True, exist_ok=True)
+        check_output(output / "tradeoff.csv", force=force)
+    families: dict[str, list[tuple[Setting, ...]]] = defaultdict(list)
+    total = sum(len(knobs) for knobs in FAMILIES.values())
+    for family, settings in track(measure_trade(), total=total, title="tradeoff", quiet=quiet or as_json):
+        families[family].append(settings)
+        for setting in settings if as_json else ():
+            typer.echo(json_line(setting.row()))
+    rows = [setting.row() for knobs in families.values() for settings in knobs for setting in settings]
+    if not (as_json or quiet):
+        print_table(rows, COLUMNS)
+    if output is not None:
+        write_rows(rows, output / "tradeoff.csv", force=force)
+        _draw(families, output)
+
+
+def _draw(families: "dict[str, list[tuple[Setting, ...]]]", folder: Path) -> None:
+    from frictionlab.figures.style import save
+    from frictionlab.figures.tradeoff import family_figure
+
+    for family, knobs in families.items():
+        save(family_figure(knobs), folder / f"tradeoff_{family}.png")

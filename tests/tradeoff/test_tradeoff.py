@@ -1,0 +1,108 @@
+"""The trade: what is measured is deterministic but for seconds, referenced, and marked as the contract says."""
+
+import json
+import math
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from frictionlab.accuracy import LEVELS, accuracy_of, with_accuracy
+from frictionlab.cli import app
+from frictionlab.errors import UsageError
+from frictionlab.scene import Scene
+from frictionlab.simulator import Problem
+from frictionlab.tradeoff import FAMILIES, Setting, files, marked, measure, pareto_front, setting, signals, simulation
+
+ROOT = Path(__file__).parents[2]
+README = ROOT / "frictionlab" / "tradeoff" / "README.md"
+ORBITS = json.loads((ROOT / "tests" / "extremes" / "reference" / "orbits.json").read_text(encoding="utf-8"))
+CONTRACT = ["knob", "setting", "quantity", "error", "seconds", "default", "dominated"]
+QUICK = (simulation.physics, signals.padding, signals.points_per_cycle, signals.accuracy_of_analyze, files.storage)
+Knob = Callable[[], tuple[Setting, ...]]
+
+
+@pytest.fixture(autouse=True)
+def _once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run each setting once: the tests look at errors."""
+    monkeypatch.setattr(setting, "LAPS", 1)
+
+
+@pytest.mark.parametrize(
+    ("problem", "energy"),
+    [
+        (simulation.CONTINUOUS, simulation.CONTINUOUS_ENERGY),
+        (simulation.STICK_SLIP, simulation.STICK_SLIP_ENERGY),
+        (simulation.SLOW, simulation.SLOW_ENERGY),
+    ],
+)
+def test_the_references_are_the_fifty_digit_orbits(problem: Problem, energy: float) -> None:
+    (row,) = [row for row in ORBITS if (row["r"], row["beta"]) == (problem.r.hex(), problem.beta.hex())]
+    assert energy == float(row["energy_per_cycle"])
+
+
+def test_there_are_at_least_eight_knobs_each_with_its_figure() -> None:
+    assert sum(len(knobs) for knobs in FAMILIES.values()) >= 8
+
+
+@pytest.mark.parametrize("knob", QUICK, ids=lambda knob: knob.__name__)
+def test_a_knob_has_one_default_a_reference_and_the_same_errors_each_time(knob: Knob) -> None:
+    first, second = knob(), knob()
+    assert [s.default for s in first].count(True) == 1
+    assert all(s.reference and math.isfinite(s.error) and s.seconds > 0 for s in first)
+    assert [(s.setting, s.error) for s in first] == [(s.setting, s.error) for s in second]
+
+
+def test_the_command_prints_the_contracts_keys(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(measure, "FAMILIES", {"files": (files.storage,)})
+    done = CliRunner().invoke(app, ["tradeoff", "--json", "-o", str(tmp_path)])
+    assert done.exit_code == 0, done.output
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    assert len(rows) == len(files.STORED)
+    assert all(list(row)[:7] == CONTRACT for row in rows)
+    assert {path.name for path in tmp_path.iterdir()} == {"tradeoff.csv", "tradeoff_files.png"}
+
+
+POSITIVE = st.floats(1e-12, 1e3)
+
+
+@given(st.lists(st.tuples(POSITIVE, POSITIVE), min_size=1, max_size=12))
+def test_of_any_settings_the_fastest_and_the_most_accurate_are_never_beaten(pairs: list[tuple[float, float]]) -> None:
+    settings = marked([Setting("k", str(i), "q", error, seconds) for i, (error, seconds) in enumerate(pairs)])
+    front = pareto_front(settings)
+    assert min(settings, key=lambda s: (s.seconds, s.error)) in front
+    assert min(settings, key=lambda s: (s.error, s.seconds)) in front
+    assert all(any(setting.beats(other, s) for other in settings) == s.dominated for s in settings)
+
+
+def test_equal_errors_and_equal_times_beat_nothing() -> None:
+    same_error = marked([Setting("k", "a", "q", 0.0, 1.0), Setting("k", "b", "q", 1e-16, 9.0)])
+    same_time = marked([Setting("k", "a", "q", 1e-3, 1.0), Setting("k", "b", "q", 1e-9, 0.9)])
+    assert not any(s.dominated for s in (*same_error, *same_time))
+
+
+def test_a_level_of_accuracy_is_its_knobs() -> None:
+    assert accuracy_of(Scene()) == "balanced"
+    for level in LEVELS:
+        assert accuracy_of(with_accuracy(Scene(), level)) == level
+    own = Scene.model_validate({"analysis": {"padding": 7}})
+    assert accuracy_of(own) == "own"
+    with pytest.raises(UsageError, match="accuracy: expected one of fast, balanced, exact; got 'sloppy'"):
+        with_accuracy(Scene(), "sloppy")
+
+
+@pytest.mark.parametrize(
+    "knob",
+    [signals.accuracy_of_analyze, signals.accuracy_of_compare_numeric, signals.padding],
+    ids=lambda k: k.__name__,
+)
+def test_the_readmes_errors_are_in_step(knob: Knob) -> None:
+    written = dict(
+        re.findall(r"^\| (.+? \| .+?) \| [^|]*? \| ([-+.e0-9]+) \|", README.read_text("utf-8"), re.MULTILINE)
+    )
+    for s in knob():
+        assert float(written[f"{s.knob} | {s.setting}"]) == pytest.approx(s.error, rel=0.02)
