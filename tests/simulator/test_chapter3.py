@@ -1,0 +1,173 @@
+"""The thesis's chapter 3 as physics: its claims where they hold, and where they do not, the proof."""
+
+from functools import cache
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator import (
+    Problem,
+    continuous_amplitude,
+    continuous_energy,
+    friction_limit,
+    last_cycle,
+    steady_state,
+    sweep,
+    thesis_run,
+    viscous_amplitude,
+    viscous_energy,
+)
+
+BETAS = tuple(round(0.1 * i, 1) for i in range(1, 10))
+RATIOS = tuple(round(0.05 * i, 2) for i in range(1, 51))
+
+
+@cache
+def energies() -> np.ndarray:
+    return sweep(RATIOS, BETAS).datasets()["energy_per_cycle"][:, :, 0, 0]
+
+
+@cache
+def stops() -> np.ndarray:
+    return sweep(RATIOS, BETAS).datasets()["stops_per_cycle"][:, :, 0, 0]
+
+
+@settings(deadline=None, max_examples=80)
+@given(r=st.floats(0.05, 20.0), share=st.floats(1e-6, 1.0 - 1e-9))
+def test_below_the_limit_the_closed_form_is_the_orbit(r: float, share: float) -> None:
+    beta = share * friction_limit(r)
+    if beta < 1e-9:
+        return
+    state = steady_state(Problem(r, beta), solver="exact")
+    assert state.stops_per_cycle == 0
+    assert state.energy_per_cycle == pytest.approx(continuous_energy(r, beta), rel=1e-10)
+    assert state.response_amplitude == pytest.approx(continuous_amplitude(r, beta), rel=1e-10)
+
+
+@settings(deadline=None, max_examples=80)
+@given(r=st.floats(0.05, 20.0))
+def test_at_the_limit_stops_begin(r: float) -> None:
+    limit = friction_limit(r)
+    if limit < 1e-6 or abs(r - 1.0) < 1e-3:
+        return
+    assert steady_state(Problem(r, limit * (1 - 1e-9))).solver == "closed-form"
+    above = steady_state(Problem(r, limit * (1 + 1e-9)))
+    assert above.solver == "exact"
+    assert (above.stops_per_cycle or 0) > 0
+
+
+@pytest.mark.parametrize("n", range(1, 9))
+def test_the_limit_at_even_subharmonics_is_the_bound_of_eq_3_3(n: int) -> None:
+    assert friction_limit(1 / (2 * n)) == pytest.approx(1 / (4 * n * n - 1), rel=1e-12)
+    assert friction_limit(1 / (2 * n + 1)) < 1e-14
+
+
+def test_the_limit_is_smooth_through_resonance() -> None:
+    slopes = [(friction_limit(1 + d) - pi / 4) / d for d in (1e-3, 1e-6, 1e-9, -1e-9, -1e-6, -1e-3)]
+    assert friction_limit(1.0) == pytest.approx(pi / 4, rel=1e-15)
+    assert slopes == pytest.approx([slopes[0]] * 6, rel=5e-3)
+
+
+@pytest.mark.parametrize("d", [1e-3, 1e-6, 1e-9, 1e-12, -1e-15, -1e-9, -1e-4])
+def test_beside_resonance_the_amplitude_follows_its_limit(d: float) -> None:
+    # X = sqrt(1/4 - 4 beta^2 / pi^2) / |d| as d = r - 1 goes to 0
+    beta = 0.4
+    exact_d = (1.0 + d) - 1.0
+    assert continuous_amplitude(1.0 + d, beta) * abs(exact_d) == pytest.approx(
+        np.sqrt(0.25 - 4 * beta**2 / pi**2), rel=2 * abs(d) + 1e-12
+    )
+
+
+def test_the_closed_form_refuses_stops() -> None:
+    with pytest.raises(SimulationError, match=r"expected beta from 0 to 0\.333333333333"):
+        continuous_amplitude(0.5, 0.4)
+
+
+def test_friction_and_hysteresis_energies_agree_over_the_continuous_domain() -> None:
+    # Fig. 3.4: 4 beta X (2.23) against the loop's area (2.18)
+    for r in RATIOS[4:]:
+        for beta in BETAS[:8]:
+            if r != 1.0 and beta < friction_limit(r):
+                state = steady_state(Problem(r, beta), solver="exact")
+                assert state.closure_error is not None
+                assert state.energy_per_cycle == pytest.approx(continuous_energy(r, beta), rel=1e-11)
+                assert state.closure_error < 1e-11 * continuous_energy(r, beta)
+
+
+def test_beta_nine_tenths_only_sticks_and_slips() -> None:
+    assert (stops()[:, 8] > 0).all()
+    assert max(friction_limit(r) for r in np.linspace(0.02, 5.0, 2000)) < 0.9
+    continuous = [r for r in np.linspace(0.5, 1.2, 701) if friction_limit(float(r)) > 0.8]
+    assert continuous[0] == pytest.approx(0.77, abs=0.01)  # Fig. 3.4's range at beta = 0.8
+    assert continuous[-1] == pytest.approx(0.96, abs=0.01)
+
+
+def test_above_resonance_more_friction_dissipates_less_and_one_half_the_most() -> None:
+    high = np.array(RATIOS) > 1.2
+    assert (np.argmax(energies()[high], axis=1) == BETAS.index(0.5)).all()
+    assert (energies()[high, 8] < energies()[high, 0]).all()
+
+
+def test_the_peak_moves_left_with_friction() -> None:
+    peaks = [RATIOS[int(np.nanargmax(energies()[:, j]))] for j in (7, 8)]
+    assert peaks[0] < 1.0  # beta = 0.8
+    assert peaks[1] < peaks[0] - 0.2  # beta = 0.9: considerably more
+
+
+def test_bumps_at_low_frequency_come_with_changing_stops() -> None:
+    r = np.arange(0.02, 0.3, 0.002)
+    for beta in (0.1, 0.3, 0.5):
+        states = sweep(r.tolist(), [beta]).datasets()
+        slope = np.diff(states["energy_per_cycle"].ravel())
+        assert (np.diff(np.sign(slope)) != 0).sum() >= 4
+        assert len(set(states["stops_per_cycle"].ravel().tolist())) >= 4
+
+
+def test_high_friction_has_two_stick_slip_regions() -> None:
+    for beta in (0.6, 0.7, 0.8):
+        slips = stops()[:, BETAS.index(beta)] > 0
+        slips[RATIOS.index(1.0)] = False
+        assert slips[0]
+        assert not slips.all()
+        assert (np.diff(slips.astype(int)) != 0).sum() == (1 if beta == 0.6 and not slips[-1] else 2)
+
+
+def test_the_viscous_formula_is_the_hysteresis_of_the_oscillator_without_friction() -> None:
+    for r in (0.1, 0.7, 1.0, 2.5):
+        for zeta in (0.1, 0.5, 0.9, 1.0, 3.0):
+            state = steady_state(Problem(r, 0.0, zeta=zeta))
+            assert state.energy_per_cycle == pytest.approx(viscous_energy(r, zeta), rel=1e-12)
+            assert state.response_amplitude == pytest.approx(viscous_amplitude(r, zeta), rel=1e-12)
+            assert state.closure_error is not None
+            assert state.closure_error < 1e-12 * viscous_energy(r, zeta)
+
+
+def test_the_thesis_method_converges_to_the_exact_orbit() -> None:
+    exact = steady_state(Problem(0.5, 0.4)).energy_per_cycle
+    errors = []
+    for rtol in (1e-3, 1e-5, 1e-7):
+        run = thesis_run(Problem(0.5, 0.4), cycles=30, rtol=rtol, atol=rtol * 1e-3)
+        assert run.stops == 2
+        errors.append(abs(run.energy_input / exact - 1.0) if exact else 1.0)
+    assert errors[0] < 2e-3  # default tolerances
+    assert errors[2] < 1e-5
+    assert errors[2] < errors[0]
+
+
+def test_the_thesis_viscous_oscillator() -> None:
+    run = thesis_run(Problem(0.8, 0.0, zeta=0.3), cycles=15, rtol=1e-6, atol=1e-9)
+    assert run.energy_input == pytest.approx(viscous_energy(0.8, 0.3), rel=1e-4)
+    assert run.energy_dissipated == pytest.approx(run.energy_input, rel=1e-5)
+    assert run.loop_area == pytest.approx(run.energy_input, rel=0.2)  # the area over its few points is coarse
+
+
+def test_the_thesis_solver_by_name_says_that_it_has_not_settled() -> None:
+    state = last_cycle(Problem(0.95, 0.1), cycles=20, solver="thesis")
+    assert state.outcome == "not settled"
+    assert state.solver == "thesis"
+    with pytest.raises(SimulationError, match="cycles; expected >= 1"):
+        thesis_run(Problem(0.5, 0.4), cycles=0)

@@ -1,0 +1,86 @@
+"""Plain or compiled, in one chunk or many, in one process or two: the same bits."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictionlab.errors import UsageError
+from frictionlab.simulator import engine, sweep
+from frictionlab.simulator.problem import COSINE, Base, Wall
+from frictionlab.simulator.sweep import sweep_points
+
+POINTS = np.array(
+    [
+        (0.5, 0.4, 1.0, 0.0),
+        (0.7, 0.5, 1.0, 0.0),
+        (0.03, 0.3, 1.0, 0.0),
+        (1.0, 0.3, 1.0, 0.0),
+        (1.0 + 1e-12, 0.3, 1.0, 0.0),
+        (0.4, 0.3, 1.7, 0.0),
+        (0.4, 0.3, 1.0, 0.05),
+        (0.4, 0.3, 1.0, 1.0),
+        (2.0, 0.9, 1.2, 7.0),
+        (0.6, 1.1, 1.0, 0.0),
+    ]
+)
+
+
+@pytest.mark.timeout(300)  # compiles once on a new machine
+@pytest.mark.parametrize(("wall", "base"), [("fixed", COSINE), ("base", Base((1.0, 0.1, 0.05), (0.0, 0.02)))])
+def test_plain_and_compiled_kernels_give_the_same_bits(wall: Wall, base: Base, monkeypatch: pytest.MonkeyPatch) -> None:
+    fast = sweep_points(POINTS, wall, base, fast=True)
+    monkeypatch.setattr(engine, "is_worth_it", lambda _: False)
+    slow = sweep_points(POINTS, wall, base, fast=False)
+    np.testing.assert_array_equal(slow, fast)
+
+
+def test_chunks_do_not_matter() -> None:
+    whole = sweep_points(POINTS, "fixed", COSINE, fast=False)
+    parts = [sweep_points(POINTS[i : i + 1], "fixed", COSINE, fast=False) for i in range(len(POINTS))]
+    np.testing.assert_array_equal(whole, np.vstack(parts))
+
+
+def test_a_map_has_its_axes_in_order() -> None:
+    states = sweep([0.3, 0.5], [0.2, 0.4, 0.6], zeta=[0.0, 0.1])
+    rows = list(states.rows())
+    assert states.shape == (2, 3, 1, 2)
+    assert [(row["r"], row["beta"], row["zeta"]) for row in rows[:3]] == [
+        (0.3, 0.2, 0.0),
+        (0.3, 0.2, 0.1),
+        (0.3, 0.4, 0.0),
+    ]
+    energy = states.datasets()["energy_per_cycle"]
+    assert energy[1, 1, 0, 0] == pytest.approx(2.1260422664, abs=1e-10)
+    assert rows[8]["energy_per_cycle"] == energy[1, 1, 0, 0]
+
+
+def test_an_empty_axis_is_refused() -> None:
+    with pytest.raises(UsageError, match="beta; expected at least one value"):
+        sweep([0.5], [])
+
+
+def test_importing_the_simulator_loads_neither_compiler_nor_scipy() -> None:
+    code = "import sys, frictionlab.simulator as s; s.steady_state(s.Problem(0.5, 0.4)); print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"numba", "scipy", "pandas", "matplotlib", "h5py"} & set(loaded)
+
+
+def test_machine_code_is_kept_outside_the_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    folder = engine.machine_code_folder()
+    assert folder.is_relative_to(tmp_path)
+    assert Path(str(engine.__file__)).parent not in folder.parents
+
+
+def test_where_nothing_can_be_kept_the_kernel_still_compiles(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    blocked = tmp_path / "a file, not a folder"
+    blocked.write_text("")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(blocked))
+    code = "from frictionlab.simulator import engine; print(engine.compiled().kernel.gap(0.5, 2.0))"
+    run = [sys.executable, "-c", code]
+    done = subprocess.run(run, capture_output=True, text=True, env=dict(os.environ), check=False)
+    assert done.stdout.strip() == "0.0", done.stderr

@@ -1,0 +1,135 @@
+"""No event is stepped over, the decision at v = 0 comes first, and chatter has a name."""
+
+from math import acos, cos, pi, sin
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator import Base, Problem, simulate
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.kernel.events import release, slide_end
+from frictionlab.simulator.kernel.layout import Force
+from frictionlab.simulator.kernel.motion import local_force, make_rig, slide_at
+from frictionlab.simulator.trajectory import refuse_chatter
+from tests.simulator import naive
+
+
+def force_of(cosine: list[float], sine: list[float]) -> Force:
+    return cosine, sine, [0.0] * len(cosine), [0.0] * len(cosine)
+
+
+@settings(deadline=None, max_examples=200)
+@given(
+    r=st.floats(0.02, 10.0),
+    zeta=st.sampled_from([0.0, 0.0, 0.03, 1.0, 4.0]),
+    tau=st.floats(0.0, 6.28),
+    z=st.floats(-1.5, 1.5),
+    v=st.floats(0.001, 3.0),
+    third=st.floats(-0.3, 0.3),
+)
+def test_before_the_end_of_a_slide_the_velocity_keeps_its_sign(
+    r: float, zeta: float, tau: float, z: float, v: float, third: float
+) -> None:
+    force = force_of([1.0, 0.0, third], [0.0, 0.1, 0.0])
+    rig = make_rig(r, 0.3, 1.0, zeta, force)
+    push, rate = local_force(tau, force)
+    start = (z, v, (push - z - 0.3 - 2 * zeta * r * v) / r**2)
+    t, _, end, a = slide_end(rig, force, start, 1.0, rate, 2 * pi, [0.0] * layout.TALLY)
+    before = [slide_at(s, rig, force, start)[1] for s in np.linspace(0.0, t * (1 - 1e-9), 500)]
+    assert min(before) > -1e-13 * (v + 1.0 / r)
+    if t < 2 * pi:
+        assert end == 0.0
+        assert abs(slide_at(t, rig, force, start)[1]) <= 1e-13 * (v + 1.0 / r**2)
+        assert a <= 1e-9 / r**2
+
+
+@pytest.mark.parametrize("depth", [1e-3, 1e-6, 1e-9, 1e-12, -1e-3, -1e-6, -1e-9, -1e-12])
+@pytest.mark.parametrize("r", [0.02, 0.05, 0.5])
+def test_a_grazing_stop_is_met_or_passed_as_it_must_be(r: float, depth: float) -> None:
+    # about the mean speed of a rising force the mass vibrates freely: its least speed is close to `depth`
+    force, tau, least = force_of([1.0], [0.0]), 1.5 * pi, 0.6 * r
+    rig = make_rig(r, 0.1, 1.0, 0.0, force)
+    push, rate = local_force(tau, force)
+    gain = -(1.0 - depth) * sin(least / r) / r
+    start = (push - 0.1 - r * r * gain, 1.0 - (1.0 - depth) * cos(least / r), gain)
+    t, _, v, _ = slide_end(rig, force, start, 1.0, rate, 2.0 * least, [0.0] * layout.TALLY)
+    times = np.linspace(0.0, 2.0 * least, 20001)
+    speeds = np.array([slide_at(s, rig, force, start)[1] for s in times])
+    if speeds.min() > 0.0:
+        assert t == 2.0 * least or speeds.min() < 1e-8  # between two samples it may dip below
+    else:
+        assert v == 0.0
+        assert t <= times[int(np.argmax(speeds <= 0.0))]
+
+
+def test_at_rest_the_decision_comes_before_the_search() -> None:
+    held = simulate(Problem(0.5, 0.4), cycles=1, x0=0.7)  # |cos 0 - 0.7| = 0.3 <= 0.4: sticks
+    assert held.side[0] == 0.0
+    assert held.duration[0] == pytest.approx(acos(0.3), abs=1e-15)  # until cos(tau) - 0.7 = -0.4
+    assert held.side[1] == -1.0
+    free = simulate(Problem(0.5, 0.4), cycles=1, x0=0.5)
+    assert free.side[0] == 1.0
+    static = simulate(Problem(0.5, 0.4, mu=1.5), cycles=1, x0=0.5)
+    assert static.side[0] == 0.0
+
+
+@settings(deadline=None)
+@given(z=st.floats(-0.9, 0.9), hold=st.floats(0.01, 0.9), tau=st.floats(0.0, 6.28), second=st.floats(-0.4, 0.4))
+def test_a_release_is_the_first_time_the_pull_passes_the_limit(
+    z: float, hold: float, tau: float, second: float
+) -> None:
+    for force in (force_of([1.0], [0.2]), force_of([1.0, second], [0.2, 0.0])):
+        push, _ = local_force(tau, force)
+        if abs(push - z) > hold * (1 - 1e-9):
+            continue
+        rig = make_rig(0.5, hold, 1.0, 0.0, force)
+        t, side = release(rig, force, z, 2 * pi)
+        times = np.linspace(0.0, t, 4000)
+        n = np.arange(1, len(force[0]) + 1)[:, None]
+        pull = np.array(force[2]) @ np.cos(n * times) + np.array(force[3]) @ np.sin(n * times) - z
+        assert np.abs(pull).max() <= hold + 1e-12
+        assert (side == 0.0) == (t == 2 * pi)
+        if side:
+            assert pull[-1] * side == pytest.approx(hold, abs=1e-12)
+
+
+@settings(deadline=None, max_examples=25)
+@given(
+    r=st.floats(0.08, 3.0),
+    beta=st.floats(0.05, 0.9),
+    mu=st.sampled_from([1.0, 1.4]),
+    z=st.floats(-1, 1),
+    v=st.floats(-1, 1),
+)
+def test_a_cycle_from_anywhere_agrees_with_the_naive_twin(r: float, beta: float, mu: float, z: float, v: float) -> None:
+    if abs(r - 1.0) < 0.02:
+        return  # the textbook divides by 1 - r^2
+    slow = naive.run(r, beta, mu, 0.0, z, v)
+    fast = simulate(Problem(r, beta, mu), cycles=1, x0=z, v0=v)
+    x, speed = fast.at(2 * pi)
+    shortest = float(fast.duration.min())
+    if shortest < 1e-3:
+        return  # so short a phase is beyond the twin's scan
+    assert float(x) == pytest.approx(slow.z, abs=1e-7)
+    assert float(speed) == pytest.approx(slow.v, abs=1e-6 / r)
+
+
+def test_a_touch_of_no_duration_is_no_stop() -> None:
+    run = simulate(Problem(0.7, 0.5), cycles=3)
+    assert run.stops.shape[0] == 0 or (run.stops[:, 1] > run.stops[:, 0]).all()
+
+
+def test_chatter_is_named_with_its_place() -> None:
+    with pytest.raises(SimulationError, match=r"events without end: r = 0\.5, beta = 0\.4.*last state z = 1\.5"):
+        refuse_chatter(Problem(0.5, 0.4), layout.CHATTER, 0.0, 1.5, 0.0)
+
+
+def test_thousands_of_stops_in_a_cycle() -> None:
+    run = simulate(Problem(1e-3, 0.5), cycles=1)
+    assert run.stops.shape[0] > 400
+    assert np.all(np.diff(run.stops[:, 0]) > 0.0)
+    base = Base((1.0, 0.05), (0.0, 0.02))
+    assert simulate(Problem(3e-3, 0.5, base=base), cycles=1).stops.shape[0] > 100
