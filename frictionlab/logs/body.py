@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from frictionlab.errors import LogError
 from frictionlab.logs.cells import decimals, is_no_value, moment, number, plain
 from frictionlab.logs.dialect import is_comment, split
+from frictionlab.logs.store import Columns
 
 KEEP = 100
 """So many quarantined lines are kept with their text; all of them are counted."""
@@ -165,34 +166,60 @@ def _is_cut(cell: str, shape: Shape) -> bool:
     return found is not None and found < shape.last_decimals
 
 
+@dataclass(frozen=True)
+class Parsed:
+    """A block's regular lines as (wanted, rows) values, their place in the store, and the lines to be looked at.
+
+    ``odd`` holds (line of the block from 0, text) of each line that is not regular.
+    """
+
+    values: NDArray[np.float64]
+    start: int
+    lines: int
+    odd: Sequence[tuple[int, bytes]] = ()
+
+
 class Reader:
     """Read the body of a log block by block; `finish` gives what was read."""
 
     def __init__(self, shape: Shape, first_line: int, *, compiled: bool) -> None:
         self.shape, self.next_line, self.compiled = shape, first_line, compiled
         self.body = Body()
-        self._values: list[NDArray[np.float64]] = []
+        self.store = Columns(len(shape.wanted))
         self._regular = _regular_line(shape)
         self._rank = np.argsort(np.argsort(shape.wanted))
 
-    def parse(self, block: bytes) -> tuple[NDArray[np.float64], int, list[tuple[int, bytes]]]:
-        """Parse the regular lines of a block; safe to call from several threads.
+    def read(self, block: bytes) -> None:
+        """Read a block at once."""
+        if not self.compiled:
+            self.take(self._parse_plain(block))
+            return
+        lines = self.count(block)
+        if not self.store.has_room(lines):
+            self.store.grow(lines)
+        self.take(self.parse(block, self.store.reserve(lines), lines))
 
-        Returns (wanted, rows) values, the number of lines, and (line from 0, text) of each line that is not regular.
-        """
-        return self._parse_compiled(block) if self.compiled else self._parse_plain(block)
+    def count(self, block: bytes) -> int:
+        """Count the lines of a block: for so many there must be room in the store before it is parsed."""
+        from frictionlab.logs.kernel import count_lines  # noqa: PLC0415 - loading the compiler is for large logs only
 
-    def _parse_compiled(self, block: bytes) -> tuple[NDArray[np.float64], int, list[tuple[int, bytes]]]:
-        from frictionlab.logs.kernel import parse_lines  # noqa: PLC0415 - loading the compiler is for large logs only
+        return count_lines(block)
 
-        target = np.full(self.shape.fields, -1, np.int64)
-        target[list(self.shape.wanted)] = np.arange(len(self.shape.wanted))
-        values, lines, odd = parse_lines(
-            block, self.shape.separator, self.shape.decimal, target, self.shape.last_decimals
+    def parse(self, block: bytes, start: int, lines: int) -> Parsed:
+        """Parse the regular lines of a block into the place reserved for it; safe to call from several threads."""
+        from frictionlab.logs.kernel import parse_lines  # noqa: PLC0415
+
+        shape = self.shape
+        target = np.full(shape.fields, -1, np.int64)
+        target[list(shape.wanted)] = np.arange(len(shape.wanted))
+        data = self.store.data
+        rows, odd = parse_lines(
+            block, shape.separator, shape.decimal, target, shape.last_decimals, (data, start, lines)
         )
-        return values, lines, [(line, block[start:end]) for start, end, line in odd.tolist()]
+        texts = [(line, block[begin:end]) for begin, end, line in odd.tolist()]
+        return Parsed(data[:, start : start + rows], start, lines, texts)
 
-    def _parse_plain(self, block: bytes) -> tuple[NDArray[np.float64], int, list[tuple[int, bytes]]]:
+    def _parse_plain(self, block: bytes) -> Parsed:
         rows: list[tuple[float, ...]] = []
         odd: list[tuple[int, bytes]] = []
         lines = block.split(b"\n")[:-1]
@@ -203,21 +230,24 @@ class Reader:
             else:
                 rows.append(tuple(map(self._number, match.groups())))
         values = np.array(rows, np.float64).reshape(-1, len(self.shape.wanted)).T
-        return values[self._rank], len(lines), odd
+        return Parsed(values[self._rank], -1, len(lines), odd)
 
     def _number(self, digits: bytes) -> float:
         return float(digits if self.shape.decimal == "." else digits.replace(b",", b"."))
 
-    def take(self, parsed: tuple[NDArray[np.float64], int, list[tuple[int, bytes]]]) -> None:
+    def take(self, parsed: Parsed) -> None:
         """Add a parsed block; blocks come in the order of the file."""
-        values, count, odd = parsed
-        if odd:
-            values = self._with_odd(values, count, odd)
+        values = parsed.values
+        if parsed.odd:
+            values = self._with_odd(values, parsed.lines, parsed.odd)
         else:
-            self.body.lines.add(self.next_line, count)
+            self.body.lines.add(self.next_line, parsed.lines)
+        if parsed.start < 0:
+            self.store.append(values)
+        else:
+            self.store.settle(parsed.start, values)
         self.body.counts["data"] += values.shape[1]
-        self._values.append(values)
-        self.next_line += count
+        self.next_line += parsed.lines
 
     def _with_odd(
         self, values: NDArray[np.float64], count: int, odd: Sequence[tuple[int, bytes]]
@@ -259,7 +289,7 @@ class Reader:
             verdict = _Verdict("quarantined", reason="the file ends inside this line: it may be cut")
         if verdict.kind == "data":
             self.body.empty += sum(map(math.isnan, verdict.values))
-            self.take((np.array([verdict.values]).T, 1, []))
+            self.take(Parsed(np.array([verdict.values]).T, -1, 1))
             return
         self._note(self.next_line, text, verdict)
         self.body.cut += verdict.kind == "quarantined"
@@ -267,10 +297,7 @@ class Reader:
 
     def finish(self) -> Body:
         """Put the blocks together."""
-        width = len(self.shape.wanted)
-        for k in range(width):
-            self.body.values.append(np.concatenate([v[k] for v in self._values]) if self._values else np.zeros(0))
-        self._values.clear()
+        self.body.values = self.store.columns()
         if self.body.counts["data"] != len(self.body.lines):
             raise LogError("lines do not add up: this is a fault of frictionlab, please report it with the log")
         return self.body

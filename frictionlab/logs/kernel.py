@@ -13,6 +13,8 @@ import numba as nb
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.errors import LogError
+
 _LOW, _HIGH = -342, 308
 _LF, _CR, _TAB, _BLANK, _QUOTE = 10, 13, 9, 32, 34
 _ONE = np.uint64(1)
@@ -37,9 +39,19 @@ _compiled = nb.njit(nogil=True, cache=True, error_model="numpy")
 _inlined = nb.njit(nogil=True, cache=True, error_model="numpy", inline="always")
 
 
+def count_lines(block: bytes) -> int:
+    """How many line ends there are."""
+    return int(np.count_nonzero(np.frombuffer(block, np.uint8) == _LF))
+
+
 def parse_lines(
-    block: bytes, separator: str, decimal: str, target: NDArray[np.int64], last_decimals: int
-) -> tuple[NDArray[np.float64], int, NDArray[np.int64]]:
+    block: bytes,
+    separator: str,
+    decimal: str,
+    target: NDArray[np.int64],
+    last_decimals: int,
+    into: tuple[NDArray[np.float64], int, int],
+) -> tuple[int, NDArray[np.int64]]:
     """Parse the regular lines of a block.
 
     Parameters
@@ -52,19 +64,21 @@ def parse_lines(
         (fields,) the row of the result that a field belongs to, or -1 for a field that is not wanted.
     last_decimals
         Decimals that the last field of a line must have at least, if it is wanted.
+    into
+        (wanted, m) float64 to write to, the first place to write, and the number of lines, for which there is room.
 
     Returns
     -------
-    values, lines, odd
-        (wanted, rows) float64; the number of lines; (odd lines, 3) int64: start, end, line from 0 of each line that is
-        not regular.
+    places, odd
+        How many places are filled; (odd lines, 3) int64: start, end, line from 0 of each line that is not regular.
     """
-    text = np.frombuffer(block, np.uint8)
-    lines = int(np.count_nonzero(text == _LF))
-    values = np.empty((int(target.max()) + 1, lines))
+    values, first, lines = into
+    if first < 0 or first + lines > values.shape[1] or block[-1:] != b"\n" or target.max() >= len(values):
+        raise LogError("no room for the numbers of a block: this is a fault of frictionlab, please report it")
     odd = np.empty((lines, 3), np.int64)
-    rows, odds = _parse(text, ord(separator), ord(decimal), target, last_decimals, values, odd)
-    return values[:, :rows], lines, odd[:odds]
+    text = np.frombuffer(block, np.uint8)
+    rows, odds = _parse(text, ord(separator), ord(decimal), target, last_decimals, values, first, odd)
+    return rows, odd[:odds]
 
 
 @_compiled
@@ -228,11 +242,13 @@ def _line(
 
 
 @_compiled
-def _parse(text: Any, sep: int, mark: int, target: Any, last_decimals: int, values: Any, odd: Any) -> tuple[int, int]:
+def _parse(
+    text: Any, sep: int, mark: int, target: Any, last_decimals: int, values: Any, first: int, odd: Any
+) -> tuple[int, int]:
     rows, lines, odds, i, size = 0, 0, 0, np.uint64(0), np.uint64(len(text))
     while i < size:
         start = i
-        regular, i = _line(text, i, sep, mark, target, last_decimals, values, rows)
+        regular, i = _line(text, i, sep, mark, target, last_decimals, values, first + rows)
         if regular:
             rows += 1
         else:

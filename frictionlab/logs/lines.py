@@ -11,7 +11,7 @@ import os
 import re
 import zlib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
 
@@ -61,12 +61,18 @@ class Blocks:
     head: Head
     progress: Progress | None = None
     sha256: str = ""
-    size: int = field(default=0)
+    size: int = 0
+    _file: "_Hashed | None" = None
+
+    @property
+    def read(self) -> int:
+        """Bytes of the file read so far."""
+        return self._file.done if self._file is not None else 0
 
     def __iter__(self) -> Iterator[tuple[bytes, bool]]:
         with _open(self.head.path) as file:
             before = os.fstat(file.fileno())
-            hashed = _Hashed(file, before.st_size, self.progress)
+            self._file = hashed = _Hashed(file, before.st_size, self.progress)
             yield from _whole_lines(_decoded(hashed, self.head))
             hashed.finish()
             after = os.fstat(file.fileno())

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
-from frictionlab.logs.body import COMPILE_FROM, KEEP, Body, Lines, Reader, Shape
+from frictionlab.logs.body import COMPILE_FROM, KEEP, Body, Lines, Parsed, Reader, Shape
 from frictionlab.logs.cells import decimals
 from frictionlab.logs.columns import Column, by_option, candidates, is_displacement, pick, unassigned
 from frictionlab.logs.dialect import is_comment, split
@@ -205,31 +205,39 @@ def _read_body(blocks: Blocks, layout: Layout, shape: Shape, size: int) -> Body:
     reader = Reader(shape, layout.body + 1, compiled=size >= COMPILE_FROM)
     if reader.compiled:
         with ThreadPoolExecutor(_WORKERS) as pool:
-            _read_ahead(blocks, layout.body, reader, pool)
+            _read_ahead(blocks, layout.body, reader, pool, size)
         return reader.finish()
     for text, unended in _below_header(blocks, layout.body):
         if unended:
             reader.take_unended(text)
         else:
-            reader.take(reader.parse(text))
+            reader.read(text)
     return reader.finish()
 
 
-def _read_ahead(blocks: Blocks, skip: int, reader: Reader, pool: ThreadPoolExecutor) -> None:
+def _read_ahead(blocks: Blocks, skip: int, reader: Reader, pool: ThreadPoolExecutor, size: int) -> None:
     """Parse blocks in threads while the next ones are read; only a few are held at a time."""
-    waiting: deque[Future[tuple[NDArray[np.float64], int, list[tuple[int, bytes]]]]] = deque()
+    waiting: deque[Future[Parsed]] = deque()
     last = b""
     for text, unended in _below_header(blocks, skip):
         if unended:
             last = text
-        else:
-            waiting.append(pool.submit(reader.parse, text))
-        if len(waiting) > 2 * _WORKERS:
-            reader.take(waiting.popleft().result())
-    while waiting:
-        reader.take(waiting.popleft().result())
+            continue
+        lines = reader.count(text)
+        if not reader.store.has_room(lines):
+            _settle(waiting, reader, 0)
+            reader.store.grow(max(lines, lines * (size - blocks.read) // len(text) + lines))
+        waiting.append(pool.submit(reader.parse, text, reader.store.reserve(lines), lines))
+        _settle(waiting, reader, 2 * _WORKERS)
+    _settle(waiting, reader, 0)
     if last:
         reader.take_unended(last)
+
+
+def _settle(waiting: deque[Future[Parsed]], reader: Reader, most: int) -> None:
+    """Take parsed blocks until so many are left waiting."""
+    while len(waiting) > most:
+        reader.take(waiting.popleft().result())
 
 
 def _below_header(blocks: Blocks, skip: int) -> Iterator[tuple[bytes, bool]]:
