@@ -111,6 +111,20 @@ def test_a_slow_drive_is_followed_at_the_distance_of_friction(r: float) -> None:
     assert 0.5 * moving / (2 * math.pi * r) < known(state.stops_per_cycle) < moving / (2 * math.pi * r) + 2
 
 
+@pytest.mark.parametrize("r", [0.3, 0.7, 1.0, 1.5])
+@pytest.mark.parametrize("below", [1e-6, 1e-9, 1e-12])
+def test_friction_a_trace_below_the_drive_lets_it_jerk_twice_a_cycle(r: float, below: float) -> None:
+    """beta = 1 - e: r^2 x" = e - tau^2/2 from its zero on, a way of 4.5 e^2/r^2 in 3 sqrt(2 e); E = 9 beta e^2/r^2."""
+    beta = 1.0 - below
+    left = 1.0 - beta  # exactly
+    state = steady_state(Problem(r=r, beta=beta))
+    few = 2.0**-52 / left + 10 * left / r**2
+    assert state.energy_per_cycle == pytest.approx(9 * beta * left**2 / r**2, rel=10 * few)
+    assert state.response_amplitude == pytest.approx(2.25 * left**2 / r**2, rel=10 * few)
+    assert state.stuck_fraction == pytest.approx(1 - 3 * math.sqrt(2 * left) / math.pi, rel=10 * few)
+    assert state.stops_per_cycle == 2.0
+
+
 @pytest.mark.parametrize("r", [30.0, 100.0, 1e3, 1e5])
 def test_a_fast_drive_moves_the_mass_by_the_inverse_square(r: float) -> None:
     """r -> infinity: the spring is nothing; X = sqrt(1 - (beta pi / 2)^2) / r^2 while motion is continuous."""
