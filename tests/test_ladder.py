@@ -8,7 +8,7 @@ import pytest
 
 from frictionlab.analysis.measure import measure
 from frictionlab.comparison import identify, loop_friction_ratio, predict, problem_family
-from frictionlab.comparison.ladder import climb, contact_force, sliding_force, stop_motion
+from frictionlab.comparison.ladder import climb, contact_force, sliding_force, stop_motions
 from frictionlab.errors import AnalysisError
 from frictionlab.logs import options_of, read_log
 from frictionlab.recording import Recording
@@ -27,13 +27,25 @@ def test_the_contacts_force_is_coulombs_on_a_coulomb_motion() -> None:
     assert np.abs(contact_force(m, 0.0)).max() < 0.4 * 1.15
 
 
-def test_a_rigid_contact_neither_follows_nor_creeps() -> None:
-    motion = stop_motion(measure(recording_of(0.3, 0.6, seed=2, seconds=60.0), scene()).cycle)
-    assert motion is not None
-    assert motion.stops == 2
-    assert abs(motion.compliance) < 1e-3
-    assert abs(motion.creep) < 1e-3
-    assert stop_motion(measure(recording_of(0.8, 0.2, seed=2, seconds=40.0), scene()).cycle) is None
+def test_a_rigid_contact_does_not_move_in_its_stops() -> None:
+    stops = stop_motions(measure(recording_of(0.3, 0.6, seed=2, seconds=60.0), scene()))
+    assert len(stops) == 2
+    for stop in stops:
+        assert abs(stop.moved) < 2e-3
+        assert (stop.end - stop.begin) % (2 * math.pi) == pytest.approx(
+            math.pi * 0.52, rel=0.1
+        )  # of stuck fraction 0.52
+    assert stop_motions(measure(recording_of(0.8, 0.2, seed=2, seconds=40.0), scene())) == ()
+
+
+def test_a_contact_that_gives_way_is_seen() -> None:
+    """In its stops this mass backs away by 0.02 Y and comes forward again, as a plate that tilts would."""
+    right = recording_of(0.3, 0.6, seed=2, seconds=60.0)
+    tau = 2 * math.pi * 0.3 * NATURAL_HZ * right.time + 0.7
+    tilt = -0.02 * BASE_M * np.sin(tau)
+    m = measure(Recording(right.time, right.mass_displacement + tilt, right.base_displacement), scene())
+    for stop in stop_motions(m):
+        assert 0.01 < stop.moved < 0.04
 
 
 def test_the_rung_that_holds_the_physics_fits_best() -> None:

@@ -23,7 +23,8 @@ from frictionlab.simulator import COSINE, Base, Problem
 FloatArray = NDArray[np.float64]
 Model = Callable[[float, float], Problem]  # friction ratio, static ratio -> problem
 MOST_STATIC_RATIO = 3.0
-STANDING = 0.03  # speed in a stop, over the greatest speed of the cycle
+STANDING = 0.03  # speed at which a stop has begun, over the greatest speed of the cycle
+MOST_TURNING = 0.02  # of a cycle: a shorter pause is a turning point
 
 
 @dataclass(frozen=True)
@@ -46,17 +47,18 @@ class Rung:
 
 @dataclass(frozen=True)
 class StopMotion:
-    """How the mass moves while it should stand; x/Y over y/Y and x/Y per radian, with standard errors.
+    """What the mass does in one stop: from ``begin`` to ``end`` (rad of tau) it ``moved`` by so much, in Y.
 
-    ``compliance``: how far the mass follows the base elastically (0: a rigid contact); ``creep``: how it slides on,
-    positive in the direction it came; ``stops``: stops looked at.
+    Positive in the direction it came: it slides on, or backs away from the pull that will soon set it free; negative
+    in the direction of that pull: the contact gives way. ``early``: how much of it in the first half of the stop;
+    ``moved_se``: from the sensor's noise alone. A rigid contact has 0.
     """
 
-    compliance: float
-    compliance_se: float
-    creep: float
-    creep_se: float
-    stops: int
+    begin: float
+    end: float
+    moved: float
+    moved_se: float
+    early: float
 
 
 def climb(measurement: Measurement, scene: Scene) -> tuple[Rung, ...]:
@@ -210,30 +212,27 @@ def sliding_force(measurement: Measurement, zeta: float) -> SlidingForce:
     )
 
 
-def stop_motion(cycle: Cycle) -> StopMotion | None:
-    """How the mass moves in its stops: x over base position and time, by least squares; ``None`` without a stop.
-
-    In a stop the base turns about, so that following it and sliding on in one direction are told apart.
-    """
-    speed = np.abs(cycle.mass_velocity)
-    first = int(np.argmax(speed))  # start where the mass is fastest: no stop is cut
-    order = np.roll(np.arange(len(speed)), -first)
-    begin, end = runs(speed[order] < STANDING * speed.max())
-    parts = [order[b:e] for b, e in zip(begin, end, strict=True) if e - b >= 12]
-    if not parts:
-        return None
-    step = 2 * math.pi / len(speed)
-    rows, values = [], []
-    for part in parts:
-        came = math.copysign(1.0, cycle.mass_velocity[part[0] - 1])
-        inside = part[len(part) // 8 : len(part) - len(part) // 4]  # arrival and departure are slow but no stop
-        late = came * step * np.arange(len(inside))
-        design = np.stack([cycle.base[inside], late], axis=1)
-        rows.append(design - design.mean(axis=0))
-        values.append(cycle.mass[inside] - cycle.mass[inside].mean())
-    design, value = np.concatenate(rows), np.concatenate(values)
-    (compliance, creep), *_ = np.linalg.lstsq(design, value, rcond=None)
-    left = value - design @ np.array([compliance, creep])
-    variance = float(np.dot(left, left)) / max(1, len(value) - 2 - len(parts))
-    errors = np.sqrt(np.diag(np.linalg.inv(design.T @ design)) * variance)
-    return StopMotion(float(compliance), float(errors[0]), float(creep), float(errors[1]), len(parts))
+def stop_motions(measurement: Measurement) -> tuple[StopMotion, ...]:
+    """How the mass moves while it should stand, for each stop between two slides of opposite direction."""
+    cycle = measurement.cycle
+    v = cycle.mass_velocity
+    top, points = float(np.abs(v).max()), len(v)
+    first = int(np.argmax(np.abs(v)))  # start where the mass is fastest: no stop is cut
+    order = np.roll(np.arange(points), -first)
+    v, x = v[order], cycle.mass_smooth[order]
+    slide = np.where(np.abs(v) > top / 8.0, np.sign(v), 0.0)
+    begin, end = runs(slide == 0.0)
+    used = max(1, int(measurement.series.used.sum()))
+    error = math.sqrt(2.0 / used) * measurement.mass_noise_m / measurement.base_amplitude_m
+    found = []
+    for b, e in zip(begin, end, strict=True):
+        came, goes = slide[b - 1], slide[e % points]
+        still = b + np.flatnonzero(came * v[b:e] < STANDING * top)  # arrived ...
+        last = e - 1 - int(np.argmax((goes * v[b:e] <= 0.0)[::-1]))  # ... and not yet on its way back
+        if came == goes or not len(still) or (last - still[0]) < MOST_TURNING * points:
+            continue
+        middle = (int(still[0]) + last) // 2
+        tau = 2 * math.pi * (first + np.array([int(still[0]), last])) / points
+        moved, early = (float(came * (x[k] - x[still[0]])) for k in (last, middle))
+        found.append(StopMotion(float(tau[0] % (2 * math.pi)), float(tau[1] % (2 * math.pi)), moved, error, early))
+    return tuple(found)

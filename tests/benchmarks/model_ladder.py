@@ -8,7 +8,7 @@ from pathlib import Path
 
 from frictionlab.analysis.measure import measure
 from frictionlab.comparison import loop_friction_ratio
-from frictionlab.comparison.ladder import climb, sliding_force, stop_motion
+from frictionlab.comparison.ladder import climb, sliding_force, stop_motions
 from frictionlab.logs import options_of, read_log
 from frictionlab.scene import read_scene
 
@@ -36,16 +36,16 @@ def table(name: str) -> list[str]:
             f"{rung.model:46s}{rung.friction_ratio:8.4f}{error:>8s}{rung.static_ratio:7.3f}{100 * rung.nrmse:9.2f}"
             f"{100 * rung.direction_share:14.0f}{four:14.3f}{rung.seconds:6.1f}"
         )
-    force, stops = sliding_force(m, scene.rig.damping_ratio or 0.0), stop_motion(m.cycle)
+    force = sliding_force(m, scene.rig.damping_ratio or 0.0)
     lines.append(
         f"force of the contact while sliding, over k Y: {force.rising:.3f} rising, {force.falling:.3f} falling,"
         f" {force.slow:.3f} slow, {force.fast:.3f} fast, standard deviation {force.spread:.3f}"
     )
-    if stops is not None:
-        lines.append(
-            f"in its {stops.stops} stops the mass follows the base by {stops.compliance:+.5f} +-"
-            f" {stops.compliance_se:.5f} and creeps on by {stops.creep:+.5f} +- {stops.creep_se:.5f} Y a radian"
-        )
+    lines.extend(
+        f"stop from tau = {stop.begin:.2f} to {stop.end:.2f}: moves by {stop.moved:+.5f} +- {stop.moved_se:.5f} Y in the"
+        f" direction it came, {stop.early:+.5f} of it in its first half"
+        for stop in stop_motions(m)
+    )
     return lines
 
 
