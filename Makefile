@@ -22,7 +22,7 @@ comparisons  := $(names:%=$(OUT)/comparisons/%.jsonl)
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all always campaign chain help sample-data tradeoff stability test check format clean
+.PHONY: all always campaign chain chapter3 help sample-data tradeoff stability test check format clean
 
 all: $(FRICTIONLAB)  ## ingest, analyze and compare all logs, then print the table (the default)
 	@test -n "$(logs)" || { echo "make: no logs in $(LOGS): expected *.csv (or $(EXTENSIONS)); give LOGS=folder" >&2; exit 2; }
@@ -101,6 +101,9 @@ sample-data: $(FRICTIONLAB)  ## make sample_data again, bit for bit, from config
 	$(MAKE) build/comparisons/steel_N1.25_r0.3.jsonl LOGS=sample_data SCENE=configs/sample_data.toml OUT=build
 	cp build/figures/steel_N1.25_r0.3.comparison.png sample_data/
 
+chapter3: $(FRICTIONLAB)  ## redraw the thesis's chapter 3 from exact steady states, into $(OUT)/chapter3
+	$(BIN)/python -m frictionlab.figures.chapter3 $(OUT)/chapter3
+
 tradeoff: $(FRICTIONLAB)  ## measure error and time of every accuracy knob on this machine
 	$(FRICTIONLAB) tradeoff -o $(OUT)/tradeoff
 
@@ -124,7 +127,7 @@ clean:  ## remove what was built (the environment in .venv stays)
 	rm -rf build
 
 help:  ## list these targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
+	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
 
 $(FRICTIONLAB): pyproject.toml
 	@test -n "$(PYTHON)" || { echo "make: no Python >= 3.11 found: install one, or give PYTHON=/path/to/python3" >&2; exit 2; }
