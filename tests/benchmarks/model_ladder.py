@@ -42,8 +42,8 @@ def table(name: str) -> list[str]:
         f" {force.slow:.3f} slow, {force.fast:.3f} fast, standard deviation {force.spread:.3f}"
     )
     lines.extend(
-        f"stop from tau = {stop.begin:.2f} to {stop.end:.2f}: moves by {stop.moved:+.5f} +- {stop.moved_se:.5f} Y in the"
-        f" direction it came, {stop.early:+.5f} of it in its first half"
+        f"stop from tau = {stop.begin:.2f} to {stop.end:.2f}: moves by {stop.moved:+.5f} +- {stop.moved_se:.5f} Y in"
+        f" the direction it came, {stop.early:+.5f} of it in its first half"
         for stop in stop_motions(m)
     )
     return lines
