@@ -33,8 +33,8 @@ def off(value: float | None, truth: str) -> float:
 
 
 def rounding_of_the_pull(problem: Problem) -> float:
-    """Relative error that one rounding of |cos(tau) - x| <= 1 makes in what it exceeds friction by, 1 - beta."""
-    return 2.0**-52 / (1.0 - problem.mu * problem.beta)
+    """Relative error that a rounding of |cos(tau) - x| <= 1 at both ends of a way makes in its excess, 1 - beta."""
+    return 2.0**-51 / (1.0 - problem.mu * problem.beta)
 
 
 @pytest.mark.parametrize("row", ORBITS, ids=name_of)
