@@ -353,7 +353,7 @@ def cases() -> list[Case]:
     resonant = [Case(1.0, beta) for beta in (0.7860, 0.8, 0.9, 0.99)]
     fractions = [Case(r, beta) for n in range(2, 6) for r in near(1 / n) for beta in (0.05, 0.4)]
     betas = [Case(r, beta) for r in (0.3, 0.7, 1.5) for beta in (1e-12, 1e-6, 1 - 1e-6)]
-    betas += [Case(1.5, 1 - 1e-12)]
+    betas += [Case(r, 1 - 1e-12) for r in (0.3, 1.5)]
     limits = [
         Case(r, float(continuous_limit(r)) * (1 + side * 1e-9)) for r in (0.6, 0.8, 0.9, 1.2, 2.0) for side in (-1, 1)
     ]
