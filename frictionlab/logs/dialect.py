@@ -195,14 +195,16 @@ def _same(a: _Reading, b: _Reading) -> bool:
 
 
 def _with_matching_header(rivals: list[_Reading], lines: Sequence[str]) -> list[_Reading]:
-    """Keep the readings whose number of fields is that of the line of words above the numbers."""
+    """Keep the reading whose number of fields is that of the line of words above the numbers; of several, the widest."""
     kept = []
     for reading in rivals:
         dialect = reading.dialect
         above = [line for line in lines[: dialect.first] if line.strip()]
         if above and _names(above[-1], dialect) == dialect.fields:
             kept.append(reading)
-    return kept if len(kept) == 1 else []
+    widest = max((r.dialect.fields for r in kept), default=0)
+    best = [r for r in kept if r.dialect.fields == widest]
+    return best if len(best) == 1 else []
 
 
 def _names(line: str, dialect: Dialect) -> int:

@@ -183,6 +183,12 @@ def test_two_readings_that_fit_are_shown_both(tmp_path: Path) -> None:
         read_log(log)
 
 
+def test_a_header_tells_two_readings_apart(tmp_path: Path) -> None:
+    log = write(tmp_path / "log.csv", "time [s],mass [mm]\n" + "".join(f"{i},{i + 1}\n" for i in range(50)))
+    with pytest.raises(LogError, match="no column for base"):
+        read_log(log)
+
+
 def test_commas_for_both_marks_are_refused(tmp_path: Path) -> None:
     log = write(tmp_path / "log.csv", table(DATA, "time [s],mass [mm],base [mm]", ",", mark=comma))
     with pytest.raises(LogError, match="names 3 columns, the lines below have 6 fields"):
