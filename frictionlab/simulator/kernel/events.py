@@ -1,6 +1,6 @@
 """What ends a slide and what follows: turns, sticks, releases; and the loop that strings them (README, "Events")."""
 
-from math import acos, atan2, cos, hypot, inf, sin, sqrt
+from math import asin, atan2, cos, hypot, inf, pi, sin, sqrt
 
 from frictionlab.simulator.kernel.layout import (
     CHATTER,
@@ -101,16 +101,21 @@ def slide_end(
     return t, way, 0.0, a
 
 
-def release_cosine(hold: float, p: float, q: float, z: float) -> tuple[float, float]:
-    """Return when and to which side a mass held at z breaks loose under p cos(t) + q sin(t); never: (2 turns, 0)."""
-    size, phase = hypot(p, q), atan2(-q, p)
+def release_cosine(hold: float, force: Force, z: float) -> tuple[float, float]:
+    """Return when and to which side a mass held at z breaks loose under a single cosine; never: (2 turns, 0).
+
+    The angle from the force's crest to the release comes from what the crest has over the hold, so that it keeps its
+    digits where that is next to nothing.
+    """
+    size, phase = hypot(force[0][0], force[1][0]), atan2(-force[3][0], force[2][0])
     when, side = 2.0 * TURN, 0.0
     for way in (1.0, -1.0):
-        level = z + way * hold
-        if abs(level) >= size:
+        over = (size - hold) - way * z
+        if over <= 0.0 or over >= 2.0 * size:
             continue
-        t = (-way * acos(level / size) - phase) % TURN
-        if t > TURN - 1e-7 and way * q > 0.0:
+        angle = 2.0 * asin(sqrt(0.5 * over / size))
+        t = ((-angle if way > 0.0 else pi - angle) - phase) % TURN
+        if t > TURN - 1e-7 and way * force[3][0] > 0.0:
             t = 0.0  # rounding put the crossing just behind the present
         if t < when:
             when, side = t, way
@@ -122,7 +127,7 @@ def release(rig: Rig, force: Force, z: float, limit: float) -> tuple[float, floa
     hold, bound2 = rig[1] * rig[2], rig[6]
     p, q = force[2], force[3]
     if len(p) == 1:
-        when, side = release_cosine(hold, p[0], q[0], z)
+        when, side = release_cosine(hold, force, z)
         return (when, side) if when < limit else (limit, 0.0)
     t = 0.0
     while t < limit:
