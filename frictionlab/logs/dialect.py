@@ -195,7 +195,7 @@ def _same(a: _Reading, b: _Reading) -> bool:
 
 
 def _with_matching_header(rivals: list[_Reading], lines: Sequence[str]) -> list[_Reading]:
-    """Keep the reading whose number of fields is that of the line of words above the numbers; of several, the widest."""
+    """Keep the reading that has as many fields as the line of words above the numbers; of several, the widest."""
     kept = []
     for reading in rivals:
         dialect = reading.dialect

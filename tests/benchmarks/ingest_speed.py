@@ -8,7 +8,6 @@ that of the values against Python's ``float``, on rows drawn at random: 0 means 
 """
 
 import argparse
-import random
 import resource
 import statistics
 import subprocess
@@ -18,6 +17,8 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
+
+from frictionlab.hdf5 import read_recording
 
 HEADER = "time [s],mass [mm],base [mm]\n"
 CHUNK = 250_000
@@ -86,11 +87,9 @@ def run(script: str) -> tuple[float, float, float]:
 
 def worst_error(log: Path, recording: Path, *, german: bool) -> float:
     """Largest difference to Python's float over 2,000 lines drawn at random."""
-    from frictionlab.hdf5 import read_recording
-
     got = read_recording(recording)
-    draw = random.Random(5)
-    wanted = set(draw.sample(range(len(got)), 2000))
+    draw = np.random.default_rng(5)
+    wanted = set(draw.choice(len(got), 2000, replace=False).tolist())
     worst = 0.0
     with log.open("rb") as file:
         lines = enumerate(islice(file, 2 if german else 1, None))
@@ -101,6 +100,12 @@ def worst_error(log: Path, recording: Path, *, german: bool) -> float:
         here = got.time[i], got.mass_displacement[i], got.base_displacement[i]
         worst = max(worst, *(abs(a - b) for a, b in zip(here, (t, x / 1000, y / 1000), strict=True)))
     return worst
+
+
+def say(line: str) -> None:
+    """Print a line at once."""
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
 
 
 def main() -> None:
@@ -131,17 +136,17 @@ def main() -> None:
                 taken[name].append(run(script))
         yardstick = [statistics.median(column) for column in zip(*taken["pandas.read_csv"], strict=True)]
         error = worst_error(log, Path(out), german=bound == 3)
-        print(f"{log.name}: {log.stat().st_size / 1e6:.0f} MB, {given.rows} rows; bound {bound} x; error {error:g}")
+        say(f"{log.name}: {log.stat().st_size / 1e6:.0f} MB, {given.rows} rows; bound {bound} x; error {error:g}")
         for name, runs in taken.items():
             clock, cpu, _ = (statistics.median(column) for column in zip(*runs, strict=True))
-            print(
+            say(
                 f"  {name:16s} {clock:6.2f} s = {clock / yardstick[0]:4.2f} x   processor {cpu:6.2f} s = "
                 f"{cpu / yardstick[1]:4.2f} x   peak {max(peak for *_, peak in runs):5.0f} MB"
             )
         steps = subprocess.run(
             [sys.executable, "-c", STEPS.format(path=path, out=out)], check=True, capture_output=True, text=True
         )
-        print("  processor seconds:", steps.stdout.strip())
+        say(f"  processor seconds: {steps.stdout.strip()}")
 
 
 if __name__ == "__main__":
