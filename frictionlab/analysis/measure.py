@@ -58,7 +58,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         least_points=how.least_points,
         most_points=how.most_points,
     )
-    answer = response.response(layout)
+    answer = response.response(layout, wall_moves=scene.model.wall == "base")
     return _Composition(recording, scene, layout, answer, parts, tuple(warnings)).measurement()
 
 

@@ -46,24 +46,35 @@ class Response:
         return self.regime == "stuck"
 
 
-def response(layout: Layout) -> Response:
-    """Measure the mass's answer from steady cycles."""
+def response(layout: Layout, *, wall_moves: bool = False) -> Response:
+    """Measure the mass's answer from steady cycles.
+
+    Parameters
+    ----------
+    layout : Layout
+    wall_moves : bool
+        The wall goes with the base: stops are those of the mass relative to the base.
+    """
     how = smoother(layout.mass, noise=layout.mass_noise, samples=layout.samples)
     points = max(FINE, layout.mass.shape[1])
-    thresholds = stops.thresholds(how.v_noise, how.resolution)
+    slid, noise, sliding = layout.mass, layout.mass_noise, how
+    if wall_moves:
+        slid, noise = layout.mass - layout.base, math.hypot(layout.mass_noise, layout.base_noise)
+        sliding = smoother(slid, noise=noise, samples=layout.samples)
+    thresholds = stops.thresholds(sliding.v_noise, sliding.resolution)
     n = len(layout)
-    amplitude, parts, firsts = np.empty(n), [], []
-    for part in smoothed(layout.mass, how, points):
+    slide, parts, firsts = np.empty(n), [], []
+    for part in smoothed(slid, sliding, points):
         pauses = stops.pauses(part.v, thresholds.still)
-        amplitude[part.cycles] = half_range(
-            levelled(part.x, stops.stops_of(pauses, thresholds, points), how.resolution)
-        )
+        stands = stops.stops_of(pauses, thresholds, points)
+        slide[part.cycles] = half_range(levelled(part.x, stands, sliding.resolution))
         parts.append(pauses)
         firsts.append(part.cycles.start)
     found = stops.stops_of(stops.joined(parts, firsts, n, points), thresholds, points)
     count, stuck = stops.per_cycle(found, n)
+    amplitude = slide if not wall_moves else _amplitudes(layout, how, points)
     rounding = 1e-14 * (1.0 + abs(layout.offset) / layout.drive.amplitude)
-    is_stuck = float(np.median(amplitude)) < 4.0 * layout.mass_noise + rounding
+    is_stuck = float(np.median(slide)) < 4.0 * noise + rounding
     return Response(
         energy=_loop_areas(layout),
         amplitude=amplitude,
@@ -80,6 +91,11 @@ def response(layout: Layout) -> Response:
         how=how,
         shortest_stop=2.0 * thresholds.dwell / (2.0 * math.pi),
     )
+
+
+def _amplitudes(layout: Layout, how: Smoother, points: int) -> FloatArray:
+    """Response amplitude of each cycle (n,) of a mass that stands nowhere."""
+    return np.concatenate([half_range(part.x) for part in smoothed(layout.mass, how, points)])
 
 
 def _loop_areas(layout: Layout) -> FloatArray:

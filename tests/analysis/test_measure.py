@@ -9,7 +9,8 @@ from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.recording import Quality, Recording
-from frictionlab.scene import Analysis, Rig, Scene
+from frictionlab.scene import Analysis, Model, Rig, Scene
+from frictionlab.simulator import Problem, steady_state
 from tests.analysis.seen import BASE_M, NATURAL_HZ, NOISE_M, STEP_M, recording_of, scene, steady, through_laser
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
@@ -231,3 +232,17 @@ def test_the_trend_of_a_long_test_is_the_frictions_and_not_the_sensors() -> None
         assert len(m.trend.time) == pytest.approx(118, abs=1)  # one cycle every ten seconds
         assert m.energy_trend_per_hour == pytest.approx((high - low) * 3, rel=0.03)
         assert m.trend.low < (high - low) / 1200.0 < m.trend.high
+
+
+def test_stops_are_relative_to_a_wall_that_moves() -> None:
+    problem = Problem(0.7, 0.44, wall="base")
+    state = steady_state(problem)
+    assert state.orbit is not None
+    generator, t = np.random.default_rng(12), np.arange(0.0, 60.0, 1 / 500)
+    tau = 2 * math.pi * 0.7 * NATURAL_HZ * t
+    mass = through_laser(BASE_M * state.orbit.at(np.mod(tau, 2 * math.pi))[0], generator)
+    what = scene().model_copy(update={"model": Model(wall="base")})
+    m = measure(Recording(t, mass, through_laser(BASE_M * np.cos(tau), generator)), what)
+    assert m.stops_per_cycle == state.stops_per_cycle == 2.0
+    assert m.stuck_fraction == pytest.approx(state.stuck_fraction, abs=0.05)
+    assert m.energy_per_cycle * 0.7**2 == pytest.approx(state.energy_per_cycle, rel=1e-3)
