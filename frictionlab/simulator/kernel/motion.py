@@ -4,7 +4,16 @@ from math import cos, exp, expm1, hypot, sin, sqrt
 
 from frictionlab.simulator.kernel.layout import Force, Rig, State
 
-__all__ = ["forced_motion", "free_motion", "gap", "local_force", "make_rig", "slide_at"]
+__all__ = [
+    "cosine_defect",
+    "forced_motion",
+    "free_motion",
+    "gap",
+    "local_force",
+    "make_rig",
+    "sine_defect",
+    "slide_at",
+]
 
 
 def make_rig(r: float, beta: float, mu: float, zeta: float, force: Force) -> Rig:
@@ -45,8 +54,22 @@ def free_motion(t: float, rig: Rig) -> State:
     return decay - slow * h, h, slow * h - expm1(slow * t)
 
 
-def forced_motion(t: float, k: float, rig: Rig, h: float, lost: float) -> tuple[float, float]:
-    """Return C and S: the motion from rest under cos(k t) and under sin(k t).
+def sine_defect(x: float) -> float:
+    """Return x - sin(x) for small x."""
+    y = x * x
+    rest = 1.0 - y / 72.0 * (1.0 - y / 110.0 * (1.0 - y / 156.0))
+    return x * y / 6.0 * (1.0 - y / 20.0 * (1.0 - y / 42.0 * rest))
+
+
+def cosine_defect(x: float) -> float:
+    """Return x^2 / 2 - (1 - cos(x)) for small x."""
+    y = x * x
+    rest = 1.0 - y / 90.0 * (1.0 - y / 132.0 * (1.0 - y / 182.0))
+    return y * y / 24.0 * (1.0 - y / 30.0 * (1.0 - y / 56.0 * rest))
+
+
+def forced_motion(t: float, k: float, rig: Rig, h: float, lost: float) -> State:
+    """Return C and S: the motion from rest under cos(k t) and under sin(k t); and C - lost, under cos(k t) - 1.
 
     C + iS is the second divided difference of exp(s t) over ik and the two roots of the free motion, over r^2. Near
     resonance ik meets a root; there the difference quotient is sin(x)/x or expm1(x)/x (README, "Through resonance").
@@ -57,10 +80,15 @@ def forced_motion(t: float, k: float, rig: Rig, h: float, lost: float) -> tuple[
         if abs(away) > 0.25:
             scale = 1.0 / (away * (1.0 + k * r))
             s, c = sin(0.5 * k * t), cos(0.5 * k * t)
-            return (lost - 2.0 * s * s) * scale, (2.0 * s * c - k * h) * scale
+            cosine = (lost - 2.0 * s * s) * scale
+            if t < 0.3 * min(r, 1.0 / k):  # what is left is of third and fourth order in t
+                rest = cosine_defect(k * t) - (k * r) ** 2 * cosine_defect(t / r)
+                return cosine, (k * r * sine_defect(t / r) - sine_defect(k * t)) * scale, rest * scale
+            return cosine, (2.0 * s * c - k * h) * scale, cosine - lost
         mean, half = 0.5 * (1.0 / r + k) * t, 0.5 * away / r * t
         beat = t / r * (sin(half) / half if half != 0.0 else 1.0)
-        return sin(mean) * beat / (1.0 + k * r), (h / r - cos(mean) * beat) / (1.0 + k * r)
+        cosine = sin(mean) * beat / (1.0 + k * r)
+        return cosine, (h / r - cos(mean) * beat) / (1.0 + k * r), cosine - lost
     if zeta < 1.0:
         near, far = complex(-zeta / r, omega), complex(-zeta / r, -omega)
         decay = exp(-zeta / r * t)
@@ -77,7 +105,7 @@ def forced_motion(t: float, k: float, rig: Rig, h: float, lost: float) -> tuple[
         x, y = first.real * t, first.imag * t
         quotient = free * complex(expm1(x) * cos(y) - 2.0 * sin(0.5 * y) ** 2, exp(x) * sin(y)) / first
     motion = (quotient - h) / ((complex(0.0, k) - far) * (r * r))
-    return motion.real, motion.imag
+    return motion.real, motion.imag, motion.real - lost
 
 
 def local_force(tau: float, force: Force) -> tuple[float, float]:
@@ -109,8 +137,8 @@ def slide_at(t: float, rig: Rig, force: Force, start: State) -> State:
     a = a0 * (g - 2.0 * zeta / r * h) - v0 * h / (r * r)
     for i in range(len(p)):
         k = i + 1.0
-        c, s = forced_motion(t, k, rig, h, lost)
-        way += p[i] * (c - lost) + q[i] * s
+        c, s, rest = forced_motion(t, k, rig, h, lost)
+        way += p[i] * rest + q[i] * s
         v += k * (q[i] * c - p[i] * s)
         a += k * (q[i] * (h / (r * r) - k * s) - k * p[i] * c)
     return way, v, a
