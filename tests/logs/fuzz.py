@@ -11,6 +11,7 @@ import sys
 import tempfile
 import time
 import traceback
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -180,6 +181,7 @@ def main() -> int:
     parser.add_argument("--keep", type=Path, default=Path("build/fuzz"))
     given = parser.parse_args()
     seen: dict[str, int] = {}
+    warnings.simplefilter("error")
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         for number in range(given.first, given.first + given.count):

@@ -12,6 +12,7 @@ from frictionlab.logs.cells import moment, number, plain
 from frictionlab.logs.columns import Column, columns_of
 from frictionlab.logs.dialect import find_dialect
 from frictionlab.logs.layouts.layout import Layout
+from frictionlab.logs.layouts.preamble import believable
 from frictionlab.logs.lines import Head
 from frictionlab.logs.options import LogOptions
 from frictionlab.logs.units import known_unit
@@ -89,7 +90,7 @@ def _time_of(columns: tuple[Column, ...]) -> dict[int, int]:
 def _facts(said: Mapping[str, str], separator: str, decimal: str) -> dict[str, float | str]:
     facts: dict[str, float | str] = {}
     cells = said.get("Delta_X", "").split(separator)[1:]
-    steps = [n for c in cells if (n := number(c, decimal)) is not None and n > 0.0]
+    steps = [n for c in cells if (n := number(c, decimal)) is not None and believable(n)]
     if steps:
         facts["interval_s"] = steps[0]
     date, time = (said.get(key, "").split(separator)[1:2] for key in ("Date", "Time"))

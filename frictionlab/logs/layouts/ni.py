@@ -16,6 +16,7 @@ from frictionlab.logs.cells import moment, number, plain
 from frictionlab.logs.columns import Column
 from frictionlab.logs.dialect import find_dialect, split
 from frictionlab.logs.layouts.layout import Layout
+from frictionlab.logs.layouts.preamble import believable
 from frictionlab.logs.lines import Head
 from frictionlab.logs.options import LogOptions
 from frictionlab.logs.units import known_unit, split_unit
@@ -75,7 +76,7 @@ def _time_of(columns: Sequence[Column]) -> dict[int, int]:
 
 def _facts(rows: dict[str, tuple[int, list[str]]], decimal: str) -> dict[str, float | str]:
     facts: dict[str, float | str] = {}
-    intervals = [n for c in rows["interval"][1][1:] if (n := number(c, decimal)) is not None and n > 0.0]
+    intervals = [n for c in rows["interval"][1][1:] if (n := number(c, decimal)) is not None and believable(n)]
     starts = [m for c in rows.get("timestamp", (0, []))[1][1:] if (m := moment(c)) is not None]
     if intervals:
         facts["interval_s"] = intervals[0]

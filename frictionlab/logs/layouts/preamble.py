@@ -12,6 +12,7 @@ _INTERVAL = re.compile(r"(samp\w*[ _-]*)?(time[ _-]*)?(interval|period)|delta_x|
 _RATE = re.compile(r"samp\w*[ _-]*(rate|frequency)|abtastrate|messrate", re.IGNORECASE)
 _UNIT = re.compile(r"^(.*?)\s*[\[(]?\s*(s|sec|ms|us|µs|ns|hz|khz|1/s)?\s*[\])]?\s*[:=]?$", re.IGNORECASE)
 _IN_NAME = re.compile(r"(\d{4})-(\d{2})-(\d{2})[_T ](\d{2})-(\d{2})-(\d{2}(?:\.\d+)?)")
+_SHORTEST_S, _LONGEST_S = 1e-9, 1e5
 _HERTZ = {"hz": 1.0, "khz": 1e3, "1/s": 1.0, "": 1.0}
 
 
@@ -42,11 +43,17 @@ def _interval(key: str, value: str, decimal: str) -> float | None:
     if found is None or not 0.0 < found < float("inf"):
         return None
     unit = unit or behind.strip("[]() ").lower()
+    interval = 0.0
     if _RATE.fullmatch(name) and unit in _HERTZ:
-        return 1.0 / (found * _HERTZ[unit])
-    if _INTERVAL.fullmatch(name) and (known_unit(unit) in TIME or not unit):
-        return found / TIME[known_unit(unit) or "s"]
-    return None
+        interval = 1.0 / (found * _HERTZ[unit])
+    elif _INTERVAL.fullmatch(name) and (known_unit(unit) in TIME or not unit):
+        interval = found / TIME[known_unit(unit) or "s"]
+    return interval if believable(interval) else None
+
+
+def believable(interval_s: float) -> bool:
+    """Whether samples may be so far apart [s]; a damaged preamble states anything."""
+    return _SHORTEST_S < interval_s < _LONGEST_S
 
 
 def start_in_name(path: Path) -> float | None:
