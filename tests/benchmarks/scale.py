@@ -4,8 +4,8 @@
     python -m tests.benchmarks.scale recordings [NUMBER]   90 s at 500 Hz each (default 1,000), analysed, with memory
     python -m tests.benchmarks.scale overhead              what handing the work out costs, on work of known length
 
-Set OMP_NUM_THREADS=1, as the frictionlab command does. Ratios in one run; start-up (processes, imports) is measured by itself and taken off. The rows of all runs are compared
-bit for bit; a difference ends the benchmark with an error.
+Set OMP_NUM_THREADS=1, as the frictionlab command does. Ratios in one run; start-up (processes, imports) is measured by
+itself and taken off. The rows of all runs are compared bit for bit; a difference ends the benchmark with an error.
 """
 
 import hashlib
