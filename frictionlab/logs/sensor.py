@@ -86,8 +86,10 @@ def _sample(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _is_comb(apart: NDArray[np.float64], step: float) -> bool:
     """Whether neighbouring levels are whole steps apart, most of them one, as far as the printed digits tell."""
+    if not 0.4 * step <= apart.min() < 1.5 * step:
+        return False
     small = apart[apart < 20 * step]
-    if len(small) < 20 or np.median(np.abs(np.rint(small / step) - 1)) > 3 or apart.min() < 0.4 * step:
+    if len(small) < 20 or np.median(np.abs(np.rint(small / step) - 1)) > 3:
         return False
     off = np.abs(small / step - np.rint(small / step))
     return bool(np.quantile(off, 0.9) < 0.1 and np.rint(small / step).min() == 1)
