@@ -34,10 +34,6 @@ def test_agrees_with_fifty_digits_at_hard_points(row: dict[str, object], solver:
     r, beta, mu, zeta = (float(str(row[key])) for key in ("r", "beta", "mu", "zeta"))
     problem = Problem(r, beta, mu, zeta)
     state = steady_state(problem, solver="exact" if solver == "exact" else "auto")
-    if problem.zeta == 1e-9:  # a disturbance lasts 1e8 cycles: 1e-16 a cycle adds up to 1e-7, and that is said
-        assert error(state.energy_per_cycle, str(row["energy_per_cycle"])) < 1e-6
-        assert any("good to about" in warning for warning in state.warnings)
-        return
     assert error(state.energy_per_cycle, str(row["energy_per_cycle"])) < 1e-12
     assert error(state.response_amplitude, str(row["response_amplitude"])) < 1e-12
     assert state.stops_per_cycle == row["stops_per_cycle"]
@@ -243,3 +239,9 @@ def test_below_the_limit_continuous_and_above_it_stops() -> None:
         limit = friction_limit(r)
         assert steady_state(Problem(r, limit * (1 - 1e-9)), solver="exact").stops_per_cycle == 0
         assert (steady_state(Problem(r, limit * (1 + 1e-9)), solver="exact").stops_per_cycle or 0) > 0
+
+
+def test_where_rounding_adds_up_the_size_of_the_error_is_said() -> None:
+    state = steady_state(Problem(1.0 + 1e-8, 0.3, base=Base((1.0, 0.0, 0.1))))
+    assert state.outcome == "periodic"
+    assert any("good to about" in warning for warning in state.warnings)

@@ -1,6 +1,6 @@
 """What repeats: Den Hartog's closed form, shooting, and the search for the orbit that rest settles on."""
 
-from math import atan2, cos, floor, hypot, inf, pi, sin, sqrt, tan
+from math import atan2, cos, exp, expm1, floor, hypot, inf, pi, sin, sqrt, tan
 
 from frictionlab.simulator.kernel.events import carry
 from frictionlab.simulator.kernel.layout import (
@@ -27,6 +27,7 @@ __all__ = [
     "braked",
     "continuous_orbit",
     "continuous_state",
+    "damped_turn",
     "den_hartog",
     "find_orbit",
     "frictionless",
@@ -62,6 +63,30 @@ def den_hartog(r: float, beta: float) -> tuple[float, float]:
         return 0.0, 0.0
     share = sqrt((1.0 - ratio) * (1.0 + ratio))
     return share / abs(detuning), atan2(-ratio, share if detuning > 0.0 else -share)
+
+
+def damped_turn(rig: Rig, beta: float) -> tuple[float, float]:
+    """Return the amplitude and the phase of Den Hartog's motion with a dashpot, zeta < 1; 0 where there is none.
+
+    The free motion that friction leaves, (c1, c2) at the turn, must change sign with the rest in half a period; g and h
+    there come from the distance of 1/r to the nearest odd integer, as without the dashpot.
+    """
+    r, _, _, zeta, omega, _, _ = rig
+    odd = 2.0 * floor(0.5 / r) + 1.0
+    away = pi * (gap(r, odd) - zeta * zeta / (1.0 + r * omega)) / r
+    decay = zeta * pi / r
+    h = -exp(-decay) * sin(away) / omega
+    g1 = 2.0 * sin(0.5 * away) ** 2 - cos(away) * expm1(-decay) + zeta * h / r  # 1 + g
+    h1 = g1 - 2.0 * zeta * h / r  # 1 + h'
+    det = g1 * h1 + h * h / (r * r)
+    detuning, lag = gap(r, 1.0) * (1.0 + r), 2.0 * zeta * r
+    size = 1.0 / hypot(detuning, lag)
+    speed = 2.0 * beta * h / (r * r * det)
+    if abs(speed) >= size:
+        return 0.0, 0.0
+    forced = sqrt((size - speed) * (size + speed))
+    amplitude = forced + beta - 2.0 * beta * h1 / det
+    return max(0.0, amplitude), atan2(-speed, forced) + atan2(lag, detuning)
 
 
 def grows(rig: Rig, force: Force) -> bool:
@@ -163,10 +188,10 @@ def shoot(
 
 
 def continuous_state(rig: Rig, force: Force, tau: float) -> tuple[float, float, float]:
-    """Return X and the state z, v at tau of Den Hartog's orbit, carried there from its turn; X = 0 if there is none."""
+    """Return X and the state z, v at tau of Den Hartog's motion, carried there from its turn; X = 0: there is none."""
     r, beta = rig[0], rig[1]
     size = hypot(force[0][0], force[1][0])
-    amplitude, phase = den_hartog(r, beta / size)
+    amplitude, phase = den_hartog(r, beta / size) if rig[3] == 0.0 else damped_turn(rig, beta / size)
     amplitude *= size
     if amplitude == 0.0:
         return 0.0, 0.0, 0.0
@@ -223,7 +248,7 @@ def only_orbit(rig: Rig, force: Force, room: Room) -> Found:
 
 def orbit_from(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
     """Return the orbit of a leg, shot for from Den Hartog's orbit, or from rest where that does not exist or help."""
-    if len(force[0]) == 1 and rig[3] == 0.0 and rig[1] > 0.0:
+    if len(force[0]) == 1 and rig[3] < 1.0 and rig[1] > 0.0:
         amplitude, z, v = continuous_state(rig, force, leg[0])
         if amplitude > 0.0:
             z, v, miss, code = shoot(rig, force, leg, z, v, room, FEW_STEPS)

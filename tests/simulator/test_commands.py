@@ -1,0 +1,113 @@
+"""``simulate`` and ``sweep`` as users meet them: rows, files, refusals."""
+
+import csv
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from frictionlab.cli import app
+from frictionlab.simulator.state import KEYS
+
+
+def run(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def test_simulate_prints_the_keys_of_the_contract() -> None:
+    done = run("simulate", "--r", "0.5", "--beta", "0.4", "--json")
+    row = json.loads(done.stdout)
+    assert done.exit_code == 0
+    assert list(row) == [*KEYS, "wall_s"]
+    assert row["energy_per_cycle"] == pytest.approx(2.1260422664, abs=1e-10)
+    assert (row["outcome"], row["regime"], row["stops_per_cycle"], row["solver"]) == (
+        "periodic",
+        "stick-slip",
+        2,
+        "exact",
+    )
+
+
+def test_what_does_not_exist_is_null() -> None:
+    row = json.loads(run("simulate", "--r", "1", "--beta", "0.3", "--json").stdout)
+    assert row["outcome"] == "unbounded"
+    assert all(row[key] is None for key in KEYS[7:])
+
+
+def test_cycles_from_rest_say_whether_they_settled() -> None:
+    row = json.loads(run("simulate", "--r", "0.95", "--beta", "0.1", "--cycles", "100", "--json").stdout)
+    assert row["outcome"] == "not settled"
+    assert row["energy_per_cycle"] == pytest.approx(7.39, abs=0.005)
+
+
+def test_people_read_a_verdict() -> None:
+    told = run("simulate", "--r", "0.1", "--beta", "0.4").stdout
+    assert "stick-slip with 6 stops per cycle" in told
+
+
+@pytest.mark.parametrize("name", ["motion.pdf", "motion.svg", "motion.png"])
+def test_a_motion_is_drawn(tmp_path: Path, name: str) -> None:
+    assert run("simulate", "--r", "0.3", "--beta", "0.6", "--plot", tmp_path / name, "--quiet").exit_code == 0
+    assert (tmp_path / name).stat().st_size > 1000
+
+
+def test_a_motion_is_written(tmp_path: Path) -> None:
+    assert run("simulate", "--r", "0.3", "--beta", "0.6", "-o", tmp_path / "m.h5", "--quiet").exit_code == 0
+    with h5py.File(tmp_path / "m.h5") as file:
+        x, y = file["motion/displacement"][:], file["motion/base"][:]
+        assert file.attrs["stops_per_cycle"] == 2
+    area = float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)))
+    assert area == pytest.approx(1.8726108802, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("--r", "0", "--beta", "0.4"), "expected a finite number > 0"),
+        (("--r", "0.5", "--beta", "0.4", "--mu", "0.5"), "mu; expected a finite number >= 1"),
+        (("--r", "0.5", "--beta", "0.4", "--plot", "figure.txt"), "expected a figure ending in .pdf"),
+        (("--r", "0.5", "--beta", "0.4", "-o", "nowhere/row.csv"), "there is no folder nowhere"),
+    ],
+)
+def test_the_impossible_is_refused_with_status_two(arguments: tuple[str, ...], told: str) -> None:
+    done = run("simulate", *arguments)
+    assert done.exit_code == 2
+    assert told in done.stderr
+
+
+def test_the_closed_form_alone_refuses_stops_with_status_one() -> None:
+    done = run("simulate", "--r", "0.5", "--beta", "0.4", "--solver", "closed-form")
+    assert done.exit_code == 1
+    assert "use solver 'exact'" in done.stderr
+
+
+def test_a_sweep_has_one_row_per_combination(tmp_path: Path) -> None:
+    target = tmp_path / "map.csv"
+    done = run("sweep", "--r", "0.3:0.5:0.1", "--beta", "0.2,0.4", "--zeta", "0,0.1", "-o", target, "--json")
+    printed = [json.loads(line) for line in done.stdout.splitlines()]
+    with target.open() as file:
+        written = list(csv.DictReader(file))
+    assert len(printed) == len(written) == 12
+    assert list(written[0]) == list(printed[0]) == list(KEYS)
+    assert [row["r"] for row in printed[::4]] == [0.3, 0.4, 0.5]
+    assert float(written[10]["energy_per_cycle"]) == printed[10]["energy_per_cycle"]
+    assert printed[10]["energy_per_cycle"] == pytest.approx(2.1260422664, abs=1e-10)
+
+
+def test_a_map_carries_its_scales(tmp_path: Path) -> None:
+    assert run("sweep", "--r", "0.3,0.5", "--beta", "0.4", "-o", tmp_path / "map.h5", "--quiet").exit_code == 0
+    with h5py.File(tmp_path / "map.h5") as file:
+        energy = file["energy_per_cycle"]
+        assert energy.shape == (2, 1, 1, 1)
+        assert energy.dims[0][0][:].tolist() == [0.3, 0.5]
+        assert energy[1, 0, 0, 0] == pytest.approx(2.1260422664, abs=1e-10)
+
+
+def test_a_range_that_is_none_is_refused(tmp_path: Path) -> None:
+    for values in ("0.5:0.1:0.1", "a", "0.1:0.2:0", "0.1:0.2"):
+        done = run("sweep", "--r", values, "--beta", "0.4", "-o", tmp_path / "map.csv")
+        assert done.exit_code == 2
+        assert "--r: expected" in done.stderr
