@@ -283,11 +283,13 @@ def cycle_friction_ratios(test: VirtualTest, scene: Scene) -> FloatArray:
 
 
 def truth(test: VirtualTest) -> dict[str, object]:
-    """What is known of a test: its parameters and the steady state of its (undisturbed) problem."""
+    """What is known of a test: its parameters and the steady state of its (undisturbed) problem.
+
+    Numbers have twelve digits, which are the same on every machine; the last four of a double are not.
+    """
     state = steady_state(test.problem())
-    known = {key: value for key, value in asdict(test).items() if value is not None}
-    return {
-        **known,
+    known = {
+        **{key: value for key, value in asdict(test).items() if value is not None},
         "drive_frequency_hz": test.drive_frequency_hz,
         "friction_force_n": test.friction_coefficient * test.normal_force_n,
         "outcome": state.outcome,
@@ -297,6 +299,7 @@ def truth(test: VirtualTest) -> dict[str, object]:
         "stuck_fraction": state.stuck_fraction,
         "regime": state.regime,
     }
+    return {key: float(f"{value:.12g}") if isinstance(value, float) else value for key, value in known.items()}
 
 
 def _energy_slope(test: VirtualTest, transient: float) -> float | None:

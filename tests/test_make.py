@@ -15,8 +15,10 @@ LOGS = ("steel_N1.25_r0.3.csv", "aramid_N1.25_r1.2.csv")
 @pytest.fixture
 def desk(tmp_path: Path) -> Path:
     """A clone's top level with two logs, one of which has a name of its own kind."""
-    for name in ("Makefile", "configs", "pyproject.toml"):
+    for name in ("Makefile", "configs"):
         (tmp_path / name).symlink_to(ROOT / name)
+    (tmp_path / "pyproject.toml").touch()
+    os.utime(tmp_path / "pyproject.toml", (0, 0))  # older than the environment: nothing to install
     (tmp_path / "logs").mkdir()
     for name in LOGS:
         (tmp_path / "logs" / name).write_bytes((ROOT / "sample_data" / name).read_bytes())
@@ -24,7 +26,7 @@ def desk(tmp_path: Path) -> Path:
 
 
 def make(desk: Path, *words: str) -> "subprocess.CompletedProcess[str]":
-    own = (f"BIN={BIN}", f"FRICTIONLAB={BIN / 'frictionlab'}", "--old-file=pyproject.toml", "LOGS=logs", "OUT=out")
+    own = (f"BIN={BIN}", f"FRICTIONLAB={BIN / 'frictionlab'}", "LOGS=logs", "OUT=out")
     return subprocess.run(["make", *own, *words], cwd=desk, capture_output=True, text=True, check=False, timeout=170)
 
 

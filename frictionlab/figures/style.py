@@ -3,6 +3,7 @@
 import io
 from contextlib import AbstractContextManager
 from pathlib import Path
+from typing import Any
 
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -19,7 +20,7 @@ MEASURED, PREDICTED, BASE = BLUE, VERMILION, GREY
 PALETTE = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
 COLUMN, PAGE = 3.5, 7.2  # widths in inches: one column and the whole page of a journal
 
-LOOK = {
+LOOK: dict[Any, Any] = {  # matplotlib spells out every key in its type
     "font.size": 8.0,
     "axes.titlesize": 8.0,
     "axes.titlelocation": "left",
