@@ -127,7 +127,7 @@ def test_compare_numeric_prints_the_contracts_keys(run: Run, recording: Path) ->
         "source status reason warnings frequency_ratio energy_per_cycle response_amplitude stops_per_cycle regime"
         " friction_ratio friction_ratio_se friction_force_n friction_coefficient predicted_energy_per_cycle"
         " predicted_response_amplitude predicted_stops_per_cycle predicted_regime energy_difference response_nrmse"
-        " model solver closure_error accuracy"
+        " model solver closure_error"
     )
 
 

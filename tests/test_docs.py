@@ -70,7 +70,8 @@ def run(command: str, desk: Path) -> str:
         words[1:1] = [f"BIN={BIN}", f"FRICTIONLAB={BIN / 'frictionlab'}", "--silent"]
     else:
         words[0] = str(BIN / words[0])
-    done = subprocess.run(words, cwd=desk, capture_output=True, text=True, check=False, timeout=170)
+    alone = {key: value for key, value in os.environ.items() if key not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")}
+    done = subprocess.run(words, cwd=desk, env=alone, capture_output=True, text=True, check=False, timeout=170)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -27,7 +27,10 @@ def desk(tmp_path: Path) -> Path:
 
 def make(desk: Path, *words: str) -> "subprocess.CompletedProcess[str]":
     own = (f"BIN={BIN}", f"FRICTIONLAB={BIN / 'frictionlab'}", "LOGS=logs", "OUT=out")
-    return subprocess.run(["make", *own, *words], cwd=desk, capture_output=True, text=True, check=False, timeout=170)
+    alone = {key: value for key, value in os.environ.items() if key not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")}
+    return subprocess.run(
+        ["make", *own, *words], cwd=desk, env=alone, capture_output=True, text=True, check=False, timeout=170
+    )
 
 
 def work(done: "subprocess.CompletedProcess[str]") -> list[str]:

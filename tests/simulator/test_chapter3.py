@@ -5,7 +5,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from frictionlab.errors import SimulationError
@@ -40,8 +40,8 @@ def stops() -> np.ndarray:
 @given(r=st.floats(0.05, 20.0), share=st.floats(1e-6, 1.0 - 1e-9))
 def test_below_the_limit_the_closed_form_is_the_orbit(r: float, share: float) -> None:
     beta = share * friction_limit(r)
-    if beta < 1e-9:
-        return
+    assume(beta >= 1e-9)
+    assume(r != 1.0)  # there the motion grows without bound: test_steady_state.py
     state = steady_state(Problem(r, beta), solver="exact")
     assert state.stops_per_cycle == 0
     assert state.energy_per_cycle == pytest.approx(continuous_energy(r, beta), rel=1e-10)
