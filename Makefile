@@ -22,7 +22,7 @@ comparisons  := $(names:%=$(OUT)/comparisons/%.jsonl)
 
 .DEFAULT_GOAL := all
 .DELETE_ON_ERROR:
-.PHONY: all always campaign chain chapter3 help sample-data tradeoff stability test check format clean
+.PHONY: all always campaign chain chapter3 help sample-data tradeoff stability test fuzz check format clean
 
 all: $(FRICTIONLAB)  ## ingest, analyze and compare all logs, then print the table (the default)
 	@test -n "$(logs)" || { echo "make: no logs in $(LOGS): expected *.csv (or $(EXTENSIONS)); give LOGS=folder" >&2; exit 2; }

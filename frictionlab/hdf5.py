@@ -429,55 +429,6 @@ def write_tree(tree: Mapping[str, object], path: Path, *, kind: str, force: bool
     write_whole(path, buffer.getbuffer(), replace=force or (lambda old: _kind_of(old) == kind))
 
 
-def write_map(
-    axes: Mapping[str, np.ndarray],
-    datasets: Mapping[str, np.ndarray],
-    attributes: Mapping[str, str | float],
-    path: Path,
-    *,
-    kind: str,
-    force: bool = False,
-) -> None:
-    """Write results over a grid: one dataset per key over all axes, the axes as dimension scales; whole or not at all.
-
-    Parameters
-    ----------
-    axes
-        Name and values of each dimension, in order.
-    datasets
-        Arrays over the whole grid, shape = the axes' lengths; of numbers (NaN: not known) or of text.
-    attributes
-        What holds for the whole map.
-
-    Raises
-    ------
-    OutputError
-        If the path holds another kind of file, or the file cannot be written.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> path = Path(tempfile.mkdtemp()) / "map.h5"
-    >>> write_map({"r": np.ones(2)}, {"energy": np.zeros(2)}, {"wall": "fixed"}, path, kind="frictionlab example")
-    >>> read_tree(path, kind="frictionlab example")["energy"]
-    array([0., 0.])
-    """
-    buffer = io.BytesIO()
-    with h5py.File(buffer, "w", track_order=True) as file:
-        file.attrs.update({"format": kind, "format_version": FORMAT_VERSION, "frictionlab_version": __version__})
-        file.attrs.update(attributes)
-        for name, values in axes.items():
-            file.create_dataset(name, data=values).make_scale(name)
-        for name, values in datasets.items():
-            text = values.dtype.kind in "UO"
-            data = file.create_dataset(
-                name, data=values.astype(object) if text else values, dtype=_TEXT if text else None
-            )
-            for dimension, axis in zip(data.dims, axes, strict=True):
-                dimension.attach_scale(file[axis])
-    write_whole(path, buffer.getbuffer(), replace=force or (lambda old: _kind_of(old) == kind))
-
-
 def read_tree(path: Path, *, kind: str) -> dict[str, Any]:
     """Read back what :func:`write_tree` wrote; text datasets come as lists.
 
