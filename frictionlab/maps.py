@@ -21,7 +21,7 @@ from frictionlab.workers import run_batches
 
 KINDS = {"solver": "S11", "outcome": "S10", "regime": "S10"} | dict.fromkeys(COLUMNS, "float64")
 CHECKPOINT_S = 2.0  # what a killed sweep loses at most, beside what was in work
-BATCH_S = 0.25  # a batch's work
+BATCH_S = 1.0  # seconds of work in a batch
 BLOCK = 20_000  # points read back at a time
 Floats = NDArray[np.float64]
 

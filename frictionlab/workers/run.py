@@ -39,7 +39,7 @@ def run_batches(
     *,
     workers: int | None = None,
     scheduler: str | None = None,
-    seconds_per_batch: float = 0.25,
+    seconds_per_batch: float = 1.0,
 ) -> Iterator[Batch[S]]:
     """Do a job on slices of the cases and yield what came of them, in the order of the cases.
 
@@ -98,7 +98,7 @@ def run_each(
     *,
     workers: int | None = None,
     scheduler: str | None = None,
-    seconds_per_batch: float = 0.25,
+    seconds_per_batch: float = 1.0,
 ) -> Iterator[R | Lost]:
     """Call a function on each case and yield what it returns, in order; see `run_batches`.
 
