@@ -142,3 +142,17 @@ def test_show_tells_what_is_in_a_recording_and_in_a_scene(run: Run, recording: P
     assert "mass_displacement (15000,) float64 [m]" in run("show", recording).stdout
     assert "transient_s = 20.0" in run("show", SCENE).stdout
     assert run("show", "nowhere.toml").returncode == 2
+
+
+@pytest.mark.parametrize("command", ["analyze", "compare-numeric", "simulate"])
+def test_force_replaces_a_strangers_file_and_nothing_else_does(
+    run: Run, recording: Path, tmp_path: Path, command: str
+) -> None:
+    work = ["--r", "0.5", "--beta", "0.4"] if command == "simulate" else [str(recording), "--scene", str(SCENE)]
+    output = log_of(tmp_path, "notes,of,mine\n1,2,3\n", "rows.csv")
+    refused = run(command, *work, "-o", output)
+    assert refused.returncode == 2
+    assert "give --force" in one_line(refused.stderr)
+    assert output.read_text() == "notes,of,mine\n1,2,3\n"
+    assert run(command, *work, "-o", output, "--force").returncode == 0
+    assert "energy_per_cycle" in output.read_text()

@@ -57,7 +57,7 @@ def analyze(
     """
     what = _overridden(scene_of(scene, accuracy), natural_frequency, transient, cycles, padding)
     if output is not None:
-        _check(output)
+        _check(output, force=force)
     job = partial(_row, scene=what, plot=plot, with_series=output is not None and output.suffix == ".h5")
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
     series: dict[str, object] = {}
@@ -106,10 +106,10 @@ def _overridden(
     return scene_from_tables(tables, name="command line", folder=scene.folder)
 
 
-def _check(output: Path) -> None:
+def _check(output: Path, *, force: bool) -> None:
     """Refuse an output that could not be written before the long work."""
     if output.suffix != ".h5":
-        check_output(output)
+        check_output(output, force=force)
     elif not output.parent.is_dir():
         raise UsageError(f"{output}: there is no folder {output.parent}: make it first")
 
@@ -131,7 +131,7 @@ def _tell_warnings(rows: Sequence[Row]) -> None:
 
 def _write(rows: Sequence[Row], series: dict[str, object], output: Path, *, force: bool) -> None:
     if output.suffix != ".h5":
-        write_rows(rows, output)
+        write_rows(rows, output, force=force)
         return
     from frictionlab.hdf5 import write_tree
 

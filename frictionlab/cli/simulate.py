@@ -51,7 +51,7 @@ def simulate(
     """
     from frictionlab.simulator import Problem, last_cycle, steady_state
 
-    _check(output, plot)
+    _check(output, plot, force=force)
     start = time.perf_counter()
     try:
         problem = Problem(r, beta, mu, zeta, wall)
@@ -74,10 +74,10 @@ def simulate(
         _draw(state, plot)
 
 
-def _check(output: Path | None, plot: Path | None) -> None:
+def _check(output: Path | None, plot: Path | None, *, force: bool) -> None:
     """Refuse outputs that could not be written before the work."""
     if output is not None and output.suffix != ".h5":
-        check_output(output)
+        check_output(output, force=force)
     if plot is not None and plot.suffix not in (".pdf", ".svg", ".png"):
         raise UsageError(f"{plot}: expected a figure ending in .pdf, .svg or .png; got {plot.suffix!r}")
     for path in (output, plot):
@@ -87,7 +87,7 @@ def _check(output: Path | None, plot: Path | None) -> None:
 
 def _write(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None:
     if output.suffix != ".h5":
-        write_rows([row], output)
+        write_rows([row], output, force=force)
         return
     import numpy as np
 
