@@ -1,7 +1,11 @@
 """The ingest command: exit status, one line per fault, outputs whole, JSON Lines and nothing else."""
 
 import json
+import os
 import re
+import signal
+import time
+from collections import Counter
 from pathlib import Path
 
 import h5py
@@ -168,6 +172,45 @@ def test_warnings_are_told_with_their_log(log: Path) -> None:
     result = run(log)
     assert result.exit_code == 0
     assert re.search(r"steel_N10_r0\.5\.csv: warning: a gap of 0\.204 s after", result.stderr)
+
+
+def test_two_hundred_kills_leave_the_old_recording_or_the_new_one(log: Path, tmp_path: Path) -> None:
+    place, before = tmp_path / "out" / "a.h5", truth(500, seed=9)
+    place.parent.mkdir()
+    other = write(tmp_path / "other.csv", table(before, HEADER, ","))
+    assert run(log, "--quiet").exit_code == 0  # all modules are loaded now
+    begin = time.perf_counter()
+    assert run(other, "-o", place, "--quiet").exit_code == 0
+    once = time.perf_counter() - begin
+    old = place.read_bytes()
+    draw = np.random.default_rng(5)
+    seen = Counter[str]()
+    for _ in range(200):
+        place.write_bytes(old)
+        killed = _killed_after(draw.uniform(0.0, 1.5 * once), log, "-o", place, "--quiet")
+        found = read_recording(place)  # whole in any case
+        expected = DATA if len(found) == len(DATA.mass) else before
+        np.testing.assert_array_equal(found.mass_displacement, expected.mass)
+        seen[f"{'killed' if killed else 'done'}, {'new' if expected is DATA else 'old'}"] += 1
+    assert seen["done, old"] == 0
+    assert seen["killed, old"] > 20
+    assert seen["done, new"] + seen["killed, new"] > 20
+    assert run(log, "-o", place, "--quiet").exit_code == 0
+    assert [p.name for p in place.parent.iterdir()] == ["a.h5"]  # what killed runs left is swept
+
+
+def _killed_after(seconds: float, *words: str | Path) -> bool:
+    """Start an ingest in a child and kill it: whether it was still alive."""
+    child = os.fork()
+    if child == 0:
+        status = 1
+        try:
+            status = run(*words).exit_code
+        finally:
+            os._exit(status)
+    time.sleep(seconds)
+    os.kill(child, signal.SIGKILL)
+    return os.WIFSIGNALED(os.waitpid(child, 0)[1])
 
 
 def test_real_recordings_of_the_rig() -> None:

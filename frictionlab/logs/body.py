@@ -316,7 +316,7 @@ def _regular_line(shape: Shape) -> re.Pattern[bytes]:
     parts = []
     for index in range(shape.fields):
         least = shape.last_decimals if index == shape.fields - 1 else 0
-        fraction = rf"{mark}\d{{{least},18}}"
+        fraction = rf"{mark}\d{{{least},{max(least, 18)}}}"
         digits = rf"\d{{1,18}}{fraction}" if least else rf"(?:\d{{1,18}}(?:{fraction})?|{mark}\d{{1,18}})"
         value = rf"([+-]?{digits}(?:[eE][+-]?\d{{1,2}})?)"
         parts.append(value if index in shape.wanted else other)

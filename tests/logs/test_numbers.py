@@ -75,6 +75,18 @@ def test_any_double_is_read_back(value: float) -> None:
         assert reader.finish().values[1].tolist() == [float(text)]
 
 
+@pytest.mark.parametrize("compiled", [True, False])
+@pytest.mark.parametrize("decimals", [1, 18, 19, 25])
+def test_a_last_number_is_whole_only_with_all_its_decimals(decimals: int, *, compiled: bool) -> None:
+    digits = "1234567890" * 3
+    whole, cut = f"0.{digits[:decimals]}", f"0.{digits[: decimals - 1]}"
+    reader = Reader(Shape(",", ".", 2, (0, 1), has_time=True, last_decimals=decimals), 1, compiled=compiled)
+    reader.read(f"1,{whole}\n2,{cut}\n".encode())
+    body = reader.finish()
+    assert body.values[1].tolist() == [float(whole)]
+    assert body.quarantined == [(2, f"2,{cut}", f"last number cut: expected {decimals} decimals")]
+
+
 @pytest.mark.parametrize(
     "text", ["1_0", "0x10", "1d5x", "1e", "1e+", "--1", "+-1", "1.2.3", "1 2", "1e5.0", "True", "٣"]
 )
