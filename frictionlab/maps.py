@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError
 from frictionlab.files import check_replaceable
-from frictionlab.hdf5_map import GrowingMap, finished_map, growing_map, is_map
+from frictionlab.hdf5.maps import GrowingMap, finished_map, growing_map, is_map
 from frictionlab.simulator import engine
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.problem import COSINE, Wall

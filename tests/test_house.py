@@ -26,8 +26,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "accuracy": {"errors", "scene"},
     "experiment": {"errors", "scene"},
     "hdf5": {"__init__", "errors", "files", "recording"},
-    "hdf5_map": {"__init__", "errors", "files"},
-    "maps": {"errors", "files", "hdf5_map", "simulator", "tables", "workers"},
+    "maps": {"errors", "files", "hdf5", "simulator", "tables", "workers"},
     "logs": {"errors", "recording", "scene", "files"},
     "analysis": {"accuracy", "errors", "recording", "scene"},
     "comparison": {"accuracy", "errors", "recording", "scene", "analysis", "simulator"},
@@ -44,7 +43,7 @@ KERNELS = {"errors"}  # what a module of analysis other than measure may import 
 HEAVY = ("numpy", "scipy", "pandas", "matplotlib", "numba", "h5py", "pydantic", "rich")
 OWNERS = {
     "distributed": {"workers"},
-    "h5py": {"hdf5", "hdf5_map"},
+    "h5py": {"hdf5"},
     "matplotlib": {"figures"},
     "typer": {"cli"},
     "rich": {"cli"},

@@ -13,7 +13,7 @@ import pytest
 
 from frictionlab import maps
 from frictionlab.errors import OutputError, SimulationError, UsageError
-from frictionlab.hdf5_map import growing_map, is_map, part_of
+from frictionlab.hdf5.maps import growing_map, is_map, part_of
 from frictionlab.maps import Grid, make_map
 from frictionlab.simulator import sweep
 from frictionlab.simulator.sweep import sweep_points

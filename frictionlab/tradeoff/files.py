@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.files import write_whole
-from frictionlab.hdf5 import Compression, image_of, read_recording
+from frictionlab.hdf5 import read_recording
+from frictionlab.hdf5.recordings import Compression, pieces_of
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.recording import Recording
 from frictionlab.tradeoff.setting import Setting, Trial, run_trials
@@ -45,7 +46,7 @@ def storage() -> tuple[Setting, ...]:
     """Precision and compression of the displacements in a recording: written, read back, compared."""
     original = _quantised()
     size = float(np.abs(original.mass_displacement).max())
-    sizes = {name: len(image_of(original, precision=p, compression=c)) for name, (p, c) in STORED.items()}
+    sizes = {name: sum(map(len, pieces_of(original, precision=p, compression=c))) for name, (p, c) in STORED.items()}
 
     def error(result: object) -> float:
         back = result if isinstance(result, Recording) else original
@@ -61,7 +62,7 @@ def storage() -> tuple[Setting, ...]:
 
 
 def _stored(original: Recording, path: Path, precision: Precision, compression: Compression) -> Recording:
-    write_whole(path, image_of(original, precision=precision, compression=compression), replace=True)
+    write_whole(path, pieces_of(original, precision=precision, compression=compression), replace=True)
     return read_recording(path)
 
 

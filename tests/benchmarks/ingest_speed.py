@@ -33,7 +33,7 @@ write_recording(read_log(Path({path!r})), Path({out!r}))
 RAW = "f = open({path!r}, 'rb', buffering=0)\nb = bytearray(1 << 22)\nwhile f.readinto(b): pass"
 STEPS = """
 import time; from time import process_time; from pathlib import Path; from collections import Counter
-import frictionlab.hdf5 as h, frictionlab.files as fs, frictionlab.logs.read as r
+import frictionlab.hdf5.recordings as h, frictionlab.logs.read as r
 import frictionlab.logs.kernel
 def clocked(module, name):
     inner = getattr(module, name)
@@ -43,7 +43,7 @@ def clocked(module, name):
         finally: spent[name] += process_time() - t
     setattr(module, name, run)
 spent = Counter()
-for module, name in ((r, 'read_table'), (r, '_examined'), (r, '_recording'), (h, 'image_of'), (h, 'write_whole')):
+for module, name in ((r, 'read_table'), (r, '_examined'), (r, '_recording'), (h, 'write_whole')):
     clocked(module, name)
 begin = process_time()
 rec = r.read_log(Path({path!r})); h.write_recording(rec, Path({out!r}))

@@ -26,7 +26,8 @@ from pathlib import Path
 import numpy as np
 
 from frictionlab.analysis.measure import measure
-from frictionlab.hdf5 import image_of, read_recording
+from frictionlab.hdf5 import read_recording
+from frictionlab.hdf5.recordings import pieces_of
 from frictionlab.maps import Grid, Solve
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
@@ -179,7 +180,7 @@ def made_recordings(folder: Path, number: int) -> list[Path]:
         mass = simulate(Problem(r, 0.3, zeta=0.02), cycles=int(tau[-1] / (2.0 * np.pi)) + 1).at(tau)[0]
         noise = chance.normal(scale=0.8e-6, size=(2, len(tau)))
         base = 1.8e-3 * np.cos(tau)
-        images.append(image_of(Recording(time_s, 1.8e-3 * mass + noise[0], base + noise[1])))
+        images.append(b"".join(pieces_of(Recording(time_s, 1.8e-3 * mass + noise[0], base + noise[1]))))
     paths = [folder / f"{index:07d}.h5" for index in range(number)]
     for index, path in enumerate(paths):
         path.write_bytes(images[index % 10])

@@ -30,6 +30,8 @@ from numpy.typing import NDArray
 from frictionlab import __version__
 from frictionlab.errors import OutputError, UsageError
 from frictionlab.files import check_replaceable, write_whole
+from frictionlab.hdf5.image import placed_at_once
+from frictionlab.hdf5.nodes import root_attribute
 
 FORMAT = "frictionlab map"
 FORMAT_VERSION = 1
@@ -168,7 +170,7 @@ def identity_of(
 
 def is_map(path: Path) -> bool:
     """Whether this file is a map of this package."""
-    return _attribute(path, "format") == FORMAT
+    return root_attribute(path, "format") == FORMAT
 
 
 @contextmanager
@@ -177,21 +179,17 @@ def finished_map(
 ) -> Iterator[GrowingMap | None]:
     """Open the whole map of just these values to read it, if that is what stands there and none is growing."""
     identity = identity_of(axes, kinds, attributes)
-    if _note_of(Path(os.path.realpath(path))).exists() or not is_map(path) or _attribute(path, "identity") != identity:
+    if (
+        _note_of(Path(os.path.realpath(path))).exists()
+        or not is_map(path)
+        or root_attribute(path, "identity") != identity
+    ):
         yield None
         return
     with path.open("rb", buffering=0) as file:
         whole = GrowingMap(path, file, identity, _places_in(file, kinds))
         whole.done = math.prod(len(values) for values in axes.values())
         yield whole
-
-
-def _attribute(path: Path, name: str) -> str:
-    try:
-        with h5py.File(path, "r") as file:
-            return str(file.attrs.get(name, ""))
-    except (OSError, RuntimeError, ValueError, KeyError):
-        return ""
 
 
 @contextmanager
@@ -254,19 +252,10 @@ def _lay_out(
         for name, values in axes.items():
             tree.create_dataset(name, data=np.asarray(values, dtype=np.float64)).make_scale(name)
         for key, kind in kinds.items():
-            data = tree.create_dataset(
-                key, tuple(len(v) for v in axes.values()), np.dtype(kind), dcpl=_placed_at_once()
-            )
+            data = tree.create_dataset(key, tuple(len(v) for v in axes.values()), np.dtype(kind), dcpl=placed_at_once())
             for dimension, name in zip(data.dims, axes, strict=True):
                 dimension.attach_scale(tree[name])
     _reserve(file)
-
-
-def _placed_at_once() -> Any:
-    properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-    properties.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
-    return properties
 
 
 def _reserve(file: BinaryIO) -> None:

@@ -1,0 +1,9 @@
+"""HDF5 files: recordings, results and, in `frictionlab.hdf5.maps`, maps that grow. h5py appears only in this room."""
+
+from frictionlab.hdf5.describe import describe
+from frictionlab.hdf5.recordings import check_writable, is_recording, read_recording, write_recording
+from frictionlab.hdf5.results import read_tree, write_tree
+
+__all__ = [
+    "check_writable", "describe", "is_recording", "read_recording", "read_tree", "write_recording", "write_tree",
+]  # fmt: skip

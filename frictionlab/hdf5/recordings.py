@@ -1,0 +1,278 @@
+"""Recording <-> HDF5 file; h5py appears only here.
+
+The tree, format version 1::
+
+    /                     attrs: format = "frictionlab recording", format_version = 1, Conventions, title, created,
+                                 frictionlab_version
+    /time                 (n,) float64, units "s", dimension scale; start_time where it is known
+    /mass_displacement    (n,) float64, units "m", long_name
+    /base_displacement    (n,) float64, units "m", long_name
+    /quality              (n,) uint8, flag_masks, flag_meanings (see frictionlab.recording.Quality)
+    /source               attrs: files, sha256, size_bytes, lines_read, lines_preamble, lines_header, lines_data,
+                                 lines_blank, lines_comment, lines_quarantined (all files together; they add up)
+        /file_lines       (files, 7) int64: the same counts of each file
+        /warnings         (w,) text
+        /quarantined_file, /quarantined_line, /quarantined_text, /quarantined_reason    (q,) the first lines set aside
+        /replaced_index, /replaced_mass, /replaced_base    (k,) what stood in the log where a value was bridged
+        /dialect          attrs: what was found in the logs
+        /options          attrs: what the user had said
+    /experiment           attrs: material, normal_force (N), and whatever else is known of this test
+    /entry                NXentry with hard links to the arrays in /entry/data (NXdata), for NeXus readers
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import astuple, fields
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.files import check_replaceable, write_whole
+from frictionlab.hdf5.image import Image
+from frictionlab.hdf5.nodes import (
+    FORMAT_VERSION,
+    TEXT,
+    array_inside,
+    facts_of,
+    group_inside,
+    opened,
+    root_attribute,
+    storable,
+    text,
+    texts_inside,
+    write_dataset,
+    write_facts,
+)
+from frictionlab.recording import (
+    Fact,
+    LineCount,
+    Quality,
+    QuarantinedLine,
+    Recording,
+    Replaced,
+    Source,
+    SourceFile,
+)
+
+Compression = Literal["lzf", 1, 4, 9, None]
+FORMAT = "frictionlab recording"
+ARRAYS = {
+    "mass_displacement": "displacement of the mass",
+    "base_displacement": "displacement of the base",
+}
+_NORMAL_FORCE = ("normal_force_n", "normal_force")  # its name in a scene, and in the file, where units are SI
+
+
+def write_recording(recording: Recording, path: Path, *, force: bool = False) -> None:
+    """Write a recording to an HDF5 file, whole or not at all.
+
+    Parameters
+    ----------
+    recording
+        What to write.
+    path
+        Where; an existing recording there is replaced.
+    force
+        Replace whatever file stands there.
+
+    Raises
+    ------
+    OutputError
+        If the path holds another kind of file, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> t = np.arange(0.0, 1.0, 0.01)
+    >>> path = Path(tempfile.mkdtemp()) / "test.h5"
+    >>> write_recording(Recording(t, t, t, experiment={"material": "steel"}), path)
+    >>> read_recording(path).experiment["material"]
+    'steel'
+    """
+    write_whole(path, pieces_of(recording), replace=force or is_recording)
+
+
+def check_writable(path: Path, *, force: bool = False) -> None:
+    """Raise `OutputError` if a recording could not be written here; to be asked before the long work."""
+    check_replaceable(path, replace=force or is_recording)
+
+
+def is_recording(path: Path) -> bool:
+    """Whether this file is a recording of this package."""
+    return root_attribute(path, "format") == FORMAT
+
+
+def pieces_of(
+    recording: Recording,
+    *,
+    created: datetime | None = None,
+    precision: Literal["f8", "f4"] = "f8",
+    compression: Compression = None,
+) -> Iterator[memoryview]:
+    """Give the bytes of a recording's file in order; only ``created`` differs between two files of one recording.
+
+    ``precision`` and ``compression`` of the displacements are knobs of the trade (`frictionlab tradeoff`): commands
+    write doubles as they are, which is fastest and loses nothing. gzip shuffles its bytes first.
+    """
+    image = Image(_bytes_of(recording))
+    with image.new_file(format=FORMAT, format_version=FORMAT_VERSION) as file:
+        _write_root(file, recording, created or datetime.now(UTC))
+        _write_arrays(image, file, recording, precision, compression)
+        _write_source(file.create_group("source", track_order=True), recording.source)
+        _write_experiment(file.create_group("experiment", track_order=True), recording.experiment)
+        _write_nexus(file)
+    return image.pieces()
+
+
+def _bytes_of(recording: Recording) -> int:
+    replaced = recording.source.replaced
+    return 25 * len(recording) + (0 if replaced is None else 24 * len(replaced.index))
+
+
+def read_recording(path: Path) -> Recording:
+    """Read a recording from its HDF5 file.
+
+    Raises
+    ------
+    RecordingError
+        If it is not a recording, is of a newer format, or is damaged. Links out of the file are not followed.
+    """
+    with opened(path, FORMAT, "run ingest on its log") as (file, size):
+        return _read(file, size)
+
+
+def _write_root(file: h5py.File, recording: Recording, created: datetime) -> None:
+    names = " + ".join(f.name for f in recording.source.files) or "made in memory"
+    material = recording.experiment.get("material")
+    file.attrs["Conventions"] = "CF-1.11"
+    file.attrs["title"] = storable(f"Displacement of mass and base: {names}" + (f" ({material})" if material else ""))
+    file.attrs["created"] = created.isoformat(timespec="seconds")
+    file.attrs["default"] = "entry"
+
+
+def _write_arrays(
+    image: Image, file: h5py.File, recording: Recording, precision: str, compression: Compression
+) -> None:
+    def add(name: str, values: NDArray[Any]) -> h5py.Dataset:
+        if compression is None:
+            return image.place(file, name, values)
+        return file.create_dataset(name, data=values, compression=compression, shuffle=True)
+
+    time = add("time", recording.time)
+    time.attrs.update({"units": "s", "long_name": "time", "axis": "T"})
+    if "start_time" in recording.source.dialect:
+        time.attrs["start_time"] = str(recording.source.dialect["start_time"])
+    time.make_scale("time")
+    for name, words in ARRAYS.items():
+        dataset = add(name, getattr(recording, name).astype(precision, copy=False))
+        dataset.attrs.update({"units": "m", "long_name": words, "ancillary_variables": "quality"})
+        dataset.dims[0].attach_scale(time)
+    quality = image.place(file, "quality", recording.quality)
+    quality.attrs["long_name"] = "what was wrong at this sample"
+    quality.attrs["flag_masks"] = np.array([flag.value for flag in Quality], np.uint8)
+    quality.attrs["flag_meanings"] = " ".join(str(flag.name).lower() for flag in Quality)
+    quality.dims[0].attach_scale(time)
+
+
+def _write_source(group: h5py.Group, source: Source) -> None:
+    group.attrs["files"] = np.array([storable(f.name) for f in source.files], dtype=TEXT)
+    group.attrs["sha256"] = np.array([f.sha256 for f in source.files], dtype=TEXT)
+    group.attrs["size_bytes"] = np.array([f.size_bytes for f in source.files], np.int64)
+    for kind in fields(LineCount):
+        group.attrs[f"lines_{kind.name}"] = getattr(source.lines, kind.name)
+    counts = np.array([astuple(f.lines) for f in source.files], np.int64).reshape(-1, len(fields(LineCount)))
+    write_dataset(group, "file_lines", counts)
+    write_dataset(group, "warnings", source.warnings)
+    write_dataset(group, "evidence", source.evidence)
+    for kind_, values in _columns_of(source.quarantined).items():
+        write_dataset(group, f"quarantined_{kind_}", values)
+    if source.replaced is not None:
+        write_dataset(group, "replaced_index", source.replaced.index)
+        write_dataset(group, "replaced_mass", source.replaced.mass, units="m")
+        write_dataset(group, "replaced_base", source.replaced.base, units="m")
+    for name, facts in (("dialect", source.dialect), ("options", source.options)):
+        write_facts(group.create_group(name, track_order=True), facts)
+
+
+def _columns_of(lines: Sequence[QuarantinedLine]) -> dict[str, Any]:
+    return {
+        "file": [line.file for line in lines],
+        "line": np.array([line.number for line in lines], np.int64),
+        "text": [line.text for line in lines],
+        "reason": [line.reason for line in lines],
+    }
+
+
+def _write_experiment(group: h5py.Group, experiment: Mapping[str, Fact]) -> None:
+    long, short = _NORMAL_FORCE
+    facts = {short if key == long else key: value for key, value in experiment.items()}
+    if short in facts:
+        facts[f"{short}_units"] = "N"
+    write_facts(group, facts)
+
+
+def _write_nexus(file: h5py.File) -> None:
+    entry = file.create_group("entry", track_order=True)
+    entry.attrs.update({"NX_class": "NXentry", "default": "data"})
+    data = entry.create_group("data", track_order=True)
+    data.attrs.update({"NX_class": "NXdata", "signal": "mass_displacement", "axes": "time"})
+    data.attrs["auxiliary_signals"] = np.array(["base_displacement"], dtype=TEXT)
+    for name in ("time", "mass_displacement", "base_displacement", "quality"):
+        data[name] = file[name]
+    entry["title"] = file.attrs["title"]
+
+
+def _read(file: h5py.File, size: int) -> Recording:
+    arrays = {name: array_inside(file, name, np.float64, size) for name in ("time", *ARRAYS)}
+    return Recording(
+        time=arrays["time"],
+        mass_displacement=arrays["mass_displacement"],
+        base_displacement=arrays["base_displacement"],
+        quality=array_inside(file, "quality", np.uint8, size),
+        source=_read_source(group_inside(file, "source"), size),
+        experiment=_read_experiment(group_inside(file, "experiment")),
+    )
+
+
+def _read_source(group: h5py.Group, size: int) -> Source:
+    counts = array_inside(group, "file_lines", np.int64, size, dimensions=2)
+    named = zip(group.attrs["files"], group.attrs["sha256"], group.attrs["size_bytes"], counts, strict=True)
+    quarantined = zip(
+        texts_inside(group, "quarantined_file", size),
+        array_inside(group, "quarantined_line", np.int64, size).tolist(),
+        texts_inside(group, "quarantined_text", size),
+        texts_inside(group, "quarantined_reason", size),
+        strict=True,
+    )
+    return Source(
+        files=tuple(
+            SourceFile(text(n), text(sha), int(bytes_), LineCount(*(int(c) for c in row)))
+            for n, sha, bytes_, row in named
+        ),
+        dialect=facts_of(group_inside(group, "dialect")),
+        options=facts_of(group_inside(group, "options")),
+        quarantined=tuple(QuarantinedLine(*line) for line in quarantined),
+        warnings=tuple(texts_inside(group, "warnings", size)),
+        evidence=tuple(texts_inside(group, "evidence", size)),
+        replaced=_read_replaced(group, size),
+    )
+
+
+def _read_replaced(group: h5py.Group, size: int) -> Replaced | None:
+    if "replaced_index" not in group:
+        return None
+    return Replaced(
+        array_inside(group, "replaced_index", np.int64, size),
+        array_inside(group, "replaced_mass", np.float64, size),
+        array_inside(group, "replaced_base", np.float64, size),
+    )
+
+
+def _read_experiment(group: h5py.Group) -> dict[str, Fact]:
+    long, short = _NORMAL_FORCE
+    facts = {long if key == short else key: value for key, value in facts_of(group).items()}
+    facts.pop(f"{short}_units", None)
+    return facts
