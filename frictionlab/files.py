@@ -5,9 +5,11 @@ so that a killed process, a full disk or a second writer leaves the old file or 
 long as its writer lives; one without a lock is a leftover of a killed run and is swept by the next writer.
 """
 
+import errno
 import fcntl
 import os
 import stat
+import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,7 +18,12 @@ from frictionlab.errors import OutputError
 
 Bytes = bytes | bytearray | memoryview
 SUFFIX = ".frictionlab-part"
-_BLOCK = 1 << 26
+_BLOCK = 1 << 23
+_LARGE = 1 << 26
+_PAST_CACHE = 0x80
+"""RWF_DONTCACHE of Linux 6.14: what is synced at once anyway need not fill the memory beside. 312 MB: 0.15 s instead of
+0.22, and 0.24 instead of 1.1 where memory is scarce; reading them again then takes 0.2 s longer."""
+_HERE = -1  # where the file stands
 _sync, _rename = os.fsync, os.rename
 
 
@@ -120,10 +127,21 @@ def _still_there(part: Path, descriptor: int) -> bool:
 def _write_all(descriptor: int, data: Bytes | Iterable[Bytes]) -> None:
     for piece in (data,) if isinstance(data, (bytes, bytearray, memoryview)) else data:
         view = memoryview(piece).cast("B")
+        write = _write_past_cache if len(view) >= _LARGE else os.write
         done = 0
         while done < len(view):
-            done += os.write(descriptor, view[done : done + _BLOCK])
+            done += write(descriptor, view[done : done + _BLOCK])
     _sync(descriptor)
+
+
+def _write_past_cache(descriptor: int, block: memoryview) -> int:
+    if sys.platform == "linux":
+        try:
+            return os.pwritev(descriptor, [block], _HERE, _PAST_CACHE)
+        except OSError as error:
+            if error.errno not in (errno.EOPNOTSUPP, errno.EINVAL):  # an older kernel, another file system
+                raise
+    return os.write(descriptor, block)
 
 
 def _sweep(folder: Path) -> None:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.errors import RecordingError
 
 T = TypeVar("T", bound=np.generic)
+_PART = 1 << 13  # doubles that stay in the cache
 Fact = str | float
 """One fact about an experiment: a word or a number."""
 
@@ -196,6 +197,11 @@ class Recording:
         """Samples per second, by a straight line through all stamps; missing samples are counted, not stretched."""
         return 1.0 / sampling_interval(self.time)
 
+    def flag_counts(self) -> dict[str, int]:
+        """Samples with each of the flags of `Quality`, by its name in lower case."""
+        flagged = self.quality[self.quality != 0]
+        return {str(flag.name).lower(): int(np.count_nonzero(flagged & flag)) for flag in Quality}
+
     def stretches(self) -> "tuple[Recording, ...]":
         """Cut the recording into its sound parts, in time order; cycles may be cut inside each, never across two.
 
@@ -243,16 +249,14 @@ def sampling_interval(time: NDArray[np.float64]) -> float:
     >>> round(sampling_interval(np.delete(np.arange(1000) * 0.004, [17, 500, 501])), 9)
     0.004
     """
-    return interval_of_steps(np.diff(time), time)
-
-
-def interval_of_steps(steps: NDArray[np.float64], time: NDArray[np.float64]) -> float:
-    """Do as `sampling_interval`, where the steps between the stamps are at hand."""
-    guess = _typical_step(steps)
+    guess = _typical_step(time)
     if not guess > 0.0:
         raise RecordingError("no sampling rate: expected time stamps that increase; got no increasing step")
-    even = 0.5 * guess < steps.min() and steps.max() < 1.5 * guess
-    if even or _quantised(steps):
+    smallest, largest = step_range(time)
+    if 0.5 * guess < smallest and largest < 1.5 * guess:
+        return _slope_over_index(time)
+    steps = np.diff(time)
+    if _quantised(steps):
         return _slope_over_index(time)
     count = np.zeros(len(time))
     count[1:] = np.cumsum(np.where(steps > 0, np.maximum(np.rint(steps / guess), 1.0), 0.0))
@@ -260,23 +264,31 @@ def interval_of_steps(steps: NDArray[np.float64], time: NDArray[np.float64]) -> 
     return float(np.dot(count, time - time[0]) / np.dot(count, count))
 
 
+def step_range(time: NDArray[np.float64]) -> tuple[float, float]:
+    """Smallest and largest step between stamps (n,), n > 1; nan if one is. In parts that stay in the cache."""
+    parts = (np.diff(time[start : start + _PART + 1]) for start in range(0, len(time) - 1, _PART))
+    smallest, largest = zip(*((part.min(), part.max()) for part in parts), strict=True)
+    return float(np.min(smallest)), float(np.max(largest))
+
+
 def _slope_over_index(time: NDArray[np.float64]) -> float:
     """Slope of the least-squares line through time over sample number.
 
     In parts that stay in the cache and are too short for the linear algebra library to wake its threads for.
     """
-    n, size, total = len(time), 1 << 13, 0.0
-    ramp, centre = np.arange(float(size)), (n - 1) / 2.0
-    for start in range(0, n, size):
-        part = time[start : start + size] - time[0]  # stamps of an epoch are a thousand million seconds
+    n, total = len(time), 0.0
+    ramp, centre = np.arange(float(_PART)), (n - 1) / 2.0
+    for start in range(0, n, _PART):
+        part = time[start : start + _PART] - time[0]  # stamps of an epoch are a thousand million seconds
         total += float(np.dot(ramp[: len(part)], part) + (start - centre) * part.sum())
     return total / (n * (n * n - 1.0) / 12.0)
 
 
-def _typical_step(steps: NDArray[np.float64]) -> float:
+def _typical_step(time: NDArray[np.float64]) -> float:
     """The median step [s]; the mean where the median is 0 (stamps coarser than the sampling interval)."""
-    some = steps if len(steps) < 200_000 else steps[:: len(steps) // 100_000]
-    return float(np.median(some)) or float(np.mean(steps))
+    steps = len(time) - 1
+    some = np.arange(0, steps, 1 if steps < 200_000 else steps // 100_000)
+    return float(np.median(time[some + 1] - time[some])) or float((time[-1] - time[0]) / steps)
 
 
 def _quantised(steps: NDArray[np.float64]) -> bool:
@@ -305,11 +317,11 @@ def _check_lengths(recording: Recording) -> None:
 
 
 def _check_time(time: NDArray[np.float64], quality: NDArray[np.uint8]) -> None:
-    steps = np.diff(time)
-    if steps.min() > 0.0 and np.isfinite(time[0]) and np.isfinite(time[-1]):
+    if step_range(time)[0] > 0.0 and np.isfinite(time[0]) and np.isfinite(time[-1]):
         return
     if not np.isfinite(time).all():
         raise RecordingError("time: expected finite stamps; got nan or infinity")
+    steps = np.diff(time)
     wrong = (steps < 0.0) | ((steps == 0.0) & ((quality[1:] & np.uint8(Quality.DUPLICATED)) == 0))
     if wrong.any():
         i = int(np.argmax(wrong))

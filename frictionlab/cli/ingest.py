@@ -185,10 +185,7 @@ def _row(recording: "Recording", log: Path, output: Path | None) -> "Row":
     """What was found in a log, as one row."""
     from dataclasses import asdict
 
-    from frictionlab.recording import Quality
-
     source = recording.source
-    flags = {str(flag.name).lower(): int(((recording.quality & flag) != 0).sum()) for flag in Quality}
     return {
         "source": str(log),
         "status": "ok",
@@ -198,7 +195,7 @@ def _row(recording: "Recording", log: Path, output: Path | None) -> "Row":
         "duration_s": recording.duration_s,
         **{f"lines_{kind}": count for kind, count in asdict(source.lines).items()},
         "flagged": int((recording.quality != 0).sum()),
-        "flags": flags,
+        "flags": recording.flag_counts(),
         "gaps_s": recording.gaps,
         "quarantined": [
             {"file": q.file, "line": q.number, "text": q.text, "reason": q.reason} for q in source.quarantined

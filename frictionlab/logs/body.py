@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from frictionlab.errors import LogError
 from frictionlab.logs.cells import decimals, is_no_value, moment, number, plain
 from frictionlab.logs.dialect import is_comment, split
+from frictionlab.logs.lines import Bytes
 from frictionlab.logs.store import Columns
 
 KEEP = 100
@@ -121,7 +122,7 @@ class _Verdict:
     reason: str = ""
 
 
-def judge(line: bytes, shape: Shape) -> _Verdict:
+def judge(line: Bytes, shape: Shape) -> _Verdict:
     """Say what one line is, and read it if it is data."""
     text = line.decode(shape.encoding if shape.encoding.isascii() else "utf-8", "replace").rstrip("\r\n")
     if "\0" in text:
@@ -176,7 +177,7 @@ class Parsed:
     values: NDArray[np.float64]
     start: int
     lines: int
-    odd: Sequence[tuple[int, bytes]] = ()
+    odd: Sequence[tuple[int, Bytes]] = ()
 
 
 class Reader:
@@ -189,7 +190,7 @@ class Reader:
         self._regular = _regular_line(shape)
         self._rank = np.argsort(np.argsort(shape.wanted))
 
-    def read(self, block: bytes) -> None:
+    def read(self, block: Bytes) -> None:
         """Read a block at once."""
         if not self.compiled:
             self.take(self._parse_plain(block))
@@ -199,13 +200,13 @@ class Reader:
             self.store.grow(lines)
         self.take(self.parse(block, self.store.reserve(lines), lines))
 
-    def count(self, block: bytes) -> int:
+    def count(self, block: Bytes) -> int:
         """Count the lines of a block: for so many there must be room in the store before it is parsed."""
         from frictionlab.logs.kernel import count_lines  # noqa: PLC0415 - loading the compiler is for large logs only
 
         return count_lines(block)
 
-    def parse(self, block: bytes, start: int, lines: int) -> Parsed:
+    def parse(self, block: Bytes, start: int, lines: int) -> Parsed:
         """Parse the regular lines of a block into the place reserved for it; safe to call from several threads."""
         from frictionlab.logs.kernel import parse_lines  # noqa: PLC0415
 
@@ -219,10 +220,10 @@ class Reader:
         texts = [(line, block[begin:end]) for begin, end, line in odd.tolist()]
         return Parsed(data[:, start : start + rows], start, lines, texts)
 
-    def _parse_plain(self, block: bytes) -> Parsed:
+    def _parse_plain(self, block: Bytes) -> Parsed:
         rows: list[tuple[float, ...]] = []
-        odd: list[tuple[int, bytes]] = []
-        lines = block.split(b"\n")[:-1]
+        odd: list[tuple[int, Bytes]] = []
+        lines = bytes(block).split(b"\n")[:-1]
         for i, line in enumerate(lines):
             match = self._regular.fullmatch(line)
             if match is None:
@@ -232,7 +233,7 @@ class Reader:
         values = np.array(rows, np.float64).reshape(-1, len(self.shape.wanted)).T
         return Parsed(values[self._rank], -1, len(lines), odd)
 
-    def _number(self, digits: bytes) -> float:
+    def _number(self, digits: Bytes) -> float:
         return float(digits if self.shape.decimal == "." else digits.replace(b",", b"."))
 
     def take(self, parsed: Parsed) -> None:
@@ -250,7 +251,7 @@ class Reader:
         self.next_line += parsed.lines
 
     def _with_odd(
-        self, values: NDArray[np.float64], count: int, odd: Sequence[tuple[int, bytes]]
+        self, values: NDArray[np.float64], count: int, odd: Sequence[tuple[int, Bytes]]
     ) -> NDArray[np.float64]:
         """Judge the lines that are not regular, and put those that are data in their places."""
         more: list[tuple[float, ...]] = []
@@ -274,7 +275,7 @@ class Reader:
         merged[:, ~is_regular[is_data]] = np.array(more).T
         return merged
 
-    def _note(self, line: int, text: bytes, verdict: _Verdict) -> None:
+    def _note(self, line: int, text: Bytes, verdict: _Verdict) -> None:
         self.body.counts[verdict.kind] += 1
         if verdict.kind == "header":
             self.body.headers.append(line)
@@ -282,7 +283,7 @@ class Reader:
             kept = text[:_LONGEST_KEPT].decode(self.shape.encoding, "replace").rstrip("\r\n")
             self.body.quarantined.append((line, kept, verdict.reason))
 
-    def take_unended(self, text: bytes) -> None:
+    def take_unended(self, text: Bytes) -> None:
         """Add the last line of a file that does not end in a line end: data only if it is provably whole."""
         verdict = judge(text, self.shape)
         if verdict.kind == "data" and not self.shape.last_decimals:

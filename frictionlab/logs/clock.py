@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
-from frictionlab.recording import Quality, interval_of_steps
+from frictionlab.recording import Quality, sampling_interval, step_range
 
 _MOST_STRAY = 0.05
 _STATED_TOLERANCE = 1e-4
@@ -73,18 +73,16 @@ def time_base(stamps: NDArray[np.float64], name: str, *, bridge_s: float, stated
     LogError
         If the stamps do not increase.
     """
-    steps = np.diff(stamps)
     base = TimeBase(stamps, np.zeros(len(stamps), np.uint8), np.zeros(0, np.int64))
-    if len(steps) and steps.min() < 0.0:
-        stray, restarts = _backward(stamps, steps, name)
+    if len(stamps) > 1 and step_range(stamps)[0] < 0.0:
+        stray, restarts = _backward(stamps, np.diff(stamps), name)
         time = np.delete(stamps, stray)
         base = TimeBase(time, np.zeros(len(time), np.uint8), stray)
         if len(restarts):
             _join(base, restarts - np.searchsorted(stray, restarts))
-        steps = np.diff(base.time)
     if len(base.time) < 2 or not base.time[-1] > base.time[0]:
         raise LogError(f"{name}: the time stamps do not increase: give --time, or --sampling-rate")
-    _flag_holes(base, steps, bridge_s)
+    _flag_holes(base, bridge_s)
     if stated_s is not None and abs(stated_s / base.interval - 1.0) > _STATED_TOLERANCE:
         base.warnings.append(
             f"the log states a sampling interval of {stated_s:.9g} s, its stamps are {base.interval:.9g} s apart: "
@@ -137,11 +135,13 @@ def _join(base: TimeBase, restarts: NDArray[np.int64]) -> None:
     )
 
 
-def _flag_holes(base: TimeBase, steps: NDArray[np.float64], bridge_s: float) -> None:
-    base.interval = interval_of_steps(steps, base.time)
+def _flag_holes(base: TimeBase, bridge_s: float) -> None:
+    base.interval = sampling_interval(base.time)
     base.bridge = max(bridge_s, _SHORTEST_BRIDGE * base.interval)
-    if steps.min() > 0.0 and steps.max() <= 1.5 * base.interval:
+    smallest, largest = step_range(base.time)
+    if smallest > 0.0 and largest <= 1.5 * base.interval:
         return
+    steps = np.diff(base.time)
     repeated = steps == 0.0
     coarse = np.count_nonzero(repeated) > 0.1 * len(steps)
     resolution = float(steps[steps > 0.0].min()) if coarse else 0.0

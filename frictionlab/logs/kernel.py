@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
+from frictionlab.logs.lines import Bytes
 
 _LOW, _HIGH = -342, 308
 _LF, _CR, _TAB, _BLANK, _QUOTE = 10, 13, 9, 32, 34
@@ -39,13 +40,13 @@ _compiled = nb.njit(nogil=True, cache=True, error_model="numpy")
 _inlined = nb.njit(nogil=True, cache=True, error_model="numpy", inline="always")
 
 
-def count_lines(block: bytes) -> int:
+def count_lines(block: Bytes) -> int:
     """How many line ends there are."""
-    return int(np.count_nonzero(np.frombuffer(block, np.uint8) == _LF))
+    return int(_count(np.frombuffer(memoryview(block).toreadonly(), np.uint8)))
 
 
 def parse_lines(
-    block: bytes,
+    block: Bytes,
     separator: str,
     decimal: str,
     target: NDArray[np.int64],
@@ -76,9 +77,17 @@ def parse_lines(
     if first < 0 or first + lines > values.shape[1] or block[-1:] != b"\n" or target.max() >= len(values):
         raise LogError("no room for the numbers of a block: this is a fault of frictionlab, please report it")
     odd = np.empty((lines, 3), np.int64)
-    text = np.frombuffer(block, np.uint8)
+    text = np.frombuffer(memoryview(block).toreadonly(), np.uint8)
     rows, odds = _parse(text, ord(separator), ord(decimal), target, last_decimals, values, first, odd)
     return rows, odd[:odds]
+
+
+@_compiled
+def _count(text: Any) -> int:
+    lines = 0
+    for c in text:
+        lines += c == _LF
+    return lines
 
 
 @_compiled

@@ -1,19 +1,18 @@
-"""A log as blocks of whole lines: decompressed, decoded to an ASCII-compatible encoding, hashed while it is read.
+"""A log as blocks of whole lines: decompressed, decoded to an ASCII-compatible encoding.
 
 Memory is bounded whatever the file's size: a block holds a few megabytes, and a file that unpacks to far more than it
 should is refused.
 """
 
 import codecs
-import hashlib
 import io
 import os
 import re
 import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
 
 from frictionlab.errors import LogError
 
@@ -32,6 +31,7 @@ _BOMS = (
 )
 _WIDE = re.compile("^utf[-_]?(16|32)", re.IGNORECASE)
 
+Bytes = bytes | bytearray
 Progress = Callable[[int, int], None]
 """Called with bytes read and bytes in all."""
 
@@ -55,29 +55,26 @@ class Head:
 class Blocks:
     """Iterate over (bytes of whole lines ending in LF, whether it is the file's last, unended line).
 
-    After the last block ``sha256`` and ``size`` hold what was read of the file itself.
+    After the last block ``read`` is the file's size, and the file is known not to have changed meanwhile.
     """
 
     head: Head
     progress: Progress | None = None
-    sha256: str = ""
-    size: int = 0
-    _file: "_Hashed | None" = None
+    _file: "_Told | None" = None
 
     @property
     def read(self) -> int:
         """Bytes of the file read so far."""
         return self._file.done if self._file is not None else 0
 
-    def __iter__(self) -> Iterator[tuple[bytes, bool]]:
+    def __iter__(self) -> Iterator[tuple[Bytes, bool]]:
         with _open(self.head.path) as file:
             before = os.fstat(file.fileno())
-            self._file = hashed = _Hashed(file, before.st_size, self.progress)
-            yield from _whole_lines(_decoded(hashed, self.head))
-            hashed.finish()
+            self._file = told = _Told(file, before.st_size, self.progress)
+            yield from _lines_as_read(told) if _is_plain(self.head) else _whole_lines(_decoded(told, self.head))
+            told.finish()
             after = os.fstat(file.fileno())
-        self.sha256, self.size = hashed.digest.hexdigest(), hashed.done
-        if len({_state(before), _state(after), self.head.state}) > 1 or self.size != after.st_size:
+        if len({_state(before), _state(after), self.head.state}) > 1 or told.done != after.st_size:
             raise LogError(f"{self.head.path.name}: changed while it was read: wait until it is written, ingest again")
 
 
@@ -95,9 +92,9 @@ def read_head(path: Path, encoding: str | None = None) -> Head:
     """
     with _open(path) as file:
         state = _state(os.fstat(file.fileno()))
-        hashed = _Hashed(file, state[0], None)
+        told = _Told(file, state[0], None)
         compressed = _is_gzip(file)
-        raw = _first(_unpacked(hashed) if compressed else _chunks(hashed), HEAD)
+        raw = _first(_unpacked(told) if compressed else _chunks(told), HEAD)
         whole = len(raw) < HEAD
     if not raw.strip(b"\0 \t\r\n\xef\xbb\xbf\xff\xfe"):
         raise LogError(f"{path.name}: empty: expected lines of numbers; got {state[0]} bytes without any")
@@ -123,7 +120,7 @@ def texts_of(head: Head, numbers: Sequence[int]) -> dict[int, str]:
     return found
 
 
-def _open(path: Path) -> BinaryIO:
+def _open(path: Path) -> BufferedReader:
     try:
         if not path.is_file():
             what = "it is a folder" if path.is_dir() else "no such file"
@@ -133,41 +130,48 @@ def _open(path: Path) -> BinaryIO:
         raise LogError(f"{path}: cannot be read ({error.strerror})") from error
 
 
-def _is_gzip(file: BinaryIO) -> bool:
+def _is_gzip(file: BufferedReader) -> bool:
     magic = file.read(2)
     file.seek(0)
     return magic == b"\x1f\x8b"
 
 
-class _Hashed:
-    """A file that is hashed as it is read."""
+class _Told:
+    """A file that tells how much of it is read."""
 
-    def __init__(self, file: BinaryIO, total: int, progress: Progress | None) -> None:
+    def __init__(self, file: BufferedReader, total: int, progress: Progress | None) -> None:
         self.file, self.total, self.progress = file, total, progress
-        self.digest = hashlib.sha256()
         self.done = 0
 
     def read(self, size: int) -> bytes:
-        """Read, hash and tell."""
+        """Read and tell."""
         chunk = self.file.read(size)
-        self.digest.update(chunk)
-        self.done += len(chunk)
-        if self.progress is not None:
-            self.progress(self.done, self.total)
+        self._tell(len(chunk))
         return chunk
 
+    def readinto(self, room: memoryview) -> int:
+        """Do the same into memory that is there; 0 at the file's end."""
+        size = self.file.readinto(room)
+        self._tell(size)
+        return size
+
+    def _tell(self, size: int) -> None:
+        self.done += size
+        if self.progress is not None:
+            self.progress(self.done, self.total)
+
     def finish(self) -> None:
-        """Hash what is left (a compressed file may have padding)."""
+        """Read what is left (a compressed file may have padding)."""
         while self.read(BLOCK):
             pass
 
 
-def _chunks(file: _Hashed) -> Iterator[bytes]:
+def _chunks(file: _Told) -> Iterator[bytes]:
     while chunk := file.read(BLOCK):
         yield chunk
 
 
-def _unpacked(file: _Hashed) -> Iterator[bytes]:
+def _unpacked(file: _Told) -> Iterator[bytes]:
     """Unpack gzip members one after the other, never more than a block at a time."""
     engine, inside, done = zlib.decompressobj(wbits=31), False, 0
     while chunk := file.read(1 << 16):
@@ -231,7 +235,7 @@ def _decode(raw: bytes, encoding: str, path: Path, *, whole: bool) -> str:
     return text + "\ufffd" if whole and decoder.getstate()[0] else text
 
 
-def _decoded(file: _Hashed, head: Head) -> Iterator[bytes]:
+def _decoded(file: _Told, head: Head) -> Iterator[bytes]:
     """Chunks in an encoding whose digits, separators and line ends are ASCII bytes."""
     chunks = _unpacked(file) if head.compressed else _chunks(file)
     if head.encoding == "utf-8-sig":
@@ -241,6 +245,12 @@ def _decoded(file: _Hashed, head: Head) -> Iterator[bytes]:
     if head.newline == "\r":
         chunks = (chunk.replace(b"\r", b"\n") for chunk in chunks)
     return chunks
+
+
+def _is_plain(head: Head) -> bool:
+    """Whether the file's bytes are what is parsed."""
+    plain = head.encoding != "utf-8-sig" and not _WIDE.match(head.encoding)
+    return plain and not head.compressed and head.newline == "\n"
 
 
 def _narrowed(chunks: Iterator[bytes], encoding: str) -> Iterator[bytes]:
@@ -257,16 +267,41 @@ def _without_bom(chunks: Iterator[bytes]) -> Iterator[bytes]:
     yield from chunks
 
 
-def _whole_lines(chunks: Iterator[bytes]) -> Iterator[tuple[bytes, bool]]:
+def _whole_lines(chunks: Iterator[bytes]) -> Iterator[tuple[Bytes, bool]]:
     rest = b""
     for chunk in chunks:
         cut = chunk.rfind(b"\n") + 1
         if not cut:
             rest += chunk
-            if len(rest) > 16 * LONGEST_LINE:
-                raise LogError(f"a line longer than {16 * LONGEST_LINE} bytes: expected a log of lines")
+            _check_longest(rest)
             continue
         yield (rest + chunk[:cut] if rest else chunk[:cut]), False
         rest = chunk[cut:]
     if rest:
         yield rest, True
+
+
+def _lines_as_read(file: _Told) -> Iterator[tuple[Bytes, bool]]:
+    """Do as `_whole_lines` does, where the file's bytes need no decoding: read once, copied never."""
+    rest = bytearray()
+    while True:
+        begun = len(rest)
+        block = bytearray(begun + BLOCK)
+        block[:begun] = rest
+        size = file.readinto(memoryview(block)[begun:])
+        if not size:
+            break
+        cut = block.rfind(b"\n", begun, begun + size) + 1
+        rest = block[cut : begun + size]
+        del block[cut:]
+        if cut:
+            yield block, False
+        else:
+            _check_longest(rest)
+    if rest:
+        yield rest, True
+
+
+def _check_longest(line: Bytes) -> None:
+    if len(line) > 16 * LONGEST_LINE:
+        raise LogError(f"a line longer than {16 * LONGEST_LINE} bytes: expected a log of lines")

@@ -14,8 +14,9 @@ from frictionlab.logs.body import COMPILE_FROM, KEEP, Body, Lines, Parsed, Reade
 from frictionlab.logs.cells import decimals
 from frictionlab.logs.columns import Column, by_option, candidates, is_displacement, pick, unassigned
 from frictionlab.logs.dialect import is_comment, split
+from frictionlab.logs.digest import sha256_beside
 from frictionlab.logs.layouts import Layout, find_layout
-from frictionlab.logs.lines import Blocks, Head, Progress, read_head
+from frictionlab.logs.lines import Blocks, Bytes, Head, Progress, read_head
 from frictionlab.logs.options import LogOptions
 from frictionlab.recording import LineCount, QuarantinedLine, SourceFile
 
@@ -77,9 +78,12 @@ def read_table(path: Path, options: LogOptions, roles: Sequence[str], progress: 
     columns = assign(layout, options, roles, path.name)
     shape = _shape(head, layout, columns)
     blocks = Blocks(head, progress)
-    body = _read_body(blocks, layout, shape, path.stat().st_size)
-    counts = _count(head, layout, body)
-    file = SourceFile(path.name, blocks.sha256, blocks.size, counts)
+    try:
+        with sha256_beside(path) as sha256:
+            body = _read_body(blocks, layout, shape, head.state[0])
+            file = SourceFile(path.name, sha256(), blocks.read, _count(head, layout, body))
+    except OSError as error:
+        raise LogError(f"{path}: cannot be read to its end ({error.strerror})") from error
     _check_damage(body, options, path.name)
     return Table(
         file=file,
@@ -218,7 +222,7 @@ def _read_body(blocks: Blocks, layout: Layout, shape: Shape, size: int) -> Body:
 def _read_ahead(blocks: Blocks, skip: int, reader: Reader, pool: ThreadPoolExecutor, size: int) -> None:
     """Parse blocks in threads while the next ones are read; only a few are held at a time."""
     waiting: deque[Future[Parsed]] = deque()
-    last = b""
+    last: Bytes = b""
     for text, unended in _below_header(blocks, skip):
         if unended:
             last = text
@@ -240,7 +244,7 @@ def _settle(waiting: deque[Future[Parsed]], reader: Reader, most: int) -> None:
         reader.take(waiting.popleft().result())
 
 
-def _below_header(blocks: Blocks, skip: int) -> Iterator[tuple[bytes, bool]]:
+def _below_header(blocks: Blocks, skip: int) -> Iterator[tuple[Bytes, bool]]:
     """Give the blocks without the first ``skip`` lines of the log."""
     for block, unended in blocks:
         at = 0
@@ -248,7 +252,7 @@ def _below_header(blocks: Blocks, skip: int) -> Iterator[tuple[bytes, bool]]:
             end = block.find(b"\n", at)
             at, skip = (len(block) if end < 0 else end + 1), skip - 1
         if at < len(block):
-            yield block[at:], unended
+            yield (block[at:] if at else block), unended
 
 
 def _count(head: Head, layout: Layout, body: Body) -> LineCount:
