@@ -1,18 +1,25 @@
 """How long ingest takes against ``pandas.read_csv`` of the same file, and where the time goes.
 
-Makes a clean log of 12.5 million rows (379 MB) and its decimal-comma, TAB, cp1252 twin once in a scratch folder, then
-runs each job in a fresh process, alternating, and prints seconds, ratios and peak memory. The error beside each time is
-that of the values against Python's ``float``, on rows drawn at random: 0 means bit for bit.
+Makes a clean log of 12.5 million rows (389 MB) and its decimal-comma, TAB, cp1252 twin once in a scratch folder, then
+runs each job in a fresh process, in turn, and prints the median of the seconds, the ratios (of the medians, and the
+range over the rounds) and the peak memory (that of this script at least). ``ingest`` is the command as users give it,
+with its bar on a terminal. The error beside it is that of the values against Python's ``float``, on rows drawn at
+random: 0 means bit for bit.
 
-    python -m tests.benchmarks.ingest_speed [--rows 12500000] [--folder build/benchmarks] [--rounds 3]
+A virtual machine gives memory it does not use back to its host, and fetching it again can take longer than the work:
+before each run as much memory as any of them needs is touched, so that none pays for it. ``--cold`` leaves that out.
+
+    python -m tests.benchmarks.ingest_speed [--rows 12500000] [--folder build/benchmarks] [--rounds 5] [--cold]
 """
 
 import argparse
-import resource
+import os
+import pty
 import statistics
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from itertools import islice
 from pathlib import Path
 
@@ -22,32 +29,31 @@ from frictionlab.hdf5 import read_recording
 
 HEADER = "time [s],mass [mm],base [mm]\n"
 CHUNK = 250_000
-PANDAS = "import pandas; pandas.read_csv({path!r}, {options})"
-READ = "from pathlib import Path; from frictionlab.logs import read_log; read_log(Path({path!r}))"
-INGEST = """
-from pathlib import Path
-from frictionlab.logs import read_log
-from frictionlab.hdf5 import write_recording
-write_recording(read_log(Path({path!r})), Path({out!r}))
-"""
 RAW = "f = open({path!r}, 'rb', buffering=0)\nb = bytearray(1 << 22)\nwhile f.readinto(b): pass"
+PANDAS = "import pandas; pandas.read_csv({path!r}, {options})"
+COMPILER = "import numpy as np, frictionlab.logs.kernel as k; k.count_lines(b'1\\n'); import frictionlab.hdf5"
+READ = "from pathlib import Path; from frictionlab.logs import read_log; read_log(Path({path!r}))"
+TOUCH = "import numpy; numpy.empty(2_000_000_000, numpy.uint8)[::4096] = 1"
 STEPS = """
-import time; from time import process_time; from pathlib import Path; from collections import Counter
-import frictionlab.hdf5.recordings as h, frictionlab.logs.read as r
-import frictionlab.logs.kernel
+import time; from time import perf_counter as now; from pathlib import Path; from collections import Counter
+begin = now()
+import frictionlab.hdf5.recordings as h, frictionlab.logs.read as r, frictionlab.logs.table as t
+import frictionlab.files as f
 def clocked(module, name):
     inner = getattr(module, name)
     def run(*a, **k):
-        t = process_time()
+        began = now()
         try: return inner(*a, **k)
-        finally: spent[name] += process_time() - t
+        finally: spent[name] += now() - began
     setattr(module, name, run)
-spent = Counter()
-for module, name in ((r, 'read_table'), (r, '_examined'), (r, '_recording'), (h, 'write_whole')):
+spent = Counter(imports=now() - begin)
+for module, name in (
+    (t, 'read_head'), (t, 'find_layout'), (t, '_read_body'), (r, '_examined'), (r, '_recording'), (h, 'pieces_of'),
+    (h, 'write_whole'),
+):
     clocked(module, name)
-begin = process_time()
 rec = r.read_log(Path({path!r})); h.write_recording(rec, Path({out!r}))
-spent['all'] = process_time() - begin
+spent['all'] = now() - begin
 print({{k: round(v, 2) for k, v in spent.items()}})
 """
 
@@ -75,14 +81,34 @@ def _rows(start: int, end: int, rng: np.random.Generator) -> str:
     return "".join(f"{a:.6f},{b:.6f},{c:.6f}\n" for a, b, c in rows)
 
 
-def run(script: str) -> tuple[float, float, float]:
-    """Seconds on the clock, seconds of processor, and peak memory [MB] of a fresh process."""
-    code = f"{script}\nprint(open('/proc/self/status').read())"
-    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
-    taken, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
-    peak = next(int(line.split()[1]) for line in done.stdout.splitlines() if line.startswith("VmHWM"))
-    return taken, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, peak / 1024
+def run(words: Sequence[str], *, warm: bool) -> tuple[float, float, float]:
+    """Seconds on the clock, seconds of processor, and peak memory [MB] of a fresh process; its stderr is a terminal."""
+    if warm:
+        subprocess.run([sys.executable, "-c", TOUCH], check=True)
+    ours, theirs = pty.openpty()
+    begin = time.perf_counter()
+    with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=theirs) as process:
+        os.close(theirs)
+        said = _all_said(ours)
+        _, status, used = os.wait4(process.pid, 0)
+        taken = time.perf_counter() - begin
+        process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        sys.exit(f"{words[:4]} ended with {process.returncode}:\n{said}")
+    return taken, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
+
+
+def _all_said(terminal: int) -> str:
+    said = b""
+    while True:
+        try:
+            part = os.read(terminal, 1 << 16)
+        except OSError:  # a terminal whose other end is closed
+            part = b""
+        if not part:
+            os.close(terminal)
+            return said.decode(errors="replace")
+        said += part
 
 
 def worst_error(log: Path, recording: Path, *, german: bool) -> float:
@@ -113,40 +139,49 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rows", type=int, default=12_500_000)
     parser.add_argument("--folder", type=Path, default=Path("build/benchmarks"))
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--cold", action="store_true")
     given = parser.parse_args()
     given.folder.mkdir(parents=True, exist_ok=True)
+    say(f"{os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, memory {'as it is' if given.cold else 'at hand'}")
     for log, options, bound in zip(
         make_logs(given.folder, given.rows),
         ("", "sep='\\t', decimal=',', encoding='cp1252', comment='#'"),
         (2, 3),
         strict=True,
     ):
-        out = str(given.folder / "out.h5")
-        path = str(log)
-        scripts = {
-            "raw read": RAW.format(path=path),
-            "pandas.read_csv": PANDAS.format(path=path, options=options),
-            "read_log": READ.format(path=path),
-            "ingest": INGEST.format(path=path, out=out),
-        }
-        taken: dict[str, list[tuple[float, float, float]]] = {name: [] for name in scripts}
-        for _ in range(given.rounds):
-            for name, script in scripts.items():
-                taken[name].append(run(script))
-        yardstick = [statistics.median(column) for column in zip(*taken["pandas.read_csv"], strict=True)]
-        error = worst_error(log, Path(out), german=bound == 3)
-        say(f"{log.name}: {log.stat().st_size / 1e6:.0f} MB, {given.rows} rows; bound {bound} x; error {error:g}")
-        for name, runs in taken.items():
-            clock, cpu, _ = (statistics.median(column) for column in zip(*runs, strict=True))
-            say(
-                f"  {name:16s} {clock:6.2f} s = {clock / yardstick[0]:4.2f} x   processor {cpu:6.2f} s = "
-                f"{cpu / yardstick[1]:4.2f} x   peak {max(peak for *_, peak in runs):5.0f} MB"
-            )
-        steps = subprocess.run(
-            [sys.executable, "-c", STEPS.format(path=path, out=out)], check=True, capture_output=True, text=True
+        _measure(log, options, bound, given)
+
+
+def _measure(log: Path, options: str, bound: int, given: argparse.Namespace) -> None:
+    path, out = str(log), str(given.folder / "out.h5")
+    python = (sys.executable, "-c")
+    command = str(Path(sys.executable).with_name("frictionlab"))
+    jobs = {
+        "raw read": (*python, RAW.format(path=path)),
+        "pandas.read_csv": (*python, PANDAS.format(path=path, options=options)),
+        "load the compiler": (*python, COMPILER),
+        "read_log": (*python, READ.format(path=path)),
+        "ingest": (command, "ingest", path, "-o", out),
+    }
+    taken: dict[str, list[tuple[float, float, float]]] = {name: [] for name in jobs}
+    for _ in range(given.rounds):
+        for name, words in jobs.items():
+            taken[name].append(run(words, warm=not given.cold))
+    error = worst_error(log, Path(out), german=bound == 3)
+    say(f"{log.name}: {log.stat().st_size / 1e6:.0f} MB, {given.rows} rows; bound {bound} x; error {error:g}")
+    yardstick = taken["pandas.read_csv"]
+    for name, runs in taken.items():
+        clock, cpu = (statistics.median(column) for column in list(zip(*runs, strict=True))[:2])
+        ratios = [mine[0] / its[0] for mine, its in zip(runs, yardstick, strict=True)]
+        say(
+            f"  {name:17s} {clock:5.2f} s = {clock / statistics.median(y[0] for y in yardstick):4.2f} x "
+            f"({min(ratios):4.2f} to {max(ratios):4.2f})   processor {cpu:5.2f} s   "
+            f"peak {max(peak for *_, peak in runs):5.0f} MB"
         )
-        say(f"  processor seconds: {steps.stdout.strip()}")
+    run((*python, "pass"), warm=not given.cold)
+    steps = subprocess.run([*python, STEPS.format(path=path, out=out)], check=True, capture_output=True, text=True)
+    say(f"  seconds in each step of the library: {steps.stdout.strip()}")
 
 
 if __name__ == "__main__":

@@ -1,29 +1,39 @@
 """Mutated logs by the thousand: a recording or a clear error, never a traceback, a hang or a line unaccounted for.
 
-    python -m tests.logs.fuzz --count 100000 [--seed 1] [--keep build/fuzz]
+Each is read twice, by the regular expression of small logs and by the compiled kernel of large ones, with one result.
+
+    python -m tests.logs.fuzz --count 100000 [--seed 1] [--workers 2] [--keep build/fuzz]
 
 A case that fails is kept as a file; its number makes it again.
 """
 
 import argparse
+import os
 import signal
 import sys
 import tempfile
 import time
 import traceback
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from itertools import repeat
+from multiprocessing import get_context
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 
 from frictionlab.errors import FrictionlabError
-from frictionlab.logs import LogOptions, read_log
+from frictionlab.logs import LogOptions, read_log, table
+from frictionlab.recording import Recording
 from tests.logs.samples import CLEAN, truth, write
 
 ROWS = 40
 LONGEST_S = 20
+PART = 500
 JUNK = (
     "\0", "\0" * 30, "nan", "inf", "1e999", "-1e400", "∞", "---", "+FFFFFFF", "203.50", "203,50", "abc", "é", "\ufeff",
     "=cmd|' /C calc'!A0", "\x1b[31m", "1.2.3", "1,2,3", ";;;;", "\t\t", '"', "'", "\r", "\n", "\r\n", "\x85", "\u2028",
@@ -143,17 +153,36 @@ def check(raw: bytes, suffix: str, options: LogOptions, folder: Path) -> str:
         write(path, raw.decode("latin-1"), "latin-1")
     else:
         path.write_bytes(raw)
-    try:
-        recording = read_log(path, options)
-    except FrictionlabError as error:
-        if not str(error) or "Traceback" in str(error):
-            raise AssertionError("an error without words") from error
+    recording, compiled = _read(path, options, compiled_from=1 << 60), _read(path, options, compiled_from=0)
+    if isinstance(recording, str) or isinstance(compiled, str):
+        if recording != compiled:
+            raise AssertionError(f"two readers, two results: {recording} and {compiled}")
         return "refused"
+    _compare(recording, compiled)
     lines, encoding = recording.source.lines, str(recording.source.dialect["encoding"])
     aligned = "alignment" in recording.source.dialect  # a time column per channel: samples are those in common
     if lines.read != lines_of(raw, encoding) or (lines.data != len(recording) and not aligned):
         raise AssertionError(f"{lines} for {lines_of(raw, encoding)} lines and {len(recording)} samples")
     return "damaged" if recording.source.warnings else "read"
+
+
+def _read(path: Path, options: LogOptions, *, compiled_from: int) -> Recording | str:
+    """Give the recording, or the words of the error."""
+    with patch.object(table, "COMPILE_FROM", compiled_from):
+        try:
+            return read_log(path, options)
+        except FrictionlabError as error:
+            if not str(error) or "Traceback" in str(error):
+                raise AssertionError("an error without words") from error
+            return str(error)
+
+
+def _compare(one: Recording, other: Recording) -> None:
+    for name in ("time", "mass_displacement", "base_displacement", "quality"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    for name in ("files", "dialect", "quarantined", "warnings", "evidence"):
+        if getattr(one.source, name) != getattr(other.source, name):
+            raise AssertionError(f"two readers, two kinds of {name}")
 
 
 @contextmanager
@@ -172,31 +201,44 @@ def no_hang(seconds: int) -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
+def run(seed: int, numbers: range, keep: Path) -> tuple[Counter[str], list[str]]:
+    """Check some cases; how often each outcome was seen, and what is to be said of those that failed."""
+    warnings.simplefilter("error")
+    seen, faults = Counter[str](), []
+    with tempfile.TemporaryDirectory() as folder:
+        for number in numbers:
+            raw, suffix, options = case(seed, number)
+            try:
+                with no_hang(LONGEST_S):
+                    seen[check(raw, suffix, options, Path(folder))] += 1
+            except Exception:  # noqa: BLE001 - every fault of every kind is what is looked for
+                seen["FAULT"] += 1
+                keep.mkdir(parents=True, exist_ok=True)
+                (keep / f"{seed}_{number}{suffix}").write_bytes(raw)
+                faults.append(f"case {number}, {options}:\n{traceback.format_exc()}")
+    return seen, faults
+
+
 def main() -> int:
     """Run the cases, print what became of them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=5000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--workers", type=int, default=os.cpu_count())
     parser.add_argument("--keep", type=Path, default=Path("build/fuzz"))
     given = parser.parse_args()
-    seen: dict[str, int] = {}
-    warnings.simplefilter("error")
-    begin = time.perf_counter()
-    with tempfile.TemporaryDirectory() as folder:
-        for number in range(given.first, given.first + given.count):
-            raw, suffix, options = case(given.seed, number)
-            try:
-                with no_hang(LONGEST_S):
-                    outcome = check(raw, suffix, options, Path(folder))
-            except Exception:  # noqa: BLE001 - every fault of every kind is what is looked for
-                outcome = "FAULT"
-                given.keep.mkdir(parents=True, exist_ok=True)
-                (given.keep / f"{given.seed}_{number}{suffix}").write_bytes(raw)
-                sys.stdout.write(f"case {number}, {options}:\n{traceback.format_exc()}\n")
-            seen[outcome] = seen.get(outcome, 0) + 1
-    sys.stdout.write(f"{given.count} mutated logs in {time.perf_counter() - begin:.0f} s: {seen}\n")
-    return 1 if "FAULT" in seen else 0
+    last, seen, begin = given.first + given.count, Counter[str](), time.perf_counter()
+    parts = [range(at, min(at + PART, last)) for at in range(given.first, last, PART)]
+    with ProcessPoolExecutor(given.workers, mp_context=get_context("spawn")) as pool:
+        for more, faults in pool.map(run, repeat(given.seed), parts, repeat(given.keep)):
+            seen += more
+            sys.stdout.write("".join(f"{fault}\n" for fault in faults))
+            if seen.total() % 10_000 < PART:
+                sys.stdout.write(f"{seen.total()} of {given.count} after {time.perf_counter() - begin:.0f} s\n")
+            sys.stdout.flush()
+    sys.stdout.write(f"{given.count} mutated logs in {time.perf_counter() - begin:.0f} s: {dict(seen)}\n")
+    return 1 if seen["FAULT"] else 0
 
 
 if __name__ == "__main__":
