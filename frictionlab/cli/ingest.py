@@ -26,6 +26,8 @@ TABLE = {
     "duration_s": "duration [s]", "lines_quarantined": "quarantined", "flagged": "flagged", "output": "recording",
 }  # fmt: skip
 
+TOLD = 100  # quarantined lines in a row; the recording keeps more
+
 
 def ingest(
     logs: Annotated[list[Path] | None, typer.Argument(metavar="LOG...", help="Logs with both channels.")] = None,
@@ -198,7 +200,7 @@ def _row(recording: "Recording", log: Path, output: Path | None) -> "Row":
         "flags": recording.flag_counts(),
         "gaps_s": recording.gaps,
         "quarantined": [
-            {"file": q.file, "line": q.number, "text": q.text, "reason": q.reason} for q in source.quarantined
+            {"file": q.file, "line": q.number, "text": q.text, "reason": q.reason} for q in source.quarantined[:TOLD]
         ],
         "files": [{"name": f.name, "sha256": f.sha256, "size_bytes": f.size_bytes} for f in source.files],
         "experiment": dict(recording.experiment),

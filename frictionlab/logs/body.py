@@ -18,7 +18,7 @@ from frictionlab.logs.dialect import is_comment, split
 from frictionlab.logs.lines import Bytes
 from frictionlab.logs.store import Columns
 
-KEEP = 100
+KEEP = 10_000
 """So many quarantined lines are kept with their text; all of them are counted."""
 COMPILE_FROM = 1 << 22
 """Logs from this size [bytes] are read by the compiled kernel; below, loading it takes longer than it saves."""
