@@ -58,7 +58,7 @@ def test_one_that_fails_is_told_and_the_others_go_on(log: Path, tmp_path: Path) 
     assert not (tmp_path / "out" / "bad.h5").exists()
     said = [line for line in result.stderr.splitlines() if "frictionlab:" in line]
     assert len(said) == 2
-    assert "bad.csv: no lines of numbers" in said[0]
+    assert said[0].startswith(f"frictionlab: {bad}: no lines of numbers")  # its name once, not twice
     assert "Traceback" not in result.output
 
 
@@ -174,27 +174,27 @@ def test_warnings_are_told_with_their_log(log: Path) -> None:
     assert re.search(r"steel_N10_r0\.5\.csv: warning: a gap of 0\.204 s after", result.stderr)
 
 
-def test_two_hundred_kills_leave_the_old_recording_or_the_new_one(log: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("part", range(4))
+def test_two_hundred_kills_leave_the_old_recording_or_the_new_one(part: int, log: Path, tmp_path: Path) -> None:
+    """A quarter of them in each part."""
     place, before = tmp_path / "out" / "a.h5", truth(500, seed=9)
     place.parent.mkdir()
     other = write(tmp_path / "other.csv", table(before, HEADER, ","))
-    assert run(log, "--quiet").exit_code == 0  # all modules are loaded now
-    begin = time.perf_counter()
     assert run(other, "-o", place, "--quiet").exit_code == 0
-    once = time.perf_counter() - begin
     old = place.read_bytes()
-    draw = np.random.default_rng(5)
+    draw, latest = np.random.default_rng(part), 0.1
     seen = Counter[str]()
-    for _ in range(200):
+    for _ in range(50):
         place.write_bytes(old)
-        killed = _killed_after(draw.uniform(0.0, 1.5 * once), log, "-o", place, "--quiet")
+        killed = _killed_after(draw.uniform(0.0, latest), log, "-o", place, "--quiet")
+        latest *= 1.1 if killed else 0.9  # on a slow machine and on a fast one, half of them are hit
         found = read_recording(place)  # whole in any case
         expected = DATA if len(found) == len(DATA.mass) else before
         np.testing.assert_array_equal(found.mass_displacement, expected.mass)
         seen[f"{'killed' if killed else 'done'}, {'new' if expected is DATA else 'old'}"] += 1
     assert seen["done, old"] == 0
-    assert seen["killed, old"] > 20
-    assert seen["done, new"] + seen["killed, new"] > 20
+    assert seen["killed, old"] > 10
+    assert seen["done, new"] > 10
     assert run(log, "-o", place, "--quiet").exit_code == 0
     assert [p.name for p in place.parent.iterdir()] == ["a.h5"]  # what killed runs left is swept
 

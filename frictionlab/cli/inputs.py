@@ -58,8 +58,10 @@ def _inside(folder: Path) -> contextlib.AbstractContextManager[None]:
 
 
 def failure(path: Path, error: Exception) -> Row:
-    """The row of an input that failed, as in the contract."""
+    """The row of an input that failed, as in the contract; its source is told beside the reason, not in it again."""
     reason = f"{error.strerror}" if isinstance(error, OSError) and error.strerror else str(error)
+    for name in (str(path), path.name):
+        reason = reason.removeprefix(f"{name}: ")
     return {"source": str(path), "status": FAILED, "reason": reason}
 
 

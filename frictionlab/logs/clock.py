@@ -130,7 +130,7 @@ def _join(base: TimeBase, restarts: NDArray[np.int64]) -> None:
     base.time = time
     where = ", ".join(f"{time[i]:.6g} s" for i in restarts.tolist()[:5])
     base.warnings.append(
-        f"the clock restarted {len(restarts)} times (at {where}): what follows is put one step later; how long the "
+        f"the clock restarted (at {where}; {len(restarts)} in all): what follows is put one step later; how long the "
         "interruption was is not known, and no cycle is cut across it"
     )
 

@@ -17,7 +17,7 @@ from frictionlab.errors import LogError
 from frictionlab.logs.lines import Bytes
 
 _LOW, _HIGH = -342, 308
-_LF, _CR, _TAB, _BLANK, _QUOTE = 10, 13, 9, 32, 34
+_LF, _CR, _TAB, _BLANK, _QUOTE, _VT, _FF = 10, 13, 9, 32, 34, 11, 12
 _ONE = np.uint64(1)
 _TENS = np.array([float(f"1e{k}") for k in range(23)])
 
@@ -161,9 +161,9 @@ def _after_blanks(text: Any, i: Any, sep: int) -> Any:
 
 @_inlined
 def _after_field(text: Any, i: Any, sep: int) -> Any:
-    """Skip a field that is not wanted; a quote, a NUL or a line end stops as a separator does."""
+    """Skip a field that is not wanted; quote, NUL and line end stop as a separator does, and among blanks any space."""
     c = text[i]
-    while c not in (sep, _LF, _CR, _QUOTE, 0) and not (sep == _BLANK and c == _TAB):
+    while c not in (sep, _LF, _CR, _QUOTE, 0) and not (sep == _BLANK and c in (_TAB, _VT, _FF)):
         i += _ONE
         c = text[i]
     return i

@@ -271,7 +271,8 @@ def _line_warnings(table: Table) -> list[str]:
         first = table.quarantined[0]
         said.append(f"{lines.quarantined} of {lines.read} lines are quarantined; line {first.number}: {first.reason}")
     if len(table.restarts):
-        said.append(f"the header is repeated {len(table.restarts)} times: the logger was restarted")
+        where = ", ".join(str(n) for n in table.lines.of(table.restarts).tolist()[:5])
+        said.append(f"the header is repeated (before line {where}): the logger was restarted")
     return said
 
 

@@ -159,8 +159,8 @@ def test_a_restart_repeats_the_header_and_is_not_measured_across(read: Callable[
     np.testing.assert_allclose(recording.time[1000], DATA.time[-1] + 0.004)
     assert [len(part) for part in recording.stretches()] == [1000, 1000]
     said = " ".join(recording.source.warnings)
-    assert "the header is repeated 1 times" in said
-    assert "the clock restarted 1 times" in said
+    assert "the header is repeated (before line 1004)" in said
+    assert "the clock restarted (at " in said
 
 
 def test_a_repeated_header_alone_costs_nothing(read: Callable[..., Recording]) -> None:

@@ -45,7 +45,7 @@ CELLS = st.one_of(
     st.floats().map(repr),
     st.decimals(allow_nan=False, allow_infinity=False).map(str),
     st.integers().map(str),
-    st.text(alphabet="0123456789+-.,eE \tx\"'\r\0", max_size=12),
+    st.text(alphabet="0123456789+-.,eE \tx\"'\r\0\v\f\x1c\xa0", max_size=12),
 )
 
 
@@ -65,6 +65,20 @@ def test_the_compiled_reader_and_the_plain_one_agree_on_every_line(shape: Shape,
     assert sum(compiled_body.counts.values()) == block.count(b"\n")
     assert compiled_body.quarantined == plain_body.quarantined
     assert compiled_body.lines == plain_body.lines
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: repr(shape.separator))
+def test_both_readers_agree_on_any_byte_inside_a_field(shape: Shape) -> None:
+    """Also in one that is not read: the second, of all shapes but the first."""
+    bodies = []
+    for compiled in (True, False):
+        reader = Reader(shape, 1, compiled=compiled)
+        for code in range(256):
+            cells = [b"1", b"a" + bytes([code]) + b"b", b"1", b"1.00"][: shape.fields]
+            reader.read(shape.separator.encode().join(cells) + b"\n")
+        bodies.append(reader.finish())
+    assert bodies[0].quarantined == bodies[1].quarantined
+    assert bodies[0].counts == bodies[1].counts
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
