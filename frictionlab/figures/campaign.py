@@ -1,6 +1,6 @@
 """All figures of a campaign by name, each with the caption that its report prints."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -42,121 +42,135 @@ def plates(campaign: Campaign) -> tuple[Plate, ...]:
     """The figures that a campaign has the data for, in the report's order."""
     if not campaign.fits:
         return ()
-    return (*_friction(campaign), *_maps(campaign), *_energy(campaign), *_time(campaign))
+    return tuple(plate for kind in KINDS if kind.when(campaign) for plate in kind.plates(campaign))
 
 
-def _friction(campaign: Campaign) -> list[Plate]:
-    known = any(f.friction_coefficient is not None for f in campaign.fits)
-    found = [
-        Plate(
-            "ranking",
-            "Ranking",
-            "Best material on top, number: its rank; equal ranks are ties. Bars: 95 % confidence.",
-            partial(campaign_friction.ranking, campaign),
-        )
-    ]
-    if known:
-        found.append(
-            Plate(
-                "friction",
-                "Friction coefficient over normal force",
-                "Points: one coefficient per normal force, fitted over all frequency ratios, 95 % confidence. Dashed"
-                " lines: each material's mean, where all its points would lie by Amontons' law. Right: the distance"
-                " from it; bands: the mean's own confidence.",
-                partial(campaign_friction.friction, campaign),
-            )
-        )
-    return found
+def _always(_campaign: Campaign) -> bool:
+    return True
 
 
-def _maps(campaign: Campaign) -> list[Plate]:
-    found = []
-    if any(t.irregularity is not None for t in campaign.trials if not t.failed and not t.is_long):
-        found.append(
-            Plate(
-                "irregularity",
-                "Irregularity index of the short tests",
-                "Equation (4.1). One colour scale for all materials; it ends 0.1 below the largest index (at it, where"
-                " that is below 0.2), so that the small ones can be told apart. Between the dotted lines nothing"
-                " was measured, near resonance.",
-                partial(campaign_maps.irregularity, campaign),
-            )
-        )
-    found.append(
-        Plate(
-            "stops",
-            "Stops per cycle",
-            "Measured on the left; on the right as Coulomb's law predicts it for the fitted friction ratio. Blank:"
-            " not measured, or no steady state.",
-            partial(campaign_maps.stops, campaign),
-        )
-    )
-    return found
+@dataclass(frozen=True)
+class _Kind:
+    """One row of the table of figures: a single one, or one for each thing of ``over``, whose name goes into ``{}``."""
+
+    name: str
+    title: str
+    caption: str
+    draw: Callable[..., Figure]
+    when: Callable[[Campaign], bool] = _always
+    over: Callable[[Campaign], Iterable[object]] | None = None
+
+    def plates(self, campaign: Campaign) -> Iterator[Plate]:
+        """The figures of this kind."""
+        if self.over is None:
+            yield Plate(self.name, self.title, self.caption, partial(self.draw, campaign))
+            return
+        for thing in self.over(campaign):
+            name = self.name.format(safe(thing) if isinstance(thing, str) else thing)
+            yield Plate(name, self.title.format(thing), self.caption, partial(self.draw, campaign, thing))
 
 
-def _energy(campaign: Campaign) -> list[Plate]:
-    found = [
-        Plate(
-            f"energy_{safe(material)}",
-            f"Energy per cycle of {material}",
-            "Points: measured, mean over the settled cycles, 95 % confidence; open ones are left out of the fit."
-            " Lines: Coulomb's law with one friction ratio β per normal force.",
-            partial(campaign_energy.energy, campaign, material),
-        )
-        for material in campaign.materials
-    ]
-    if campaign_energy.common_forces(campaign):
-        found.append(
-            Plate(
-                "comparison",
-                "Materials compared",
-                "Energy per cycle at the normal forces that materials have in common; lines join the points.",
-                partial(campaign_energy.comparison, campaign),
-            )
-        )
-    found.append(
-        Plate(
-            "residuals",
-            "What Coulomb's law leaves unexplained",
-            "Measured over predicted energy per cycle, less one. Crosses: tests left out of the fit; those at an edge"
-            " lie beyond it.",
-            partial(campaign_energy.residuals, campaign),
-        )
-    )
-    return found
+def _knows_forces(campaign: Campaign) -> bool:
+    return any(f.friction_coefficient is not None for f in campaign.fits)
 
 
-def _time(campaign: Campaign) -> list[Plate]:
-    found = []
-    if any(not r.trial.is_long for r in campaign.responses):
-        found.append(
-            Plate(
-                "responses",
-                "Example responses",
-                "The last cycles of the steadiest tests and of the least steady ones; grey: the base.",
-                partial(campaign_time.responses, campaign),
-            )
-        )
-    if any(r.is_envelope for r in campaign.responses):
-        found.append(
-            Plate(
-                "long_responses",
-                "Responses of the long tests",
-                "Left: the whole test, lowest to highest displacement. Right: its last cycles; grey: the base.",
-                partial(campaign_time.long_responses, campaign),
-            )
-        )
-    found += [
-        Plate(
-            f"drift_r{level:.3g}",
-            f"Energy per cycle over time, r = {level:.3g}",
-            "One cycle every ten seconds. Dotted: trend; band: its 95 % confidence, correlation between neighbours"
-            " included.",
-            partial(campaign_time.drift, campaign, level),
-        )
-        for level in campaign_time.drift_levels(campaign)
-    ]
-    return found
+def _has_short_tests(campaign: Campaign) -> bool:
+    return any(t.irregularity is not None for t in campaign.trials if not t.failed and not t.is_long)
+
+
+def _has_common_forces(campaign: Campaign) -> bool:
+    return bool(campaign_energy.common_forces(campaign))
+
+
+def _has_short_responses(campaign: Campaign) -> bool:
+    return any(not r.trial.is_long for r in campaign.responses)
+
+
+def _has_envelopes(campaign: Campaign) -> bool:
+    return any(r.is_envelope for r in campaign.responses)
+
+
+def _materials(campaign: Campaign) -> Iterable[str]:
+    return campaign.materials
+
+
+KINDS = (
+    _Kind(
+        "ranking",
+        "Ranking",
+        "Best material on top, number: its rank; equal ranks are ties. Bars: 95 % confidence.",
+        campaign_friction.ranking,
+    ),
+    _Kind(
+        "friction",
+        "Friction coefficient over normal force",
+        "Points: one coefficient per normal force, fitted over all frequency ratios, 95 % confidence. Dashed"
+        " lines: each material's mean, where all its points would lie by Amontons' law. Right: the distance"
+        " from it; bands: the mean's own confidence.",
+        campaign_friction.friction,
+        when=_knows_forces,
+    ),
+    _Kind(
+        "irregularity",
+        "Irregularity index of the short tests",
+        "Equation (4.1). One colour scale for all materials; it ends 0.1 below the largest index (at it, where"
+        " that is below 0.2), so that the small ones can be told apart. Between the dotted lines nothing"
+        " was measured, near resonance.",
+        campaign_maps.irregularity,
+        when=_has_short_tests,
+    ),
+    _Kind(
+        "stops",
+        "Stops per cycle",
+        "Measured on the left; on the right as Coulomb's law predicts it for the fitted friction ratio. Blank:"
+        " not measured, or no steady state.",
+        campaign_maps.stops,
+    ),
+    _Kind(
+        "energy_{}",
+        "Energy per cycle of {}",
+        "Points: measured, mean over the settled cycles, 95 % confidence; open ones are left out of the fit."
+        " Lines: Coulomb's law with one friction ratio β per normal force.",
+        campaign_energy.energy,
+        over=_materials,
+    ),
+    _Kind(
+        "comparison",
+        "Materials compared",
+        "Energy per cycle at the normal forces that materials have in common; lines join the points.",
+        campaign_energy.comparison,
+        when=_has_common_forces,
+    ),
+    _Kind(
+        "residuals",
+        "What Coulomb's law leaves unexplained",
+        "Measured over predicted energy per cycle, less one. Crosses: tests left out of the fit; those at an edge"
+        " lie beyond it.",
+        campaign_energy.residuals,
+    ),
+    _Kind(
+        "responses",
+        "Example responses",
+        "The last cycles of the steadiest tests and of the least steady ones; grey: the base.",
+        campaign_time.responses,
+        when=_has_short_responses,
+    ),
+    _Kind(
+        "long_responses",
+        "Responses of the long tests",
+        "Left: the whole test, lowest to highest displacement. Right: its last cycles; grey: the base.",
+        campaign_time.long_responses,
+        when=_has_envelopes,
+    ),
+    _Kind(
+        "drift_r{:.3g}",
+        "Energy per cycle over time, r = {:.3g}",
+        "One cycle every ten seconds. Dotted: trend; band: its 95 % confidence, correlation between neighbours"
+        " included.",
+        campaign_time.drift,
+        over=campaign_time.drift_levels,
+    ),
+)
 
 
 def safe(word: str) -> str:
