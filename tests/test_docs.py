@@ -1,19 +1,15 @@
 """The documents say what the program does: every command in them is run, every number in their output is compared."""
 
-import os
 import re
 import shlex
-import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from frictionlab.cli import COMMANDS
+from tests.desk import BIN, MAKE, ROOT, run_in, set_up
 
-ROOT = Path(__file__).parents[1]
-BIN = Path(sys.executable).parent
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
 DOCUMENTS = sorted(p for p in [ROOT / "README.md", *ROOT.glob("*/**/README.md")] if ".venv" not in p.parts)
 
@@ -56,22 +52,13 @@ SHOWN = [t for t in ALL if t not in RUN]
 @pytest.fixture(scope="session")
 def desk(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder like a fresh clone, for commands that write; what one transcript made the next one finds."""
-    folder = tmp_path_factory.mktemp("desk")
-    for name in ("Makefile", "configs", "sample_data"):
-        (folder / name).symlink_to(ROOT / name)
-    (folder / "pyproject.toml").touch()
-    os.utime(folder / "pyproject.toml", (0, 0))  # older than the environment: nothing to install
-    return folder
+    return set_up(tmp_path_factory.mktemp("desk"), "configs", "sample_data")
 
 
 def run(command: str, desk: Path) -> str:
     words = shlex.split(command)
-    if words[0] == "make":
-        words[1:1] = [f"BIN={BIN}", f"FRICTIONLAB={BIN / 'frictionlab'}", "--silent"]
-    else:
-        words[0] = str(BIN / words[0])
-    alone = {key: value for key, value in os.environ.items() if key not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")}
-    done = subprocess.run(words, cwd=desk, env=alone, capture_output=True, text=True, check=False, timeout=170)
+    words[:1] = [*MAKE, "--silent"] if words[0] == "make" else [str(BIN / words[0])]
+    done = run_in(desk, words)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

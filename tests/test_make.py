@@ -1,39 +1,34 @@
 """The batch: one log, one recording, one measurement, one comparison; only what changed is done again."""
 
 import os
-import subprocess
-import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 
-ROOT = Path(__file__).parents[1]
-BIN = Path(sys.executable).parent
+from tests.desk import BIN, MAKE, ROOT, run_in, set_up
+
+if TYPE_CHECKING:
+    from subprocess import CompletedProcess
+
 LOGS = ("steel_N1.25_r0.3.csv", "aramid_N1.25_r1.2.csv")
 
 
 @pytest.fixture
 def desk(tmp_path: Path) -> Path:
     """A clone's top level with two logs, one of which has a name of its own kind."""
-    for name in ("Makefile", "configs"):
-        (tmp_path / name).symlink_to(ROOT / name)
-    (tmp_path / "pyproject.toml").touch()
-    os.utime(tmp_path / "pyproject.toml", (0, 0))  # older than the environment: nothing to install
+    set_up(tmp_path, "configs")
     (tmp_path / "logs").mkdir()
     for name in LOGS:
         (tmp_path / "logs" / name).write_bytes((ROOT / "sample_data" / name).read_bytes())
     return tmp_path
 
 
-def make(desk: Path, *words: str) -> "subprocess.CompletedProcess[str]":
-    own = (f"BIN={BIN}", f"FRICTIONLAB={BIN / 'frictionlab'}", "LOGS=logs", "OUT=out")
-    alone = {key: value for key, value in os.environ.items() if key not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")}
-    return subprocess.run(
-        ["make", *own, *words], cwd=desk, env=alone, capture_output=True, text=True, check=False, timeout=170
-    )
+def make(desk: Path, *words: str) -> "CompletedProcess[str]":
+    return run_in(desk, [*MAKE, "LOGS=logs", "OUT=out", *words])
 
 
-def work(done: "subprocess.CompletedProcess[str]") -> list[str]:
+def work(done: "CompletedProcess[str]") -> list[str]:
     """What was done, as (command, input) words."""
     lines = [line.split() for line in done.stdout.splitlines() if line.startswith(str(BIN / "frictionlab"))]
     return [f"{words[1]} {Path(words[2]).stem}" for words in lines]

@@ -1,0 +1,27 @@
+"""A folder like a fresh clone, and commands run in it as a user runs them."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+BIN = Path(sys.executable).parent
+MAKE = ("make", f"BIN={BIN}", f"FRICTIONLAB={BIN / 'frictionlab'}")
+"""With the environment that runs the tests: nothing is installed."""
+
+
+def set_up(folder: Path, *names: str) -> Path:
+    """Put the Makefile and these parts of the project into a folder."""
+    for name in ("Makefile", *names):
+        (folder / name).symlink_to(ROOT / name)
+    (folder / "pyproject.toml").touch()
+    os.utime(folder / "pyproject.toml", (0, 0))  # older than the environment
+    return folder
+
+
+def run_in(folder: Path, words: Sequence[str]) -> "subprocess.CompletedProcess[str]":
+    """Run a command there; not as a child of the make that may be running the tests."""
+    alone = {key: value for key, value in os.environ.items() if key not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")}
+    return subprocess.run(words, cwd=folder, env=alone, capture_output=True, text=True, check=False, timeout=170)
