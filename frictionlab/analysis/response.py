@@ -131,7 +131,7 @@ def levelled(x: FloatArray, found: Stops, margin: float) -> FloatArray:
 
 
 def half_range(x: FloatArray) -> FloatArray:
-    """(max - min) / 2 of each row, its extremes refined by a parabola through three points."""
+    """(max - min) / 2 of each row; an extreme that is not flat is refined by a parabola through three points."""
     return 0.5 * (_summit(x) + _summit(-x))
 
 
@@ -139,10 +139,11 @@ def _summit(x: FloatArray) -> FloatArray:
     n, points = x.shape
     row = np.arange(n)
     top = np.argmax(x, axis=1)
-    left, middle, right = x[row, top - 1], x[row, top], x[row, (top + 1) % points]
+    left, middle, right, beyond = (x[row, (top + step) % points] for step in (-1, 0, 1, 2))
     curvature = left - 2.0 * middle + right
-    safe = np.where(curvature < 0.0, curvature, -1.0)
-    return np.asarray(np.where(curvature < 0.0, middle - 0.125 * (left - right) ** 2 / safe, middle))
+    is_peak = (curvature < 0.0) & ~((right == middle) & (beyond == middle))
+    safe = np.where(is_peak, curvature, -1.0)
+    return np.asarray(np.where(is_peak, middle - 0.125 * (left - right) ** 2 / safe, middle))
 
 
 def _asymmetry(how: Smoother) -> float:

@@ -17,17 +17,18 @@ from tests.analysis.seen import BASE_M, NATURAL_HZ, scene, steady, through_laser
 
 DRAWS, SECONDS, RATE = 1000, 20.0, 250.0
 CASES = ((0.5, 0.4, "stick-slip"), (0.8, 0.3, "continuous"))
+QUANTITIES = ("drive frequency", "energy per cycle", "friction ratio", "amplitude")
 RESULT = Path(__file__).parent / "results" / "analysis_coverage.txt"
 
 
 def errors_over_stated(r: float, beta: float, draws: int) -> np.ndarray:
-    """Error over stated standard error of frequency, energy, friction ratio, (draws, 3)."""
-    _, orbit, energy, _ = steady(r, beta)
+    """Error over stated standard error of frequency, energy, friction ratio and amplitude, (draws, 4)."""
+    _, orbit, energy, amplitude = steady(r, beta)
     generator = np.random.default_rng(20261121)
     t = np.arange(round(SECONDS * RATE)) / RATE
     tau = 2 * math.pi * r * NATURAL_HZ * t
     mass, base = BASE_M * orbit.at(np.mod(tau, 2 * math.pi))[0], BASE_M * np.cos(tau)
-    what, scores = scene("all", 0.0), np.empty((draws, 3))
+    what, scores = scene("all", 0.0), np.empty((draws, 4))
     for j in range(draws):
         m = measure(Recording(t, through_laser(mass, generator), through_laser(base, generator)), what)
         c = predict(m, what)
@@ -35,6 +36,7 @@ def errors_over_stated(r: float, beta: float, draws: int) -> np.ndarray:
             (m.drive_frequency_hz - r * NATURAL_HZ) / (m.drive_frequency_hz_se or math.nan),
             (m.energy_per_cycle - energy) / m.energy_per_cycle_se,
             (c.friction_ratio - beta) / (c.friction_ratio_se or math.nan),
+            (m.response_amplitude - amplitude) / m.response_amplitude_se,
         )
     return scores
 
@@ -45,7 +47,7 @@ def main() -> None:
     lines.append(f"{'motion':34s}{'quantity':18s}{'68.3 %':>8s}{'95.0 %':>8s}{'rms':>7s}{'mean':>7s}")
     for r, beta, words in CASES:
         scores = errors_over_stated(r, beta, DRAWS)
-        for name, score in zip(("drive frequency", "energy per cycle", "friction ratio"), scores.T, strict=True):
+        for name, score in zip(QUANTITIES, scores.T, strict=True):
             inside = [100 * float(np.mean(np.abs(score) < limit)) for limit in (1.0, 1.96)]
             title = f"r = {r}, beta = {beta}, {words}"
             lines.append(
