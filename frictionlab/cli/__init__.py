@@ -4,8 +4,6 @@ Each command is one module of this folder. Heavy imports (pandas, scipy, matplot
 functions, so that ``frictionlab --help`` answers at once.
 """
 
-import atexit
-import gc
 from collections.abc import Callable
 from functools import wraps
 from typing import Annotated, ParamSpec
@@ -25,7 +23,7 @@ from frictionlab.cli.sweep import sweep
 from frictionlab.cli.synthesize import synthesize
 from frictionlab.cli.tradeoff import tradeoff
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
-from frictionlab.threads import use_one_thread
+from frictionlab.process import collect_rarely, keep_freed_memory, use_one_thread
 
 P = ParamSpec("P")
 
@@ -90,11 +88,6 @@ for _command in COMMANDS:
 def main() -> None:
     """Entry point of the ``frictionlab`` command."""
     use_one_thread()
-    _collect_rarely()
+    keep_freed_memory()
+    collect_rarely()
     app()
-
-
-def _collect_rarely() -> None:
-    """Leave the objects of loaded libraries alone: looking for garbage among them takes 0.3 s of a command of 2 s."""
-    gc.set_threshold(100_000, 50, 50)
-    atexit.register(gc.freeze)

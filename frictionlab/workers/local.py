@@ -8,7 +8,7 @@ from concurrent.futures import BrokenExecutor, ProcessPoolExecutor
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 
-from frictionlab.threads import use_one_thread
+from frictionlab.process import use_one_thread
 
 
 def cores() -> int:

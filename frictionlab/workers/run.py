@@ -7,6 +7,7 @@ from typing import Any, Generic, TypeVar
 
 from frictionlab import __version__
 from frictionlab.errors import ClusterError, UsageError
+from frictionlab.process import keep_freed_memory
 from frictionlab.workers.crew import Crew, crew_of
 from frictionlab.workers.ledger import Batch, Ledger
 from frictionlab.workers.local import cores
@@ -149,7 +150,7 @@ def _run_there(crew: Crew, job: Any, cases: Sequence[Any], ledger: Ledger[S], pa
             task = ledger.take(workers=crew.workers)
             if task is None:
                 break
-            crew.give(task, work, job, cases[task.start : task.stop], __version__)
+            crew.give(task, work_there, job, cases[task.start : task.stop], __version__)
         crew.collect(ledger, pace)
         yield from ledger.in_order()
 
@@ -165,3 +166,9 @@ def work(job: Callable[[Sequence[C]], S], cases: Sequence[C], version: str) -> t
     if len(results) != len(cases):
         raise UsageError(f"job: expected one result per case, {len(cases)}; got {len(results)}")
     return results, time.perf_counter() - start
+
+
+def work_there(job: Callable[[Sequence[C]], S], cases: Sequence[C], version: str) -> tuple[S, float]:
+    """Do one batch in a process that is there for the work."""
+    keep_freed_memory()
+    return work(job, cases, version)

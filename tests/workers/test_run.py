@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import platform
 import signal
 import subprocess
 import sys
@@ -89,6 +90,12 @@ def test_an_iterator_left_early_leaves_no_process() -> None:
 
 def test_a_worker_is_told_to_use_one_thread() -> None:
     assert set(run_each(jobs.threads, range(2), workers=2)) == {"1"}
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only GNU's C library can be told")
+def test_a_worker_keeps_the_memory_it_has_freed() -> None:
+    """Fetched anew for each array it would be 49,000 pages."""
+    assert max(float(str(n)) for n in run_each(jobs.pages_fetched, range(4), workers=2)) < 1500
 
 
 def test_another_version_is_refused() -> None:
