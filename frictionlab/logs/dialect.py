@@ -5,6 +5,7 @@ the share of the text that it turns into numbers over the longest run of lines o
 equally well and disagree about the numbers are an error that shows both, never a guess.
 """
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ COMMENTS = ("#", "%", "//", "!")
 NAMES = {",": "comma", ";": "semicolon", "\t": "TAB", "|": "pipe", " ": "blanks"}
 _SEPARATORS = ("\t", ";", ",", "|", " ")
 _LOOK_AT = 400
+_WORD = re.compile(r"[^ \t\v\f\r\n]+")  # the blanks of both readers; str.split knows many more
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ class _Reading:
 def split(line: str, separator: str) -> list[str]:
     """Split a line into its cells; quotes protect a separator inside them."""
     if separator == " ":
-        return line.split()
+        return _WORD.findall(line)
     if '"' not in line:
         return line.split(separator)
     cells, held = [], ""

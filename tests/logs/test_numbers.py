@@ -67,6 +67,15 @@ def test_the_compiled_reader_and_the_plain_one_agree_on_every_line(shape: Shape,
     assert compiled_body.lines == plain_body.lines
 
 
+@pytest.mark.parametrize("compiled", [True, False])
+@pytest.mark.parametrize("sign", ["\x1c", "\x1f", "\x85", "\xa0", "\u2003"])
+def test_only_blanks_and_tabs_part_what_blanks_part(sign: str, *, compiled: bool) -> None:
+    """Python parts words at many more signs; a line is one and the same, however its numbers are written."""
+    reader = Reader(SHAPES[3], 1, compiled=compiled)
+    reader.read(f"1 {sign} 2\n1e+100 {sign} 2\n".encode())
+    assert reader.finish().values[0].tolist() == [1.0, 1e100]
+
+
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda shape: repr(shape.separator))
 def test_both_readers_agree_on_any_byte_inside_a_field(shape: Shape) -> None:
     """Also in one that is not read: the second, of all shapes but the first."""
