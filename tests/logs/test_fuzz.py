@@ -1,5 +1,8 @@
 """A share of the mutated logs of `tests.logs.fuzz`, and a log cut at every byte."""
 
+import errno
+import hashlib
+import os
 from pathlib import Path
 
 import pytest
@@ -73,6 +76,26 @@ def test_a_log_that_changes_while_it_is_read_is_refused(tmp_path: Path) -> None:
 
     with pytest.raises(LogError, match="changed while it was read"):
         read_log(path, progress=grow)
+
+
+@pytest.mark.parametrize("place", ["lines._Told.readinto", "digest._sha256"])
+def test_a_disk_that_fails_is_told(place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write(tmp_path / "log.csv", table(truth(200), "time [s],mass [mm],base [mm]", ","))
+
+    def fail(*_: object) -> int:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(f"frictionlab.logs.{place}", fail)
+    with pytest.raises(LogError, match=r"log\.csv: cannot be read to its end \(Input/output error\)"):
+        read_log(path)
+
+
+def test_the_digest_is_that_of_the_file_as_it_is(tmp_path: Path) -> None:
+    for name in ("log.csv", "log.csv.gz"):
+        path = write(tmp_path / name, table(truth(200), "time [s],mass [mm],base [mm]", ","))
+        (file,) = read_log(path).source.files
+        assert file.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
+        assert file.size_bytes == path.stat().st_size
 
 
 def test_a_sensortool_log_cut_at_many_bytes(tmp_path: Path) -> None:
