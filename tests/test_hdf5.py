@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from nexusformat.nexus import nxload
 
 from frictionlab.errors import OutputError, RecordingError
-from frictionlab.hdf5 import is_recording, read_recording, write_recording
+from frictionlab.hdf5 import is_recording, read_recording, read_tree, write_recording, write_tree
 from frictionlab.hdf5.recordings import pieces_of
 from frictionlab.recording import LineCount, Quality, QuarantinedLine, Recording, Replaced, Source, SourceFile
 
@@ -254,3 +254,10 @@ def test_a_full_disk_is_a_clean_error(path: Path, monkeypatch: pytest.MonkeyPatc
     with pytest.raises(OutputError, match="No space left on device"):
         write_recording(RECORDING, path)
     assert path.read_bytes() == before
+
+
+def test_a_result_of_many_texts_has_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("frictionlab.hdf5.image._ROOM", 1 << 16)
+    tree = {"rows": {"source": [f"a recording, Übung {k}" for k in range(20_000)], "energy": np.arange(20_000.0)}}
+    write_tree(tree, tmp_path / "a.h5", kind="frictionlab example")
+    assert read_tree(tmp_path / "a.h5", kind="frictionlab example")["rows"]["source"] == tree["rows"]["source"]
