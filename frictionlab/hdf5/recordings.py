@@ -1,4 +1,4 @@
-"""Recording <-> HDF5 file; h5py appears only here.
+"""Recording <-> HDF5 file.
 
 The tree, format version 1::
 

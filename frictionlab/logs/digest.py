@@ -8,7 +8,7 @@ from pathlib import Path
 from threading import Event
 
 _ROOM = 1 << 24
-"""Read so much at once: between two reads the thread may have to wait for its turn."""
+"""Read so much at once at most: between two reads the thread may have to wait for its turn."""
 
 
 @contextmanager
@@ -36,7 +36,7 @@ def sha256_beside(path: Path) -> Iterator[Callable[[], str]]:
 def _sha256(path: Path, leave: Event) -> str:
     digest = hashlib.sha256()
     with path.open("rb", buffering=0) as file:
-        room = memoryview(bytearray(_ROOM))
+        room = memoryview(bytearray(min(_ROOM, path.stat().st_size + 1)))
         while not leave.is_set() and (size := file.readinto(room)):
             digest.update(room[:size])
     return digest.hexdigest()

@@ -143,6 +143,11 @@ class _Told:
         self.file, self.total, self.progress = file, total, progress
         self.done = 0
 
+    @property
+    def next_size(self) -> int:
+        """How much to read at once: no more than is there, and one byte by which a file that has grown shows."""
+        return min(BLOCK, self.total - self.done + 1) if self.done <= self.total else BLOCK
+
     def read(self, size: int) -> bytes:
         """Read and tell."""
         chunk = self.file.read(size)
@@ -286,7 +291,7 @@ def _lines_as_read(file: _Told) -> Iterator[tuple[Bytes, bool]]:
     rest = bytearray()
     while True:
         begun = len(rest)
-        block = bytearray(begun + BLOCK)
+        block = bytearray(begun + file.next_size)
         block[:begun] = rest
         size = file.readinto(memoryview(block)[begun:])
         if not size:
