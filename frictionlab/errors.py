@@ -33,6 +33,10 @@ class SimulationError(FrictionlabError, ArithmeticError):
     """The simulator was asked outside its domain, or an event sequence did not end."""
 
 
+class ParameterError(UsageError, SimulationError):
+    """A contact law or one of its parameters does not exist, is missing, or lies outside its domain."""
+
+
 class OutputError(FrictionlabError, OSError):
     """A file could not be written whole; what stood at its place before is untouched."""
 

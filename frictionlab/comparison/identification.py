@@ -64,7 +64,7 @@ def problem_family(measurement: Measurement, scene: Scene) -> ProblemOf:
 
     def problem_of(friction_ratio: float) -> Problem:
         problem = Problem(ratio, friction_ratio, mu=model.static_ratio, zeta=zeta, wall=model.wall)
-        return replace(problem, base=base) if harmonics > 1 else problem
+        return problem.with_base(base) if harmonics > 1 else problem
 
     return problem_of
 
@@ -205,7 +205,7 @@ def _detuned(problem_of: ProblemOf, relative: float) -> ProblemOf:
 
     def detuned(beta: float) -> Problem:
         problem = problem_of(beta)
-        return replace(problem, r=problem.r / (1 + relative))
+        return problem.with_r(problem.r / (1 + relative))
 
     return detuned
 

@@ -150,5 +150,8 @@ def make_room(engine: Engine, problem: Problem, phases: int) -> Any:
 
 def set_up(engine: Engine, problem: Problem) -> tuple[Any, Any]:
     """Return the kernel's rig and force of a problem."""
+    apart = problem.static_ratios[0] != problem.static_ratios[1]
+    if problem.law.kind != "rigid" or problem.law.has("place") or apart or problem.frame_damping_ratio:
+        raise SimulationError(f"simulation: law {problem.law.name}: this solver does not know it yet")
     force = make_force(engine, *problem.force)
     return engine.kernel.make_rig(problem.r, problem.beta, problem.mu, problem.zeta, force), force

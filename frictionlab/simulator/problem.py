@@ -1,13 +1,15 @@
-"""What is simulated: the four numbers, the wall and the motion of the base; validated once, then frozen."""
+"""What is simulated: frequency ratio, contact law, wall and motion of the base; validated once, then frozen."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from math import hypot, isfinite
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from frictionlab.errors import SimulationError
+from frictionlab.errors import ParameterError, SimulationError
+from frictionlab.simulator.laws import Law, law_of
 
 __all__ = ["COSINE", "Base", "Problem", "Wall"]
 
@@ -67,9 +69,11 @@ class Base:
 COSINE = Base()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Problem:
-    """One dimensionless friction oscillator: ``r^2 x'' + 2 zeta r x' + x = f(tau) - beta n(tau)``, eq. (2.9) extended.
+    """One dimensionless friction oscillator: ``r^2 x'' + 2 zeta_f r (x' - f') + (x - f) + n = 0``, eq. (2.9) extended.
+
+    n is the force of the contact on the mass, as its law says; in plain Coulomb friction ``n = beta sgn(v)``.
 
     Parameters
     ----------
@@ -78,56 +82,179 @@ class Problem:
     beta : float
         Friction ratio, kinetic friction force over k Y (2.8); >= 0.
     mu : float
-        Static over kinetic friction force (2.4); >= 1.
+        Static over kinetic friction force (2.4) in both directions; other than 1 it adds the term ``breakaway``.
     zeta : float
-        Viscous damping ratio (3.5) of a dashpot that stands where the friction stands; >= 0.
+        Damping ratio of a dashpot that stands where the friction stands; other than 0 it adds the term ``speed``.
     wall : {"fixed", "base"}
         What the mass rubs against: a fixed wall (thesis), or one that moves with the base.
     base : Base
         Motion of the base over Y.
+    law : str or Law
+        A sum of terms that starts with ``coulomb``: ``coulomb+place+speed``.
+    parameters : mapping of str to float, optional
+        Further parameters of the law, by the names that `Law.parameters` lists.
+    frame_damping_ratio : float
+        Damping ratio of the frame's own dashpot, between mass and base (what a free decay measures).
 
     Raises
     ------
+    ParameterError
+        The law does not exist, lacks a parameter that is given, or a value is missing or outside its domain.
     SimulationError
-        If a number is outside its domain.
+        r is outside its domain.
 
     Examples
     --------
     >>> Problem(r=0.5, beta=0.4).mu
     1.0
+    >>> Problem(r=0.5, beta=0.4, law="coulomb+place", parameters={"gradient": 0.02}).parameters
+    {'beta': 0.4, 'gradient': 0.02, 'frame_damping_ratio': 0.0}
     """
 
     r: float
-    beta: float
-    mu: float = 1.0
-    zeta: float = 0.0
-    wall: Wall = "fixed"
-    base: Base = field(default=COSINE)
+    law: Law
+    numbers: tuple[float, ...]
+    wall: Wall
+    base: Base
 
-    def __post_init__(self) -> None:
-        """Refuse numbers outside their domain, by name."""
-        limits = {"r": (self.r > 0.0, "> 0"), "beta": (self.beta >= 0.0, ">= 0")}
-        limits |= {"mu": (self.mu >= 1.0, ">= 1"), "zeta": (self.zeta >= 0.0, ">= 0")}
-        for name, (valid, domain) in limits.items():
-            value = float(getattr(self, name))
-            if not (valid and isfinite(value)):
-                raise SimulationError(f"simulation: {name}; expected a finite number {domain}; got {value!r}")
+    def __init__(
+        self,
+        r: float,
+        beta: float,
+        mu: float = 1.0,
+        zeta: float = 0.0,
+        wall: Wall = "fixed",
+        base: Base = COSINE,
+        *,
+        law: str | Law = "coulomb",
+        parameters: Mapping[str, float] | None = None,
+        frame_damping_ratio: float = 0.0,
+    ) -> None:
+        r = float(r)
+        if not (r > 0.0 and isfinite(r)):
+            raise ParameterError(f"simulation: r; expected a finite number > 0; got {r!r}")
+        if not 1e-6 <= r <= 1e6:
+            raise ParameterError(f"simulation: r; expected between 1e-6 and 1e6; got {r!r}")
+        if wall not in ("fixed", "base"):
+            raise ParameterError(f"simulation: wall; expected 'fixed' or 'base'; got {wall!r}")
+        _check_shorthands(mu, zeta)
+        law = _with_shorthands(law_of(law), mu, zeta)
+        given = {"beta": beta, "frame_damping_ratio": frame_damping_ratio, **_written_out(law, mu, zeta)}
+        self._set(r=r, law=law, numbers=law.complete(given | dict(parameters or {})), wall=wall, base=base)
+
+    def _set(self, **values: object) -> None:
+        for name, value in values.items():
             object.__setattr__(self, name, value)
-        if not 1e-6 <= self.r <= 1e6:
-            raise SimulationError(f"simulation: r; expected between 1e-6 and 1e6; got {self.r!r}")
-        if self.wall not in ("fixed", "base"):
-            raise SimulationError(f"simulation: wall; expected 'fixed' or 'base'; got {self.wall!r}")
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """All parameters of the law by name."""
+        return dict(zip((p.name for p in self.law.parameters), self.numbers, strict=True))
+
+    def parameter(self, name: str, otherwise: float = 0.0) -> float:
+        """Return a parameter of the law, or `otherwise` where the law lacks it."""
+        return self.parameters.get(name, otherwise)
+
+    @property
+    def beta(self) -> float:
+        """Friction ratio (2.8)."""
+        return self.numbers[0]
+
+    @property
+    def mu(self) -> float:
+        """Static over kinetic friction force (2.4): the larger one of the two directions."""
+        return max(self.static_ratios)
+
+    @property
+    def static_ratios(self) -> tuple[float, float]:
+        """Static over kinetic friction force for a start up and for one down."""
+        return self.parameter("static_ratio_up", 1.0), self.parameter("static_ratio_down", 1.0)
+
+    @property
+    def zeta(self) -> float:
+        """Damping ratio of the contact's dashpot."""
+        return self.parameter("contact_damping_ratio")
+
+    @property
+    def frame_damping_ratio(self) -> float:
+        """Damping ratio of the frame's own dashpot."""
+        return self.numbers[-1]
+
+    def with_parameters(self, changes: Mapping[str, float]) -> Self:
+        """Return the problem with some of its law's parameters replaced, by name.
+
+        Raises
+        ------
+        ParameterError
+            The law lacks one of them, or a value is outside its domain.
+
+        Examples
+        --------
+        >>> Problem(r=0.5, beta=0.4).with_parameters({"beta": 0.3}).beta
+        0.3
+        """
+        return self._but(numbers=self.law.complete(self.parameters | dict(changes)))
+
+    def with_base(self, base: Base) -> Self:
+        """Return the problem under another motion of the base."""
+        return self._but(base=base)
+
+    def with_r(self, r: float) -> Self:
+        """Return the problem at another frequency ratio."""
+        checked = Problem(r, self.beta)
+        return self._but(r=checked.r)
+
+    def _but(self, **changes: object) -> Self:
+        twin = object.__new__(type(self))
+        names = ("r", "law", "numbers", "wall", "base")
+        twin._set(**({name: getattr(self, name) for name in names} | changes))
+        return twin
 
     @property
     def force(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Fourier coefficients of the force F in the displacement relative to the wall: f, or -r^2 f'' if it moves."""
-        if self.wall == "fixed":
-            return self.base.cosine, self.base.sine
-        scale = [(self.r * (k + 1)) ** 2 for k in range(self.base.harmonics)]
-        cosine = tuple(s * c for s, c in zip(scale, self.base.cosine, strict=True))
-        return cosine, tuple(s * c for s, c in zip(scale, self.base.sine, strict=True))
+        """Fourier coefficients of the force F in the displacement relative to the wall.
+
+        A fixed wall: ``f + 2 zeta_f r f'``; a wall that moves with the base: ``-r^2 f''``, and the frame's dashpot does
+        not see the base move.
+        """
+        pairs = [
+            self._harmonic(k + 1, *pair) for k, pair in enumerate(zip(self.base.cosine, self.base.sine, strict=True))
+        ]
+        return tuple(c for c, _ in pairs), tuple(s for _, s in pairs)
+
+    def _harmonic(self, k: int, cosine: float, sine: float) -> tuple[float, float]:
+        if self.wall == "base":
+            scale = (self.r * k) ** 2
+            return scale * cosine, scale * sine
+        lead = 2.0 * self.frame_damping_ratio * self.r * k
+        return cosine + lead * sine, sine - lead * cosine
 
     @property
     def force_size(self) -> float:
         """Bound of |F|: the sum of its harmonics' amplitudes."""
         return sum(hypot(c, s) for c, s in zip(*self.force, strict=True))
+
+
+def _check_shorthands(mu: float, zeta: float) -> None:
+    """Refuse mu and zeta by the names under which they were given."""
+    for name, value, least in (("mu", mu, 1), ("zeta", zeta, 0)):
+        if not (value >= least and isfinite(value)):
+            raise ParameterError(f"simulation: {name}; expected a finite number >= {least}; got {value!r}")
+
+
+def _with_shorthands(law: Law, mu: float, zeta: float) -> Law:
+    """The law with the terms that mu and zeta stand for, where it lacks them."""
+    name = law.name
+    if mu != 1.0 and not (law.has("breakaway") or "static_ratio" in {p.name for p in law.own}):
+        name += "+breakaway"
+    if zeta != 0.0 and not law.has("speed"):
+        name += "+speed"
+    return law_of(name)
+
+
+def _written_out(law: Law, mu: float, zeta: float) -> dict[str, float]:
+    """The parameters that mu and zeta stand for in this law; 1 and 0 say nothing."""
+    stands_for = dict.fromkeys(("static_ratio_up", "static_ratio_down", "static_ratio"), mu) if mu != 1.0 else {}
+    stands_for |= {"contact_damping_ratio": zeta} if zeta != 0.0 else {}
+    names = {parameter.name for parameter in law.own}
+    return {name: value for name, value in stands_for.items() if name in names}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mpmath import mpf
 
@@ -83,6 +83,7 @@ def test_the_orbit_solved_for_is_the_orbit_waited_for_by_the_naive_twin(
 @settings(max_examples=60, deadline=None)
 @given(r=st.floats(0.03, 20.0), beta=st.floats(0.01, 0.999))
 def test_energies_close_and_the_orbit_repeats_everywhere(r: float, beta: float) -> None:
+    assume(r != 1.0 or beta > pi / 4)  # there the motion grows for ever
     state = steady_state(Problem(r, beta), solver="exact")
     assert state.energy_per_cycle is not None
     assert state.closure_error is not None

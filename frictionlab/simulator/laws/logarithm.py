@@ -1,0 +1,34 @@
+"""Friction that changes with the logarithm of the speed, in either direction (steady rate-and-state friction)."""
+
+from math import inf
+
+from frictionlab.simulator.laws.law import Parameter, Term
+
+LOGARITHM = Term(
+    name="logarithm",
+    words="friction by the logarithm of speed",
+    equation="n = s beta (1 + a ln(1 + |v| / V)), |n| <= beta in a stop",
+    parameters=(
+        Parameter(
+            name="rate_strength",
+            symbol="a",
+            words="relative change of friction for a speed e times as large",
+            low=-inf,
+            high=inf,
+            usual=(-0.1, 0.1),
+            neutral=0.0,
+        ),
+        Parameter(
+            name="rate_speed",
+            symbol="V",
+            words="speed from which friction changes, over omega Y",
+            low=0.0,
+            high=inf,
+            open_low=True,
+            usual=(0.001, 1.0),
+            scale="log",
+        ),
+    ),
+    kind="smooth",
+    excludes=frozenset({"compliance", "iwan", "dahl", "bouc-wen", "lugre", "rate-state"}),
+)

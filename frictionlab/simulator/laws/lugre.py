@@ -1,0 +1,32 @@
+"""Bristles that bend and slip, with a Stribeck curve (LuGre; C. Canudas de Wit et al. 1995)."""
+
+from math import inf
+
+from frictionlab.simulator.laws.law import Parameter, Term
+from frictionlab.simulator.laws.stiffness import STIFFNESS, YIELDING
+from frictionlab.simulator.laws.stribeck import STATIC_RATIO, STRIBECK_SPEED
+
+LUGRE = Term(
+    name="lugre",
+    words="LuGre friction",
+    equation=(
+        "w' = v - sigma0 |v| w / g, g = beta [1 + (mu - 1) exp(-(v / nu_s)^2)], n = sigma0 w + sigma1 w'; sigma0 ="
+        " kappa, the viscous part is the term speed; passive only if 2 zeta_c r > sigma1 (mu - 1)"
+    ),
+    parameters=(
+        STIFFNESS,
+        Parameter(
+            name="bristle_damping",
+            symbol="σ_1",
+            words="damping of the bristles, over k / omega",
+            low=0.0,
+            high=inf,
+            usual=(0.0, 1.0),
+            neutral=0.0,
+        ),
+        STATIC_RATIO,
+        STRIBECK_SPEED,
+    ),
+    kind="inner",
+    excludes=YIELDING - {"lugre"} | {"breakaway", "stribeck", "logarithm"},
+)

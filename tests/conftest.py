@@ -1,0 +1,6 @@
+"""What holds for all tests: property tests draw the same examples in every run."""
+
+from hypothesis import settings
+
+settings.register_profile("house", derandomize=True)
+settings.load_profile("house")

@@ -1,0 +1,85 @@
+"""The contact laws as data: names, parameters, domains, what excludes what."""
+
+import pickle
+import re
+
+import pytest
+
+from frictionlab.errors import ParameterError
+from frictionlab.simulator import Problem
+from frictionlab.simulator.laws import TERMS
+
+CONTRACT = {
+    "coulomb": ["beta"],
+    "speed": ["contact_damping_ratio"],
+    "place": ["gradient"],
+    "breakaway": ["static_ratio_up", "static_ratio_down"],
+    "compliance": ["stiffness_ratio"],
+    "iwan": ["stiffness_ratio", "sliders", "chi"],
+    "stribeck": ["static_ratio", "stribeck_speed", "stribeck_exponent"],
+    "logarithm": ["rate_strength", "rate_speed"],
+    "dahl": ["stiffness_ratio"],
+    "bouc-wen": ["stiffness_ratio", "exponent"],
+    "lugre": ["stiffness_ratio", "bristle_damping", "static_ratio", "stribeck_speed"],
+    "rate-state": ["direct_effect", "evolution_effect", "slip_distance", "reference_speed", "stiffness_ratio"],
+}
+
+
+def test_terms_and_parameters_are_the_contracts() -> None:
+    assert {name: sorted(p.name for p in term.parameters) for name, term in TERMS.items()} == {
+        name: sorted(names) for name, names in CONTRACT.items()
+    }
+
+
+def test_exclusion_is_mutual() -> None:
+    one_way = [(a, b) for a, term in TERMS.items() for b in term.excludes if a not in TERMS[b].excludes]
+    assert not one_way
+
+
+@pytest.mark.parametrize(
+    ("law", "parameters", "fault"),
+    [
+        ("place", {}, "expected a sum that starts with coulomb"),
+        ("coulomb+wear", {}, "'wear' is no term"),
+        ("coulomb+place+place", {}, "each term once"),
+        ("coulomb+dahl+lugre", {}, "dahl and lugre exclude each other"),
+        (
+            "coulomb+place",
+            {},
+            "gradient (relative change of the friction force over a way of Y); expected a finite number",
+        ),
+        ("coulomb", {"gradient": 0.1}, "'gradient' is none of its parameters; expected beta, frame_damping_ratio"),
+        ("coulomb+compliance", {"stiffness_ratio": 0.0}, "stiffness_ratio; expected a finite number > 0; got 0.0"),
+        ("coulomb+iwan", {"stiffness_ratio": 9.0, "sliders": 2.5}, "sliders; expected a whole number >= 1 and <= 200"),
+    ],
+)
+def test_what_no_law_allows_is_refused_by_name(law: str, parameters: dict[str, float], fault: str) -> None:
+    with pytest.raises(ParameterError, match=re.escape(fault)):
+        Problem(0.5, 0.4, law=law, parameters=parameters)
+
+
+def test_mu_and_zeta_stand_for_terms() -> None:
+    problem = Problem(0.5, 0.4, mu=1.2, zeta=0.03)
+    assert problem.law.name == "coulomb+breakaway+speed"
+    assert problem.parameters == {
+        "beta": 0.4,
+        "static_ratio_up": 1.2,
+        "static_ratio_down": 1.2,
+        "contact_damping_ratio": 0.03,
+        "frame_damping_ratio": 0.0,
+    }
+    assert Problem(0.5, 0.4, mu=1.3, law="coulomb+stribeck", parameters={"stribeck_speed": 0.1}).law.name == (
+        "coulomb+stribeck"
+    )
+
+
+def test_the_frames_dashpot_is_driven_by_the_base_only_where_the_wall_stands() -> None:
+    assert Problem(0.5, 0.4, frame_damping_ratio=0.01).force == ((1.0,), (-0.01,))
+    assert Problem(0.5, 0.4, frame_damping_ratio=0.01, wall="base").force == ((0.25,), (0.0,))
+
+
+def test_a_problem_travels_and_compares() -> None:
+    problem = Problem(0.5, 0.4, law="coulomb+place", parameters={"gradient": 0.02})
+    assert pickle.loads(pickle.dumps(problem)) == problem  # noqa: S301 - our own bytes
+    assert hash(problem) == hash(Problem(0.5, 0.4, law="coulomb+place", parameters={"gradient": 0.02}))
+    assert problem.with_parameters({"gradient": 0.0}) != problem
