@@ -22,7 +22,7 @@ Column = Annotated[str, StringConstraints(min_length=1)] | Annotated[int, Field(
 LengthUnit = Literal["m", "mm", "um", "µm", "nm", "cm", "in"]
 TimeUnit = Literal["s", "ms", "us", "µs", "ns", "min", "h"]
 CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
-Solver = Literal["auto", "closed-form", "exact", "thesis"]
+Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 
 
 class _Table(BaseModel):
@@ -37,7 +37,10 @@ class Rig(_Table):
     natural_frequency_hz: Positive | None = None
     mass_kg: Positive | None = None
     stiffness_n_per_m: Positive | None = None
-    damping_ratio: NonNegative | None = None
+    damping_ratio: NonNegative | None = None  # of the frame itself, between mass and base; given, it is simulated
+    natural_frequency_hz_u: NonNegative | None = None  # standard uncertainties, in the units of what they belong to
+    stiffness_n_per_m_u: NonNegative | None = None
+    damping_ratio_u: NonNegative | None = None
 
     @model_validator(mode="after")
     def _agree(self) -> Self:
@@ -73,6 +76,7 @@ class Experiment(_Table):
 
     material: str | None = None
     normal_force_n: Positive | None = None
+    normal_force_n_u: NonNegative | None = None  # standard uncertainty
     nominal_frequency_ratio: Positive | None = None
     duration_s: Positive | None = None
     repeat: int | str | None = None
@@ -131,10 +135,44 @@ class Model(_Table):
 
     wall: Literal["fixed", "base"] = "fixed"
     static_ratio: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.0  # mu, static over kinetic friction
-    damping: bool = False  # the frame's own viscous damping, [rig] damping_ratio
-    base_harmonics: Annotated[int, Field(ge=1, le=64)] = 1  # 1: the base is a pure cosine
+    law: str = "coulomb"  # a sum of terms that starts with coulomb: "coulomb+place+speed"
+    parameters: dict[str, float] = {}  # of the law, held fixed instead of fitted: [model.parameters]
+    damping: bool | None = None  # false: leave [rig] damping_ratio out; true: insist on it
+    base_harmonics: Annotated[int, Field(ge=1, le=9)] = 1  # of the measured base motion; 1: a pure cosine
     solver: Solver = "auto"
     identification: Literal["fit", "loop"] = "fit"  # friction by least squares, or from energy and path alone
+
+
+class Sensors(_Table):
+    """``[sensors]``: what the laboratory knows of its two sensors; what is left out gets its stated default."""
+
+    gain_error: NonNegative = 0.001  # relative standard uncertainty of each sensor's gain
+    linearity: NonNegative = 0.0005  # standard uncertainty by a sensor's curvature, as a share of its measuring range
+    lag_s: float = 0.0  # the base's sample comes this much later than the mass's
+    lag_s_u: NonNegative | None = None  # its standard uncertainty; None: half a sampling interval either way, uniform
+    filter_hz: Positive | None = None  # cut-off of both channels' low-pass filters; corrected for
+    filter_order: Annotated[int, Field(ge=1, le=8)] = 1
+    mass_filter_hz: Positive | None = None  # where the two channels differ
+    base_filter_hz: Positive | None = None
+    mass_filter_order: Annotated[int, Field(ge=1, le=8)] | None = None
+    base_filter_order: Annotated[int, Field(ge=1, le=8)] | None = None
+    crosstalk: NonNegative = 0.0  # share of one channel that may stand in the other
+
+
+class Plan(_Table):
+    """``[plan]``: the tests that a laboratory could run next, and how well it measures them."""
+
+    frequency_ratios: list[Positive] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.2, 1.4, 1.7, 2.0]
+    normal_forces_n: list[Positive] = []
+    base_amplitudes_m: list[Positive] = [1.8e-3]
+    duration_s: Positive = 60.0
+    sampling_rate_hz: Positive = 250.0
+    noise_m: NonNegative = 0.8e-6  # rms, each sensor
+    step_m: NonNegative = 0.0  # smallest step of the sensors
+    cycle_scatter: NonNegative = 0.003  # relative rms of the friction force from cycle to cycle
+    friction_coefficient: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None  # [value, error]
+    largest_response_m: Positive | None = None
+    avoid_frequency_ratios: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None  # [low, high]
 
 
 class VirtualTests(_Table):
@@ -184,8 +222,15 @@ class Scene(_Table):
     log: Log = Log()
     analysis: Analysis = Analysis()
     model: Model = Model()
+    sensors: Sensors = Sensors()
+    plan: Plan = Plan()
     synthetic: Synthetic = Synthetic()
     folder: Path = Field(default=Path(), exclude=True)  # where the scene stands; a sheet is looked for there
+
+    @property
+    def frame_damping_ratio(self) -> float:
+        """Damping ratio of the frame that is simulated: the rig's, unless ``[model] damping = false``."""
+        return 0.0 if self.model.damping is False else self.rig.damping_ratio or 0.0
 
     @model_validator(mode="after")
     def _damping_is_known(self) -> Self:

@@ -54,6 +54,8 @@ def steady_state(problem: Problem, *, solver: Solver = "auto") -> SteadyState:
         raise UsageError(f"steady state: solver; expected one of {', '.join(get_args(Solver))}; got {solver!r}")
     if solver == "thesis":
         return last_cycle(problem, cycles=100, solver="thesis")
+    if solver == "numeric":
+        raise UsageError("steady state: solver; 'numeric' is not there yet for this law")
     engine = engines.choose(10.0 + 4.0 / problem.r)
     rig, force = engines.set_up(engine, problem)
     row = engine.buffer((0.0,) * layout.ROW)

@@ -9,7 +9,7 @@ from frictionlab.simulator.trajectory import Trajectory
 
 __all__ = ["KEYS", "Outcome", "Regime", "Solver", "SteadyState", "from_numbers", "outcome_of", "regime_of"]
 
-Solver = Literal["auto", "closed-form", "exact", "thesis"]
+Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 Outcome = Literal["periodic", "stuck", "unbounded", "not settled", "not found"]
 Regime = Literal["continuous", "stick-slip", "stuck"]
 
