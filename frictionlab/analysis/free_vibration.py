@@ -1,4 +1,4 @@
-"""Free decay: natural frequency from the spectrum, damping from the way the swing dies."""
+"""Free vibration: natural frequency, viscous damping ratio and friction of the frame, from each tap of a record."""
 
 import math
 from collections.abc import Sequence
@@ -7,198 +7,243 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.noise import white_noise
-from frictionlab.analysis.spectrum import strongest_tone
+from frictionlab.analysis.decay import DecayFit, first_guess, fit_decay, misfit_of
+from frictionlab.analysis.pooling import Average, average
+from frictionlab.analysis.taps import Turnings, find_taps
 from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
-LEAST_SWINGS = 6  # half-cycles
-SPECTRUM_PADDING = 16  # decays are short: the padding costs nothing
+_PER_HALF_CYCLE = 40  # samples that a fit needs; more are averaged
+_ODD = 0.02  # rms left over the first swing: of another kind than viscous and Coulomb
+_NO_DECAY = 0.1  # ... and no free decay at all
+_DRIVEN = 0.05  # base's swing over the mass's
+_NOT_AT_REST = 0.005
+_DOUBT = 3.0  # standard errors below 0
+_WORDS = {"zeta": "viscous damping", "friction": "friction"}
+
+
+@dataclass(frozen=True)
+class Swing:
+    """What was fitted: ``time`` (n,) s, ``measured`` and ``fitted`` displacement of the mass (n,) m."""
+
+    time: FloatArray
+    measured: FloatArray
+    fitted: FloatArray
 
 
 @dataclass(frozen=True)
 class FreeVibration:
     """One free decay.
 
-    ``damped_frequency_hz`` as the spectrum shows it, ``natural_frequency_hz`` without the damping, with its standard
-    error; ``damping_ratio`` (viscous, from the logarithmic decrement) with its standard error; ``coulomb_m``: friction
-    force over stiffness F/k [m], from the linear decay, with its standard error; ``decay``: which of the two fits
-    better, ``viscous`` or ``Coulomb``; ``viscous_misfit``, ``coulomb_misfit``: rms over the first swing; ``swings``:
-    half-cycles used; ``amplitude_m``: of the first one.
+    Parameters
+    ----------
+    start_s
+        When the part fitted begins: the second turning point after the release.
+    natural_frequency_hz, damped_frequency_hz
+        Without and with the viscous damping.
+    damping_ratio
+        Viscous, of the dashpot between mass and base.
+    friction_m
+        Friction force over stiffness, F/k [m].
+    natural_frequency_hz_se, damping_ratio_se, friction_m_se
+        Standard errors; ``None`` for what came out negative and is held at 0.
+    damping_ratio_upper, friction_m_upper
+        The one-sided 95 % limit of what is held at 0; else ``None``.
+    friction_over_swing
+        F / (k a), with ``a`` the first swing.
+    amplitude_m
+        That first swing.
+    half_cycles
+        How many were fitted.
+    misfit
+        Rms of what the fit leaves over the first swing.
+    warnings
+        Sentences.
+    swing
+        The samples and the fit.
     """
 
+    start_s: float
     natural_frequency_hz: float
     natural_frequency_hz_se: float
     damped_frequency_hz: float
     damping_ratio: float
-    damping_ratio_se: float
-    coulomb_m: float
-    coulomb_m_se: float
-    decay: str
-    viscous_misfit: float
-    coulomb_misfit: float
-    swings: int
+    damping_ratio_se: float | None
+    damping_ratio_upper: float | None
+    friction_m: float
+    friction_m_se: float | None
+    friction_m_upper: float | None
+    friction_over_swing: float
     amplitude_m: float
+    half_cycles: int
+    misfit: float
+    warnings: tuple[str, ...]
+    swing: Swing
 
 
-@dataclass(frozen=True)
-class Average:
-    """Mean over tests, spread (standard deviation, None for one test) and standard error of the mean."""
-
-    mean: float
-    spread: float | None
-    se: float | None
-
-
-@dataclass(frozen=True)
-class _Line:
-    """A weighted straight line: value at 0, slope, its standard error, and the fitted values (n,)."""
-
-    start: float
-    slope: float
-    slope_se: float
-    fitted: FloatArray
-
-
-def free_vibration(displacement: FloatArray, step: float) -> FreeVibration:
-    """Natural frequency and damping from a free decay.
-
-    The swing h_j is half the distance between neighbouring extremes, so the sensor's zero does not matter. Viscous
-    damping makes it h_0 exp(-zeta omega_n t), Coulomb friction h_0 - 2 (F/k) j for the j-th half-cycle.
+def free_vibrations(
+    time: FloatArray, displacement: FloatArray, base: FloatArray | None = None
+) -> tuple[FreeVibration, ...]:
+    """Fit the exact decay under viscous and Coulomb damping to each tap of a record.
 
     Parameters
     ----------
-    displacement : (n,) array
-        Mass, m; may begin before the release and end after the motion died.
-    step : float
-        Sampling interval, s.
+    time, displacement : (n,) arrays
+        s, increasing; the mass, m. May begin before the release and go on after the motion died.
+    base : (n,) array, optional
+        The base, m: what moves there is no free vibration.
 
     Raises
     ------
     AnalysisError
-        Fewer than six half-cycles stand above the noise.
+        No decay of six half-cycles; a motion that is driven or grows; or none of the decays follows the two dampings.
 
     Examples
     --------
     >>> t = np.arange(0.0, 20.0, 0.004)
-    >>> decay = free_vibration(5e-3 * np.exp(-0.01 * 2 * np.pi * 3.0 * t) * np.cos(2 * np.pi * 3.0 * t), 0.004)
-    >>> print(f"{decay.natural_frequency_hz:.3f} {decay.damping_ratio:.4f} {decay.decay}")
-    3.000 0.0100 viscous
+    >>> decay = 5e-3 * np.exp(-0.01 * 2 * np.pi * 3.0 * t) * np.cos(2 * np.pi * 3.0 * np.sqrt(1 - 1e-4) * t)
+    >>> tap = free_vibrations(t, decay)[0]
+    >>> print(f"{tap.natural_frequency_hz:.3f} {tap.damping_ratio:.4f} {tap.friction_m < 1e-9}")
+    3.000 0.0100 True
     """
-    noise = white_noise(displacement) if len(displacement) >= 16 else 0.0
-    rest = float(np.median(displacement[-max(1, len(displacement) // 4) :]))
-    x = displacement - rest
-    at, height = _extremes(x, noise)
-    if len(at) - 1 < LEAST_SWINGS:
+    taps = find_taps(time, displacement)
+    if base is not None:
+        _check_base(taps, time, base)
+    found = [_free_vibration(time, displacement, tap, base) for tap in taps]
+    good = tuple(tap for tap in found if tap.misfit <= _NO_DECAY)
+    if not good:
         raise AnalysisError(
-            f"free vibration: expected at least {LEAST_SWINGS} half-cycles above the noise; got {max(0, len(at) - 1)}:"
-            " displace the mass, let go, and record until it rests"
+            "free vibration: no motion under viscous and friction damping fits (an rms of "
+            f"{min(t.misfit for t in found):.0%} of the first swing is left): expected a mass that swings freely: "
+            "displace it, let go, touch nothing"
         )
-    swing = 0.5 * np.abs(np.diff(height))
-    middle = 0.5 * (at[1:] + at[:-1]) * step
-    first, last = int(at[0]), int(at[-1]) + 1
-    part = x[first:last]
-    frequency = strongest_tone(part, step, padding=SPECTRUM_PADDING).frequency
-    viscous, coulomb = _exponential(middle, swing), _weighted_line(np.arange(len(swing), dtype=np.float64), swing, None)
-    decrement = -viscous.slope / frequency  # per cycle
-    zeta = decrement / math.hypot(2.0 * math.pi, decrement)
-    misfit = [float(np.sqrt(np.mean((f.fitted - swing) ** 2))) / swing[0] for f in (viscous, coulomb)]
+    return good
+
+
+def _check_base(taps: Sequence[Turnings], time: FloatArray, base: FloatArray) -> None:
+    for tap in taps:
+        share = _base_share(tap, time, base)
+        if share > _DRIVEN:
+            raise AnalysisError(
+                f"free vibration: a driven motion: the base moves by {share:.0%} of the mass's swing: expected a base "
+                "at rest: hold it, tap the mass, record until it rests"
+            )
+
+
+def _base_share(tap: Turnings, time: FloatArray, base: FloatArray) -> float:
+    """Swing of the base (sqrt 2 times its rms) while the mass swings freely, over the mass's first swing."""
+    part = base[(time >= tap.time[0]) & (time <= tap.time[-1])]
+    return math.sqrt(2.0) * float(np.std(part)) / float(tap.swing[0]) if len(part) > 1 else 0.0
+
+
+def _free_vibration(time: FloatArray, x: FloatArray, tap: Turnings, base: FloatArray | None) -> FreeVibration:
+    inside = (time >= tap.time[0]) & (time <= tap.time[-1])
+    guess = first_guess(tap.time, tap.height)
+    t, seen = _thinned(time[inside], x[inside], guess.half_period, guess.rest)
+    fit = fit_decay(t, seen, guess)
+    decay, se = fit.decay, fit.se
+    share = _base_share(tap, time, base) if base is not None else 0.0
     return FreeVibration(
-        natural_frequency_hz=frequency / math.sqrt(1.0 - zeta * zeta),
-        natural_frequency_hz_se=_frequency_error(at * step, frequency),
-        damped_frequency_hz=frequency,
-        damping_ratio=zeta,
-        damping_ratio_se=viscous.slope_se / frequency / (2.0 * math.pi),
-        coulomb_m=-0.5 * coulomb.slope,
-        coulomb_m_se=0.5 * coulomb.slope_se,
-        decay="viscous" if misfit[0] <= misfit[1] else "Coulomb",
-        viscous_misfit=misfit[0],
-        coulomb_misfit=misfit[1],
-        swings=len(swing),
-        amplitude_m=float(swing[0]),
+        start_s=decay.start,
+        natural_frequency_hz=decay.omega / (2.0 * math.pi),
+        natural_frequency_hz_se=se.omega / (2.0 * math.pi),
+        damped_frequency_hz=0.5 / decay.half_period,
+        damping_ratio=decay.zeta,
+        damping_ratio_se=None if "zeta" in fit.held else se.zeta,
+        damping_ratio_upper=fit.limits.get("zeta"),
+        friction_m=decay.friction,
+        friction_m_se=None if "friction" in fit.held else se.friction,
+        friction_m_upper=fit.limits.get("friction"),
+        friction_over_swing=decay.friction / abs(decay.swing),
+        amplitude_m=abs(decay.swing),
+        half_cycles=len(tap.swing),
+        misfit=misfit_of(fit),
+        warnings=tuple(_warnings(fit, share)),
+        swing=Swing(t, seen, seen - fit.residual),
     )
 
 
-def _extremes(x: FloatArray, noise: float) -> tuple[FloatArray, FloatArray]:
-    """Turning points after the release: fractional sample numbers and heights, between crossings of rest.
+def _thinned(time: FloatArray, x: FloatArray, half_period: float, rest: float) -> tuple[FloatArray, FloatArray]:
+    """Means of so many neighbours that enough are left; what averaging takes from a sinusoid is given back."""
+    step = (time[-1] - time[0]) / (len(time) - 1)
+    size = int(half_period / step / _PER_HALF_CYCLE)
+    if size < 2:
+        return time, x
+    count = len(time) // size
+    t, mean = (values[: count * size].reshape(count, size).mean(axis=1) for values in (time, x))
+    angle = 0.5 * math.pi * step / half_period
+    kept = math.sin(size * angle) / (size * math.sin(angle))
+    return t, rest + (mean - rest) / kept
 
-    The release is where the mass is farthest from rest for the last time within 2 %; what is below ten times the noise
-    is left out.
+
+def _warnings(fit: DecayFit, base_share: float) -> list[str]:
+    said = []
+    if base_share > _NOT_AT_REST:
+        said.append(f"the base moves by {base_share:.1%} of the mass's swing: hold it, or what is found is of both")
+    if fit.doubt > _DOUBT:
+        names = " and ".join(_WORDS[name] for name in fit.held)
+        said.append(
+            f"{names} would come out negative by {fit.doubt:.2g} standard errors and is held at 0: the damping is of "
+            "another kind than viscous and Coulomb"
+        )
+    misfit = misfit_of(fit)
+    if misfit > _ODD:
+        said.append(
+            f"viscous and Coulomb damping leave {misfit:.1%} of the first swing unexplained: stiffness or damping of "
+            "another kind, or a second mode; its share of the errors is in the bars only as far as it scatters"
+        )
+    return said
+
+
+def averages(taps: Sequence[FreeVibration]) -> dict[str, Average]:
+    """Average over taps of natural frequency, damping ratio and friction, each with its error.
+
+    What is held at 0 counts as 0 with the error that its 95 % limit stands for.
+
+    Raises
+    ------
+    AnalysisError
+        No taps.
     """
-    size = np.abs(x)
-    release = int(np.flatnonzero(size >= 0.98 * size.max())[0])
-    crossing = release + np.flatnonzero(np.diff(x[release:] >= 0.0))
-    at, height = [], []
-    for begin, end in zip(crossing[:-1] + 1, crossing[1:] + 1, strict=True):
-        top = begin + int(np.argmax(size[begin:end]))
-        if size[top] < 10.0 * noise:
-            break
-        if end - begin < 4 or not 0 < top < len(x) - 1:
-            continue
-        place, value = _vertex(x, top, max(1, (end - begin) // 8))
-        at.append(place)
-        height.append(value)
-    return np.array(at), np.array(height)
+    if not taps:
+        raise AnalysisError("free vibration: expected at least one tap to average over; got none")
+    errors = {
+        "natural_frequency_hz": [tap.natural_frequency_hz_se for tap in taps],
+        "damping_ratio": [_error(tap.damping_ratio_se, tap.damping_ratio_upper) for tap in taps],
+        "friction_m": [_error(tap.friction_m_se, tap.friction_m_upper) for tap in taps],
+    }
+    return {name: average([getattr(tap, name) for tap in taps], error) for name, error in errors.items()}
 
 
-def _vertex(x: FloatArray, top: int, reach: int) -> tuple[float, float]:
-    """Vertex of the least-squares parabola through the samples about a turning point."""
-    reach = min(reach, top, len(x) - 1 - top)
-    u = np.arange(-reach, reach + 1, dtype=np.float64)
-    if reach < 1:
-        return float(top), float(x[top])
-    c, b, a = np.polynomial.polynomial.polyfit(u, x[top - reach : top + reach + 1], 2)
-    if a == 0.0:
-        return float(top), float(c)
-    offset = float(np.clip(-b / (2.0 * a), -reach, reach))
-    return top + offset, float(c + offset * (b + a * offset))
+def _error(se: float | None, upper: float | None) -> float:
+    return se if se is not None else (upper or 0.0) / 1.645
 
 
-def _exponential(time: FloatArray, swing: FloatArray) -> _Line:
-    """Line through the logs, weighted so that each swing counts with the same absolute error."""
-    line = _weighted_line(time, np.log(swing), swing)
-    return _Line(line.start, line.slope, line.slope_se, np.exp(line.fitted))
-
-
-def _weighted_line(at: FloatArray, value: FloatArray, weight: FloatArray | None) -> _Line:
-    w = np.ones_like(value) if weight is None else weight / weight.max()
-    design = np.stack([np.ones_like(at), at], axis=1) * w[:, None]
-    (start, slope), *_ = np.linalg.lstsq(design, value * w, rcond=None)
-    fitted = start + slope * at
-    variance = float(np.sum((w * (value - fitted)) ** 2)) / max(1, len(at) - 2)
-    covariance = np.linalg.inv(design.T @ design) * variance
-    return _Line(float(start), float(slope), math.sqrt(float(covariance[1, 1])), fitted)
-
-
-def _frequency_error(turning: FloatArray, frequency: float) -> float:
-    """Standard error of the frequency, from the scatter of the turning points about even spacing."""
-    line = _weighted_line(np.arange(len(turning), dtype=np.float64), turning, None)
-    return 2.0 * frequency * frequency * line.slope_se
-
-
-def average(values: Sequence[float]) -> Average:
-    """Mean over tests with its spread.
-
-    Examples
-    --------
-    >>> average([1.0, 2.0, 3.0]).spread
-    1.0
-    """
-    data = np.asarray(values, dtype=np.float64)
-    if len(data) < 2:
-        return Average(float(data.mean()), None, None)
-    spread = float(data.std(ddof=1))
-    return Average(float(data.mean()), spread, spread / math.sqrt(len(data)))
-
-
-def scene_snippet(natural_frequency: float, damping_ratio: float) -> str:
+def scene_snippet(means: dict[str, Average]) -> str:
     """The lines of a scene that say what was found, to paste.
 
     Examples
     --------
-    >>> print(scene_snippet(3.1261, 0.0055))
+    >>> found = {"natural_frequency_hz": Average(3.1261, 2e-4, None), "damping_ratio": Average(0.0055, 1e-5, None)}
+    >>> print(scene_snippet(found | {"friction_m": Average(5e-06, 1e-07, None)}))
     [rig]
     natural_frequency_hz = 3.1261
+    natural_frequency_hz_u = 0.0002
     damping_ratio = 0.0055
+    damping_ratio_u = 1e-05
+    # friction of the frame itself, F/k: 5e-06 m, standard error 1e-07 m
     """
-    return f"[rig]\nnatural_frequency_hz = {natural_frequency:.6g}\ndamping_ratio = {damping_ratio:.4g}"
+    lines = ["[rig]"]
+    for name in ("natural_frequency_hz", "damping_ratio"):
+        found = means[name]
+        lines += [f"{name} = {_digits(found)}", f"{name}_u = {max(found.se, 1e-12):.2g}"]
+    friction = means["friction_m"]
+    lines.append(f"# friction of the frame itself, F/k: {friction.mean:.4g} m, standard error {friction.se:.2g} m")
+    return "\n".join(lines)
+
+
+def _digits(found: Average) -> str:
+    """A mean with two digits of its error."""
+    if not found.se > 0.0 or not abs(found.mean) > found.se:
+        return f"{found.mean:.4g}"
+    return f"{found.mean:.{min(12, 2 + math.ceil(math.log10(abs(found.mean) / found.se)))}g}"

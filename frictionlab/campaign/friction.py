@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from frictionlab.analysis.pooling import scatter_beyond, weighted_mean
 from frictionlab.campaign.prediction import Law, Local, Prediction, local
 from frictionlab.campaign.trials import Trial
 
@@ -135,8 +136,8 @@ def _fit(trials: Sequence[Trial], law: Law, stiffness: float | None, *, strict: 
         good = np.array([reason is None for reason in reasons])
         if not good.any():
             break
-        spread = _paule_mandel(estimates.value[good], estimates.error[good])
-        moved = _weighted_mean(estimates.value[good], estimates.error[good], spread)
+        spread = scatter_beyond(estimates.value[good], estimates.error[good])
+        moved = weighted_mean(estimates.value[good], estimates.error[good], spread)
         step, beta = moved - beta, float(np.clip(moved, 0.7 * beta, 1.4 * beta))
         if abs(step) < CLOSE * beta:
             break
@@ -234,30 +235,6 @@ def _by_prediction(trial: Trial, here: Local | None, *, strict: bool) -> str | N
     if strict and left > UNSETTLED and trial.settled_s is None:
         return f"unsettled: by Coulomb's own reckoning {left:.0%} of the transient is left where it was measured"
     return None
-
-
-def _weighted_mean(value: FloatArray, error: FloatArray, spread: float) -> float:
-    weight = 1.0 / (error**2 + spread**2)
-    return float(np.sum(weight * value) / np.sum(weight))
-
-
-def _paule_mandel(value: FloatArray, error: FloatArray) -> float:
-    """Scatter beyond the errors: where chi-square meets its degrees of freedom; 0 where it is below them already."""
-    freedom = len(value) - 1
-
-    def excess(spread: float) -> float:
-        mean = _weighted_mean(value, error, spread)
-        return float(np.sum((value - mean) ** 2 / (error**2 + spread**2))) - freedom
-
-    if freedom < 1 or excess(0.0) <= 0.0:
-        return 0.0
-    low, high = 0.0, float(np.ptp(value))
-    while excess(high) > 0.0:
-        high *= 2.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if excess(middle) > 0.0 else (low, middle)
-    return high
 
 
 def _fit_of(

@@ -1,97 +1,210 @@
-"""``frictionlab free-vibration``: natural frequency and damping ratio from free decays."""
+"""``frictionlab free-vibration``: natural frequency, damping ratio and friction of the frame from free decays."""
 
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Iterator, Sequence
+from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows, rows_of
-from frictionlab.cli.options import AsJson, Quiet, SceneFile, scene_of
-from frictionlab.cli.output import print_table
-from frictionlab.tables import Row
+from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, scene_of
+from frictionlab.cli.output import complain, print_table
+from frictionlab.tables import Row, check_output, write_rows
 
 if TYPE_CHECKING:
+    from frictionlab.analysis.free_vibration import FreeVibration
+    from frictionlab.analysis.pooling import Average
     from frictionlab.recording import Recording
     from frictionlab.scene import Scene
 
-COLUMNS = {
+TABLE = {
     "source": "source",
+    "tap": "tap",
     "natural_frequency_hz": "f_n [Hz]",
-    "natural_frequency_hz_se": "se",
+    "natural_frequency_hz_se": "se [Hz]",
     "damping_ratio": "zeta",
-    "damping_ratio_se": "se",
-    "coulomb_m": "F/k [m]",
-    "decay": "fits better",
-    "swings": "swings",
+    "damping_ratio_se": "se of zeta",
+    "friction_m": "F/k [m]",
+    "friction_m_se": "se [m]",
+    "half_cycles": "half-cycles",
 }
+TAPS = "taps"
+Means = dict[str, "Average"]
 
 
 def free_vibration(
     inputs: Annotated[list[Path], typer.Argument(metavar="LOG_OR_RECORDING...", help="Free decays of the mass.")],
     *,
     scene: SceneFile = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write a row per tap: .csv or .jsonl.")
+    ] = None,
+    plot: PlotFolder = None,
     as_json: AsJson = False,
+    force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Natural frequency and damping ratio of each free decay, their average, and the lines of a scene to paste.
+    """Natural frequency, damping ratio and friction of each free decay, their average, and the lines of a scene.
 
-    The averages over all inputs stand in each object of --json as mean_natural_frequency_hz and mean_damping_ratio.
+    Several taps in one file are found; a log of the mass alone is enough. In --json an input's numbers are the averages
+    over its own `taps`; over all inputs they stand as mean_natural_frequency_hz, mean_damping_ratio, mean_friction_m.
 
     Example: frictionlab free-vibration tap1.csv tap2.csv tap3.csv
     """
     what = scene_of(scene)
-    rows = list(rows_of(inputs, lambda path: _row(path, what)))
-    means = _means(rows)
-    rows = report_rows(({**row, **means} if row["status"] == "ok" else row for row in rows), as_json=as_json)
-    if not (as_json or quiet):
-        _tell(rows, means)
-    exit_status(rows)
+    if output is not None:
+        check_output(output, force=force)
+    rows = list(rows_of(inputs, partial(_row, scene=what, plot=plot)))
+    means = _means([tap for row in rows for tap in _taps(row)])
+    shown = report_rows((_told(row, means) for row in rows), as_json=as_json)
+    if output is not None:
+        write_rows([line for row in rows for line in _lines(row)], output, force=force)
+    if not as_json:
+        _tell_warnings(shown, quiet=quiet)
+    if means and not (as_json or quiet):
+        _tell([line for row in rows for line in _lines(row) if line["status"] == "ok"], means)
+    exit_status(shown)
 
 
-def _row(path: Path, scene: "Scene") -> Row:
-    from frictionlab.analysis.free_vibration import free_vibration as measure
+def _row(path: Path, *, scene: "Scene", plot: Path | None) -> Row:
+    from frictionlab.analysis.free_vibration import averages
 
     recording = _read(path, scene)
-    longest = max(recording.stretches(), key=len)
-    decay = measure(longest.mass_displacement, 1.0 / longest.sampling_rate_hz)
-    return {"source": str(path), "status": "ok", "reason": None, "warnings": recording.source.warnings, **asdict(decay)}
+    taps = _found(recording)
+    means = averages(taps)
+    if plot is not None:
+        _draw(taps, path, plot)
+    return {
+        "source": str(path),
+        "status": "ok",
+        "reason": None,
+        "warnings": [*recording.source.warnings, *dict.fromkeys(w for tap in taps for w in tap.warnings)],
+        **{key: value for name, mean in means.items() for key, value in _with_error(name, mean).items()},
+        **_force(means["friction_m"], means["natural_frequency_hz"].mean, scene),
+        "stiffness_n_per_m": _stiffness(scene, means["natural_frequency_hz"].mean),
+        TAPS: taps,
+    }
+
+
+def _found(recording: "Recording") -> "tuple[FreeVibration, ...]":
+    """The taps of all stretches without a gap; a stretch without any is passed over where another has some."""
+    from frictionlab.analysis.free_vibration import free_vibrations
+    from frictionlab.errors import AnalysisError
+
+    taps: list[FreeVibration] = []
+    refused: list[AnalysisError] = []
+    for part in sorted(recording.stretches(), key=len, reverse=True):
+        try:
+            taps += free_vibrations(part.time, part.mass_displacement, part.base_displacement)
+        except AnalysisError as error:
+            refused.append(error)
+    if not taps:
+        raise refused[0]
+    return tuple(sorted(taps, key=lambda tap: tap.start_s))
 
 
 def _read(path: Path, scene: "Scene") -> "Recording":
-    """A recording as it is, a log through ingest."""
+    """A recording as it is, a log through ingest; a log of the mass alone has a base at rest."""
     if path.suffix in (".h5", ".hdf5"):
         from frictionlab.hdf5 import read_recording
 
         return read_recording(path)
-    from frictionlab.logs import options_of, read_log
+    from frictionlab.logs import options_of, read_mass_log
 
-    return read_log(path, options_of(scene.log))
-
-
-def _means(rows: Sequence[Row]) -> dict[str, float | None]:
-    from frictionlab.analysis.free_vibration import average
-
-    found = [row for row in rows if row["status"] == "ok"]
-    if not found:
-        return {}
-    means: dict[str, float | None] = {}
-    for key in ("natural_frequency_hz", "damping_ratio"):
-        over = average([float(str(row[key])) for row in found])
-        means |= {f"mean_{key}": over.mean, f"mean_{key}_spread": over.spread, f"mean_{key}_se": over.se}
-    return means
+    return read_mass_log(path, options_of(scene.log))
 
 
-def _tell(rows: Sequence[Row], means: dict[str, float | None]) -> None:
+def _with_error(name: str, mean: "Average") -> Row:
+    return {name: mean.mean, f"{name}_se": mean.se}
+
+
+def _stiffness(scene: "Scene", natural_frequency: float) -> float | None:
+    """The scene's stiffness [N/m], or that of its mass at the frequency found."""
+    from math import pi
+
+    if scene.rig.stiffness is not None or scene.rig.mass_kg is None:
+        return scene.rig.stiffness
+    return scene.rig.mass_kg * (2.0 * pi * natural_frequency) ** 2
+
+
+def _force(friction: "Average", natural_frequency: float, scene: "Scene") -> Row:
+    """Friction force, and its coefficient, where the scene says enough for them."""
+    stiffness, normal = _stiffness(scene, natural_frequency), scene.experiment.normal_force_n
+    force = None if stiffness is None else stiffness * friction.mean
+    error = None if stiffness is None else stiffness * friction.se
+    known = force is not None and normal is not None
+    return {
+        "friction_n": force,
+        "friction_n_se": error,
+        "friction_coefficient": force / normal if known and force is not None and normal else None,
+    }
+
+
+def _draw(taps: "Sequence[FreeVibration]", path: Path, folder: Path) -> None:
+    from frictionlab.figures.free_vibration import free_vibration_figure
+    from frictionlab.figures.style import save
+
+    folder.mkdir(parents=True, exist_ok=True)
+    save(free_vibration_figure(taps, path.name), folder / f"{path.stem}.free_vibration.png")
+
+
+def _taps(row: Row) -> "Sequence[FreeVibration]":
+    taps = row.get(TAPS)
+    return taps if isinstance(taps, tuple) else ()
+
+
+def _means(taps: "Sequence[FreeVibration]") -> Means:
+    from frictionlab.analysis.free_vibration import averages
+
+    return averages(taps) if taps else {}
+
+
+def _told(row: Row, means: Means) -> Row:
+    """A row as people and programs see it: its taps as rows, and the averages over all inputs."""
+    if row["status"] != "ok":
+        return row
+    over_all = {
+        f"mean_{key}": value
+        for name, mean in means.items()
+        for key, value in {**_with_error(name, mean), f"{name}_spread": mean.spread}.items()
+    }
+    return {**row, TAPS: [_plain(tap) for tap in _taps(row)], **over_all}
+
+
+def _plain(tap: "FreeVibration") -> dict[str, object]:
+    """A tap's numbers, without the samples."""
+    return {f.name: getattr(tap, f.name) for f in fields(tap) if f.name != "swing"}
+
+
+def _lines(row: Row) -> Iterator[dict[str, object]]:
+    """A line for each tap of an input; one for an input that failed."""
+    if row["status"] != "ok":
+        yield dict(row)
+    stiffness = row.get("stiffness_n_per_m")
+    for number, tap in enumerate(_taps(row), 1):
+        force = tap.friction_m * stiffness if isinstance(stiffness, float) else None
+        head = {"source": row["source"], "status": "ok", "reason": None, "tap": number}
+        yield {**head, **_plain(tap), "friction_n": force}
+
+
+def _tell_warnings(rows: Sequence[Row], *, quiet: bool) -> None:
+    for row in rows:
+        warnings = row.get("warnings")
+        for warning in warnings if isinstance(warnings, (list, tuple)) and not quiet else ():
+            complain(f"{row['source']}: warning: {warning}")
+
+
+def _tell(lines: Sequence[Row], means: Means) -> None:
     from frictionlab.analysis.free_vibration import scene_snippet
 
-    good = [row for row in rows if row["status"] == "ok"]
-    if not good:
-        return
-    print_table(good, COLUMNS)
-    frequency, damping = means["mean_natural_frequency_hz"] or 0.0, means["mean_damping_ratio"] or 0.0
-    spread = means["mean_natural_frequency_hz_spread"]
-    told = "" if spread is None else f", spread {spread:.2g} Hz over {len(good)} tests"
-    typer.echo(f"\naverage: natural frequency {frequency:.6g} Hz{told}; damping ratio {damping:.3g}. For a scene:\n")
-    typer.echo(scene_snippet(frequency, damping))
+    print_table(lines, TABLE)
+    words = {"natural_frequency_hz": "natural frequency", "damping_ratio": "damping ratio", "friction_m": "F/k"}
+    units = {"natural_frequency_hz": " Hz", "friction_m": " m"}
+    told = "; ".join(
+        f"{word} {means[name].mean:.6g} +- {means[name].se:.2g}{units.get(name, '')}" for name, word in words.items()
+    )
+    taps = "1 tap" if len(lines) == 1 else f"{len(lines)} taps"
+    typer.echo(f"\naverage of {taps}: {told}. For a scene:\n")
+    typer.echo(scene_snippet(means))

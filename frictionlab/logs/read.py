@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from frictionlab.errors import LogError
 from frictionlab.logs.align import Aligned, align
 from frictionlab.logs.clock import TimeBase, counted, time_base
-from frictionlab.logs.lines import Progress, texts_of
+from frictionlab.logs.layouts import find_layout
+from frictionlab.logs.lines import Progress, read_head, texts_of
 from frictionlab.logs.options import LogOptions
 from frictionlab.logs.sensor import Channel, bridge, examine, unit_by_step
-from frictionlab.logs.table import KEEP, Table, read_table
+from frictionlab.logs.table import KEEP, Table, displacements, read_table
 from frictionlab.logs.timing import Timing, timing_of
 from frictionlab.logs.units import LENGTH, to_si
 from frictionlab.recording import Fact, QuarantinedLine, Recording, Replaced, Source
@@ -82,6 +83,24 @@ def read_log(path: Path, options: LogOptions | None = None, *, progress: Progres
         if not np.array_equal(*times):
             return _read_own_times(table, times[1], options)
     return _recording(_examined(table, options, ("mass", "base")), options)
+
+
+def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
+    """Read a log of a free vibration: both channels, or the mass alone, whose base then stands at 0.
+
+    Raises
+    ------
+    LogError
+        As `read_log`; where the log has no base, what is wrong with its mass.
+    """
+    options = options or LogOptions()
+    head = read_head(path, options.encoding)
+    if len(displacements(find_layout(head, options), options)) > 1:
+        return read_log(path, options)
+    sensors = _examined(read_table(path, replace(options, base=None), ("mass",)), options, ("mass",))
+    sensors.channels["base"] = Channel(np.zeros(len(sensors.base.time)), np.zeros(len(sensors.base.time), np.uint8))
+    sensors.replaced["base"] = (np.zeros(0, np.int64), np.zeros(0))
+    return _recording(sensors, options)
 
 
 def _recording(sensors: _Sensors, options: LogOptions) -> Recording:
@@ -290,7 +309,7 @@ def _dialect(sensors: _Sensors, options: LogOptions) -> dict[str, Fact]:
     for role, column in table.columns.items():
         facts[f"{role}_column"] = column.title or str(column.index + 1)
         facts[f"{role}_column_number"] = column.index + 1
-    facts |= {f"{role}_unit": options.unit or table.columns[role].unit for role in sensors.channels}
+    facts |= {f"{role}_unit": options.unit or c.unit for role, c in table.columns.items() if role in sensors.channels}
     facts |= sensors.timing.facts
     facts |= {"sampling_rate_hz": 1.0 / sensors.base.interval, "bridge_s": sensors.base.bridge}
     facts |= {"missing_samples": sensors.base.missing}

@@ -142,6 +142,15 @@ def _with_own_times(layout: Layout, found: dict[str, Column], roles: Sequence[st
     return {"time": layout.columns[own[0]], **found, **more}
 
 
+def displacements(layout: Layout, options: LogOptions) -> list[Column]:
+    """Columns that may hold a displacement: numbers in a length or in no unit (any, where one is given), no time."""
+    columns = [c for c in layout.columns if layout.dialect.kinds[c.index] in "nm"]
+    times = {c.index for c in candidates(columns, "time")} | set(layout.time_of.values())
+    if options.time is not None:
+        times.add(by_option(layout.columns, options.time, "time", "").index)
+    return [c for c in columns if c.index not in times and (is_displacement(c) or options.unit is not None)]
+
+
 def _left(columns: Sequence[Column], found: dict[str, Column]) -> list[Column]:
     taken = {c.index for c in found.values()}
     return [c for c in columns if c.index not in taken]

@@ -12,7 +12,8 @@ from frictionlab.cli import errors_in_one_line
 from frictionlab.cli.free_vibration import free_vibration
 from frictionlab.hdf5 import write_recording
 from frictionlab.recording import Recording
-from tests.analysis.test_free_vibration import HZ, RATE, viscous
+from frictionlab.scene import read_scene
+from tests.analysis.test_free_vibration import HZ, RATE, decaying, viscous
 
 app = typer.Typer()
 app.command()(errors_in_one_line(free_vibration))
@@ -45,7 +46,46 @@ def test_a_snippet_to_paste(decays: list[str]) -> None:
     result = CliRunner().invoke(app, decays)
     assert result.exit_code == 0
     assert "[rig]\nnatural_frequency_hz = 3.12" in result.stdout
-    assert "over 3 tests" in result.stdout
+    assert "average of 3 taps" in result.stdout
+
+
+def test_what_it_prints_to_paste_is_a_scene(decays: list[str], tmp_path: Path) -> None:
+    shown = CliRunner().invoke(app, decays).stdout
+    scene = tmp_path / "scene.toml"
+    scene.write_text(shown[shown.index("[rig]") :])
+    assert read_scene(scene).rig.natural_frequency_hz == pytest.approx(HZ, rel=1e-3)
+    assert read_scene(scene).rig.damping_ratio_u == pytest.approx(4e-4, rel=0.5)  # they differ: 0.0055, 0.0065, 0.0065
+
+
+def test_a_log_of_the_mass_alone_with_several_taps(tmp_path: Path) -> None:
+    x = np.concatenate([decaying(0.0055, 5e-6), decaying(0.0055, 5e-6)])
+    x += 1e-6 * np.random.default_rng(2).standard_normal(len(x))
+    log = tmp_path / "taps.csv"
+    table = np.column_stack([np.arange(len(x)) / RATE, 1e3 * x])
+    np.savetxt(log, table, "%.6f", ",", header="time [s],mass [mm]", comments="")
+    scene = tmp_path / "scene.toml"
+    scene.write_text("[rig]\nmass_kg = 3.0\n[experiment]\nnormal_force_n = 2.0\n")
+    files = ["--plot", str(tmp_path / "figures"), "-o", str(tmp_path / "taps.jsonl"), "--scene", str(scene)]
+    result = CliRunner().invoke(app, [str(log), "--json", *files])
+    assert result.exit_code == 0, result.output
+    row = json.loads(result.stdout)
+    assert [tap["damping_ratio"] for tap in row["taps"]] == pytest.approx([0.0055] * 2, rel=0.01)
+    assert row["damping_ratio"] == row["mean_damping_ratio"] == pytest.approx(0.0055, rel=0.005)
+    assert row["friction_m"] == pytest.approx(5e-6, rel=0.02)
+    assert row["friction_n"] == pytest.approx(5e-6 * 3.0 * (2 * np.pi * HZ) ** 2, rel=0.02)
+    assert row["friction_coefficient"] == pytest.approx(row["friction_n"] / 2.0)
+    assert (tmp_path / "figures" / "taps.free_vibration.png").stat().st_size > 10_000
+    lines = [json.loads(line) for line in (tmp_path / "taps.jsonl").read_text().splitlines()]
+    assert [(line["tap"], line["status"]) for line in lines] == [(1, "ok"), (2, "ok")]
+
+
+def test_driven_recordings_are_refused_by_name(tmp_path: Path) -> None:
+    t = np.arange(5000) / RATE
+    driven = Recording(t, 3e-3 * np.sin(2 * np.pi * 2.35 * t), 2e-3 * np.cos(2 * np.pi * 2.35 * t))
+    write_recording(driven, tmp_path / "driven.h5")
+    result = CliRunner().invoke(app, [str(tmp_path / "driven.h5"), "--json"])
+    assert result.exit_code == 1
+    assert "driven motion" in json.loads(result.stdout)["reason"]
 
 
 def test_a_log_without_a_decay_fails_and_the_others_go_on(decays: list[str], tmp_path: Path) -> None:

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictionlab.analysis.pooling import scatter_beyond
 from frictionlab.campaign import FrictionFit, Law, Trial, trial_of
-from frictionlab.campaign.friction import _paule_mandel, fit_group
+from frictionlab.campaign.friction import fit_group
 from tests.campaign import naive
 from tests.campaign.fabricate import AMPLITUDE, STIFFNESS, row
 
@@ -173,4 +174,4 @@ def test_the_order_of_the_tests_does_not_matter(order: list[int]) -> None:
 def test_the_scatter_is_where_chi_square_meets_its_freedom(pairs: list[tuple[float, float]]) -> None:
     value, error = np.array(pairs).T
     reach = 3 * float(np.ptp(value)) / 20000
-    assert _paule_mandel(value, error) == pytest.approx(naive.scatter(value, error), abs=1.01 * reach + 1e-12)
+    assert scatter_beyond(value, error) == pytest.approx(naive.scatter(value, error), abs=1.01 * reach + 1e-12)

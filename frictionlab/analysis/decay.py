@@ -1,0 +1,258 @@
+"""Free decay of a mass on a spring with viscous and Coulomb damping: the exact motion, and its fit to samples.
+
+    x'' + 2 zeta omega x' + omega^2 (x - rest) = -omega^2 f sgn(x'),        f = F / k
+
+Between two turning points the friction is constant and the motion a damped cosine about ``rest -+ f`` that lasts
+``pi / (omega sqrt(1 - zeta^2))``. The distances a_j of the turning points from rest follow
+``a_(j+1) = q a_j - f (1 + q)`` with ``q = exp(-pi zeta / sqrt(1 - zeta^2))`` [Feeny and Liang 1996, "A decrement method
+for the simultaneous estimation of Coulomb and viscous friction"], and the mass stays where ``a_j <= f``.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+FloatArray = NDArray[np.float64]
+_FEWEST_GROUPS = 6
+_ONE_SIDED = 1.645  # 95 % of a normal distribution lie below its mean and so many standard deviations
+_TRIED = np.concatenate([[0.0], np.geomspace(1e-5, 0.5, 60)])
+_NAMES = ("start", "swing", "rest", "omega", "zeta", "friction")
+
+
+@dataclass(frozen=True)
+class Decay:
+    """One free decay from a turning point on.
+
+    ``start``: when the mass turns [s]; ``swing``: how far from rest it turns [m], negative below; ``rest`` [m];
+    ``omega``: undamped natural frequency [rad/s]; ``zeta``: viscous damping ratio; ``friction``: F/k [m].
+    """
+
+    start: float
+    swing: float
+    rest: float
+    omega: float
+    zeta: float
+    friction: float
+
+    @property
+    def half_period(self) -> float:
+        """From one turning point to the next [s]."""
+        return math.pi / (self.omega * math.sqrt(1.0 - self.zeta**2))
+
+    def turning(self, number: NDArray[np.int64]) -> FloatArray:
+        """Distance from rest at the turning points of these numbers (0: the first), as if friction never held it [m].
+
+        Examples
+        --------
+        >>> Decay(0.0, 5.0, 0.0, 1.0, 0.0, 0.1).turning(np.arange(4)).round(9).tolist()
+        [5.0, 4.8, 4.6, 4.4]
+        """
+        log_q = -math.pi * self.zeta / math.sqrt(1.0 - self.zeta**2)
+        lost = np.expm1(number * log_q) / math.expm1(log_q) if log_q else number.astype(np.float64)
+        return np.asarray(abs(self.swing) * np.exp(number * log_q) - self.friction * (1.0 + math.exp(log_q)) * lost)
+
+    def at(self, time: FloatArray) -> FloatArray:
+        """Displacement [m] at these times [s]; before ``start`` the motion that would have led there.
+
+        Examples
+        --------
+        >>> decay = Decay(0.0, 5.0, 1.0, math.pi, 0.0, 0.1)
+        >>> decay.at(np.array([0.0, 1.0, 2.0])).round(9).tolist()
+        [6.0, -3.8, 5.6]
+        """
+        number = np.floor((time - self.start) / self.half_period).astype(np.int64)
+        reached = np.arange(max(int(number.max(initial=0)) + 1, 1))
+        held = np.flatnonzero(self.turning(reached) <= max(self.friction, 0.0))
+        last = int(held[0]) if len(held) else len(reached)
+        number = np.minimum(number, last)
+        since = np.where(number < last, time - self.start - number * self.half_period, 0.0)
+        turned = self.turning(number)
+        root = math.sqrt(1.0 - self.zeta**2)
+        angle = self.omega * root * since
+        swing = np.exp(-self.zeta * self.omega * since) * (np.cos(angle) + self.zeta / root * np.sin(angle))
+        side = math.copysign(1.0, self.swing) * np.where(number % 2, -1.0, 1.0)
+        return np.asarray(self.rest + side * (self.friction + (turned - self.friction) * swing))
+
+
+@dataclass(frozen=True)
+class DecayFit:
+    """A decay fitted to samples.
+
+    ``se``: standard errors, as a `Decay` of them, 0 for what was held; ``held``: names of what would have come out
+    negative and is held at 0; ``limits``: for those the one-sided 95 % limit, from the fit without bounds;
+    ``residual``: (n,) m, measured minus fitted; ``doubt``: how many standard errors below 0 the worst of them was.
+    """
+
+    decay: Decay
+    se: Decay
+    held: tuple[str, ...]
+    limits: dict[str, float]
+    residual: FloatArray
+    doubt: float
+
+
+def first_guess(time: FloatArray, height: FloatArray) -> Decay:
+    """Starting values from turning points: the swings (half of two neighbours' distance) against the decrement's law.
+
+    For each damping ratio tried the law is linear in first swing and friction.
+
+    Parameters
+    ----------
+    time, height : (n,) arrays
+        Turning points [s], [m]; n >= 4.
+    """
+    swing = 0.5 * np.abs(np.diff(height))
+    number = np.arange(len(swing))
+    found = []
+    for zeta in _TRIED:
+        unit = Decay(0.0, 1.0, 0.0, 1.0, float(zeta), 0.0)
+        grown = replace(unit, swing=0.0, friction=1.0)
+        columns = [0.5 * (d.turning(number) + d.turning(number + 1)) for d in (unit, grown)]
+        (first, friction), *_ = np.linalg.lstsq(np.column_stack(columns), swing, rcond=None)
+        if friction < 0.0:
+            first, friction = float(columns[0] @ swing / (columns[0] @ columns[0])), 0.0
+        misfit = float(np.sum((first * columns[0] + friction * columns[1] - swing) ** 2))
+        found.append((misfit, float(zeta), float(first), float(friction)))
+    _, zeta, first, friction = min(found)
+    omega = math.pi / float(np.median(np.diff(time))) / math.sqrt(1.0 - zeta**2)
+    side = 1.0 if height[0] > height[1] else -1.0
+    return Decay(float(time[0]), side * first, float(height[0] - side * first), omega, zeta, friction)
+
+
+def fit_decay(time: FloatArray, displacement: FloatArray, guess: Decay) -> DecayFit:
+    """Least squares of the exact motion, viscous and friction damping together.
+
+    What comes out negative is held at 0 and the rest fitted again.
+
+    Parameters
+    ----------
+    time, displacement : (n,) arrays
+        s, m; from the first turning point to the last one wanted.
+    guess : Decay
+        Starting values.
+    """
+    free, free_error, residual = _solve(time, displacement, guess, ())
+    fitted, error = free, free_error
+    held: tuple[str, ...] = ()
+    for held in _to_hold(free):
+        fitted, error, residual = _solve(time, displacement, replace(free, **dict.fromkeys(held, 0.0)), held)
+        if fitted.zeta >= 0.0 and fitted.friction >= 0.0:
+            break
+    limits = {name: max(getattr(free, name), 0.0) + _ONE_SIDED * getattr(free_error, name) for name in held}
+    doubt = max((-getattr(free, name) / getattr(free_error, name) for name in held), default=0.0)
+    return DecayFit(fitted, error, held, limits, residual, doubt)
+
+
+def _to_hold(free: Decay) -> Sequence[tuple[str, ...]]:
+    """What to hold at 0, in the order to be tried."""
+    negative = [name for name in ("zeta", "friction") if getattr(free, name) < 0.0]
+    return [(name,) for name in negative] + ([("zeta", "friction")] if negative else [])
+
+
+def _solve(
+    time: FloatArray, displacement: FloatArray, guess: Decay, held: Sequence[str]
+) -> tuple[Decay, Decay, FloatArray]:
+    """Fit all that is not held: the decay, its standard errors, and what it leaves (n,)."""
+    names = [name for name in _NAMES if name not in held]
+    size = abs(guess.swing)
+    units = {"start": 1.0 / guess.omega, "swing": size, "rest": size, "omega": guess.omega, "friction": size}
+    unit = np.array([units.get(name, 1.0) for name in names])
+    origin = np.array([getattr(guess, name) for name in names])
+
+    def trial(p: FloatArray) -> Decay:
+        values = dict(zip(names, (origin + p * unit).tolist(), strict=True))
+        if "zeta" in values:
+            values["zeta"] = min(max(values["zeta"], -0.9), 0.9)
+        return replace(guess, **values)
+
+    def left(p: FloatArray) -> FloatArray:
+        return (displacement - trial(p).at(time)) / size
+
+    found = least_squares(left, np.zeros(len(names)), method="lm")
+    fitted = trial(found.x)
+    error = _errors(-np.asarray(found.jac), found.fun, time, fitted) * unit
+    se = Decay(**(dict.fromkeys(_NAMES, 0.0) | dict(zip(names, error.tolist(), strict=True))))
+    return fitted, se, found.fun * size
+
+
+def _half_cycles(time: FloatArray, decay: Decay) -> NDArray[np.int64]:
+    """Number each sample's half-cycle from 0; a few samples at either end belong to the half-cycle beside them."""
+    number = np.unique(np.floor((time - decay.start) / decay.half_period), return_inverse=True)[1]
+    size = np.bincount(number)
+    few = size < 0.5 * np.median(size)
+    return np.asarray(np.clip(number, int(few[0]), len(size) - 1 - int(few[-1])) - int(few[0]), dtype=np.int64)
+
+
+def _errors(jacobian: FloatArray, residual: FloatArray, time: FloatArray, decay: Decay) -> FloatArray:
+    """Standard error of each parameter: that of independent groups of residuals, and of friction that wanders."""
+    half_cycle = _half_cycles(time, decay)
+    variance = _grouped(jacobian, residual, half_cycle)
+    angle = math.pi / decay.half_period * (time - decay.start)
+    fade = np.exp(-decay.zeta * decay.omega * np.mod(time - decay.start, decay.half_period))
+    kept = math.exp(-decay.zeta * decay.omega * decay.half_period)
+    for shape in (np.cos(angle), np.sin(angle)):  # what a push at a turning point adds: amplitude, phase
+        variance = variance + _wandering(jacobian, residual, half_cycle, shape * fade, kept)
+    return np.asarray(np.sqrt(variance))
+
+
+def _grouped(jacobian: FloatArray, residual: FloatArray, half_cycle: NDArray[np.int64]) -> FloatArray:
+    """Variance of each parameter: the largest of white residuals and of jackknives that leave out whole groups.
+
+    Groups are runs of neighbouring half-cycles, from single ones to a sixth of the decay, so that damping of another
+    kind widens the error as much as it moves the result.
+    """
+    information = jacobian.T @ jacobian
+    freedom = max(1, len(residual) - jacobian.shape[1])
+    variances = [np.diag(np.linalg.inv(information)) * float(residual @ residual) / freedom]
+    count = int(half_cycle[-1]) + 1
+    size = 1
+    while count // size >= _FEWEST_GROUPS:
+        variances.append(_jackknife(jacobian, residual, np.minimum(half_cycle // size, count // size - 1)))
+        size *= 2
+    return np.asarray(np.max(variances, axis=0))
+
+
+def _wandering(
+    jacobian: FloatArray, residual: FloatArray, half_cycle: NDArray[np.int64], shape: FloatArray, kept: float
+) -> FloatArray:
+    """Variance of each parameter from what changes at random at each turning point and stays in all later cycles.
+
+    Friction that scatters from one half-cycle to the next leaves an amplitude that walks at random, of which residuals
+    taken for independent know nothing. The walk's steps are the residual's amplitude of each half-cycle minus what is
+    left (``kept``) of the one before; what noise alone would give them is taken off.
+    """
+    count = int(half_cycle[-1]) + 1
+    power = np.bincount(half_cycle, shape * shape, count)
+    amplitude = np.bincount(half_cycle, shape * residual, count) / power
+    inside = residual - amplitude[half_cycle] * shape
+    noise = float(inside @ inside) / max(1, len(residual) - count) / power
+    step = amplitude[1:] - kept * amplitude[:-1]
+    freedom = max(1, len(step) - 3)
+    scatter = max(0.0, float(step @ step - np.sum(noise[1:] + kept * kept * noise[:-1])) / freedom)
+    felt = np.stack([np.bincount(half_cycle, shape * column, count) for column in jacobian.T])
+    for k in range(count - 2, -1, -1):
+        felt[:, k] = felt[:, k] + kept * felt[:, k + 1]
+    influence = np.linalg.solve(jacobian.T @ jacobian, felt[:, 1:])
+    return np.asarray(scatter * np.sum(influence * influence, axis=1))
+
+
+def _jackknife(jacobian: FloatArray, residual: FloatArray, group: NDArray[np.int64]) -> FloatArray:
+    """Variance of each parameter from leaving out one group at a time, to first order [Bell and McCaffrey 2002]."""
+    groups = int(group[-1]) + 1
+    edges = np.searchsorted(group, np.arange(groups + 1))
+    information = jacobian.T @ jacobian
+    moved = []
+    for begin, end in pairwise(edges.tolist()):
+        part, left = jacobian[begin:end], residual[begin:end]
+        moved.append(np.linalg.lstsq(information - part.T @ part, part.T @ left, rcond=None)[0])
+    return np.asarray((groups - 1) / groups * np.sum(np.square(moved), axis=0))
+
+
+def misfit_of(fit: DecayFit) -> float:
+    """Rms of what the fit leaves over the first swing."""
+    return float(np.sqrt(np.mean(fit.residual**2))) / abs(fit.decay.swing)
