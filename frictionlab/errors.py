@@ -10,7 +10,13 @@ class FrictionlabError(Exception):
 
 
 class SceneError(FrictionlabError, ValueError):
-    """A scene file (TOML) cannot be used: unreadable, unknown key, wrong type, impossible value."""
+    """A scene file (TOML) cannot be used: unreadable, unknown key, wrong type, impossible value.
+
+    Each argument is the sentence of one fault; as text they stand one a line.
+    """
+
+    def __str__(self) -> str:
+        return "\n".join(str(fault) for fault in self.args)
 
 
 class UsageError(FrictionlabError, ValueError):

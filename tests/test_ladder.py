@@ -10,7 +10,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.comparison import identify, loop_friction_ratio, predict, problem_family
 from frictionlab.comparison.ladder import climb, contact_force, sliding_force, stop_motions
 from frictionlab.errors import AnalysisError
-from frictionlab.logs import options_of, read_log
+from frictionlab.logs import read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import read_scene
 from frictionlab.simulator import Base, Problem, steady_state
@@ -95,7 +95,7 @@ def test_real_recordings_keep_their_energy_and_fit(name: str, best: float) -> No
     if not (DATA / name).exists():
         pytest.skip(f"../shared is not there: {DATA / name}")
     what = read_scene(ROOT / "configs" / "frame.toml")
-    m = measure(read_log(DATA / name, options_of(what.log)), what)
+    m = measure(read_log(DATA / name, what.log), what)
     rungs = climb(m, what)
     for rung in rungs[:2]:
         assert m.energy_per_cycle == pytest.approx(4 * rung.friction_ratio * m.response_amplitude, rel=0.05)

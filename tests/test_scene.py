@@ -1,13 +1,14 @@
 """A scene is read once, validated and frozen; what is wrong with it is said all at once, with key paths."""
 
 import math
+import re
 from pathlib import Path
 
 import pydantic
 import pytest
 
 from frictionlab.errors import SceneError
-from frictionlab.scene import Scene, read_scene, scene_from_tables
+from frictionlab.scene import LogOptions, Scene, read_scene, scene_from_tables
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 
@@ -41,9 +42,66 @@ def test_all_faults_are_told_at_once_with_their_key_paths(tmp_path: Path) -> Non
     path = scene_file(tmp_path, "[rig]\nmass_kg = -1\ncolour = 'red'\n[analysis]\ncycles = 'first'\n[weather]\n")
     with pytest.raises(SceneError, match=r"scene\.toml") as caught:
         read_scene(path)
-    for part in ("rig.mass_kg", "got -1", "rig.colour: unknown key", "analysis.cycles", "'first'", "weather: unknown"):
-        assert part in str(caught.value)
-    assert "\n" not in str(caught.value)
+    told = str(caught.value).splitlines()
+    assert [line.split(": ")[0].removeprefix(f"scene {path}, ") for line in told] == [f"line {n}" for n in (2, 3, 5, 6)]
+    for line, part in zip(
+        told,
+        ("rig.mass_kg: .*got -1$", "rig.colour: unknown key", "analysis.cycles: .*'first'", "weather: unknown"),
+        strict=True,
+    ):
+        assert re.search(part, line)
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("[rig]\nnatural_frequency = 3\n", r"line 2: rig\.natural_frequency: .*did you mean natural_frequency_hz\?"),
+        ("[analyse]\n", r"line 1: analyse: unknown key; did you mean analysis\?"),
+        ("[log]\nunits = 'mm'\n", r"line 2: log\.units: unknown key; did you mean unit\?"),
+        ("log.unit = 'parsec'\n", r"line 1: log\.unit: expected a unit of displacement, one of m, mm"),
+        ("[log]\nmass = true\n", r"line 2: log\.mass: .*string.* or .*integer"),
+        ("[experiment]\nnote = '''\nx = 1\n'''\nmateral = 'steel'\n", r"line 5: experiment\.materal.*material\?"),
+        ("[[synthetic.tests]]\n[[synthetic.tests]]\nlable = 'a'\n", r"line 3: synthetic\.tests\.1\.lable.*label\?"),
+    ],
+)
+def test_a_fault_is_told_with_its_line_and_the_name_that_was_meant(tmp_path: Path, text: str, match: str) -> None:
+    with pytest.raises(SceneError, match=match):
+        read_scene(scene_file(tmp_path, text))
+
+
+@pytest.mark.parametrize(
+    ("said", "means"),
+    [
+        ("unit = 'µm'", {"unit": "um"}),
+        ("unit = 'inch'", {"unit": "in"}),
+        ("time_unit = 'µs'", {"time_unit": "us"}),
+        ("separator = 'pipe'", {"separator": "|"}),
+        ("separator = 'tab'", {"separator": "\t"}),
+        ("mass = 2", {"mass": 2}),
+        ("bridge_s = 1", {"bridge_s": 1.0}),
+    ],
+)
+def test_the_log_table_is_the_readers_options(tmp_path: Path, said: str, means: dict[str, object]) -> None:
+    assert read_scene(scene_file(tmp_path, f"[log]\n{said}\n")).log == LogOptions(**means)  # type: ignore[arg-type]
+
+
+def test_all_faults_of_the_log_table_are_told_at_once() -> None:
+    with pytest.raises(SceneError) as caught:
+        scene_from_tables({"log": {"unit": "parsec", "time_unit": "mm", "most_damage": 2.0}, "rig": {"mass_kg": 0.0}})
+    assert [line.split(": ")[1] for line in str(caught.value).splitlines()] == [
+        "rig.mass_kg", "log.unit", "log.time_unit", "log.most_damage",
+    ]  # fmt: skip
+
+
+def test_settings_are_changed_by_one_validated_call() -> None:
+    scene = scene_from_tables({"rig": {"natural_frequency_hz": 3.13}}, folder=CONFIGS)
+    other = scene.changed(analysis={"cycles": "all"}, log={"unit": "µm"})
+    assert (other.analysis.cycles, other.log.unit, other.rig, other.folder) == ("all", "um", scene.rig, CONFIGS)
+    assert scene.analysis.cycles == "last"
+    with pytest.raises(SceneError, match=r"analysis\.cycle: unknown key; did you mean cycles\?"):
+        scene.changed(analysis={"cycle": "all"})
+    with pytest.raises(SceneError, match=r"folder: unknown key"):
+        scene.changed(folder={})
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """``frictionlab analyze``: recording -> measurement."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -8,7 +8,19 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows, rows_of
-from frictionlab.cli.options import Accuracy, AsJson, Force, PlotFolder, Quiet, SceneFile, Scheduler, Workers, scene_of
+from frictionlab.cli.options import (
+    ANALYSIS,
+    Accuracy,
+    AsJson,
+    Force,
+    PlotFolder,
+    Quiet,
+    SceneFile,
+    Scheduler,
+    Workers,
+    scene_of,
+    takes,
+)
 from frictionlab.cli.output import complain, print_table
 from frictionlab.cli.progress import track
 from frictionlab.cli.show import MEASUREMENT
@@ -23,6 +35,7 @@ KIND = "frictionlab measurements"
 SERIES = "series"  # travels with a row from its worker and is taken off before anybody sees the row
 
 
+@takes(*ANALYSIS)
 def analyze(
     recordings: Annotated[list[Path], typer.Argument(metavar="RECORDING...", help="Recordings made by ingest.")],
     *,
@@ -33,18 +46,7 @@ def analyze(
     ] = None,
     as_json: AsJson = False,
     plot: PlotFolder = None,
-    natural_frequency: Annotated[
-        float | None, typer.Option("--natural-frequency", metavar="HZ", help="In place of the scene's.")
-    ] = None,
-    transient: Annotated[
-        float | None, typer.Option("--transient", metavar="S", help="Cut this much off the start (scene: 20 s).")
-    ] = None,
-    cycles: Annotated[
-        str | None, typer.Option("--cycles", metavar="RULE", help="Cycles the energy is of: last, all, or window:S.")
-    ] = None,
-    padding: Annotated[
-        int | None, typer.Option("--padding", metavar="N", help="Length of the FFT over the record's (scene: 4).")
-    ] = None,
+    settings: Mapping[str, object],
     workers: Workers = None,
     scheduler: Scheduler = None,
     accuracy: Accuracy = None,
@@ -55,7 +57,9 @@ def analyze(
 
     Example: frictionlab analyze build/recordings/*.h5 --scene configs/sample_data.toml -o build/measurements.csv
     """
-    what = _overridden(scene_of(scene, accuracy), natural_frequency, transient, cycles, padding)
+    from frictionlab.verbs.given import scene_given
+
+    what = scene_given(scene_of(scene, accuracy), settings, ("analysis", "rig"))
     if output is not None:
         _check(output, force=force)
     job = partial(_row, scene=what, plot=plot, with_series=output is not None and output.suffix == ".h5")
@@ -72,10 +76,9 @@ def analyze(
 
 
 def _row(path: Path, *, scene: "Scene", plot: Path | None, with_series: bool) -> Row:
-    from frictionlab.analysis.measure import measure
-    from frictionlab.hdf5 import read_recording
+    from frictionlab.verbs.analyze import analyze
 
-    measurement = measure(read_recording(path), scene)
+    measurement = analyze(path, scene)
     if plot is not None:
         _draw(measurement, path, plot)
     series = {SERIES: _series(measurement)} if with_series else {}
@@ -90,22 +93,6 @@ def _put_apart(rows: Iterable[Row], series: dict[str, object]) -> Iterator[Row]:
         yield {key: value for key, value in row.items() if key != SERIES}
 
 
-def _overridden(
-    scene: "Scene", natural_frequency: float | None, transient: float | None, cycles: str | None, padding: int | None
-) -> "Scene":
-    """The scene with what the command line says in its place, validated as a scene is."""
-    from frictionlab.scene import scene_from_tables
-
-    analysis = {"transient_s": transient, "cycles": cycles, "padding": padding}
-    tables = scene.model_dump()
-    tables["analysis"] |= {key: value for key, value in analysis.items() if value is not None}
-    if natural_frequency is not None:
-        tables["rig"]["natural_frequency_hz"] = natural_frequency
-        if scene.rig.stiffness_n_per_m is not None:
-            tables["rig"]["mass_kg"] = None  # stiffness and frequency say all; a third number could contradict
-    return scene_from_tables(tables, name="command line", folder=scene.folder)
-
-
 def _check(output: Path, *, force: bool) -> None:
     """Refuse an output that could not be written before the long work."""
     if output.suffix != ".h5":
@@ -115,11 +102,9 @@ def _check(output: Path, *, force: bool) -> None:
 
 
 def _draw(measurement: "Measurement", path: Path, folder: Path) -> None:
-    from frictionlab.figures.measurement import measurement_figure
-    from frictionlab.figures.style import save
+    from frictionlab.verbs.plot import plot
 
-    folder.mkdir(parents=True, exist_ok=True)
-    save(measurement_figure(measurement, path.name), folder / f"{path.stem}.measurement.png")
+    plot(measurement, folder / f"{path.stem}.measurement.png", title=path.name)
 
 
 def _tell_warnings(rows: Sequence[Row]) -> None:

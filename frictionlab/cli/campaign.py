@@ -14,8 +14,7 @@ from frictionlab.errors import FrictionlabError
 from frictionlab.tables import Row
 
 if TYPE_CHECKING:
-    from frictionlab.campaign import Campaign, Trial
-    from frictionlab.scene import Scene
+    from frictionlab.campaign import Campaign
 
 T = TypeVar("T")
 
@@ -51,21 +50,16 @@ def campaign(
 
     Example: frictionlab campaign build/measurements/*.jsonl --scene configs/campaign.toml -o build/campaign
     """
-    from frictionlab.campaign import evaluate
-    from frictionlab.campaign.output import check_folder, write_tables
-    from frictionlab.figures.campaign import plates
-    from frictionlab.report import write_report
+    from frictionlab.campaign.output import check_folder
+    from frictionlab.verbs.evaluate import evaluate
+    from frictionlab.verbs.publish import publish
 
     what = scene_of(scene)
     check_folder(output, force=force)
     rows, unread = _rows_of(measurements)
-    folders = sorted({path.parent for path in measurements})
-    result = evaluate(_trials(rows, what), what, folders=folders, watch=_watch("fit", quiet=quiet))
-    write_tables(result, output)
-    drawn = plates(result)
-    for plate in _watch("draw", quiet=quiet)(drawn):
-        plate.save(output / "figures")
-    write_report(result, drawn, output)
+    folders = [path.parent for path in measurements]
+    result = evaluate(rows, what, folders=folders, watch=_watch("fit", quiet=quiet))
+    publish(result, output, force=force, watch=_watch("draw", quiet=quiet))
     if not quiet:
         _tell(result, output)
     exit_status(unread)
@@ -92,14 +86,6 @@ def _rows_of(paths: Sequence[Path]) -> tuple[list[Row], list[Row]]:
             reason = str(unread[-1]["reason"])
             complain(reason if reason.startswith(str(path)) else f"{path}: {reason}")
     return [*rows, *unread], unread
-
-
-def _trials(rows: Sequence[Row], scene: "Scene") -> "list[Trial]":
-    """Trials with the facts that the scene has for each test's name."""
-    from frictionlab.campaign import trial_of
-    from frictionlab.experiment import facts_of
-
-    return [trial_of(row, facts_of(scene, Path(str(row["source"]))).values) for row in rows]
 
 
 def _tell(result: "Campaign", folder: Path) -> None:

@@ -1,5 +1,6 @@
 """``frictionlab compare-numeric``: measured over predicted."""
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -7,7 +8,19 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows, rows_of
-from frictionlab.cli.options import Accuracy, AsJson, Force, PlotFolder, Quiet, SceneFile, Scheduler, Workers, scene_of
+from frictionlab.cli.options import (
+    ANALYSIS,
+    Accuracy,
+    AsJson,
+    Force,
+    PlotFolder,
+    Quiet,
+    SceneFile,
+    Scheduler,
+    Workers,
+    scene_of,
+    takes,
+)
 from frictionlab.cli.output import print_table
 from frictionlab.cli.progress import track
 from frictionlab.cli.show import COMPARISON
@@ -18,8 +31,10 @@ if TYPE_CHECKING:
     from frictionlab.scene import Scene
 
 
+@takes(*ANALYSIS)
 def compare_numeric(
     recordings: Annotated[list[Path], typer.Argument(metavar="RECORDING...", help="Recordings made by ingest.")],
+    *,
     scene: SceneFile = None,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the rows here (.csv or .jsonl).")
@@ -34,6 +49,7 @@ def compare_numeric(
         Literal["auto", "closed-form", "exact", "thesis"] | None,
         typer.Option("--solver", help="In place of the scene's."),
     ] = None,
+    settings: Mapping[str, object],
     workers: Workers = None,
     scheduler: Scheduler = None,
     accuracy: Accuracy = None,
@@ -44,7 +60,10 @@ def compare_numeric(
 
     Example: frictionlab compare-numeric build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
     """
-    job = partial(_row, scene=scene_of(scene, accuracy), beta=beta, solver=solver, plot=plot)
+    from frictionlab.verbs.given import scene_given
+
+    what = scene_given(scene_of(scene, accuracy), {**settings, "solver": solver}, ("model", "analysis", "rig"))
+    job = partial(_row, scene=what, beta=beta, plot=plot)
     if output is not None:
         check_output(output, force=force)
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
@@ -56,26 +75,16 @@ def compare_numeric(
     exit_status(rows)
 
 
-def _row(
-    path: Path,
-    *,
-    scene: "Scene",
-    beta: float | None,
-    solver: Literal["auto", "closed-form", "exact", "thesis"] | None,
-    plot: Path | None,
-) -> Row:
-    from frictionlab.comparison import compare
-    from frictionlab.hdf5 import read_recording
+def _row(path: Path, *, scene: "Scene", beta: float | None, plot: Path | None) -> Row:
+    from frictionlab.verbs.compare import compare
 
-    comparison = compare(read_recording(path), scene, friction_ratio=beta, solver=solver)
+    comparison = compare(path, scene, friction_ratio=beta)
     if plot is not None:
         _draw(comparison, plot / f"{path.stem}.comparison.png")
     return {**comparison.row(), "source": str(path)}
 
 
 def _draw(comparison: "Comparison", path: Path) -> None:
-    from frictionlab.figures.comparison import comparison_figure
-    from frictionlab.figures.style import save
+    from frictionlab.verbs.plot import plot
 
-    path.parent.mkdir(parents=True, exist_ok=True)
-    save(comparison_figure(comparison), path)
+    plot(comparison, path)

@@ -111,9 +111,9 @@ def _read(path: Path, scene: "Scene") -> "Recording":
         from frictionlab.hdf5 import read_recording
 
         return read_recording(path)
-    from frictionlab.logs import options_of, read_mass_log
+    from frictionlab.logs import read_mass_log
 
-    return read_mass_log(path, options_of(scene.log))
+    return read_mass_log(path, scene.log)
 
 
 def _with_error(name: str, mean: "Average") -> Row:

@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows, rows_of
-from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, Scheduler, Workers, scene_of
+from frictionlab.cli.options import LOG, AsJson, Force, Quiet, SceneFile, Scheduler, Workers, scene_of, takes
 from frictionlab.cli.output import complain, print_table, printable
 from frictionlab.cli.progress import bytes_read, track
 from frictionlab.errors import UsageError
 
 if TYPE_CHECKING:
-    from frictionlab.logs import LogOptions
     from frictionlab.recording import Recording
     from frictionlab.scene import Scene
     from frictionlab.tables import Row
@@ -29,6 +28,7 @@ TABLE = {
 TOLD = 100  # quarantined lines in a row; the recording keeps more
 
 
+@takes(*LOG)
 def ingest(
     logs: Annotated[list[Path] | None, typer.Argument(metavar="LOG...", help="Logs with both channels.")] = None,
     *,
@@ -39,20 +39,7 @@ def ingest(
         typer.Option("--output", "-o", metavar="FILE_OR_FOLDER", help="Without it: LOG's name + .h5, beside it."),
     ] = None,
     scene: SceneFile = None,
-    separator: Annotated[str | None, typer.Option(help="comma, semicolon, tab, pipe, space, or the sign.")] = None,
-    decimal: Annotated[str | None, typer.Option(help="Decimal mark: . or ,")] = None,
-    encoding: Annotated[str | None, typer.Option(help="Such as utf-8, cp1252, utf-16.")] = None,
-    time: Annotated[str | None, typer.Option(metavar="COLUMN", help="By name or by number from 1.")] = None,
-    mass: Annotated[str | None, typer.Option(metavar="COLUMN", help="By name or by number from 1.")] = None,
-    base: Annotated[str | None, typer.Option(metavar="COLUMN", help="By name or by number from 1.")] = None,
-    unit: Annotated[str | None, typer.Option(help="Of the displacements: m mm um nm cm in.")] = None,
-    time_unit: Annotated[str | None, typer.Option("--time-unit", help="Of the time column: s ms us ns min h.")] = None,
-    sampling_rate: Annotated[
-        float | None, typer.Option("--sampling-rate", metavar="HZ", help="Count the time instead of reading it.")
-    ] = None,
-    lag: Annotated[
-        float | None, typer.Option("--lag", metavar="S", help="Two logs: the base's clock minus the mass's.")
-    ] = None,
+    settings: Mapping[str, object],
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Report what is found, write nothing.")] = False,
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -64,18 +51,13 @@ def ingest(
 
     Example: frictionlab ingest logs/*.csv --scene configs/sample_data.toml -o build/recordings
     """
-    from frictionlab.logs.options import options_of
+    from frictionlab.verbs.given import scene_given
 
-    what = scene_of(scene)
-    said = {
-        "separator": separator, "decimal": decimal, "encoding": encoding, "time": time, "mass": mass, "base": base,
-        "unit": unit, "time_unit": time_unit, "sampling_rate_hz": sampling_rate, "lag_s": lag,
-    }  # fmt: skip
-    options = options_of(what.log, said)
+    what = scene_given(scene_of(scene), settings, ("log",))
     inputs = _inputs(logs or [], mass_log, base_log)
     place = None if dry_run else _place_for(inputs, output)
     silent = quiet or as_json
-    job = _Ingest(what, options, base_log, place, force=force, quiet=silent or len(inputs) > 1)
+    job = _Ingest(what, base_log, place, force=force, quiet=silent or len(inputs) > 1)
     made = rows_of(inputs, job, workers=workers, scheduler=scheduler)
     rows = report_rows(track(made, total=len(inputs), title="ingest", quiet=quiet or len(inputs) == 1), as_json=as_json)
     if not silent:
@@ -88,22 +70,19 @@ class _Ingest:
     """What is done to each log, here or where a worker is."""
 
     scene: "Scene"
-    options: "LogOptions"
     base_log: Path | None
     place: "Callable[[Path], Path] | None"
     force: bool
     quiet: bool
 
     def __call__(self, log: Path) -> "Row":
-        from frictionlab.hdf5 import check_writable, write_recording
+        from frictionlab.verbs.ingest import ingest
 
         output = None if self.place is None else self.place(log)
-        if output is not None:
-            check_writable(output, force=self.force)
         with bytes_read(log.name, quiet=self.quiet) as progress:
-            recording = _read(log, self.base_log, self.options, self.scene, progress)
-        if output is not None:
-            write_recording(recording, output, force=self.force)
+            recording = ingest(
+                log, self.scene, base_log=self.base_log, output=output, force=self.force, progress=progress
+            )
         return _row(recording, log, output)
 
 
@@ -168,19 +147,6 @@ def _check_places(places: Mapping[Path, Path]) -> None:
         if real in logs:
             raise UsageError(f"{place}: the recording would replace a log: choose another output")
         owner[real] = log
-
-
-def _read(log: Path, base_log: Path | None, options: "LogOptions", scene: "Scene", progress: Any) -> "Recording":
-    from frictionlab.experiment import facts_of
-    from frictionlab.logs import read_log, read_two_logs
-
-    facts = facts_of(scene, log)
-    if base_log is None:
-        recording = read_log(log, options, progress=progress)
-    else:
-        recording = read_two_logs(log, base_log, options, progress=progress)
-    source = replace(recording.source, warnings=(*recording.source.warnings, *facts.warnings))
-    return replace(recording, source=source, experiment=facts.values)
 
 
 def _row(recording: "Recording", log: Path, output: Path | None) -> "Row":

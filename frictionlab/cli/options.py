@@ -1,9 +1,15 @@
 """Options that several commands share: the same name, meaning and words everywhere."""
 
+import inspect
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, fields
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 import typer
+
+from frictionlab.log_options import LogOptions
 
 if TYPE_CHECKING:
     from frictionlab.scene import Scene
@@ -25,6 +31,81 @@ Accuracy = Annotated[
     typer.Option("--accuracy", help="Set the knobs that trade speed for accuracy (see `frictionlab tradeoff`)."),
 ]
 PlotFolder = Annotated[Path | None, typer.Option("--plot", metavar="FOLDER", help="Draw figures into this folder.")]
+
+
+_UNITS = ("HZ", "S", "M")
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A key of a scene's table that a command takes as an option; what it is given wins over the scene.
+
+    Parameters
+    ----------
+    key
+        Of the table.
+    kind
+        What it takes: ``str``, ``int`` or ``float``.
+    metavar, words
+        What ``--help`` shows.
+    """
+
+    key: str
+    kind: type
+    metavar: str
+    words: str
+
+    @property
+    def flag(self) -> str:
+        """The option: the key without its unit, ``sampling_rate_hz`` is ``--sampling-rate``."""
+        stem = self.key.removesuffix(f"_{self.metavar.lower()}") if self.metavar in _UNITS else self.key
+        return "--" + stem.replace("_", "-")
+
+    def parameter(self) -> inspect.Parameter:
+        """The parameter that Typer reads."""
+        annotated: Any = Annotated
+        hint = annotated[self.kind | None, typer.Option(self.flag, metavar=self.metavar, help=self.words)]
+        return inspect.Parameter(self.key, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=hint)
+
+
+def _log_settings() -> Iterable[Setting]:
+    """All of ``[log]``: its fields are the options."""
+    for f in fields(LogOptions):
+        kind = float if "float" in str(f.type) else str
+        yield Setting(f.name, kind, f.metadata["metavar"], f.metadata["words"])
+
+
+LOG = tuple(_log_settings())
+ANALYSIS = (
+    Setting("natural_frequency_hz", float, "HZ", "In place of the scene's."),
+    Setting("transient_s", float, "S", "Cut this much off the start (scene: 20 s)."),
+    Setting("cycles", str, "RULE", "Cycles the energy is of: last, all, or window:S."),
+    Setting("padding", int, "N", "Length of the FFT over the record's (scene: 4)."),
+)
+
+
+def takes(*settings: Setting) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Give a command these options: it gets what was said as a mapping, in place of its parameter ``settings``."""
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        @wraps(command)
+        def run(*args: Any, **kwargs: Any) -> None:
+            said = {setting.key: kwargs.pop(setting.key, None) for setting in settings}
+            command(*args, **kwargs, settings={key: value for key, value in said.items() if value is not None})
+
+        own = inspect.signature(command)
+        hints = get_type_hints(command, include_extras=True)
+        mine: list[inspect.Parameter] = []
+        for name, parameter in own.parameters.items():
+            if name == "settings":
+                mine += [setting.parameter() for setting in settings]
+            else:
+                mine.append(parameter.replace(annotation=hints[name]))
+        run.__signature__ = own.replace(parameters=mine)  # type: ignore[attr-defined]
+        run.__annotations__ = {parameter.name: parameter.annotation for parameter in mine} | {"return": None}
+        return run
+
+    return decorate
 
 
 def scene_of(path: Path | None, accuracy: str | None = None) -> "Scene":

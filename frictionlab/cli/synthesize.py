@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from frictionlab.cli.options import Quiet
-from frictionlab.cli.progress import track
+from frictionlab.cli.progress import count
 
 
 def synthesize(
@@ -18,12 +18,9 @@ def synthesize(
 
     Example: frictionlab synthesize --scene configs/sample_data.toml -o build/logs
     """
-    from frictionlab import synthetic
-    from frictionlab.scene import read_scene
+    from frictionlab.verbs.synthesize import synthesize
 
-    what = read_scene(scene)
-    total = len(synthetic.virtual_tests(what))
-    for _test in track(synthetic.synthesize(what, output), total=total, title="synthesize", quiet=quiet):
-        pass
+    with count("synthesize", quiet=quiet) as progress:
+        tests = synthesize(scene, output, progress=progress)
     if not quiet:
-        typer.echo(f"{total} synthetic logs and their truth.jsonl are in {output}")
+        typer.echo(f"{len(tests)} synthetic logs and their truth.jsonl are in {output}")

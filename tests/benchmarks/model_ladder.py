@@ -9,7 +9,7 @@ from pathlib import Path
 from frictionlab.analysis.measure import measure
 from frictionlab.comparison import loop_friction_ratio
 from frictionlab.comparison.ladder import climb, sliding_force, stop_motions
-from frictionlab.logs import options_of, read_log
+from frictionlab.logs import read_log
 from frictionlab.scene import read_scene
 
 ROOT = Path(__file__).parents[2]
@@ -20,7 +20,7 @@ RESULT = Path(__file__).parent / "results" / "model_ladder.txt"
 def table(name: str) -> list[str]:
     """One recording: the measurement, the rungs, the motion in the stops."""
     scene = read_scene(ROOT / "configs" / "frame.toml")
-    m = measure(read_log(DATA / name, options_of(scene.log)), scene)
+    m = measure(read_log(DATA / name, scene.log), scene)
     rungs = climb(m, scene)
     head = (
         f"{name}: r = {m.frequency_ratio:.5f}, energy {m.energy_per_cycle:.4f} +- {m.energy_per_cycle_se:.4f} k Y^2,"

@@ -1,37 +1,28 @@
-"""A scene: what rig, material, sensor and model a job is about (TOML -> frozen :class:`Scene`).
+"""The tables of a scene: every key with its type and default, and the sentence that documents it below it.
 
-A scene is read once, validated, and frozen. Every key is optional and its default stands here, beside its meaning.
-An unknown key, a wrong type or an impossible value is refused with its key path, all faults in one message. What a
-scene does not name is neither simulated nor paid for: ``[model]`` switches physics on by naming it.
+What a scene does not name is neither simulated nor paid for: ``[model]`` switches physics on by naming it.
 """
 
 import math
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
-from frictionlab.errors import SceneError
+from frictionlab.log_options import LogOptions
+from frictionlab.scene.faults import check_hidden, refusal
+from frictionlab.scene.log_table import log_options
+from frictionlab.scene.table import Table
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 FrictionCoefficient = NonNegative
-Column = Annotated[str, StringConstraints(min_length=1)] | Annotated[int, Field(ge=1)]
-LengthUnit = Literal["m", "mm", "um", "µm", "nm", "cm", "in"]
-TimeUnit = Literal["s", "ms", "us", "µs", "ns", "min", "h"]
 CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 
 
-class _Table(BaseModel):
-    """One table of a scene: frozen, strict, no unknown keys."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
-
-
-class Rig(_Table):
+class Rig(Table):
     """``[rig]``: the frame without its contact."""
 
     natural_frequency_hz: Positive | None = None
@@ -71,7 +62,7 @@ class Rig(_Table):
         return self.mass_kg * (2 * math.pi * self.natural_frequency_hz) ** 2
 
 
-class Experiment(_Table):
+class Experiment(Table):
     """``[experiment]``: the facts of one test, or where the facts of many tests come from."""
 
     material: str | None = None
@@ -87,25 +78,7 @@ class Experiment(_Table):
     sheet: str | None = None  # a CSV beside the scene with a `log` column
 
 
-class Log(_Table):
-    """``[log]``: what a log is, where that is not to be found in the log itself. ``None`` means: find it."""
-
-    time: Column | None = None
-    mass: Column | None = None
-    base: Column | None = None
-    unit: LengthUnit | None = None
-    time_unit: TimeUnit | None = None
-    separator: Literal[",", ";", "\t", "tab", " ", "space", "comma", "semicolon"] | None = None
-    decimal: Literal[".", ","] | None = None
-    encoding: str | None = None
-    sampling_rate_hz: Positive | None = None
-    measuring_range_m: Positive | None = None
-    lag_s: float | None = None
-    bridge_s: NonNegative | None = None  # holes up to this long are bridged (0.02)
-    most_damage: Annotated[float, Field(ge=0, le=1)] | None = None  # share of unreadable lines that is accepted (0.1)
-
-
-class Analysis(_Table):
+class Analysis(Table):
     """``[analysis]``: which part of a recording is measured, and how finely."""
 
     transient_s: NonNegative = 20.0  # thesis section 4.3
@@ -130,20 +103,20 @@ class Analysis(_Table):
         return rule
 
 
-class Model(_Table):
+class Model(Table):
     """``[model]``: the physics a prediction pays for; each key switches one thing on."""
 
     wall: Literal["fixed", "base"] = "fixed"
     static_ratio: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.0  # mu, static over kinetic friction
     law: str = "coulomb"  # a sum of terms that starts with coulomb: "coulomb+place+speed"
-    parameters: dict[str, float] = {}  # of the law, held fixed instead of fitted: [model.parameters]
+    parameters: dict[str, float] = Field(default={})  # of the law, held fixed instead of fitted: [model.parameters]
     damping: bool | None = None  # false: leave [rig] damping_ratio out; true: insist on it
     base_harmonics: Annotated[int, Field(ge=1, le=9)] = 1  # of the measured base motion; 1: a pure cosine
     solver: Solver = "auto"
     identification: Literal["fit", "loop"] = "fit"  # friction by least squares, or from energy and path alone
 
 
-class Sensors(_Table):
+class Sensors(Table):
     """``[sensors]``: what the laboratory knows of its two sensors; what is left out gets its stated default."""
 
     gain_error: NonNegative = 0.001  # relative standard uncertainty of each sensor's gain
@@ -159,12 +132,12 @@ class Sensors(_Table):
     crosstalk: NonNegative = 0.0  # share of one channel that may stand in the other
 
 
-class Plan(_Table):
+class Plan(Table):
     """``[plan]``: the tests that a laboratory could run next, and how well it measures them."""
 
-    frequency_ratios: list[Positive] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.2, 1.4, 1.7, 2.0]
-    normal_forces_n: list[Positive] = []
-    base_amplitudes_m: list[Positive] = [1.8e-3]
+    frequency_ratios: list[Positive] = Field(default=[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.2, 1.4, 1.7, 2.0])
+    normal_forces_n: list[Positive] = Field(default=[])
+    base_amplitudes_m: list[Positive] = Field(default=[1.8e-3])
     duration_s: Positive = 60.0
     sampling_rate_hz: Positive = 250.0
     noise_m: NonNegative = 0.8e-6  # rms, each sensor
@@ -175,7 +148,7 @@ class Plan(_Table):
     avoid_frequency_ratios: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None  # [low, high]
 
 
-class VirtualTests(_Table):
+class VirtualTests(Table):
     """``[[synthetic.tests]]``: one material over normal forces x frequency ratios, and how it behaves.
 
     The friction force is ``friction_coefficient * normal_force``; the behaviours below default to plain Coulomb.
@@ -193,7 +166,7 @@ class VirtualTests(_Table):
     jump_factor: NonNegative = 1.0  # ... by this factor
 
 
-class Synthetic(_Table):
+class Synthetic(Table):
     """``[synthetic]``: a virtual rig watched by two virtual lasers."""
 
     seed: Annotated[int, Field(ge=0)] = 0
@@ -203,10 +176,10 @@ class Synthetic(_Table):
     noise_m: NonNegative = 0.8e-6  # rms, each sensor
     step_m: NonNegative = 1.02 * 0.05 / 65520  # optoNCDT 1420 at 50 mm measuring range: 0.778 um
     start: Literal["rest", "steady"] = "rest"
-    tests: list[VirtualTests] = []
+    tests: list[VirtualTests] = Field(default=[])
 
 
-class Scene(_Table):
+class Scene(Table):
     """Everything a job needs to know that is not in its logs.
 
     Examples
@@ -219,7 +192,7 @@ class Scene(_Table):
 
     rig: Rig = Rig()
     experiment: Experiment = Experiment()
-    log: Log = Log()
+    log: LogOptions = LogOptions()
     analysis: Analysis = Analysis()
     model: Model = Model()
     sensors: Sensors = Sensors()
@@ -232,6 +205,11 @@ class Scene(_Table):
         """Damping ratio of the frame that is simulated: the rig's, unless ``[model] damping = false``."""
         return 0.0 if self.model.damping is False else self.rig.damping_ratio or 0.0
 
+    @field_validator("log", mode="before")
+    @classmethod
+    def _log_options(cls, table: object) -> object:
+        return log_options(dict(table)) if isinstance(table, Mapping) else table
+
     @model_validator(mode="after")
     def _damping_is_known(self) -> Self:
         if self.model.damping and self.rig.damping_ratio is None:
@@ -239,81 +217,29 @@ class Scene(_Table):
             raise ValueError(msg)
         return self
 
+    def changed(self, **tables: Mapping[str, object]) -> Self:
+        """Return this scene with other settings: each table's keys as they would stand in a file; all the rest stays.
 
-def read_scene(path: Path) -> Scene:
-    """Read and validate a scene file.
+        Parameters
+        ----------
+        **tables : mapping
+            Name of a table and the keys to set in it.
 
-    Parameters
-    ----------
-    path : Path
-        A TOML file.
+        Raises
+        ------
+        SceneError
+            An unknown key or an impossible value; all of them are told.
 
-    Returns
-    -------
-    Scene
-        Frozen; its ``folder`` is the file's.
-
-    Raises
-    ------
-    SceneError
-        The file cannot be read, is no TOML, or has faults: all of them are in the message, each with its key path.
-    """
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise SceneError(f"scene {path}: cannot be read ({error.strerror}): give the path of a TOML file") from error
-    except UnicodeDecodeError as error:
-        raise SceneError(f"scene {path}: expected UTF-8 text; byte {error.start} is not") from error
-    except tomllib.TOMLDecodeError as error:
-        raise SceneError(f"scene {path}: expected TOML: {error}") from error
-    return scene_from_tables(tables, name=str(path), folder=path.parent)
-
-
-def scene_from_tables(tables: Mapping[str, object], *, name: str = "scene", folder: Path = Path()) -> Scene:
-    """Validate tables as :func:`read_scene` does, for scenes that stand in a notebook instead of a file.
-
-    Raises
-    ------
-    SceneError
-        All faults in one message, each with its key path.
-
-    Examples
-    --------
-    >>> scene_from_tables({"analysis": {"transient_s": -1.0}})
-    Traceback (most recent call last):
-    frictionlab.errors.SceneError: scene: analysis.transient_s: input should be greater than or equal to 0; got -1.0
-    """
-    if "folder" in tables:
-        raise SceneError(f"{name}: folder: unknown key; expected the tables {_known(Scene)}")
-    try:
-        return Scene.model_validate({**tables, "folder": folder})
-    except ValidationError as error:
-        title = name if name == "scene" else f"scene {name}"
-        raise SceneError(f"{title}: " + "; ".join(_fault(dict(f)) for f in error.errors())) from error
-
-
-def _fault(fault: dict[str, object]) -> str:
-    location = fault["loc"]
-    parts = [str(part) for part in location] if isinstance(location, tuple) else []
-    keys = [part for part in parts if not part.startswith("constrained-")]
-    where = ".".join(keys)
-    text = str(fault["msg"]).removeprefix("Value error, ")
-    if fault["type"] == "extra_forbidden":
-        return f"{where}: unknown key; expected {_expected_keys(keys[:-1])}"
-    got = "" if fault["type"] in ("value_error", "missing") else f"; got {fault['input']!r}"
-    return f"{where + ': ' if where else ''}{text[0].lower()}{text[1:]}{got}"
-
-
-def _expected_keys(path: list[str]) -> str:
-    table: type[BaseModel] = Scene
-    for key in path:
-        field = table.model_fields.get(key)
-        if field is not None and isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel):
-            table = field.annotation
-        elif field is not None:
-            table = VirtualTests
-    return f"one of {_known(table)}"
-
-
-def _known(table: type[BaseModel]) -> str:
-    return ", ".join(name for name in table.model_fields if name != "folder")
+        Examples
+        --------
+        >>> scene = Scene().changed(analysis={"cycles": "all"}, rig={"natural_frequency_hz": 3.13})
+        >>> scene.analysis.cycles, scene.analysis.transient_s
+        ('all', 20.0)
+        """
+        now = self.model_dump()
+        merged = {name: {**now.get(name, {}), **keys} for name, keys in tables.items()}
+        check_hidden(tables, type(self))
+        try:
+            return self.model_validate({**now, **merged, "folder": self.folder})
+        except ValidationError as error:
+            raise refusal(error, type(self)) from error

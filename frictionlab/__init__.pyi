@@ -1,0 +1,37 @@
+"""The public names, as editors and type checkers see them; `__init__.py` loads each when it is first used."""
+
+from frictionlab.analysis.measurement import Measurement as Measurement
+from frictionlab.campaign import Campaign as Campaign
+from frictionlab.comparison import Comparison as Comparison
+from frictionlab.errors import AnalysisError as AnalysisError
+from frictionlab.errors import FrictionlabError as FrictionlabError
+from frictionlab.errors import LogError as LogError
+from frictionlab.errors import OutputError as OutputError
+from frictionlab.errors import RecordingError as RecordingError
+from frictionlab.errors import SceneError as SceneError
+from frictionlab.errors import SimulationError as SimulationError
+from frictionlab.errors import UsageError as UsageError
+from frictionlab.hdf5 import read_recording as read_recording
+from frictionlab.hdf5 import write_recording as write_recording
+from frictionlab.recording import Recording as Recording
+from frictionlab.scene import LogOptions as LogOptions
+from frictionlab.scene import Scene as Scene
+from frictionlab.scene import read_scene as read_scene
+from frictionlab.scene import scene_from_tables as scene_from_tables
+from frictionlab.simulator import Problem as Problem
+from frictionlab.simulator import StateMap as StateMap
+from frictionlab.simulator import SteadyState as SteadyState
+from frictionlab.simulator import steady_state as steady_state
+from frictionlab.simulator import sweep as sweep
+from frictionlab.tables import read_rows as read_rows
+from frictionlab.tables import write_rows as write_rows
+from frictionlab.verbs.analyze import analyze as analyze
+from frictionlab.verbs.compare import compare as compare
+from frictionlab.verbs.evaluate import evaluate as evaluate
+from frictionlab.verbs.ingest import ingest as ingest
+from frictionlab.verbs.plot import plot as plot
+from frictionlab.verbs.publish import publish as publish
+from frictionlab.verbs.simulate import simulate as simulate
+from frictionlab.verbs.synthesize import synthesize as synthesize
+
+__version__: str

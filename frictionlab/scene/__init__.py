@@ -1,0 +1,37 @@
+"""A scene: what rig, material, sensor and model a job is about (TOML -> frozen :class:`Scene`).
+
+A scene is read once, validated, and frozen. Every key is optional. An unknown key, a wrong type or an impossible value
+is refused with its key path, all faults at once.
+
+- ``tables``: the keys, their types, defaults and sentences; ``log_table``: ``[log]``, the reader's options
+- ``read``: files and tables of a notebook -> `Scene`; ``faults``: what is wrong, where, and what was meant
+"""
+
+from frictionlab.log_options import LogOptions
+from frictionlab.scene.faults import keys_of
+from frictionlab.scene.read import read_scene, scene_from_tables
+from frictionlab.scene.tables import (
+    Analysis,
+    Experiment,
+    Model,
+    Rig,
+    Scene,
+    Solver,
+    Synthetic,
+    VirtualTests,
+)
+
+__all__ = [
+    "Analysis",
+    "Experiment",
+    "LogOptions",
+    "Model",
+    "Rig",
+    "Scene",
+    "Solver",
+    "Synthetic",
+    "VirtualTests",
+    "keys_of",
+    "read_scene",
+    "scene_from_tables",
+]

@@ -1,0 +1,131 @@
+"""What is wrong with a scene, in sentences: one a fault, with its line, its key path and the key that was meant."""
+
+import difflib
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from frictionlab.errors import SceneError
+
+Lines = Mapping[tuple[str, ...], int]
+HIDDEN = ("folder",)  # fields that are no keys
+_UNION = re.compile(r"^(?:str|int|float|bool|constrained-.*|list\[.*)$")  # pydantic's names of a union's branches
+_HEAD = re.compile(r"^\s*(\[\[?)\s*([^\[\]]+?)\s*\]")
+_KEY = re.compile(r"^\s*([\w.\-\"' ]+?)\s*=")
+
+
+def refusal(
+    error: ValidationError, root: type[BaseModel], *, name: str = "scene", lines: Lines | None = None
+) -> SceneError:
+    """The error that tells all faults, one an argument and so one a line.
+
+    Parameters
+    ----------
+    error
+        What pydantic found.
+    root
+        The model of the whole scene.
+    name
+        What the faults are of.
+    lines
+        Where which key stands in the file, from `lines_of`.
+    """
+    found: dict[tuple[str, ...], list[str]] = {}
+    for fault in error.errors():
+        path = tuple(str(part) for part in fault["loc"] if not _UNION.match(str(part)))
+        found.setdefault(path, []).append(_sentence(path, dict(fault), root))
+    return SceneError(*(f"{name}{_at(path, lines or {})}: {_told(path, texts)}" for path, texts in found.items()))
+
+
+def check_hidden(tables: Mapping[str, object], root: type[BaseModel], name: str = "scene") -> None:
+    """Refuse fields of the model that are no keys of a scene."""
+    for key in HIDDEN:
+        if key in tables:
+            raise SceneError(f"{name}: {key}: unknown key; expected one of {', '.join(keys_of(root))}")
+
+
+def _at(path: tuple[str, ...], lines: Lines) -> str:
+    """The line of a key, or of the table it belongs to."""
+    places = (lines[path[:n]] for n in range(len(path), 0, -1) if path[:n] in lines)
+    line = next(places, None)
+    return "" if line is None else f", line {line}"
+
+
+def _told(path: tuple[str, ...], texts: Sequence[str]) -> str:
+    where = ".".join(path)
+    return f"{where}: {' or '.join(dict.fromkeys(texts))}" if where else texts[0]
+
+
+def _sentence(path: tuple[str, ...], fault: Mapping[str, Any], root: type[BaseModel]) -> str:
+    text = str(fault["msg"]).removeprefix("Value error, ")
+    if fault["type"] == "extra_forbidden":
+        return f"unknown key; {_meant(path[-1], keys_of(_table(path[:-1], root)))}"
+    got = "" if fault["type"] in ("value_error", "missing") else f"; got {fault['input']!r}"
+    return f"{text[0].lower()}{text[1:]}{got}"
+
+
+def _meant(key: str, known: Sequence[str]) -> str:
+    near = difflib.get_close_matches(key, known, n=1)
+    guess = f"did you mean {near[0]}? " if near else ""
+    return f"{guess}expected one of {', '.join(known)}"
+
+
+def keys_of(table: type) -> list[str]:
+    """The keys of a table: of a model its fields, of a dataclass too."""
+    if issubclass(table, BaseModel):
+        return [name for name in table.model_fields if name not in HIDDEN]
+    return [f.name for f in fields(table)] if is_dataclass(table) else []
+
+
+def _table(path: Sequence[str], root: type[BaseModel]) -> type:
+    """The model of the table at a path."""
+    table: type = root
+    for key in path:
+        field = table.model_fields.get(key) if issubclass(table, BaseModel) else None
+        if field is not None:
+            table = next((t for t in _types(field.annotation) if _is_table(t)), table)
+    return table
+
+
+def _types(annotation: Any) -> Iterator[Any]:
+    yield annotation
+    for inner in get_args(annotation):
+        yield from _types(inner)
+
+
+def _is_table(thing: Any) -> bool:
+    return isinstance(thing, type) and (issubclass(thing, BaseModel) or is_dataclass(thing))
+
+
+def lines_of(text: str) -> dict[tuple[str, ...], int]:
+    r"""Where which key and table of a TOML text stands; of a value over several lines its first.
+
+    Examples
+    --------
+    >>> lines_of("[rig]\nmass_kg = 3.0\n[[synthetic.tests]]\n")
+    {('rig',): 1, ('rig', 'mass_kg'): 2, ('synthetic', 'tests', '0'): 3}
+    """
+    found: dict[tuple[str, ...], int] = {}
+    table: tuple[str, ...] = ()
+    inside = False
+    for number, line in enumerate(text.splitlines(), 1):
+        if not inside and (head := _HEAD.match(line)):
+            table = _numbered(_parts(head[2]), found, many=head[1] == "[[")
+            found.setdefault(table, number)
+        elif not inside and (key := _KEY.match(line)):
+            found.setdefault((*table, *_parts(key[1])), number)
+        inside ^= (line.count('"""') + line.count("'''")) % 2 == 1
+    return found
+
+
+def _parts(dotted: str) -> tuple[str, ...]:
+    return tuple(part.strip(" \t\"'") for part in dotted.split("."))
+
+
+def _numbered(path: tuple[str, ...], found: Mapping[tuple[str, ...], int], *, many: bool) -> tuple[str, ...]:
+    if not many:
+        return path
+    return (*path, str(next(n for n in range(len(found) + 1) if (*path, str(n)) not in found)))

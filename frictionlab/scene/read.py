@@ -1,0 +1,69 @@
+"""Scenes from files and from tables: read once, validated, frozen."""
+
+import tomllib
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from frictionlab.errors import SceneError
+from frictionlab.scene.faults import Lines, check_hidden, lines_of, refusal
+from frictionlab.scene.tables import Scene
+
+
+def read_scene(path: str | PathLike[str]) -> Scene:
+    """Read and validate a scene file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A TOML file.
+
+    Returns
+    -------
+    Scene
+        Frozen; its ``folder`` is the file's.
+
+    Raises
+    ------
+    SceneError
+        The file cannot be read, is no TOML, or has faults: all of them are told, one a line, each with its line in the
+        file, its key path and, where a name is misspelt, the name that was meant.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+        tables = tomllib.loads(text)
+    except OSError as error:
+        raise SceneError(f"scene {path}: cannot be read ({error.strerror}): give the path of a TOML file") from error
+    except UnicodeDecodeError as error:
+        raise SceneError(f"scene {path}: expected UTF-8 text; byte {error.start} is not") from error
+    except tomllib.TOMLDecodeError as error:
+        raise SceneError(f"scene {path}: expected TOML: {error}") from error
+    return _validated(tables, name=f"scene {path}", folder=path.parent, lines=lines_of(text))
+
+
+def scene_from_tables(tables: Mapping[str, object], *, name: str = "scene", folder: Path = Path()) -> Scene:
+    """Validate tables as :func:`read_scene` does, for scenes that stand in a notebook instead of a file.
+
+    Raises
+    ------
+    SceneError
+        All faults, one a line, each with its key path.
+
+    Examples
+    --------
+    >>> scene_from_tables({"analysis": {"transient_s": -1.0}})
+    Traceback (most recent call last):
+    frictionlab.errors.SceneError: scene: analysis.transient_s: input should be greater than or equal to 0; got -1.0
+    """
+    return _validated(tables, name=name if name == "scene" else f"scene {name}", folder=folder, lines={})
+
+
+def _validated(tables: Mapping[str, object], *, name: str, folder: Path, lines: Lines) -> Scene:
+    check_hidden(tables, Scene, name)
+    try:
+        return Scene.model_validate({**tables, "folder": folder})
+    except ValidationError as error:
+        raise refusal(error, Scene, name=name, lines=lines) from error

@@ -1,0 +1,57 @@
+"""Measurements -> what a whole campaign says."""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.campaign import Campaign, Watch, read_measurements, trial_of
+from frictionlab.campaign import evaluate as evaluate_trials
+from frictionlab.experiment import facts_of
+from frictionlab.tables import Row
+from frictionlab.verbs.given import AnyScene, FilePath, scene_given
+
+TABLES = ("model", "rig")
+
+
+def evaluate(
+    measurements: Iterable[Measurement | Row | FilePath],
+    scene: AnyScene = None,
+    *,
+    folders: Iterable[FilePath] = (),
+    watch: Watch = iter,
+    **settings: object,
+) -> Campaign:
+    """Evaluate a whole campaign: friction per material and force, Amontons' law, ranking, drift.
+
+    Parameters
+    ----------
+    measurements : iterable
+        Measurements, rows of measurements (failed ones too), or files that `frictionlab analyze` wrote, in any mixture.
+    scene : Scene, str, Path or None
+        ``[rig]`` stiffness turns friction ratios into forces and coefficients; ``[model]`` is what predictions hold;
+        ``[experiment]`` gives the facts of each test by the name of its source.
+    folders : iterable of str or Path
+        Where recordings are looked for too, beside where the measurements stand.
+    watch : callable
+        Wraps what is gone through, to show progress.
+    **settings
+        Keys of ``[model]`` and ``[rig]`` that win over the scene's.
+
+    Raises
+    ------
+    UsageError, RecordingError
+        A file does not hold measurements.
+    SceneError
+        The scene is refused.
+    """
+    known = scene_given(scene, settings, TABLES)
+    rows: list[Row] = []
+    places = {Path(folder) for folder in folders}
+    for what in measurements:
+        if isinstance(what, (Measurement, Mapping)):
+            rows.append(what.row() if isinstance(what, Measurement) else what)
+        else:
+            rows += read_measurements(Path(what))
+            places.add(Path(what).parent)
+    trials = [trial_of(row, facts_of(known, Path(str(row["source"]))).values) for row in rows]
+    return evaluate_trials(trials, known, folders=sorted(places), watch=watch)

@@ -1,0 +1,51 @@
+"""A result -> its figure in a file."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.comparison import Comparison
+from frictionlab.errors import UsageError
+from frictionlab.figures.comparison import comparison_figure
+from frictionlab.figures.measurement import measurement_figure
+from frictionlab.figures.motion import motion_figure
+from frictionlab.figures.style import save
+from frictionlab.simulator import SteadyState
+from frictionlab.verbs.given import FilePath
+
+FIGURES: dict[type, Callable[[Any, str | None], Any]] = {
+    Measurement: lambda result, title: measurement_figure(result, title or result.source),
+    Comparison: lambda result, _title: comparison_figure(result),
+    SteadyState: lambda result, _title: motion_figure(result),
+}
+SUFFIXES = (".pdf", ".svg", ".png")
+
+
+def plot(result: Measurement | Comparison | SteadyState, path: FilePath, *, title: str | None = None) -> Path:
+    """Draw a measurement, a comparison or a steady state into a file, and return its path.
+
+    Parameters
+    ----------
+    result : Measurement, Comparison or SteadyState
+    path : str or Path
+        Ends in ``.pdf``, ``.svg`` or ``.png``; its folder is made if it is not there.
+    title : str, optional
+        Of a measurement's figure; by default its source.
+
+    Raises
+    ------
+    UsageError
+        Another suffix, another kind of result, or a steady state without a motion.
+    """
+    place = Path(path)
+    if place.suffix not in SUFFIXES:
+        raise UsageError(f"{place}: expected a figure ending in {', '.join(SUFFIXES)}; got {place.suffix!r}")
+    if type(result) not in FIGURES:
+        known = ", ".join(kind.__name__ for kind in FIGURES)
+        raise UsageError(f"plot: expected one of {known}; got a {type(result).__name__}")
+    if isinstance(result, SteadyState) and result.orbit is None:
+        raise UsageError(f"{place}: there is no motion to draw (outcome {result.outcome}, solver {result.solver})")
+    place.parent.mkdir(parents=True, exist_ok=True)
+    save(FIGURES[type(result)](result, title), place)
+    return place

@@ -1,0 +1,96 @@
+"""The library's face: public names that load when used, verbs that take paths or results and honour the scene."""
+
+import ast
+import subprocess
+import sys
+from dataclasses import FrozenInstanceError
+from pathlib import Path
+
+import pytest
+
+import frictionlab as fl
+from frictionlab.errors import SceneError, UsageError
+
+ROOT = Path(__file__).parents[1]
+LOG = ROOT / "sample_data" / "steel_N1.25_r0.3.csv"
+SCENE = ROOT / "configs" / "sample_data.toml"
+
+
+def test_every_public_name_is_there_and_stands_in_the_stub() -> None:
+    stub = ast.parse((ROOT / "frictionlab" / "__init__.pyi").read_text(encoding="utf-8"))
+    told = {name.asname for node in stub.body if isinstance(node, ast.ImportFrom) for name in node.names}
+    assert told | {"__version__"} == set(dir(fl))
+    for name in dir(fl):
+        assert getattr(fl, name) is getattr(fl, name)
+
+
+def test_a_name_that_is_not_there_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'analyse'"):
+        fl.analyse  # type: ignore[attr-defined]  # noqa: B018  # the access is what is tested
+
+
+def test_importing_the_package_loads_nothing_of_it() -> None:
+    code = "import sys, frictionlab; print(*sorted(m for m in sys.modules if m.startswith('frictionlab')))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "frictionlab"
+
+
+def test_ingest_honours_log_and_experiment_of_the_scene(tmp_path: Path) -> None:
+    recording = fl.ingest(str(LOG), str(SCENE), output=tmp_path / "a.h5")
+    assert recording.experiment["material"] == "steel"
+    assert recording.experiment["normal_force_n"] == 1.25
+    assert fl.read_recording(tmp_path / "a.h5").experiment == recording.experiment
+    other = fl.ingest(LOG, SCENE, unit="µm", material="rubber")
+    assert other.mass_displacement[0] == pytest.approx(recording.mass_displacement[0] / 1000, rel=1e-12)
+    assert other.experiment["material"] == "steel"  # the file's name wins over [experiment]
+
+
+def test_a_comparison_of_a_log_knows_material_and_coefficient() -> None:
+    comparison = fl.compare(LOG, SCENE)
+    assert comparison.material == "steel"
+    assert comparison.friction_coefficient == pytest.approx(0.6, rel=1e-3)
+    assert fl.compare(fl.analyze(fl.ingest(LOG, SCENE), SCENE), SCENE).row() == comparison.row()
+
+
+def test_settings_win_over_the_scene_and_are_validated() -> None:
+    recording = fl.ingest(LOG, SCENE)
+    scene = fl.read_scene(SCENE)
+    measurement = fl.analyze(recording, scene, cycles="all", natural_frequency_hz=3.0, padding=None)
+    assert measurement.energy_rule == "all"
+    assert measurement.natural_frequency_hz == 3.0
+    assert (
+        measurement.row()
+        == fl.analyze(recording, scene.changed(analysis={"cycles": "all"}), natural_frequency_hz=3.0).row()
+    )
+    with pytest.raises(UsageError, match="cycle: unknown setting; did you mean cycles"):
+        fl.analyze(recording, scene, cycle="all")
+    with pytest.raises(SceneError, match=r"analysis\.cycles: expected 'last'"):
+        fl.analyze(recording, scene, cycles="first")
+    with pytest.raises(FrozenInstanceError, match="cannot assign"):
+        measurement.cycles = 3  # type: ignore[misc]
+
+
+def test_a_campaign_is_evaluated_from_results_rows_and_files_alike(tmp_path: Path) -> None:
+    measurements = [fl.analyze(log, SCENE) for log in sorted((ROOT / "sample_data").glob("*.csv"))]
+    fl.write_rows([m.row() for m in measurements[:2]], tmp_path / "m.csv")
+    scene = fl.read_scene(SCENE)
+    mixed = fl.evaluate([tmp_path / "m.csv", measurements[2].row(), *measurements[3:]], scene)
+    assert [fit.friction_ratio for fit in mixed.fits] == pytest.approx(
+        [fit.friction_ratio for fit in fl.evaluate(measurements, scene).fits], rel=1e-12
+    )
+
+
+def test_plot_draws_each_result_and_refuses_others(tmp_path: Path) -> None:
+    state = fl.simulate(fl.Problem(r=0.5, beta=0.4))
+    assert fl.plot(state, tmp_path / "new" / "motion.svg").read_text(encoding="utf-8").startswith("<?xml")
+    with pytest.raises(UsageError, match=r"expected a figure ending in \.pdf"):
+        fl.plot(state, "motion.doc")
+    with pytest.raises(UsageError, match="got a Scene"):
+        fl.plot(fl.Scene(), tmp_path / "a.png")  # type: ignore[arg-type]
+
+
+def test_synthesize_writes_the_logs_it_returns(tmp_path: Path) -> None:
+    told: list[tuple[int, int]] = []
+    tests = fl.synthesize(SCENE, tmp_path, progress=lambda done, total: told.append((done, total)), duration_s=1.0)
+    assert told == [(n, 6) for n in range(1, 7)]
+    assert all((tmp_path / test.log).exists() for test in tests)
