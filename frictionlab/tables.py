@@ -132,7 +132,7 @@ def is_table(path: Path) -> bool:
 def _pieces(lines: Iterator[str]) -> Iterator[bytes]:
     """The lines in pieces of some hundred kilobytes, so that a table of any length passes through little memory."""
     while piece := "".join(islice(lines, LINES_AT_ONCE)):
-        yield piece.encode()
+        yield piece.encode(errors="backslashreplace")  # a file name need not be text
 
 
 def _json_lines(rows: Iterable[Row]) -> Iterator[str]:

@@ -4,6 +4,9 @@ Each command is one module of this folder. Heavy imports (pandas, scipy, matplot
 functions, so that ``frictionlab --help`` answers at once.
 """
 
+import errno
+import io
+import sys
 from collections.abc import Callable
 from functools import wraps
 from typing import Annotated, ParamSpec
@@ -16,6 +19,7 @@ from frictionlab.cli.campaign import campaign
 from frictionlab.cli.compare_numeric import compare_numeric
 from frictionlab.cli.free_vibration import free_vibration
 from frictionlab.cli.ingest import ingest
+from frictionlab.cli.inputs import LostOutputError, drop_output, reason_of, standard_output
 from frictionlab.cli.output import complain
 from frictionlab.cli.show import show
 from frictionlab.cli.simulate import simulate
@@ -55,17 +59,41 @@ def frictionlab(
 
 
 def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
-    """Turn an error into one line on stderr and an exit status: 2 for scene and usage, else 1. The one place."""
+    """Turn an error into one line on stderr and an exit status: 2 for scene and usage, else 1. The one place.
+
+    A scene with several faults has one line each.
+    """
 
     @wraps(command)
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
         try:
             command(*args, **kwargs)
-        except FrictionlabError as error:
-            complain(str(error))
-            raise typer.Exit(2 if isinstance(error, (SceneError, UsageError)) else 1) from error
+            with standard_output():
+                pass  # what was printed reaches its place now, or is told to be lost
+        except (typer.Exit, typer.Abort, typer.BadParameter):
+            raise
+        except (SceneError, UsageError) as error:
+            for line in str(error).split("\n"):
+                complain(line)
+            raise typer.Exit(2) from error
+        except Exception as error:
+            complain(_reason(error))
+            raise typer.Exit(1) from error
 
     return run
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, (FrictionlabError, LostOutputError)):
+        return str(error)
+    if (
+        isinstance(error, OSError)
+        and error.filename is None
+        and error.errno in (errno.EPIPE, errno.ENOSPC, errno.EBADF)
+    ):
+        drop_output()
+        return f"standard output: {error.strerror}"
+    return f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else reason_of(error)
 
 
 COMMANDS: tuple[Callable[..., None], ...] = (
@@ -82,11 +110,14 @@ COMMANDS: tuple[Callable[..., None], ...] = (
 )  # in the order of the data
 
 for _command in COMMANDS:
-    app.command()(errors_in_one_line(_command))
+    app.command(short_help=(_command.__doc__ or "").partition("\n")[0])(errors_in_one_line(_command))
 
 
 def main() -> None:
     """Entry point of the ``frictionlab`` command."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # a file name need not be text that can be printed
     use_one_thread()
     keep_freed_memory()
     collect_rarely()

@@ -21,7 +21,7 @@ from frictionlab.cli.options import (
     scene_of,
     takes,
 )
-from frictionlab.cli.output import complain, print_table
+from frictionlab.cli.output import print_table
 from frictionlab.cli.progress import track
 from frictionlab.cli.show import MEASUREMENT
 from frictionlab.errors import UsageError
@@ -66,12 +66,11 @@ def analyze(
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
     series: dict[str, object] = {}
     watched = track(_put_apart(made, series), total=len(recordings), title="analyze", quiet=quiet)
-    rows = report_rows(watched, as_json=as_json)
+    rows = report_rows(watched, as_json=as_json, quiet=quiet)
     if output is not None:
         _write(rows, series, output, force=force)
     if not (as_json or quiet):
         print_table([row for row in rows if row["status"] == "ok"], MEASUREMENT)
-        _tell_warnings(rows)
     exit_status(rows)
 
 
@@ -105,13 +104,6 @@ def _draw(measurement: "Measurement", path: Path, folder: Path) -> None:
     from frictionlab.verbs.plot import plot
 
     plot(measurement, folder / f"{path.stem}.measurement.png", title=path.name)
-
-
-def _tell_warnings(rows: Sequence[Row]) -> None:
-    for row in rows:
-        warnings = row.get("warnings")
-        for warning in warnings if isinstance(warnings, (list, tuple)) else ():
-            complain(f"{row['source']}: {warning}")
 
 
 def _write(rows: Sequence[Row], series: dict[str, object], output: Path, *, force: bool) -> None:

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Protocol, TypeVar
 
 import typer
 
-from frictionlab.cli.inputs import exit_status, failure
+from frictionlab.cli.inputs import exit_status, failure, tell_warnings
 from frictionlab.cli.options import Force, Quiet, SceneFile, scene_of
 from frictionlab.cli.output import complain, print_table, printable
 from frictionlab.cli.progress import track
-from frictionlab.errors import FrictionlabError
 from frictionlab.tables import Row
 
 if TYPE_CHECKING:
@@ -60,6 +59,8 @@ def campaign(
     folders = [path.parent for path in measurements]
     result = evaluate(rows, what, folders=folders, watch=_watch("fit", quiet=quiet))
     publish(result, output, force=force, watch=_watch("draw", quiet=quiet))
+    for row in () if quiet else rows:
+        tell_warnings(row)
     if not quiet:
         _tell(result, output)
     exit_status(unread)
@@ -81,7 +82,7 @@ def _rows_of(paths: Sequence[Path]) -> tuple[list[Row], list[Row]]:
     for path in paths:
         try:
             rows += read_measurements(path)
-        except (FrictionlabError, OSError) as error:
+        except Exception as error:  # noqa: BLE001  # a file that cannot be read is a row, whatever the reason
             unread.append(failure(path, error))
             reason = str(unread[-1]["reason"])
             complain(reason if reason.startswith(str(path)) else f"{path}: {reason}")

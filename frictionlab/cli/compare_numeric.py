@@ -67,7 +67,7 @@ def compare_numeric(
     if output is not None:
         check_output(output, force=force)
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
-    rows = report_rows(track(made, total=len(recordings), title="compare", quiet=quiet), as_json=as_json)
+    rows = report_rows(track(made, total=len(recordings), title="compare", quiet=quiet), as_json=as_json, quiet=quiet)
     if output is not None:
         write_rows(rows, output, force=force)
     if not (as_json or quiet):

@@ -10,7 +10,7 @@ import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows, rows_of
 from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, scene_of
-from frictionlab.cli.output import complain, print_table
+from frictionlab.cli.output import print_table
 from frictionlab.tables import Row, check_output, write_rows
 
 if TYPE_CHECKING:
@@ -58,11 +58,9 @@ def free_vibration(
         check_output(output, force=force)
     rows = list(rows_of(inputs, partial(_row, scene=what, plot=plot)))
     means = _means([tap for row in rows for tap in _taps(row)])
-    shown = report_rows((_told(row, means) for row in rows), as_json=as_json)
+    shown = report_rows((_told(row, means) for row in rows), as_json=as_json, quiet=quiet)
     if output is not None:
         write_rows([line for row in rows for line in _lines(row)], output, force=force)
-    if not as_json:
-        _tell_warnings(shown, quiet=quiet)
     if means and not (as_json or quiet):
         _tell([line for row in rows for line in _lines(row) if line["status"] == "ok"], means)
     exit_status(shown)
@@ -187,13 +185,6 @@ def _lines(row: Row) -> Iterator[dict[str, object]]:
         force = tap.friction_m * stiffness if isinstance(stiffness, float) else None
         head = {"source": row["source"], "status": "ok", "reason": None, "tap": number}
         yield {**head, **_plain(tap), "friction_n": force}
-
-
-def _tell_warnings(rows: Sequence[Row], *, quiet: bool) -> None:
-    for row in rows:
-        warnings = row.get("warnings")
-        for warning in warnings if isinstance(warnings, (list, tuple)) and not quiet else ():
-            complain(f"{row['source']}: warning: {warning}")
 
 
 def _tell(lines: Sequence[Row], means: Means) -> None:

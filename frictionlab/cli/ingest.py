@@ -11,7 +11,7 @@ import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows, rows_of
 from frictionlab.cli.options import LOG, AsJson, Force, Quiet, SceneFile, Scheduler, Workers, scene_of, takes
-from frictionlab.cli.output import complain, print_table, printable
+from frictionlab.cli.output import print_table, printable
 from frictionlab.cli.progress import bytes_read, track
 from frictionlab.errors import UsageError
 
@@ -59,7 +59,9 @@ def ingest(
     silent = quiet or as_json
     job = _Ingest(what, base_log, place, force=force, quiet=silent or len(inputs) > 1)
     made = rows_of(inputs, job, workers=workers, scheduler=scheduler)
-    rows = report_rows(track(made, total=len(inputs), title="ingest", quiet=quiet or len(inputs) == 1), as_json=as_json)
+    rows = report_rows(
+        track(made, total=len(inputs), title="ingest", quiet=quiet or len(inputs) == 1), as_json=as_json, quiet=quiet
+    )
     if not silent:
         _tell(rows, evidence=dry_run)
     exit_status(rows)
@@ -185,5 +187,3 @@ def _tell(rows: Sequence[Mapping[str, Any]], *, evidence: bool) -> None:
             typer.echo(f"{printable(row['source'])}: {printable(sentence)}")
         for line in row["quarantined"][:5] if evidence else ():
             typer.echo(printable(f"{row['source']}: line {line['line']} quarantined: {line['reason']}: {line['text']}"))
-        for sentence in row["warnings"]:
-            complain(f"{row['source']}: warning: {sentence}")

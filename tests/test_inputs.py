@@ -1,0 +1,122 @@
+"""The loop over inputs: whatever one of them raises, it becomes a row and the others go on; stdout may fail too."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from frictionlab.cli.inputs import report_rows, row_of, rows_of, tell_warnings
+from frictionlab.errors import LogError, UsageError
+from frictionlab.tables import Row
+from frictionlab.units import split_unit
+from tests.desk import BIN, ROOT
+
+SAMPLE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv"
+SCENE = ROOT / "configs" / "sample_data.toml"
+
+
+def job(error: Exception | None, bad: str, path: Path) -> Row:
+    if error is not None and path.name == bad:
+        raise error
+    return {"source": str(path), "status": "ok", "warnings": ["short"]}
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (LogError("b: line 3 is damaged"), "line 3 is damaged"),
+        (FileNotFoundError(2, "No such file or directory"), "No such file or directory"),
+        (MemoryError(), "not enough memory"),
+        (KeyError("µs"), "a fault of the program, not of the input: KeyError: 'µs': please report it"),
+        (RecursionError(), "RecursionError"),
+        (UnicodeEncodeError("utf-8", "\udcff", 0, 1, "surrogates"), "UnicodeEncodeError"),
+        (ZeroDivisionError("division by zero"), "ZeroDivisionError: division by zero"),
+    ],
+)
+def test_whatever_one_input_raises_the_others_go_on(error: Exception, reason: str) -> None:
+    rows = list(rows_of([Path("a"), Path("b"), Path("c")], partial(job, error, "b")))
+    assert [row["status"] for row in rows] == ["ok", "failed", "ok"]
+    assert set(rows[1]) == {"source", "status", "reason"}
+    assert reason in str(rows[1]["reason"])
+
+
+def test_a_fault_of_the_program_says_where_it_is() -> None:
+    row = row_of(lambda path: {"unit": split_unit(path)}, Path("a"), folder=None)  # type: ignore[arg-type]
+    assert "AttributeError" in str(row["reason"])
+    assert "(frictionlab/units.py, line " in str(row["reason"])
+
+
+def test_a_fault_of_the_command_line_concerns_all() -> None:
+    with pytest.raises(UsageError, match="no such column"):
+        list(rows_of([Path("a")], partial(job, UsageError("no such column"), "a")))
+
+
+def test_warnings_are_told_unless_quiet_or_json(capsys: pytest.CaptureFixture[str]) -> None:
+    row = job(None, "", Path("a.h5"))
+    report_rows([row], as_json=False)
+    assert capsys.readouterr().err == "frictionlab: a.h5: warning: short\n"
+    report_rows([row], as_json=False, quiet=True)
+    assert capsys.readouterr().err == ""
+    report_rows([row], as_json=True)
+    assert capsys.readouterr().err == ""
+    tell_warnings({"warnings": ("no source",)})
+    assert capsys.readouterr().err == "frictionlab: warning: no source\n"
+
+
+Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Run:
+    def command(*words: str | Path, **options: object) -> "subprocess.CompletedProcess[bytes]":
+        line = [BIN / "frictionlab", *words]
+        how = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
+        return subprocess.run(line, check=False, cwd=tmp_path, timeout=100, **how)  # type: ignore[call-overload, no-any-return]
+
+    return command
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+@pytest.mark.parametrize("words", [("--json",), ()])
+def test_a_full_standard_output_is_one_line_and_the_file_is_written(
+    run: Run, tmp_path: Path, words: tuple[str]
+) -> None:
+    with Path("/dev/full").open("wb") as full:
+        done = run("ingest", SAMPLE, "--scene", SCENE, "-o", tmp_path / "a.h5", *words, stdout=full)
+    assert done.returncode == 1
+    assert done.stderr.decode().splitlines()[0].startswith("frictionlab: standard output: No space left on device")
+    assert len(done.stderr.decode().splitlines()) == 1
+    assert (tmp_path / "a.h5").exists()
+
+
+def test_a_closed_pipe_is_one_line(run: Run) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = run("show", SCENE, stdout=writing)
+    os.close(writing)
+    assert done.returncode == 1
+    assert done.stderr == b"frictionlab: standard output: Broken pipe\n"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="file names are bytes on Linux alone")
+def test_a_file_name_that_is_no_text_is_read_and_told(run: Run, tmp_path: Path) -> None:
+    name = os.fsdecode(b"st\xfchl_N1.25_r0.3.csv")
+    (tmp_path / name).write_bytes(SAMPLE.read_bytes())
+    (tmp_path / os.fsdecode(b"b\xe4d.csv")).write_text("nothing")
+    logs = sorted(tmp_path.glob("*.csv"))
+    done = run("ingest", *logs, "--scene", SCENE, "-o", tmp_path / "out")
+    assert done.returncode == 1
+    assert b"b\\udce4d.csv" in done.stderr
+    assert b"st\\udcfchl_N1.25_r0.3.csv" in done.stdout
+    recording = tmp_path / "out" / os.fsdecode(b"st\xfchl_N1.25_r0.3.h5")
+    assert recording.exists()
+    for end in ("csv", "h5"):
+        told = run("analyze", recording, "--scene", SCENE, "-o", tmp_path / f"rows.{end}", "--json")
+        assert told.returncode == 0, told.stderr
+        assert json.loads(told.stdout)["source"] == str(recording)
+    assert "udcfchl" in (tmp_path / "rows.csv").read_text(encoding="utf-8")
