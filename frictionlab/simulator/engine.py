@@ -26,6 +26,7 @@ __all__ = [
     "Engine",
     "choose",
     "compiled",
+    "contact_of",
     "is_worth_it",
     "machine_code_folder",
     "make_force",
@@ -134,24 +135,36 @@ def choose(slides: float) -> Engine:
     return compiled() if is_worth_it(slides) else plain()
 
 
-def make_force(engine: Engine, cosine: tuple[float, ...], sine: tuple[float, ...]) -> Any:
+def make_force(engine: Engine, cosine: tuple[float, ...], sine: tuple[float, ...]) -> layout.Force:
     """Return the kernel's buffers of a Fourier series: its coefficients, and space for them about another time."""
     none = (0.0,) * len(cosine)
-    return engine.buffer(cosine), engine.buffer(sine), engine.buffer(none), engine.buffer(none)
+    return layout.Force(engine.buffer(cosine), engine.buffer(sine), engine.buffer(none), engine.buffer(none))
 
 
-def make_room(engine: Engine, problem: Problem, phases: int) -> Any:
+def make_room(engine: Engine, problem: Problem, phases: int) -> layout.Room:
     """Return the kernel's buffers, with space to record a number of phases."""
     base = problem.base
-    frame = make_force(engine, base.cosine, base.sine) if problem.wall == "base" else make_force(engine, (), ())
-    sizes = (4, layout.TALLY, layout.PHASE * phases)
-    return (*(engine.buffer((0.0,) * size) for size in sizes), frame)
+    wall = make_force(engine, base.cosine, base.sine) if problem.wall == "base" else make_force(engine, (), ())
+    jacobian, tally, record = (engine.buffer((0.0,) * size) for size in (4, layout.TALLY, layout.PHASE * phases))
+    return layout.Room(jacobian, tally, record, wall)
 
 
-def set_up(engine: Engine, problem: Problem) -> tuple[Any, Any]:
+def contact_of(problem: Problem) -> layout.Contact:
+    """Return the numbers of a rigid contact law, in the kernel's order.
+
+    Raises
+    ------
+    SimulationError
+        Another solver answers for the law.
+    """
+    if problem.law.kind != "rigid":
+        raise SimulationError(f"simulation: law {problem.law.name}: rigid exact phases do not know it")
+    up, down = problem.static_ratios
+    gradient = problem.parameter("gradient")
+    return layout.Contact(problem.beta, gradient, up, down, problem.zeta, problem.frame_damping_ratio)
+
+
+def set_up(engine: Engine, problem: Problem) -> tuple[layout.Rig, layout.Force]:
     """Return the kernel's rig and force of a problem."""
-    apart = problem.static_ratios[0] != problem.static_ratios[1]
-    if problem.law.kind != "rigid" or problem.law.has("place") or apart or problem.frame_damping_ratio:
-        raise SimulationError(f"simulation: law {problem.law.name}: this solver does not know it yet")
     force = make_force(engine, *problem.force)
-    return engine.kernel.make_rig(problem.r, problem.beta, problem.mu, problem.zeta, force), force
+    return engine.kernel.make_rig(problem.r, contact_of(problem), force), force

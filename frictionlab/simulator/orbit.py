@@ -63,7 +63,7 @@ def steady_state(problem: Problem, *, solver: Solver = "auto") -> SteadyState:
     while True:
         room = engines.make_room(engine, problem, phases)
         engine.kernel.steady(rig, force, CLOSED[solver], room, row)
-        count = int(room[1][layout.PHASES])
+        count = int(room.tally[layout.PHASES])
         if row[layout.OUTCOME] != layout.OVERFULL:
             return _from_row(problem, solver, row, room, count)
         phases = count
@@ -82,7 +82,7 @@ def _from_row(problem: Problem, solver: str, row: Any, room: Any, count: int) ->
     moved = code in (layout.PERIODIC, layout.STUCK)
     mirror = bool(row[layout.SIGN] < 0.0)
     return from_numbers(
-        problem, row, from_record(problem, room[2], count, periodic=True, mirror=mirror) if moved else None
+        problem, row, from_record(problem, room.phases, count, periodic=True, mirror=mirror) if moved else None
     )
 
 
@@ -174,14 +174,15 @@ def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "exact") -> St
     rig, force = engines.set_up(engine, problem)
     room = engines.make_room(engine, problem, len(run.side))
     row = engine.buffer((0.0,) * layout.ROW)
-    start, leg = (float(run.displacement[0]), float(run.velocity[0])), (float(run.tau[0]), 2.0 * pi, 1.0, 1.0)
+    start, leg = (float(run.displacement[0]), float(run.velocity[0])), layout.Leg(float(run.tau[0]), 2.0 * pi, 1.0, 1.0)
     end_z, end_v, _ = engine.kernel.carry(rig, force, leg, *start, room)
     engine.kernel.account(rig, force, room)
-    engine.kernel.fill_row(rig, leg, room, row)
-    path, miss = float(room[1][layout.PATH]), hypot(end_z - start[0], problem.r * (end_v - start[1]))
+    engine.kernel.fill_row(rig, force, leg, room, row)
+    put_in = room.tally[layout.WORK] - problem.beta * room.tally[layout.LOADED] - room.tally[layout.VISCOUS]
+    path, miss = float(room.tally[layout.PATH]), hypot(end_z - start[0], problem.r * (end_v - start[1]))
     row[layout.OUTCOME] = layout.PERIODIC if path > 0.0 else layout.STUCK
     row[layout.MISS], row[layout.CLOSED_FORM] = miss, 0.0
-    row[layout.ENERGY] = room[1][layout.WORK]  # the area of the loop (2.18), which measurement and thesis report
+    row[layout.ENERGY] += put_in  # the energy put in: the area of the loop (2.18), which measurement and thesis report
     row[layout.SYMMETRIC] = engine.kernel.mirrored(rig, force, *start, engines.make_room(engine, problem, 0))
     state = from_numbers(problem, row, run)
     settled = miss <= SETTLED * (hypot(*start) + path)

@@ -19,6 +19,14 @@ OUTCOMES: dict[int, Outcome] = {
     layout.UNBOUNDED: "unbounded",
     layout.NOT_FOUND: "not found",
     layout.CHATTERED: "not found",
+    layout.RUNAWAY: "not found",
+    layout.PULLING: "not found",
+}
+DECLINED = {
+    layout.RUNAWAY: "gradient: beta |gradient| >= 1: friction changes along the path faster than the spring's force "
+    "and the mass runs away; this is not computed: take a smaller gradient.",
+    layout.PULLING: "gradient: on this motion the mass goes where the friction force beta (1 + gradient z) is below 0, "
+    "which no contact does; no numbers are given: take a smaller gradient.",
 }
 LOOSE = 1e-10  # relative closure error above which it is said
 PARAMETERS = ("r", "beta", "mu", "zeta", "wall")
@@ -96,6 +104,8 @@ class SteadyState:
         """What was found, as a sentence."""
         if self.outcome == "unbounded":
             return "There is no steady state: the drive is exactly at resonance and friction too weak to bound it."
+        if self.outcome == "not found" and self.problem.parameter("gradient"):
+            return "No orbit is told: " + (self.warnings[0] if self.warnings else "none was found from rest.")
         if self.outcome == "not found":
             return "No orbit of up to 8 cycles was found that the motion from rest settles on."
         if self.outcome == "stuck":
@@ -136,7 +146,9 @@ def from_numbers(problem: Problem, row: Any, orbit: Trajectory | None) -> Steady
     """Turn a kernel's row into a steady state."""
     outcome = outcome_of(row)
     if outcome not in ("periodic", "stuck"):
-        return SteadyState(problem, "exact", outcome, warnings=warnings_of(problem, outcome, None))
+        declined = DECLINED.get(int(row[layout.OUTCOME]))
+        said = (declined,) if declined else warnings_of(problem, outcome, None)
+        return SteadyState(problem, "exact", outcome, warnings=said)
     multiplier = float(row[layout.MULTIPLIER])
     said = warnings_of(problem, outcome, multiplier)
     off = float(row[layout.CLOSURE]) / float(row[layout.ENERGY]) if row[layout.ENERGY] else 0.0
@@ -166,7 +178,7 @@ def from_numbers(problem: Problem, row: Any, orbit: Trajectory | None) -> Steady
 def warnings_of(problem: Problem, outcome: Outcome, multiplier: float | None) -> tuple[str, ...]:
     """Return what the numbers do not say, a sentence each."""
     said = []
-    if outcome == "periodic" and problem.beta == 0.0 and problem.zeta == 0.0:
+    if outcome == "periodic" and problem.beta == 0.0 and problem.zeta == problem.frame_damping_ratio == 0.0:
         said.append("Nothing damps this oscillator: free vibration never dies out, and this is the motion without any.")
     elif outcome == "periodic" and in_continuum(problem):
         n = round(0.5 / problem.r)
@@ -187,7 +199,7 @@ def warnings_of(problem: Problem, outcome: Outcome, multiplier: float | None) ->
 def in_continuum(problem: Problem) -> bool:
     """Tell whether the problem lies on the continuum of asymmetric motions, eq. (3.3)."""
     n = round(0.5 / problem.r)
-    plain = problem.base.harmonics == 1 and problem.zeta == 0.0 and problem.mu == 1.0
-    if n < 1 or not plain or abs(problem.r * 2 * n - 1.0) > 1e-12:
+    plain = problem.base.harmonics == 1 and problem.zeta == problem.frame_damping_ratio == 0.0 and problem.mu == 1.0
+    if n < 1 or not plain or problem.parameter("gradient") or abs(problem.r * 2 * n - 1.0) > 1e-12:
         return False
     return problem.beta <= problem.force_size / (4 * n * n - 1)

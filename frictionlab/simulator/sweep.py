@@ -195,12 +195,19 @@ def sweep_points(points: Floats, wall: Wall, base: Base, *, fast: bool) -> Float
     return numbers
 
 
+def full_points(points: Floats) -> Floats:
+    """Return points (n, 4) of r, beta, mu, zeta as the kernel reads them: r and the numbers of `layout.Contact`."""
+    r, beta, mu, zeta = points.T
+    none = np.zeros_like(r)
+    return np.column_stack((r, beta, none, mu, mu, zeta, none))
+
+
 def _call(engine: engines.Engine, points: Floats, wall: Wall, base: Base, phases: int) -> Floats:
     """Call the kernel once for all points."""
     problem = Problem(1.0, 0.0, wall=wall, base=base)
     room = engines.make_room(engine, problem, phases)
     force = engines.make_force(engine, base.cosine, base.sine)
     rows = engine.buffer((0.0,) * (layout.ROW * len(points)))
-    flat = engine.buffer(tuple(points.ravel().tolist()))
+    flat = engine.buffer(tuple(full_points(points).ravel().tolist()))
     engine.kernel.sweep(flat, engine.buffer(base.cosine), engine.buffer(base.sine), force, 0, room, rows)
     return np.array(rows, dtype=np.float64).reshape(len(points), layout.ROW)

@@ -106,6 +106,7 @@ def thesis_run(problem: Problem, *, cycles: int = 100, rtol: float = 1e-3, atol:
     """
     if cycles < 1:
         raise SimulationError(f"thesis run: cycles; expected >= 1; got {cycles}")
+    _check_law(problem)
     run = _Run(problem, rtol, atol)
     start = run.state.copy()
     for _ in range(cycles):
@@ -126,6 +127,17 @@ def thesis_run(problem: Problem, *, cycles: int = 100, rtol: float = 1e-3, atol:
         stuck_time=run.stuck_time,
         drift=hypot(float(work[0]), problem.r * float(work[1])),
     )
+
+
+def _check_law(problem: Problem) -> None:
+    """Refuse what the thesis did not simulate."""
+    up, down = problem.static_ratios
+    if problem.law.kind != "rigid" or problem.law.has("place") or up != down or problem.frame_damping_ratio:
+        frame = ", frame_damping_ratio" if problem.frame_damping_ratio else ""
+        raise SimulationError(
+            f"thesis run: law {problem.law.name}{frame}; expected Coulomb friction with one static ratio and a dashpot "
+            "beside it; got more; do: use another solver"
+        )
 
 
 def _one_cycle(run: _Run) -> None:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import engine as engines
-from frictionlab.simulator.kernel.layout import DONE, PHASE, PHASES
+from frictionlab.simulator.kernel.layout import DONE, PHASE, PHASES, Leg
 from frictionlab.simulator.problem import Problem
 
 __all__ = ["Trajectory", "from_record", "refuse_chatter", "simulate_exactly"]
@@ -108,6 +108,37 @@ class Trajectory:
         >>> float(x[0]), float(v[0])
         (0.0, 0.0)
         """
+        shape, local, _, z, v = self._relative(tau, cycle)
+        if self.problem.wall == "base":
+            f, df = _series(self.problem.base.cosine, self.problem.base.sine, local)
+            z, v = z + f, v + df
+        return z.reshape(shape), v.reshape(shape)
+
+    def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> Floats:
+        """Return the force of the contact on the mass, against the motion, over k Y, at any times.
+
+        In a slide ``n = s beta (1 + q z) + 2 zeta_c r v``; in a stop what holds the mass, ``n = F - z``.
+
+        Parameters
+        ----------
+        tau, cycle : array_like
+            As in `at`.
+
+        Examples
+        --------
+        >>> from frictionlab.simulator import Problem, steady_state
+        >>> steady_state(Problem(r=0.7, beta=0.5)).orbit.force([0.0, 3.0]).tolist()
+        [-0.5, 0.5]
+        """
+        shape, local, side, z, v = self._relative(tau, cycle)
+        problem = self.problem
+        sliding = side * problem.beta * (1.0 + problem.parameter("gradient") * z) + 2.0 * problem.zeta * problem.r * v
+        return np.where(side == 0.0, _series(*problem.force, local)[0] - z, sliding).reshape(shape)
+
+    def _relative(
+        self, tau: ArrayLike, cycle: ArrayLike | None
+    ) -> tuple[tuple[int, ...], Floats, Floats, Floats, Floats]:
+        """Return the shape of tau; flat: phase of the drive, direction, and z and v relative to the wall."""
         times, turns = np.broadcast_arrays(np.asarray(tau, dtype=np.float64), 0 if cycle is None else np.asarray(cycle))
         local, turns = self._fold(times.ravel(), turns.ravel().astype(np.float64))
         begins = (self.cycle - self.cycle[0]) * TURN + self.tau
@@ -115,10 +146,7 @@ class Trajectory:
         index = np.clip(index, 0, len(begins) - 1)
         within = np.clip(local - self.tau[index] + (turns + self.cycle[0] - self.cycle[index]) * TURN, 0.0, None)
         z, v = self._evaluate(index, within)
-        if self.problem.wall == "base":
-            f, df = _series(self.problem.base.cosine, self.problem.base.sine, local)
-            z, v = z + f, v + df
-        return z.reshape(times.shape), v.reshape(times.shape)
+        return times.shape, local, self.side[index], z, v
 
     def _fold(self, tau: Floats, turns: Floats) -> tuple[Floats, Floats]:
         """Return times as a phase in the first cycle's frame and whole turns since then; periodic motions wrap."""
@@ -187,20 +215,20 @@ def simulate_exactly(problem: Problem, *, cycles: int, x0: float, v0: float, tau
         f, df = _series(problem.base.cosine, problem.base.sine, np.array([tau0]))
         x0, v0 = x0 - float(f[0]), v0 - float(df[0])
     room = engines.make_room(engine, problem, 0)
-    leg = (tau0, TURN, float(cycles - keep), 1.0)
+    leg = Leg(tau0, TURN, float(cycles - keep), 1.0)
     z, v, code = engine.kernel.carry(rig, force, leg, x0, v0, room)
     refuse_chatter(problem, code, tau0, z, v)
     phases = 64 + int(8 * keep * (problem.base.harmonics + 1.0 / problem.r))
     while True:
         room = engines.make_room(engine, problem, phases)
-        leg = (tau0, TURN, float(keep), 1.0)
+        leg = Leg(tau0, TURN, float(keep), 1.0)
         end_z, end_v, code = engine.kernel.carry(rig, force, leg, z, v, room)
         refuse_chatter(problem, code, tau0, end_z, end_v)
-        count = int(room[1][PHASES])
+        count = int(room.tally[PHASES])
         if count <= phases:
             break
         phases = count
-    run = from_record(problem, room[2], count, periodic=False, mirror=False)
+    run = from_record(problem, room.phases, count, periodic=False, mirror=False)
     cycle = run.cycle + (cycles - keep)
     cycle.setflags(write=False)
     return Trajectory(problem, run.side, cycle, run.tau, run.duration, run.displacement, run.velocity, run.acceleration)

@@ -11,14 +11,14 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator import Base, Problem, simulate
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.kernel.events import release, slide_end
-from frictionlab.simulator.kernel.layout import Force
-from frictionlab.simulator.kernel.motion import local_force, make_rig, slide_at
+from frictionlab.simulator.kernel.layout import Contact, Force, State
+from frictionlab.simulator.kernel.motion import local_force, make_oscillator, make_rig, slide_at
 from frictionlab.simulator.trajectory import refuse_chatter
 from tests.simulator import naive
 
 
 def force_of(cosine: list[float], sine: list[float]) -> Force:
-    return cosine, sine, [0.0] * len(cosine), [0.0] * len(cosine)
+    return Force(cosine, sine, [0.0] * len(cosine), [0.0] * len(cosine))
 
 
 @settings(deadline=None, max_examples=200)
@@ -34,15 +34,15 @@ def test_before_the_end_of_a_slide_the_velocity_keeps_its_sign(
     r: float, zeta: float, tau: float, z: float, v: float, third: float
 ) -> None:
     force = force_of([1.0, 0.0, third], [0.0, 0.1, 0.0])
-    rig = make_rig(r, 0.3, 1.0, zeta, force)
+    slide = make_oscillator(r, zeta, 1.0, force)
     push, rate = local_force(tau, force)
-    start = (z, v, (push - z - 0.3 - 2 * zeta * r * v) / r**2)
-    t, _, end, a = slide_end(rig, force, start, 1.0, rate, 2 * pi, [0.0] * layout.TALLY)
-    before = [slide_at(s, rig, force, start)[1] for s in np.linspace(0.0, t * (1 - 1e-9), 500)]
+    start = State(z, v, (push - z - 0.3 - 2 * zeta * r * v) / r**2)
+    t, _, end, a = slide_end(slide, force, start, 1.0, rate, 2 * pi, [0.0] * layout.TALLY)
+    before = [slide_at(s, slide, force, start)[1] for s in np.linspace(0.0, t * (1 - 1e-9), 500)]
     assert min(before) > -1e-13 * (v + 1.0 / r)
     if t < 2 * pi:
         assert end == 0.0
-        assert abs(slide_at(t, rig, force, start)[1]) <= 1e-13 * (v + 1.0 / r**2)
+        assert abs(slide_at(t, slide, force, start)[1]) <= 1e-13 * (v + 1.0 / r**2)
         assert a <= 1e-9 / r**2
 
 
@@ -51,13 +51,13 @@ def test_before_the_end_of_a_slide_the_velocity_keeps_its_sign(
 def test_a_grazing_stop_is_met_or_passed_as_it_must_be(r: float, depth: float) -> None:
     # about the mean speed of a rising force the mass vibrates freely: its least speed is close to `depth`
     force, tau, least = force_of([1.0], [0.0]), 1.5 * pi, 0.6 * r
-    rig = make_rig(r, 0.1, 1.0, 0.0, force)
+    slide = make_oscillator(r, 0.0, 1.0, force)
     push, rate = local_force(tau, force)
     gain = -(1.0 - depth) * sin(least / r) / r
-    start = (push - 0.1 - r * r * gain, 1.0 - (1.0 - depth) * cos(least / r), gain)
-    t, _, v, _ = slide_end(rig, force, start, 1.0, rate, 2.0 * least, [0.0] * layout.TALLY)
+    start = State(push - 0.1 - r * r * gain, 1.0 - (1.0 - depth) * cos(least / r), gain)
+    t, _, v, _ = slide_end(slide, force, start, 1.0, rate, 2.0 * least, [0.0] * layout.TALLY)
     times = np.linspace(0.0, 2.0 * least, 20001)
-    speeds = np.array([slide_at(s, rig, force, start)[1] for s in times])
+    speeds = np.array([slide_at(s, slide, force, start)[1] for s in times])
     if speeds.min() > 0.0:
         assert t == 2.0 * least or speeds.min() < 1e-8  # between two samples it may dip below
     else:
@@ -85,11 +85,11 @@ def test_a_release_is_the_first_time_the_pull_passes_the_limit(
         push, _ = local_force(tau, force)
         if abs(push - z) > hold * (1 - 1e-9):
             continue
-        rig = make_rig(0.5, hold, 1.0, 0.0, force)
+        rig = make_rig(0.5, Contact(hold, 0.0, 1.0, 1.0, 0.0, 0.0), force)
         t, side = release(rig, force, z, 2 * pi)
         times = np.linspace(0.0, t, 4000)
-        n = np.arange(1, len(force[0]) + 1)[:, None]
-        pull = np.array(force[2]) @ np.cos(n * times) + np.array(force[3]) @ np.sin(n * times) - z
+        n = np.arange(1, len(force.cosine) + 1)[:, None]
+        pull = np.array(force.p) @ np.cos(n * times) + np.array(force.q) @ np.sin(n * times) - z
         assert np.abs(pull).max() <= hold + 1e-12
         assert (side == 0.0) == (t == 2 * pi)
         if side:

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionlab.simulator.kernel.layout import Force, Rig
-from frictionlab.simulator.kernel.motion import forced_motion, free_motion, gap, local_force, make_rig, slide_at
+from frictionlab.simulator.kernel.layout import Force, Oscillator, State
+from frictionlab.simulator.kernel.motion import forced_motion, free_motion, gap, local_force, make_oscillator, slide_at
 
 RATIOS = st.floats(0.01, 30.0)
 DAMPINGS = st.sampled_from([0.0, 1e-9, 0.01, 0.3, 0.999999, 1.0, 1.000001, 3.0, 10.0])
@@ -16,11 +16,11 @@ DAMPINGS = st.sampled_from([0.0, 1e-9, 0.01, 0.3, 0.999999, 1.0, 1.000001, 3.0, 
 
 def force_of(*coefficients: float) -> Force:
     zeros = [0.0] * len(coefficients)
-    return list(coefficients), list(zeros), list(zeros), list(zeros)
+    return Force(list(coefficients), list(zeros), list(zeros), list(zeros))
 
 
-def rig_of(r: float, zeta: float, force: Force) -> Rig:
-    return make_rig(r, 0.3, 1.0, zeta, force)
+def slide_of(r: float, zeta: float, force: Force) -> Oscillator:
+    return make_oscillator(r, zeta, 1.0, force)
 
 
 def from_rest(r: float, zeta: float, k: int, t: float) -> mp.mpc:
@@ -38,10 +38,10 @@ def from_rest(r: float, zeta: float, k: int, t: float) -> mp.mpc:
 @pytest.mark.parametrize("zeta", [0.0, 1e-12, 1e-3, 0.5, 1.0 - 1e-12, 1.0, 1.0 + 1e-12, 2.0, 10.0])
 @pytest.mark.parametrize("r", [0.01, 0.5, 1.0 - 1e-12, nextafter(1, 0), 1.0, 1.0 + 1e-9, 1.2, 3.0, 1e3])
 def test_motion_from_rest_agrees_with_fifty_digits_also_through_resonance(r: float, zeta: float) -> None:
-    rig = rig_of(r, zeta, force_of(1.0))
+    slide = slide_of(r, zeta, force_of(1.0))
     for t in (0.3 * min(r, 1.0), 0.7, pi):
-        _, h, lost = free_motion(t, rig)
-        c, s, rest = forced_motion(t, 1.0, rig, h, lost)
+        _, h, lost = free_motion(t, slide)
+        c, s, rest = forced_motion(t, 1.0, slide, h, lost)
         assert rest == pytest.approx(c - lost, abs=1e-15 * (1.0 + abs(c)))
         truth = from_rest(r, zeta, 1, t)
         few = 5e-15 * (1.0 + t / r)
@@ -50,14 +50,14 @@ def test_motion_from_rest_agrees_with_fifty_digits_also_through_resonance(r: flo
 
 @pytest.mark.parametrize("zeta", [0.0, 0.05, 0.9999999, 1.0, 1.5])
 def test_free_motion_is_the_motion_of_unit_displacement_and_unit_velocity(zeta: float) -> None:
-    rig = rig_of(0.37, zeta, force_of(1.0))
+    slide = slide_of(0.37, zeta, force_of(1.0))
     with mp.workdps(50):
         odd = mp.mpf(zeta) + (mp.mpf(10) ** -30 if zeta == 1.0 else 0)
         root = mp.sqrt(mp.mpc(odd**2 - 1))
         l1, l2 = (-odd + root) / mp.mpf(0.37), (-odd - root) / mp.mpf(0.37)
         for t in (1e-6, 0.2, 2.0):
             e1, e2 = mp.exp(l1 * t), mp.exp(l2 * t)
-            g, h, lost = free_motion(t, rig)
+            g, h, lost = free_motion(t, slide)
             assert g == pytest.approx(float(((l1 * e2 - l2 * e1) / (l1 - l2)).real), abs=1e-15)
             assert h == pytest.approx(float(((e1 - e2) / (l1 - l2)).real), rel=1e-14, abs=1e-16)
             assert lost == pytest.approx(float((1 - (l1 * e2 - l2 * e1) / (l1 - l2)).real), rel=1e-9)
@@ -69,13 +69,14 @@ def test_a_slide_satisfies_the_equation_of_motion(
     r: float, zeta: float, tau: float, z: float, v: float, t: float
 ) -> None:
     force = force_of(1.0, 0.1, 0.05)
-    force[1][1] = 0.07
-    rig, beta, side = rig_of(r, zeta, force), 0.3, 1.0
+    force.sine[1] = 0.07
+    slide, beta, side = slide_of(r, zeta, force), 0.3, 1.0
     push, _ = local_force(tau, force)
-    start = (z, v, (push - z - beta * side - 2 * zeta * r * v) / r**2)
-    way, speed, acceleration = slide_at(t, rig, force, start)
+    start = State(z, v, (push - z - beta * side - 2 * zeta * r * v) / r**2)
+    way, speed, acceleration = slide_at(t, slide, force, start)
     now = sum(
-        a * cos(k * (tau + t)) + b * sin(k * (tau + t)) for k, (a, b) in enumerate(zip(*force[:2], strict=True), 1)
+        a * cos(k * (tau + t)) + b * sin(k * (tau + t))
+        for k, (a, b) in enumerate(zip(force.cosine, force.sine, strict=True), 1)
     )
     left = r**2 * acceleration + 2 * zeta * r * speed + (z + way) - now + beta * side
     assert abs(left) <= 2e-13 * (1.0 + abs(z) + r * abs(v)) * (1.0 + zeta) * (1.0 + 1.0 / r)
@@ -85,13 +86,13 @@ def test_a_slide_satisfies_the_equation_of_motion(
 @given(r=RATIOS, zeta=DAMPINGS, t=st.floats(0.01, 2.0), u=st.floats(0.01, 2.0))
 def test_two_slides_in_a_row_are_one(r: float, zeta: float, t: float, u: float) -> None:
     force = force_of(1.0)
-    rig = rig_of(r, zeta, force)
+    slide = slide_of(r, zeta, force)
     local_force(0.4, force)
-    start = (0.2, -0.3, (cos(0.4) - 0.2 + 0.3 + 2 * zeta * r * 0.3) / r**2)
-    whole = slide_at(t + u, rig, force, start)
-    way, v, a = slide_at(t, rig, force, start)
+    start = State(0.2, -0.3, (cos(0.4) - 0.2 + 0.3 + 2 * zeta * r * 0.3) / r**2)
+    whole = slide_at(t + u, slide, force, start)
+    way, v, a = slide_at(t, slide, force, start)
     local_force(0.4 + t, force)
-    rest, v2, _ = slide_at(u, rig, force, (0.2 + way, v, a))
+    rest, v2, _ = slide_at(u, slide, force, State(0.2 + way, v, a))
     assert way + rest == pytest.approx(whole[0], abs=1e-12 * (1 + 1 / r))
     assert v2 == pytest.approx(whole[1], abs=1e-12 * (1 + 1 / r**2))
 

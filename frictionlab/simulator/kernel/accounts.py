@@ -1,16 +1,19 @@
 """What is reported of a motion: works, range, stops; one row per steady state, many rows per call."""
 
-from math import cos, hypot, nan, pi, sin
+from math import cos, hypot, inf, nan, pi, sin
 
 from frictionlab.simulator.kernel.events import carry, jerk_bound, safe_step
 from frictionlab.simulator.kernel.layout import (
     AMPLITUDE,
+    BOTTOM,
     CLOSED_FORM,
     CLOSURE,
+    CROSS,
     ENERGY,
     FIRST,
     HIGH,
     LAST,
+    LOADED,
     LOW,
     MISS,
     MULTIPLIER,
@@ -22,6 +25,7 @@ from frictionlab.simulator.kernel.layout import (
     PERIODIC,
     PHASE,
     PHASES,
+    POINT,
     ROW,
     SIGN,
     SPAN,
@@ -34,14 +38,17 @@ from frictionlab.simulator.kernel.layout import (
     STUCK_SHARE,
     STUCK_TIME,
     SYMMETRIC,
+    TOP,
     TURN,
     TURNS,
     UNBOUNDED,
     VISCOUS,
     WORK,
     Buffer,
+    Contact,
     Force,
     Leg,
+    Oscillator,
     Rig,
     Room,
     State,
@@ -49,7 +56,19 @@ from frictionlab.simulator.kernel.layout import (
 from frictionlab.simulator.kernel.motion import local_force, make_rig, slide_at
 from frictionlab.simulator.kernel.orbits import find_orbit, spectral_radius, symmetric_force
 
-__all__ = ["account", "evaluate", "fill_row", "mirrored", "set_force", "slide_range", "slide_work", "steady", "sweep"]
+__all__ = [
+    "account",
+    "base_speed",
+    "evaluate",
+    "fill_row",
+    "frame_work",
+    "mirrored",
+    "set_force",
+    "slide_range",
+    "slide_work",
+    "steady",
+    "sweep",
+]
 
 # Gauss-Legendre nodes and weights, 16 points on [-1, 1] (positive half), from mpmath at 50 digits.
 NODES = (
@@ -74,47 +93,74 @@ WEIGHTS = (
 )
 
 
-def slide_work(rig: Rig, force: Force, start: State, span: float, tally: Buffer) -> None:
-    """Add the work of F and of the dashpot over a slide, by Gauss-Legendre panels short enough to be exact."""
-    r, zeta = rig[0], rig[3]
-    p, q = force[2], force[3]
-    panels = int(span / (4.0 * min(r / max(1.0, 2.0 * zeta), 1.0 / len(p)))) + 1
+def base_speed(t: float, rig: Rig, force: Force) -> float:
+    """Return f' at t, where F = f + 2 zeta_f r f' (a wall that stands): each harmonic led by the frame's dashpot."""
+    speed = 0.0
+    for m in range(len(force.p)):
+        k = m + 1.0
+        lead = 2.0 * rig.contact.frame * rig.plain.r * k
+        p, q = force.p[m] - lead * force.q[m], force.q[m] + lead * force.p[m]
+        speed += k * (q * cos(k * t) - p * sin(k * t)) / (1.0 + lead * lead)
+    return speed
+
+
+def frame_work(rig: Rig, force: Force, cross: float, cycles: float) -> float:
+    """Return what the frame's dashpot takes beyond 2 zeta_f r integral z'^2, per cycle, where the wall stands.
+
+    It sees the base move: ``(x' - f')^2`` instead of ``x'^2``; `cross` is the integral of x' f' over the cycles.
+    """
+    thick, base = 2.0 * rig.contact.frame * rig.plain.r, 0.0
+    for m in range(len(force.cosine)):
+        k = m + 1.0
+        size2 = force.cosine[m] * force.cosine[m] + force.sine[m] * force.sine[m]
+        base += 0.5 * TURN * k * k * size2 / (1.0 + (thick * k) * (thick * k))
+    return thick * (base - 2.0 * cross / cycles)
+
+
+def slide_work(rig: Rig, force: Force, start: State, side: float, span: float, tally: Buffer) -> None:
+    """Add the work of F and of both dashpots over a slide, by Gauss-Legendre panels short enough to be exact."""
+    slide = rig.rising if side > 0.0 else rig.falling
+    thick = 2.0 * rig.plain.zeta * rig.plain.r
+    p, q = force.p, force.q
+    panels = int(span / (4.0 * min(slide.r / max(1.0, 2.0 * slide.zeta), 1.0 / len(p)))) + 1
     half = 0.5 * span / panels
     for panel in range(panels):
         middle = (2 * panel + 1) * half
         for i in range(8):
             for way in (-1.0, 1.0):
                 t = middle + way * half * NODES[i]
-                _, v, _ = slide_at(t, rig, force, start)
+                _, v, _ = slide_at(t, slide, force, start)
                 push = 0.0
                 for m in range(len(p)):
                     push += p[m] * cos((m + 1) * t) + q[m] * sin((m + 1) * t)
                 tally[WORK] += half * WEIGHTS[i] * push * v
-                tally[VISCOUS] += half * WEIGHTS[i] * 2.0 * zeta * r * v * v
+                tally[VISCOUS] += half * WEIGHTS[i] * thick * v * v
+                if rig.contact.frame != 0.0:
+                    tally[CROSS] += half * WEIGHTS[i] * v * base_speed(t, rig, force)
 
 
-def slide_range(rig: Rig, force: Force, room: Room, start: State, side: float, span: float) -> None:
+def slide_range(slide: Oscillator, force: Force, room: Room, start: State, side: float, span: float) -> None:
     """Widen the tally's range by the displacement z + f over a phase, with the wall's motion f about its start.
 
     The velocity v + f' is marched like in `slide_end`; every point visited counts, so its zeros are met to rounding.
     """
-    tally, p, q = room[1], room[3][2], room[3][3]
+    tally, p, q = room.tally, room.wall.p, room.wall.q
     third = 0.0
     for i in range(len(p)):
         third += (i + 1.0) ** 3 * hypot(p[i], q[i])
-    reach, t = min(rig[0], 1.0), 0.0
+    reach, t = min(slide.r, 1.0), 0.0
     while True:
         t = min(t, span)
-        z, v, a = slide_at(t, rig, force, start) if side != 0.0 else (0.0, 0.0, 0.0)
-        jerk = third + (jerk_bound(rig, v, a) if side != 0.0 else 0.0)
+        z, v, a = slide_at(t, slide, force, start) if side != 0.0 else (0.0, 0.0, 0.0)
+        jerk = third + (jerk_bound(slide, v, a) if side != 0.0 else 0.0)
         for i in range(len(p)):
             k = i + 1.0
             c, s = cos(k * t), sin(k * t)
             z += p[i] * c + q[i] * s
             v += k * (q[i] * c - p[i] * s)
             a -= k * k * (p[i] * c + q[i] * s)
-        tally[HIGH] = max(tally[HIGH], start[0] + z)
-        tally[LOW] = min(tally[LOW], start[0] + z)
+        tally[TOP] = max(tally[TOP], start.z + z)
+        tally[BOTTOM] = min(tally[BOTTOM], start.z + z)
         if t >= span:
             return
         step = safe_step(abs(v), a if v >= 0.0 else -a, jerk) if v != 0.0 else 0.0
@@ -123,38 +169,42 @@ def slide_range(rig: Rig, force: Force, room: Room, start: State, side: float, s
 
 def account(rig: Rig, force: Force, room: Room) -> None:
     """Go through the recorded phases and add up what the event loop does not need: works, and range with the wall."""
-    tally, phases, frame = room[1], room[2], room[3]
+    tally, phases = room.tally, room.phases
+    moving = len(room.wall.cosine) > 0
+    tally[TOP], tally[BOTTOM] = (-inf, inf) if moving else (tally[HIGH], tally[LOW])
     for at in range(0, PHASE * int(tally[PHASES]), PHASE):
         side, tau, span = phases[at], phases[at + 1], phases[at + 2]
-        start = (phases[at + 3], phases[at + 4], phases[at + 5])
+        start = State(phases[at + 3], phases[at + 4], phases[at + 5])
         local_force(tau, force)
         if side != 0.0:
-            slide_work(rig, force, start, span, tally)
-        if len(frame[0]) > 0:
-            local_force(tau, frame)
-            slide_range(rig, force, room, start, side, span)
+            slide_work(rig, force, start, side, span, tally)
+        if moving:
+            local_force(tau, room.wall)
+            slide_range(rig.rising if side > 0.0 else rig.falling, force, room, start, side, span)
 
 
 def mirrored(rig: Rig, force: Force, z: float, v: float, room: Room) -> float:
     """Tell (1.0 or 0.0) whether an orbit of one cycle is its own mirror image after half a cycle."""
-    iz, iv, _ = carry(rig, force, (0.0, pi, 1.0, -1.0), z, v, room)
-    size = hypot(z, rig[0] * v) + room[1][PATH]
-    return 1.0 if hypot(iz - z, rig[0] * (iv - v)) <= 1e-9 * size else 0.0
+    iz, iv, _ = carry(rig, force, Leg(0.0, pi, 1.0, -1.0), z, v, room)
+    size = hypot(z, rig.plain.r * v) + room.tally[PATH]
+    return 1.0 if hypot(iz - z, rig.plain.r * (iv - v)) <= 1e-9 * size else 0.0
 
 
-def fill_row(rig: Rig, leg: Leg, room: Room, row: Buffer) -> None:
+def fill_row(rig: Rig, force: Force, leg: Leg, room: Room, row: Buffer) -> None:
     """Write the numbers of an orbit from the tally of one leg."""
-    tally = room[1]
-    cycles = leg[1] * leg[2] / TURN
-    row[MULTIPLIER] = spectral_radius(room[0]) ** (1.0 if leg[3] > 0.0 else 2.0)
-    row[ENERGY] = (rig[1] * tally[PATH] + tally[VISCOUS]) / cycles
+    tally = room.tally
+    cycles = leg.span * leg.turns / TURN
+    row[MULTIPLIER] = spectral_radius(room.jacobian) ** (1.0 if leg.sign > 0.0 else 2.0)
+    row[ENERGY] = (rig.contact.beta * tally[LOADED] + tally[VISCOUS]) / cycles
     row[CLOSURE] = abs(tally[WORK] / cycles - row[ENERGY])
-    high, low = tally[HIGH], tally[LOW]
-    row[AMPLITUDE] = max(high, -low) if leg[3] < 0.0 else 0.5 * max(0.0, high - low)
+    if rig.contact.frame != 0.0 and len(room.wall.cosine) == 0:
+        row[ENERGY] += frame_work(rig, force, tally[CROSS], cycles)
+    high, low = tally[TOP], tally[BOTTOM]
+    row[AMPLITUDE] = max(high, -low) if leg.sign < 0.0 else 0.5 * max(0.0, high - low)
     wrapped = 1.0 if tally[FIRST] == 0.0 and tally[LAST] != 0.0 else 0.0
     row[STOPS] = (tally[STOPS_MADE] + wrapped) / cycles
     row[STUCK_SHARE] = tally[STUCK_TIME] / (cycles * TURN)
-    row[PERIOD] = leg[2]
+    row[PERIOD] = leg.turns
 
 
 def steady(rig: Rig, force: Force, closed: int, room: Room, row: Buffer) -> None:
@@ -163,38 +213,46 @@ def steady(rig: Rig, force: Force, closed: int, room: Room, row: Buffer) -> None
     for i in range(ROW):
         row[i] = nan
     row[OUTCOME], row[MISS], row[CLOSED_FORM] = outcome, miss, 1.0 if exact else 0.0
-    row[START], row[SPAN], row[TURNS], row[SIGN], row[START_Z], row[START_V] = leg[0], leg[1], leg[2], leg[3], z, v
+    row[START], row[SPAN], row[TURNS], row[SIGN] = leg.tau, leg.span, leg.turns, leg.sign
+    row[START_Z], row[START_V] = z, v
     if outcome == UNBOUNDED or outcome >= NOT_FOUND:
         return
-    row[SYMMETRIC] = 1.0 if leg[3] < 0.0 or (outcome == STUCK and z == 0.0) else 0.0
-    if outcome == PERIODIC and leg[2] == 1.0 and leg[3] == 1.0 and symmetric_force(force):
+    row[SYMMETRIC] = 1.0 if leg.sign < 0.0 or (outcome == STUCK and z == 0.0) else 0.0
+    if outcome == PERIODIC and leg.turns == 1.0 and leg.sign == 1.0 and symmetric_force(force):
         row[SYMMETRIC] = mirrored(rig, force, z, v, room)
     carry(rig, force, leg, z, v, room)
-    if PHASE * int(room[1][PHASES]) > len(room[2]):
+    if PHASE * int(room.tally[PHASES]) > len(room.phases):
         row[OUTCOME] = OVERFULL
         return
     account(rig, force, room)
-    fill_row(rig, leg, room, row)
-    if row[CLOSURE] > 1e-3 * row[ENERGY] + 1e-10 * rig[5] * row[AMPLITUDE]:  # repeats to rounding, yet is no orbit
+    fill_row(rig, force, leg, room, row)
+    if row[CLOSURE] > 1e-3 * row[ENERGY] + 1e-10 * rig.plain.rate * row[AMPLITUDE]:  # repeats to rounding, yet no orbit
         row[OUTCOME] = NOT_FOUND
         for i in range(ENERGY, CLOSURE + 1):
             row[i] = nan
 
 
-def set_force(r: float, cosine: Buffer, sine: Buffer, force: Force, frame: Force) -> None:
-    """Write the force's coefficients: those of the base's motion f, or of -r^2 f'' if the wall moves (`frame`) too."""
+def set_force(r: float, frame: float, cosine: Buffer, sine: Buffer, force: Force, wall: Force) -> None:
+    """Write the force's coefficients: f + 2 zeta_f r f' of the base's motion f, or -r^2 f'' if the wall moves too."""
     for i in range(len(cosine)):
-        scale = (r * (i + 1.0)) ** 2 if len(frame[0]) > 0 else 1.0
-        force[0][i], force[1][i] = scale * cosine[i], scale * sine[i]
+        k = i + 1.0
+        if len(wall.cosine) > 0:
+            scale = (r * k) ** 2
+            force.cosine[i], force.sine[i] = scale * cosine[i], scale * sine[i]
+        else:
+            lead = 2.0 * frame * r * k
+            force.cosine[i], force.sine[i] = cosine[i] + lead * sine[i], sine[i] - lead * cosine[i]
 
 
 def sweep(points: Buffer, cosine: Buffer, sine: Buffer, force: Force, closed: int, room: Room, rows: Buffer) -> None:
-    """Fill one row of `rows` for each r, beta, mu, zeta in `points`; each by itself, so that chunks do not matter."""
+    """Fill one row of `rows` for each point: r and the numbers of its contact; each by itself, whatever the chunks."""
     row = rows[:ROW].copy()
-    for i in range(len(points) // 4):
-        r, beta, mu, zeta = points[4 * i], points[4 * i + 1], points[4 * i + 2], points[4 * i + 3]
-        set_force(r, cosine, sine, force, room[3])
-        steady(make_rig(r, beta, mu, zeta, force), force, closed, room, row)
+    for i in range(len(points) // POINT):
+        at = POINT * i
+        r, beta, gradient, up, down = points[at], points[at + 1], points[at + 2], points[at + 3], points[at + 4]
+        contact = Contact(beta, gradient, up, down, points[at + 5], points[at + 6])
+        set_force(r, contact.frame, cosine, sine, force, room.wall)
+        steady(make_rig(r, contact, force), force, closed, room, row)
         for j in range(ROW):
             rows[ROW * i + j] = row[j]
 
@@ -203,9 +261,10 @@ def evaluate(rig: Rig, force: Force, phases: Buffer, within: Buffer, states: Buf
     """Fill `states` with z and v at times `within` the phases given one by one, each by its six numbers."""
     for i in range(len(within)):
         at = PHASE * i
-        start = (phases[at + 3], phases[at + 4], phases[at + 5])
-        states[2 * i], states[2 * i + 1] = start[0], 0.0
+        start = State(phases[at + 3], phases[at + 4], phases[at + 5])
+        states[2 * i], states[2 * i + 1] = start.z, 0.0
         if phases[at] != 0.0:
             local_force(phases[at + 1], force)
-            way, states[2 * i + 1], _ = slide_at(within[i], rig, force, start)
+            slide = rig.rising if phases[at] > 0.0 else rig.falling
+            way, states[2 * i + 1], _ = slide_at(within[i], slide, force, start)
             states[2 * i] += way

@@ -9,6 +9,7 @@ from frictionlab.simulator.kernel.layout import (
     FIRST,
     HIGH,
     LAST,
+    LOADED,
     LOW,
     PATH,
     PHASE,
@@ -20,6 +21,7 @@ from frictionlab.simulator.kernel.layout import (
     Buffer,
     Force,
     Leg,
+    Oscillator,
     Rig,
     Room,
     State,
@@ -43,9 +45,9 @@ __all__ = [
 STILL = 1e-13  # rad: a shorter stick is a touch, not a stop
 
 
-def jerk_bound(rig: Rig, v: float, a: float) -> float:
+def jerk_bound(slide: Oscillator, v: float, a: float) -> float:
     """Bound |v''| over the next min(r, 1): the free motion's energy can grow only by the force's work."""
-    r, _, _, zeta, _, rate, _ = rig
+    r, zeta, rate = slide.r, slide.zeta, slide.rate
     energy = sqrt(v * v + r * r * a * a) + rate * min(1.0, 1.0 / r)
     return (rate + (1.0 + 2.0 * zeta) * energy) / (r * r)
 
@@ -56,14 +58,14 @@ def safe_step(speed: float, gain: float, jerk: float) -> float:
     return (gain + root) / jerk if gain > 0.0 else 2.0 * speed / (root - gain)
 
 
-def slide_start(rig: Rig, start: State, side: float, rate: float) -> float:
+def slide_start(slide: Oscillator, start: State, side: float, rate: float) -> float:
     """Return a time up to which a slide that starts from rest keeps its direction: a cubic lower bound of the speed."""
-    r, _, _, zeta, _, bound, bound2 = rig
-    a0 = side * start[2]
+    r, zeta = slide.r, slide.zeta
+    a0 = side * start.a
     reach = min(r, 1.0)
-    energy = r * abs(a0) + bound * reach / r
-    snap = (bound2 + energy / r + 2.0 * zeta * r * jerk_bound(rig, 0.0, a0)) / (r * r)
-    j0 = 0.5 * side * (rate - 2.0 * zeta * r * start[2]) / (r * r)
+    energy = r * abs(a0) + slide.rate * reach / r
+    snap = (slide.rate2 + energy / r + 2.0 * zeta * r * jerk_bound(slide, 0.0, a0)) / (r * r)
+    j0 = 0.5 * side * (rate - 2.0 * zeta * r * start.a) / (r * r)
     root = sqrt(j0 * j0 + 2.0 / 3.0 * snap * a0)
     if j0 > 0.0:
         return min(reach, 1.5 * (j0 + root) / snap)
@@ -71,51 +73,51 @@ def slide_start(rig: Rig, start: State, side: float, rate: float) -> float:
 
 
 def slide_end(
-    rig: Rig, force: Force, start: State, side: float, rate: float, limit: float, tally: Buffer
+    slide: Oscillator, force: Force, start: State, side: float, rate: float, limit: float, tally: Buffer
 ) -> tuple[float, float, float, float]:
     """Return the time of the slide's first zero of velocity, or `limit` if there is none before; way, v, a there.
 
     From (v, a) the velocity keeps its sign for a step h while v + a h - M h^2/2 > 0, with M a bound of |v''|: the march
-    cannot pass a zero and converges to it quadratically.
+    cannot pass a zero and converges to it quadratically. `rate` is F' at the start.
     """
-    reach = min(rig[0], 1.0)
-    t = 0.0 if start[1] != 0.0 else slide_start(rig, start, side, rate)
-    v, a = start[1], start[2]
+    reach = min(slide.r, 1.0)
+    t = 0.0 if start.v != 0.0 else slide_start(slide, start, side, slide.share * rate)
+    v, a = start.v, start.a
     while t < limit:
         if t > 0.0:
-            _, v, a = slide_at(t, rig, force, start)
+            _, v, a = slide_at(t, slide, force, start)
             tally[EVALUATIONS] += 1.0
         if side * v <= 0.0:
             break
-        step = min(reach, safe_step(side * v, side * a, jerk_bound(rig, v, a)))
+        step = min(reach, safe_step(side * v, side * a, jerk_bound(slide, v, a)))
         t += step
         if step <= 2e-16 * t:
             break
     t = min(t, limit)
-    way, v, a = slide_at(t, rig, force, start)
+    way, v, a = slide_at(t, slide, force, start)
     if t == limit:
         return t, way, v, a
     if side * a < 0.0 and abs(v) < 1e-6 * abs(a) * t:
         t = min(limit, t - v / a)
-        way, v, a = slide_at(t, rig, force, start)
+        way, v, a = slide_at(t, slide, force, start)
     return t, way, 0.0, a
 
 
-def release_cosine(hold: float, force: Force, z: float) -> tuple[float, float]:
+def release_cosine(up: float, down: float, force: Force, z: float) -> tuple[float, float]:
     """Return when and to which side a mass held at z breaks loose under a single cosine; never: (2 turns, 0).
 
     The angle from the force's crest to the release comes from what the crest has over the hold, so that it keeps its
     digits where that is next to nothing.
     """
-    size, phase = hypot(force[0][0], force[1][0]), atan2(-force[3][0], force[2][0])
+    size, phase = hypot(force.cosine[0], force.sine[0]), atan2(-force.q[0], force.p[0])
     when, side = 2.0 * TURN, 0.0
     for way in (1.0, -1.0):
-        over = (size - hold) - way * z
+        over = (size - (up if way > 0.0 else down)) - way * z
         if over <= 0.0 or over >= 2.0 * size:
             continue
         angle = 2.0 * asin(sqrt(0.5 * over / size))
         t = ((-angle if way > 0.0 else pi - angle) - phase) % TURN
-        if t > TURN - 1e-7 and way * force[3][0] > 0.0:
+        if t > TURN - 1e-7 and way * force.q[0] > 0.0:
             t = 0.0  # rounding put the crossing just behind the present
         if t < when:
             when, side = t, way
@@ -123,11 +125,16 @@ def release_cosine(hold: float, force: Force, z: float) -> tuple[float, float]:
 
 
 def release(rig: Rig, force: Force, z: float, limit: float) -> tuple[float, float]:
-    """Return when and to which side a mass held at z breaks loose, |F - z| = mu beta; none before limit: (limit, 0)."""
-    hold, bound2 = rig[1] * rig[2], rig[6]
-    p, q = force[2], force[3]
+    """Return when and to which side a mass held at z breaks loose; none before limit: (limit, 0).
+
+    It is held while ``-static_down load <= F - z <= static_up load`` with ``load = beta (1 + q z)``.
+    """
+    contact, bound2 = rig.contact, rig.plain.rate2
+    load = contact.beta * (1.0 + contact.gradient * z)
+    up, down = contact.static_up * load, contact.static_down * load
+    p, q = force.p, force.q
     if len(p) == 1:
-        when, side = release_cosine(hold, force, z)
+        when, side = release_cosine(up, down, force, z)
         return (when, side) if when < limit else (limit, 0.0)
     t = 0.0
     while t < limit:
@@ -136,23 +143,22 @@ def release(rig: Rig, force: Force, z: float, limit: float) -> tuple[float, floa
             c, s = cos((i + 1) * t), sin((i + 1) * t)
             pull += p[i] * c + q[i] * s
             rate += (i + 1) * (q[i] * c - p[i] * s)
-        side = 1.0 if pull > 0.0 or (pull == 0.0 and rate > 0.0) else -1.0
-        left, closing = hold - abs(pull), side * rate
-        if left <= 0.0:
-            if closing > 0.0:
+        side = 1.0 if up - pull <= down + pull else -1.0
+        if min(up - pull, down + pull) <= 0.0:
+            if side * rate > 0.0:
                 return t, side
             t += 1e-9  # touches the limit and turns back
             continue
-        step = min(safe_step(left, -closing, bound2), safe_step(hold + abs(pull), -abs(closing), bound2))
+        step = min(safe_step(up - pull, -rate, bound2), safe_step(down + pull, rate, bound2))
         t += step
-        if step <= 2e-16 * t and closing > 0.0:
+        if step <= 2e-16 * t and side * rate > 0.0:
             return t, side
     return limit, 0.0
 
 
 def record(room: Room, side: float, tau: float, span: float, start: State) -> None:
     """Write one phase into the record, if it has room, and remember the first and the last kind of phase."""
-    tally, phases = room[1], room[2]
+    tally, phases = room.tally, room.phases
     at = PHASE * int(tally[PHASES])
     if at == 0:
         tally[FIRST] = abs(side)
@@ -163,73 +169,78 @@ def record(room: Room, side: float, tau: float, span: float, start: State) -> No
         phases[at + 3], phases[at + 4], phases[at + 5] = start
 
 
-def propagate(rig: Rig, span: float, jacobian: Buffer) -> None:
+def propagate(slide: Oscillator, span: float, jacobian: Buffer) -> None:
     """Multiply the jacobian from the left by the free motion over a slide."""
-    r, zeta = rig[0], rig[3]
-    g, h, _ = free_motion(span, rig)
+    r, zeta = slide.r, slide.zeta
+    g, h, _ = free_motion(span, slide)
     for i in range(2):
         dz, dv = jacobian[i], jacobian[2 + i]
         jacobian[i] = g * dz + h * dv
         jacobian[2 + i] = (g - 2.0 * zeta / r * h) * dv - h / (r * r) * dz
 
 
-def stick(rig: Rig, force: Force, tau: float, end: float, z: float, fresh: float, room: Room) -> tuple[float, float]:
-    """Hold the mass until it breaks loose; return when and to which side, or (end, 0).
+def stick(
+    rig: Rig, force: Force, tau: float, end: float, z: float, fresh: float, room: Room
+) -> tuple[float, float, float]:
+    """Hold the mass until it breaks loose; return when, to which side and with which acceleration, or (end, 0, 0).
 
     `fresh` is 1 if the mass has just come to rest: then the stick is a new stop.
     """
-    beta, mu = rig[1], rig[2]
-    jacobian, tally = room[0], room[1]
+    contact, jacobian, tally = rig.contact, room.jacobian, room.tally
     span, side = release(rig, force, z, end - tau)
     jacobian[2], jacobian[3] = 0.0, 0.0
     if span > STILL:
-        record(room, 0.0, tau, span, (z, 0.0, 0.0))
+        record(room, 0.0, tau, span, State(z, 0.0, 0.0))
         tally[STUCK_TIME] += span
         tally[STOPS_MADE] += fresh
     if side == 0.0:
-        return end, side
+        return end, side, 0.0
     _, rate = local_force(tau + span, force)
-    if mu > 1.0 and rate * side > 0.0:  # a mass held a little farther breaks loose earlier or later
-        late = (mu - 1.0) * beta * side / (rig[0] * rig[0] * rate)
+    static = contact.static_up if side > 0.0 else contact.static_down
+    a = (static - 1.0) * (contact.beta * (1.0 + contact.gradient * z)) * side / (rig.plain.r * rig.plain.r)
+    if static > 1.0 and rate * side > 0.0:  # a mass held a little farther breaks loose earlier or later
+        late = a / rate * (1.0 + side * static * contact.beta * contact.gradient)
         jacobian[2], jacobian[3] = -late * jacobian[0], -late * jacobian[1]
-    return tau + span, side
+    return tau + span, side, a
 
 
 def advance(rig: Rig, force: Force, tau: float, end: float, z: float, v: float, room: Room) -> tuple[float, float, int]:
     """Carry the motion from tau to end, event by event; return z, v there and how it ended (DONE or CHATTER).
 
-    The decision at v = 0 comes before any search: |F - z| <= mu beta sticks, else the mass slides towards F. The
-    jacobian is multiplied from the left by the derivative of the end state with respect to the start state.
+    The decision at v = 0 comes before any search: a pull F - z within static friction sticks, else the mass slides
+    towards F. The jacobian is multiplied from the left by the derivative of the end state with respect to the start
+    state.
     """
-    r, beta, mu, zeta, _, _, _ = rig
-    jacobian, tally = room[0], room[1]
-    budget = 1000.0 + 200.0 * (end - tau) * (len(force[0]) + 1.0 / r)
+    contact, plain = rig.contact, rig.plain
+    jacobian, tally = room.jacobian, room.tally
+    budget = 1000.0 + 200.0 * (end - tau) * (len(force.cosine) + 1.0 / plain.r)
     fresh, before = 0.0, 0.0
     while tau < end:
         budget -= 1.0
         if budget < 0.0:
             return z, v, CHATTER
         push, rate = local_force(tau, force)
-        side = 1.0 if v > 0.0 or (v == 0.0 and push > z) else -1.0
-        a = (push - z - beta * side - 2.0 * zeta * r * v) / (r * r)
-        if v == 0.0 and abs(push - z) <= mu * beta:
-            tau, side = stick(rig, force, tau, end, z, fresh, room)
+        pull, load = push - z, contact.beta * (1.0 + contact.gradient * z)
+        side = 1.0 if v > 0.0 or (v == 0.0 and pull > 0.0) else -1.0
+        a = (pull - load * side - 2.0 * plain.zeta * plain.r * v) / (plain.r * plain.r)
+        if v == 0.0 and -contact.static_down * load <= pull <= contact.static_up * load:
+            tau, side, a = stick(rig, force, tau, end, z, fresh, room)
             if side == 0.0:
                 return z, 0.0, DONE
             _, rate = local_force(tau, force)
-            a = (mu - 1.0) * beta * side / (r * r)
         elif before != 0.0:  # friction turned round: the acceleration jumps
             jump = min(1.0, max(0.0, a / before))
             jacobian[2], jacobian[3] = jacobian[2] * jump, jacobian[3] * jump
-        start, rest = (z, v, a), end - tau
-        span, way, v, before = slide_end(rig, force, start, side, rate, rest, tally)
+        start, rest, slide = State(z, v, a), end - tau, rig.rising if side > 0.0 else rig.falling
+        span, way, v, before = slide_end(slide, force, start, side, rate, rest, tally)
         z += way
         fresh = 1.0
         record(room, side, tau, span, start)
-        propagate(rig, span, jacobian)
+        propagate(slide, span, jacobian)
         tally[PATH] += abs(way)
-        tally[HIGH] = max(tally[HIGH], start[0], z)
-        tally[LOW] = min(tally[LOW], start[0], z)
+        tally[LOADED] += abs(way) * (1.0 + contact.gradient * (start.z + 0.5 * way))
+        tally[HIGH] = max(tally[HIGH], start.z, z)
+        tally[LOW] = min(tally[LOW], start.z, z)
         tau = tau + span if span < rest else end
     return z, v, DONE
 
@@ -240,17 +251,16 @@ def carry(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> t
     The image is multiplied by the leg's sign: -1 for half a period, whose image in a symmetric orbit is the start
     mirrored.
     """
-    tau, span, turns, sign = leg
-    jacobian, tally = room[0], room[1]
+    jacobian, tally = room.jacobian, room.tally
     jacobian[0], jacobian[1], jacobian[2], jacobian[3] = 1.0, 0.0, 0.0, 1.0
     for i in range(TALLY):
         tally[i] = 0.0
     tally[HIGH], tally[LOW] = -inf, inf
     code = DONE
-    for _ in range(int(turns)):
-        z, v, code = advance(rig, force, tau, tau + span, z, v, room)
+    for _ in range(int(leg.turns)):
+        z, v, code = advance(rig, force, leg.tau, leg.tau + leg.span, z, v, room)
         if code != DONE:
             break
     for i in range(4):
-        jacobian[i] *= sign
-    return sign * z, sign * v, code
+        jacobian[i] *= leg.sign
+    return leg.sign * z, leg.sign * v, code

@@ -1,19 +1,79 @@
 """What the kernel's tuples and buffers hold, and the codes it answers with."""
 
 from math import pi
+from typing import NamedTuple
 
 TURN = 2.0 * pi
 
 Buffer = list[float]  # or an array: anything indexed
 
-# r, beta, mu, zeta, frequency of the free motion, bounds of |F'| and |F''|
-Rig = tuple[float, float, float, float, float, float, float]
-# coefficients A, B of the force, and p, q: the same about the start of the present phase
-Force = tuple[Buffer, Buffer, Buffer, Buffer]
-# jacobian (4, row by row), tally, recorded phases, motion of the wall (coefficients and two buffers; empty: it stands)
-Room = tuple[Buffer, Buffer, Buffer, Force]
-State = tuple[float, float, float]  # z, v, a
-Leg = tuple[float, float, float, float]  # tau, span, turns, sign: the map whose fixed point is an orbit
+
+class Contact(NamedTuple):
+    """The numbers of a rigid contact law, and the frame's own dashpot."""
+
+    beta: float
+    gradient: float
+    static_up: float  # static over kinetic friction force, for a start up and for one down
+    static_down: float
+    damping: float  # of the contact's dashpot
+    frame: float  # damping ratio of the dashpot between mass and base
+
+
+class Oscillator(NamedTuple):
+    """A linear oscillator ``r^2 z'' + 2 zeta r z' + z = share F``: a slide after division by its stiffness."""
+
+    r: float
+    zeta: float
+    omega: float  # of the free motion
+    rate: float  # bounds of |share F'| and |share F''|
+    rate2: float
+    share: float  # 1 / stiffness
+
+
+class Rig(NamedTuple):
+    """A contact and its slides: without a gradient (also what holds in a stop), upwards and downwards."""
+
+    contact: Contact
+    plain: Oscillator
+    rising: Oscillator
+    falling: Oscillator
+
+
+class Force(NamedTuple):
+    """Coefficients of a Fourier series, and the same about the start of the present phase."""
+
+    cosine: Buffer
+    sine: Buffer
+    p: Buffer
+    q: Buffer
+
+
+class Room(NamedTuple):
+    """Where the event loop writes."""
+
+    jacobian: Buffer  # 4, row by row
+    tally: Buffer
+    phases: Buffer  # recorded
+    wall: Force  # motion of the wall; empty: it stands
+
+
+class State(NamedTuple):
+    """Displacement relative to the wall, velocity, acceleration."""
+
+    z: float
+    v: float
+    a: float
+
+
+class Leg(NamedTuple):
+    """The map whose fixed point is an orbit: turns times a span from tau on, the end multiplied by sign."""
+
+    tau: float
+    span: float
+    turns: float
+    sign: float
+
+
 Found = tuple[Leg, float, float, float, int]  # leg, z, v, miss, code
 
 DONE, CHATTER = 0, 1  # how a motion ended
@@ -21,13 +81,19 @@ DONE, CHATTER = 0, 1  # how a motion ended
 # A recorded phase: direction (0: stuck), tau, duration, z, v, a.
 PHASE = 6
 
-# The tally of a motion.
+# The tally of a motion. PATH is the way slid, LOADED the same weighed with the friction force over beta; CROSS is the
+# integral of v f'; HIGH and LOW bound z, TOP and BOTTOM the mass's own displacement.
 PATH, STUCK_TIME, STOPS_MADE, HIGH, LOW, FIRST, LAST, PHASES, WORK, VISCOUS, EVALUATIONS = range(11)
-TALLY = 11
+LOADED, CROSS, TOP, BOTTOM = range(11, 15)
+TALLY = 15
 
 # The row of a steady state.
 OUTCOME, ENERGY, AMPLITUDE, STOPS, STUCK_SHARE, SYMMETRIC, PERIOD, MULTIPLIER, CLOSURE, MISS, CLOSED_FORM = range(11)
 START, SPAN, TURNS, SIGN, START_Z, START_V = range(11, 17)
 ROW = 17
 
-PERIODIC, STUCK, UNBOUNDED, NOT_FOUND, CHATTERED, OVERFULL = range(6)  # outcomes
+# Outcomes; RUNAWAY: a slide's stiffness is not positive, PULLING: friction would turn into a pull on the orbit.
+PERIODIC, STUCK, UNBOUNDED, NOT_FOUND, CHATTERED, RUNAWAY, PULLING, OVERFULL = range(8)
+
+# A point of a map: r, then the contact's numbers.
+POINT = 7

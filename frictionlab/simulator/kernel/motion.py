@@ -2,7 +2,7 @@
 
 from math import cos, exp, expm1, hypot, sin, sqrt
 
-from frictionlab.simulator.kernel.layout import Force, Rig, State
+from frictionlab.simulator.kernel.layout import Contact, Force, Oscillator, Rig, State
 
 __all__ = [
     "cosine_defect",
@@ -10,21 +10,38 @@ __all__ = [
     "free_motion",
     "gap",
     "local_force",
+    "make_oscillator",
     "make_rig",
     "sine_defect",
     "slide_at",
 ]
 
 
-def make_rig(r: float, beta: float, mu: float, zeta: float, force: Force) -> Rig:
-    """Return the rig: the problem's numbers and the bounds the searches rest on."""
+def make_oscillator(r: float, zeta: float, stiffness: float, force: Force) -> Oscillator:
+    """Return ``r^2 z'' + 2 zeta r z' + stiffness z = F`` after division by the stiffness, and bounds of its force."""
     rate, rate2 = 0.0, 0.0
-    for i in range(len(force[0])):
-        size = hypot(force[0][i], force[1][i])
+    for i in range(len(force.cosine)):
+        size = hypot(force.cosine[i], force.sine[i])
         rate += (i + 1) * size
         rate2 += (i + 1) * (i + 1) * size
+    if stiffness != 1.0:
+        root = sqrt(stiffness)
+        r, zeta, rate, rate2 = r / root, zeta / root, rate / stiffness, rate2 / stiffness
     omega = sqrt(abs((1.0 - zeta) * (1.0 + zeta))) / r
-    return r, beta, mu, zeta, omega, rate, rate2
+    return Oscillator(r, zeta, omega, rate, rate2, 1.0 / stiffness)
+
+
+def make_rig(r: float, contact: Contact, force: Force) -> Rig:
+    """Return the rig; under friction beta (1 + q z) a slide up has the stiffness 1 + beta q, one down 1 - beta q.
+
+    A stiffness that is not positive is replaced by 1: `find_orbit` answers RUNAWAY then.
+    """
+    zeta, steep = contact.damping + contact.frame, contact.beta * contact.gradient
+    plain = make_oscillator(r, zeta, 1.0, force)
+    if steep == 0.0 or abs(steep) >= 1.0:
+        return Rig(contact, plain, plain, plain)
+    rising = make_oscillator(r, zeta, 1.0 + steep, force)
+    return Rig(contact, plain, rising, make_oscillator(r, zeta, 1.0 - steep, force))
 
 
 def gap(r: float, k: float) -> float:
@@ -36,9 +53,9 @@ def gap(r: float, k: float) -> float:
     return (1.0 - product) - ((k * high - product) + k * low)
 
 
-def free_motion(t: float, rig: Rig) -> State:
+def free_motion(t: float, slide: Oscillator) -> tuple[float, float, float]:
     """Return g, h and 1 - g: free motion from unit displacement, from unit velocity, and what the first has lost."""
-    r, _, _, zeta, omega, _, _ = rig
+    r, zeta, omega = slide.r, slide.zeta, slide.omega
     if zeta == 0.0:
         s, c = sin(t / r), cos(t / r)
         return c, r * s, (s * s / (1.0 + c) if c > 0.0 else 1.0 - c)
@@ -68,13 +85,13 @@ def cosine_defect(x: float) -> float:
     return y * y / 24.0 * (1.0 - y / 30.0 * (1.0 - y / 56.0 * rest))
 
 
-def forced_motion(t: float, k: float, rig: Rig, h: float, lost: float) -> State:
+def forced_motion(t: float, k: float, slide: Oscillator, h: float, lost: float) -> tuple[float, float, float]:
     """Return C and S: the motion from rest under cos(k t) and under sin(k t); and C - lost, under cos(k t) - 1.
 
     C + iS is the second divided difference of exp(s t) over ik and the two roots of the free motion, over r^2. Near
     resonance ik meets a root; there the difference quotient is sin(x)/x or expm1(x)/x (README, "Through resonance").
     """
-    r, _, _, zeta, omega, _, _ = rig
+    r, zeta, omega = slide.r, slide.zeta, slide.omega
     if zeta == 0.0:
         away = gap(r, k)
         if abs(away) > 0.25:
@@ -110,35 +127,35 @@ def forced_motion(t: float, k: float, rig: Rig, h: float, lost: float) -> State:
 
 def local_force(tau: float, force: Force) -> tuple[float, float]:
     """Write the force's coefficients about tau, F(tau + t) = sum p cos(k t) + q sin(k t); return F and F' at tau."""
-    cosine, sine, p, q = force
+    p, q = force.p, force.q
     size, rate = 0.0, 0.0
-    for i in range(len(cosine)):
+    for i in range(len(p)):
         k = i + 1
         c, s = cos(k * tau), sin(k * tau)
-        p[i] = cosine[i] * c + sine[i] * s
-        q[i] = sine[i] * c - cosine[i] * s
+        p[i] = force.cosine[i] * c + force.sine[i] * s
+        q[i] = force.sine[i] * c - force.cosine[i] * s
         size += p[i]
         rate += k * q[i]
     return size, rate
 
 
-def slide_at(t: float, rig: Rig, force: Force, start: State) -> State:
-    """Return the way made, v and a at time t of a slide that started as `start` (z, v, a).
+def slide_at(t: float, slide: Oscillator, force: Force, start: State) -> tuple[float, float, float]:
+    """Return the way made, v and a at time t of a slide from its start.
 
     Friction acts through the acceleration at the start only; the way is not a difference of displacements, so that it
     keeps its digits however small it is.
     """
-    r, _, _, zeta, _, _, _ = rig
-    p, q = force[2], force[3]
-    _, v0, a0 = start
-    g, h, lost = free_motion(t, rig)
+    r, zeta = slide.r, slide.zeta
+    v0, a0 = start.v, start.a
+    g, h, lost = free_motion(t, slide)
     way = v0 * h + (r * r * a0 + 2.0 * zeta * r * v0) * lost
     v = v0 * g + a0 * h
     a = a0 * (g - 2.0 * zeta / r * h) - v0 * h / (r * r)
-    for i in range(len(p)):
+    for i in range(len(force.p)):
         k = i + 1.0
-        c, s, rest = forced_motion(t, k, rig, h, lost)
-        way += p[i] * rest + q[i] * s
-        v += k * (q[i] * c - p[i] * s)
-        a += k * (q[i] * (h / (r * r) - k * s) - k * p[i] * c)
+        p, q = slide.share * force.p[i], slide.share * force.q[i]
+        c, s, rest = forced_motion(t, k, slide, h, lost)
+        way += p * rest + q * s
+        v += k * (q * c - p * s)
+        a += k * (q * (h / (r * r) - k * s) - k * p * c)
     return way, v, a

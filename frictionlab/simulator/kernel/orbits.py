@@ -6,9 +6,13 @@ from frictionlab.simulator.kernel.events import carry
 from frictionlab.simulator.kernel.layout import (
     CHATTERED,
     DONE,
+    HIGH,
+    LOW,
     NOT_FOUND,
     PATH,
     PERIODIC,
+    PULLING,
+    RUNAWAY,
     STUCK,
     STUCK_TIME,
     TURN,
@@ -19,16 +23,19 @@ from frictionlab.simulator.kernel.layout import (
     Leg,
     Rig,
     Room,
+    State,
 )
 from frictionlab.simulator.kernel.motion import gap, local_force, slide_at
 
 __all__ = [
+    "at_once",
     "attract",
     "braked",
     "continuous_orbit",
     "continuous_state",
     "damped_turn",
     "den_hartog",
+    "even_handed",
     "find_orbit",
     "frictionless",
     "grows",
@@ -36,6 +43,8 @@ __all__ = [
     "newton_target",
     "only_orbit",
     "orbit_from",
+    "pulls",
+    "search",
     "shoot",
     "spectral_radius",
     "symmetric_force",
@@ -71,7 +80,7 @@ def damped_turn(rig: Rig, beta: float) -> tuple[float, float]:
     The free motion that friction leaves, (c1, c2) at the turn, must change sign with the rest in half a period; g and h
     there come from the distance of 1/r to the nearest odd integer, as without the dashpot.
     """
-    r, _, _, zeta, omega, _, _ = rig
+    r, zeta, omega = rig.plain.r, rig.plain.zeta, rig.plain.omega
     odd = 2.0 * floor(0.5 / r) + 1.0
     away = pi * (gap(r, odd) - zeta * zeta / (1.0 + r * omega)) / r
     decay = zeta * pi / r
@@ -91,31 +100,35 @@ def damped_turn(rig: Rig, beta: float) -> tuple[float, float]:
 
 def grows(rig: Rig, force: Force) -> bool:
     """Tell whether a harmonic drives the undamped mass exactly at resonance harder than friction can brake it."""
-    for i in range(len(force[0])):
-        drive = 0.25 * pi * hypot(force[0][i], force[1][i])
-        if rig[3] == 0.0 and gap(rig[0], i + 1.0) == 0.0 and rig[1] < drive:
+    zeta = rig.plain.zeta
+    if rig.contact.gradient != 0.0:  # the period of a free motion depends on its size
+        return False
+    for i in range(len(force.cosine)):
+        drive = 0.25 * pi * hypot(force.cosine[i], force.sine[i])
+        if zeta == 0.0 and gap(rig.plain.r, i + 1.0) == 0.0 and rig.contact.beta < drive:
             return True
     return False
 
 
 def holds(rig: Rig, force: Force, room: Room) -> bool:
     """Tell whether static friction holds the mass at rest against the largest force."""
-    if len(force[0]) == 1:
-        return rig[1] * rig[2] >= hypot(force[0][0], force[1][0])
-    carry(rig, force, (0.0, TURN, 1.0, 1.0), 0.0, 0.0, room)
-    return room[1][PATH] == 0.0
+    if len(force.cosine) == 1:
+        hold = rig.contact.beta * min(rig.contact.static_up, rig.contact.static_down)
+        return hold >= hypot(force.cosine[0], force.sine[0])
+    carry(rig, force, Leg(0.0, TURN, 1.0, 1.0), 0.0, 0.0, room)
+    return room.tally[PATH] == 0.0
 
 
 def frictionless(rig: Rig, force: Force, tau: float) -> tuple[float, float]:
     """Return z and v at tau of the periodic motion without friction; 0, 0 if a harmonic is exactly at resonance."""
-    r, zeta = rig[0], rig[3]
+    r, zeta = rig.plain.r, rig.plain.zeta
     z, v = 0.0, 0.0
-    for i in range(len(force[0])):
+    for i in range(len(force.cosine)):
         k = i + 1.0
         stiffness = complex(gap(r, k) * (1.0 + k * r), 2.0 * zeta * k * r)
         if stiffness == 0.0:
             return 0.0, 0.0
-        motion = complex(force[0][i], -force[1][i]) * complex(cos(k * tau), sin(k * tau)) / stiffness
+        motion = complex(force.cosine[i], -force.sine[i]) * complex(cos(k * tau), sin(k * tau)) / stiffness
         z += motion.real
         v -= k * motion.imag
     return z, v
@@ -124,8 +137,8 @@ def frictionless(rig: Rig, force: Force, tau: float) -> tuple[float, float]:
 def symmetric_force(force: Force) -> bool:
     """Tell whether F(tau + pi) = -F(tau): no even harmonic."""
     even = 0.0
-    for i in range(1, len(force[0]), 2):
-        even += abs(force[0][i]) + abs(force[1][i])
+    for i in range(1, len(force.cosine), 2):
+        even += abs(force.cosine[i]) + abs(force.sine[i])
     return even == 0.0
 
 
@@ -156,16 +169,16 @@ def shoot(
     Newton with the exact derivative, shortened until the miss shrinks; where no step helps the map itself is applied
     instead, which for mu = 1 never increases the miss (README, "Steady states").
     """
-    r = rig[0]
-    floor = 1e-15 * rig[5]  # rounding of F itself, which a motion much smaller than F cannot undercut
+    r = rig.plain.r
+    floor = 1e-15 * rig.plain.rate  # rounding of F itself, which a motion much smaller than F cannot undercut
     patience = 1
     iz, iv, code = carry(rig, force, leg, z, v, room)
     miss = hypot(iz - z, r * (iv - v))
     for _ in range(steps):
-        size = hypot(z, r * v) + room[1][PATH]
-        if code != DONE or room[1][PATH] == 0.0 or miss <= 2e-16 * size:
+        size = hypot(z, r * v) + room.tally[PATH]
+        if code != DONE or room.tally[PATH] == 0.0 or miss <= 2e-16 * size:
             break
-        nz, nv = newton_target(room[0], z, v, iz - z, iv - v)
+        nz, nv = newton_target(room.jacobian, z, v, iz - z, iv - v)
         share = 1.0
         while share > 0.01:
             tz, tv = z + share * (nz - z), v + share * (nv - v)
@@ -189,18 +202,18 @@ def shoot(
 
 def continuous_state(rig: Rig, force: Force, tau: float) -> tuple[float, float, float]:
     """Return X and the state z, v at tau of Den Hartog's motion, carried there from its turn; X = 0: there is none."""
-    r, beta = rig[0], rig[1]
-    size = hypot(force[0][0], force[1][0])
-    amplitude, phase = den_hartog(r, beta / size) if rig[3] == 0.0 else damped_turn(rig, beta / size)
+    r, beta = rig.plain.r, rig.contact.beta
+    size = hypot(force.cosine[0], force.sine[0])
+    amplitude, phase = den_hartog(r, beta / size) if rig.plain.zeta == 0.0 else damped_turn(rig, beta / size)
     amplitude *= size
     if amplitude == 0.0:
         return 0.0, 0.0, 0.0
-    turn = (phase + atan2(force[1][0], force[0][0])) % TURN
+    turn = (phase + atan2(force.sine[0], force.cosine[0])) % TURN
     since = (tau - turn) % TURN
     sign = -1.0 if since >= pi else 1.0
     push, _ = local_force(turn, force)
-    start = (amplitude, 0.0, (push - amplitude + beta) / (r * r))
-    way, v, _ = slide_at(since - pi if since >= pi else since, rig, force, start)
+    start = State(amplitude, 0.0, (push - amplitude + beta) / (r * r))
+    way, v, _ = slide_at(since - pi if since >= pi else since, rig.plain, force, start)
     return amplitude, sign * (amplitude + way), sign * v
 
 
@@ -210,25 +223,25 @@ def continuous_orbit(rig: Rig, force: Force, room: Room) -> tuple[Leg, float, fl
     The closed form assumes that the mass never stops; the loop, started on its upper turn, must come back mirrored
     after half a period on one straight way of length 2X. The orbit is handed over from the middle of that way.
     """
-    size = hypot(force[0][0], force[1][0])
-    _, phase = den_hartog(rig[0], rig[1] / size)
-    turn = (phase + atan2(force[1][0], force[0][0])) % TURN
-    leg = ((turn + 0.5 * pi) % TURN, pi, 1.0, -1.0)
-    amplitude, middle, speed = continuous_state(rig, force, leg[0])
-    if amplitude * rig[0] * rig[0] <= rig[1] * (1.0 - 1e-9) or amplitude == 0.0:  # friction would hold it at its turn
+    size = hypot(force.cosine[0], force.sine[0])
+    _, phase = den_hartog(rig.plain.r, rig.contact.beta / size)
+    turn = (phase + atan2(force.sine[0], force.cosine[0])) % TURN
+    r, leg = rig.plain.r, Leg((turn + 0.5 * pi) % TURN, pi, 1.0, -1.0)
+    amplitude, middle, speed = continuous_state(rig, force, leg.tau)
+    if amplitude * r * r <= rig.contact.beta * (1.0 - 1e-9) or amplitude == 0.0:  # friction would hold it at its turn
         return leg, 0.0, 0.0, False
-    z, v, code = carry(rig, force, (turn, pi, 1.0, -1.0), amplitude, 0.0, room)
-    miss = hypot(z - amplitude, rig[0] * v) + abs(room[1][PATH] - 2.0 * amplitude)
-    valid = code == DONE and room[1][STUCK_TIME] == 0.0 and miss <= 1e-9 * amplitude
+    z, v, code = carry(rig, force, Leg(turn, pi, 1.0, -1.0), amplitude, 0.0, room)
+    miss = hypot(z - amplitude, rig.plain.r * v) + abs(room.tally[PATH] - 2.0 * amplitude)
+    valid = code == DONE and room.tally[STUCK_TIME] == 0.0 and miss <= 1e-9 * amplitude
     return leg, middle, speed, valid
 
 
 def braked(rig: Rig, force: Force) -> bool:
     """Tell whether friction takes more out of any large motion than its resonant harmonic puts in: pi/4 of it."""
     largest = 0.0
-    for i in range(len(force[0])):
-        largest = max(largest, hypot(force[0][i], force[1][i]))
-    return rig[1] >= 0.25 * pi * largest
+    for i in range(len(force.cosine)):
+        largest = max(largest, hypot(force.cosine[i], force.sine[i]))
+    return rig.contact.beta >= 0.25 * pi * largest
 
 
 def only_orbit(rig: Rig, force: Force, room: Room) -> Found:
@@ -237,32 +250,32 @@ def only_orbit(rig: Rig, force: Force, room: Room) -> Found:
     The map has a kink where the mass comes to rest just at the section, and Newton may stall there: then the section is
     shifted.
     """
-    span, sign = (pi, -1.0) if symmetric_force(force) else (TURN, 1.0)
-    leg, z, v, miss, code = orbit_from(rig, force, (0.0, span, 1.0, sign), room)
+    span, sign = (pi, -1.0) if symmetric_force(force) and even_handed(rig) else (TURN, 1.0)
+    leg, z, v, miss, code = orbit_from(rig, force, Leg(0.0, span, 1.0, sign), room)
     for section in range(1, SECTIONS):
-        if code != DONE or miss <= 1e-12 * (hypot(z, rig[0] * v) + room[1][PATH]) + 1e-14 * rig[5]:
+        if code != DONE or miss <= 1e-12 * (hypot(z, rig.plain.r * v) + room.tally[PATH]) + 1e-14 * rig.plain.rate:
             break
-        leg, z, v, miss, code = orbit_from(rig, force, (0.7 * section, span, 1.0, sign), room)
+        leg, z, v, miss, code = orbit_from(rig, force, Leg(0.7 * section, span, 1.0, sign), room)
     return leg, z, v, miss, code
 
 
 def orbit_from(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
     """Return the orbit of a leg, shot for from Den Hartog's orbit, or from rest where that does not exist or help."""
-    if len(force[0]) == 1 and rig[3] < 1.0 and rig[1] > 0.0:
-        amplitude, z, v = continuous_state(rig, force, leg[0])
+    if len(force.cosine) == 1 and rig.plain.zeta < 1.0 and rig.contact.beta > 0.0:
+        amplitude, z, v = continuous_state(rig, force, leg.tau)
         if amplitude > 0.0:
             z, v, miss, code = shoot(rig, force, leg, z, v, room, FEW_STEPS)
-            if code == DONE and miss <= 2e-15 * (hypot(z, rig[0] * v) + room[1][PATH]):
+            if code == DONE and miss <= 2e-15 * (hypot(z, rig.plain.r * v) + room.tally[PATH]):
                 return leg, z, v, miss, code
     z, v = 0.0, 0.0
     for _ in range(2):
         z, v, _ = carry(rig, force, leg, z, v, room)
-    if room[1][STUCK_TIME] == 0.0:  # a motion without stops forgets rest slowly: perhaps friction hardly counts
+    if room.tally[STUCK_TIME] == 0.0:  # a motion without stops forgets rest slowly: perhaps friction hardly counts
         iz, iv, _ = carry(rig, force, leg, z, v, room)
-        miss = hypot(iz - z, rig[0] * (iv - v))
-        fz, fv = frictionless(rig, force, leg[0])
+        miss = hypot(iz - z, rig.plain.r * (iv - v))
+        fz, fv = frictionless(rig, force, leg.tau)
         iz, iv, _ = carry(rig, force, leg, fz, fv, room)
-        if hypot(iz - fz, rig[0] * (iv - fv)) <= miss:
+        if hypot(iz - fz, rig.plain.r * (iv - fv)) <= miss:
             z, v = fz, fv
     z, v, miss, code = shoot(rig, force, leg, z, v, room, MOST_STEPS)
     return leg, z, v, miss, code
@@ -276,51 +289,87 @@ def attract(rig: Rig, force: Force, room: Room) -> Found:
     """
     past = [(0.0, 0.0)] * (LONGEST + 1)
     z, v, wait = 0.0, 0.0, 16
-    leg = (0.0, TURN, 1.0, 1.0)
+    leg = Leg(0.0, TURN, 1.0, 1.0)
     for cycle in range(1, PATIENCE + 1):
         z, v, code = carry(rig, force, leg, z, v, room)
-        if code != DONE or room[1][PATH] == 0.0:
+        if code != DONE or room.tally[PATH] == 0.0:
             return leg, z, v, 0.0, code
         past[cycle % (LONGEST + 1)] = (z, v)
         if cycle != wait:
             continue
         wait *= 2
-        size = hypot(z, rig[0] * v) + room[1][PATH]
+        size = hypot(z, rig.plain.r * v) + room.tally[PATH]
         for k in range(1, LONGEST + 1):
             old = past[(cycle - k) % (LONGEST + 1)]
-            if hypot(z - old[0], rig[0] * (v - old[1])) > 0.01 * size:
+            if hypot(z - old[0], rig.plain.r * (v - old[1])) > 0.01 * size:
                 continue
-            trial = (0.0, TURN, float(k), 1.0)
+            trial = Leg(0.0, TURN, float(k), 1.0)
             oz, ov, miss, code = shoot(rig, force, trial, z, v, room, FEW_STEPS)
-            near = hypot(z - oz, rig[0] * (v - ov)) < 0.1 * size
-            if code == DONE and near and miss <= 1e-12 * size + 1e-14 * rig[5]:
+            near = hypot(z - oz, rig.plain.r * (v - ov)) < 0.1 * size
+            if code == DONE and near and miss <= 1e-12 * size + 1e-14 * rig.plain.rate:
                 carry(rig, force, trial, oz, ov, room)
-                if abs(spectral_radius(room[0])) <= 1.0 + 1e-9:
+                if abs(spectral_radius(room.jacobian)) <= 1.0 + 1e-9:
                     return trial, oz, ov, miss, code
     return leg, z, v, inf, DONE
 
 
+def even_handed(rig: Rig) -> bool:
+    """Tell whether the contact does the same in both directions, wherever the mass is."""
+    return rig.contact.gradient == 0.0 and rig.contact.static_up == rig.contact.static_down
+
+
+def pulls(rig: Rig, room: Room) -> bool:
+    """Tell whether friction has turned into a pull, 1 + q z < 0, somewhere on the way last carried."""
+    q = rig.contact.gradient
+    return q != 0.0 and 1.0 + min(q * room.tally[HIGH], q * room.tally[LOW]) < 0.0
+
+
+def search(rig: Rig, force: Force, room: Room) -> Found:
+    """Return the orbit of a rig that moves and has no closed form.
+
+    Without static friction there is one, and Newton's method cannot get lost; where friction varies along the path it
+    may be unstable, and the motion from rest is waited for then, as with static friction.
+    """
+    if max(rig.contact.static_up, rig.contact.static_down) == 1.0:
+        leg, z, v, miss, code = only_orbit(rig, force, room)
+        if rig.contact.gradient == 0.0:
+            return leg, z, v, miss, code
+        size = hypot(z, rig.plain.r * v) + room.tally[PATH]
+        if code == DONE and miss <= 1e-12 * size + 1e-14 * rig.plain.rate:
+            carry(rig, force, leg, z, v, room)
+            if abs(spectral_radius(room.jacobian)) <= 1.0 + 1e-9:
+                return leg, z, v, miss, code
+    return attract(rig, force, room)
+
+
+def at_once(rig: Rig, force: Force, room: Room) -> int:
+    """Return the outcome that needs no search: RUNAWAY, UNBOUNDED or STUCK; PERIODIC: an orbit is to be found."""
+    if abs(rig.contact.beta * rig.contact.gradient) >= 1.0:
+        return RUNAWAY
+    if grows(rig, force):
+        return UNBOUNDED
+    return STUCK if holds(rig, force, room) else PERIODIC
+
+
 def find_orbit(rig: Rig, force: Force, closed: int, room: Room) -> tuple[int, Leg, float, float, float, bool]:
     """Return outcome, leg, z, v, miss, and whether the closed form was it. `closed`: -1 never, 0 if valid, 1 only."""
-    leg = (0.0, TURN, 1.0, 1.0)
-    if grows(rig, force):
-        return UNBOUNDED, leg, 0.0, 0.0, 0.0, False
-    if holds(rig, force, room):
-        return STUCK, leg, 0.0, 0.0, 0.0, False
-    if closed >= 0 and len(force[0]) == 1 and rig[3] == 0.0:
+    leg = Leg(0.0, TURN, 1.0, 1.0)
+    outcome = at_once(rig, force, room)
+    if outcome != PERIODIC:
+        return outcome, leg, 0.0, 0.0, 0.0, False
+    if closed >= 0 and len(force.cosine) == 1 and rig.plain.zeta == 0.0 and rig.contact.gradient == 0.0:
         leg, z, v, valid = continuous_orbit(rig, force, room)
         if valid:
             iz, iv, _ = carry(rig, force, leg, z, v, room)
-            return PERIODIC, leg, z, v, hypot(iz - z, rig[0] * (iv - v)), True
+            return PERIODIC, leg, z, v, hypot(iz - z, rig.plain.r * (iv - v)), True
     if closed == 1:
         return NOT_FOUND, leg, 0.0, 0.0, inf, False
-    if rig[2] == 1.0:
-        leg, z, v, miss, code = only_orbit(rig, force, room)
-    else:
-        leg, z, v, miss, code = attract(rig, force, room)
-    size = hypot(z, rig[0] * v) + room[1][PATH]
+    leg, z, v, miss, code = search(rig, force, room)
+    size = hypot(z, rig.plain.r * v) + room.tally[PATH]
     if code != DONE:
         return CHATTERED, leg, z, v, miss, False
-    if room[1][PATH] == 0.0:
+    if pulls(rig, room):
+        return PULLING, leg, z, v, miss, False
+    if room.tally[PATH] == 0.0:
         return STUCK, leg, z, 0.0, 0.0, False
-    return (PERIODIC if miss <= 1e-9 * size + 1e-14 * rig[5] else NOT_FOUND), leg, z, v, miss, False
+    return (PERIODIC if miss <= 1e-9 * size + 1e-14 * rig.plain.rate else NOT_FOUND), leg, z, v, miss, False

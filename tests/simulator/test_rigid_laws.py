@@ -1,0 +1,140 @@
+"""Rigid laws beside plain Coulomb friction: place, break-away by direction, the frame's own dashpot, both walls."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator import Base, Problem, SteadyState, steady_state
+from tests.simulator import slow
+
+LAW = "coulomb+place+speed+breakaway"
+UNEVEN = {"static_ratio_up": 1.2, "static_ratio_down": 1.0}
+
+
+def problem_of(law: slow.Law) -> Problem:
+    return Problem(
+        law.r,
+        law.beta,
+        wall="base" if law.moving else "fixed",
+        base=Base((1.0, law.second) if law.second else (1.0,)),
+        law=LAW,
+        parameters={
+            "gradient": law.q,
+            "static_ratio_up": law.up,
+            "static_ratio_down": law.down,
+            "contact_damping_ratio": law.contact,
+        },
+        frame_damping_ratio=law.frame,
+    )
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        slow.Law(0.5, 0.4, q=0.1),
+        slow.Law(0.7, 0.5, q=-0.06, contact=0.03),
+        slow.Law(0.6, 0.5, up=1.3, down=1.05),
+        slow.Law(0.8, 0.4, frame=0.05),
+        slow.Law(0.45, 0.5, q=0.08, up=1.1, contact=0.02, frame=0.03),
+        slow.Law(1.6, 0.3, q=0.1, frame=0.1, moving=True),
+        slow.Law(0.6, 0.3, q=0.05, frame=0.04, second=0.15),
+        slow.Law(1.3, 0.5, q=-0.1, contact=0.05, moving=True, second=0.1),
+    ],
+    ids=str,
+)
+def test_the_steady_state_is_where_the_slow_twin_settles(law: slow.Law) -> None:
+    state = steady_state(problem_of(law), solver="exact")
+    assert state.outcome == "periodic"
+    assert state.orbit is not None
+    assert state.period_cycles == 1
+    x, v = (float(value) for value in state.orbit.at(0.0))
+    f, df, _ = law.base(0.0)
+    z, v = x - f * law.moving, v - df * law.moving
+    end_z, end_v, put_in, taken, seen = slow.cycle(law, z, v)
+    assert end_z == pytest.approx(z, abs=1e-6)
+    assert end_v == pytest.approx(v, abs=1e-5)
+    assert state.energy_per_cycle == pytest.approx(taken, rel=1e-5)
+    assert put_in == pytest.approx(taken, rel=2e-5)
+    assert state.response_amplitude == pytest.approx(0.5 * (max(seen) - min(seen)), abs=1e-5)
+    np.testing.assert_allclose(state.orbit.at(np.arange(2000) * 2 * pi / 2000)[0], seen, atol=1e-6)
+
+
+def closes(state: SteadyState) -> None:
+    assert state.energy_per_cycle is not None
+    assert state.closure_error is not None
+    assert state.closure_error <= 1e-11 * state.energy_per_cycle
+
+
+@pytest.mark.parametrize(("r", "amplitude"), [(2.0, 1.0 / 3.0), (0.5, 4.0 / 3.0), (1.5, 0.8)])
+def test_the_amplitude_is_the_masss_own_also_where_the_wall_moves(r: float, amplitude: float) -> None:
+    state = steady_state(Problem(r, 0.0, wall="base"))  # without friction there is no wall: X = 1 / |1 - r^2|
+    assert state.response_amplitude == pytest.approx(amplitude, rel=1e-13)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    r=st.floats(0.05, 5.0),
+    beta=st.floats(0.05, 0.95),
+    q=st.floats(-0.15, 0.15),
+    up=st.sampled_from([1.0, 1.0, 1.2]),
+    down=st.sampled_from([1.0, 1.1]),
+    frame=st.sampled_from([0.0, 0.03, 1.2]),
+    contact=st.sampled_from([0.02, 0.1]),
+    moving=st.booleans(),
+)
+def test_energies_close_under_any_sum_of_rigid_terms(
+    r: float, beta: float, q: float, up: float, down: float, frame: float, contact: float, moving: bool
+) -> None:
+    state = steady_state(problem_of(slow.Law(r, beta, q, up, down, contact, frame, moving)))
+    if state.outcome != "periodic":
+        assert state.outcome == "stuck" or state.warnings
+        return
+    closes(state)
+    assert state.residual is not None
+    assert state.response_amplitude is not None
+    assert state.residual < 1e-11 * (1.0 + state.response_amplitude)
+
+
+def test_the_force_is_that_of_the_law_and_of_the_equation_of_motion() -> None:
+    law = slow.Law(0.5, 0.5, q=0.08, up=1.1, contact=0.02, frame=0.03)
+    orbit = steady_state(problem_of(law)).orbit
+    assert orbit is not None
+    tau, h = np.linspace(0.05, 6.2, 300), 1e-5
+    n = orbit.force(tau)
+    x, v = orbit.at(tau)
+    near = np.concatenate((orbit.turning_points[0], orbit.stops.ravel()))
+    smooth = np.min(np.abs(tau[:, None] - near % (2 * pi)), axis=1) > 2 * h
+    a = (orbit.at(tau + h)[1] - orbit.at(tau - h)[1]) / (2 * h)
+    f, df = np.cos(tau), -np.sin(tau)
+    left = law.r**2 * a + 2 * law.frame * law.r * (v - df) + (x - f) + n
+    assert np.abs(left[smooth]).max() < 1e-8
+    sliding = v != 0.0
+    friction = np.sign(v) * law.beta * (1 + law.q * x) + 2 * law.contact * law.r * v
+    np.testing.assert_allclose(n[sliding], friction[sliding], atol=1e-13)
+    assert np.all(n[~sliding] <= 1.1 * law.beta * (1 + law.q * x[~sliding]) + 1e-12)
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        Problem(0.5, 0.4, law="coulomb+place", parameters={"gradient": 0.1}),
+        Problem(0.5, 0.4, law=LAW, parameters={"gradient": 0.0, "contact_damping_ratio": 0.0} | UNEVEN),
+        Problem(0.5, 0.4, frame_damping_ratio=0.02),
+    ],
+)
+def test_the_thesis_method_refuses_what_the_thesis_did_not_simulate(problem: Problem) -> None:
+    with pytest.raises(SimulationError, match=r"thesis run: law coulomb.*do: use another solver"):
+        steady_state(problem, solver="thesis")
+
+
+def test_a_gradient_too_steep_is_declined_by_name() -> None:
+    for gradient, words in ((3.0, "runs away"), (2.0, "below 0")):
+        state = steady_state(Problem(0.7, 0.4, law="coulomb+place", parameters={"gradient": gradient}))
+        assert state.outcome == "not found"
+        assert state.orbit is None
+        assert words in state.warnings[0]
+        assert "gradient" in state.verdict
