@@ -1,6 +1,7 @@
 """Recording + scene -> measurement: the one place where the kernels meet."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ NO_NATURAL_FREQUENCY = (
     "frequency_ratio: the natural frequency is not known: give natural_frequency_hz in [rig] of the scene or"
     " --natural-frequency; `frictionlab free-vibration` measures it"
 )
+MOST_GAPS = 5  # named one by one
 LONG_TEST_S = 300.0  # from this length on a trend of the energy is fitted
 
 
@@ -52,14 +54,28 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     parts, warnings = _stretches(recording)
     begin = float(recording.time[0]) + scene.analysis.transient_s
     how = scene.analysis
-    layout = lay_out(
-        _steady(parts, begin, recording),
-        padding=how.padding,
-        least_points=how.least_points,
-        most_points=how.most_points,
-    )
+    try:
+        layout = lay_out(
+            _steady(parts, begin, recording),
+            padding=how.padding,
+            least_points=how.least_points,
+            most_points=how.most_points,
+        )
+    except AnalysisError as error:
+        raise _for_its_cause(error, recording) from error
     answer = response.response(layout, wall_moves=scene.model.wall == "base")
     return _Composition(recording, scene, layout, answer, parts, tuple(warnings)).measurement()
+
+
+def _for_its_cause(error: AnalysisError, recording: Recording) -> AnalysisError:
+    """Name the sensor's range where it is what cuts the cycles; advice on the transient would lead elsewhere."""
+    held = recording.flag_counts()["held"]
+    if not held:
+        return error
+    return AnalysisError(
+        f"analysis: {held} values are held at the end of a sensor's range, and between them no cycle is whole: move the"
+        f" sensor or enlarge its range, and test again ({error})"
+    )
 
 
 def _stretches(recording: Recording) -> tuple[list[Stretch], list[str]]:
@@ -74,9 +90,16 @@ def _stretches(recording: Recording) -> tuple[list[Stretch], list[str]]:
             warnings.append(
                 f"time: stamps stray by up to {off:.2g} sampling intervals from an even clock; values were interpolated"
             )
-    for start, end in recording.gaps:
-        warnings.append(f"gap: no samples from {start:.4g} s to {end:.4g} s; no cycle is cut across it")
-    return parts, warnings
+    return parts, [*warnings, *_gaps(recording)]
+
+
+def _gaps(recording: Recording) -> Iterator[str]:
+    """A sentence for each of the first gaps, and one for the rest."""
+    gaps = recording.gaps
+    for start, end in gaps[:MOST_GAPS]:
+        yield f"gap: no samples from {start:.4g} s to {end:.4g} s; no cycle is cut across it"
+    if len(gaps) > MOST_GAPS:
+        yield f"gap: {len(gaps) - MOST_GAPS} more, up to {gaps[-1][1]:.4g} s; no cycle is cut across them"
 
 
 def _steady(parts: list[Stretch], begin: float, recording: Recording) -> list[Stretch]:

@@ -16,7 +16,14 @@ RANGES_M = (0.010, 0.025, 0.050, 0.100, 0.200, 0.500)
 _STEP = 1.02 / 65520
 _CODES = tuple((102 / 65520 * code - 1) / 100 for code in (262075, 262082))
 _SAMPLE = 20_000
+_SPIKES = 0.02
+"""Share of the distances between levels that spikes, which fall on no level, may spoil."""
 _SHORTEST_HOLD = 4
+_MOST_RUNS = 100
+_NEAR = 2000
+_DEPTHS = (1, 4, 16)
+_EARLY = 3
+_SHARPEST = 2.7
 
 
 @dataclass
@@ -75,7 +82,7 @@ def step_and_range(values: NDArray[np.float64]) -> tuple[float | None, float | N
         step = measuring_range * _STEP
         if _is_comb(apart, step):
             return step, measuring_range
-    return float(apart.min()), None
+    return float(np.quantile(apart, _SPIKES)), None
 
 
 def _sample(values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -86,13 +93,15 @@ def _sample(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _is_comb(apart: NDArray[np.float64], step: float) -> bool:
     """Whether neighbouring levels are whole steps apart, most of them one, as far as the printed digits tell."""
-    if not 0.4 * step <= apart.min() < 1.5 * step:
+    if not 0.4 * step <= np.quantile(apart, _SPIKES) < 1.5 * step:
         return False
     small = apart[apart < 20 * step]
     if len(small) < 20 or np.median(np.abs(np.rint(small / step) - 1)) > 3:
         return False
-    off = np.abs(small / step - np.rint(small / step))
-    return bool(np.quantile(off, 0.9) < 0.1 and np.rint(small / step).min() == 1)
+    steps = np.rint(small / step)
+    off = np.abs(small / step - steps)
+    odd = np.count_nonzero(steps % 2 == 1)  # all even: a coarser sensor's, whatever a few spikes say
+    return bool(np.quantile(off, 0.9) < 0.1 and odd > 0.2 * len(steps))
 
 
 def unit_by_step(values: NDArray[np.float64], per_unit: float = 1.0) -> tuple[str, float] | None:
@@ -143,9 +152,10 @@ def _sound(channel: Channel) -> NDArray[np.bool_]:
 
 
 def _flag_held(channel: Channel, role: str) -> None:
-    """Flag runs of one value at the channel's highest or lowest that motion enters and leaves at speed.
+    """Flag runs of one value at the channel's highest or lowest where that is the end of the sensor's range.
 
-    A stop at a turning point is entered and left at rest; a saturated or holding sensor cuts the motion off.
+    A turning point or a stop at the highest value of a quiet sensor is a long run of one value too, in every cycle. It
+    is entered and left at rest; a sensor at its end cuts the motion off. What most runs at an end show decides for all.
     """
     values = channel.values
     if channel.quality.any():
@@ -154,12 +164,18 @@ def _flag_held(channel: Channel, role: str) -> None:
             return
     held = 0
     for end in (np.nanmax(values), np.nanmin(values)):
-        for start, stop in _runs(values == end):
-            if stop - start >= _SHORTEST_HOLD and _cut_off(values, start, stop):
-                channel.quality[start:stop] |= np.uint8(Quality.HELD)
-                held += stop - start
+        runs = [run for run in _runs(values == end) if run[1] - run[0] >= _SHORTEST_HOLD]
+        some = runs[:: max(1, len(runs) // _MOST_RUNS)]
+        if 2 * sum(_cut_off(values, *run, channel.step or 0.0) for run in some) <= len(some):
+            continue
+        for start, stop in runs:
+            channel.quality[start:stop] |= np.uint8(Quality.HELD)
+            held += stop - start
     if held:
-        channel.warnings.append(f"{role}: {held} values are held at the end of the range: no stops")
+        channel.warnings.append(
+            f"{role}: {held} values are held at the end of the range: no stops, and no cycle is cut across them:"
+            " enlarge the sensor's range or move it"
+        )
 
 
 def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
@@ -171,15 +187,42 @@ def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(part[0]), int(part[-1]) + 1) for part in np.split(where, breaks)]
 
 
-def _cut_off(values: NDArray[np.float64], start: int, stop: int) -> bool:
+def _cut_off(values: NDArray[np.float64], start: int, stop: int, step: float) -> bool:
+    """Whether the motion comes into a run of one value and leaves it at speed."""
+    sides = (values[max(0, start - _NEAR) : start][::-1], values[stop : stop + _NEAR])
+    told = [_is_corner(np.abs(some - values[start]), step) for side in sides if len(some := side[np.isfinite(side)])]
+    if None in told or not told:
+        return bool(told) and _in_leaps(values, start, stop)
+    return all(told)
+
+
+def _in_leaps(values: NDArray[np.float64], start: int, stop: int) -> bool:
     """Whether the steps into and out of a run are as large as those of the motion around it."""
-    around = np.abs(np.diff(values[max(0, start - 2000) : stop + 2000]))
+    around = np.abs(np.diff(values[max(0, start - _NEAR) : stop + _NEAR]))
     usual = float(np.nanquantile(around[around > 0.0], 0.5)) if np.any(around > 0.0) else 0.0
     into = abs(values[start] - values[start - 1]) if start > 0 else np.inf
     out = abs(values[stop] - values[stop - 1]) if stop < len(values) else np.inf
-    if np.isinf(into) and np.isinf(out):
-        return False
     return bool(min(into, out) > 0.5 * usual > 0.0)
+
+
+def _is_corner(depth: NDArray[np.float64], step: float) -> bool | None:
+    """Whether the distance from a run's value grows with time from its edge on, not with the square of the time.
+
+    The third of three depths, 1 to 4 to 16, is reached four times as late as the second at a constant speed, twice as
+    late after rest. None: the samples are too far apart for that.
+    """
+    unit = 2.0 * max(step, float(depth[:_EARLY].max()) / _EARLY)
+    if not depth.max() > _DEPTHS[-1] * unit:
+        return None if unit > 4.0 * step else False
+    first, second, third = (_passage(depth, level * unit) for level in _DEPTHS)
+    return third - second > _SHARPEST * (second - first)
+
+
+def _passage(depth: NDArray[np.float64], level: float) -> float:
+    """When a distance that starts from 0 first passes a level, in samples."""
+    after = int(np.argmax(depth > level))
+    before = float(depth[after - 1]) if after else 0.0
+    return after + (level - before) / (float(depth[after]) - before)
 
 
 def bridge(
