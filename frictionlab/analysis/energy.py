@@ -126,7 +126,7 @@ def used_cycles(end_time: FloatArray, rule: str) -> slice:
     return slice(first, n)
 
 
-def mean_over(values: FloatArray, used: slice, *, noise: float) -> Mean:
+def mean_over(values: FloatArray, used: slice, *, noise: float, shared: float = 0.0) -> Mean:
     """Mean of a per-cycle series over the cycles used, with its standard error.
 
     Parameters
@@ -137,12 +137,14 @@ def mean_over(values: FloatArray, used: slice, *, noise: float) -> Mean:
         The cycles the mean is taken over.
     noise : float
         Standard error of one cycle's value from sensor noise alone: the error is never stated below it.
+    shared : float
+        Standard error that all cycles have in common, and no mean takes away.
     """
     part = values[used]
     count = len(part)
     told_by = part if count >= 8 else values
     each = _long_run_deviation(told_by, pooled=count > 1) if _is_irregular(told_by, noise) else noise
-    return Mean(float(part.mean()), max(each, noise) / math.sqrt(count), count)
+    return Mean(float(part.mean()), math.hypot(max(each, noise) / math.sqrt(count), shared), count)
 
 
 def _is_irregular(values: FloatArray, noise: float) -> bool:

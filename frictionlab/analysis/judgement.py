@@ -15,6 +15,7 @@ from frictionlab.analysis.smoothing import Smoother
 FloatArray = NDArray[np.float64]
 FEW_CYCLES = 5
 COARSE = 0.02  # sensor step over the amplitude of the response: what stands still longer than that may be moving
+QUIET = 0.01  # rounding that noise does not average away, over the step: a sensor that shows the same in every cycle
 FEW_STEPS = 2.5  # a motion over fewer steps is not told from its sensor's
 FEW_SAMPLES = 40  # a cycle; below it the stops and the loop's area lose their accuracy
 DISTORTED = 0.05
@@ -77,12 +78,23 @@ def _of_the_sensors(layout: Layout, response: Response) -> Iterator[str]:
                 f"{name}: the displacement arrives at its extreme at full speed and stands there, as no mass can: the"
                 " sensor clips; amplitude, energy and stops are wrong: enlarge its range"
             )
+    yield from _of_the_step(layout, response)
+
+
+def _of_the_step(layout: Layout, response: Response) -> Iterator[str]:
     size = float(np.median(response.amplitude))
-    if not response.is_stuck and layout.mass_step > COARSE * size:
+    if response.is_stuck and layout.mass_rounding > QUIET * layout.mass_step:
+        size = 0.5 * float(np.ptp(layout.mass.mean(axis=0)))  # a few levels, shown alike in every cycle, are no noise
+    if layout.mass_step > COARSE * size > QUIET * layout.mass_step:
         few = ", so that it cannot be told whether it moves" if 2.0 * size < FEW_STEPS * layout.mass_step else ""
         yield (
             f"stops_per_cycle: the sensor's step is {100 * layout.mass_step / size:.2g} % of the mass's amplitude{few}:"
             " stops, stuck fraction and regime are of the steps, and the energy's error is larger than stated"
+        )
+    elif not response.is_stuck and response.shortest_stop >= 1.0:
+        yield (
+            "stops_per_cycle: the sensor's noise and step hide the mass's speed, so that no stop can be told: use a"
+            " sensor of a smaller range"
         )
 
 

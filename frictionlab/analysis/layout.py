@@ -57,8 +57,9 @@ class Layout:
     ``mass``, ``base`` (n, p): x/Y and y/Y about their means over all cycles, from the base's rise through zero on;
     ``time`` (n,), ``end`` (n,): when each cycle starts and ends [s];
     ``blocks``: which cycles follow each other without a gap; ``samples``: samples used of a cycle; ``mass_noise``,
-    ``base_noise``: rms of the sensors' white noise over Y; ``mass_step``, ``base_step``: smallest step of the values
-    over Y (0: not quantised); ``offset``: mean of x over all cycles [m];
+    ``base_noise``: rms of the sensors' white noise over Y; ``mass_rounding``: rms of the rounding that no mean takes
+    away, over Y; ``mass_shared``, ``base_shared``: the same spread as white noise over a cycle; ``mass_step``,
+    ``base_step``: smallest step of the values over Y (0: not quantised); ``offset``: mean of x over all cycles [m];
     ``mass_spectrum``, ``base_spectrum``: of the longest stretch, up to ten times the drive.
     """
 
@@ -71,6 +72,9 @@ class Layout:
     samples: float
     mass_noise: float
     base_noise: float
+    mass_rounding: float
+    mass_shared: float
+    base_shared: float
     mass_step: float
     base_step: float
     offset: float
@@ -137,7 +141,15 @@ def lay_out(
     base = _folded_all([s.base for s in stretches], cuts, points)
     mass = _folded_all([s.mass for s in stretches], cuts, points)
     blocks = _blocks(cuts)
-    drive = _drive(base, blocks, cut, longest.step, base_noise)
+    mass_step, base_step = noise.sensor_step(longest.mass), noise.sensor_step(longest.base)
+    mass_rounding, base_rounding = (
+        noise.rounding_left(mass_noise, mass_step),
+        noise.rounding_left(base_noise, base_step),
+    )
+    samples, strokes = 1.0 / cut.frequency, [float(np.ptp(rows.mean(axis=0))) for rows in (mass, base)]
+    mass_shared = noise.as_white(mass_rounding, mass_step, strokes[0], samples)
+    base_shared = noise.as_white(base_rounding, base_step, strokes[1], samples)
+    drive = _drive(base, blocks, cut, longest.step, math.hypot(base_noise, base_shared * math.sqrt(len(base))))
     time = np.concatenate([s.time + c.start * s.step for s, c in zip(stretches, cuts, strict=True)])
     end = np.concatenate([s.time + c.end * s.step for s, c in zip(stretches, cuts, strict=True)])
     return Layout(
@@ -153,8 +165,11 @@ def lay_out(
         samples=min(1.0 / cut.frequency, float(points)),
         mass_noise=mass_noise / drive.amplitude,
         base_noise=base_noise / drive.amplitude,
-        mass_step=noise.sensor_step(longest.mass) / drive.amplitude,
-        base_step=noise.sensor_step(longest.base) / drive.amplitude,
+        mass_rounding=mass_rounding / drive.amplitude,
+        mass_shared=mass_shared / drive.amplitude,
+        base_shared=base_shared / drive.amplitude,
+        mass_step=mass_step / drive.amplitude,
+        base_step=base_step / drive.amplitude,
     )
 
 

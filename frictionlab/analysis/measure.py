@@ -128,11 +128,13 @@ class _Composition:
         layout, response_, scene = self.layout, self.response, self.scene
         used = energy.used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles)
         series = self._series(used)
-        loop = energy.mean_over(series.energy, used, noise=response_.energy_noise)
+        loop = energy.mean_over(series.energy, used, noise=response_.energy_noise, shared=response_.energy_shared)
         size = energy.mean_over(series.amplitude, used, noise=0.0)
         settled = self._settled()
         steady = self._steady(settled)
-        steady_loop = energy.mean_over(series.energy, steady, noise=response_.energy_noise)
+        steady_loop = energy.mean_over(
+            series.energy, steady, noise=response_.energy_noise, shared=response_.energy_shared
+        )
         steady_size = energy.mean_over(series.amplitude, steady, noise=0.0)
         trend = self._trend(series)
         natural = scene.rig.natural_frequency

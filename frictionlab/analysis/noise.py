@@ -39,6 +39,38 @@ def white_noise(signal: FloatArray) -> float:
     return math.sqrt(float(np.median(means)) / _MEDIAN_OVER_MEAN / _GAIN)
 
 
+def rounding_left(noise: float, step: float) -> float:
+    """Rms of what rounding leaves in a mean of many values of one place: what noise does not average away.
+
+    Noise of rms s before rounding leaves ``step exp(-2 pi^2 s^2 / step^2) / (sqrt(2) pi)`` [Widrow and Kollar 2008,
+    ch. 5]; a sensor without noise shows the same value every time.
+
+    Parameters
+    ----------
+    noise : float
+        Rms of noise and rounding together, of one sample.
+    step : float
+        The sensor's step; 0: none.
+
+    Examples
+    --------
+    >>> round(rounding_left(0.2, 1.0), 3), rounding_left(1.0, 1.0) < 1e-8
+    (0.225, True)
+    """
+    if not step > 0.0:
+        return 0.0
+    variance = max((noise / step) ** 2 - 1.0 / 12.0, 0.0)
+    return step / (math.sqrt(2.0) * math.pi) * math.exp(-2.0 * math.pi**2 * variance)
+
+
+def as_white(rounding: float, step: float, stroke: float, samples: float) -> float:
+    """Rms of white noise that would disturb the low harmonics of a cycle as much as rounding of this rms.
+
+    Rounding follows the place: where a cycle passes fewer levels than it has samples, it is spread over fewer points.
+    """
+    return rounding * math.sqrt(samples / min(samples, max(stroke / step, 1.0))) if step > 0.0 else 0.0
+
+
 def _median_over_mean() -> float:
     """Median over mean of a block's mean power: chi-squared with the block's effective degrees of freedom."""
     lags = np.arange(1, _ORDER + 1)

@@ -12,6 +12,7 @@ from frictionlab.analysis.smoothing import Smoother, smoothed, smoother
 from frictionlab.analysis.stops import Stops
 
 FloatArray = NDArray[np.float64]
+LEVELLED = 0.5  # of the range, which stops of one place each never take away
 FINE = 512  # points a cycle, at least, on which stops and extremes are looked for
 
 
@@ -20,9 +21,10 @@ class Response:
     """Per cycle (n,): ``energy`` (k Y^2), ``amplitude`` (Y), ``position`` (Y), ``stops``, ``stuck`` (fraction).
 
     ``found``: each stop; ``energy_noise``, ``amplitude_noise``: standard error of one cycle's value from sensor noise
-    alone; ``stops_per_cycle``, ``stuck_fraction``, ``regime``: over all cycles; ``asymmetry``: rms of the even part
-    of the mean cycle over its rms; ``how``: the smoother of all cycles;
-    ``shortest_stop``: shortest stop that can be told from a slow passage, in cycles.
+    alone; ``energy_shared``: standard error that all cycles have in common; ``stops_per_cycle``, ``stuck_fraction``,
+    ``regime``: over all cycles; ``asymmetry``: rms of the even part of the mean cycle over its rms; ``how``: the
+    smoother of all cycles; ``shortest_stop``: shortest stop that can be told from a slow passage, in cycles (1: none
+    can); ``slowest_slip``: speed (Y omega) that a slip between two stops must pass to part them.
     """
 
     energy: FloatArray
@@ -32,12 +34,14 @@ class Response:
     stuck: FloatArray
     found: Stops
     energy_noise: float
+    energy_shared: float
     amplitude_noise: float
     stops_per_cycle: float
     stuck_fraction: float
     regime: str
     asymmetry: float
     shortest_stop: float
+    slowest_slip: float
     how: Smoother
 
     @property
@@ -55,22 +59,27 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     wall_moves : bool
         The wall goes with the base: stops are those of the mass relative to the base.
     """
-    how = smoother(layout.mass, noise=layout.mass_noise, samples=layout.samples)
+    how = smoother(layout.mass, noise=layout.mass_noise, samples=layout.samples, shared=layout.mass_shared)
     points = max(FINE, layout.mass.shape[1])
     slid, noise, sliding = layout.mass, layout.mass_noise, how
     if wall_moves:
         slid, noise = layout.mass - layout.base, math.hypot(layout.mass_noise, layout.base_noise)
-        sliding = smoother(slid, noise=noise, samples=layout.samples)
+        shared = math.hypot(layout.mass_shared, layout.base_shared)
+        sliding = smoother(slid, noise=noise, samples=layout.samples, shared=shared)
     thresholds = stops.thresholds(sliding.v_noise, sliding.resolution)
     n = len(layout)
-    slide, parts, firsts = np.empty(n), [], []
+    slide, whole, parts, firsts = np.empty(n), np.empty(n), [], []
     for part in smoothed(slid, sliding, points):
         pauses = stops.pauses(part.v, thresholds.still)
         stands = stops.stops_of(pauses, thresholds, points)
         slide[part.cycles] = half_range(levelled(part.x, stands, sliding.resolution))
+        whole[part.cycles] = half_range(part.x)
         parts.append(pauses)
         firsts.append(part.cycles.start)
     found = stops.stops_of(stops.joined(parts, firsts, n, points), thresholds, points)
+    is_blurred = float(np.median(slide)) < LEVELLED * float(np.median(whole))
+    if is_blurred:  # a threshold above the mass's own speed makes one stop of all
+        found, slide = Stops(np.zeros(0), np.zeros(0)), whole
     count, stuck = stops.per_cycle(found, n)
     amplitude = slide if not wall_moves else _amplitudes(layout, how, points)
     rounding = 1e-14 * (1.0 + abs(layout.offset) / layout.drive.amplitude)
@@ -82,14 +91,19 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         stops=np.zeros(n) if is_stuck else count,
         stuck=np.ones(n) if is_stuck else stuck,
         found=found,
-        energy_noise=_energy_noise(layout, how),
-        amplitude_noise=math.hypot(how.x_noise / math.sqrt(2.0), how.x_tail),
+        energy_noise=_energy_noise(layout, how, layout.mass_noise, layout.base_noise),
+        energy_shared=math.hypot(
+            _energy_noise(layout, how, layout.mass_shared, layout.base_shared),
+            layout.mass_rounding * _way_of_the_base(found, n),
+        ),
+        amplitude_noise=math.hypot(how.x_noise / math.sqrt(2.0), how.x_tail, layout.mass_rounding / math.sqrt(2.0)),
         stops_per_cycle=0.0 if is_stuck else float(count.mean()),
         stuck_fraction=1.0 if is_stuck else float(stuck.mean()),
         regime="stuck" if is_stuck else "stick-slip" if count.mean() >= 0.5 else "continuous",
         asymmetry=_asymmetry(how),
         how=how,
-        shortest_stop=2.0 * thresholds.dwell / (2.0 * math.pi),
+        shortest_stop=1.0 if is_blurred else 2.0 * thresholds.dwell / (2.0 * math.pi),
+        slowest_slip=2.0 * thresholds.still,
     )
 
 
@@ -103,10 +117,16 @@ def _loop_areas(layout: Layout) -> FloatArray:
     return np.concatenate(parts)
 
 
-def _energy_noise(layout: Layout, how: Smoother) -> float:
+def _way_of_the_base(found: Stops, cycles: int) -> float:
+    """Root of the sum of squares of how far the base goes (Y) during each stop of a cycle: there one error stays."""
+    way = np.sin(found.end) - np.sin(found.begin)
+    return math.sqrt(float(np.dot(way, way)) / cycles)
+
+
+def _energy_noise(layout: Layout, how: Smoother, mass_noise: float, base_noise: float) -> float:
     base = layout.base.mean(axis=0)
     mass = np.fft.irfft(how.mean * len(base), len(base))
-    return energy.loop_area_noise(mass, base, layout.mass_noise, layout.base_noise, layout.samples)
+    return energy.loop_area_noise(mass, base, mass_noise, base_noise, layout.samples)
 
 
 def levelled(x: FloatArray, found: Stops, margin: float) -> FloatArray:
@@ -154,7 +174,8 @@ def _asymmetry(how: Smoother) -> float:
 def mean_cycle(layout: Layout, used: slice, how: Smoother) -> tuple[FloatArray, FloatArray]:
     """Mean of some cycles without noise, (p,), and its derivative by tau, (p,); ``how``: the smoother of all."""
     if used.stop - used.start < len(layout):
-        how = smoother(layout.mass[used], noise=layout.mass_noise, samples=layout.samples)
+        rows, shared = layout.mass[used], layout.mass_shared
+        how = smoother(rows, noise=layout.mass_noise, samples=layout.samples, shared=shared)
     points = layout.mass.shape[1]
     k = np.arange(len(how.mean))
     x = np.fft.irfft(how.mean * points, points)

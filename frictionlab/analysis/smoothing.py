@@ -15,6 +15,8 @@ from scipy import fft
 
 FloatArray = NDArray[np.float64]
 _KEPT_FROM = 1.5  # amplitude over the noise's, about, from which a harmonic stands out
+_MOST_RAISED = 4.0
+_ENOUGH = 32  # harmonics whose median is a floor
 _BLOCK = 1 << 18  # points smoothed at a time
 
 
@@ -45,7 +47,7 @@ class Smoother:
     resolution: float
 
 
-def smoother(rows: FloatArray, *, noise: float, samples: float) -> Smoother:
+def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 0.0) -> Smoother:
     """Decide how to smooth cycles.
 
     Parameters
@@ -56,23 +58,28 @@ def smoother(rows: FloatArray, *, noise: float, samples: float) -> Smoother:
         Rms of the white noise of one sample.
     samples : float
         Samples the sensor took in a cycle (a row may have more points than that).
+    shared : float
+        Rms of the white noise of one sample that cycles share: rounding without noise follows the place.
     """
     n, points = rows.shape
     mean_cycle = rows.mean(axis=0)
     lines = fft.rfft(mean_cycle) / points
     floor = noise * noise / samples  # power that noise alone gives one coefficient of one cycle
+    mean_floor = floor / n + shared * shared / samples
     mean_gain = np.ones(len(lines))
     for parity in (1, 2):  # apart: a motion whose halves mirror each other has odd harmonics only
-        mean_gain[parity::2] = _gain(np.abs(lines[parity::2]) ** 2, floor / n, 1)
+        mean_gain[parity::2] = _gain(np.abs(lines[parity::2]) ** 2, mean_floor, 1)
     own_gain = np.zeros(len(lines))
     if n > 1:
-        own_gain[1:] = _gain(_deviation_power(rows, mean_cycle)[1:], floor, n - 1)
+        power = _deviation_power(rows, mean_cycle)
+        floor = _raised(floor, power, samples) + shared * shared / samples
+        own_gain[1:] = _gain(power[1:], floor, n - 1)
     k = np.arange(len(lines))
-    left = 2.0 * floor * (mean_gain**2 / n + own_gain**2)
+    left = 2.0 * (mean_floor * mean_gain**2 + floor * own_gain**2)
     left[0] *= 0.5
     kept = np.flatnonzero((mean_gain > 0.0) | (own_gain > 0.0))
     top = max(1, int(kept[-1]))
-    drowned = _KEPT_FROM * math.sqrt(floor / n)  # amplitude of the first harmonic given up; the others fall as k^-3
+    drowned = _KEPT_FROM * math.sqrt(mean_floor)  # amplitude of the first harmonic given up; the others fall as k^-3
     return Smoother(
         mean=lines * mean_gain,
         own_gain=own_gain,
@@ -92,6 +99,12 @@ def _deviation_power(rows: FloatArray, mean_cycle: FloatArray) -> FloatArray:
         lines = fft.rfft(rows[first : first + per_block] - mean_cycle, axis=1)
         power += np.sum(lines.real**2 + lines.imag**2, axis=0)
     return np.asarray(power / (n - 1) / points**2)
+
+
+def _raised(floor: float, power: FloatArray, samples: float) -> float:
+    """The floor that the highest harmonics show, where that is higher: rounding without noise is not quite white."""
+    top = power[int(0.375 * samples) : int(0.5 * samples)]
+    return min(max(floor, float(np.median(top))), _MOST_RAISED * floor) if len(top) >= _ENOUGH else floor
 
 
 def _gain(power: FloatArray, floor: float, samples: int) -> FloatArray:

@@ -5,7 +5,7 @@ import pytest
 
 from frictionlab.analysis.measure import measure
 from frictionlab.errors import AnalysisError
-from tests.analysis.hostile import ALL, as_read, changed, motion, seen
+from tests.analysis.hostile import ALL, as_read, changed, motion, quiet, seen
 
 
 def test_a_range_that_cuts_every_cycle_is_named_and_not_the_transient() -> None:
@@ -24,3 +24,25 @@ def test_many_gaps_are_counted_not_listed() -> None:
     said = [w for w in measure(as_read(changed(one, mass=mass)), ALL).warnings if w.startswith("gap: ")]
     assert len(said) == 6
     assert said[-1].startswith("gap: 4 more")
+
+
+@pytest.mark.parametrize(
+    ("r", "beta", "size", "rate", "noise"),
+    [
+        (0.7, 0.5, 0.3e-3, 2000.0, 0.05e-6),  # two stops for none
+        (0.7, 0.5, 0.1e-3, 1000.0, 0.1e-6),  # two
+        (0.1, 0.3, 0.1e-3, 1000.0, 0.1e-6),  # stuck, amplitude 0 for 0.88
+        (0.3, 0.6, 0.5e-3, 4000.0, 0.05e-6),  # refused; without flags stuck
+        (1.6, 0.3, 0.1e-3, 4000.0, 0.02e-6),  # stuck: 0.08 mm in steps of 0.8 um at 4 kHz
+        (0.2, 0.7, 1.8e-3, 4000.0, 0.02e-6),  # energy 14 errors off
+    ],
+)
+def test_a_quiet_sensor_is_measured_by_its_step(r: float, beta: float, size: float, rate: float, noise: float) -> None:
+    """Rounding that repeats in every cycle is no noise that many cycles take away."""
+    case = quiet(r, beta, size, rate, noise, seconds=40.0)
+    m = measure(case.recording, case.scene)
+    assert m.stops_per_cycle == case.truth.stops
+    assert m.regime == ("stick-slip" if case.truth.stops else "continuous")
+    assert abs(m.energy_per_cycle - case.truth.energy) < 3 * m.energy_per_cycle_se < 0.01 * case.truth.energy
+    assert abs(m.response_amplitude - case.truth.amplitude) < 2 * m.response_amplitude_se < 0.1
+    assert m.warnings == () or r == 1.6  # the slowest of these sensors' steps hides every speed, and that is said
