@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from frictionlab.errors import SimulationError
 from frictionlab.files import check_replaceable
 from frictionlab.hdf5.maps import GrowingMap, finished_map, growing_map, is_map
+from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator import engine
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.problem import COSINE, Wall
-from frictionlab.simulator.state import KEYS
 from frictionlab.simulator.sweep import AXES, COLUMNS, FAILED, check_axes, named, sweep_points, table, worth_compiling
 from frictionlab.tables import Row, is_table, write_rows
 from frictionlab.workers import run_batches
@@ -180,7 +180,8 @@ def make_map(
         if resume and whole is not None:
             yield from _blocks(whole, len(grid))
             return
-    check_replaceable(path, replace=force or (is_map if path.suffix == ".h5" else is_table))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    check_replaceable(path, replace=force or (is_map if path.suffix == ".h5" else _is_table))
     with growing_map(path, grid.axes(), KINDS, about, resume=resume, force=force) as file:
         yield from _blocks(file, len(grid))
         yield from _solved(grid, file, workers, scheduler)
@@ -240,8 +241,13 @@ def _finish(file: GrowingMap, grid: Grid, path: Path, *, force: bool) -> None:
         file.finish(force=force)
         return
     file.checkpoint()
-    write_rows((row for step in _blocks(file, len(grid)) for row in rows(grid, step)), path, KEYS, force=force)
+    told = (row for step in _blocks(file, len(grid)) for row in rows(grid, step))
+    write_rows(told, path, STEADY_STATES, force=force)
     file.discard()
+
+
+def _is_table(path: Path) -> bool:
+    return is_table(path, STEADY_STATES)
 
 
 def _blocks(file: GrowingMap, total: int) -> Iterator[Step]:

@@ -15,6 +15,7 @@ from frictionlab import maps
 from frictionlab.errors import OutputError, SimulationError, UsageError
 from frictionlab.hdf5.maps import growing_map, is_map, part_of
 from frictionlab.maps import Grid, make_map
+from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator import sweep
 from frictionlab.simulator.sweep import sweep_points
 from frictionlab.tables import read_rows
@@ -117,9 +118,18 @@ def test_another_file_is_not_replaced(tmp_path: Path) -> None:
     assert path.read_bytes() == b"mine"
 
 
-def test_a_missing_folder_is_named(tmp_path: Path) -> None:
-    with pytest.raises(OutputError, match="no such folder"):
-        made(tmp_path / "nowhere" / "map.h5")
+def test_a_missing_folder_is_made(tmp_path: Path) -> None:
+    made(tmp_path / "new" / "map.h5")
+    assert is_map(tmp_path / "new" / "map.h5")
+
+
+def test_every_dataset_of_a_map_says_what_it_is_and_in_what_unit(tmp_path: Path) -> None:
+    made(tmp_path / "map.h5")
+    with h5py.File(tmp_path / "map.h5") as file:
+        assert {"r", "energy_per_cycle", "outcome"} <= set(file)
+        for name in file:
+            assert file[name].attrs["long_name"] == str(getattr(STEADY_STATES.column(name), "sentence", ""))
+            assert file[name].attrs["units"] == ("" if name in ("solver", "outcome", "regime") else "1")
 
 
 def test_a_point_that_cannot_be_solved_costs_only_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,17 +1,25 @@
-"""Rows come back from files as they went in, and what is not known never becomes a number."""
+"""Rows come back from files as they went in, what is not known never becomes a number, and nobody's file is lost."""
 
+import contextlib
 import json
 import math
+import os
+from collections.abc import Callable
 from pathlib import Path
+from random import Random
 
 import numpy as np
+import openpyxl
+import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionlab.errors import UsageError
-from frictionlab.tables import json_line, read_rows, write_rows
+from frictionlab.errors import FrictionlabError, UsageError
+from frictionlab.schema import FRICTION, MEASUREMENTS, STEADY_STATES, TABLES, Column, Table, Type
+from frictionlab.tables import SUFFIXES, Row, check_output, is_table, json_line, read_rows, write_rows
 
+TEXT_FILES = (".csv", ".jsonl")
 ROW = {
     "source": "a b,c.h5",
     "status": "ok",
@@ -20,15 +28,47 @@ ROW = {
     "material": "316",
     "cycles": 3,
     "energy_per_cycle": 2.12604226639334,
-    "symmetric": True,
 }
+LETTERS = st.text(st.characters(codec="utf-8", exclude_characters="\x00\r"), max_size=12)
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".jsonl"])
+def known(row: Row) -> Row:
+    return {key: value for key, value in row.items() if value not in (None, [])}
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
 def test_rows_come_back(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / "made on the way" / f"rows{suffix}"
+    write_rows([ROW, ROW], path, MEASUREMENTS)
+    assert [known(row) for row in read_rows(path)] == [known(ROW), known(ROW)]
+
+
+@pytest.mark.parametrize("table", TABLES, ids=lambda t: t.kind)
+@pytest.mark.parametrize("suffix", [".csv", ".xlsx", ".parquet", ".h5"])
+def test_every_column_of_every_table_comes_back(tmp_path: Path, table: Table, suffix: str) -> None:
+    """A text column that nobody listed would become NaN, or a number: here each is written and read."""
+    value = {
+        Type.NUMBER: 0.25, Type.WHOLE: 3, Type.YES_NO: True, Type.TEXT: "316", Type.SENTENCES: ["a", "b"],
+        Type.OBJECT: {"beta": 0.4},
+    }  # fmt: skip
+    row = {column.name: value[column.type] for column in table.columns}
     path = tmp_path / f"rows{suffix}"
-    write_rows([ROW, ROW], path)
-    assert read_rows(path) == [ROW, ROW]
+    name = table.names[0]
+    write_rows([row, {name: row[name]}], path, table)
+    first, empty = read_rows(path, table)
+    assert first == row
+    assert list(first) == list(table.names)
+    assert known(empty) == {name: row[name]}
+
+
+def test_a_column_of_the_users_own_keeps_its_kind(tmp_path: Path) -> None:
+    rows = [{"source": "a", "batch": "7b", "grade": 3, "dose": 0.5}, {"source": "b", "batch": "nan", "grade": 4}]
+    for suffix in (".csv", ".jsonl", ".h5", ".parquet", ".xlsx"):
+        path = tmp_path / f"rows{suffix}"
+        write_rows(rows, path, MEASUREMENTS)
+        first, second = read_rows(path)
+        assert (first["batch"], first["grade"], first["dose"]) == ("7b", 3, 0.5)
+        assert (second["batch"], second["grade"], second.get("dose")) == ("nan", 4, None)
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
@@ -37,6 +77,49 @@ def test_a_number_in_a_csv_keeps_its_bits(tmp_path_factory: pytest.TempPathFacto
     write_rows([{"energy_per_cycle": number}], path)
     back = read_rows(path)[0]["energy_per_cycle"]
     assert back == number
+
+
+@settings(max_examples=60, deadline=None)
+@given(LETTERS, LETTERS)
+def test_a_text_comes_back_and_is_no_formula(
+    tmp_path_factory: pytest.TempPathFactory, words: str, material: str
+) -> None:
+    for suffix in TEXT_FILES:
+        path = tmp_path_factory.mktemp("text") / f"rows{suffix}"
+        write_rows([{"source": words, "material": material}], path)
+        (row,) = read_rows(path) if words or material else [{"source": None, "material": None}]
+        assert (row["source"] or "", row["material"] or "") == (words, material)
+
+
+@pytest.mark.parametrize("words", ["=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "'=1", "''-2"])
+@pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
+def test_no_text_goes_out_as_a_formula(tmp_path: Path, words: str, suffix: str) -> None:
+    path = tmp_path / f"rows{suffix}"
+    write_rows([{"source": words, "normal_force_n": -1.5, words: words}], path)
+    assert read_rows(path) == [{"source": words, "normal_force_n": -1.5, words: words}]
+    table = pd.read_csv(path) if suffix == ".csv" else pd.read_excel(path)
+    assert [str(cell)[0] for cell in (table.columns[2], table.iloc[0, 0], table.iloc[0, 2])] == ["'"] * 3
+    assert table.iloc[0, 1] == -1.5
+    if suffix == ".xlsx":
+        cells = [cell for line in openpyxl.load_workbook(path).active.iter_rows() for cell in line]
+        assert "f" not in {cell.data_type for cell in cells}
+
+
+def test_other_programs_read_the_files_directly(tmp_path: Path) -> None:
+    for suffix, read in ((".csv", pd.read_csv), (".xlsx", pd.read_excel), (".parquet", pd.read_parquet)):
+        write_rows([ROW, {"source": "b", "status": "failed"}], tmp_path / f"rows{suffix}", MEASUREMENTS)
+        table = read(tmp_path / f"rows{suffix}")
+        assert tuple(table.columns[: len(MEASUREMENTS.names)]) == MEASUREMENTS.names
+        assert table["energy_per_cycle"].iloc[0] == ROW["energy_per_cycle"]
+        assert bool(pd.isna(table["energy_per_cycle"].iloc[1]))
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_the_same_rows_give_the_same_bytes(tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_rows([ROW], tmp_path / f"a{suffix}", MEASUREMENTS)
+    monkeypatch.setattr("time.time", lambda: 2e9)
+    write_rows([ROW], tmp_path / f"b{suffix}", MEASUREMENTS)
+    assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
 
 
 def test_not_known_is_null_and_never_nan() -> None:
@@ -51,37 +134,156 @@ def test_a_missing_key_is_an_empty_cell(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "match"),
-    [("rows.xlsx", r"ending in \.csv or \.jsonl; got '\.xlsx'"), ("no/rows.csv", "there is no folder")],
+    [
+        ("rows.txt", r"ending in \.csv, \.jsonl, \.h5, \.xlsx or \.parquet; got \.txt"),
+        ("rows", "got no suffix"),
+        ("file/rows.csv", "file is no folder"),
+        ("folder.csv", "is a folder"),
+    ],
 )
-def test_an_impossible_output_is_refused(tmp_path: Path, name: str, match: str) -> None:
+def test_an_impossible_output_is_refused_before_the_work(tmp_path: Path, name: str, match: str) -> None:
+    (tmp_path / "file").write_text("")
+    (tmp_path / "folder.csv").mkdir()
     with pytest.raises(UsageError, match=match):
-        write_rows([ROW], tmp_path / name)
+        check_output(tmp_path / name, MEASUREMENTS)
 
 
-@pytest.mark.parametrize(
-    ("name", "text"), [("a.csv", "time,mass\n0,1\n"), ("a.jsonl", "[1]\n"), ("b.jsonl", "notes\n")]
-)
-def test_a_file_of_another_kind_is_replaced_only_by_force(tmp_path: Path, name: str, text: str) -> None:
+def test_a_spreadsheet_too_long_is_refused_before_the_work(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"a spreadsheet holds 1048575 rows, not 2000000: write \.csv or \.parquet"):
+        check_output(tmp_path / "map.xlsx", STEADY_STATES, rows=2_000_000)
+
+
+FOREIGN = {
+    "raw log": ("a.csv", "time,mass\n0,1\n"),
+    "raw log with a source column": ("a.csv", "source,time,mass\nlaser,0,1\n"),
+    "sheet": ("a.csv", "log,material,normal_force_n\na.csv,steel,1.25\n"),
+    "sheet in json": ("a.jsonl", '{"log": "a.csv", "source": "me", "friction_ratio": 0.3}\n'),
+    "array": ("a.jsonl", "[1]\n"),
+    "notes": ("b.jsonl", "notes\n"),
+    "half of our columns": ("a.csv", ",".join(MEASUREMENTS.names[:5]) + "\n"),
+    "our columns in another order": ("a.csv", ",".join(reversed(MEASUREMENTS.names)) + "\n"),
+    "another table of ours": ("a.csv", ",".join(FRICTION.names) + "\n"),
+    "no spreadsheet": ("a.xlsx", "notes\n"),
+    "no HDF5": ("a.h5", "notes\n"),
+}
+
+
+@pytest.mark.parametrize("kind", FOREIGN)
+def test_a_file_of_another_kind_is_replaced_only_by_force(tmp_path: Path, kind: str) -> None:
+    name, text = FOREIGN[kind]
     path = tmp_path / name
     path.write_text(text)
-    with pytest.raises(UsageError, match="is no table of frictionlab: choose another output, or give --force"):
-        write_rows([ROW], path)
+    with pytest.raises(UsageError, match="is no table of measurements of frictionlab: choose another output, or give"):
+        write_rows([ROW], path, MEASUREMENTS)
     assert path.read_text() == text
-    write_rows([ROW], path, force=True)
-    write_rows([ROW, ROW], path)
-    assert read_rows(path) == [ROW, ROW]
+    row = {**dict.fromkeys(MEASUREMENTS.names), **ROW}
+    write_rows([row], path, MEASUREMENTS, force=True)
+    write_rows([row, row], path, MEASUREMENTS)  # its own kind
+    assert len(read_rows(path)) == 2
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_its_own_kind_is_known_in_every_format(tmp_path: Path, suffix: str) -> None:
+    for table in TABLES:
+        path = tmp_path / f"{table.kind}{suffix}"
+        write_rows([dict.fromkeys(table.names)], path, table)
+        assert is_table(path, table)
+        assert is_table(path)
+
+
+def test_a_table_of_failures_alone_is_ours(tmp_path: Path) -> None:
+    write_rows([{"source": "a", "status": "failed", "reason": "empty"}], tmp_path / "a.jsonl", MEASUREMENTS)
+    assert is_table(tmp_path / "a.jsonl", MEASUREMENTS)
+
+
+@pytest.mark.parametrize("link", [os.link, os.symlink])
+def test_no_output_replaces_an_input_by_whatever_name(tmp_path: Path, link: Callable[[Path, Path], None]) -> None:
+    log, output = tmp_path / "log.csv", tmp_path / "out.csv"
+    log.write_text("time,mass\n")
+    link(log, output)
+    with pytest.raises(UsageError, match="an output never replaces an input"):
+        write_rows([ROW], output, MEASUREMENTS, force=True, inputs=[tmp_path / "gone.csv", log])
+    assert log.read_text() == "time,mass\n"
 
 
 @pytest.mark.parametrize(
-    ("text", "match"), [("{\n", "line 1: expected a JSON object"), ("\n[1]\n", r"line 2: .* got '\[1\]'")]
+    ("text", "match"),
+    [
+        ("{\n", "line 1: expected a JSON object"),
+        ("\n[1]\n", r"line 2: .* got '\[1\]'"),
+        ('{"normal_force_n": ' + "9" * 400 + "}", "line 1: normal_force_n: expected a number"),
+        ('{"normal_force_n": ' + "9" * 5000 + "}", "line 1: expected a JSON object"),
+        ('{"normal_force_n": "much"}', "normal_force_n: expected a number or null; got 'much'"),
+        ('{"normal_force_n": [1]}', "normal_force_n: expected a number"),
+        ('{"material": {"a": 1}}', "material: expected text"),
+        ("[" * 100_000, "line 1: expected a JSON object"),
+    ],
 )
 def test_a_damaged_result_is_refused_with_its_line(tmp_path: Path, text: str, match: str) -> None:
     path = tmp_path / "rows.jsonl"
     path.write_text(text)
     with pytest.raises(UsageError, match=match):
+        read_rows(path, MEASUREMENTS)
+
+
+@pytest.mark.parametrize(
+    ("line", "match"),
+    [
+        ("a.h5,1.5,9", "line 2: expected 2 cells as in the head; got 3"),
+        ("a.h5", "line 2: expected 2 cells as in the head; got 1"),
+        ("a.h5,much", "line 2: frequency_ratio: expected a number or an empty cell; got 'much'"),
+        ("a.h5,inf", "frequency_ratio: expected a number"),
+        (f"a.h5,{'9' * 400}", "line 2: frequency_ratio: expected a number"),
+        (f"{'x' * 200_000},1", "line 2: expected comma-separated cells; field larger"),
+    ],
+)
+def test_a_table_edited_by_hand_is_read_or_refused_by_its_line(tmp_path: Path, line: str, match: str) -> None:
+    path = tmp_path / "rows.csv"
+    path.write_text(f"source,frequency_ratio\n{line}\n")
+    with pytest.raises(UsageError, match=match):
+        read_rows(path, MEASUREMENTS)
+
+
+def test_what_a_spreadsheet_program_leaves_behind_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "rows.csv"
+    path.write_bytes("\ufeff,source,frequency_ratio,warnings\r\n0,a.h5,NaN,\r\n\r\n1,b\x00.h5, 0.5,a | b\r\n".encode())
+    first, second = read_rows(path, MEASUREMENTS)
+    assert first == {"source": "a.h5", "frequency_ratio": None, "warnings": []}
+    assert second == {"source": "b\x00.h5", "frequency_ratio": 0.5, "warnings": ["a", "b"]}
+
+
+def test_halves_of_surrogate_pairs_are_shown_and_stop_nothing(tmp_path: Path) -> None:
+    name = os.fsdecode(b"steel\xff.h5")
+    for suffix in SUFFIXES:
+        write_rows([{"source": name, "material": name}], tmp_path / f"rows{suffix}", MEASUREMENTS)
+        (row,) = read_rows(tmp_path / f"rows{suffix}")
+        assert row["source"] == "steel\\udcff.h5"
+
+
+def test_a_column_twice_and_a_missing_result_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("source,source\n1,2\n")
+    with pytest.raises(UsageError, match="line 1: expected each column once; got 'source' more than once"):
+        read_rows(tmp_path / "a.csv")
+    with pytest.raises(UsageError, match=r"nowhere\.jsonl: cannot be read"):
+        read_rows(tmp_path / "nowhere.jsonl")
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.sampled_from(SUFFIXES), st.randoms(use_true_random=False))
+def test_a_damaged_file_is_read_or_refused_and_nothing_else(
+    tmp_path_factory: pytest.TempPathFactory, suffix: str, chance: Random
+) -> None:
+    path = tmp_path_factory.mktemp("damaged") / f"rows{suffix}"
+    write_rows([ROW, ROW], path, MEASUREMENTS)
+    data = bytearray(path.read_bytes())
+    for _ in range(chance.randint(1, 6)):
+        data[chance.randrange(len(data))] = chance.randrange(256)
+    path.write_bytes(data[: chance.randrange(1, len(data))] if chance.random() < 0.3 else data)
+    is_table(path, MEASUREMENTS)
+    with contextlib.suppress(FrictionlabError):
         read_rows(path)
 
 
-def test_a_missing_result_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match=r"nowhere\.jsonl: cannot be read"):
-        read_rows(tmp_path / "nowhere.jsonl")
+def test_a_column_says_its_unit_once() -> None:
+    column = Column("x", Type.NUMBER, "kY²", "energy", "Energy.")
+    assert (column.head, column.units) == ("energy [kY²]", "1")

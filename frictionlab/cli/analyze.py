@@ -1,6 +1,6 @@
 """``frictionlab analyze``: recording -> measurement."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -23,15 +23,13 @@ from frictionlab.cli.options import (
 )
 from frictionlab.cli.output import print_table
 from frictionlab.cli.progress import track
-from frictionlab.cli.show import MEASUREMENT
-from frictionlab.errors import UsageError
-from frictionlab.tables import SENTENCES, TEXT_KEYS, Row, check_output, write_rows
+from frictionlab.schema import MEASUREMENTS
+from frictionlab.tables import Row, check_output, write_rows
 
 if TYPE_CHECKING:
     from frictionlab.analysis.measurement import Measurement
     from frictionlab.scene import Scene
 
-KIND = "frictionlab measurements"
 SERIES = "series"  # travels with a row from its worker and is taken off before anybody sees the row
 
 
@@ -42,7 +40,12 @@ def analyze(
     scene: SceneFile = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Write here: .csv, .jsonl, or .h5 with per-cycle series."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="A table: .csv .jsonl .xlsx .parquet, or .h5 with the series.",
+        ),
     ] = None,
     as_json: AsJson = False,
     plot: PlotFolder = None,
@@ -61,16 +64,16 @@ def analyze(
 
     what = scene_given(scene_of(scene, accuracy), settings, ("analysis", "rig"))
     if output is not None:
-        _check(output, force=force)
+        check_output(output, MEASUREMENTS, force=force, inputs=recordings)
     job = partial(_row, scene=what, plot=plot, with_series=output is not None and output.suffix == ".h5")
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
     series: dict[str, object] = {}
     watched = track(_put_apart(made, series), total=len(recordings), title="analyze", quiet=quiet)
     rows = report_rows(watched, as_json=as_json, quiet=quiet)
     if output is not None:
-        _write(rows, series, output, force=force)
+        write_rows(rows, output, MEASUREMENTS, force=force, inputs=recordings, series=series)
     if not (as_json or quiet):
-        print_table([row for row in rows if row["status"] == "ok"], MEASUREMENT)
+        print_table([row for row in rows if row["status"] == "ok"], MEASUREMENTS)
     exit_status(rows)
 
 
@@ -92,45 +95,10 @@ def _put_apart(rows: Iterable[Row], series: dict[str, object]) -> Iterator[Row]:
         yield {key: value for key, value in row.items() if key != SERIES}
 
 
-def _check(output: Path, *, force: bool) -> None:
-    """Refuse an output that could not be written before the long work."""
-    if output.suffix != ".h5":
-        check_output(output, force=force)
-    elif not output.parent.is_dir():
-        raise UsageError(f"{output}: there is no folder {output.parent}: make it first")
-
-
 def _draw(measurement: "Measurement", path: Path, folder: Path) -> None:
     from frictionlab.verbs.plot import plot
 
     plot(measurement, folder / f"{path.stem}.measurement.png", title=path.name)
-
-
-def _write(rows: Sequence[Row], series: dict[str, object], output: Path, *, force: bool) -> None:
-    if output.suffix != ".h5":
-        write_rows(rows, output, force=force)
-        return
-    from frictionlab.hdf5 import write_tree
-
-    write_tree(_tree(rows, series), output, kind=KIND, force=force)
-
-
-def _tree(rows: Sequence[Row], series: dict[str, object]) -> dict[str, object]:
-    """The file of measurements: ``/rows`` one array per key, in input order; ``/cycles/N`` the series of row N."""
-    keys = dict.fromkeys(key for row in rows for key in row)
-    columns = {key: _column(key, [row.get(key) for row in rows]) for key in keys}
-    return {"rows": columns, "cycles": series}
-
-
-def _column(key: str, values: Sequence[object]) -> object:
-    import numpy as np
-
-    if key == "warnings":
-        return [SENTENCES.join(value) if isinstance(value, (list, tuple)) else "" for value in values]
-    if key in TEXT_KEYS:
-        return ["" if value is None else str(value) for value in values]
-    numbers = [float(value) if isinstance(value, (int, float)) else float("nan") for value in values]
-    return np.array(numbers)
 
 
 def _series(measurement: "Measurement") -> dict[str, object]:

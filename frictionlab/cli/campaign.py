@@ -10,6 +10,7 @@ from frictionlab.cli.inputs import exit_status, failure, tell_warnings
 from frictionlab.cli.options import Force, Quiet, SceneFile, scene_of
 from frictionlab.cli.output import complain, print_table, printable
 from frictionlab.cli.progress import track
+from frictionlab.schema import FRICTION, RANKING
 from frictionlab.tables import Row
 
 if TYPE_CHECKING:
@@ -23,18 +24,6 @@ class Watch(Protocol):
 
     def __call__(self, items: Sequence[T], /) -> Iterable[T]:
         """The same items, watched."""
-
-
-FRICTION = {
-    "material": "material",
-    "normal_force_n": "normal force [N]",
-    "tests": "tests",
-    "friction_ratio": "friction ratio",
-    "friction_ratio_se": "se",
-    "friction_coefficient": "coefficient",
-    "friction_coefficient_se": "se",
-}
-RANKING = {"criterion": "criterion", "rank": "rank", "material": "material", "value": "value", "value_se": "se"}
 
 
 def campaign(
@@ -54,7 +43,7 @@ def campaign(
     from frictionlab.verbs.publish import publish
 
     what = scene_of(scene)
-    check_folder(output, force=force)
+    check_folder(output, force=force, inputs=measurements)
     rows, unread = _rows_of(measurements)
     folders = [path.parent for path in measurements]
     result = evaluate(rows, what, folders=folders, watch=_watch("fit", quiet=quiet))

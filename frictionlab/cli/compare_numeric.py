@@ -23,7 +23,7 @@ from frictionlab.cli.options import (
 )
 from frictionlab.cli.output import print_table
 from frictionlab.cli.progress import track
-from frictionlab.cli.show import COMPARISON
+from frictionlab.schema import COMPARISONS
 from frictionlab.tables import Row, check_output, write_rows
 
 if TYPE_CHECKING:
@@ -37,7 +37,8 @@ def compare_numeric(
     *,
     scene: SceneFile = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write the rows here (.csv or .jsonl).")
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="Write here: .csv .jsonl .xlsx .parquet .h5"),
     ] = None,
     as_json: AsJson = False,
     plot: PlotFolder = None,
@@ -65,13 +66,13 @@ def compare_numeric(
     what = scene_given(scene_of(scene, accuracy), {**settings, "solver": solver}, ("model", "analysis", "rig"))
     job = partial(_row, scene=what, beta=beta, plot=plot)
     if output is not None:
-        check_output(output, force=force)
+        check_output(output, COMPARISONS, force=force, inputs=recordings)
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
     rows = report_rows(track(made, total=len(recordings), title="compare", quiet=quiet), as_json=as_json, quiet=quiet)
     if output is not None:
-        write_rows(rows, output, force=force)
+        write_rows(rows, output, COMPARISONS, force=force, inputs=recordings)
     if not (as_json or quiet):
-        print_table([row for row in rows if row["status"] == "ok"], COMPARISON)
+        print_table([row for row in rows if row["status"] == "ok"], COMPARISONS)
     exit_status(rows)
 
 

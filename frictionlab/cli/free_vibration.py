@@ -11,6 +11,7 @@ import typer
 from frictionlab.cli.inputs import exit_status, report_rows, rows_of
 from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, scene_of
 from frictionlab.cli.output import print_table
+from frictionlab.schema import FREE_VIBRATIONS
 from frictionlab.tables import Row, check_output, write_rows
 
 if TYPE_CHECKING:
@@ -19,17 +20,6 @@ if TYPE_CHECKING:
     from frictionlab.recording import Recording
     from frictionlab.scene import Scene
 
-TABLE = {
-    "source": "source",
-    "tap": "tap",
-    "natural_frequency_hz": "f_n [Hz]",
-    "natural_frequency_hz_se": "se [Hz]",
-    "damping_ratio": "zeta",
-    "damping_ratio_se": "se of zeta",
-    "friction_m": "F/k [m]",
-    "friction_m_se": "se [m]",
-    "half_cycles": "half-cycles",
-}
 TAPS = "taps"
 Means = dict[str, "Average"]
 
@@ -55,12 +45,12 @@ def free_vibration(
     """
     what = scene_of(scene)
     if output is not None:
-        check_output(output, force=force)
+        check_output(output, FREE_VIBRATIONS, force=force, inputs=inputs)
     rows = list(rows_of(inputs, partial(_row, scene=what, plot=plot)))
     means = _means([tap for row in rows for tap in _taps(row)])
     shown = report_rows((_told(row, means) for row in rows), as_json=as_json, quiet=quiet)
     if output is not None:
-        write_rows([line for row in rows for line in _lines(row)], output, force=force)
+        write_rows([line for row in rows for line in _lines(row)], output, FREE_VIBRATIONS, force=force, inputs=inputs)
     if means and not (as_json or quiet):
         _tell([line for row in rows for line in _lines(row) if line["status"] == "ok"], means)
     exit_status(shown)
@@ -190,7 +180,7 @@ def _lines(row: Row) -> Iterator[dict[str, object]]:
 def _tell(lines: Sequence[Row], means: Means) -> None:
     from frictionlab.analysis.free_vibration import scene_snippet
 
-    print_table(lines, TABLE)
+    print_table(lines, FREE_VIBRATIONS)
     words = {"natural_frequency_hz": "natural frequency", "damping_ratio": "damping ratio", "friction_m": "F/k"}
     units = {"natural_frequency_hz": " Hz", "friction_m": " m"}
     told = "; ".join(

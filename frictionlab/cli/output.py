@@ -4,12 +4,19 @@ Text that stood in a log or a file name is never trusted: control characters are
 """
 
 import os
+import shutil
 import sys
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 
 import typer
 
+from frictionlab.schema import Table, column_of
 from frictionlab.tables import Row, plain
+
+GAP = 2  # blanks between columns
+LEAST_TEXT = 16  # characters that a text keeps in one line before it is told in several
+FEW = 3  # rows that are rather turned than robbed of columns
 
 
 def printable(text: str) -> str:
@@ -34,8 +41,8 @@ def cell(value: object) -> str:
     Examples
     --------
     >>> import math
-    >>> [cell(v) for v in (None, math.nan, 2.12604226639334, 0, True, "steel")]
-    ['-', '-', '2.12604', '0', 'yes', 'steel']
+    >>> [cell(v) for v in (None, math.nan, 2.12604226639334, 0, True, "steel", ["a", "b"])]
+    ['-', '-', '2.12604', '0', 'yes', 'steel', 'a; b']
     """
     value = plain(value)
     if value is None:
@@ -44,41 +51,127 @@ def cell(value: object) -> str:
         return "yes" if value else "no"
     if isinstance(value, float):
         return f"{value:.6g}"
+    if isinstance(value, list) and all(isinstance(item, str) for item in value):
+        return printable("; ".join(map(str, value))) or "-"
     return printable(str(value))
 
 
-def print_table(rows: Iterable[Row], columns: Sequence[str] | Mapping[str, str]) -> None:
+def print_table(rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[str, str]) -> None:
     """Print rows as a table on stdout: drawn on a terminal, plain aligned text elsewhere.
+
+    No number is ever cut. What is too wide for the terminal (or for the width that ``COLUMNS`` says) is made narrower
+    by telling long texts in several lines; then, of a few rows, by turning the table; then by leaving out the last
+    columns, and saying which.
 
     Parameters
     ----------
     rows : iterable of mappings
         A key that a row lacks is shown as a dash.
-    columns : sequence or mapping
-        The keys to show in order; a mapping gives each its title.
+    columns : Table, sequence or mapping
+        A table of the schema, of which the columns for a screen are shown; or the keys to show in order; or their
+        titles by key.
     """
-    titles = dict(columns) if isinstance(columns, Mapping) else {key: key for key in columns}
-    body = [[cell(row.get(key)) for key in titles] for row in rows]
+    told = list(rows)
+    heads = _heads(columns)
+    width = _width()
+    widths = _fitted(heads, told, width)
+    if widths is None and len(told) <= FEW:
+        print_turned(told, heads)
+        return
+    gone: list[str] = []
+    while widths is None and len(heads) > 1:
+        gone.insert(0, heads.pop(list(heads)[-1]))
+        widths = _fitted(heads, told, width)
+    _print_lines(heads, told, widths or [width or LEAST_TEXT])
+    if gone:
+        typer.echo(f"no room for: {', '.join(gone)} (--json and -o give all columns)")
+
+
+def print_turned(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> None:
+    """Print rows one below the other, a line for each of their values; of a schema's table, of all its columns."""
+    for number, row in enumerate(rows):
+        heads = _turned_heads(columns, row)
+        widest = max(map(len, heads.values()), default=0)
+        if number:
+            typer.echo()
+        for key, head in heads.items():
+            typer.echo(f"{head.ljust(widest)}{' ' * GAP}{cell(row.get(key))}".rstrip())
+
+
+def _heads(columns: Table | Sequence[str] | Mapping[str, str]) -> dict[str, str]:
+    if isinstance(columns, Table):
+        return {name: _head(name, columns) for name in columns.shown}
+    return dict(columns) if isinstance(columns, Mapping) else {key: key for key in columns}
+
+
+def _turned_heads(columns: Table | Mapping[str, str], row: Row) -> dict[str, str]:
+    return {name: _head(name, columns) for name in row} if isinstance(columns, Table) else dict(columns)
+
+
+def _head(name: str, table: Table) -> str:
+    column = column_of(name, table)
+    return printable(name) if column is None else column.head
+
+
+def _width() -> int:
+    """Characters in a line: the terminal's, or what ``COLUMNS`` says; 0 in a pipe, where any length goes."""
+    if not (sys.stdout.isatty() or os.environ.get("COLUMNS")):
+        return 0
+    return shutil.get_terminal_size().columns
+
+
+def _fitted(heads: Mapping[str, str], rows: Sequence[Row], width: int) -> list[int] | None:
+    """The width of each column so that all fit; None if they cannot. Numbers and heads keep theirs, texts may give."""
+    full = [max(len(line) for line in (head, *(cell(row.get(key)) for row in rows))) for key, head in heads.items()]
+    frame = _frame(len(heads))
+    spare = width - frame - sum(full)
+    if not width or spare >= 0:
+        return full
+    for i in sorted(range(len(full)), key=lambda i: -full[i]):
+        key, head = list(heads.items())[i]
+        if _is_text(key, rows):
+            given = max(LEAST_TEXT, len(head), full[i] + spare)
+            spare, full[i] = spare + full[i] - min(given, full[i]), min(given, full[i])
+    return full if spare >= 0 else None
+
+
+def _frame(columns: int) -> int:
+    """Characters that stand between and about the columns."""
+    return 3 * columns + 1 if sys.stdout.isatty() else GAP * (columns - 1)
+
+
+def _is_text(key: str, rows: Sequence[Row]) -> bool:
+    return all(isinstance(plain(row.get(key)), (str, list, type(None))) for row in rows)
+
+
+def _print_lines(heads: Mapping[str, str], rows: Sequence[Row], widths: Sequence[int]) -> None:
+    body = [[cell(row.get(key)) for key in heads] for row in rows]
     if sys.stdout.isatty():
-        _draw_table(list(titles.values()), body)
+        _draw_table(list(heads.values()), body, widths)
     else:
-        _align_table(list(titles.values()), body)
+        _align_table([list(heads.values()), *body], widths)
 
 
-def _draw_table(titles: list[str], body: list[list[str]]) -> None:
+def _draw_table(titles: Sequence[str], body: Sequence[Sequence[str]], widths: Sequence[int]) -> None:
     from rich.console import Console
-    from rich.table import Table
+    from rich.table import Table as Drawn
     from rich.text import Text
 
-    table = Table()
-    for title in titles:
-        table.add_column(Text(title))
+    table = Drawn()
+    for title, width in zip(titles, widths, strict=True):
+        table.add_column(Text(title), width=width, no_wrap=False, overflow="fold")
     for line in body:
         table.add_row(*(Text(text) for text in line))
     Console(no_color=bool(os.environ.get("NO_COLOR"))).print(table)
 
 
-def _align_table(titles: list[str], body: list[list[str]]) -> None:
-    widths = [max(len(line[i]) for line in [titles, *body]) for i in range(len(titles))]
-    for line in [titles, *body]:
-        typer.echo("  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip())
+def _align_table(lines: Sequence[Sequence[str]], widths: Sequence[int]) -> None:
+    for line in lines:
+        folded = [_folded(text, width) for text, width in zip(line, widths, strict=True)]
+        for part in range(max(map(len, folded))):
+            cells = ("".join(texts[part : part + 1]).ljust(width) for texts, width in zip(folded, widths, strict=True))
+            typer.echo((" " * GAP).join(cells).rstrip())
+
+
+def _folded(text: str, width: int) -> list[str]:
+    return textwrap.wrap(text, width, break_on_hyphens=False) if len(text) > width else [text]

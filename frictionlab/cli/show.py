@@ -1,59 +1,36 @@
 """``frictionlab show``: what is in a recording, a scene or a result."""
 
-from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from frictionlab.cli.output import print_table, printable
 from frictionlab.errors import FrictionlabError, UsageError
-from frictionlab.tables import Row, read_rows
+from frictionlab.schema import table_of
+from frictionlab.tables import SUFFIXES, Row, read_rows
 
-# The columns that say most, for a table that fits a terminal; all others are in the file.
-COMPARISON = {
-    "source": "source",
-    "frequency_ratio": "r",
-    "energy_per_cycle": "energy",
-    "friction_ratio": "beta",
-    "friction_ratio_se": "se",
-    "predicted_energy_per_cycle": "predicted",
-    "response_nrmse": "nrmse",
-    "stops_per_cycle": "stops",
-    "predicted_stops_per_cycle": "predicted",
-    "regime": "regime",
-}
-MEASUREMENT = {
-    "source": "source",
-    "frequency_ratio": "r",
-    "energy_per_cycle": "energy",
-    "energy_per_cycle_se": "se",
-    "response_amplitude": "amplitude",
-    "irregularity_index": "irregularity",
-    "stops_per_cycle": "stops",
-    "regime": "regime",
-}
-STEADY_STATE = {
-    key: key
-    for key in ("r", "beta", "mu", "zeta", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "outcome")
-}
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
 
 
 def show(file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording, scene or result.")]) -> None:
-    """Show what is in a recording (.h5), a scene (.toml) or a result (.jsonl, .csv, .h5).
+    """Show what is in a recording (.h5), a scene (.toml) or a result (.csv, .jsonl, .xlsx, .parquet, .h5).
 
     Example: frictionlab show configs/frame.toml
     """
     readers: Mapping[str, Callable[[Path], None]] = {
+        **dict.fromkeys(SUFFIXES, _show_rows),
         ".toml": _show_scene,
         ".h5": _show_tree,
-        ".jsonl": _show_rows,
-        ".csv": _show_rows,
     }
-    if file.suffix not in readers:
+    suffix = file.suffix.lower()
+    if suffix not in readers:
         raise UsageError(f"{file}: expected one of {', '.join(readers)}; got {file.suffix or 'no suffix'}")
+    if file.exists() and not file.is_file():
+        raise UsageError(f"{file}: expected a file; got a folder or a device: give the path of a file")
     try:
-        readers[file.suffix](file)
+        readers[suffix](file)
     except OSError as error:
         if isinstance(error, (FrictionlabError, BrokenPipeError)):
             raise
@@ -78,21 +55,15 @@ def _show_tree(file: Path) -> None:
 
 def _show_rows(file: Path) -> None:
     rows = read_rows(file)
-    print_table(rows, _columns_of(rows))
+    good = [row for row in rows if row.get("status") != "failed"]
+    names = list(dict.fromkeys(key for row in good for key in row))
+    table = table_of(names)
+    if good:
+        print_table(good, names if table is None else table)
+    else:
+        typer.echo("no rows" if not rows else "no row without a failure")
     for row in rows:
         _tell(row)
-
-
-def _columns_of(rows: Sequence[Row]) -> Mapping[str, str]:
-    keys = {key for row in rows for key in row}
-    for columns, mark in (
-        (COMPARISON, "friction_ratio"),
-        (MEASUREMENT, "irregularity_index"),
-        (STEADY_STATE, "outcome"),
-    ):
-        if mark in keys:
-            return columns
-    return {key: key for key in rows[0]} if rows else {"(no rows)": "(no rows)"}
 
 
 def _tell(row: Row) -> None:

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from frictionlab.cli.options import AsJson, Force, Quiet
-from frictionlab.cli.output import complain, print_table
+from frictionlab.cli.output import complain, print_turned
 from frictionlab.errors import SimulationError, UsageError
+from frictionlab.schema import MOTIONS
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
 if TYPE_CHECKING:
     from frictionlab.simulator import SteadyState
 
-KIND = "frictionlab motion"
 SAMPLES = 1000  # per cycle, of the motion in an .h5
 
 
@@ -40,7 +40,9 @@ def simulate(
     ] = None,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Write here: .csv, .jsonl, or .h5 with the motion."),
+        typer.Option(
+            "--output", "-o", metavar="FILE", help="Write here: .csv .jsonl .xlsx .parquet, .h5 with the motion."
+        ),
     ] = None,
     force: Force = False,
     quiet: Quiet = False,
@@ -64,7 +66,7 @@ def simulate(
     if as_json:
         typer.echo(json_line(row))
     elif not quiet:
-        print_table([{"quantity": key, "value": value} for key, value in row.items()], ("quantity", "value"))
+        print_turned([row], MOTIONS)
         typer.echo(state.verdict)
     for warning in state.warnings if not (as_json or quiet) else ():
         complain(warning)
@@ -76,18 +78,17 @@ def simulate(
 
 def _check(output: Path | None, plot: Path | None, *, force: bool) -> None:
     """Refuse outputs that could not be written before the work."""
-    if output is not None and output.suffix != ".h5":
-        check_output(output, force=force)
+    if output is not None:
+        check_output(output, MOTIONS, force=force)
     if plot is not None and plot.suffix not in (".pdf", ".svg", ".png"):
         raise UsageError(f"{plot}: expected a figure ending in .pdf, .svg or .png; got {plot.suffix!r}")
-    for path in (output, plot):
-        if path is not None and not path.parent.is_dir():
-            raise UsageError(f"{path}: there is no folder {path.parent}: make it first")
+    if plot is not None and not plot.parent.is_dir():
+        raise UsageError(f"{plot}: there is no folder {plot.parent}: make it first")
 
 
 def _write(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None:
     if output.suffix != ".h5":
-        write_rows([row], output, force=force)
+        write_rows([row], output, MOTIONS, force=force)
         return
     import numpy as np
 
@@ -100,7 +101,8 @@ def _write(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None
         x, v = state.orbit.at(np.minimum(tau, state.orbit.end))
         tree["motion"] = {"tau": tau, "displacement": x, "velocity": v, "base": state.problem.base.at(tau)}
         tree["stops"] = state.orbit.stops
-    write_tree(tree, output, kind=KIND, force=force)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    write_tree(tree, output, kind=MOTIONS.format, force=force, columns=MOTIONS.column)
 
 
 def _draw(state: "SteadyState", path: Path) -> None:

@@ -12,6 +12,7 @@ from frictionlab.cli.options import AsJson, Force, Quiet, Scheduler, Workers
 from frictionlab.cli.output import complain
 from frictionlab.cli.progress import count
 from frictionlab.errors import UsageError
+from frictionlab.schema import STEADY_STATES
 from frictionlab.tables import check_output, json_line
 
 if TYPE_CHECKING:
@@ -28,7 +29,9 @@ def sweep(
     *,
     r: Annotated[str, typer.Option("--r", metavar=VALUES, help="Frequency ratios: a range, or a list 0.1,0.2.")],
     beta: Annotated[str, typer.Option("--beta", metavar=VALUES, help="Friction ratios.")],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Write here: .csv, .jsonl or .h5.")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="FILE", help="Write here: .csv .jsonl .h5 .xlsx .parquet")
+    ],
     mu: Annotated[str, typer.Option("--mu", metavar=VALUES, help="Static over kinetic friction.")] = "1",
     zeta: Annotated[str, typer.Option("--zeta", metavar=VALUES, help="Viscous damping ratios.")] = "0",
     wall: Annotated[
@@ -50,9 +53,9 @@ def sweep(
     """
     from frictionlab import maps
 
-    _check(output, force=force)
     axes = {name: tuple(values_of(text, f"--{name}")) for name, text in zip(AXES, (r, beta, mu, zeta), strict=True)}
     grid = maps.Grid(**axes, wall=wall)
+    check_output(output, STEADY_STATES, force=force, rows=len(grid))
     steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, resume=resume, force=force)
     outcomes = _follow(grid, steps, output, as_json=as_json, quiet=quiet)
     if not (as_json or quiet):
@@ -60,14 +63,6 @@ def sweep(
         typer.echo(f"{len(grid)} steady states ({told}) are in {output}")
     if outcomes[maps.FAILED]:
         raise typer.Exit(1)
-
-
-def _check(output: Path, *, force: bool) -> None:
-    """Refuse an output that could not be written before the long work."""
-    if output.suffix != ".h5":
-        check_output(output, force=force)
-    elif not output.parent.is_dir():
-        raise UsageError(f"{output}: there is no folder {output.parent}: make it first")
 
 
 def _follow(grid: "Grid", steps: "Generator[Step]", output: Path, *, as_json: bool, quiet: bool) -> "Counter[str]":

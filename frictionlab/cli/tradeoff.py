@@ -9,12 +9,11 @@ import typer
 from frictionlab.cli.options import AsJson, Force, Quiet
 from frictionlab.cli.output import print_table
 from frictionlab.cli.progress import track
+from frictionlab.schema import TRADES
 from frictionlab.tables import check_output, json_line, write_rows
 
 if TYPE_CHECKING:
     from frictionlab.tradeoff import Setting
-
-COLUMNS = ("knob", "setting", "quantity", "error", "seconds", "default", "dominated", "over_bound", "size_bytes")
 
 
 def tradeoff(
@@ -34,7 +33,7 @@ def tradeoff(
 
     if output is not None:
         output.mkdir(parents=True, exist_ok=True)
-        check_output(output / "tradeoff.csv", force=force)
+        check_output(output / "tradeoff.csv", TRADES, force=force)
     families: dict[str, list[tuple[Setting, ...]]] = defaultdict(list)
     total = sum(len(knobs) for knobs in FAMILIES.values())
     for family, settings in track(measure_trade(), total=total, title="tradeoff", quiet=quiet or as_json):
@@ -43,9 +42,9 @@ def tradeoff(
             typer.echo(json_line(setting.row()))
     rows = [setting.row() for knobs in families.values() for settings in knobs for setting in settings]
     if not (as_json or quiet):
-        print_table(rows, COLUMNS)
+        print_table(rows, TRADES)
     if output is not None:
-        write_rows(rows, output / "tradeoff.csv", force=force)
+        write_rows(rows, output / "tradeoff.csv", TRADES, force=force)
         _draw(families, output)
 
 

@@ -2,8 +2,9 @@
 
 from frictionlab.hdf5.describe import describe
 from frictionlab.hdf5.recordings import check_writable, is_recording, read_recording, write_recording
-from frictionlab.hdf5.results import read_tree, write_tree
+from frictionlab.hdf5.results import format_of, read_tree, write_tree
 
 __all__ = [
-    "check_writable", "describe", "is_recording", "read_recording", "read_tree", "write_recording", "write_tree",
+    "check_writable", "describe", "format_of", "is_recording", "read_recording", "read_tree", "write_recording",
+    "write_tree",
 ]  # fmt: skip

@@ -5,6 +5,7 @@ The tree, format version 1::
     /               attrs: format, format_version, frictionlab_version, identity, and what holds for the whole map
     /r, /beta ...   (n,) float64, dimension scales
     /KEY            over all axes; float64 (NaN: not known) or ASCII text of fixed length (empty: not known)
+    (each with units and long_name, from `frictionlab.schema`)
 
 All datasets are contiguous and get their place in the file before the first point is solved. Points are solved in the
 order in which they lie there, so that what is done is one number: results are written into their places by plain
@@ -32,6 +33,7 @@ from frictionlab.errors import OutputError, UsageError
 from frictionlab.files import check_replaceable, write_whole
 from frictionlab.hdf5.image import placed_at_once
 from frictionlab.hdf5.nodes import root_attribute
+from frictionlab.schema import STEADY_STATES
 
 FORMAT = "frictionlab map"
 FORMAT_VERSION = 1
@@ -250,12 +252,20 @@ def _lay_out(
         tree.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION, "frictionlab_version": __version__})
         tree.attrs.update(attributes)
         for name, values in axes.items():
-            tree.create_dataset(name, data=np.asarray(values, dtype=np.float64)).make_scale(name)
+            axis = tree.create_dataset(name, data=np.asarray(values, dtype=np.float64))
+            axis.make_scale(name)
+            axis.attrs.update(_described(name))
         for key, kind in kinds.items():
             data = tree.create_dataset(key, tuple(len(v) for v in axes.values()), np.dtype(kind), dcpl=placed_at_once())
             for dimension, name in zip(data.dims, axes, strict=True):
                 dimension.attach_scale(tree[name])
+            data.attrs.update(_described(key))
     _reserve(file)
+
+
+def _described(name: str) -> dict[str, str]:
+    column = STEADY_STATES.column(name)
+    return {} if column is None else {"units": column.units, "long_name": column.sentence}
 
 
 def _reserve(file: BinaryIO) -> None:

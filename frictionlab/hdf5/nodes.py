@@ -71,14 +71,18 @@ def text(value: Any) -> str:
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-def write_dataset(group: h5py.Group, name: str, values: Any, units: str | None = None) -> None:
-    """Add numbers (an array) or texts (a sequence)."""
+def write_dataset(
+    group: h5py.Group, name: str, values: Any, units: str | None = None, long_name: str | None = None
+) -> None:
+    """Add numbers (an array) or texts (a sequence), with what a reader's tool shows beside them."""
     if isinstance(values, np.ndarray):
         dataset = group.create_dataset(name, data=values)
     else:
         dataset = group.create_dataset(name, data=[storable(v) for v in values], shape=(len(values),), dtype=TEXT)
     if units is not None:
         dataset.attrs["units"] = units
+    if long_name is not None:
+        dataset.attrs["long_name"] = long_name
 
 
 def write_facts(group: h5py.Group, facts: Mapping[str, Fact]) -> None:

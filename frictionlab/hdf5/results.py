@@ -1,6 +1,6 @@
 """Results (numbers, series, rows) <-> HDF5 file, as a tree of mappings."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +21,18 @@ from frictionlab.hdf5.nodes import (
     write_dataset,
     write_facts,
 )
+from frictionlab.schema import Column
+
+Describe = Callable[[str], Column | None]
 
 
-def write_tree(tree: Mapping[str, object], path: Path, *, kind: str, force: bool = False) -> None:
+def _undescribed(_name: str) -> Column | None:
+    return None
+
+
+def write_tree(
+    tree: Mapping[str, object], path: Path, *, kind: str, force: bool = False, columns: Describe = _undescribed
+) -> None:
     """Write a result (numbers, series, maps) to an HDF5 file, whole or not at all.
 
     Parameters
@@ -35,6 +44,8 @@ def write_tree(tree: Mapping[str, object], path: Path, *, kind: str, force: bool
         What the file is, such as ``"frictionlab measurements"``; an existing file of this kind is replaced.
     force
         Replace whatever file stands there.
+    columns
+        What the dataset of a name is: it gives each its ``units`` and ``long_name``.
 
     Raises
     ------
@@ -51,8 +62,13 @@ def write_tree(tree: Mapping[str, object], path: Path, *, kind: str, force: bool
     """
     image = Image(_bytes_of(tree))
     with image.new_file(format=kind, format_version=FORMAT_VERSION) as file:
-        _write_branch(file, tree)
+        _write_branch(file, tree, columns)
     write_whole(path, image.pieces(), replace=force or (lambda old: root_attribute(old, "format") == kind))
+
+
+def format_of(path: Path) -> str:
+    """What an HDF5 file calls itself in its attribute ``format``; empty for any other file."""
+    return root_attribute(path, "format")
 
 
 def read_tree(path: Path, *, kind: str) -> dict[str, Any]:
@@ -80,18 +96,25 @@ def _bytes_of(tree: Mapping[str, object]) -> int:
     return size
 
 
-def _write_branch(group: h5py.Group, tree: Mapping[str, object]) -> None:
+def _write_branch(group: h5py.Group, tree: Mapping[str, object], columns: Describe) -> None:
     for name, value in tree.items():
         if isinstance(value, Mapping):
-            _write_branch(group.create_group(name, track_order=True), value)
+            _write_branch(group.create_group(name, track_order=True), value, columns)
         elif isinstance(value, (str, int, float)):
             write_facts(group, {name: value})
         elif isinstance(value, np.ndarray):
-            write_dataset(group, name, value)
+            _write_column(group, name, value, columns(name))
         elif isinstance(value, (list, tuple)):
-            write_dataset(group, name, [str(words) for words in value])
+            _write_column(group, name, [str(words) for words in value], columns(name))
         else:
             raise TypeError(f"{name}: expected an array, texts, a word or a number; got {type(value).__name__}")
+
+
+def _write_column(group: h5py.Group, name: str, values: object, column: Column | None) -> None:
+    if column is None:
+        write_dataset(group, name, values)
+    else:
+        write_dataset(group, name, values, units=column.units, long_name=column.sentence)
 
 
 def _read_branch(group: h5py.Group, size: int) -> dict[str, Any]:

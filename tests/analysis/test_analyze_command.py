@@ -10,8 +10,9 @@ import typer
 from typer.testing import CliRunner, Result
 
 from frictionlab.cli import errors_in_one_line
-from frictionlab.cli.analyze import KIND, analyze
+from frictionlab.cli.analyze import analyze
 from frictionlab.hdf5 import read_tree, write_recording
+from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import read_rows
 from tests.analysis.seen import NATURAL_HZ, recording_of, steady
 
@@ -58,7 +59,7 @@ def test_tables_hold_what_was_printed(folder: Path, tmp_path: Path, suffix: str)
 def test_the_h5_output_keeps_the_series(folder: Path, tmp_path: Path) -> None:
     output = tmp_path / "measurements.h5"
     assert run(folder / "one.h5", folder / "short.h5", folder / "two.h5", *HZ, "-o", output, "-q").exit_code == 1
-    tree = read_tree(output, kind=KIND)
+    tree = read_tree(output, kind=MEASUREMENTS.format)
     _, _, energy, _ = steady(0.5, 0.4)
     assert tree["rows"]["status"] == ["ok", "failed", "ok"]
     assert math.isnan(tree["rows"]["energy_per_cycle"][1])
@@ -93,7 +94,7 @@ def test_overrides_reach_the_measurement(folder: Path) -> None:
         (("--padding", 0), "analysis.padding"),
         (("--natural-frequency", 0), "rig.natural_frequency_hz"),
         (("-o", "result.txt"), "expected an output ending in"),
-        (("-o", "nowhere/result.h5"), "there is no folder nowhere"),
+        (("-o", "/dev/null/result.h5"), "/dev/null is no folder"),
         (("--scene", "nothing.toml"), "scene nothing.toml: cannot be read"),
     ],
 )

@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionlab.campaign import read_measurements, trial_of
-from frictionlab.campaign.reading import KIND
 from frictionlab.campaign.trials import in_order, levels, nearest
 from frictionlab.errors import RecordingError, UsageError
 from frictionlab.hdf5 import write_tree
+from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import write_rows
 from tests.campaign.fabricate import row, small_campaign
 
@@ -85,7 +85,7 @@ def test_rows_come_back_the_same_from_every_kind_of_file(tmp_path: Path) -> None
     (tmp_path / "m.jsonl").write_text("".join(json.dumps(r) + "\n" for r in rows))
     columns = {key: [str(r[key]) for r in rows] for key in ("source", "status", "material", "regime")}
     numbers = {k: np.array([r[k] for r in rows], float) for k in rows[0] if _is_number(rows[0][k])}
-    write_tree({"rows": {**columns, **numbers}, "cycles": {}}, tmp_path / "m.h5", kind=KIND)
+    write_tree({"rows": {**columns, **numbers}, "cycles": {}}, tmp_path / "m.h5", kind=MEASUREMENTS.format)
     expected = [trial_of(r) for r in rows]
     for name in ("m.csv", "m.jsonl", "m.h5"):
         trials = [trial_of(r) for r in read_measurements(tmp_path / name)]
@@ -101,7 +101,7 @@ def _is_number(value: object) -> bool:
 def test_an_h5_file_brings_the_trend_of_a_long_test(tmp_path: Path) -> None:
     trend = {"time": np.arange(3.0), "value": np.ones(3), "slope": 1e-4, "slope_se": 1e-5, "low": 8e-5, "high": 12e-5}
     tree = {"rows": {"source": ["a.h5"]}, "cycles": {"0": {"trend": {**trend, "level": 1.0}}}}
-    write_tree(tree, tmp_path / "m.h5", kind=KIND)
+    write_tree(tree, tmp_path / "m.h5", kind=MEASUREMENTS.format)
     (found,) = read_measurements(tmp_path / "m.h5")
     trial = trial_of(found)
     assert trial.trend is not None

@@ -1,0 +1,163 @@
+"""What a column is, and what a table is."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+_CF_UNITS = {"": "1", "kY²": "1", "Y": "1", "kY²/h": "h-1", "1/h": "h-1"}
+"""Units as CF conventions (UDUNITS) write them, where a reader's table says what a number is counted in."""
+
+
+class Type(Enum):
+    """What stands in the cells of a column; beside it every cell may be empty, for what is not known."""
+
+    NUMBER = "number"
+    WHOLE = "whole number"
+    YES_NO = "yes/no"
+    TEXT = "text"
+    SENTENCES = "list of sentences"
+    OBJECT = "object"
+
+    @property
+    def is_number(self) -> bool:
+        """Whether the cells can be reckoned with."""
+        return self in (Type.NUMBER, Type.WHOLE)
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column, the same in every file and table it stands in.
+
+    Attributes
+    ----------
+    name
+        Key in JSON, head in CSV, name of the dataset in HDF5.
+    type
+        What its cells hold.
+    unit
+        As readers write it: ``Hz``, ``kY²`` (k Y^2), empty for a plain number and for text.
+    title
+        Short, for tables on a screen; no two columns of a table have the same.
+    sentence
+        What it is, in plain English.
+    error_of
+        Name of the column whose error this is; empty if it is none.
+
+    Examples
+    --------
+    >>> force = number("normal_force_n", "N", "normal force", "Force that presses the contact together.")
+    >>> force.head, force.units, se_of(force).name
+    ('normal force [N]', 'N', 'normal_force_n_se')
+    """
+
+    name: str
+    type: Type
+    unit: str
+    title: str
+    sentence: str
+    error_of: str = ""
+
+    @property
+    def head(self) -> str:
+        """The title with its unit; of an error without, for the number that it belongs to has the same."""
+        return f"{self.title} [{self.unit}]" if self.unit and not self.error_of else self.title
+
+    @property
+    def units(self) -> str:
+        """The unit as a file says it (CF conventions); ``1`` for a plain number, empty for what is no number."""
+        return _CF_UNITS.get(self.unit, self.unit) if self.type.is_number else ""
+
+
+def number(name: str, unit: str, title: str, sentence: str) -> Column:
+    """A column of numbers."""
+    return Column(name, Type.NUMBER, unit, title, sentence)
+
+
+def whole(name: str, title: str, sentence: str, unit: str = "") -> Column:
+    """A column of whole numbers."""
+    return Column(name, Type.WHOLE, unit, title, sentence)
+
+
+def yes_no(name: str, title: str, sentence: str) -> Column:
+    """A column of yes or no."""
+    return Column(name, Type.YES_NO, "", title, sentence)
+
+
+def text(name: str, title: str, sentence: str) -> Column:
+    """A column of text."""
+    return Column(name, Type.TEXT, "", title, sentence)
+
+
+def sentences(name: str, title: str, sentence: str) -> Column:
+    """A column whose cells are lists of sentences."""
+    return Column(name, Type.SENTENCES, "", title, sentence)
+
+
+def thing(name: str, title: str, sentence: str) -> Column:
+    """A column whose cells are objects: name -> value, or lists of such."""
+    return Column(name, Type.OBJECT, "", title, sentence)
+
+
+def se_of(column: Column) -> Column:
+    """The column of the standard errors of another."""
+    said = f"Standard error of {column.name}: the sensors' noise, and the scatter from cycle to cycle or test to test."
+    return Column(f"{column.name}_se", Type.NUMBER, column.unit, f"{column.title} se", said, column.name)
+
+
+def u_of(column: Column) -> Column:
+    """The column of the combined standard uncertainties of another."""
+    said = (
+        f"Combined standard uncertainty of {column.name} (GUM): its standard error and what the sensors, the clock and"
+        " the rig do to it."
+    )
+    return Column(f"{column.name}_u", Type.NUMBER, column.unit, f"{column.title} u", said, column.name)
+
+
+@dataclass(frozen=True)
+class Table:
+    """One kind of table.
+
+    Attributes
+    ----------
+    kind
+        Its name, in the plural.
+    sentence
+        What one row is.
+    columns
+        All its columns, in order.
+    lead
+        So many of them, from the first on, are the mark by which a file is known to be of this kind: all of them, in
+        this order, before any other column.
+    shown
+        Names of the columns for a screen, the most telling first: those that find no room are left out from the end.
+    series
+        Columns of the arrays that may stand behind a row (one value per cycle, a mean cycle), in HDF5 only.
+    takes_facts
+        Whether columns of the user's own (facts of a test, from a sheet) may follow.
+    """
+
+    kind: str
+    sentence: str
+    columns: tuple[Column, ...]
+    lead: int
+    shown: tuple[str, ...]
+    series: tuple[Column, ...] = ()
+    takes_facts: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all its columns, in order."""
+        return tuple(column.name for column in self.columns)
+
+    @property
+    def mark(self) -> tuple[str, ...]:
+        """The names that stand first in every file of this kind."""
+        return self.names[: self.lead]
+
+    @property
+    def format(self) -> str:
+        """What an HDF5 file of this kind calls itself."""
+        return f"frictionlab {self.kind}"
+
+    def column(self, name: str) -> Column | None:
+        """The column of this name, of the rows or of the series behind them; None if it is the user's own."""
+        return next((column for column in (*self.columns, *self.series) if column.name == name), None)

@@ -1,0 +1,87 @@
+"""The columns of what is simulated, planned and traded: steady states, plans, settings of the knobs."""
+
+from frictionlab.schema.column import Table, number, text, thing, whole, yes_no
+from frictionlab.schema.measured import CLOSURE, LAW, NORMAL_FORCE, RATIO, REGIME, SECONDS, SOLVER
+
+_BETA = number("beta", "", "beta", "Friction ratio: friction force over k Y, eq. (2.8).")
+_STATE = (
+    number("r", "", "r", "Frequency ratio: drive over natural frequency, eq. (2.7)."),
+    _BETA,
+    number("mu", "", "mu", "Static over kinetic friction."),
+    number("zeta", "", "zeta", "Viscous damping ratio of a dashpot beside the contact."),
+    text("wall", "wall", "What the mass rubs against: `fixed`, or `base` (a wall that moves with the base)."),
+    SOLVER,
+    text("outcome", "outcome", "`periodic`, `stuck`, `unbounded`, `not settled` or `not found`."),
+    number("energy_per_cycle", "kY²", "energy", "Energy dissipated per cycle."),
+    number("response_amplitude", "Y", "amplitude", "(max - min) / 2 of the mass's motion."),
+    number("stops_per_cycle", "", "stops", "Times the mass stands still in a cycle."),
+    number("stuck_fraction", "", "stuck", "Share of the cycle in which the mass stands still."),
+    REGIME,
+    yes_no("symmetric", "symmetric", "Whether the motion half a cycle later is its own negative."),
+    whole("period_cycles", "period", "Cycles of the drive after which the motion repeats."),
+    number("floquet_multiplier", "", "multiplier", "What a small disturbance is multiplied by in one period."),
+    CLOSURE,
+)
+_SHOWN = ("r", "beta", "mu", "zeta", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "outcome")
+STEADY_STATES = Table(
+    kind="map",
+    sentence="One steady state of a map (`sweep`).",
+    columns=_STATE,
+    lead=7,
+    shown=_SHOWN,
+)
+MOTIONS = Table(
+    kind="motion",
+    sentence="One steady state, or the last of N cycles from rest (`simulate`).",
+    columns=(
+        *_STATE,
+        number("wall_s", "s", "time", "Seconds it took on this machine."),
+        LAW,
+        thing("parameters", "parameters", "Parameter of the law -> its number."),
+    ),
+    lead=7,
+    shown=_SHOWN,
+    series=(
+        number("tau", "rad", "tau", "Phase of the drive."),
+        number("displacement", "Y", "displacement", "Displacement of the mass."),
+        number("velocity", "Y", "velocity", "Derivative by tau of the mass's displacement."),
+        number("base", "Y", "base", "Displacement of the base."),
+        number("stops", "rad", "stops at", "Where each stop begins and ends."),
+    ),
+)
+
+PLANS = Table(
+    kind="plan",
+    sentence="One test to make, best first (`plan`).",
+    columns=(
+        whole("rank", "rank", "Place in the plan, from 1."),
+        RATIO,
+        NORMAL_FORCE,
+        number("base_amplitude_m", "m", "Y", "Amplitude to give the base."),
+        number("duration_s", "s", "duration", "How long to record."),
+        text("regime", "regime", "The regime to expect."),
+        thing("expected", "expected", "Law parameter -> standard error to expect from this test alone."),
+        thing("cumulative", "cumulative", "Law parameter -> standard error to expect after this and all better ones."),
+    ),
+    lead=7,
+    shown=("rank", "frequency_ratio", "normal_force_n", "base_amplitude_m", "duration_s", "regime"),
+)
+
+TRADES = Table(
+    kind="trade",
+    sentence="One setting of one accuracy knob (`tradeoff`).",
+    columns=(
+        text("knob", "knob", "What is set."),
+        text("setting", "setting", "What it is set to."),
+        text("quantity", "quantity", "What the error is of."),
+        number("error", "", "error", "Relative error, against the reference."),
+        SECONDS,
+        yes_no("default", "default", "Whether commands use it unless told otherwise."),
+        yes_no("dominated", "dominated", "Whether another setting beats it in both error and time."),
+        number("over_bound", "", "over bound", "The error over the Cramer-Rao bound, where there is one."),
+        whole("size_bytes", "size", "Size of the file, where one is written.", "byte"),
+        text("reference", "reference", "What the error is against."),
+    ),
+    lead=7,
+    shown=("knob", "setting", "quantity", "error", "seconds", "default", "dominated", "over_bound", "size_bytes"),
+)

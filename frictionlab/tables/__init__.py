@@ -1,0 +1,241 @@
+"""Rows of results in files: CSV, JSON Lines, Excel, Parquet and HDF5, whole or not at all, read back as written.
+
+A row is a mapping from the schema's names to values. Not-known is ``null`` in JSON and an empty cell elsewhere (NaN in
+HDF5's numbers); NaN and infinity appear in no text. What a column is says `frictionlab.schema`.
+
+A file is of this tool's own kind if it begins as every file of that kind does: the first columns of the kind's schema,
+all of them and in order (of JSON Lines the keys of the first row that did not fail), or in HDF5 the attribute
+``format``. One column's name alone is no mark: neither a sheet with a ``log`` nor a raw log with a ``source`` is ours.
+"""
+
+import csv
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import chain
+from pathlib import Path
+
+from frictionlab.errors import UsageError
+from frictionlab.files import write_whole
+from frictionlab.schema import TABLES, Table, is_marked
+from frictionlab.tables import frames, lines, tree
+from frictionlab.tables.cells import SENTENCES, encodable, plain
+from frictionlab.tables.lines import json_line
+from frictionlab.tables.row import Row
+
+__all__ = [
+    "SENTENCES",
+    "SUFFIXES",
+    "Row",
+    "check_output",
+    "is_table",
+    "json_line",
+    "plain",
+    "read_rows",
+    "refuse_inputs",
+    "write_rows",
+]
+
+SUFFIXES = (".csv", ".jsonl", ".h5", ".xlsx", ".parquet")
+_NAMES: Mapping[str, Callable[[Path], tuple[str, ...]]] = {
+    ".csv": lines.names_in_csv,
+    ".jsonl": lines.names_in_json,
+    ".xlsx": frames.names_in_excel,
+    ".parquet": frames.names_in_parquet,
+}
+_READERS: Mapping[str, Callable[[Path, Table | None], Iterator[dict[str, object]]]] = {
+    ".csv": lines.read_csv,
+    ".jsonl": lines.read_json_lines,
+    ".xlsx": frames.read_excel,
+    ".parquet": frames.read_parquet,
+}
+
+
+def write_rows(
+    rows: Iterable[Row],
+    path: Path,
+    table: Table | None = None,
+    *,
+    force: bool = False,
+    inputs: Iterable[Path] = (),
+    series: Mapping[str, object] | None = None,
+) -> None:
+    """Write rows to a file, whole or not at all; its suffix says how. A missing folder is made.
+
+    Parameters
+    ----------
+    rows : iterable of mappings
+        CSV and JSON Lines are written as they come; the others hold all rows first.
+    path : Path
+        ``.csv``, ``.jsonl``, ``.h5``, ``.xlsx`` or ``.parquet``.
+    table : Table, optional
+        What the rows are: all its columns are written, then what else the rows hold. Without it the rows' own keys.
+    force : bool
+        Replace whatever file stands there; else only a table of the same kind.
+    inputs : iterable of Path
+        What was read: it is never replaced.
+    series : mapping, optional
+        What stands behind the rows, by the number of the row; only HDF5 holds it.
+
+    Raises
+    ------
+    UsageError
+        Another suffix, or a file of another kind or an input stands there.
+    OutputError
+        The file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "new" / "rows.csv"
+    >>> write_rows([{"source": "a.h5", "cycles": 3, "warnings": ["short"]}], path)
+    >>> read_rows(path)
+    [{'source': 'a.h5', 'cycles': 3, 'warnings': ['short']}]
+    """
+    check_output(path, table, force=force, inputs=inputs)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if _kind(path) == ".h5":
+        _write_tree(rows, path, table, series or {}, force=force)
+    else:
+        write_whole(path, _encoded(rows, path, table))
+
+
+def _encoded(rows: Iterable[Row], path: Path, table: Table | None) -> bytes | Iterator[bytes]:
+    if _kind(path) == ".jsonl":
+        return lines.in_pieces(lines.json_lines(rows))
+    names, rows = _columns(rows, table)
+    if _kind(path) == ".csv":
+        return lines.in_pieces(lines.csv_lines(rows, names))
+    return frames.excel_bytes(rows, names) if _kind(path) == ".xlsx" else frames.parquet_bytes(rows, names, table)
+
+
+def _write_tree(
+    rows: Iterable[Row], path: Path, table: Table | None, series: Mapping[str, object], *, force: bool
+) -> None:
+    from frictionlab.hdf5 import write_tree
+
+    if table is None:
+        raise UsageError(f"{path}: HDF5 says what its rows are: expected the table they belong to; got none")
+    names, rows = _columns(rows, table)
+    tree_ = tree.tree_of(rows, names, table, series)
+    write_tree(tree_, path, kind=table.format, force=force, columns=table.column)
+
+
+def _columns(rows: Iterable[Row], table: Table | None) -> tuple[list[str], Iterable[Row]]:
+    """The names of all columns; of rows that come one by one and of a known table, the first row tells the last."""
+    known = () if table is None else table.names
+    if isinstance(rows, Sequence) or table is None:
+        rows = list(rows)
+        return list(dict.fromkeys(map(encodable, chain(known, *rows)))), rows
+    coming = iter(rows)
+    first = [row for _, row in zip(range(1), coming, strict=False)]
+    return list(dict.fromkeys(map(encodable, chain(known, *first)))), chain(first, coming)
+
+
+def _kind(path: Path) -> str:
+    return path.suffix.lower()
+
+
+def check_output(
+    path: Path,
+    table: Table | None = None,
+    *,
+    force: bool = False,
+    inputs: Iterable[Path] = (),
+    rows: int = 0,
+) -> None:
+    """Refuse an output that could not be written, before the long work.
+
+    Parameters as in `write_rows`; ``rows``: how many there will be, where that is known.
+
+    Raises
+    ------
+    UsageError
+        Another suffix, no folder can be made there, or a file of another kind or an input stands there.
+    """
+    if _kind(path) not in SUFFIXES:
+        raise UsageError(f"{path}: expected an output ending in {_either(SUFFIXES)}; got {path.suffix or 'no suffix'}")
+    if _kind(path) == ".xlsx" and rows > frames.SHEET_ROWS:
+        raise UsageError(f"{path}: a spreadsheet holds {frames.SHEET_ROWS} rows, not {rows}: write .csv or .parquet")
+    above = next(parent for parent in (*path.parents, Path.cwd()) if os.path.lexists(parent))
+    if not above.is_dir() or not os.access(above, os.W_OK):
+        what = "cannot be written to" if above.is_dir() else "is no folder"
+        raise UsageError(f"{path}: {above} {what}: choose another output")
+    if path.is_dir():
+        raise UsageError(f"{path}: is a folder: give the name of a file in it")
+    refuse_inputs(path, inputs)
+    if os.path.lexists(path) and not (force or is_table(path, table)):
+        what = f"table of {table.kind} of frictionlab" if table else "table of frictionlab"
+        raise UsageError(f"{path}: exists and is no {what}: choose another output, or give --force")
+
+
+def _either(names: Sequence[str]) -> str:
+    return " or ".join(filter(None, (", ".join(names[:-1]), names[-1])))
+
+
+def refuse_inputs(output: Path, inputs: Iterable[Path]) -> None:
+    """Refuse an output that is one of the inputs, by whatever name or link; ``--force`` does not allow it either.
+
+    Raises
+    ------
+    UsageError
+        It is one of them.
+    """
+    for path in inputs:
+        try:
+            same = output.samefile(path)
+        except (OSError, ValueError):
+            continue  # one of them is not there: nothing to lose
+        if same:
+            raise UsageError(f"{output}: is the input {path}: an output never replaces an input: choose another")
+
+
+def is_table(path: Path, table: Table | None = None) -> bool:
+    """Whether this file is of this kind (without one: of any kind of this tool), by its mark; an empty one is."""
+    kinds = TABLES if table is None else (table,)
+    try:
+        if not path.is_file() or path.stat().st_size == 0:
+            return path.is_file()
+        if _kind(path) == ".h5":
+            return _format_of(path) in {kind.format for kind in kinds}
+        names = _NAMES[_kind(path)](path)
+    except (OSError, ValueError, KeyError, RecursionError, csv.Error):
+        return False
+    return names == lines.FAILED or any(is_marked(names, kind) for kind in kinds)
+
+
+def _format_of(path: Path) -> str:
+    from frictionlab.hdf5 import format_of
+
+    return format_of(path)
+
+
+def read_rows(path: Path, table: Table | None = None) -> list[dict[str, object]]:
+    """Read the rows of a file as :func:`write_rows` wrote them, columns added or moved by hand included.
+
+    Raises
+    ------
+    UsageError
+        The file is not there or is of another kind, or a line of it is damaged; the message names it.
+    RecordingError
+        An HDF5 file that holds no rows, or is damaged.
+    """
+    if not path.is_file():
+        raise UsageError(f"{path}: cannot be read (no such file): give the path of an existing result")
+    if _kind(path) == ".h5":
+        return list(_rows_of_tree(path, table))
+    if _kind(path) not in _READERS:
+        raise UsageError(f"{path}: expected a result ending in {_either(SUFFIXES)}; got {path.suffix or 'no suffix'}")
+    try:
+        return list(_READERS[_kind(path)](path, table))
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read ({error.strerror}): give the path of an existing result") from error
+
+
+def _rows_of_tree(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
+    from frictionlab.hdf5 import read_tree
+
+    found = _format_of(path)
+    kind = table or next((kind for kind in TABLES if kind.format == found), None)
+    if kind is None:
+        raise UsageError(f"{path}: expected a table of frictionlab; got {found or 'another file'}")
+    return tree.rows_of(read_tree(path, kind=kind.format), path, kind)

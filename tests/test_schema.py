@@ -1,0 +1,101 @@
+"""One home for every column: no two heads alike, one meaning a name, and a sentence that the documents repeat."""
+
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from frictionlab.analysis.free_vibration import FreeVibration
+from frictionlab.schema import (
+    DRIFTS,
+    FREE_VIBRATIONS,
+    RANKING,
+    STEADY_STATES,
+    TABLES,
+    TRADES,
+    Table,
+    Type,
+    column_of,
+    is_marked,
+    table_of,
+)
+from frictionlab.schema.document import columns_as_markdown
+from frictionlab.simulator.state import KEYS
+from frictionlab.tradeoff.setting import Setting
+
+README = Path(__file__).parents[1] / "frictionlab" / "schema" / "README.md"
+EACH = pytest.mark.parametrize("table", TABLES, ids=lambda t: t.kind)
+
+
+@EACH
+def test_names_and_heads_stand_once_in_a_table(table: Table) -> None:
+    for words in (table.names, [c.title for c in table.columns], [c.head for c in table.columns]):
+        assert len(set(words)) == len(words)
+
+
+@EACH
+def test_every_column_is_told_in_a_sentence(table: Table) -> None:
+    for column in (*table.columns, *table.series):
+        assert column.sentence[0] in "`(" or column.sentence[0].isupper()
+        assert column.sentence.endswith((".", ")", ".)", "..."))
+        assert len(column.title) <= 20
+
+
+@EACH
+def test_what_is_shown_exists_and_begins_within_80_characters(table: Table) -> None:
+    assert set(table.shown) <= set(table.names)
+    assert 4 <= table.lead <= len(table.columns)
+
+
+def test_a_name_means_the_same_kind_of_thing_everywhere() -> None:
+    types: dict[str, set[Type]] = {}
+    for column in (column for table in TABLES for column in table.columns):
+        types.setdefault(column.name, set()).add(column.type)
+    assert not {name for name, found in types.items() if len(found) > 1}
+
+
+def test_numbers_say_their_unit_in_their_name() -> None:
+    ends = {"Hz": "_hz", "s": "_s", "m": "_m", "N": "_n", "J": "_j"}
+    strangers = {"seconds", "wall_s"}
+    for column in (column for table in TABLES for column in table.columns):
+        name = column.error_of or column.name.removesuffix("_spread").removesuffix("_se")
+        if column.unit in ends and column.name not in strangers:
+            assert name.endswith(ends[column.unit]), column.name
+
+
+@EACH
+def test_a_table_is_known_by_all_of_its_first_columns(table: Table) -> None:
+    assert is_marked(table.names, table)
+    assert not is_marked(table.names[1:], table)
+    assert not is_marked(("log", *table.names), table)
+    assert table_of(table.names) is table
+    assert table_of((*reversed(table.names), "my own")) is table
+
+
+def test_nobody_elses_table_is_taken_for_one() -> None:
+    assert table_of(("log", "material", "normal_force_n", "source")) is None
+    assert column_of("my own") is None
+
+
+def test_the_documents_list_every_column() -> None:
+    """The list is made by ``python -m frictionlab.schema.document``; it is checked here, not made."""
+    text = README.read_text(encoding="utf-8")
+    assert columns_as_markdown() in text, "run: python -m frictionlab.schema.document"
+
+
+def test_the_schema_is_light() -> None:
+    code = "import sys, frictionlab.schema, frictionlab.tables; print(sorted(sys.modules))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert not [
+        name for name in ("numpy", "pandas", "pydantic", "h5py", "openpyxl", "pyarrow") if f"'{name}'" in loaded
+    ]
+
+
+def test_results_have_a_column_for_each_of_their_keys() -> None:
+    assert STEADY_STATES.names == KEYS
+    assert TRADES.names == tuple(f.name for f in fields(Setting))
+    assert {f.name for f in fields(FreeVibration)} - {"swing"} <= set(FREE_VIBRATIONS.names)
+    assert RANKING.mark == ("criterion", "rank", "material", "value", "value_se")
+    assert "slope_per_hour" in DRIFTS.names
