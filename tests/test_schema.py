@@ -46,6 +46,7 @@ def test_every_column_is_told_in_a_sentence(table: Table) -> None:
 @EACH
 def test_what_is_shown_exists_and_begins_within_80_characters(table: Table) -> None:
     assert set(table.shown) <= set(table.names)
+    assert set(table.shown_where_known) <= set(table.shown)
     assert 4 <= table.lead <= len(table.columns)
 
 
@@ -60,7 +61,7 @@ def test_numbers_say_their_unit_in_their_name() -> None:
     ends = {"Hz": "_hz", "s": "_s", "m": "_m", "N": "_n", "J": "_j"}
     strangers = {"seconds", "wall_s"}
     for column in (column for table in TABLES for column in table.columns):
-        name = column.error_of or column.name.removesuffix("_spread").removesuffix("_se")
+        name = column.error_of or column.name.removesuffix("_upper")
         if column.unit in ends and column.name not in strangers:
             assert name.endswith(ends[column.unit]), column.name
 

@@ -59,9 +59,8 @@ def cell(value: object) -> str:
 def print_table(rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[str, str]) -> None:
     """Print rows as a table on stdout: drawn on a terminal, plain aligned text elsewhere.
 
-    No number is ever cut. What is too wide for the terminal (or for the width that ``COLUMNS`` says) is made narrower
-    by telling long texts in several lines; then, of a few rows, by turning the table; then by leaving out the last
-    columns, and saying which.
+    No number is ever cut. What is too wide for the terminal is made narrower by telling long texts in several lines;
+    then, of a few rows, by turning the table; then by leaving out the last columns, and saying which.
 
     Parameters
     ----------
@@ -72,7 +71,7 @@ def print_table(rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[st
         titles by key.
     """
     told = list(rows)
-    heads = _heads(columns)
+    heads = _heads(columns, told)
     width = _width()
     widths = _fitted(heads, told, width)
     if widths is None and len(told) <= FEW:
@@ -98,9 +97,11 @@ def print_turned(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> Non
             typer.echo(f"{head.ljust(widest)}{' ' * GAP}{cell(row.get(key))}".rstrip())
 
 
-def _heads(columns: Table | Sequence[str] | Mapping[str, str]) -> dict[str, str]:
+def _heads(columns: Table | Sequence[str] | Mapping[str, str], rows: Sequence[Row]) -> dict[str, str]:
     if isinstance(columns, Table):
-        return {name: _head(name, columns) for name in columns.shown}
+        known = {key for row in rows for key, value in row.items() if plain(value) is not None}
+        names = (name for name in columns.shown if name in known or name not in columns.shown_where_known)
+        return {name: _head(name, columns) for name in names}
     return dict(columns) if isinstance(columns, Mapping) else {key: key for key in columns}
 
 
@@ -114,10 +115,8 @@ def _head(name: str, table: Table) -> str:
 
 
 def _width() -> int:
-    """Characters in a line: the terminal's, or what ``COLUMNS`` says; 0 in a pipe, where any length goes."""
-    if not (sys.stdout.isatty() or os.environ.get("COLUMNS")):
-        return 0
-    return shutil.get_terminal_size().columns
+    """Characters in a line of the terminal; 0 in a pipe, where any length goes."""
+    return shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
 
 
 def _fitted(heads: Mapping[str, str], rows: Sequence[Row], width: int) -> list[int] | None:

@@ -64,7 +64,8 @@ class Column:
     @property
     def units(self) -> str:
         """The unit as a file says it (CF conventions); ``1`` for a plain number, empty for what is no number."""
-        return _CF_UNITS.get(self.unit, self.unit) if self.type.is_number else ""
+        has_unit = self.type.is_number or self.type is Type.YES_NO
+        return _CF_UNITS.get(self.unit, self.unit) if has_unit else ""
 
 
 def number(name: str, unit: str, title: str, sentence: str) -> Column:
@@ -129,6 +130,8 @@ class Table:
         this order, before any other column.
     shown
         Names of the columns for a screen, the most telling first: those that find no room are left out from the end.
+    shown_where_known
+        Those of the shown columns that are left out where no row knows them.
     series
         Columns of the arrays that may stand behind a row (one value per cycle, a mean cycle), in HDF5 only.
     takes_facts
@@ -140,6 +143,7 @@ class Table:
     columns: tuple[Column, ...]
     lead: int
     shown: tuple[str, ...]
+    shown_where_known: tuple[str, ...] = ()
     series: tuple[Column, ...] = ()
     takes_facts: bool = False
 

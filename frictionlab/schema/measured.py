@@ -176,8 +176,10 @@ COMPARISONS = Table(
     lead=6,
     shown=(
         *("source", "frequency_ratio", "energy_per_cycle", "friction_ratio", "friction_ratio_se"),
-        *("predicted_energy_per_cycle", "response_nrmse", "stops_per_cycle", "predicted_stops_per_cycle", "regime"),
+        *("predicted_energy_per_cycle", "response_nrmse", "friction_force_n", "friction_coefficient"),
+        *("stops_per_cycle", "predicted_stops_per_cycle", "regime"),
     ),
+    shown_where_known=("friction_force_n", "friction_coefficient"),
 )
 
 LAWS = Table(
