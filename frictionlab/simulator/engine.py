@@ -24,7 +24,9 @@ from frictionlab.simulator.problem import Problem
 
 __all__ = [
     "Engine",
+    "as_it_stands",
     "choose",
+    "compile_modules",
     "compiled",
     "contact_of",
     "is_worth_it",
@@ -51,13 +53,23 @@ class Engine:
 @functools.cache
 def plain() -> Engine:
     """Return the kernel as plain Python: nothing to load."""
-    functions = {name: getattr(module, name) for module in MODULES for name in module.__all__}
-    return Engine(SimpleNamespace(**functions), list)
+    return as_it_stands(MODULES)
 
 
 @functools.cache
 def compiled() -> Engine:
-    """Return the kernel compiled by numba; machine code is kept between processes, see `machine_code_folder`.
+    """Return the kernel compiled by numba; machine code is kept between processes, see `machine_code_folder`."""
+    return compile_modules(layout, MODULES)
+
+
+def as_it_stands(modules: tuple[ModuleType, ...]) -> Engine:
+    """Return the functions that modules list as plain Python."""
+    functions = {name: getattr(module, name) for module in modules for name in module.__all__}
+    return Engine(SimpleNamespace(**functions), list)
+
+
+def compile_modules(names: ModuleType, modules: tuple[ModuleType, ...]) -> Engine:
+    """Return the functions that modules list, compiled; `names` holds their constants, each uses those before it only.
 
     Raises
     ------
@@ -72,8 +84,8 @@ def compiled() -> Engine:
             "do: pip install numba, or keep the work small enough for plain Python"
         ) from error
     functions: dict[str, Any] = {}
-    with _cached_in(machine_code_folder(), numba.config) as cache:
-        for module in MODULES:
+    with _cached_in(machine_code_folder(names, modules), numba.config) as cache:
+        for module in modules:
             twin = _fresh(module)
             vars(twin).update({name: fast for name, fast in functions.items() if hasattr(twin, name)})
             for name in module.__all__:
@@ -83,14 +95,14 @@ def compiled() -> Engine:
     return Engine(SimpleNamespace(**functions), lambda values: np.array(values, dtype=np.float64))
 
 
-def machine_code_folder() -> Path:
+def machine_code_folder(names: ModuleType = layout, modules: tuple[ModuleType, ...] = MODULES) -> Path:
     """Return where machine code is kept: a folder of its own for each state of the kernel's source.
 
     It stands in ``NUMBA_CACHE_DIR`` if that is set, else in the user's cache folder; never in the package. The
     compiler's own check sees a change of a function's own file only, hence the digest of all files.
     """
     digest = hashlib.sha256()
-    for module in (layout, *MODULES):
+    for module in (names, *modules):
         digest.update(Path(str(module.__file__)).read_bytes())
     home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
     root = Path(home) if home else Path("~/.cache").expanduser()

@@ -1,0 +1,141 @@
+"""A sampled motion of the base: what drives the mass where it is no periodic cosine."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator.record.spline import spline_slopes
+
+__all__ = ["BaseRecord", "Interpolation"]
+
+Interpolation = Literal["cubic", "linear"]
+Floats = NDArray[np.float64]
+EVEN = 1e-9  # of a step: stamps closer than this to equal steps are taken as equal
+
+
+@dataclass(frozen=True)
+class BaseRecord:
+    """A motion of the base, sampled; between its samples a cubic spline (not-a-knot), or straight lines.
+
+    Parameters
+    ----------
+    time : array_like of shape (n,)
+        tau = omega_n t, rad, strictly increasing; steps need not be equal.
+    displacement : array_like of shape (n,)
+        Displacement of the base in any one unit.
+    interpolation : {"cubic", "linear"}
+        What the base does between samples. With smooth motions the cubic spline errs with the fourth power of the
+        sampling interval, straight lines with the second.
+    rest : float, optional
+        Displacement at which the spring of a mass at x = 0 is relaxed; left out, that of the first sample.
+    scale : float, optional
+        The displacement Y that everything is measured in; left out, the largest distance from `rest`.
+
+    Raises
+    ------
+    SimulationError
+        Fewer than two samples, lengths that differ, values that are not finite, times that do not increase, or a base
+        that never moves.
+
+    Examples
+    --------
+    >>> base = BaseRecord([0.0, 1.0, 2.0, 3.0], [5.0, 6.0, 4.0, 5.0])
+    >>> base.scale, base.values.tolist()
+    (1.0, [0.0, 1.0, -1.0, 0.0])
+    """
+
+    time: Floats
+    displacement: Floats
+    interpolation: Interpolation = "cubic"
+    rest: float = float("nan")
+    scale: float = float("nan")
+
+    def __init__(
+        self,
+        time: ArrayLike,
+        displacement: ArrayLike,
+        *,
+        interpolation: Interpolation = "cubic",
+        rest: float | None = None,
+        scale: float | None = None,
+    ) -> None:
+        times, values = _column(time), _column(displacement)
+        _check(times, values)
+        if interpolation not in ("cubic", "linear"):
+            raise SimulationError(f"base motion: interpolation; expected 'cubic' or 'linear'; got {interpolation!r}")
+        zero = float(values[0]) if rest is None else float(rest)
+        size = float(max(values.max() - zero, zero - values.min())) if scale is None else float(scale)
+        if not (size > 0.0 and np.isfinite(size) and np.isfinite(zero)):
+            raise SimulationError(
+                f"base motion: its size; expected a finite number > 0; got {size!r} about {zero!r}: a base at rest "
+                "drives nothing"
+            )
+        for name, value in (
+            ("time", times),
+            ("displacement", values),
+            ("interpolation", interpolation),
+            ("rest", zero),
+            ("scale", size),
+        ):
+            object.__setattr__(self, name, value)
+
+    @cached_property
+    def values(self) -> Floats:
+        """Displacement from `rest` over `scale`, shape (n,)."""
+        values = (self.displacement - self.rest) / self.scale
+        values.setflags(write=False)
+        return values
+
+    @cached_property
+    def step(self) -> float:
+        """The sampling interval, rad, where all steps are equal; 0 where they are not."""
+        step = float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
+        part = 1 << 16  # in parts that stay in the cache
+        for start in range(0, len(self.time), part):
+            some = self.time[start : start + part]
+            even = self.time[0] + step * np.arange(start, start + len(some))
+            if not np.all(np.abs(some - even) <= EVEN * step):
+                return 0.0
+        return step
+
+    @cached_property
+    def speeds(self) -> Floats:
+        """Rate of `values` by tau at the samples, shape (n,): of the spline, or of the straight line that follows."""
+        if self.interpolation == "linear":
+            rates = np.diff(self.values) / np.diff(self.time)
+            return np.append(rates, rates[-1])
+        times, values = self.time.tolist(), self.values.tolist()
+        slopes = [0.0] * len(times)
+        spline_slopes(times, values, slopes, [0.0] * len(times))
+        return np.array(slopes)
+
+
+def _column(values: ArrayLike) -> Floats:
+    array = np.ascontiguousarray(values, dtype=np.float64).view()
+    array.setflags(write=False)
+    return array
+
+
+def _check(times: Floats, values: Floats) -> None:
+    if times.ndim != 1 or times.shape != values.shape or len(times) < 2:
+        raise SimulationError(
+            f"base motion: expected times and displacements of one length, at least 2; got shapes {times.shape} and "
+            f"{values.shape}"
+        )
+    for name, column in (("time", times), ("displacement", values)):
+        if not np.isfinite(column.sum()):
+            wrong = int(np.argmax(~np.isfinite(column)))
+            raise SimulationError(
+                f"base motion: {name}; expected finite numbers; got {column[wrong]} at sample {wrong}"
+            )
+    steps = np.diff(times)
+    if not steps.min() > 0.0:
+        wrong = int(np.argmax(~(steps > 0.0)))
+        raise SimulationError(
+            f"base motion: time; expected to increase; got {float(times[wrong])!r} then "
+            f"{float(times[wrong + 1])!r} at sample {wrong + 1}"
+        )

@@ -1,0 +1,317 @@
+"""A sampled base motion in, the motion of the mass out: exact between samples, event by event."""
+
+import functools
+from dataclasses import dataclass
+from math import sqrt
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator import engine as engines
+from frictionlab.simulator.engine import Engine
+from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.record import events, layout, piece, spline, travel
+from frictionlab.simulator.record.base import BaseRecord
+
+__all__ = ["Response", "respond"]
+
+Floats = NDArray[np.float64]
+MODULES: tuple[ModuleType, ...] = (piece, spline, events, travel)
+FINE = 16.0  # steps per unit of the fastest phase's time
+WORTH_LOADING = 5e4  # steps; in plain Python they take about as long (1 s) as loading the compiled kernel
+WORTH_COMPILING = 5e5  # the same for compiling it, once per machine and version
+
+
+@dataclass(frozen=True)
+class Response:
+    """The motion of the mass under a sampled motion of the base, from its first sample to its last.
+
+    Lengths are over Y = `base.scale`, times are tau = omega_n t in rad, forces over k Y, energies over k Y^2.
+
+    Parameters
+    ----------
+    problem : Problem
+    base : BaseRecord
+    displacement, velocity : ndarray of shape (n,)
+        Absolute displacement x of the mass from where the spring is relaxed, and dx/dtau, at the samples.
+    contact_force : ndarray of shape (n,)
+        Force of the contact on the mass, n, at the samples.
+    events : ndarray of shape (m, 3)
+        What begins, when, where: tau; 1 (slip up), -1 (slip down) or 0 (a stop); displacement relative to the wall.
+    energy : float
+        All that is dissipated: by friction, by the contact's dashpot and by the frame's.
+    friction_energy : float
+        By dry friction alone.
+    energy_input : float
+        Work of the force that drives the motion relative to the wall, by an independent integral.
+    closure_error : float
+        |energy put in - energy dissipated - energy stored|.
+    path : float
+        Way of the mass along the wall while the contact slips.
+    stops : int
+        Times that the slipping contact came to hold.
+    time_stuck : float
+        Time in which the contact does not slip, rad.
+    """
+
+    problem: Problem
+    base: BaseRecord
+    displacement: Floats
+    velocity: Floats
+    contact_force: Floats
+    events: Floats
+    energy: float
+    friction_energy: float
+    energy_input: float
+    closure_error: float
+    path: float
+    stops: int
+    time_stuck: float
+
+    @property
+    def time(self) -> Floats:
+        """Times of the samples, tau in rad."""
+        return self.base.time
+
+    @property
+    def stuck_fraction(self) -> float:
+        """Share of the time in which the contact does not slip."""
+        return self.time_stuck / float(self.time[-1] - self.time[0])
+
+    @property
+    def peaks(self) -> dict[str, float]:
+        """Largest sizes at the samples: displacement, velocity, displacement from the base, contact force."""
+        return {
+            "displacement": _largest(self.displacement),
+            "velocity": _largest(self.velocity),
+            "relative_displacement": _largest(self.displacement - self.base.values),
+            "contact_force": _largest(self.contact_force),
+        }
+
+    @property
+    def intervals_stuck(self) -> Floats:
+        """Begin and end of each time in which the contact does not slip, rad, shape (k, 2)."""
+        begins = self.events[:, 0]
+        ends = np.append(begins[1:], self.time[-1])
+        held = self.events[:, 1] == 0.0
+        return np.column_stack((begins[held], ends[held]))
+
+
+def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 0.0) -> Response:
+    """Simulate the mass under a sampled motion of the base.
+
+    Between samples the base is a polynomial and the mass, between events, a linear oscillator: its motion is a closed
+    form, and what interpolation makes of the samples is the only approximation (README, "How good").
+
+    Parameters
+    ----------
+    problem : Problem
+        With r = 1: time is counted in omega_n t. Its own periodic base is not used. `beta` is over k times the
+        record's scale Y.
+    base : BaseRecord
+    x0, v0 : float
+        Displacement (over Y, from where the spring is relaxed) and velocity dx/dtau of the mass at the first sample.
+
+    Raises
+    ------
+    SimulationError
+        The law has no exact phases, r is not 1, friction would have to be negative or to outgrow the spring, or events
+        do not end.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> tau = np.linspace(0.0, 40.0, 2001)
+    >>> response = respond(Problem(1.0, beta=0.4), BaseRecord(tau, 1.0 - np.cos(0.5 * tau)))
+    >>> response.stops, round(response.energy, 3)
+    (6, 2.442)
+    """
+    rig, stiffest = _rig_of(problem), _stiffest(problem)
+    fine = FINE * max(1.0, sqrt(stiffest), 2.0 * (rig.frame + rig.contact))
+    engine = choose((base.time[-1] - base.time[0]) * fine + len(base.time))
+    room = 256 + len(base.time) // 64
+    run = _run(engine, problem, rig, base, fine, (x0, v0), room)
+    if run.count > room:
+        run = _run(engine, problem, rig, base, fine, (x0, v0), run.count)
+    _refuse_negative_friction(problem, run)
+    return _response(problem, base, rig, run)
+
+
+def choose(steps: float) -> Engine:
+    """Return the engine for about so many steps: plain Python where loading the compiled kernel would take longer."""
+    folder = engines.machine_code_folder(layout, MODULES)
+    if compiled.cache_info().currsize or steps > WORTH_COMPILING:
+        return compiled()
+    return compiled() if steps > WORTH_LOADING and any(folder.glob("**/*.nbi")) else plain()
+
+
+@functools.cache
+def plain() -> Engine:
+    """Return the record kernel as plain Python."""
+    return engines.as_it_stands(MODULES)
+
+
+@functools.cache
+def compiled() -> Engine:
+    """Return the record kernel compiled by numba."""
+    return engines.compile_modules(layout, MODULES)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """What the kernel has left in its buffers; `start`: z and v at the first sample."""
+
+    start: tuple[float, float]
+    sliders: layout.Sliders
+    state: Any
+    tally: Any
+    motion: tuple[Any, Any, Any]
+    events: Any
+
+    @property
+    def count(self) -> int:
+        return int(self.tally[layout.EVENTS])
+
+
+def _run(
+    engine: Engine,
+    problem: Problem,
+    rig: layout.Rig,
+    base: BaseRecord,
+    fine: float,
+    start: tuple[float, float],
+    room: int,
+) -> _Run:
+    """Let the kernel travel through the record, with room for a number of events."""
+    kernel, n = engine.kernel, len(base.time)
+    times, values, slopes, first = _samples(engine, base)
+    sliders = layout.Sliders(*(_column(engine, np.array(column)) for column in _sliders_of(problem)))
+    state, tally, free, record = (
+        _column(engine, np.zeros(size)) for size in (layout.STATE, layout.TALLY, layout.FREE, layout.EVENT * room)
+    )
+    motion = (_column(engine, np.zeros(n)), _column(engine, np.zeros(n)), _column(engine, np.zeros(n)))
+    moving = problem.wall == "base"
+    at = (start[0] - float(base.values[0]), start[1] - first) if moving else start
+    state[layout.Z], state[layout.V] = at
+    reached = kernel.travel(
+        rig, sliders, state, tally, record, (times, values, slopes), (base.step, fine), motion, free
+    )
+    if reached < n - 1:
+        raise SimulationError(
+            f"simulation: events without end at tau = {base.time[reached]!r}: law {problem.law.name}, parameters "
+            f"{problem.parameters}; expected some per sample; got more, last z = {state[layout.Z]!r}, v = "
+            f"{state[layout.V]!r}; do: report these numbers"
+        )
+    return _Run(at, sliders, state, tally, motion, record)
+
+
+def _column(engine: Engine, values: Floats) -> Any:
+    """An array as the engine's kind of buffer; not copied where arrays are that."""
+    return values.tolist() if engine.buffer is list else values
+
+
+def _samples(engine: Engine, base: BaseRecord) -> tuple[Any, Any, Any, float]:
+    """Return the kernel's times, values and slopes (none for straight lines), and the base's speed at the start."""
+    times, values = _column(engine, base.time), _column(engine, base.values)
+    if base.interpolation == "linear":
+        return times, values, _column(engine, np.zeros(0)), float((values[1] - values[0]) / (times[1] - times[0]))
+    slopes = _column(engine, np.zeros(len(base.time)))
+    engine.kernel.spline_slopes(times, values, slopes, _column(engine, np.zeros(len(base.time))))
+    return times, values, slopes, float(slopes[0])
+
+
+def _sliders_of(problem: Problem) -> tuple[list[float], list[float], list[float], list[float]]:
+    """Stiffness and slip force of each elastic slider, and room for what the kernel keeps of it; none: rigid."""
+    if not problem.law.has("compliance"):
+        return [], [], [], []
+    return [problem.parameter("stiffness_ratio")], [problem.beta], [0.0], [0.0]
+
+
+def _rig_of(problem: Problem) -> layout.Rig:
+    """Return the kernel's numbers, or refuse what it does not know."""
+    if problem.r != 1.0:
+        raise SimulationError(
+            f"simulation of a record: r; expected 1 (time is counted in omega_n t); got {problem.r!r}"
+        )
+    known = {"coulomb", "place", "speed", "breakaway", "compliance"}
+    strange = [term.name for term in problem.law.terms if term.name not in known]
+    if strange:
+        raise SimulationError(
+            f"simulation of a record: law {problem.law.name}: {strange[0]} is not simulated under a sampled base "
+            f"motion; expected a sum of {', '.join(sorted(known))}"
+        )
+    up, down = problem.static_ratios
+    wall = 1.0 if problem.wall == "base" else 0.0
+    gradient = problem.parameter("gradient")
+    return layout.Rig(problem.frame_damping_ratio, problem.zeta, problem.beta, gradient, up, down, wall)
+
+
+def _stiffest(problem: Problem) -> float:
+    """The largest stiffness of a phase over k.
+
+    Raises
+    ------
+    SimulationError
+        The smallest one is not positive: the friction outgrows the spring.
+    """
+    change = problem.beta * abs(problem.parameter("gradient"))
+    if change >= 1.0:
+        raise SimulationError(
+            f"simulation of a record: beta * |gradient|; expected less than 1; got {change:g}: friction changes along "
+            "the path faster than the spring's force, and the mass would run away"
+        )
+    return 1.0 + change + sum(_sliders_of(problem)[0])
+
+
+def _refuse_negative_friction(problem: Problem, run: _Run) -> None:
+    gradient = problem.parameter("gradient")
+    low, high = run.tally[layout.LOW], run.tally[layout.HIGH]
+    least = 1.0 + min(gradient * low, gradient * high)
+    if least < 0.0:
+        raise SimulationError(
+            f"simulation of a record: 1 + gradient z; expected never below 0; got {least:.3g} with gradient = "
+            f"{gradient:g} and z from {low:.3g} to {high:.3g}; do: give a smaller gradient"
+        )
+
+
+def _stored(problem: Problem, run: _Run) -> float:
+    """Energy in the sliders' springs at the end, over k Y^2."""
+    total, z, side = 0.0, float(run.state[layout.Z]), float(run.state[layout.SIDE])
+    for stiff, limit, anchor, slips in zip(*run.sliders, strict=True):
+        force = side * limit * (1.0 + problem.parameter("gradient") * z) if slips else stiff * (z - anchor)
+        total += 0.5 * force * force / stiff
+    return total
+
+
+def _response(problem: Problem, base: BaseRecord, rig: layout.Rig, run: _Run) -> Response:
+    tally, state = run.tally, run.state
+    x, v, n = (np.asarray(column, dtype=np.float64) for column in run.motion)
+    friction = float(tally[layout.FRICTION_WORK]) - _stored(problem, run)
+    squared = float(tally[layout.SQUARED_SPEED])
+    frame = squared if rig.wall else float(tally[layout.SQUARED_FRAME_SPEED])
+    gained = 0.5 * float(state[layout.Z] ** 2 + state[layout.V] ** 2 - run.start[0] ** 2 - run.start[1] ** 2)
+    lost = float(tally[layout.FRICTION_WORK]) + 2.0 * (rig.frame + rig.contact) * squared
+    if rig.wall:
+        x, v = x + base.values, v + base.speeds
+    return Response(
+        problem=problem,
+        base=base,
+        displacement=x,
+        velocity=v,
+        contact_force=n,
+        events=np.array(run.events[: layout.EVENT * run.count], dtype=np.float64).reshape(-1, layout.EVENT),
+        energy=friction + 2.0 * rig.contact * squared + 2.0 * rig.frame * frame,
+        friction_energy=friction,
+        energy_input=float(tally[layout.INPUT]),
+        closure_error=abs(float(tally[layout.INPUT]) - lost - gained),
+        path=float(tally[layout.PATH]),
+        stops=int(tally[layout.STOPS]),
+        time_stuck=float(tally[layout.STUCK_TIME]),
+    )
+
+
+def _largest(values: Floats) -> float:
+    return float(max(values.max(), -values.min()))

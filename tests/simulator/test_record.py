@@ -1,0 +1,226 @@
+"""The response to a sampled base motion: against a slow twin, its own refinement, and the steady state."""
+
+import importlib
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator import Base, Problem, steady_state
+from frictionlab.simulator.record import BaseRecord, Interpolation, respond
+from tests.simulator import record_naive as naive
+
+kernel = importlib.import_module("frictionlab.simulator.record.respond")
+TERMS = {
+    "place": ("q", "gradient"),
+    "speed": ("zeta_c", "contact_damping_ratio"),
+    "compliance": ("kappa", "stiffness_ratio"),
+}
+CASES = {
+    "coulomb": naive.Contact(0.25),
+    "no friction": naive.Contact(0.0, zeta_c=0.1),
+    "breakaway by direction": naive.Contact(0.2, up=1.3, down=1.1),
+    "place, speed, frame": naive.Contact(0.2, q=0.1, zeta_c=0.05, zeta_f=0.02),
+    "overdamped": naive.Contact(0.1, zeta_c=0.9, zeta_f=0.8),
+    "moving wall": naive.Contact(0.2, q=-0.05, up=1.2, down=1.2, zeta_f=0.03, wall_moves=True),
+    "elastic": naive.Contact(0.2, kappa=30.0),
+    "elastic, place, breakaway": naive.Contact(0.2, q=0.08, up=1.1, down=1.2, zeta_c=0.02, kappa=12.0),
+}
+
+
+def problem_of(law: naive.Contact) -> Problem:
+    parameters: dict[str, float] = {}
+    name = "coulomb"
+    for term, (short, long) in TERMS.items():
+        if getattr(law, short):
+            name += f"+{term}"
+            parameters[long] = getattr(law, short)
+    if (law.up, law.down) != (1.0, 1.0):
+        name += "+breakaway"
+        parameters |= {"static_ratio_up": law.up, "static_ratio_down": law.down}
+    wall: Any = "base" if law.wall_moves else "fixed"
+    return Problem(1.0, law.beta, wall=wall, law=name, parameters=parameters, frame_damping_ratio=law.zeta_f)
+
+
+def some_base(seed: int, n: int, *, even: bool) -> tuple[np.ndarray, np.ndarray]:
+    """A random multisine of four tones, sampled evenly or not."""
+    rng = np.random.default_rng(seed)
+    tau = 0.35 * np.arange(n) + (0.0 if even else 0.1 * rng.uniform(-1.0, 1.0, n))
+    tones = rng.uniform([0.3, 0.2, 0.0], [1.0, 1.6, 2 * np.pi], (4, 3))
+    return tau, sum(a * np.sin(w * tau + p) for a, w, p in tones)
+
+
+@pytest.mark.parametrize("even", [True, False])
+@pytest.mark.parametrize("name", sorted(CASES))
+def test_it_is_the_slow_twin(name: str, *, even: bool) -> None:
+    law = CASES[name]
+    tau, y = some_base(len(name), 60, even=even)
+    base = BaseRecord(tau, y)
+    v0 = float(base.speeds[0]) if law.wall_moves else 0.3
+    seen = respond(problem_of(law), base, x0=0.1, v0=v0)
+    slow = naive.respond(law, tau, base.values, 0.1, 0.0 if law.wall_moves else 0.3)
+    z = np.array(slow.z) + (base.values if law.wall_moves else 0.0)
+    assert seen.displacement == pytest.approx(z, abs=1e-10)
+    assert seen.contact_force == pytest.approx(np.array(slow.n), abs=1e-9)
+    assert seen.path == pytest.approx(slow.path, abs=1e-9)
+    assert seen.time_stuck == pytest.approx(slow.stuck, abs=1e-7)
+    assert int(np.count_nonzero(seen.events[:, 1])) == slow.slips
+    stored = 0.5 * (seen.contact_force[-1] - 2 * law.zeta_c * seen.velocity[-1]) ** 2 / law.kappa if law.kappa else 0.0
+    assert seen.friction_energy == pytest.approx(slow.friction_work - stored, abs=1e-9)
+    assert seen.closure_error < 1e-8
+
+
+def cosine_record(r: float, cycles: int, points: int, interpolation: Interpolation = "cubic") -> BaseRecord:
+    tau = np.arange(cycles * points + 1) * (2 * np.pi / r / points)
+    return BaseRecord(tau, np.cos(r * tau), rest=0.0, interpolation=interpolation)
+
+
+@pytest.mark.parametrize(
+    ("r", "beta", "mu", "zeta"),
+    [(0.5, 0.4, 1.0, 0.0), (0.3, 0.6, 1.0, 0.02), (1.4, 0.3, 1.0, 0.0), (0.4, 0.3, 1.3, 0.0)],
+)
+def test_on_the_steady_orbit_it_stays_there(r: float, beta: float, mu: float, zeta: float) -> None:
+    base = cosine_record(r, 10, 800)
+    orbit = steady_state(Problem(r, beta, mu, zeta)).orbit
+    assert orbit is not None
+    x, v = orbit.at(r * base.time)
+    seen = respond(Problem(1.0, beta, mu, zeta), base, x0=float(x[0]), v0=r * float(v[0]))
+    assert seen.displacement == pytest.approx(x, abs=1e-10)
+    assert seen.velocity == pytest.approx(r * v, abs=1e-9)
+    assert seen.energy / 10 == pytest.approx(steady_state(Problem(r, beta, mu, zeta)).energy_per_cycle, rel=1e-9)
+
+
+def test_from_rest_it_reaches_the_steady_state() -> None:
+    base = cosine_record(0.5, 40, 800)
+    orbit = steady_state(Problem(0.5, 0.4)).orbit
+    assert orbit is not None
+    x = respond(Problem(1.0, 0.4), base).displacement
+    assert x[-801:] == pytest.approx(orbit.at(0.5 * base.time[-801:])[0], abs=1e-10)
+
+
+@pytest.mark.parametrize(("interpolation", "order"), [("cubic", 4), ("linear", 2)])
+def test_the_order_in_the_sampling_interval(interpolation: Interpolation, order: int) -> None:
+    def last(points: int) -> np.ndarray:
+        base = cosine_record(0.5, 4, points, interpolation)
+        return respond(Problem(1.0, 0.4), base).displacement[:: points // 25]
+
+    truth = last(1600) if interpolation == "cubic" else last_cubic()
+    coarse, fine = (float(np.abs(last(points) - truth).max()) for points in (50, 100))
+    assert np.log2(coarse / fine) == pytest.approx(order, abs=0.35)
+
+
+def last_cubic() -> np.ndarray:
+    return respond(Problem(1.0, 0.4), cosine_record(0.5, 4, 1600)).displacement[::64]
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    seed=st.integers(0, 10**6),
+    beta=st.floats(0.0, 1.0),
+    q=st.floats(-0.1, 0.1),
+    mu=st.floats(1.0, 1.5),
+    stiff=st.one_of(st.none(), st.floats(5.0, 200.0)),
+)
+def test_a_finer_sampling_of_the_same_curve_changes_nothing(
+    seed: int, beta: float, q: float, mu: float, stiff: float | None
+) -> None:
+    """A cubic spline through its own points is itself: every old sample must be met again, and so must the mirror."""
+    tau, y = some_base(seed, 40, even=False)
+    fine = np.sort(np.concatenate([tau, tau[:-1] + np.diff(tau) * np.random.default_rng(seed).uniform(0.2, 0.8, 39)]))
+    law = naive.Contact(beta, q=q, up=mu, down=1.0, zeta_f=0.01, kappa=stiff or 0.0)
+    coarse = respond(problem_of(law), BaseRecord(tau, y))
+    finer = respond(problem_of(law), BaseRecord(fine, CubicSpline(tau, y)(fine), scale=coarse.base.scale))
+    assert finer.displacement[::2] == pytest.approx(coarse.displacement, abs=1e-8)
+    assert finer.energy == pytest.approx(coarse.energy, abs=1e-7)
+    mirror = respond(problem_of(replace(law, q=-q, up=1.0, down=mu)), BaseRecord(tau, -y))
+    assert mirror.displacement == pytest.approx(-coarse.displacement, abs=1e-12)
+
+
+def test_a_stiff_contact_meets_the_rigid_one() -> None:
+    """With the square root of its stiffness: a stop begins with a jump of the force, and the mass trembles in it."""
+    tau, y = some_base(3, 80, even=True)
+    rigid = respond(Problem(1.0, 0.2), BaseRecord(tau, y)).displacement
+
+    def away(kappa: float) -> float:
+        law = naive.Contact(0.2, kappa=kappa)
+        return float(np.abs(respond(problem_of(law), BaseRecord(tau, y)).displacement - rigid).max())
+
+    assert away(1000.0) < 0.02
+    assert away(1000.0) / away(4000.0) == pytest.approx(2.0, rel=0.02)
+
+
+def test_a_base_that_is_held_back_moves_nothing() -> None:
+    still = respond(Problem(1.0, 1.2), BaseRecord(*some_base(5, 50, even=True)))
+    assert not still.displacement.any()
+    assert (still.energy, still.path, still.stops, still.stuck_fraction) == (0.0, 0.0, 0, 1.0)
+    assert still.intervals_stuck.tolist() == [[still.time[0], still.time[-1]]]
+
+
+def test_free_vibration_loses_four_beta_a_cycle() -> None:
+    """A base that has stopped: each half turn of friction takes 2 beta off the amplitude (Lorenz)."""
+    tau = np.linspace(0.0, 20.0, 400)
+    base = BaseRecord(tau, np.where(tau == tau[-1], 1e-12, 0.0), interpolation="linear", scale=1.0)
+    response = respond(Problem(1.0, 0.1), base, x0=1.05)
+    turns = response.events[:, 2]
+    assert turns[1:6] == pytest.approx([-0.85, 0.65, -0.45, 0.25, -0.05], abs=1e-11)
+    assert response.path == pytest.approx(1.9 + 1.5 + 1.1 + 0.7 + 0.3, abs=1e-10)
+    assert response.events[-1].tolist() == pytest.approx([5 * np.pi, 0.0, -0.05], abs=1e-10)
+
+
+@pytest.mark.timeout(300)  # compiles once on a new machine
+@pytest.mark.parametrize("name", ["breakaway by direction", "place, speed, frame", "elastic, place, breakaway"])
+def test_plain_and_compiled_kernels_give_the_same_bits(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    base = BaseRecord(*some_base(7, 80, even=True))
+    monkeypatch.setattr(kernel, "choose", lambda _: kernel.plain())
+    slow = respond(problem_of(CASES[name]), base)
+    monkeypatch.setattr(kernel, "choose", lambda _: kernel.compiled())
+    fast = respond(problem_of(CASES[name]), base)
+    for key in ("displacement", "velocity", "contact_force", "events", "energy", "closure_error"):
+        np.testing.assert_array_equal(getattr(slow, key), getattr(fast, key))
+
+
+@pytest.mark.parametrize(
+    ("problem", "match"),
+    [
+        (Problem(0.5, 0.4), "expected 1"),
+        (Problem(1.0, 0.4, law="coulomb+place", parameters={"gradient": 3.0}), "run away"),
+        (Problem(1.0, 0.1, law="coulomb+place", parameters={"gradient": 2.0}), "never below 0"),
+        (Problem(1.0, 0.4, law="coulomb+dahl", parameters={"stiffness_ratio": 50.0}), "dahl is not simulated"),
+    ],
+)
+def test_what_cannot_be_simulated_is_refused(problem: Problem, match: str) -> None:
+    with pytest.raises(SimulationError, match=match):
+        respond(problem, BaseRecord(*some_base(5, 50, even=True)))
+
+
+@pytest.mark.parametrize(
+    ("time", "y", "match"),
+    [
+        ([0.0], [1.0], "at least 2"),
+        ([0.0, 1.0], [1.0, 2.0, 3.0], "one length"),
+        ([0.0, 1.0, 1.0], [0.0, 1.0, 2.0], "1.0 then 1.0 at sample 2"),
+        ([0.0, 1.0, 2.0], [0.0, np.nan, 2.0], "displacement; expected finite numbers; got nan at sample 1"),
+        ([0.0, 1.0, 2.0], [3.0, 3.0, 3.0], "drives nothing"),
+    ],
+)
+def test_what_is_no_motion_is_refused(time: list[float], y: list[float], match: str) -> None:
+    with pytest.raises(SimulationError, match=match):
+        BaseRecord(time, y)
+
+
+def test_the_periodic_base_of_a_problem_is_not_used() -> None:
+    base = BaseRecord(*some_base(5, 50, even=True))
+    plain, other = Problem(1.0, 0.2), Problem(1.0, 0.2, base=Base((0.5, 0.5)))
+    np.testing.assert_array_equal(respond(plain, base).displacement, respond(other, base).displacement)
+
+
+def test_peaks_are_the_largest_sizes() -> None:
+    base = BaseRecord(*some_base(5, 50, even=True))
+    response = respond(Problem(1.0, 0.2), base)
+    assert response.peaks["displacement"] == np.abs(response.displacement).max()
+    assert response.peaks["contact_force"] == pytest.approx(0.2)
