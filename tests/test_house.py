@@ -30,7 +30,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "experiment": {"errors", "scene"},
     "hdf5": {"__init__", "errors", "files", "recording", "schema"},
     "maps": {"errors", "files", "hdf5", "schema", "simulator", "tables", "workers"},
-    "logs": {"errors", "recording", "files", "log_options", "units"},
+    "logs": {"errors", "recording", "hdf5", "log_options", "units"},
     "analysis": {"accuracy", "errors", "recording", "scene"},
     "comparison": {"accuracy", "errors", "recording", "scene", "analysis", "simulator"},
     "synthetic": {"__init__", "errors", "files", "scene", "simulator"},

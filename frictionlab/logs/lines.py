@@ -8,20 +8,18 @@ import codecs
 import io
 import os
 import re
-import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from io import BufferedReader
 from pathlib import Path
 
 from frictionlab.errors import LogError
+from frictionlab.logs.unpack import BLOCK, package_of, unpacked
 
-BLOCK = 1 << 22
 HEAD = 1 << 18
 LONGEST_LINE = 1 << 20
-MOST_EXPANSION = 200
-"""A compressed log may unpack to this many times its size (text of numbers reaches 10), and always to `FREE` bytes."""
-FREE = 1 << 26
+NUMBERS = "binary"
+"""The encoding of a log that is no text."""
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF32_LE, "utf-32"),
@@ -38,13 +36,13 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True)
 class Head:
-    """The beginning of a log: decoded lines without their ends, and how it is written."""
+    """The beginning of a log: decoded lines without their ends, how it is written, and what it is packed in ("")."""
 
     path: Path
     lines: tuple[str, ...]
     encoding: str
     newline: str
-    compressed: bool
+    package: str
     whole: bool
     evidence: tuple[str, ...]
     state: tuple[int, int]
@@ -93,8 +91,8 @@ def read_head(path: Path, encoding: str | None = None) -> Head:
     with _open(path) as file:
         state = _state(os.fstat(file.fileno()))
         told = _Told(file, state[0], None)
-        compressed = _is_gzip(file)
-        raw = _first(_unpacked(told) if compressed else _chunks(told), HEAD)
+        package = package_of(file, path.name)
+        raw = _first(_raw(told, package, path.name), HEAD)
         whole = len(raw) < HEAD
     if not raw.strip(b"\0 \t\r\n\xef\xbb\xbf\xff\xfe"):
         raise LogError(f"{path.name}: empty: expected lines of numbers; got {state[0]} bytes without any")
@@ -104,14 +102,14 @@ def read_head(path: Path, encoding: str | None = None) -> Head:
     lines = [line.rstrip("\r") for line in text.split(newline)]
     if not whole or not lines[-1]:
         lines.pop()
-    return Head(path, tuple(lines), name, newline, compressed, whole, (f"encoding {name}: {evidence}",), state)
+    return Head(path, tuple(lines), name, newline, package, whole, (f"encoding {name}: {evidence}",), state)
 
 
 def texts_of(head: Head, numbers: Sequence[int]) -> dict[int, str]:
     """Fetch the texts of some lines, by their numbers from 1; cut to 300 characters."""
     wanted, found, line = sorted(numbers), dict[int, str](), 1
     encoding = "utf-8" if head.encoding.startswith("utf") else head.encoding
-    for block, _ in Blocks(head) if wanted else ():
+    for block, _ in Blocks(head) if wanted and head.encoding != NUMBERS else ():
         count = block.count(b"\n") + (not block.endswith(b"\n"))
         here = [n for n in wanted if line <= n < line + count]
         rows = block.split(b"\n") if here else []
@@ -128,12 +126,6 @@ def _open(path: Path) -> BufferedReader:
         return path.open("rb")
     except OSError as error:
         raise LogError(f"{path}: cannot be read ({error.strerror})") from error
-
-
-def _is_gzip(file: BufferedReader) -> bool:
-    magic = file.read(2)
-    file.seek(0)
-    return magic == b"\x1f\x8b"
 
 
 class _Told:
@@ -176,33 +168,15 @@ def _chunks(file: _Told) -> Iterator[bytes]:
         yield chunk
 
 
-def _unpacked(file: _Told) -> Iterator[bytes]:
-    """Unpack gzip members one after the other, never more than a block at a time."""
-    engine, inside, done = zlib.decompressobj(wbits=31), False, 0
-    while chunk := file.read(1 << 16):
-        data = chunk
-        while data:
-            try:
-                out = engine.decompress(data, BLOCK)
-            except zlib.error as error:
-                raise LogError(f"damaged gzip data near byte {file.done}: {error}") from error
-            done += len(out)
-            _check_expansion(done, file.total)
-            yield out
-            inside, data = not engine.eof, engine.unconsumed_tail
-            if engine.eof:
-                data = engine.unused_data.lstrip(b"\0")
-                engine = zlib.decompressobj(wbits=31)
-    if inside:
-        raise LogError("the gzip data ends early: the file was cut; unpack what is there yourself and ingest that")
-
-
-def _check_expansion(done: int, packed: int) -> None:
-    if done > max(FREE, MOST_EXPANSION * packed):
-        raise LogError(
-            f"unpacks to more than {MOST_EXPANSION} times its {packed} bytes: expected a compressed log; "
-            "unpack it yourself if it is one"
-        )
+def _raw(file: _Told, package: str, name: str) -> Iterator[bytes]:
+    """The file's text in chunks, unpacked."""
+    if not package:
+        yield from _chunks(file)
+        return
+    try:
+        yield from unpacked(package, file)
+    except LogError as error:
+        raise LogError(f"{name}: {error}") from error
 
 
 def _first(chunks: Iterator[bytes], size: int) -> bytes:
@@ -242,7 +216,7 @@ def _decode(raw: bytes, encoding: str, path: Path, *, whole: bool) -> str:
 
 def _decoded(file: _Told, head: Head) -> Iterator[bytes]:
     """Chunks in an encoding whose digits, separators and line ends are ASCII bytes."""
-    chunks = _unpacked(file) if head.compressed else _chunks(file)
+    chunks = _raw(file, head.package, head.path.name)
     if head.encoding == "utf-8-sig":
         chunks = _without_bom(chunks)
     if _WIDE.match(head.encoding):
@@ -255,7 +229,7 @@ def _decoded(file: _Told, head: Head) -> Iterator[bytes]:
 def _is_plain(head: Head) -> bool:
     """Whether the file's bytes are what is parsed."""
     plain = head.encoding != "utf-8-sig" and not _WIDE.match(head.encoding)
-    return plain and not head.compressed and head.newline == "\n"
+    return plain and not head.package and head.newline == "\n"
 
 
 def _narrowed(chunks: Iterator[bytes], encoding: str) -> Iterator[bytes]:

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from frictionlab.errors import LogError
 from frictionlab.logs.align import Aligned, align
 from frictionlab.logs.clock import TimeBase, counted, time_base
-from frictionlab.logs.layouts import find_layout
-from frictionlab.logs.lines import Progress, read_head, texts_of
+from frictionlab.logs.lines import Progress, texts_of
 from frictionlab.logs.options import LogOptions
 from frictionlab.logs.sensor import Channel, bridge, examine, unit_by_step
 from frictionlab.logs.table import KEEP, Table, displacements, read_table
@@ -51,7 +50,7 @@ def read_log(path: Path, options: LogOptions | None = None, *, progress: Progres
     Parameters
     ----------
     path
-        The log; compressed by gzip or not.
+        The log: text, packed or not, or a binary one of a kind that is registered.
     options
         What the log does not say itself, or says wrongly.
     progress
@@ -94,8 +93,7 @@ def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
         As `read_log`; where the log has no base, what is wrong with its mass.
     """
     options = options or LogOptions()
-    head = read_head(path, options.encoding)
-    if len(displacements(find_layout(head, options), options)) > 1:
+    if len(displacements(path, options)) > 1:
         return read_log(path, options)
     sensors = _examined(read_table(path, replace(options, base=None), ("mass",)), options, ("mass",))
     sensors.channels["base"] = Channel(np.zeros(len(sensors.base.time)), np.zeros(len(sensors.base.time), np.uint8))
@@ -300,7 +298,7 @@ def _dialect(sensors: _Sensors, options: LogOptions) -> dict[str, Fact]:
     facts: dict[str, Fact] = {
         "layout": table.layout.name,
         "encoding": table.head.encoding,
-        "compression": "gzip" if table.head.compressed else "none",
+        "compression": table.head.package or "none",
         "separator": dialect.separator,
         "decimal": dialect.decimal,
         "header_lines": " ".join(str(i + 1) for i in table.layout.header),

@@ -10,14 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
-from frictionlab.logs.body import COMPILE_FROM, KEEP, Body, Lines, Parsed, Reader, Shape
+from frictionlab.logs.binary import Sheet, read_binary
+from frictionlab.logs.body import COMPILE_FROM, KEEP, Body, Lines, Parsed, Reader, Shape, runs
 from frictionlab.logs.cells import decimals
-from frictionlab.logs.columns import Column, by_option, candidates, is_displacement, pick, unassigned
-from frictionlab.logs.dialect import is_comment, split
+from frictionlab.logs.columns import Column, by_option, candidates, columns_of, is_displacement, pick, unassigned
+from frictionlab.logs.dialect import Dialect, is_comment, split
 from frictionlab.logs.digest import sha256_beside
 from frictionlab.logs.layouts import Layout, find_layout
-from frictionlab.logs.lines import Blocks, Bytes, Head, Progress, read_head
+from frictionlab.logs.lines import NUMBERS, Blocks, Bytes, Head, Progress, read_head
 from frictionlab.logs.options import LogOptions
+from frictionlab.logs.units import known_unit
 from frictionlab.recording import LineCount, QuarantinedLine, SourceFile
 
 _WORKERS = 2
@@ -73,6 +75,9 @@ def read_table(path: Path, options: LogOptions, roles: Sequence[str], progress: 
     LogError
         If the log cannot be read, its columns cannot be told, or too much of it is damaged.
     """
+    sheet = read_binary(path)
+    if sheet is not None:
+        return _table_of(sheet, path, options, roles)
     head = read_head(path, options.encoding)
     layout = find_layout(head, options)
     columns = assign(layout, options, roles, path.name)
@@ -102,6 +107,64 @@ def read_table(path: Path, options: LogOptions, roles: Sequence[str], progress: 
             *layout.evidence,
             *_roles(columns),
         ),
+    )
+
+
+def _table_of(sheet: Sheet, path: Path, options: LogOptions, roles: Sequence[str]) -> Table:
+    """Give the columns of a binary log as a table; its rows are its lines."""
+    state = path.stat()
+    layout = layout_of_sheet(sheet)
+    columns = assign(layout, options, roles, path.name)
+    values = {role: _finite(sheet.values[column.index]) for role, column in columns.items()}
+    rows = len(sheet.values[0])
+    stamped = np.isfinite(values["time"]) if "time" in values else np.ones(rows, bool)
+    lost = np.flatnonzero(~stamped)
+    lines = Lines()
+    for start, stop in runs(stamped):
+        lines.add(start + 1, stop - start)
+    body = Body(
+        values=[column[stamped] for column in values.values()],
+        lines=lines,
+        empty=sum(int(np.isnan(column[stamped]).sum()) for column in values.values()),
+        quarantined=[(int(row) + 1, "", "no time stamp") for row in lost[:KEEP]],
+    )
+    body.counts |= {"data": rows - len(lost), "quarantined": len(lost)}
+    _check_damage(body, options, path.name)
+    with sha256_beside(path) as sha256:
+        file = SourceFile(path.name, sha256(), state.st_size, LineCount(read=rows, **body.counts))
+    head = Head(path, (), NUMBERS, "", "", whole=True, evidence=(), state=(state.st_size, state.st_mtime_ns))
+    return Table(
+        file=file,
+        head=head,
+        layout=layout,
+        columns=columns,
+        values=dict(zip(columns, body.values, strict=True)),
+        samples=len(lines),
+        lines=lines,
+        restarts=np.zeros(0, np.int64),
+        quarantined=tuple(QuarantinedLine(path.name, *line) for line in body.quarantined),
+        evidence=(f"layout {layout.name}", *layout.evidence, *_roles(columns)),
+    )
+
+
+def _finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A copy, nan where the log has no number."""
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def layout_of_sheet(sheet: Sheet) -> Layout:
+    """Say of a binary log's columns what a layout says of a text's."""
+    fields = len(sheet.titles)
+    kinds = "".join("m" if i in sheet.moments else "n" for i in range(fields))
+    units = [known_unit(unit) for unit in sheet.units]
+    return Layout(
+        name=sheet.layout,
+        dialect=Dialect("", "", fields, kinds, 0, ()),
+        columns=columns_of(sheet.titles, units, fields),
+        header=(),
+        body=0,
+        facts=sheet.facts,
+        evidence=(f"{fields} columns of {len(sheet.values[0])} numbers",),
     )
 
 
@@ -142,8 +205,10 @@ def _with_own_times(layout: Layout, found: dict[str, Column], roles: Sequence[st
     return {"time": layout.columns[own[0]], **found, **more}
 
 
-def displacements(layout: Layout, options: LogOptions) -> list[Column]:
-    """Columns that may hold a displacement: numbers in a length or in no unit (any, where one is given), no time."""
+def displacements(path: Path, options: LogOptions) -> list[Column]:
+    """Columns of a log that may hold a displacement: in a length or in no unit (any, where one is given), no time."""
+    sheet = read_binary(path)
+    layout = find_layout(read_head(path, options.encoding), options) if sheet is None else layout_of_sheet(sheet)
     columns = [c for c in layout.columns if layout.dialect.kinds[c.index] in "nm"]
     times = {c.index for c in candidates(columns, "time")} | set(layout.time_of.values())
     if options.time is not None:

@@ -1,0 +1,41 @@
+"""Logs that are not text, each read by a small adapter over a library that is kept; here they are registered.
+
+An adapter has ``is_NAME(first bytes, path)`` and ``read_NAME(path) -> Sheet``; add the pair to `READERS`. Excel's
+workbooks become text instead (`excel`, registered in `frictionlab.logs.unpack`); `refused` names what is not read.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from frictionlab.logs.binary.matlab import is_matlab, read_matlab
+from frictionlab.logs.binary.parquet import is_parquet, read_parquet
+from frictionlab.logs.binary.sheet import Sheet
+from frictionlab.logs.binary.tdms import is_tdms, read_tdms
+
+READERS: tuple[tuple[Callable[[bytes, Path], bool], Callable[[Path], Sheet]], ...] = (
+    (is_matlab, read_matlab),
+    (is_parquet, read_parquet),
+    (is_tdms, read_tdms),
+)
+
+
+def read_binary(path: Path) -> Sheet | None:
+    """Read a log of a kind that is registered; ``None`` for any other file, and for one that cannot be opened.
+
+    Raises
+    ------
+    LogError
+        It is of such a kind and cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            first = file.read(1024)
+    except OSError:
+        return None  # whoever reads it as text says why
+    for fits, read in READERS:
+        if fits(first, path):
+            return read(path)
+    return None
+
+
+__all__ = ["READERS", "Sheet", "read_binary"]

@@ -1,0 +1,93 @@
+"""MATLAB's .mat: versions 4 to 7 by scipy, 7.3 (HDF5) by h5py: vectors, also in structures one level deep."""
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import LogError, RecordingError
+from frictionlab.hdf5 import arrays_inside, is_recording
+from frictionlab.logs.binary.sheet import Sheet, check_size, sheet_of_arrays
+
+
+def is_matlab(first: bytes, path: Path) -> bool:
+    """Whether a file is one of MATLAB, of any version; or another HDF5 file of arrays."""
+    if first.startswith((b"MATLAB 5.0", b"MATLAB 7.3", b"\x89HDF\r\n\x1a\n")):
+        return True
+    return path.suffix.lower() == ".mat" and b"\0" in first[:20]
+
+
+def read_matlab(path: Path) -> Sheet:
+    """Read the vectors of a file.
+
+    Raises
+    ------
+    LogError
+        Damaged, of another kind, or without arrays of numbers: what is there is named.
+    """
+    with path.open("rb") as file:
+        first = file.read(1024)
+    if b"\x89HDF" in first:
+        return _read_hdf5(path)
+    try:
+        return _read_plain(path)
+    except (ValueError, TypeError, OSError, NotImplementedError, KeyError, IndexError, OverflowError) as error:
+        if isinstance(error, LogError):
+            raise
+        raise LogError(f"{path.name}: a damaged MATLAB file ({error}): save it again") from error
+
+
+def _read_hdf5(path: Path) -> Sheet:
+    if is_recording(path):
+        raise LogError(f"{path.name}: a recording of frictionlab, not a log: give it to `frictionlab analyze`")
+    try:
+        arrays, scalars = arrays_inside(path, check_size)
+    except RecordingError as error:
+        raise LogError(f"{path.name}: {error}") from error
+    return _sheet(path, arrays, scalars, "no arrays of numbers")
+
+
+def _read_plain(path: Path) -> Sheet:
+    from scipy.io import loadmat, whosmat  # noqa: PLC0415 - 0.2 s that other logs need not wait for
+
+    listed = whosmat(str(path))
+    check_size(sum(int(np.prod(shape)) for _, shape, _ in listed), path.stat().st_size)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # duplicate names, objects it passes over
+        found = loadmat(str(path), squeeze_me=True, struct_as_record=True)
+    arrays: dict[str, NDArray[np.float64]] = {}
+    scalars: dict[str, float] = {}
+    for name, value in found.items():
+        if not name.startswith("__"):
+            _gather(name, value, arrays, scalars, deep=True)
+    others = ", ".join(f"{name} ({kind})" for name, _, kind in listed) or "nothing"
+    return _sheet(path, arrays, scalars, others)
+
+
+def _sheet(path: Path, arrays: Mapping[str, NDArray[np.float64]], scalars: Mapping[str, float], others: str) -> Sheet:
+    if not arrays:
+        raise LogError(
+            f"{path.name}: expected vectors of numbers such as t, x, y; got {others}: tables, timetables, datetimes "
+            "and other objects cannot be read: save their columns as plain vectors (x = T.x; save log.mat t x y)"
+        )
+    try:
+        return sheet_of_arrays("MATLAB", arrays, scalars)
+    except LogError as error:
+        raise LogError(f"{path.name}: {error}") from error
+
+
+def _gather(
+    name: str, value: object, arrays: dict[str, NDArray[np.float64]], scalars: dict[str, float], *, deep: bool
+) -> None:
+    """Sort a variable under arrays or scalars; the fields of a structure each, one level deep."""
+    array = np.asarray(value)
+    if array.dtype.names is not None:
+        for field in array.dtype.names if deep and array.size == 1 else ():
+            _gather(f"{name}.{field}", array.item()[array.dtype.names.index(field)], arrays, scalars, deep=False)
+    elif array.dtype.kind in "fiu":
+        if array.size == 1:
+            scalars[name] = float(array.ravel()[0])
+        elif array.size > 1:
+            arrays[name] = array.astype(np.float64)

@@ -1,0 +1,180 @@
+"""What a log may be packed in: compressed text, or a spreadsheet whose rows are text; unpacked piece by piece.
+
+Each kind is known by the first bytes of the file and registered in `PACKAGES`. Memory stays bounded: what unpacks to
+far more than a log of its size could is refused while it is unpacked, with the limit.
+"""
+
+import bz2
+import lzma
+import zipfile
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from io import BufferedReader
+from typing import Protocol
+
+from frictionlab.errors import LogError
+from frictionlab.logs.binary.excel import is_workbook, rows_as_text
+from frictionlab.logs.binary.refused import refuse_by_name
+
+BLOCK = 1 << 22
+MOST_EXPANSION = 200
+"""Packed text may grow to this many times what was read of it (text of numbers reaches 10), and always to `FREE`."""
+FREE = 1 << 26
+_LOOK_AT = 1 << 12
+_DAMAGED = (zlib.error, lzma.LZMAError, zipfile.BadZipFile, OSError, EOFError, RuntimeError, NotImplementedError)
+
+
+class Packed(Protocol):
+    """A file that tells how much of it is read."""
+
+    file: BufferedReader
+    total: int
+    done: int
+
+    def read(self, size: int) -> bytes:
+        """Read and tell."""
+        ...
+
+
+@dataclass(frozen=True)
+class Package:
+    """A way to pack a log: its name, whether a file is so by its first bytes, and the text in it, in chunks."""
+
+    name: str
+    fits: Callable[[bytes, BufferedReader], bool]
+    chunks: Callable[[Packed], Iterator[bytes]]
+
+
+def package_of(file: BufferedReader, name: str) -> str:
+    """Name the package of an open file, "" for plain text; the file stands at its start before and after.
+
+    Raises
+    ------
+    LogError
+        A kind of file that is known and not read: it is named.
+    """
+    first = file.read(_LOOK_AT)
+    file.seek(0)
+    found = ""
+    for package in PACKAGES:
+        if package.fits(first, file):
+            found = package.name
+            break
+    file.seek(0)
+    if not found:
+        refuse_by_name(first, name)
+    return found
+
+
+def unpacked(package: str, file: Packed) -> Iterator[bytes]:
+    """Give the text in a file of this package, a block at a time.
+
+    Raises
+    ------
+    LogError
+        The file is damaged, holds no single log, or unpacks to more than it may.
+    """
+    chosen = next(p for p in PACKAGES if p.name == package)
+    done = 0
+    try:
+        for chunk in chosen.chunks(file):
+            done += len(chunk)
+            _check_expansion(done, file)
+            yield chunk
+    except _DAMAGED as error:
+        if isinstance(error, LogError):
+            raise
+        raise LogError(f"damaged {package} data near byte {file.done}: {error}") from error
+
+
+def _check_expansion(done: int, file: Packed) -> None:
+    most = max(FREE, MOST_EXPANSION * file.done)
+    if done > most:
+        raise LogError(
+            f"unpacks to more than {most / 1e6:.3g} MB after {file.done} of its {file.total} bytes: accepted are "
+            f"{FREE / 1e6:.3g} MB, or {MOST_EXPANSION} times what was read: expected a packed log; unpack it yourself "
+            "if it is one"
+        )
+
+
+def _starts(*magic: bytes) -> Callable[[bytes, BufferedReader], bool]:
+    return lambda first, _: first.startswith(magic)
+
+
+def _gzip(file: Packed) -> Iterator[bytes]:
+    """Unpack gzip members one after the other."""
+    engine, inside = zlib.decompressobj(wbits=31), False
+    while chunk := file.read(1 << 16):
+        data = chunk
+        while data:
+            yield engine.decompress(data, BLOCK)
+            inside, data = not engine.eof, engine.unconsumed_tail
+            if engine.eof:
+                data = engine.unused_data.lstrip(b"\0")
+                engine = zlib.decompressobj(wbits=31)
+    if inside:
+        raise _cut("gzip")
+
+
+def _members(
+    make: Callable[[], bz2.BZ2Decompressor | lzma.LZMADecompressor], name: str
+) -> Callable[[Packed], Iterator[bytes]]:
+    """Unpack streams of bzip2 or xz one after the other."""
+
+    def chunks(file: Packed) -> Iterator[bytes]:
+        engine, inside = make(), False
+        while chunk := file.read(1 << 16):
+            data = chunk
+            while data or (inside and not engine.needs_input):
+                yield engine.decompress(data, BLOCK)
+                inside, data = not engine.eof, b""
+                if engine.eof:
+                    data = engine.unused_data.lstrip(b"\0")
+                    engine = make()
+        if inside:
+            raise _cut(name)
+
+    return chunks
+
+
+def _cut(name: str) -> LogError:
+    return LogError(f"the {name} data ends early: the file was cut; unpack what is there yourself and ingest that")
+
+
+def _zip(file: Packed) -> Iterator[bytes]:
+    """Unpack the one log in a zip archive."""
+    with zipfile.ZipFile(file.file) as archive:
+        names = [i.filename for i in archive.infolist() if not i.is_dir() and not i.filename.startswith("__MACOSX/")]
+        if len(names) != 1:
+            shown = ", ".join(names[:5]) or "none"
+            raise LogError(f"a zip archive of {len(names)} files ({shown}): expected one log: unpack it first")
+        packed = archive.getinfo(names[0]).compress_size
+        with archive.open(names[0]) as member:
+            while chunk := member.read(1 << 16):
+                file.done = min(packed, file.file.tell())
+                yield chunk
+    _rewind(file)
+
+
+def _workbook(file: Packed) -> Iterator[bytes]:
+    """Give the rows of a spreadsheet as lines of tabbed text."""
+    file.done = file.total  # it is read from both ends
+    yield from rows_as_text(file.file)
+    _rewind(file)
+
+
+def _rewind(file: Packed) -> None:
+    """Let the file be read from its start, so that its size is counted as that of any other."""
+    file.file.seek(0)
+    file.done = 0
+
+
+PACKAGES = (
+    Package("gzip", _starts(b"\x1f\x8b"), _gzip),
+    Package("bzip2", _starts(b"BZh"), _members(bz2.BZ2Decompressor, "bzip2")),
+    Package("xz", _starts(b"\xfd7zXZ\0"), _members(lzma.LZMADecompressor, "xz")),
+    Package("xlsx", lambda first, file: first.startswith(b"PK") and is_workbook(file), _workbook),
+    Package("zip", _starts(b"PK\x03\x04", b"PK\x05\x06"), _zip),
+)
+"""In the order in which they are tried."""

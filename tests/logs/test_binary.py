@@ -1,0 +1,266 @@
+"""Binary logs, written by the libraries that own the formats, and packed ones: the same columns as the text."""
+
+import bz2
+import gzip
+import io
+import lzma
+import zipfile
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Literal
+
+import h5py
+import numpy as np
+import openpyxl
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+import scipy.io
+from nptdms import ChannelObject, TdmsWriter
+
+from frictionlab.errors import LogError
+from frictionlab.hdf5 import write_recording
+from frictionlab.logs import LogOptions, read_log, read_mass_log, read_two_logs
+from frictionlab.recording import Recording
+from tests.logs.samples import table, truth
+
+DATA = truth(200)
+TEXT = table(DATA, "time [s],mass [mm],base [mm]", ",").encode()
+T, X, Y = (np.array([float(row[i]) for row in DATA.rows]) for i in range(3))
+
+
+def zipped(data: bytes, *names: str) -> bytes:
+    held = io.BytesIO()
+    with zipfile.ZipFile(held, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name in names:
+            archive.writestr(name, data)
+    return held.getvalue()
+
+
+def matlab(path: Path, version: Literal["4", "5", "7.3"], **variables: object) -> Path:
+    if version == "7.3":
+        with h5py.File(path, "w", userblock_size=512) as file:
+            for name, value in variables.items():
+                file[name] = np.atleast_2d(np.asarray(value))
+                file[name].attrs["MATLAB_class"] = np.bytes_("double")
+        raw = bytearray(path.read_bytes())
+        raw[:19] = b"MATLAB 7.3 MAT-file"
+        path.write_bytes(bytes(raw))
+    else:
+        scipy.io.savemat(path, variables, format=version, do_compression=version == "5")
+    return path
+
+
+def workbook(path: Path, *rows: tuple[object, ...]) -> Path:
+    book = openpyxl.Workbook()
+    for row in rows:
+        book.active.append(row)
+    book.create_sheet("Notes").append(["nothing here"])
+    book.save(path)
+    return path
+
+
+def assert_is_the_log(recording: Recording) -> None:
+    assert np.array_equal(recording.time, DATA.time)
+    assert np.array_equal(recording.mass_displacement, DATA.mass)
+    assert np.array_equal(recording.base_displacement, DATA.base)
+    assert recording.source.lines.data == len(DATA.rows)
+    assert len(recording.source.files[0].sha256) == 64
+    assert recording.source.files[0].size_bytes > 0
+
+
+PACKED: dict[str, Callable[[bytes], bytes]] = {
+    "gzip": gzip.compress,
+    "bzip2": bz2.compress,
+    "xz": lzma.compress,
+    "zip": lambda data: zipped(data, "test.csv"),
+}
+
+
+@pytest.mark.parametrize("kind", PACKED)
+def test_a_packed_log_is_the_log(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.bin"
+    path.write_bytes(PACKED[kind](TEXT))
+    recording = read_log(path)
+    assert_is_the_log(recording)
+    assert recording.source.dialect["compression"] == kind
+    assert recording.source.files[0].size_bytes == path.stat().st_size
+
+
+@pytest.mark.parametrize("kind", ["bzip2", "xz"])
+def test_several_streams_one_after_the_other_are_one_log(kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.bin"
+    path.write_bytes(PACKED[kind](TEXT[:3000]) + PACKED[kind](TEXT[3000:]))
+    assert_is_the_log(read_log(path))
+
+
+@pytest.mark.parametrize("kind", ["bzip2", "xz", "zip"])
+def test_a_packed_log_cut_anywhere_is_refused(kind: str, tmp_path: Path) -> None:
+    raw = PACKED[kind](TEXT)
+    path = tmp_path / "log.bin"
+    for size in range(40, len(raw) - 1, 173):
+        path.write_bytes(raw[:size])
+        with pytest.raises(LogError, match=rf"{kind} data|empty|no lines|lines of data|not utf|two ways|more than one"):
+            read_log(path)
+
+
+@pytest.mark.parametrize("kind", ["gzip", "bzip2", "xz", "zip"])
+def test_a_bomb_is_refused_by_its_size(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("frictionlab.logs.unpack.FREE", 1 << 16)
+    path = tmp_path / "log.bin"
+    path.write_bytes(PACKED[kind](b"t [s],x [mm],y [mm]\n" + b"0,0,0\n" * 400_000))
+    with pytest.raises(LogError, match=r"unpacks to more than .* MB after .* accepted are 0.0655 MB"):
+        read_log(path)
+
+
+def test_a_zip_of_two_logs_is_refused_with_their_names(tmp_path: Path) -> None:
+    path = tmp_path / "logs.zip"
+    path.write_bytes(zipped(TEXT, "one.csv", "two.csv"))
+    with pytest.raises(LogError, match=r"archive of 2 files \(one.csv, two.csv\): expected one log"):
+        read_log(path)
+
+
+@pytest.mark.parametrize("version", ["4", "5", "7.3"])
+def test_matlab_of_every_version(version: Literal["4", "5", "7.3"], tmp_path: Path) -> None:
+    path = matlab(tmp_path / "log.mat", version, t=T, x=X, y=Y)
+    recording = read_log(path, LogOptions(unit="mm"))
+    assert_is_the_log(recording)
+    assert recording.source.dialect["layout"] == "MATLAB"
+
+
+@pytest.mark.parametrize("version", ["5", "7.3"])
+def test_matlab_as_recordings_are_published_one_file_a_channel(version: Literal["5", "7.3"], tmp_path: Path) -> None:
+    mass = matlab(tmp_path / "mass.mat", version, t=T, x=X)
+    base = matlab(tmp_path / "base.mat", version, t=T[:, None], y=Y[:, None])
+    recording = read_two_logs(mass, base, LogOptions(unit="mm", lag_s=0.0))
+    assert np.array_equal(recording.mass_displacement, DATA.mass)
+    assert np.array_equal(recording.base_displacement, DATA.base)
+
+
+def test_a_structure_and_a_rate_instead_of_a_time(tmp_path: Path) -> None:
+    path = matlab(tmp_path / "log.mat", "5", run={"mass_mm": X, "base_mm": Y, "note": "steel"}, fs=250.0)
+    recording = read_log(path)
+    assert np.array_equal(recording.mass_displacement, DATA.mass)
+    assert recording.sampling_rate_hz == pytest.approx(250.0)
+
+
+def test_a_matrix_has_a_column_for_each_channel(tmp_path: Path) -> None:
+    path = matlab(tmp_path / "log.mat", "7.3", data=np.array([T, X, Y]))
+    options = LogOptions(time="data1", mass="data2", base=3, unit="mm")
+    assert_is_the_log(read_log(path, options))
+
+
+def test_matlab_that_holds_no_vectors_is_named(tmp_path: Path) -> None:
+    path = matlab(tmp_path / "log.mat", "5", note="steel on brass")
+    with pytest.raises(LogError, match=r"got note \(char\): tables, timetables"):
+        read_log(path)
+    path.write_bytes(path.read_bytes()[:150])
+    with pytest.raises(LogError, match=r"a damaged MATLAB file|expected vectors"):
+        read_log(path)
+
+
+def test_a_row_without_a_stamp_is_set_aside_and_a_missing_value_flagged(tmp_path: Path) -> None:
+    t, x = T.copy(), X.copy()
+    t[7], x[20] = np.nan, np.inf
+    recording = read_log(matlab(tmp_path / "log.mat", "5", t=t, x=x, y=Y), LogOptions(unit="mm"))
+    assert len(recording) == 199
+    assert recording.source.quarantined[0].number == 8
+    assert recording.flag_counts()["no_value"] == 1
+
+
+def test_a_recording_is_no_log(tmp_path: Path) -> None:
+    write_recording(Recording(DATA.time, DATA.mass, DATA.base), tmp_path / "a.h5")
+    with pytest.raises(LogError, match="a recording of frictionlab, not a log"):
+        read_log(tmp_path / "a.h5")
+
+
+def test_excel_with_a_preamble_and_a_units_row(tmp_path: Path) -> None:
+    head: list[tuple[object, ...]] = [("Rig 2",), ("time", "mass", "base"), ("s", "mm", "mm")]
+    rows = [(float(a), float(b), float(c)) for a, b, c in DATA.rows]
+    recording = read_log(workbook(tmp_path / "log.xlsx", *head, *rows))
+    assert_is_the_log(recording)
+    assert recording.source.dialect["compression"] == "xlsx"
+    assert recording.source.dialect["first_data_line"] == 4
+
+
+def test_excel_with_dates_and_a_hole(tmp_path: Path) -> None:
+    start = datetime(2024, 9, 14, 2, 16, 47, tzinfo=UTC).replace(tzinfo=None)
+    rows: list[tuple[object, ...]] = [
+        (start + timedelta(seconds=0.004 * i), None if i == 9 else x, y)
+        for i, (x, y) in enumerate(zip(X.tolist(), Y.tolist(), strict=True))
+    ]
+    recording = read_log(workbook(tmp_path / "log.xlsx", ("Date time", "mass [mm]", "base [mm]"), *rows))
+    assert recording.time == pytest.approx(DATA.time, abs=2e-6)
+    assert recording.flag_counts()["no_value"] == 1
+    assert recording.source.dialect["start_time"] == "2024-09-14T02:16:47.000+00:00"
+
+
+def test_excel_with_two_sheets_of_numbers_is_asked_about(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    for sheet in (book.active, book.create_sheet("second")):
+        for row in DATA.rows:
+            sheet.append([float(cell) for cell in row])
+    book.save(tmp_path / "log.xlsx")
+    with pytest.raises(LogError, match=r"several sheets hold numbers \('Sheet', 'second'\)"):
+        read_log(tmp_path / "log.xlsx")
+
+
+def test_parquet_with_moments_and_words(tmp_path: Path) -> None:
+    start = np.datetime64("2024-09-14T02:16:47.000000000")
+    stamps = start + (np.round(T * 1e9)).astype("timedelta64[ns]")
+    columns = {"stamp": stamps, "mass_mm": X, "base_mm": Y, "note": ["ok"] * len(T)}
+    pq.write_table(pa.table(columns), tmp_path / "log.parquet")
+    recording = read_log(tmp_path / "log.parquet", LogOptions(time="stamp"))
+    assert recording.time == pytest.approx(DATA.time, abs=1e-6)
+    assert np.array_equal(recording.mass_displacement, DATA.mass)
+    pq.write_table(pa.table({"t": T, "x": X, "y": Y}), tmp_path / "log.parquet")
+    assert_is_the_log(read_log(tmp_path / "log.parquet", LogOptions(unit="mm")))
+
+
+def test_a_parquet_file_that_asks_for_too_much_memory_is_refused(tmp_path: Path) -> None:
+    zeros = pa.table({"x": np.zeros(40_000_000, np.int8)})
+    pq.write_table(zeros, tmp_path / "log.parquet")
+    with pytest.raises(LogError, match=r"asks for 0.32 GB of numbers: accepted are 0.268 GB"):
+        read_log(tmp_path / "log.parquet")
+
+
+def test_tdms_states_its_rate_and_units(tmp_path: Path) -> None:
+    facts = {"wf_increment": 0.004, "unit_string": "mm"}
+    with TdmsWriter(tmp_path / "log.tdms") as writer:
+        writer.write_segment([ChannelObject("rig", "mass", X, facts), ChannelObject("rig", "base", Y, facts)])
+    recording = read_log(tmp_path / "log.tdms")
+    assert np.array_equal(recording.mass_displacement, DATA.mass)
+    assert recording.sampling_rate_hz == pytest.approx(250.0)
+
+
+def test_tdms_without_its_library_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "log.tdms").write_bytes(b"TDSm" + bytes(100))
+    with pytest.raises(LogError, match="TDMS log"):
+        read_log(tmp_path / "log.tdms")
+    monkeypatch.setattr("frictionlab.logs.binary.tdms.find_spec", lambda _: None)
+    with pytest.raises(LogError, match=r"needs npTDMS: pip install npTDMS"):
+        read_log(tmp_path / "log.tdms")
+
+
+@pytest.mark.parametrize(
+    ("first", "words"),
+    [
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel 97 file .* save it as .xlsx"),
+        (b"RIFF\x00\x00\x00\x00WAVEfmt ", "a sound file"),
+        (b"\x89PNG\r\n\x1a\n", "a picture"),
+        (b"7z\xbc\xaf\x27\x1c", "a 7z archive: unpack it first"),
+        (b"SQLite format 3\x00", "a database"),
+    ],
+)
+def test_what_is_not_read_is_named(first: bytes, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(first + bytes(600))
+    with pytest.raises(LogError, match=words):
+        read_log(path)
+
+
+def test_the_mass_alone_from_a_binary_log(tmp_path: Path) -> None:
+    recording = read_mass_log(matlab(tmp_path / "tap.mat", "5", t=T, x=X), LogOptions(unit="mm"))
+    assert np.array_equal(recording.mass_displacement, DATA.mass)
+    assert not recording.base_displacement.any()
