@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from frictionlab.errors import SceneError
 from frictionlab.files import write_whole
 from frictionlab.scene import Scene, VirtualTests
-from frictionlab.simulator import Problem, Trajectory, simulate, steady_state
+from frictionlab.simulator import Motion, Problem, simulate, steady_state
 
 FloatArray = NDArray[np.float64]
 HOUR = 3600.0
@@ -262,7 +262,7 @@ def motion(test: VirtualTest, time: FloatArray, scene: Scene) -> FloatArray:
     return test.base_amplitude_m * displacement
 
 
-def _steady_orbit(test: VirtualTest) -> tuple[Trajectory, float]:
+def _steady_orbit(test: VirtualTest) -> tuple[Motion, float]:
     """The steady orbit of a test and its period (rad)."""
     state = steady_state(test.problem())
     if state.orbit is None or state.period_cycles is None:

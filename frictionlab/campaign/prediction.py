@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError
 from frictionlab.scene import Scene
-from frictionlab.simulator import Problem, steady_state
+from frictionlab.simulator import Problem, observe, steady_state
 from frictionlab.simulator.engine import choose
 
 FloatArray = NDArray[np.float64]
@@ -70,11 +70,12 @@ def predict(law: Law, r: float, beta: float) -> Prediction | None:
         state = steady_state(Problem(r, beta, mu=law.mu, zeta=law.zeta, wall=law.wall))
     except SimulationError:
         return None
-    if state.energy_per_cycle is None or state.response_amplitude is None:
+    seen = observe(state)
+    if seen.energy_per_cycle is None or seen.response_amplitude is None:
         return None
     multiplier = state.floquet_multiplier
     memory = abs(multiplier) ** (1.0 / max(state.period_cycles or 1, 1)) if multiplier is not None else 0.0
-    return Prediction(state.energy_per_cycle, state.response_amplitude, state.stops_per_cycle or 0.0, memory)
+    return Prediction(seen.energy_per_cycle, seen.response_amplitude, seen.stops_per_cycle or 0.0, memory)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from frictionlab.comparison.identification import Identified, identify, nrmse_of
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, Solver
-from frictionlab.simulator import SteadyState, steady_state
+from frictionlab.simulator import SteadyState, observe, steady_state
 
 FloatArray = NDArray[np.float64]
 BEHIND = ("material", "normal_force_n", "tau", "base", "measured", "predicted")  # fields that are no key of a row
@@ -129,20 +129,11 @@ def _force_error(measurement: Measurement, found: Identified, force: float | Non
     return force * math.hypot(found.friction_ratio_se / found.friction_ratio, base)
 
 
-def loop_energy(state: SteadyState) -> float | None:
-    """Energy per cycle as the loop over the base shows it, eq. (2.18).
-
-    With a wall that moves with the base, friction works along x - y, whose equation of motion has r^2 y for y: the
-    loop of y over x is 1 / r^2 times the energy dissipated.
-    """
-    energy = state.energy_per_cycle
-    return energy / state.problem.r**2 if energy is not None and state.problem.wall == "base" else energy
-
-
 def _compared(measurement: Measurement, scene: Scene, found: Identified, state: SteadyState) -> Comparison:
     cycle, stiffness = measurement.cycle, scene.rig.stiffness
     predicted = None if state.orbit is None else state.orbit.at(cycle.tau)[0]
-    energy = loop_energy(state)
+    seen = observe(state)
+    energy = seen.energy_per_cycle
     force = None if stiffness is None else found.friction_ratio * stiffness * measurement.base_amplitude_m
     force_error = _force_error(measurement, found, force)
     normal = measurement.normal_force_n
@@ -164,9 +155,9 @@ def _compared(measurement: Measurement, scene: Scene, found: Identified, state: 
         friction_force_n=force,
         friction_coefficient=None if force is None or normal is None else force / normal,
         predicted_energy_per_cycle=energy,
-        predicted_response_amplitude=state.response_amplitude,
-        predicted_stops_per_cycle=state.stops_per_cycle,
-        predicted_regime=state.regime,
+        predicted_response_amplitude=seen.response_amplitude,
+        predicted_stops_per_cycle=seen.stops_per_cycle,
+        predicted_regime=seen.regime,
         energy_difference=None if energy is None else energy / measurement.energy_per_cycle - 1,
         response_nrmse=None if predicted is None else nrmse_of(cycle, predicted),
         model=model_words(scene),

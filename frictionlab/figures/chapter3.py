@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 
 from frictionlab.figures.style import BASE, GREY, PAGE, PALETTE, PREDICTED, VERMILION, look, new_figure, save
 from frictionlab.simulator import (
+    Motion,
     Problem,
     SteadyState,
-    Trajectory,
     continuous_energy,
     friction_limit,
     last_cycle,
@@ -126,7 +126,7 @@ def _longest_stop(cycles: int) -> float:
     return float((stops[:, 1] - stops[:, 0]).max())
 
 
-def _orbit(state: SteadyState) -> Trajectory:
+def _orbit(state: SteadyState) -> Motion:
     if state.orbit is None:
         raise ValueError(f"no motion to draw: {state.verdict}")
     return state.orbit

@@ -14,6 +14,8 @@ from frictionlab.simulator.closed_form import (
     viscous_amplitude,
     viscous_energy,
 )
+from frictionlab.simulator.motion import Motion
+from frictionlab.simulator.observe import Observation, observe
 from frictionlab.simulator.orbit import last_cycle, simulate, steady_state
 from frictionlab.simulator.problem import COSINE, Base, Problem
 from frictionlab.simulator.state import Solver, SteadyState
@@ -24,6 +26,8 @@ from frictionlab.simulator.trajectory import Trajectory
 __all__ = [
     "COSINE",
     "Base",
+    "Motion",
+    "Observation",
     "Problem",
     "Solver",
     "StateMap",
@@ -34,6 +38,7 @@ __all__ = [
     "continuous_energy",
     "friction_limit",
     "last_cycle",
+    "observe",
     "simulate",
     "steady_state",
     "sweep",

@@ -65,6 +65,12 @@ class Base:
         phase = np.multiply.outer(np.asarray(tau, dtype=np.float64), np.arange(1, self.harmonics + 1))
         return np.asarray(np.cos(phase) @ np.array(self.cosine) + np.sin(phase) @ np.array(self.sine))
 
+    def rate_at(self, tau: ArrayLike) -> NDArray[np.float64]:
+        """Return the derivative of the displacement with respect to tau at times tau (rad)."""
+        k = np.arange(1, self.harmonics + 1)
+        phase = np.multiply.outer(np.asarray(tau, dtype=np.float64), k)
+        return np.asarray(np.cos(phase) @ (k * np.array(self.sine)) - np.sin(phase) @ (k * np.array(self.cosine)))
+
 
 COSINE = Base()
 

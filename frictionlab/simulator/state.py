@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.trajectory import Trajectory
 
 __all__ = ["KEYS", "Outcome", "Regime", "Solver", "SteadyState", "from_numbers", "outcome_of", "regime_of"]
 
@@ -53,7 +53,7 @@ class SteadyState:
     problem : Problem
         What moves.
     solver : str
-        What answered: "closed-form", "exact" or "thesis".
+        What answered: "closed-form", "exact", "numeric" or "thesis".
     outcome : str
         "periodic", "stuck" (never moves), "unbounded" (no steady state), "not settled" or "not found".
     energy_per_cycle : float or None
@@ -79,7 +79,7 @@ class SteadyState:
         By how much the state misses itself after one period (z and r z').
     warnings : tuple of str
         Sentences about what the numbers do not say.
-    orbit : Trajectory or None
+    orbit : Motion or None
         The motion over one period.
     """
 
@@ -97,7 +97,7 @@ class SteadyState:
     closure_error: float | None = None
     residual: float | None = None
     warnings: tuple[str, ...] = ()
-    orbit: Trajectory | None = None
+    orbit: Motion | None = None
 
     @property
     def verdict(self) -> str:
@@ -142,7 +142,7 @@ def regime_of(row: Any) -> Regime | None:
     return "stick-slip" if row[layout.STOPS] > 0.0 else "continuous"
 
 
-def from_numbers(problem: Problem, row: Any, orbit: Trajectory | None) -> SteadyState:
+def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyState:
     """Turn a kernel's row into a steady state."""
     outcome = outcome_of(row)
     if outcome not in ("periodic", "stuck"):

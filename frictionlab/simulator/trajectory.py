@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel.layout import DONE, PHASE, PHASES, Leg
-from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.problem import Base, Problem
 
 __all__ = ["Trajectory", "from_record", "refuse_chatter", "simulate_exactly"]
 
@@ -110,8 +110,7 @@ class Trajectory:
         """
         shape, local, _, z, v = self._relative(tau, cycle)
         if self.problem.wall == "base":
-            f, df = _series(self.problem.base.cosine, self.problem.base.sine, local)
-            z, v = z + f, v + df
+            z, v = z + self.problem.base.at(local), v + self.problem.base.rate_at(local)
         return z.reshape(shape), v.reshape(shape)
 
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> Floats:
@@ -133,7 +132,7 @@ class Trajectory:
         shape, local, side, z, v = self._relative(tau, cycle)
         problem = self.problem
         sliding = side * problem.beta * (1.0 + problem.parameter("gradient") * z) + 2.0 * problem.zeta * problem.r * v
-        return np.where(side == 0.0, _series(*problem.force, local)[0] - z, sliding).reshape(shape)
+        return np.where(side == 0.0, Base(*problem.force).at(local) - z, sliding).reshape(shape)
 
     def _relative(
         self, tau: ArrayLike, cycle: ArrayLike | None
@@ -180,14 +179,6 @@ class Trajectory:
         return both[:, 0], both[:, 1]
 
 
-def _series(cosine: tuple[float, ...], sine: tuple[float, ...], tau: Floats) -> tuple[Floats, Floats]:
-    """Return a Fourier series and its derivative at tau."""
-    k = np.arange(1, len(cosine) + 1)
-    c, s = np.cos(np.outer(tau, k)), np.sin(np.outer(tau, k))
-    a, b = np.array(cosine), np.array(sine)
-    return c @ a + s @ b, c @ (k * b) - s @ (k * a)
-
-
 def from_record(problem: Problem, record: Any, count: int, *, periodic: bool, mirror: bool) -> Trajectory:
     """Build a trajectory from the kernel's record of phases; `mirror` appends the second, mirrored half of a period."""
     rows = np.array(record[: PHASE * count], dtype=np.float64).reshape(count, PHASE)
@@ -212,8 +203,7 @@ def simulate_exactly(problem: Problem, *, cycles: int, x0: float, v0: float, tau
     engine = engines.choose(cycles * (2.0 + 1.0 / problem.r))
     rig, force = engines.set_up(engine, problem)
     if problem.wall == "base":
-        f, df = _series(problem.base.cosine, problem.base.sine, np.array([tau0]))
-        x0, v0 = x0 - float(f[0]), v0 - float(df[0])
+        x0, v0 = x0 - float(problem.base.at(tau0)), v0 - float(problem.base.rate_at(tau0))
     room = engines.make_room(engine, problem, 0)
     leg = Leg(tau0, TURN, float(cycles - keep), 1.0)
     z, v, code = engine.kernel.carry(rig, force, leg, x0, v0, room)

@@ -14,7 +14,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.comparison import compare, predict
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
-from frictionlab.simulator import Problem, Trajectory, steady_state
+from frictionlab.simulator import Motion, Problem, steady_state
 from frictionlab.tradeoff.setting import Setting, Trial, run_trials
 
 FloatArray = NDArray[np.float64]
@@ -29,7 +29,7 @@ SCENE = Scene(rig=Rig(natural_frequency_hz=NATURAL_HZ), analysis=Analysis(cycles
 
 
 @cache
-def _orbit() -> tuple[Trajectory, float]:
+def _orbit() -> tuple[Motion, float]:
     """The motion that all recordings are of, and its energy per cycle."""
     state = steady_state(Problem(R, BETA), solver="exact")
     if state.orbit is None or state.energy_per_cycle is None:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
-from frictionlab.simulator import Problem, SteadyState, Trajectory, steady_state
+from frictionlab.simulator import Motion, Problem, SteadyState, steady_state
 
 FloatArray = NDArray[np.float64]
 NATURAL_HZ, BASE_M, NOISE_M, STEP_M = 3.13, 1.8e-3, 0.8e-6, 1.02 * 0.05 / 65520
@@ -17,7 +17,7 @@ def through_laser(signal: FloatArray, generator: np.random.Generator, noise: flo
     return np.asarray(np.round((signal + noise * generator.standard_normal(len(signal))) / STEP_M) * STEP_M)
 
 
-def steady(r: float, beta: float) -> tuple[SteadyState, Trajectory, float, float]:
+def steady(r: float, beta: float) -> tuple[SteadyState, Motion, float, float]:
     """Steady state, its orbit, its energy per cycle and response amplitude; fails the test when there is none."""
     state = steady_state(Problem(r, beta))
     assert state.orbit is not None
