@@ -61,7 +61,7 @@ def noiseless(rate: float, seed: int) -> Recording:
 def truth() -> tuple[float, float]:
     """Energy per cycle and response amplitude of the motion."""
     orbit, area = _orbit()
-    return area, 0.5 * float(np.ptp(orbit.displacement))
+    return area, 0.5 * float(np.ptp(orbit.turning_points[1]))
 
 
 def _rms(values: FloatArray) -> float:

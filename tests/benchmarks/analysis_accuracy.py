@@ -12,7 +12,7 @@ import numpy as np
 
 from frictionlab.analysis.measure import measure
 from frictionlab.comparison import predict
-from frictionlab.simulator import Trajectory
+from frictionlab.simulator import Motion
 from tests.analysis.seen import NOISE_M, recording_of, scene, steady
 
 RATIOS = (0.05, 0.08, 0.1, 0.13, 0.17, 0.2, 0.25, 0.3, 0.42, 0.5, 0.6, 0.7, 0.8, 0.95, 1.1, 1.2, 1.4, 1.7, 2.0, 2.5)
@@ -21,17 +21,11 @@ LIMITS = {"r": 1e-5, "energy": 2e-3, "amplitude": 3e-3, "friction": 1e-2, "stops
 RESULT = Path(__file__).parent / "results" / "analysis_accuracy.txt"
 
 
-def shortest_stop(orbit: Trajectory) -> float:
+def shortest_stop(orbit: Motion) -> float:
     """Length of the shortest stop, in cycles; infinite without stops."""
-    spans: list[list[float]] = []
-    for begin, length, side in zip(orbit.tau, orbit.duration, orbit.side, strict=True):
-        if side == 0 and spans and abs(spans[-1][1] - begin) < 1e-9:
-            spans[-1][1] = begin + length
-        elif side == 0:
-            spans.append([begin, begin + length])
-    total = float(orbit.tau[-1] + orbit.duration[-1])
-    if len(spans) > 1 and spans[0][0] < 1e-9 and abs(spans[-1][1] - total) < 1e-9:
-        spans[-1][1] += spans.pop(0)[1]
+    spans = orbit.stops.tolist()
+    if len(spans) > 1 and abs(spans[-1][1] - spans[0][0] - (orbit.end - orbit.start)) < 1e-9:
+        spans[-1][1] += spans.pop(0)[1] - orbit.start
     return min((end - begin for begin, end in spans), default=math.inf) / (2 * math.pi)
 
 
