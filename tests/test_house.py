@@ -19,6 +19,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "simulator": {"errors"},
     "files": {"errors"},
     "schema": set(),
+    "estimate": set(),
     "tables": {"errors", "files", "hdf5", "schema"},
     "process": set(),
     "workers": {"__init__", "errors", "process"},
@@ -31,8 +32,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "hdf5": {"__init__", "errors", "files", "recording", "schema"},
     "maps": {"errors", "files", "hdf5", "schema", "simulator", "tables", "workers"},
     "logs": {"errors", "recording", "hdf5", "log_options", "units"},
-    "analysis": {"accuracy", "errors", "recording", "scene"},
-    "comparison": {"accuracy", "errors", "recording", "scene", "analysis", "simulator"},
+    "analysis": {"accuracy", "errors", "estimate", "recording", "scene", "schema"},
+    "comparison": {"accuracy", "errors", "estimate", "recording", "scene", "schema", "analysis", "simulator"},
     "synthetic": {"__init__", "errors", "files", "scene", "simulator"},
     "campaign": {
         *("tables", "errors", "scene", "analysis", "comparison", "simulator", "files", "hdf5", "recording", "schema"),
@@ -60,7 +61,11 @@ MAY_IMPORT: dict[str, set[str]] = {
     "__main__": {"cli"},
     "report": {"tables", "__init__", "errors", "files", "scene", "campaign", "figures"},
 }
-KERNELS = {"errors"}  # what a module of analysis other than measure may import beside its neighbours
+KERNELS = {
+    "errors",
+    "estimate",
+    "schema",
+}  # what a module of analysis other than measure may import beside its neighbours
 HEAVY = ("numpy", "scipy", "pandas", "matplotlib", "numba", "h5py", "pydantic", "rich")
 OWNERS = {
     "distributed": {"workers"},

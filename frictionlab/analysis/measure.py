@@ -13,6 +13,7 @@ from frictionlab.analysis.layout import Layout, Stretch, approach, lay_out
 from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement
 from frictionlab.analysis.response import Response
 from frictionlab.errors import AnalysisError
+from frictionlab.estimate import Estimate
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 
@@ -127,20 +128,10 @@ class _Composition:
         """Put the numbers together."""
         layout, response_, scene = self.layout, self.response, self.scene
         used = energy.used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles)
-        series = self._series(used)
-        loop = energy.mean_over(series.energy, used, noise=response_.energy_noise, shared=response_.energy_shared)
-        size = energy.mean_over(series.amplitude, used, noise=0.0)
-        settled = self._settled()
-        steady = self._steady(settled)
-        steady_loop = energy.mean_over(
-            series.energy, steady, noise=response_.energy_noise, shared=response_.energy_shared
-        )
-        steady_size = energy.mean_over(series.amplitude, steady, noise=0.0)
+        series, settled = self._series(used), self._settled()
         trend = self._trend(series)
-        natural = scene.rig.natural_frequency
+        index, stuck = self._irregularity(), response_.is_stuck
         drive = layout.drive
-        index = self._irregularity()
-        stuck = response_.is_stuck
         return Measurement(
             source=self._source(),
             status="ok",
@@ -151,21 +142,10 @@ class _Composition:
             sampling_rate_hz=1.0 / self.parts[0].step,
             duration_s=self.recording.duration_s,
             transient_s=scene.analysis.transient_s,
-            drive_frequency_hz=drive.frequency,
-            drive_frequency_hz_se=drive.frequency_se,
-            natural_frequency_hz=natural,
-            frequency_ratio=drive.frequency / natural if natural else None,
-            frequency_ratio_se=drive.frequency_se / natural if natural and drive.frequency_se is not None else None,
-            base_amplitude_m=drive.amplitude,
-            base_amplitude_m_se=drive.amplitude_se,
+            natural_frequency_hz=scene.rig.natural_frequency,
             base_distortion=float(np.linalg.norm(drive.harmonics[1:])),
             cycles=len(layout),
-            energy_per_cycle=loop.value,
-            energy_per_cycle_se=loop.se,
-            energy_per_cycle_j=loop.value * scene.rig.stiffness * drive.amplitude**2 if scene.rig.stiffness else None,
             energy_rule=scene.analysis.cycles,
-            response_amplitude=size.value,
-            response_amplitude_se=math.hypot(size.se, response_.amplitude_noise),
             irregularity_index=None if stuck else index[0],
             irregularity_floor=None if stuck else index[1],
             base_irregularity_index=index[2],
@@ -174,12 +154,6 @@ class _Composition:
             regime=response_.regime,
             asymmetry=None if stuck else response_.asymmetry,
             energy_input_per_cycle=float(energy.energy_input(layout.mass[used]).mean()),
-            energy_trend_per_hour=trend.slope * 3600.0 if trend else None,
-            energy_trend_per_hour_se=trend.slope_se * 3600.0 if trend else None,
-            steady_energy_per_cycle=steady_loop.value,
-            steady_energy_per_cycle_se=steady_loop.se,
-            steady_response_amplitude=steady_size.value,
-            steady_response_amplitude_se=math.hypot(steady_size.se, response_.amplitude_noise),
             settled_s=settled,
             shortest_stop=response_.shortest_stop,
             mass_noise_m=layout.mass_noise * drive.amplitude,
@@ -189,7 +163,39 @@ class _Composition:
             series=series,
             trend=trend,
             traces=traces.traces(layout, response_.found, used),
+            energy_per_cycle_j=self._joules(self._energy(series, used)),
+            **self._estimates(series, used, self._steady(settled), trend),
         )
+
+    def _estimates(
+        self, series: CycleSeries, used: slice, steady: slice, trend: drift.Trend | None
+    ) -> dict[str, Estimate]:
+        """All numbers that have errors, by the names of the measurement's fields."""
+        drive, natural = self.layout.drive, self.scene.rig.natural_frequency
+        frequency = Estimate(drive.frequency, drive.frequency_se)
+        return {
+            "drive": frequency,
+            "ratio": frequency.over(natural),
+            "base_amplitude": Estimate(drive.amplitude, drive.amplitude_se),
+            "energy": self._energy(series, used),
+            "amplitude": self._amplitude(series, used),
+            "energy_trend": Estimate(trend.slope, trend.slope_se).scaled(3600.0) if trend else Estimate(),
+            "steady_energy": self._energy(series, steady),
+            "steady_amplitude": self._amplitude(series, steady),
+        }
+
+    def _energy(self, series: CycleSeries, used: slice) -> Estimate:
+        noise, shared = self.response.energy_noise, self.response.energy_shared
+        mean = energy.mean_over(series.energy, used, noise=noise, shared=shared)
+        return Estimate(mean.value, mean.se)
+
+    def _amplitude(self, series: CycleSeries, used: slice) -> Estimate:
+        mean = energy.mean_over(series.amplitude, used, noise=0.0)
+        return Estimate(mean.value, math.hypot(mean.se, self.response.amplitude_noise))
+
+    def _joules(self, loop: Estimate) -> float | None:
+        stiffness = self.scene.rig.stiffness
+        return loop.scaled(stiffness).scaled(self.layout.drive.amplitude**2).value if stiffness else None
 
     def _series(self, used: slice) -> CycleSeries:
         flags = np.zeros(len(self.layout), dtype=bool)

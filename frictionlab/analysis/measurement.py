@@ -1,11 +1,13 @@
 """What one recording says: the measurement, and the cycles that stand behind its numbers."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.drift import Trend
+from frictionlab.estimate import Estimate, Flat, FlatKnown
+from frictionlab.schema import MEASUREMENTS
 
 FloatArray = NDArray[np.float64]
 
@@ -66,19 +68,17 @@ class Traces:
     base_spectrum: FloatArray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Measurement:
-    """What one recording says; the fields up to ``asymmetry`` are the contract's keys, ``None`` is not known.
+    """What one recording says. ``None`` is not known; lengths are over Y, energies over k Y^2 unless a name says more.
 
-    ``energy_per_cycle`` in k Y^2 (``_j`` in joules), ``response_amplitude`` in Y; names say the other units.
+    Numbers with errors are estimates (``energy.value``, ``energy.se``, ``energy.u``); each has flat names too, which
+    are the contract's keys: ``energy_per_cycle``, ``energy_per_cycle_se``, ``energy_per_cycle_u``. All of them
+    are told in `frictionlab.schema`.
 
-    Beyond the contract: ``energy_input_per_cycle`` eq. (2.16); ``energy_trend_per_hour`` (k Y^2 per hour, long tests
-    only) with its standard error; ``steady_...``: energy and amplitude over all settled cycles, whatever the rule;
-    ``settled_s``: when the motion had settled, from the recording's start;
-    ``shortest_stop``: the shortest stop that could be told from a slow passage, in cycles; ``mass_noise_m``,
-    ``base_noise_m``: rms of the sensors' white noise;
-    ``accuracy``: the level of the knobs (`frictionlab.accuracy`); ``cycle``, ``series``, ``trend``, ``traces``: what
-    stands behind the numbers.
+    ``drive`` Hz; ``ratio``: drive over natural frequency; ``base_amplitude`` m; ``energy``, ``amplitude`` by the energy
+    rule, ``steady_energy``, ``steady_amplitude`` over all settled cycles; ``energy_trend`` (k Y^2 per hour): long tests
+    only. ``cycle``, ``series``, ``trend``, ``traces``: what stands behind the numbers.
     """
 
     source: str
@@ -90,21 +90,16 @@ class Measurement:
     sampling_rate_hz: float
     duration_s: float
     transient_s: float
-    drive_frequency_hz: float
-    drive_frequency_hz_se: float | None
+    drive: Estimate
     natural_frequency_hz: float | None
-    frequency_ratio: float | None
-    frequency_ratio_se: float | None
-    base_amplitude_m: float
-    base_amplitude_m_se: float
+    ratio: Estimate
+    base_amplitude: Estimate
     base_distortion: float
     cycles: int
-    energy_per_cycle: float
-    energy_per_cycle_se: float
+    energy: Estimate
     energy_per_cycle_j: float | None
     energy_rule: str
-    response_amplitude: float
-    response_amplitude_se: float
+    amplitude: Estimate
     irregularity_index: float | None
     irregularity_floor: float | None
     base_irregularity_index: float | None
@@ -113,12 +108,9 @@ class Measurement:
     regime: str
     asymmetry: float | None
     energy_input_per_cycle: float
-    energy_trend_per_hour: float | None
-    energy_trend_per_hour_se: float | None
-    steady_energy_per_cycle: float
-    steady_energy_per_cycle_se: float
-    steady_response_amplitude: float
-    steady_response_amplitude_se: float
+    energy_trend: Estimate
+    steady_energy: Estimate
+    steady_amplitude: Estimate
     settled_s: float | None
     shortest_stop: float
     mass_noise_m: float
@@ -129,7 +121,32 @@ class Measurement:
     trend: Trend | None
     traces: Traces
 
+    drive_frequency_hz = FlatKnown("drive")
+    drive_frequency_hz_se = Flat("drive", "se")
+    frequency_ratio = Flat("ratio")
+    frequency_ratio_se = Flat("ratio", "se")
+    frequency_ratio_u = Flat("ratio", "u")
+    base_amplitude_m = FlatKnown("base_amplitude")
+    base_amplitude_m_se = FlatKnown("base_amplitude", "se")
+    base_amplitude_m_u = Flat("base_amplitude", "u")
+    energy_per_cycle = FlatKnown("energy")
+    energy_per_cycle_se = FlatKnown("energy", "se")
+    energy_per_cycle_u = Flat("energy", "u")
+    response_amplitude = FlatKnown("amplitude")
+    response_amplitude_se = FlatKnown("amplitude", "se")
+    response_amplitude_u = Flat("amplitude", "u")
+    energy_trend_per_hour = Flat("energy_trend")
+    energy_trend_per_hour_se = Flat("energy_trend", "se")
+    steady_energy_per_cycle = FlatKnown("steady_energy")
+    steady_energy_per_cycle_se = FlatKnown("steady_energy", "se")
+    steady_response_amplitude = FlatKnown("steady_amplitude")
+    steady_response_amplitude_se = FlatKnown("steady_amplitude", "se")
+
     def row(self) -> dict[str, object]:
         """The numbers alone, in the contract's order: a line of JSON or of a table."""
-        behind = ("cycle", "series", "trend", "traces")
-        return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in behind}
+        return MEASUREMENTS.row(self)
+
+    def __repr__(self) -> str:
+        ratio = "r not known" if self.ratio.value is None else f"r = {self.ratio.value:.4g}"
+        said = f", {len(self.warnings)} warnings" if self.warnings else ""
+        return f"<Measurement {self.source}: {ratio}, energy {self.energy} kY², {self.regime}{said}>"

@@ -1,7 +1,8 @@
 """One measured cycle over its prediction. Which physics the simulation pays for is the scene's ``[model]``."""
 
 import math
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,21 +12,23 @@ from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.comparison.identification import Identified, identify, nrmse_of, problem_family, read_off
 from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.estimate import Estimate, Flat, FlatKnown
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, Solver
+from frictionlab.schema import COMPARISONS
 from frictionlab.simulator import SteadyState, observe, steady_state
 
 FloatArray = NDArray[np.float64]
-BEHIND = ("material", "normal_force_n", "tau", "base", "measured", "predicted")  # fields that are no key of a row
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Comparison:
-    """A measured steady cycle and its prediction; the contract's keys, ``None`` is not known.
+    """A measured steady cycle and its prediction; ``None`` is not known. Energies in k Y^2, amplitudes in Y.
 
-    Energies in k Y^2, amplitudes in Y; ``energy_difference`` = predicted / measured - 1; ``response_nrmse``: rms of
-    measured minus predicted cycle over the rms of the measured cycle about its mean. ``tau`` (p,) rad from the top of
-    the base's fundamental, ``base``, ``measured``, ``predicted`` (p,) in Y stand behind them.
+    ``friction`` (the friction ratio), ``force`` (N), ``coefficient`` are estimates, with the contract's keys as flat
+    names: ``friction_ratio``, ``friction_ratio_se``, ``friction_ratio_u`` ... All are told in `frictionlab.schema`.
+    ``tau`` (p,) rad from the top of the base's fundamental, ``base``, ``measured``, ``predicted`` (p,) in Y stand
+    behind them.
     """
 
     source: str
@@ -37,10 +40,9 @@ class Comparison:
     response_amplitude: float
     stops_per_cycle: float
     regime: str
-    friction_ratio: float
-    friction_ratio_se: float | None
-    friction_force_n: float | None
-    friction_coefficient: float | None
+    friction: Estimate
+    force: Estimate
+    coefficient: Estimate
     predicted_energy_per_cycle: float | None
     predicted_response_amplitude: float | None
     predicted_stops_per_cycle: float | None
@@ -50,8 +52,6 @@ class Comparison:
     model: str
     solver: str
     closure_error: float | None
-    friction_force_n_se: float | None
-    friction_coefficient_se: float | None
     accuracy: str
     material: str | None
     normal_force_n: float | None
@@ -59,10 +59,33 @@ class Comparison:
     base: FloatArray
     measured: FloatArray
     predicted: FloatArray | None
+    law: str | None = None
+    parameters: Mapping[str, object] | None = None
+    response_floor: float | None = None
+    misfit: float | None = None
+    verdict: str | None = None
+    laws: tuple[Mapping[str, object], ...] | None = None
+    record_nrmse: float | None = None
+    record_energy_difference: float | None = None
+
+    friction_ratio = FlatKnown("friction")
+    friction_ratio_se = Flat("friction", "se")
+    friction_ratio_u = Flat("friction", "u")
+    friction_force_n = Flat("force")
+    friction_force_n_se = Flat("force", "se")
+    friction_force_n_u = Flat("force", "u")
+    friction_coefficient = Flat("coefficient")
+    friction_coefficient_se = Flat("coefficient", "se")
+    friction_coefficient_u = Flat("coefficient", "u")
 
     def row(self) -> dict[str, object]:
         """The contract's keys alone: a line of JSON or of a table."""
-        return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in BEHIND}
+        return COMPARISONS.row(self)
+
+    def __repr__(self) -> str:
+        left = "no prediction" if self.response_nrmse is None else f"nrmse {self.response_nrmse:.2g}"
+        said = f", {len(self.warnings)} warnings" if self.warnings else ""
+        return f"<Comparison {self.source}: r = {self.frequency_ratio:.4g}, beta {self.friction}, {left}{said}>"
 
 
 def compare(
@@ -121,12 +144,13 @@ def model_words(scene: Scene) -> str:
     return ", ".join(words)
 
 
-def _force_error(measurement: Measurement, found: Identified, force: float | None) -> float | None:
-    """Standard error of the friction force (N): of friction ratio and base amplitude; stiffness is taken as exact."""
-    if force is None or found.friction_ratio_se is None or found.friction_ratio == 0.0:
-        return None
-    base = measurement.base_amplitude_m_se / measurement.base_amplitude_m
-    return force * math.hypot(found.friction_ratio_se / found.friction_ratio, base)
+def _force(measurement: Measurement, friction: Estimate, stiffness: float | None) -> Estimate:
+    """Friction force (N): of friction ratio and base amplitude; the stiffness is taken as exact."""
+    base = measurement.base_amplitude
+    force = friction.scaled(stiffness).scaled(base.value)
+    if force.value is None or friction.relative_se is None or base.relative_se is None:
+        return Estimate(force.value)
+    return Estimate(force.value, abs(force.value) * math.hypot(friction.relative_se, base.relative_se))
 
 
 def _compared(measurement: Measurement, scene: Scene, found: Identified, state: SteadyState) -> Comparison:
@@ -134,9 +158,8 @@ def _compared(measurement: Measurement, scene: Scene, found: Identified, state: 
     predicted = None if state.orbit is None else state.orbit.at(cycle.tau)[0]
     seen = observe(state)
     energy = seen.energy_per_cycle
-    force = None if stiffness is None else found.friction_ratio * stiffness * measurement.base_amplitude_m
-    force_error = _force_error(measurement, found, force)
-    normal = measurement.normal_force_n
+    friction = Estimate(found.friction_ratio, found.friction_ratio_se)
+    force, normal = _force(measurement, friction, stiffness), measurement.normal_force_n
     warnings = [*measurement.warnings, *found.warnings, *state.warnings]
     if predicted is None:
         warnings.append(f"no prediction: {state.outcome}")
@@ -150,10 +173,9 @@ def _compared(measurement: Measurement, scene: Scene, found: Identified, state: 
         response_amplitude=measurement.response_amplitude,
         stops_per_cycle=measurement.stops_per_cycle,
         regime=measurement.regime,
-        friction_ratio=found.friction_ratio,
-        friction_ratio_se=found.friction_ratio_se,
-        friction_force_n=force,
-        friction_coefficient=None if force is None or normal is None else force / normal,
+        friction=friction,
+        force=force,
+        coefficient=force.over(normal),
         predicted_energy_per_cycle=energy,
         predicted_response_amplitude=seen.response_amplitude,
         predicted_stops_per_cycle=seen.stops_per_cycle,
@@ -163,8 +185,6 @@ def _compared(measurement: Measurement, scene: Scene, found: Identified, state: 
         model=model_words(scene),
         solver=state.solver,
         closure_error=state.closure_error,
-        friction_force_n_se=force_error,
-        friction_coefficient_se=None if force_error is None or normal is None else force_error / normal,
         accuracy=accuracy_of(scene),
         material=measurement.material,
         normal_force_n=normal,

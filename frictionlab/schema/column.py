@@ -1,5 +1,6 @@
 """What a column is, and what a table is."""
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -161,6 +162,11 @@ class Table:
     def format(self) -> str:
         """What an HDF5 file of this kind calls itself."""
         return f"frictionlab {self.kind}"
+
+    def row(self, result: object) -> dict[str, object]:
+        """The row of a result that has an attribute for each column; NaN is not known, which is None."""
+        values = ((name, getattr(result, name)) for name in self.names)
+        return {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in values}
 
     def column(self, name: str) -> Column | None:
         """The column of this name, of the rows or of the series behind them; None if it is the user's own."""
