@@ -56,7 +56,7 @@ MAY_IMPORT: dict[str, set[str]] = {
             "recording",
             "report",
         ),
-        *("scene", "simulator", "synthetic", "tables"),
+        *("scene", "simulator", "synthetic", "tables", "workers"),
     },
     "__main__": {"cli"},
     "report": {"tables", "__init__", "errors", "files", "scene", "campaign", "figures"},

@@ -19,7 +19,7 @@ from frictionlab.cli.campaign import campaign
 from frictionlab.cli.compare_numeric import compare_numeric
 from frictionlab.cli.free_vibration import free_vibration
 from frictionlab.cli.ingest import ingest
-from frictionlab.cli.inputs import LostOutputError, drop_output, reason_of, standard_output
+from frictionlab.cli.inputs import LostOutputError, drop_output, standard_output
 from frictionlab.cli.output import complain
 from frictionlab.cli.show import show
 from frictionlab.cli.simulate import simulate
@@ -28,6 +28,7 @@ from frictionlab.cli.synthesize import synthesize
 from frictionlab.cli.tradeoff import tradeoff
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
 from frictionlab.process import collect_rarely, keep_freed_memory, use_one_thread
+from frictionlab.verbs.failures import reason_of
 
 P = ParamSpec("P")
 

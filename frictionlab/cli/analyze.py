@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from frictionlab.cli.inputs import exit_status, report_rows, rows_of
+from frictionlab.cli.inputs import exit_status, report_rows
 from frictionlab.cli.options import (
     ANALYSIS,
     Accuracy,
@@ -60,6 +60,7 @@ def analyze(
 
     Example: frictionlab analyze build/recordings/*.h5 --scene configs/sample_data.toml -o build/measurements.csv
     """
+    from frictionlab.verbs.each import rows_of
     from frictionlab.verbs.given import scene_given
 
     what = scene_given(scene_of(scene, accuracy), settings, ("analysis", "rig"))

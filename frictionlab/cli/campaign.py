@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Protocol, TypeVar
 
 import typer
 
-from frictionlab.cli.inputs import exit_status, failure, tell_warnings
+from frictionlab.cli.inputs import exit_status, tell_warnings
 from frictionlab.cli.options import Force, Quiet, SceneFile, scene_of
 from frictionlab.cli.output import complain, print_table, printable
 from frictionlab.cli.progress import track
 from frictionlab.schema import FRICTION, RANKING
 from frictionlab.tables import Row
+from frictionlab.verbs.failures import failure
 
 if TYPE_CHECKING:
     from frictionlab.campaign import Campaign

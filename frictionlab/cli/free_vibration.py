@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from frictionlab.cli.inputs import exit_status, report_rows, rows_of
+from frictionlab.cli.inputs import exit_status, report_rows
 from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, scene_of
 from frictionlab.cli.output import print_table
 from frictionlab.schema import FREE_VIBRATIONS
@@ -43,6 +43,8 @@ def free_vibration(
 
     Example: frictionlab free-vibration tap1.csv tap2.csv tap3.csv
     """
+    from frictionlab.verbs.each import rows_of
+
     what = scene_of(scene)
     if output is not None:
         check_output(output, FREE_VIBRATIONS, force=force, inputs=inputs)

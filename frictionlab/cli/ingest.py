@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from frictionlab.cli.inputs import exit_status, report_rows, rows_of
+from frictionlab.cli.inputs import exit_status, report_rows
 from frictionlab.cli.options import LOG, AsJson, Force, Quiet, SceneFile, Scheduler, Workers, scene_of, takes
 from frictionlab.cli.output import print_table, printable
 from frictionlab.cli.progress import bytes_read, track
@@ -51,6 +51,7 @@ def ingest(
 
     Example: frictionlab ingest logs/*.csv --scene configs/sample_data.toml -o build/recordings
     """
+    from frictionlab.verbs.each import rows_of
     from frictionlab.verbs.given import scene_given
 
     what = scene_given(scene_of(scene), settings, ("log",))
