@@ -25,6 +25,7 @@ __version__ = "0.1.0"
 _HOMES = {
     # verbs
     "analyze": "verbs.analyze",
+    "batch": "verbs.batch",
     "compare": "verbs.compare",
     "evaluate": "verbs.evaluate",
     "ingest": "verbs.ingest",
@@ -33,6 +34,7 @@ _HOMES = {
     "simulate": "verbs.simulate",
     "synthesize": "verbs.synthesize",
     # what they take and return
+    "Batch": "verbs.batch",
     "Campaign": "campaign",
     "Comparison": "comparison",
     "LogOptions": "scene",

@@ -26,6 +26,8 @@ from frictionlab.simulator import sweep as sweep
 from frictionlab.tables import read_rows as read_rows
 from frictionlab.tables import write_rows as write_rows
 from frictionlab.verbs.analyze import analyze as analyze
+from frictionlab.verbs.batch import Batch as Batch
+from frictionlab.verbs.batch import batch as batch
 from frictionlab.verbs.compare import compare as compare
 from frictionlab.verbs.evaluate import evaluate as evaluate
 from frictionlab.verbs.ingest import ingest as ingest

@@ -56,8 +56,9 @@ MAY_IMPORT: dict[str, set[str]] = {
             "recording",
             "report",
         ),
-        *("scene", "simulator", "synthetic", "tables", "workers"),
+        *("scene", "simulator", "synthetic", "tables", "workers", "chain"),
     },
+    "chain": {"__init__", "errors", "experiment", "files", "scene", "tables", "analysis", "verbs"},
     "__main__": {"cli"},
     "report": {"tables", "__init__", "errors", "files", "scene", "campaign", "figures"},
 }

@@ -1,17 +1,28 @@
 """The batch: one log, one recording, one measurement, one comparison; only what changed is done again."""
 
+import json
 import os
+from math import cos, pi
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
+import frictionlab as fl
+from frictionlab.chain import logs_of, names_of
+from frictionlab.errors import UsageError
 from tests.desk import BIN, MAKE, ROOT, run_in, set_up
 
 if TYPE_CHECKING:
     from subprocess import CompletedProcess
 
 LOGS = ("steel_N1.25_r0.3.csv", "aramid_N1.25_r1.2.csv")
+HOSTILE = (
+    "`touch PWNED`.csv", "a&b.csv", "$(touch PWNED).csv", "$$(touch PWNED).csv", ";touch PWNED;.csv", "Test 1.csv",
+    "steel (2).csv", "12:30.csv", "a.csv", "a.txt", "A.csv", "B.CSV", "it's \"so\".csv", "-rf.csv", "%s.csv",
+    "100%.csv", "#1.csv", "grün.csv", "two\nlines.csv", "~.csv", "a.csv.txt",
+)  # fmt: skip
+SHORT = fl.Scene().changed(analysis={"transient_s": 1.0}, rig={"natural_frequency_hz": 3.13})
 
 
 @pytest.fixture
@@ -28,28 +39,56 @@ def make(desk: Path, *words: str) -> "CompletedProcess[str]":
     return run_in(desk, [*MAKE, "LOGS=logs", "OUT=out", *words])
 
 
-def work(done: "CompletedProcess[str]") -> list[str]:
-    """What was done, as (command, input) words."""
-    lines = [line.split() for line in done.stdout.splitlines() if line.startswith(str(BIN / "frictionlab"))]
-    return [f"{words[1]} {Path(words[2]).stem}" for words in lines]
+def times(folder: Path) -> dict[str, int]:
+    """When each result was written."""
+    return {str(p.relative_to(folder)): p.stat().st_mtime_ns for p in folder.rglob("*") if p.is_file()}
+
+
+def newer(folder: Path, before: dict[str, int]) -> set[str]:
+    """The logs whose results were written since, by the names of their results."""
+    there = {name for name, at in times(folder).items() if before.get(name) != at and "/" in name}
+    return {Path(name).name.split(".comparison")[0].split(".measurement")[0] for name in there}
+
+
+def log_text(seconds: float = 6.0, drive: float = 1.0) -> str:
+    lines = ["time [s],mass [mm],base [mm]"]
+    for i in range(int(seconds * 100)):
+        y = 1.8 * cos(2 * pi * drive * i / 100)
+        lines.append(f"{i / 100:.2f},{0.7 * y:.6f},{y:.6f}")
+    return "\n".join(lines) + "\n"
 
 
 @pytest.mark.timeout(180)
 def test_touching_one_log_redoes_that_chain_alone(desk: Path) -> None:
     first = make(desk, "-j2")
     assert first.returncode == 0, first.stderr
-    assert len(work(first)) == 6
+    assert "2 of 2 logs" in first.stdout
+    stems = [Path(log).stem for log in LOGS]
     assert {p.name for p in (desk / "out" / "figures").iterdir()} == {
-        f"{Path(log).stem}.{kind}.png" for log in LOGS for kind in ("measurement", "comparison")
+        f"{stem}.{kind}.png" for stem in stems for kind in ("measurement", "comparison")
     }
-    assert work(make(desk)) == []
+    for folder, suffix in (("recordings", "h5"), ("measurements", "jsonl"), ("comparisons", "jsonl")):
+        assert {p.name for p in (desk / "out" / folder).iterdir()} == {f"{stem}.{suffix}" for stem in stems}
+    before = times(desk / "out")
+    assert "logs\n" not in make(desk).stdout
+    assert newer(desk / "out", before) == set()
     log = desk / "logs" / LOGS[0]
-    later = log.stat().st_mtime + 60
-    os.utime(log, (later, later))
-    for recording in (desk / "out").rglob("aramid*"):
-        os.utime(recording, (later, later))
-    stem = Path(LOGS[0]).stem
-    assert sorted(work(make(desk))) == [f"analyze {stem}", f"compare-numeric {stem}", f"ingest {stem}"]
+    os.utime(log, (log.stat().st_mtime - 1e6,) * 2)  # replaced by an older one
+    again = make(desk)
+    assert "1 of 2 logs" in again.stdout
+    assert newer(desk / "out", before) == {stems[0], f"{stems[0]}.h5", f"{stems[0]}.jsonl", f"{stems[0]}.json"}
+    assert again.stdout.splitlines()[-4].startswith("source ")
+    assert again.stdout.splitlines()[-1] == "recordings, measurements, comparisons and figures are in out/"
+
+
+def test_a_chain_gives_the_rows_of_the_single_commands(desk: Path) -> None:
+    log, scene = desk / "logs" / LOGS[0], ROOT / "configs" / "sample_data.toml"
+    (row,) = fl.batch(log, scene, output=desk / "out").run()
+    recording = desk / "out" / "recordings" / f"{log.stem}.h5"
+    done = run_in(desk, [str(BIN / "frictionlab"), "compare-numeric", str(recording), "--scene", str(scene), "--json"])
+    told = json.loads(done.stdout)
+    assert told == json.loads((desk / "out" / "comparisons" / f"{log.stem}.jsonl").read_text())
+    assert told["friction_ratio"] == row["friction_ratio"]
 
 
 @pytest.mark.timeout(180)
@@ -62,6 +101,26 @@ def test_a_broken_log_is_named_and_the_others_go_on(desk: Path) -> None:
     assert "aramid_N1.25_r1.2" in done.stdout.splitlines()[-2]
 
 
+@pytest.mark.timeout(180)
+def test_make_runs_nothing_that_stands_in_a_name(desk: Path) -> None:
+    (desk / "logs" / LOGS[0]).rename(desk / "logs" / "$(touch PWNED) it's.csv")
+    (desk / "logs" / LOGS[1]).unlink()
+    for name in HOSTILE:
+        (desk / "logs" / name).write_text("")
+    (desk / "logs").rename(desk / "my `touch PWNED` logs")
+    done = run_in(desk, [*MAKE, "LOGS=my `touch PWNED` logs", "OUT=out of $$(touch PWNED)"])
+    assert not list(desk.rglob("PWNED"))
+    assert done.returncode != 0
+    assert done.stderr.count("the reason stands above") == len(HOSTILE)
+    assert (desk / "out of $(touch PWNED)" / "comparisons" / "$(touch PWNED) it's.jsonl").exists()
+    campaign = ["CAMPAIGN_LOGS=my `touch PWNED` logs", "CAMPAIGN_SCENE=configs/frame.toml", "CAMPAIGN=my campaign"]
+    done = run_in(desk, [*MAKE, "campaign", *campaign])
+    assert not list(desk.rglob("PWNED"))
+    assert done.returncode != 0, done.stdout
+    assert done.stdout.splitlines()[-1] == "the report is my campaign/report.html"
+    assert len(list((desk / "my campaign" / "measurements").iterdir())) == len(HOSTILE) + 1
+
+
 def test_a_folder_without_logs_is_said(desk: Path) -> None:
     done = make(desk, "LOGS=nowhere")
     assert done.returncode == 2
@@ -71,3 +130,80 @@ def test_a_folder_without_logs_is_said(desk: Path) -> None:
 def test_help_lists_every_documented_target(desk: Path) -> None:
     helped = make(desk, "help").stdout
     assert all(f"make {target} " in helped for target in ("all", "test", "check", "sample-data", "clean"))
+
+
+def test_every_name_has_results_of_its_own(tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    drives = {name: 0.8 + 0.02 * n for n, name in enumerate(HOSTILE)}
+    for name, drive in drives.items():
+        (tmp_path / "logs" / name).write_text(log_text(drive=drive))
+    work = fl.batch(tmp_path / "logs", SHORT, output=tmp_path / "out", compare=False)
+    rows = dict(zip(work.due, work.run(), strict=True))
+    assert {log.name for log in rows} == set(HOSTILE)
+    for log, row in rows.items():
+        assert row["drive_frequency_hz"] == pytest.approx(drives[log.name], rel=1e-3)
+        assert Path(str(row["source"])).exists()
+    assert len({row["source"] for row in rows.values()}) == len(HOSTILE)
+    assert fl.batch(tmp_path / "logs", SHORT, output=tmp_path / "out", compare=False).due == ()
+
+
+def test_names_of_results_are_the_logs_own_where_they_can_be() -> None:
+    logs = [Path(name) for name in ("a.csv", "a.txt", "A.csv", "b.csv.gz", "c.CSV")]
+    assert list(names_of(logs).values()) == ["a.csv", "a.txt", "A.csv~2", "b", "c"]
+
+
+def test_what_is_made_again_and_what_is_not(tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    for name in ("one.csv", "two.csv"):
+        (tmp_path / "logs" / name).write_text(log_text())
+    sheet = tmp_path / "logs" / "tests.csv"
+    sheet.write_text("log,material\none,steel\ntwo,rubber\n")
+    scene = fl.scene_from_tables(
+        {"analysis": {"transient_s": 1.0}, "experiment": {"sheet": "tests.csv"}}, folder=tmp_path / "logs"
+    )
+
+    def due(scene: fl.Scene = scene) -> list[str]:
+        work = fl.batch(tmp_path / "logs", scene, output=tmp_path / "out", compare=False)
+        names = [log.stem for log in work.due]
+        list(work.run())
+        return names
+
+    assert due() == ["one", "two"]
+    assert due() == []
+    sheet.write_text("log,material\none,steel\ntwo,aramid\n")
+    assert due() == ["two"]
+    assert due(scene.changed(synthetic={"seed": 3})) == []
+    assert due(scene.changed(analysis={"cycles": "all"})) == ["one", "two"]
+    assert due() == ["one", "two"]
+    (tmp_path / "out" / "recordings" / "one.h5").unlink()
+    assert due() == ["one"]
+    (tmp_path / "logs" / "two.csv").write_text(log_text(7.0))
+    (tmp_path / "out" / "made" / "one.json").write_text("{damaged")
+    assert due() == ["one", "two"]
+
+
+def test_a_log_that_fails_leaves_no_old_results_and_is_tried_again(tmp_path: Path) -> None:
+    log = tmp_path / "a.csv"
+    for text, status in ((log_text(), "ok"), ("", "failed"), ("", "failed"), (log_text(), "ok")):
+        log.write_text(text)
+        work = fl.batch(log, SHORT, output=tmp_path / "out", compare=False)
+        assert [row["status"] for row in work.run()] == [status]
+        assert [row["status"] for row in work.rows()] == [status]
+        assert (tmp_path / "out" / "recordings" / "a.h5").exists() == (status == "ok")
+
+
+def test_a_strangers_file_at_a_results_place_stays(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(log_text())
+    (tmp_path / "out" / "recordings").mkdir(parents=True)
+    mine = tmp_path / "out" / "recordings" / "a.h5"
+    mine.write_text("mine")
+    (row,) = fl.batch(tmp_path / "a.csv", SHORT, output=tmp_path / "out", compare=False).run()
+    assert row["status"] == "failed"
+    assert mine.read_text() == "mine"
+
+
+def test_what_is_no_log_is_said(tmp_path: Path) -> None:
+    (tmp_path / "truth.jsonl").touch()
+    with pytest.raises(UsageError, match="no logs in"):
+        logs_of([tmp_path])
+    assert logs_of([tmp_path / "gone.csv"]) == [tmp_path / "gone.csv"]

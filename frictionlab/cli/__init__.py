@@ -15,6 +15,7 @@ import typer
 
 from frictionlab import __version__
 from frictionlab.cli.analyze import analyze
+from frictionlab.cli.batch import batch
 from frictionlab.cli.campaign import campaign
 from frictionlab.cli.compare_numeric import compare_numeric
 from frictionlab.cli.free_vibration import free_vibration
@@ -103,6 +104,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     compare_numeric,
     free_vibration,
     campaign,
+    batch,
     simulate,
     sweep,
     synthesize,

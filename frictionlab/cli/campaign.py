@@ -16,6 +16,7 @@ from frictionlab.verbs.failures import failure
 
 if TYPE_CHECKING:
     from frictionlab.campaign import Campaign
+    from frictionlab.scene import Scene
 
 T = TypeVar("T")
 
@@ -40,20 +41,27 @@ def campaign(
     Example: frictionlab campaign build/measurements/*.jsonl --scene configs/campaign.toml -o build/campaign
     """
     from frictionlab.campaign.output import check_folder
-    from frictionlab.verbs.evaluate import evaluate
-    from frictionlab.verbs.publish import publish
 
     what = scene_of(scene)
     check_folder(output, force=force, inputs=measurements)
     rows, unread = _rows_of(measurements)
-    folders = [path.parent for path in measurements]
-    result = evaluate(rows, what, folders=folders, watch=_watch("fit", quiet=quiet))
-    publish(result, output, force=force, watch=_watch("draw", quiet=quiet))
+    write_campaign(rows, what, output, folders=[path.parent for path in measurements], force=force, quiet=quiet)
     for row in () if quiet else rows:
         tell_warnings(row)
+    exit_status(unread)
+
+
+def write_campaign(
+    rows: Sequence[Row], scene: "Scene", output: Path, *, folders: Sequence[Path], force: bool = False, quiet: bool
+) -> None:
+    """Evaluate rows of measurements, write tables, figures and report, and print what they say."""
+    from frictionlab.verbs.evaluate import evaluate
+    from frictionlab.verbs.publish import publish
+
+    result = evaluate(rows, scene, folders=folders, watch=_watch("fit", quiet=quiet))
+    publish(result, output, force=force, watch=_watch("draw", quiet=quiet))
     if not quiet:
         _tell(result, output)
-    exit_status(unread)
 
 
 def _watch(title: str, *, quiet: bool) -> "Watch":

@@ -4,7 +4,7 @@
     analyze      log or recording -> Measurement        publish   Campaign -> tables, figures, report
     compare      log, recording, measurement -> Comparison
     simulate     Problem -> SteadyState                 synthesize  Scene -> logs whose truth is known
-    plot         a result -> its figure
+    plot         a result -> its figure                  batch     a folder of logs -> all of these; only what changed
 
 A verb takes paths (``str`` or `Path`) or results, a scene (a path, a `Scene` or nothing: all defaults) and, as
 keywords, keys of the scene's tables that win over it; it returns a frozen result. What a verb honours of a scene

@@ -1,0 +1,104 @@
+"""``frictionlab batch``: a folder of logs through the whole chain; what `make` calls."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from frictionlab.cli.campaign import write_campaign
+from frictionlab.cli.inputs import Rows, exit_status, report_rows
+from frictionlab.cli.options import AsJson, Quiet, SceneFile, Scheduler, Workers, scene_of
+from frictionlab.cli.output import complain, printable
+from frictionlab.cli.progress import track
+from frictionlab.cli.show import show
+from frictionlab.tables import Row
+
+if TYPE_CHECKING:
+    from frictionlab.scene import Scene
+    from frictionlab.verbs.batch import Batch
+
+
+def batch(
+    logs: Annotated[list[Path], typer.Argument(metavar="FOLDER_OR_LOG...", help="Logs, or folders of logs.")],
+    *,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where all results go.")],
+    scene: SceneFile = None,
+    campaign: Annotated[
+        bool, typer.Option("--campaign", help="Measure all tests, then evaluate them together up to report.html.")
+    ] = False,
+    again: Annotated[bool, typer.Option("--again", help="Make everything again, changed or not.")] = False,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
+    as_json: AsJson = False,
+    quiet: Quiet = False,
+) -> None:
+    """Take logs through the whole chain: recordings, measurements, comparisons, figures; redo only what changed.
+
+    A log that fails is told and the others go on. A log is looked at by its size and the time of its last change.
+
+    Example: frictionlab batch my_logs --scene my_scene.toml -o my_results
+    """
+    from frictionlab.verbs.batch import batch as plan
+
+    what = scene_of(scene)
+    work = plan(logs, what, output=output, compare=not campaign, again=again)
+    rows = _do(work, workers=workers, scheduler=scheduler, as_json=as_json, quiet=quiet)
+    if campaign:
+        _evaluate(work, what, output, quiet=quiet or as_json)
+    else:
+        _tell(work, output, quiet=quiet or as_json)
+    exit_status(rows)
+
+
+def _do(work: "Batch", *, workers: int | None, scheduler: str | None, as_json: bool, quiet: bool) -> Rows:
+    """Do what is due and tell each log; with --json the rows of all logs, of those that had not changed too."""
+    if work.due and not (as_json or quiet):
+        typer.echo(f"{' and '.join(_joined(work.chain.steps))}: {len(work.due)} of {len(work.logs)} logs")
+    made = work.run(workers=workers, scheduler=scheduler)
+    watched = track(made, total=len(work.due), title="batch", quiet=quiet or as_json)
+    rows = _in_order(work, watched) if as_json else watched
+    return report_rows(rows, as_json=as_json, quiet=quiet)
+
+
+def _in_order(work: "Batch", made: Iterator[Row]) -> Iterator[Row]:
+    """The rows of all logs: what is made now, and in between what stands there already."""
+    due = set(work.due)
+    for log in work.logs:
+        row = next(made) if log in due else work.chain.row(log)
+        if row is not None:
+            yield row
+
+
+def _joined(steps: tuple[str, ...]) -> tuple[str, str]:
+    return ", ".join(steps[:-1]), steps[-1]
+
+
+def _tell(work: "Batch", output: Path, *, quiet: bool) -> None:
+    """Put all comparisons in one table and show it."""
+    from frictionlab.tables import write_rows
+
+    write_rows(work.rows(), output / "comparisons.jsonl")
+    if not quiet:
+        show(output / "comparisons.jsonl")
+        for path in work.missing():
+            complain(f"failed: {path} (the reason stands above)")
+        typer.echo(
+            printable(f"recordings, measurements, comparisons and figures are in {output}{'/' * bool(output.name)}")
+        )
+
+
+def _evaluate(work: "Batch", scene: "Scene", output: Path, *, quiet: bool) -> None:
+    """Evaluate all tests together, if any of them, or the scene, has changed since."""
+    from frictionlab.chain.stamps import digest, is_fresh, write_stamp
+
+    rows = work.rows()
+    stamp = {"rows": digest(rows), "scene": digest(scene.model_dump(mode="json", exclude={"synthetic", "plan"}))}
+    report, mark = output / "report.html", output / "made.json"
+    if not is_fresh(mark, stamp, [report]):
+        if not quiet:
+            typer.echo(f"evaluate the campaign: {len(rows)} tests")
+        write_campaign(rows, scene, output, folders=[output / "measurements"], quiet=quiet)
+        write_stamp(mark, stamp)
+    if not quiet:
+        typer.echo(printable(f"the report is {report}"))
