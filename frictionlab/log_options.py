@@ -45,6 +45,10 @@ class LogOptions:
         The laser's measuring range [m], where it is not to be found from the step in the data.
     lag_s
         Two logs: the base's clock minus the mass's clock at one moment [s], added to the base's stamps with a minus.
+    lag_s_u
+        Two logs: the standard uncertainty of that lag [s].
+    clock_drift
+        Two logs: by how much the base's clock gains on the mass's (share), where it is known; 0 leaves its stamps.
     bridge_s
         Holes up to this long [s] are bridged by a straight line; longer ones cut the recording in stretches.
     most_damage
@@ -73,6 +77,8 @@ class LogOptions:
     sampling_rate_hz: float | None = _option("Count the time instead of reading it.", "HZ")
     measuring_range_m: float | None = _option("Of the laser, where its step in the data does not tell it.", "M")
     lag_s: float | None = _option("Two logs: the base's clock minus the mass's.", "S")
+    lag_s_u: float | None = _option("Two logs: standard uncertainty of that lag.", "S")
+    clock_drift: float | None = _option("Two logs: by how much the base's clock gains; 0 leaves its stamps.", "SHARE")
     bridge_s: float = _option("Holes up to this long are bridged, longer ones cut the recording.", "S", 0.02)
     most_damage: float = _option("Share of unreadable lines up to which a log is accepted.", "SHARE", 0.1)
 
@@ -144,6 +150,10 @@ def _not_negative(said: Any) -> str | None:
     return None if 0.0 <= said < math.inf else "a number of seconds of at least 0"
 
 
+def _share_of_a_clock(said: Any) -> str | None:
+    return None if abs(said) < 0.5 else "a share such as 5e-05"
+
+
 def _share(said: Any) -> str | None:
     return None if 0.0 <= said <= 1.0 else "a share from 0 to 1"
 
@@ -160,6 +170,8 @@ _CHECKS: Mapping[str, Callable[[Any], str | None]] = {
     "sampling_rate_hz": _positive,
     "measuring_range_m": _positive,
     "lag_s": _finite,
+    "lag_s_u": _not_negative,
+    "clock_drift": _share_of_a_clock,
     "bridge_s": _not_negative,
     "most_damage": _share,
 }

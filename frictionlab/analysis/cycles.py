@@ -16,6 +16,7 @@ from frictionlab.errors import AnalysisError
 FloatArray = NDArray[np.float64]
 FEW_PASSES = 8  # of the phase where there are fewer than three cycles, and the first guess is poor
 OVERLAP = 0.125  # of a cycle: steps of the phase's window where there are fewer than three cycles
+MOST_EVEN = 1e6  # samples on an even clock, or 20 times those there are
 _CHUNK = 1 << 16  # samples folded at a time: stays in the cache
 
 
@@ -274,10 +275,23 @@ def evenly(time: FloatArray, mass: FloatArray, base: FloatArray, step: float) ->
     stray = float(np.max(np.abs(time - time[0] - step * np.arange(n)))) / step
     if stray < 0.02 or (stray < 1.0 and _coarsely_written(np.diff(time), step)):
         return mass, base, 0.0
+    _check_span(time, step)
     even = np.arange(time[0], time[-1] + 1e-9 * step, step)
     steps = np.rint((time - time[0]) / step)
     strays = float(np.max(np.abs(time - time[0] - step * steps))) / step
     return np.interp(even, time, mass), np.interp(even, time, base), max(strays, 0.02)
+
+
+def _check_span(time: FloatArray, step: float) -> None:
+    """Refuse stamps that jump so far that even steps would fill the memory."""
+    count = float(time[-1] - time[0]) / step
+    if count > max(MOST_EVEN, 20.0 * len(time)):
+        at = int(np.argmax(np.diff(time)))
+        raise AnalysisError(
+            f"the stamps jump from {time[at]:.6g} to {time[at + 1]:.6g} s, unflagged: {len(time)} samples would become "
+            f"{count:.3g} of {step:.3g} s, accepted are {max(MOST_EVEN, 20.0 * len(time)):.3g}: ingest the log again, "
+            "which flags the jump, or cut the recording there"
+        )
 
 
 def _coarsely_written(steps: FloatArray, step: float) -> bool:

@@ -2,28 +2,30 @@
 
 The clocks are related by absolute time where both logs have it, else by the lag given, else by the lag at which the
 two motions resemble each other most. The last cannot tell a clock's lag from the mechanical phase between mass and
-base, and says so. Where no absolute time ties the clocks, their relative drift is found from the drive: both sensors
-see the same frequency.
+base, and says so. Their relative drift is found from the drive, which both sensors see (`drift`). Whatever the way,
+``lag_s_u`` says how well the lag is known over the whole record: energy per cycle hangs on it.
 """
 
-from dataclasses import dataclass, field
-from itertools import pairwise
+import math
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
 from frictionlab.logs.clock import TimeBase
+from frictionlab.logs.drift import Drift, evenly, find_drift
+from frictionlab.logs.options import LogOptions
 from frictionlab.logs.sensor import Channel
 from frictionlab.logs.timing import Timing
 from frictionlab.recording import Fact, Quality
 
 Sensor = tuple[TimeBase, Timing, Channel]
-_WINDOWS = 8
 _MOST_LAG_S = 10.0
-_MOST_DRIFT = 5e-3
 _SAME = 1e-4
 """Stamps that differ by less than this share of a step are one moment."""
+_UNIFORM = math.sqrt(12.0)
+"""Full width of a uniform distribution over its standard deviation."""
 
 
 @dataclass(frozen=True)
@@ -38,49 +40,88 @@ class Aligned:
     warnings: list[str] = field(default_factory=list)
 
 
-def align(mass: Sensor, base: Sensor, lag_s: float | None) -> Aligned:
+@dataclass(frozen=True)
+class _Relation:
+    """How the base's clock relates to the mass's: its lag [s] and the standard uncertainty, how that is known."""
+
+    alignment: str
+    lag: float
+    uncertainty: float
+    warnings: tuple[str, ...] = ()
+
+
+def align(mass: Sensor, base: Sensor, options: LogOptions, *, one_clock: bool = False) -> Aligned:
     """Bring the base's samples to the stamps of the mass.
+
+    Parameters
+    ----------
+    mass, base
+        Each on its own clock.
+    options
+        ``lag_s``, ``lag_s_u`` and ``clock_drift`` where they are known.
+    one_clock
+        Whether both have stamps of one clock (columns of one file): there is neither lag nor drift to find.
 
     Raises
     ------
     LogError
         If the two logs have less than two samples in common.
     """
-    facts, warnings = _relation(mass, base, lag_s)
-    lag = float(facts["lag_s"])
-    moved = base[0].time - lag
-    drift = 0.0
-    if facts["alignment"] != "absolute time":
-        drift, facts_of_drift = _drift(mass, moved, base[2])
-        facts |= facts_of_drift
-    if drift:
-        moved = moved[0] + (moved - moved[0]) / (1.0 + drift)
-        warnings.append(
-            f"the clocks drift apart by {drift * 1e6:.3g} parts in a million, found from the drive frequency in both "
-            "logs: the base's stamps are stretched accordingly"
-        )
+    if one_clock:
+        options = replace(options, lag_s=options.lag_s or 0.0, clock_drift=options.clock_drift or 0.0)
+    relation = _relation(mass, base, options)
+    if options.lag_s_u is not None:
+        relation = replace(relation, uncertainty=options.lag_s_u)
+    moved = base[0].time - relation.lag
+    drift = _drift(mass, moved, base[2], options.clock_drift, absolute=relation.alignment == "absolute time")
+    if drift.applied:
+        moved = moved[0] + (moved - moved[0]) / (1.0 + drift.applied)
+    warnings = [*relation.warnings, *drift.warnings]
+    facts: dict[str, Fact] = {"alignment": relation.alignment, "lag_s": relation.lag, **drift.facts}
+    if not one_clock or options.lag_s_u is not None:
+        facts["lag_s_u"] = math.hypot(relation.uncertainty, drift.lag_s_u)
+        warnings += _unsure(float(facts["lag_s_u"]), max(mass[0].interval, base[0].interval), relation.alignment)
     return _on_mass_stamps(mass, base, moved, facts, warnings)
 
 
-def _relation(mass: Sensor, base: Sensor, lag_s: float | None) -> tuple[dict[str, Fact], list[str]]:
+def _unsure(uncertainty: float, step: float, alignment: str) -> list[str]:
+    """Say so where the lag is known to less than a sample."""
+    if uncertainty <= step:
+        return []
+    said = (
+        f"mass and base are aligned ({alignment}) to +- {uncertainty:.2g} s only: energy per cycle, phase and friction "
+        "hang on it; give lag_s and lag_s_u in [log], or log both sensors on one clock"
+    )
+    return [said]
+
+
+def _relation(mass: Sensor, base: Sensor, options: LogOptions) -> _Relation:
     starts = mass[1].start_s, base[1].start_s
-    if lag_s is not None:
-        return {"alignment": "lag as given", "lag_s": lag_s, "lag_se_s": 0.0}, []
+    if options.lag_s is not None:
+        return _Relation("lag as given", options.lag_s, base[0].interval / _UNIFORM)
     if starts[0] is not None and starts[1] is not None:
-        spread = float(np.hypot(mass[1].resolution_s, base[1].resolution_s) / np.sqrt(12.0))
-        return {"alignment": "absolute time", "lag_s": round(starts[0] - starts[1], 6), "lag_se_s": spread}, []
+        spread = math.hypot(mass[1].resolution_s, base[1].resolution_s) / _UNIFORM
+        return _Relation("absolute time", round(starts[0] - starts[1], 6), spread)
     lag, spread = _likeness(mass, base)
     said = (
         f"the logs have no common clock: the lag of {lag:.6g} s is where the two motions resemble each other most, "
         f"which cannot be told from their mechanical phase (uncertain by {spread:.3g} s): give --lag if it is known"
     )
-    return {"alignment": "estimated from the motions", "lag_s": lag, "lag_se_s": spread}, [said]
+    return _Relation("estimated from the motions", lag, spread, (said,))
+
+
+def _drift(mass: Sensor, moved: NDArray[np.float64], base: Channel, known: float | None, *, absolute: bool) -> Drift:
+    """Find the drift of the base's clock, or take the one that is known."""
+    if known is not None:
+        return Drift(known, {"clock_drift": known, "clock_drift_applied": "as given"} if known else {})
+    one, two = (mass[0].time, mass[2].values), (moved, base.values)
+    return find_drift(one, two, mass[0].interval, absolute=absolute)
 
 
 def _likeness(mass: Sensor, base: Sensor) -> tuple[float, float]:
     """Lag of the base's clock at the peak of the cross-correlation [s], and a quarter of the drive's period."""
     step = max(mass[0].interval, base[0].interval)
-    x, y = (_even(sensor[0].time, sensor[2], step) for sensor in (mass, base))
+    x, y = (evenly(sensor[0].time, sensor[2].values, step) for sensor in (mass, base))
     size = 1 << (len(x) + len(y) - 1).bit_length()
     spectrum = np.fft.rfft(y, size)
     product = np.fft.irfft(spectrum * np.conj(np.fft.rfft(x, size)), size)
@@ -93,53 +134,6 @@ def _likeness(mass: Sensor, base: Sensor) -> tuple[float, float]:
     peak = int(np.argmax(np.abs(spectrum[1:]))) + 1
     origin = float(base[0].time[0] - mass[0].time[0])
     return (best + part) * step + origin, 0.25 * size * step / peak
-
-
-def _even(time: NDArray[np.float64], channel: Channel, step: float) -> NDArray[np.float64]:
-    """Resample by straight lines at even steps, mean removed; for finding lag and drift only."""
-    sound = np.isfinite(channel.values)
-    grid = np.arange(time[0], time[-1], step)
-    values = np.interp(grid, time[sound], channel.values[sound])
-    return np.asarray(values - values.mean())
-
-
-def _drift(mass: Sensor, moved: NDArray[np.float64], base: Channel) -> tuple[float, dict[str, Fact]]:
-    """Find the relative drift of the base's clock from the phase between the two motions, window by window."""
-    start, end = max(mass[0].time[0], moved[0]), min(mass[0].time[-1], moved[-1])
-    start += 0.2 * (end - start)
-    step = mass[0].interval
-    y = _even(moved, base, step)
-    spectrum = np.abs(np.fft.rfft(y * np.hanning(len(y)), 4 * len(y)))
-    peak = int(np.argmax(spectrum[4:])) + 4
-    frequency = peak / (4 * len(y) * step)
-    if (end - start) * frequency < 4 * _WINDOWS:
-        return 0.0, {}
-    edges = np.linspace(start, end, _WINDOWS + 1)
-    x_phase = _phases(mass[0].time, mass[2].values, edges, frequency)
-    y_phase = _phases(moved, base.values, edges, frequency)
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    apart = np.unwrap(y_phase - x_phase)
-    (slope, _), covariance = np.polyfit(middle, apart, 1, cov=True)
-    drift, spread = slope / (2 * np.pi * frequency), float(np.sqrt(covariance[0, 0])) / (2 * np.pi * frequency)
-    facts: dict[str, Fact] = {"clock_drift": float(drift), "clock_drift_se": spread}
-    felt = abs(drift) * (end - start) > 0.25 * step
-    if abs(drift) > _MOST_DRIFT or abs(drift) < 5 * spread or not felt:
-        return 0.0, facts | {"clock_drift_applied": "no"}
-    return float(drift), facts | {"clock_drift_applied": "yes"}
-
-
-def _phases(
-    time: NDArray[np.float64], values: NDArray[np.float64], edges: NDArray[np.float64], frequency: float
-) -> NDArray[np.float64]:
-    """Phase of the fundamental in each window, by least squares on the stamps as they are."""
-    phases = []
-    for low, high in pairwise(edges):
-        inside = (time >= low) & (time < high) & np.isfinite(values)
-        angle = 2 * np.pi * frequency * time[inside]
-        model = np.column_stack([np.cos(angle), np.sin(angle), np.ones_like(angle)])
-        (cosine, sine, _), *_ = np.linalg.lstsq(model, values[inside], rcond=None)
-        phases.append(np.arctan2(sine, cosine))
-    return np.array(phases)
 
 
 def _on_mass_stamps(

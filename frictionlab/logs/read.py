@@ -150,13 +150,13 @@ def read_two_logs(
     two = replace(options, mass=None)
     mass = _examined(read_table(mass_log, one, ("mass",), progress), options, ("mass",))
     base = _examined(read_table(base_log, two, ("base",), progress), options, ("base",))
-    aligned = _aligned(mass, base, options.lag_s)
+    aligned = _aligned(mass, base, options)
     return _recording_of_two(mass, base, aligned, options)
 
 
-def _aligned(mass: _Sensors, base: _Sensors, lag_s: float | None) -> Aligned:
+def _aligned(mass: _Sensors, base: _Sensors, options: LogOptions, *, one_clock: bool = False) -> Aligned:
     one = mass.base, mass.timing, mass.channels["mass"]
-    return align(one, (base.base, base.timing, base.channels["base"]), lag_s)
+    return align(one, (base.base, base.timing, base.channels["base"]), options, one_clock=one_clock)
 
 
 def _read_own_times(table: Table, base_time: NDArray[np.float64], options: LogOptions) -> Recording:
@@ -172,7 +172,7 @@ def _read_own_times(table: Table, base_time: NDArray[np.float64], options: LogOp
     mass = replace(table, columns=columns, values={role: table.values[role] for role in columns})
     one, two = _examined(mass, options, ("mass",)), _examined(base, options, ("base",))
     one, two = (replace(s, table=replace(s.table, file=table.file)) for s in (one, two))  # one file, counted once
-    return _recording_of_two(one, two, _aligned(one, two, options.lag_s or 0.0), options)
+    return _recording_of_two(one, two, _aligned(one, two, options, one_clock=True), options)
 
 
 def _recording_of_two(mass: _Sensors, base: _Sensors, aligned: Aligned, options: LogOptions) -> Recording:

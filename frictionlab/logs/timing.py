@@ -1,5 +1,6 @@
 """The time column of a log in seconds: its unit, found or said, and what the log states about its clock."""
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -8,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
+from frictionlab.logs.cells import plain
+from frictionlab.logs.dialect import split
 from frictionlab.logs.options import LogOptions
 from frictionlab.logs.table import Table
 from frictionlab.logs.units import TIME, to_si
@@ -17,6 +20,9 @@ _LOW_HZ, _HIGH_HZ = 10.0, 10_000.0
 """Sampling rates that a rig of this kind is logged at; three decades, so that of s, ms and us one fits."""
 _EPOCH_S = (1e8, 1e10)
 """Stamps between these [s] count from 1970 (1973 to 2286)."""
+
+
+_FRACTION = re.compile(r"[.,](\d+)\s*(?:Z|[AaPp]\.?[Mm]\.?)?$")
 
 
 @dataclass(frozen=True)
@@ -63,12 +69,12 @@ def timing_of(table: Table, options: LogOptions) -> Timing:
     start = table.layout.facts.get("start_s")
     start_s = float(start) if start is not None else None
     if table.layout.dialect.kinds[table.columns["time"].index] == "m":
-        return _clock_times(values, stated_s)
+        return _clock_times(values, stated_s, _last_digit(table))
     unit, evidence, warnings = _unit(table, values, options)
     first, facts = float(values[0]), {"time_unit": unit}
     if _EPOCH_S[0] < first / TIME[unit] < _EPOCH_S[1]:
         stamps = to_si(values - first, unit)
-        start_s, resolution = first / TIME[unit], 1.0 / TIME[unit]
+        start_s, resolution = first / TIME[unit], _last_digit(table) / TIME[unit]
         evidence.append("stamps count from 1970: the first one is 0 in the recording")
     else:
         stamps, resolution = to_si(values, unit), 1e-3
@@ -89,7 +95,19 @@ def _start_fact(start_s: float | None) -> dict[str, Fact]:
     return {"start_time": datetime.fromtimestamp(start_s, UTC).isoformat(timespec="milliseconds")}
 
 
-def _clock_times(values: NDArray[np.float64], stated_s: float | None) -> Timing:
+def _last_digit(table: Table) -> float:
+    """What one more in the last digit of a stamp means, in the unit it is written in: 0.001 for 12.345 and 1:02:03.456.
+
+    A log without text holds doubles, which show seconds since 1970 to less than a microsecond.
+    """
+    dialect, column = table.layout.dialect, table.columns["time"].index
+    rows = (split(line, dialect.separator) for line in table.head.lines[dialect.first :][:50])
+    cells = [plain(cells[column]) for cells in rows if len(cells) == dialect.fields]
+    digits = [len(match[1]) for cell in cells if (match := _FRACTION.search(cell))]
+    return 10.0 ** -max(digits, default=0) if cells else 1e-6
+
+
+def _clock_times(values: NDArray[np.float64], stated_s: float | None, resolution: float) -> Timing:
     """Clock times as stamps from the first; a clock that shows no date passes midnight."""
     wraps = np.cumsum(np.concatenate([[False], np.diff(values) < -43200.0]))
     values = values + 86400.0 * wraps if values[0] < 86400.0 * 2 else values
@@ -98,7 +116,7 @@ def _clock_times(values: NDArray[np.float64], stated_s: float | None) -> Timing:
         values - start,
         stated_s=stated_s,
         start_s=start,
-        resolution_s=1e-3,
+        resolution_s=resolution,
         facts={"time_unit": "clock time", **_start_fact(start)},
         evidence=("the time column holds clock times: the first one is 0 in the recording",),
     )

@@ -62,7 +62,7 @@ def test_sensortool_pairs_are_aligned_on_epoch_time(
     assert facts["layout"] == "optoNCDT sensorTOOL"
     assert facts["alignment"] == "absolute time"
     assert facts["lag_s"] == pytest.approx(-late_ms / 1000, abs=1e-9)
-    assert 0.0 < float(facts["lag_se_s"]) < 1e-3
+    assert 0.0 < float(facts["lag_s_u"]) < 1e-3
     assert facts["base_resampled"] == ("cubic" if late_ms == 501 else "no")
     np.testing.assert_allclose(recording.time[0], math.ceil(late_ms / 4) * 0.004, atol=1e-9)
     shift = recording.time - late_ms / 1000
@@ -103,8 +103,75 @@ def test_an_unknown_lag_is_estimated_and_said_to_be_unsure(tmp_path: Path) -> No
     recording = read_two_logs(*two(tmp_path, lag=1.5))
     facts = recording.source.dialect
     assert facts["alignment"] == "estimated from the motions"
-    assert float(facts["lag_s"]) == pytest.approx(1.5, abs=2 * float(facts["lag_se_s"]))
+    assert float(facts["lag_s"]) == pytest.approx(1.5, abs=2 * float(facts["lag_s_u"]))
     assert any("cannot be told from their mechanical phase" in w for w in recording.source.warnings)
+
+
+def absolute(folder: Path, *, drift: float = 0.0, creep: float = 0.0) -> tuple[Path, Path]:
+    """Sixty seconds by two clocks that show absolute time in whole milliseconds; the mass's phase may creep."""
+    t = np.arange(0, 60, 0.004)
+    paths = []
+    for name, stamps, x in (
+        ("mass.csv", t, mass_at(t + creep * t)),
+        ("base.csv", t * (1 + drift), base_at(t)),
+    ):
+        rows = "".join(f"{1726280207647 + round(1e3 * a)},{b:.9f}\n" for a, b in zip(stamps, x, strict=True))
+        paths.append(write(folder / name, f"epoch [ms],{name[0]} [mm]\n{rows}"))
+    return paths[0], paths[1]
+
+
+def test_whole_milliseconds_are_in_the_lags_uncertainty(tmp_path: Path) -> None:
+    recording = read_two_logs(*absolute(tmp_path))
+    facts = recording.source.dialect
+    assert facts["alignment"] == "absolute time"
+    assert float(facts["lag_s_u"]) == pytest.approx(0.41e-3, rel=0.05)
+    assert not any("aligned" in w for w in recording.source.warnings)
+
+
+def test_two_clocks_of_absolute_time_that_drift(tmp_path: Path) -> None:
+    recording = read_two_logs(*absolute(tmp_path, drift=1e-4))
+    facts = recording.source.dialect
+    assert (facts["alignment"], facts["clock_drift_applied"]) == ("absolute time", "yes")
+    assert float(facts["clock_drift"]) == pytest.approx(1e-4, abs=4 * float(facts["clock_drift_u"]))
+    assert float(facts["clock_drift_u"]) < 1e-5
+    assert error(recording) < 0.01
+    left = read_two_logs(*absolute(tmp_path, drift=1e-4), LogOptions(clock_drift=0.0))
+    assert error(left) > 0.03
+
+
+def test_a_phase_that_creeps_faster_than_clocks_drift_is_left_and_said(tmp_path: Path) -> None:
+    recording = read_two_logs(*absolute(tmp_path, creep=1e-3))
+    facts = recording.source.dialect
+    assert facts["clock_drift_applied"] == "no"
+    assert float(facts["lag_s_u"]) == pytest.approx(0.5 * 1e-3 * 60, rel=0.1)
+    assert any("more than clocks do" in w for w in recording.source.warnings)
+    assert any("aligned (absolute time) to +- 0.03 s only" in w for w in recording.source.warnings)
+
+
+def test_stamps_in_whole_seconds_do_not_pass_as_exact(tmp_path: Path) -> None:
+    t = np.arange(0, 60, 0.02)
+    paths = []
+    for name, x in (("mass.csv", mass_at(t)), ("base.csv", base_at(t))):
+        rows = "".join(f"02:{16 + int(a) // 60}:{int(a) % 60:02},{b:.9f}\n" for a, b in zip(t, x, strict=True))
+        paths.append(write(tmp_path / name, f"time,{name[0]} [mm]\n{rows}"))
+    recording = read_two_logs(paths[0], paths[1])
+    assert float(recording.source.dialect["lag_s_u"]) == pytest.approx(0.41, rel=0.05)
+    assert any("to +- 0.41 s only: energy per cycle" in w for w in recording.source.warnings)
+
+
+def test_a_lag_that_is_given_may_have_its_uncertainty(tmp_path: Path) -> None:
+    logs = two(tmp_path, lag=0.5)
+    half_a_step = read_two_logs(*logs, LogOptions(lag_s=0.5, clock_drift=0.0)).source.dialect["lag_s_u"]
+    assert half_a_step == pytest.approx(0.004 / math.sqrt(12))
+    assert read_two_logs(*logs, LogOptions(lag_s=0.5, lag_s_u=1e-4, clock_drift=0.0)).source.dialect["lag_s_u"] == 1e-4
+
+
+def test_a_clock_that_was_set_inside_a_log_is_refused_by_size(tmp_path: Path) -> None:
+    t = np.arange(5000) / 250
+    mass = one_sensor(tmp_path, "mass.csv", np.where(t < 1.0, t, t + 1.7e9), mass_at(t))
+    base = one_sensor(tmp_path, "base.csv", t, base_at(t))
+    with pytest.raises(LogError, match=r"the stamps jump from 0.996 to 1.7e\+09 s: 5000 samples"):
+        read_two_logs(mass, base)
 
 
 def test_logs_that_do_not_overlap_are_refused(tmp_path: Path) -> None:
