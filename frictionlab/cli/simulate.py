@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from frictionlab.cli.law_options import LawName, Parameters, numbers
 from frictionlab.cli.options import AsJson, Force, Quiet
 from frictionlab.cli.output import complain, print_turned
 from frictionlab.errors import SimulationError, UsageError
@@ -22,14 +23,22 @@ def simulate(
     *,
     r: Annotated[float, typer.Option("--r", help="Frequency ratio, drive over natural frequency.")],
     beta: Annotated[float, typer.Option("--beta", help="Friction ratio, friction force over k Y.")],
-    mu: Annotated[float, typer.Option("--mu", help="Static over kinetic friction.")] = 1.0,
-    zeta: Annotated[float, typer.Option("--zeta", help="Viscous damping ratio.")] = 0.0,
+    law: LawName = "coulomb",
+    parameter: Parameters = None,
+    mu: Annotated[
+        float | None, typer.Option("--mu", help="Static over kinetic friction, in both directions (1).")
+    ] = None,
+    zeta: Annotated[
+        float | None, typer.Option("--zeta", help="Damping ratio of a dashpot beside the contact (0).")
+    ] = None,
     wall: Annotated[
         Literal["fixed", "base"], typer.Option("--wall", help="What the mass rubs against: a fixed wall, or the base.")
     ] = "fixed",
     solver: Annotated[
-        Literal["auto", "closed-form", "exact", "thesis"],
-        typer.Option("--solver", help="auto: the closed form where valid, else the exact orbit. thesis: RK45."),
+        Literal["auto", "closed-form", "exact", "numeric", "thesis"],
+        typer.Option(
+            "--solver", help="auto: the closed form where valid, else exact phases, else numeric. thesis: RK45."
+        ),
     ] = "auto",
     cycles: Annotated[
         int | None, typer.Option("--cycles", metavar="N", min=1, help="The last of N cycles from rest instead.")
@@ -49,20 +58,22 @@ def simulate(
 ) -> None:
     """Solve one steady state of the friction oscillator, or run N cycles from rest.
 
-    Example: frictionlab simulate --r 0.5 --beta 0.4 --plot motion.pdf
+    Example: frictionlab simulate --r 0.5 --beta 0.4 --law coulomb+place --parameter gradient=0.05 --plot motion.pdf
     """
     from frictionlab.simulator import Problem, last_cycle, steady_state
 
     _check(output, plot, force=force)
     start = time.perf_counter()
     try:
-        problem = Problem(r, beta, mu, zeta, wall)
+        values = numbers(parameter, {"mu": mu, "zeta": zeta})
+        problem = Problem(r, beta, mu, zeta, wall, law=law, parameters=values)
     except SimulationError as error:
         raise UsageError(str(error)) from error
     state = (
         steady_state(problem, solver=solver) if cycles is None else last_cycle(problem, cycles=cycles, solver=solver)
     )
-    row: Row = state.to_row() | {"wall_s": time.perf_counter() - start}
+    asked = {"wall_s": time.perf_counter() - start, "law": problem.law.name, "parameters": problem.parameters}
+    row: Row = state.to_row() | asked
     if as_json:
         typer.echo(json_line(row))
     elif not quiet:

@@ -16,8 +16,8 @@ from frictionlab.simulator.closed_form import (
 )
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.observe import Observation, observe
-from frictionlab.simulator.orbit import last_cycle, simulate, steady_state
 from frictionlab.simulator.problem import COSINE, Base, Problem
+from frictionlab.simulator.solve import last_cycle, simulate, steady_state
 from frictionlab.simulator.state import Solver, SteadyState
 from frictionlab.simulator.sweep import StateMap, sweep
 from frictionlab.simulator.thesis import ThesisRun, thesis_run

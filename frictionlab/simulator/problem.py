@@ -87,9 +87,9 @@ class Problem:
         Frequency ratio, drive over natural frequency (2.7); > 0.
     beta : float
         Friction ratio, kinetic friction force over k Y (2.8); >= 0.
-    mu : float
+    mu : float, optional
         Static over kinetic friction force (2.4) in both directions; other than 1 it adds the term ``breakaway``.
-    zeta : float
+    zeta : float, optional
         Damping ratio of a dashpot that stands where the friction stands; other than 0 it adds the term ``speed``.
     wall : {"fixed", "base"}
         What the mass rubs against: a fixed wall (thesis), or one that moves with the base.
@@ -127,8 +127,8 @@ class Problem:
         self,
         r: float,
         beta: float,
-        mu: float = 1.0,
-        zeta: float = 0.0,
+        mu: float | None = None,
+        zeta: float | None = None,
         wall: Wall = "fixed",
         base: Base = COSINE,
         *,
@@ -241,26 +241,26 @@ class Problem:
         return sum(hypot(c, s) for c, s in zip(*self.force, strict=True))
 
 
-def _check_shorthands(mu: float, zeta: float) -> None:
+def _check_shorthands(mu: float | None, zeta: float | None) -> None:
     """Refuse mu and zeta by the names under which they were given."""
     for name, value, least in (("mu", mu, 1), ("zeta", zeta, 0)):
-        if not (value >= least and isfinite(value)):
+        if value is not None and not (value >= least and isfinite(value)):
             raise ParameterError(f"simulation: {name}; expected a finite number >= {least}; got {value!r}")
 
 
-def _with_shorthands(law: Law, mu: float, zeta: float) -> Law:
+def _with_shorthands(law: Law, mu: float | None, zeta: float | None) -> Law:
     """The law with the terms that mu and zeta stand for, where it lacks them."""
     name = law.name
-    if mu != 1.0 and not (law.has("breakaway") or "static_ratio" in {p.name for p in law.own}):
+    if mu not in (None, 1.0) and not (law.has("breakaway") or "static_ratio" in {p.name for p in law.own}):
         name += "+breakaway"
-    if zeta != 0.0 and not law.has("speed"):
+    if zeta not in (None, 0.0) and not law.has("speed"):
         name += "+speed"
     return law_of(name)
 
 
-def _written_out(law: Law, mu: float, zeta: float) -> dict[str, float]:
-    """The parameters that mu and zeta stand for in this law; 1 and 0 say nothing."""
-    stands_for = dict.fromkeys(("static_ratio_up", "static_ratio_down", "static_ratio"), mu) if mu != 1.0 else {}
-    stands_for |= {"contact_damping_ratio": zeta} if zeta != 0.0 else {}
+def _written_out(law: Law, mu: float | None, zeta: float | None) -> dict[str, float]:
+    """The parameters that mu and zeta stand for in this law, where they are given."""
+    stands_for: dict[str, float | None] = dict.fromkeys(("static_ratio_up", "static_ratio_down", "static_ratio"), mu)
+    stands_for["contact_damping_ratio"] = zeta
     names = {parameter.name for parameter in law.own}
-    return {name: value for name, value in stands_for.items() if name in names}
+    return {name: value for name, value in stands_for.items() if name in names and value is not None}

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.errors import SimulationError
+from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator.problem import Problem
 
 __all__ = ["ThesisRun", "thesis_run"]
@@ -97,6 +97,8 @@ def thesis_run(problem: Problem, *, cycles: int = 100, rtol: float = 1e-3, atol:
     ------
     SimulationError
         If the number of cycles is not positive, or the events of a cycle do not end.
+    UsageError
+        The thesis did not simulate such a contact.
 
     Examples
     --------
@@ -134,7 +136,7 @@ def _check_law(problem: Problem) -> None:
     up, down = problem.static_ratios
     if problem.law.kind != "rigid" or problem.law.has("place") or up != down or problem.frame_damping_ratio:
         frame = ", frame_damping_ratio" if problem.frame_damping_ratio else ""
-        raise SimulationError(
+        raise UsageError(
             f"thesis run: law {problem.law.name}{frame}; expected Coulomb friction with one static ratio and a dashpot "
             "beside it; got more; do: use another solver"
         )

@@ -21,7 +21,8 @@ def test_simulate_prints_the_keys_of_the_contract() -> None:
     done = run("simulate", "--r", "0.5", "--beta", "0.4", "--json")
     row = json.loads(done.stdout)
     assert done.exit_code == 0
-    assert list(row) == [*KEYS, "wall_s"]
+    assert list(row) == [*KEYS, "wall_s", "law", "parameters"]
+    assert (row["law"], row["parameters"]) == ("coulomb", {"beta": 0.4, "frame_damping_ratio": 0.0})
     assert row["energy_per_cycle"] == pytest.approx(2.1260422664, abs=1e-10)
     assert (row["outcome"], row["regime"], row["stops_per_cycle"], row["solver"]) == (
         "periodic",
@@ -29,6 +30,39 @@ def test_simulate_prints_the_keys_of_the_contract() -> None:
         2,
         "exact",
     )
+
+
+LAW = ["--law", "coulomb+place", "--parameter", "gradient=0.05"]
+
+
+def test_a_law_and_its_parameters_are_said_and_told() -> None:
+    done = run("simulate", "--r", "0.5", "--beta", "0.4", *LAW, "--parameter", "frame_damping_ratio=0.01", "--json")
+    row = json.loads(done.stdout)
+    assert row["law"] == "coulomb+place"
+    assert row["parameters"] == {"beta": 0.4, "gradient": 0.05, "frame_damping_ratio": 0.01}
+    assert row["stops_per_cycle"] == 1
+
+
+@pytest.mark.parametrize(
+    ("said", "fault"),
+    [
+        (["--law", "coulomb+place"], "gradient (relative change"),
+        (["--parameter", "gradient=0.1"], "law coulomb: 'gradient' is none of its parameters"),
+        (["--law", "coulomb+dahl+lugre"], "dahl and lugre exclude each other"),
+        (["--law", "place"], "starts with coulomb"),
+        (["--parameter", "gradient"], "--parameter: expected NAME=VALUE; got 'gradient'"),
+        ([*LAW, "--parameter", "gradient=0.1"], "--parameter gradient: given twice"),
+        (["--law", "coulomb+place", "--parameter", "gradient=steep"], "expected a number; got 'steep'"),
+        (["--parameter", "beta=0.3"], "give --beta 0.3"),
+        (["--mu", "1.2", "--parameter", "static_ratio_up=1.1"], "--mu and --parameter static_ratio_up say the same"),
+        (["--parameter", "frame_damping_ratio=-1"], "frame_damping_ratio; expected a finite number >= 0"),
+        ([*LAW, "--solver", "thesis"], "thesis run: law coulomb+place"),
+    ],
+)
+def test_a_law_that_cannot_be_is_refused_by_name(said: list[str], fault: str) -> None:
+    done = run("simulate", "--r", "0.5", "--beta", "0.4", *said)
+    assert done.exit_code == 2
+    assert fault in done.stderr
 
 
 def test_what_does_not_exist_is_null() -> None:

@@ -15,6 +15,7 @@ from frictionlab.simulator.kernel.layout import Contact, Force, State
 from frictionlab.simulator.kernel.motion import local_force, make_oscillator, make_rig, slide_at
 from frictionlab.simulator.trajectory import refuse_chatter
 from tests.simulator import naive
+from tests.simulator.phases import phases_of
 
 
 def force_of(cosine: list[float], sine: list[float]) -> Force:
@@ -66,13 +67,13 @@ def test_a_grazing_stop_is_met_or_passed_as_it_must_be(r: float, depth: float) -
 
 
 def test_at_rest_the_decision_comes_before_the_search() -> None:
-    held = simulate(Problem(0.5, 0.4), cycles=1, x0=0.7)  # |cos 0 - 0.7| = 0.3 <= 0.4: sticks
+    held = phases_of(Problem(0.5, 0.4), cycles=1, x0=0.7)  # |cos 0 - 0.7| = 0.3 <= 0.4: sticks
     assert held.side[0] == 0.0
     assert held.duration[0] == pytest.approx(acos(0.3), abs=1e-15)  # until cos(tau) - 0.7 = -0.4
     assert held.side[1] == -1.0
-    free = simulate(Problem(0.5, 0.4), cycles=1, x0=0.5)
+    free = phases_of(Problem(0.5, 0.4), cycles=1, x0=0.5)
     assert free.side[0] == 1.0
-    static = simulate(Problem(0.5, 0.4, mu=1.5), cycles=1, x0=0.5)
+    static = phases_of(Problem(0.5, 0.4, mu=1.5), cycles=1, x0=0.5)
     assert static.side[0] == 0.0
 
 
@@ -108,7 +109,7 @@ def test_a_cycle_from_anywhere_agrees_with_the_naive_twin(r: float, beta: float,
     if abs(r - 1.0) < 0.02:
         return  # the textbook divides by 1 - r^2
     slow = naive.run(r, beta, mu, 0.0, z, v)
-    fast = simulate(Problem(r, beta, mu), cycles=1, x0=z, v0=v)
+    fast = phases_of(Problem(r, beta, mu), cycles=1, x0=z, v0=v)
     x, speed = fast.at(2 * pi)
     shortest = float(fast.duration.min())
     if shortest < 1e-3:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionlab.errors import SimulationError
+from frictionlab.errors import UsageError
 from frictionlab.simulator import Base, Problem, SteadyState, steady_state
 from tests.simulator import slow
 
@@ -127,7 +127,7 @@ def test_the_force_is_that_of_the_law_and_of_the_equation_of_motion() -> None:
     ],
 )
 def test_the_thesis_method_refuses_what_the_thesis_did_not_simulate(problem: Problem) -> None:
-    with pytest.raises(SimulationError, match=r"thesis run: law coulomb.*do: use another solver"):
+    with pytest.raises(UsageError, match=r"thesis run: law coulomb.*do: use another solver"):
         steady_state(problem, solver="thesis")
 
 

@@ -1,0 +1,182 @@
+"""The three questions to the simulator, and which solver answers: steady state, motion from a start, its last cycle."""
+
+from importlib import import_module
+from math import isfinite, pi
+from typing import Any, get_args
+
+from frictionlab.errors import SimulationError, UsageError
+from frictionlab.simulator import orbit
+from frictionlab.simulator.motion import Motion
+from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.state import Solver, SteadyState
+from frictionlab.simulator.trajectory import simulate_exactly
+
+__all__ = ["last_cycle", "simulate", "steady_state"]
+
+ANSWERS: dict[str, tuple[str, ...]] = {  # kind of a law: the solvers that know it
+    "rigid": get_args(Solver),
+    "elastic": ("auto", "exact", "numeric"),
+    "smooth": ("auto", "numeric"),
+    "inner": ("auto", "numeric"),
+}
+LARGEST = 1e100  # initial condition: its square must be a double
+
+
+def steady_state(problem: Problem, *, solver: Solver = "auto") -> SteadyState:
+    """Return the steady state of a problem.
+
+    The periodic orbit is solved for by shooting with exact phases, half a period where the drive's symmetry allows; the
+    closed form of Den Hartog (2.10-2.14) answers where it is valid. Laws without exact phases are integrated.
+
+    Parameters
+    ----------
+    problem : Problem
+        What moves.
+    solver : {"auto", "closed-form", "exact", "numeric", "thesis"}
+        "auto" takes the closed form where it is valid, else exact phases where the law has them, else integrates;
+        "thesis" waits for 100 cycles from rest with RK45 at its default tolerances (`last_cycle`, `thesis_run`).
+
+    Returns
+    -------
+    SteadyState
+
+    Raises
+    ------
+    SimulationError
+        If events do not end, or the closed form is asked for where it does not hold.
+    UsageError
+        If the solver is not known, or does not know the law.
+
+    Examples
+    --------
+    >>> state = steady_state(Problem(r=0.5, beta=0.4))
+    >>> f"{state.energy_per_cycle:.10f}", state.stops_per_cycle
+    ('2.1260422664', 2.0)
+    """
+    _check_solver(problem, solver)
+    if solver == "thesis":
+        return last_cycle(problem, cycles=100, solver="thesis")
+    state: SteadyState = (
+        orbit.steady(problem, solver) if _is_rigid(problem, solver) else _room(problem, solver).steady(problem)
+    )
+    return state
+
+
+def _check_solver(problem: Problem, solver: str) -> None:
+    """Refuse a solver that does not exist, or does not know the law."""
+    if solver not in get_args(Solver):
+        raise UsageError(f"steady state: solver; expected one of {', '.join(get_args(Solver))}; got {solver!r}")
+    able = ANSWERS[problem.law.kind]
+    if solver not in able:
+        raise UsageError(
+            f"steady state: solver {solver!r} does not know law {problem.law.name}; expected one of {', '.join(able)}"
+        )
+
+
+def _is_rigid(problem: Problem, solver: str) -> bool:
+    return problem.law.kind == "rigid" and solver != "numeric"
+
+
+def _room(problem: Problem, solver: str) -> Any:
+    """The solver of a law that is not rigid, or of any law by integration; loaded when it is needed."""
+    name = "elastic" if problem.law.kind == "elastic" and solver != "numeric" else "numeric"
+    try:
+        return import_module(f"frictionlab.simulator.{name}")
+    except ModuleNotFoundError as error:
+        raise SimulationError(
+            f"simulation: law {problem.law.name}: its solver ({name}) is not part of this version"
+        ) from error
+
+
+def simulate(
+    problem: Problem,
+    *,
+    cycles: int,
+    x0: float = 0.0,
+    v0: float = 0.0,
+    tau0: float = 0.0,
+    solver: Solver = "auto",
+    keep: int | None = None,
+) -> Motion:
+    """Return the motion from initial conditions over a number of cycles, as exact phases.
+
+    Parameters
+    ----------
+    problem : Problem
+        What moves.
+    cycles : int
+        Cycles of the drive; >= 1.
+    x0, v0 : float
+        Displacement over Y and its derivative with respect to tau, at tau0.
+    tau0 : float
+        Phase of the drive at the start, rad.
+    solver : {"auto", "exact", "numeric"}
+        "auto" takes exact phases where the law has them.
+    keep : int, optional
+        Record only the last so many cycles (all, unless given): memory for a million cycles.
+
+    Returns
+    -------
+    Motion
+        A `Trajectory` where the law is rigid.
+
+    Raises
+    ------
+    SimulationError
+        If events do not end.
+    UsageError
+        If the arguments contradict each other.
+
+    Examples
+    --------
+    >>> simulate(Problem(r=0.5, beta=0.4), cycles=3).stops.shape
+    (4, 2)
+    """
+    if solver not in ("auto", "exact", "numeric"):
+        raise UsageError(f"simulate: solver; expected 'auto', 'exact' or 'numeric'; got {solver!r}")
+    _check_solver(problem, solver)
+    if cycles < 1 or not (keep is None or 1 <= keep <= cycles):
+        raise UsageError(f"simulate: cycles, keep; expected 1 <= keep <= cycles; got cycles = {cycles}, keep = {keep}")
+    if not (abs(x0) <= LARGEST and abs(v0) <= LARGEST and isfinite(tau0)):
+        raise SimulationError(
+            f"simulate: initial conditions; expected finite numbers of size up to {LARGEST:g}; "
+            f"got x0 = {x0}, v0 = {v0}, tau0 = {tau0}"
+        )
+    run = simulate_exactly if _is_rigid(problem, solver) else _room(problem, solver).run
+    kept = cycles if keep is None else keep
+    motion: Motion = run(problem, cycles=cycles, x0=x0, v0=v0, tau0=tau0 % (2.0 * pi), keep=kept)
+    return motion
+
+
+def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "auto") -> SteadyState:
+    """Return the last of a number of cycles from rest as if it were steady, and say if it is not: "not settled".
+
+    Parameters
+    ----------
+    problem : Problem
+        What moves.
+    cycles : int
+        Cycles of the drive; >= 1.
+    solver : {"auto", "exact", "thesis"}
+        Exact phases, or the thesis's RK45 at its default tolerances.
+
+    Raises
+    ------
+    SimulationError
+        If events do not end.
+    UsageError
+        If the solver cannot carry a motion from rest.
+
+    Examples
+    --------
+    >>> last_cycle(Problem(r=0.95, beta=0.1), cycles=100).outcome
+    'not settled'
+    """
+    _check_solver(problem, solver)
+    if cycles < 1:
+        raise UsageError(f"last cycle: cycles; expected >= 1; got {cycles}")
+    if solver == "thesis":
+        return orbit.waited(problem, cycles)
+    if not _is_rigid(problem, solver):
+        raise UsageError(f"last cycle: law {problem.law.name}; expected a rigid contact; do: ask for the steady state")
+    return orbit.last(problem, cycles)
