@@ -87,6 +87,9 @@ class Estimate:
         return f"{self.value:.{digits}f} ± {self.error:.{digits}f}"
 
 
+NOT_KNOWN = Estimate()
+
+
 class Flat:
     """A flat name of one part of an estimate that a result holds; ``None`` where it is not known.
 

@@ -37,6 +37,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "synthetic": {"__init__", "errors", "files", "scene", "simulator"},
     "campaign": {
         *("tables", "errors", "scene", "analysis", "comparison", "simulator", "files", "hdf5", "recording", "schema"),
+        "estimate",
     },
     "tradeoff": {
         *("tables", "errors", "scene", "analysis", "comparison", "simulator", "synthetic", "recording", "hdf5", "logs"),

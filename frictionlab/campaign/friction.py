@@ -19,6 +19,8 @@ from scipy import stats
 from frictionlab.analysis.pooling import scatter_beyond, weighted_mean
 from frictionlab.campaign.prediction import Law, Local, Prediction, local
 from frictionlab.campaign.trials import Trial
+from frictionlab.campaign.verdicts import JUDGED_ANEW, SCREENED, SOFT, Cause, LeftOut
+from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
 
 FloatArray = NDArray[np.float64]
 MODEL_FLOOR = 0.002  # relative: no model and no sensor gain is better known than this
@@ -35,15 +37,17 @@ CLOSE = 1e-7
 class Verdict:
     """What the fit says of one test.
 
-    ``friction_ratio`` of this test alone with its ``friction_ratio_se`` (scatter not included); ``predicted``: the
-    group's prediction; ``residual``: measured over predicted energy - 1; ``excluded``: why it is left out, or None.
+    ``alone``: the friction ratio that this test alone would give (scatter not included in its error); ``predicted``:
+    the group's prediction; ``residual``: measured over predicted energy - 1; ``excluded``: why it is left out, or None.
     """
 
     trial: Trial
-    excluded: str | None
-    friction_ratio: float | None = None
-    friction_ratio_se: float | None = None
+    excluded: LeftOut | None
+    alone: Estimate = NOT_KNOWN
     predicted: Prediction | None = None
+
+    friction_ratio = Flat("alone")
+    friction_ratio_se = Flat("alone", "se")
 
     @property
     def residual(self) -> float | None:
@@ -57,26 +61,33 @@ class Verdict:
 class FrictionFit:
     """Friction of one material under one normal force.
 
-    ``friction_ratio`` (beta), ``friction_force_n`` = beta k Y, ``friction_coefficient`` = force / normal force, each
-    with its standard error; ``low``, ``high``: 95 % confidence of the ratio, by Student's t with ``freedom`` degrees;
-    ``scatter``: relative standard deviation from test to test beyond measurement error. ``None`` is not known, and
-    ``note`` says why.
+    ``ratio`` (beta), ``force`` = beta k Y in N, ``coefficient`` = force / normal force are estimates, with the
+    contract's columns as flat names; ``low``, ``high``: 95 % confidence of the ratio, by Student's t with ``freedom``
+    degrees; ``scatter``: relative standard deviation from test to test beyond measurement error. ``None`` is not known,
+    and ``note`` says why.
     """
 
     material: str
     normal_force_n: float
     verdicts: tuple[Verdict, ...]
-    friction_ratio: float | None
-    friction_ratio_se: float | None
-    friction_force_n: float | None
-    friction_force_n_se: float | None
-    friction_coefficient: float | None
-    friction_coefficient_se: float | None
+    ratio: Estimate
+    force: Estimate
+    coefficient: Estimate
     low: float | None
     high: float | None
     freedom: int
     scatter: float | None
     note: str
+
+    friction_ratio = Flat("ratio")
+    friction_ratio_se = Flat("ratio", "se")
+    friction_ratio_u = Flat("ratio", "u")
+    friction_force_n = Flat("force")
+    friction_force_n_se = Flat("force", "se")
+    friction_force_n_u = Flat("force", "u")
+    friction_coefficient = Flat("coefficient")
+    friction_coefficient_se = Flat("coefficient", "se")
+    friction_coefficient_u = Flat("coefficient", "u")
 
     @property
     def coefficient_interval(self) -> tuple[float | None, float | None]:
@@ -114,16 +125,11 @@ def fit_group(trials: Sequence[Trial], law: Law, stiffness: float | None) -> Fri
         N/m; without it there is a friction ratio but no force and no coefficient.
     """
     found = _fit(trials, law, stiffness, strict=True)
-    if found.friction_ratio is None and any(_is_soft(v.excluded) for v in found.verdicts):
+    if not found.ratio.known and any(v.excluded and v.excluded.cause in SOFT for v in found.verdicts):
         found = _fit(trials, law, stiffness, strict=False)
         said = "rests on tests that Coulomb's law explains badly, for there are no others"
         found = replace(found, note="; ".join(filter(None, (said, found.note))))
     return found
-
-
-def _is_soft(reason: str | None) -> bool:
-    """Whether a test was left out for what it is like, and could still say something."""
-    return reason is not None and reason.startswith(("unsteady", "asymmetric", "unsettled"))
 
 
 def _fit(trials: Sequence[Trial], law: Law, stiffness: float | None, *, strict: bool) -> FrictionFit:
@@ -144,23 +150,23 @@ def _fit(trials: Sequence[Trial], law: Law, stiffness: float | None, *, strict: 
     return _fit_of(trials, law, beta, spread, reasons, stiffness)
 
 
-def _screen(trial: Trial, *, leave_long: bool, strict: bool) -> str | None:
+def _screen(trial: Trial, *, leave_long: bool, strict: bool) -> LeftOut | None:
     """Why a test says nothing of one friction ratio, before any fit."""
     if trial.is_long and leave_long:
-        return "a long test: in drift.csv"
+        return Cause.LONG.because()
     if trial.regime == "stuck" or not min(trial.mean) > 0.0:
-        return "stuck: it only says that the friction ratio is 1 / (static over kinetic friction) or more"
+        return Cause.STUCK.because()
     if not strict:
         return None
     excess = trial.excess_irregularity
     if excess is not None and excess > UNSTEADY:
-        return f"unsteady: irregularity {excess:.2g} beyond noise and base; one steady state cannot stand for it"
+        return Cause.UNSTEADY.because(excess)
     if trial.asymmetry > ASYMMETRIC:
-        return f"asymmetric ({trial.asymmetry:.2g}): Coulomb's law on a symmetric contact cannot explain it"
+        return Cause.ASYMMETRIC.because(trial.asymmetry)
     return None
 
 
-def _start(trials: Sequence[Trial], reasons: Sequence[str | None]) -> tuple[float, float]:
+def _start(trials: Sequence[Trial], reasons: Sequence[LeftOut | None]) -> tuple[float, float]:
     """Median of E / (4 X), eq. (2.23), which holds for any Coulomb motion that turns twice a cycle; and no spread."""
     scale = _amplitude_scales(trials)
     guesses = [
@@ -178,7 +184,7 @@ def _amplitude_scales(trials: Sequence[Trial]) -> FloatArray:
     return np.where(np.isfinite(amplitude), amplitude / mean, 1.0)
 
 
-def _estimate(trials: Sequence[Trial], law: Law, beta: float, reasons: Sequence[str | None]) -> _Estimates:
+def _estimate(trials: Sequence[Trial], law: Law, beta: float, reasons: Sequence[LeftOut | None]) -> _Estimates:
     """Linearize every test about the present friction ratio of the group."""
     value, error = np.full(len(trials), math.nan), np.full(len(trials), math.nan)
     found: list[Local | None] = []
@@ -191,8 +197,8 @@ def _estimate(trials: Sequence[Trial], law: Law, beta: float, reasons: Sequence[
     return _Estimates(value, error, tuple(found))
 
 
-def _may_predict(reason: str | None) -> bool:
-    return reason is None or not reason.startswith(("stuck", "a long test"))
+def _may_predict(reason: LeftOut | None) -> bool:
+    return reason is None or reason.cause not in SCREENED
 
 
 def _own_estimate(trial: Trial, here: Local) -> tuple[float, float]:
@@ -209,10 +215,10 @@ def _own_estimate(trial: Trial, here: Local) -> tuple[float, float]:
 
 
 def _judge(
-    trials: Sequence[Trial], estimates: _Estimates, reasons: Sequence[str | None], spread: float, *, strict: bool
-) -> list[str | None]:
+    trials: Sequence[Trial], estimates: _Estimates, reasons: Sequence[LeftOut | None], spread: float, *, strict: bool
+) -> list[LeftOut | None]:
     """Screened tests stay out; the others are judged anew: no steady state, not settled, or far from their group."""
-    fresh = [r if r is not None and not r.startswith(("near", "unsettled", "unexplained")) else None for r in reasons]
+    fresh = [None if r is None or r.cause in JUDGED_ANEW else r for r in reasons]
     for i, (trial, here) in enumerate(zip(trials, estimates.locals, strict=True)):
         if fresh[i] is None:
             fresh[i] = _by_prediction(trial, here, strict=strict)
@@ -224,16 +230,16 @@ def _judge(
     limit = OUTLIER * np.sqrt(estimates.error**2 + max(width, 0.5 * spread) ** 2)
     far = good & (np.abs(estimates.value - middle) > limit)
     for i in map(int, np.flatnonzero(far)):
-        fresh[i] = f"unexplained: alone it would say {estimates.value[i]:.3g} where the group says {middle:.3g}"
+        fresh[i] = Cause.UNEXPLAINED.because(float(estimates.value[i]), middle)
     return fresh
 
 
-def _by_prediction(trial: Trial, here: Local | None, *, strict: bool) -> str | None:
+def _by_prediction(trial: Trial, here: Local | None, *, strict: bool) -> LeftOut | None:
     if here is None:
-        return "near resonance: by Coulomb's law the response grows without bound"
+        return Cause.NEAR_RESONANCE.because()
     left = here.here.memory**trial.cycles_before
     if strict and left > UNSETTLED and trial.settled_s is None:
-        return f"unsettled: by Coulomb's own reckoning {left:.0%} of the transient is left where it was measured"
+        return Cause.UNSETTLED.because(left)
     return None
 
 
@@ -242,7 +248,7 @@ def _fit_of(
     law: Law,
     beta: float,
     spread: float,
-    reasons: Sequence[str | None],
+    reasons: Sequence[LeftOut | None],
     stiffness: float | None,
 ) -> FrictionFit:
     material, force = trials[0].group
@@ -257,17 +263,15 @@ def _fit_of(
     amplitude = float(np.nanmean([t.base_amplitude_m for t in trials]))
     newtons = None if stiffness is None or not math.isfinite(amplitude) else stiffness * amplitude
     freedom = int(good.sum()) - 1
+    ratio = Estimate(beta, error)
     reach = float(stats.t.ppf(0.975, freedom)) if freedom else 1.959964
     return FrictionFit(
         material=material,
         normal_force_n=force,
         verdicts=verdicts,
-        friction_ratio=beta,
-        friction_ratio_se=error,
-        friction_force_n=None if newtons is None else beta * newtons,
-        friction_force_n_se=None if newtons is None else error * newtons,
-        friction_coefficient=None if newtons is None else beta * newtons / force,
-        friction_coefficient_se=None if newtons is None else error * newtons / force,
+        ratio=ratio,
+        force=ratio.scaled(newtons),
+        coefficient=ratio.scaled(newtons).over(force),
         low=beta - reach * error,
         high=beta + reach * error,
         freedom=freedom,
@@ -276,11 +280,11 @@ def _fit_of(
     )
 
 
-def _verdict(trial: Trial, reason: str | None, estimates: _Estimates, i: int) -> Verdict:
+def _verdict(trial: Trial, reason: LeftOut | None, estimates: _Estimates, i: int) -> Verdict:
     here = estimates.locals[i]
     if here is None or not math.isfinite(estimates.value[i]):
-        return Verdict(trial, reason or "no prediction: Coulomb's law finds no steady state here")
-    return Verdict(trial, reason, float(estimates.value[i]), float(estimates.error[i]), here.here)
+        return Verdict(trial, reason or Cause.UNPREDICTED.because())
+    return Verdict(trial, reason, Estimate(float(estimates.value[i]), float(estimates.error[i])), here.here)
 
 
 def _group_error(value: FloatArray, error: FloatArray, beta: float, spread: float) -> float:
@@ -294,12 +298,12 @@ def _group_error(value: FloatArray, error: FloatArray, beta: float, spread: floa
 
 
 def _no_fit(material: str, force: float, verdicts: tuple[Verdict, ...], note: str) -> FrictionFit:
-    nothing = (None,) * 8
-    return FrictionFit(material, force, verdicts, *nothing, freedom=0, scatter=None, note=note)
+    nothing = (NOT_KNOWN,) * 3
+    return FrictionFit(material, force, verdicts, *nothing, low=None, high=None, freedom=0, scatter=None, note=note)
 
 
 def _why_none(verdicts: Sequence[Verdict]) -> str:
-    kinds = sorted({(v.excluded or "").split(":")[0].split(" (")[0] for v in verdicts})
+    kinds = sorted({v.excluded.cause.value for v in verdicts if v.excluded is not None})
     return f"no friction ratio: every test was left out ({', '.join(kinds)})"
 
 

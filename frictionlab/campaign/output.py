@@ -97,7 +97,8 @@ def _judged(verdict: Verdict | None) -> Row:
         "predicted_response_amplitude": predicted.amplitude if predicted else None,
         "predicted_stops_per_cycle": predicted.stops if predicted else None,
         "energy_residual": verdict.residual,
-        "left_out_of_fit": verdict.excluded,
+        "left_out_of_fit": verdict.excluded.sentence if verdict.excluded else None,
+        "left_out_code": verdict.excluded.cause.value if verdict.excluded else None,
     }
 
 

@@ -16,6 +16,7 @@ from scipy import stats
 from frictionlab.campaign.drift import Drift
 from frictionlab.campaign.friction import FrictionFit, Verdict
 from frictionlab.campaign.trials import levels, nearest
+from frictionlab.campaign.verdicts import TRANSIENT
 
 FloatArray = NDArray[np.float64]
 SURE = 0.05
@@ -172,16 +173,15 @@ def _log_irregularity(tests: Sequence[tuple[Verdict, FrictionFit]]) -> float | N
     logs = []
     for verdict, _ in tests:
         trial = verdict.trial
-        if _transient(verdict) or trial.excess_irregularity is None or trial.regime == "stuck":
+        if _is_transient(verdict) or trial.excess_irregularity is None or trial.regime == "stuck":
             continue
         floor = max(trial.irregularity_floor, trial.base_irregularity, 1e-9)
         logs.append(math.log(max(trial.excess_irregularity, floor / 3.0)))
     return math.fsum(logs) / len(logs) if logs else None
 
 
-def _transient(verdict: Verdict) -> bool:
-    """Left out of consistency: a transient that still decays is the frame's doing, not the material's."""
-    return verdict.excluded is not None and verdict.excluded.startswith(("unsettled", "near"))
+def _is_transient(verdict: Verdict) -> bool:
+    return verdict.excluded is not None and verdict.excluded.cause in TRANSIENT
 
 
 def _without_rows_and_columns(table: FloatArray) -> float | None:

@@ -203,7 +203,7 @@ def status(trial: Trial, verdict: Verdict | None) -> str:
 def _test(trial: Trial, verdict: Verdict | None) -> str:
     state = status(trial, verdict)
     predicted = verdict.predicted.energy if verdict is not None and verdict.predicted is not None else None
-    remark = trial.reason or (verdict.excluded if verdict is not None else None)
+    remark = trial.reason or (str(verdict.excluded) if verdict is not None and verdict.excluded else None)
     return _row(
         f'<td title="{escape(trial.source)}">{escape(short_name(trial.source))}</td>',
         words(state),

@@ -6,12 +6,12 @@ from scipy import stats
 
 from frictionlab.campaign.amontons import amontons
 from frictionlab.campaign.friction import FrictionFit
+from frictionlab.estimate import Estimate
 
 
 def fit_of(force: float, coefficient: float | None, error: float = 0.01, freedom: int = 10) -> FrictionFit:
-    return FrictionFit(
-        "steel", force, (), coefficient, error, coefficient, error, coefficient, error, None, None, freedom, 0.0, ""
-    )
+    known = Estimate(coefficient, error)
+    return FrictionFit("steel", force, (), known, known, known, None, None, freedom, 0.0, "")
 
 
 def test_equal_coefficients_keep_the_law() -> None:
