@@ -14,7 +14,6 @@ fit. Both are hidden beside the final file and take its name when the last point
 the work was interrupted.
 """
 
-import fcntl
 import hashlib
 import json
 import math
@@ -30,7 +29,7 @@ from numpy.typing import NDArray
 
 from frictionlab import __version__
 from frictionlab.errors import OutputError, UsageError
-from frictionlab.files import check_replaceable, write_whole
+from frictionlab.files import OPEN_FLAGS, check_replaceable, put_in_place, remove_part, take_lock, write_whole
 from frictionlab.hdf5.image import placed_at_once
 from frictionlab.hdf5.nodes import root_attribute
 from frictionlab.schema import STEADY_STATES
@@ -63,14 +62,15 @@ class GrowingMap:
         """Write the results of the next points: one record with all keys each."""
         for key, (dtype, place) in self._places.items():
             data = np.ascontiguousarray(records[key], dtype=dtype).tobytes()
-            _write_at(self._file.fileno(), data, place + self.done * dtype.itemsize)
+            _write_at(self._file, data, place + self.done * dtype.itemsize)
         self.done += len(records)
 
     def read(self, start: int, stop: int) -> NDArray[np.void]:
         """The results of points ``start`` up to ``stop``, one record with all keys each."""
         records = np.empty(stop - start, dtype=[(key, dtype) for key, (dtype, _) in self._places.items()])
         for key, (dtype, place) in self._places.items():
-            data = os.pread(self._file.fileno(), len(records) * dtype.itemsize, place + start * dtype.itemsize)
+            self._file.seek(place + start * dtype.itemsize)
+            data = self._file.read(len(records) * dtype.itemsize)
             records[key] = np.frombuffer(data, dtype)
         return records
 
@@ -84,12 +84,12 @@ class GrowingMap:
         """Give the whole map its final name."""
         self.checkpoint()
         check_replaceable(self.path, replace=force or is_map)
-        part_of(self.path).rename(self.path)
+        put_in_place(self._file, part_of(self.path), self.path)
         _note_of(self.path).unlink()
 
     def discard(self) -> None:
         """Remove what is hidden; for a map that went into another kind of file."""
-        part_of(self.path).unlink(missing_ok=True)
+        remove_part(self._file, part_of(self.path))
         _note_of(self.path).unlink(missing_ok=True)
 
 
@@ -148,7 +148,7 @@ def growing_map(
             grown.checkpoint()
             yield grown
         finally:
-            if not _is_gone(path, file):
+            if not (file.closed or _is_gone(path, file)):
                 _leave(grown)
 
 
@@ -198,14 +198,12 @@ def finished_map(
 def _locked(path: Path) -> Iterator[BinaryIO]:
     part = part_of(path)
     try:
-        descriptor = os.open(part, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o666)
+        descriptor = os.open(part, os.O_RDWR | os.O_CREAT | OPEN_FLAGS, 0o666)
     except OSError as error:
         raise OutputError(f"{path}: cannot be written ({error.strerror}): choose another folder") from error
     with os.fdopen(descriptor, "r+b", buffering=0) as file:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise OutputError(f"{path}: another sweep is writing it just now: wait for it, or stop it") from error
+        if not take_lock(file):
+            raise OutputError(f"{path}: another sweep is writing it just now: wait for it, or stop it")
         if _is_gone(path, file):
             raise OutputError(f"{path}: another sweep has just finished it: look at it first")
         yield file
@@ -284,7 +282,8 @@ def _places_in(file: BinaryIO, kinds: Mapping[str, str]) -> dict[str, tuple[np.d
         return {key: (np.dtype(kind), int(tree[key].id.get_offset())) for key, kind in kinds.items()}
 
 
-def _write_at(descriptor: int, data: bytes, place: int) -> None:
+def _write_at(file: BinaryIO, data: bytes, place: int) -> None:
+    file.seek(place)
     view, written = memoryview(data), 0
     while written < len(view):
-        written += os.pwrite(descriptor, view[written:], place + written)
+        written += file.write(view[written:])
