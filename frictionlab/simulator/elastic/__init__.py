@@ -1,0 +1,7 @@
+"""Contacts that yield before they slip, solved exactly: Jenkins's slider and Iwan's many (README of this folder)."""
+
+from frictionlab.simulator.elastic.motion import ElasticMotion
+from frictionlab.simulator.elastic.sliders import iwan_sliders, sliders_of
+from frictionlab.simulator.elastic.solve import run, steady
+
+__all__ = ["ElasticMotion", "iwan_sliders", "run", "sliders_of", "steady"]

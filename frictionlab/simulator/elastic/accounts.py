@@ -1,0 +1,138 @@
+"""What is reported of a motion with an elastic contact: works, range, stops; and its states at any time."""
+
+from math import inf, nan, pi
+
+from frictionlab.simulator.elastic.events import carry_elastic
+from frictionlab.simulator.elastic.layout import CONTACT, ELASTIC_PHASE, ElasticRoom, Sliders
+from frictionlab.simulator.elastic.orbits import (
+    elastic_multiplier,
+    find_elastic_orbit,
+    is_even_handed,
+    span_of,
+)
+from frictionlab.simulator.elastic.phases import stiffened
+from frictionlab.simulator.kernel.accounts import frame_work, slide_range, slide_work
+from frictionlab.simulator.kernel.layout import (
+    AMPLITUDE,
+    BOTTOM,
+    CLOSED_FORM,
+    CLOSURE,
+    CROSS,
+    ENERGY,
+    HIGH,
+    LOW,
+    MISS,
+    MULTIPLIER,
+    NOT_FOUND,
+    OUTCOME,
+    OVERFULL,
+    PERIOD,
+    PHASES,
+    ROW,
+    SIGN,
+    SPAN,
+    START,
+    START_V,
+    START_Z,
+    STOPS,
+    STOPS_MADE,
+    STUCK,
+    STUCK_SHARE,
+    STUCK_TIME,
+    SYMMETRIC,
+    TOP,
+    TURN,
+    TURNS,
+    UNBOUNDED,
+    VISCOUS,
+    WORK,
+    Buffer,
+    Force,
+    Leg,
+    Rig,
+    Room,
+    State,
+)
+from frictionlab.simulator.kernel.motion import local_force, slide_at
+
+__all__ = ["account_elastic", "evaluate_elastic", "fill_elastic_row", "is_mirrored", "steady_elastic"]
+
+
+def account_elastic(rig: Rig, force: Force, room: ElasticRoom) -> None:
+    """Go through the recorded phases and add up what the event loop does not need: works, and range with the wall."""
+    tally, phases = room.tally, room.phases
+    moving = len(room.wall.cosine) > 0
+    plain_room = Room(room.jacobian, tally, phases, room.wall)
+    tally[TOP], tally[BOTTOM] = (-inf, inf) if moving else (tally[HIGH], tally[LOW])
+    for at in range(0, ELASTIC_PHASE * int(tally[PHASES]), ELASTIC_PHASE):
+        tau, span = phases[at + 1], phases[at + 2]
+        start = State(phases[at + 3], phases[at + 4], phases[at + 5])
+        slide = stiffened(rig.plain, phases[at + 6])
+        local_force(tau, force)
+        slide_work(Rig(rig.contact, rig.plain, slide, slide), force, start, 1.0, span, tally)
+        if moving:
+            local_force(tau, room.wall)
+            slide_range(slide, force, plain_room, start, 1.0, span)
+
+
+def fill_elastic_row(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, row: Buffer) -> None:
+    """Write the numbers of an orbit from the tally of one leg. Energy is the contact's force over the way."""
+    tally = room.tally
+    cycles = leg.span * leg.turns / TURN
+    row[MULTIPLIER] = elastic_multiplier(sliders, room) ** (1.0 if leg.sign > 0.0 else 2.0)
+    row[ENERGY] = (tally[CONTACT] + tally[VISCOUS]) / cycles
+    row[CLOSURE] = abs(tally[WORK] / cycles - row[ENERGY])
+    if rig.contact.frame != 0.0 and len(room.wall.cosine) == 0:
+        row[ENERGY] += frame_work(rig, force, tally[CROSS], cycles)
+    high, low = tally[TOP], tally[BOTTOM]
+    row[AMPLITUDE] = max(high, -low) if leg.sign < 0.0 else 0.5 * max(0.0, high - low)
+    row[STOPS] = tally[STOPS_MADE] / cycles
+    row[STUCK_SHARE] = tally[STUCK_TIME] / (cycles * TURN)
+    row[PERIOD] = leg.turns
+
+
+def is_mirrored(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> float:
+    """Tell (1.0 or 0.0) whether an orbit of one cycle is its own mirror image after half a cycle."""
+    if not is_even_handed(rig, force):
+        return 0.0
+    carry_elastic(rig, sliders, force, Leg(leg.tau, pi, 1.0, -1.0), room)
+    miss = abs(room.image[0] - room.start[0]) + rig.plain.r * abs(room.image[1] - room.start[1])
+    return 1.0 if miss <= 1e-9 * span_of(rig, room) else 0.0
+
+
+def steady_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, row: Buffer) -> None:
+    """Fill `row` with the steady state's numbers; its phases are left in the record, from a leg's start to its end."""
+    outcome, leg, miss = find_elastic_orbit(rig, sliders, force, room)
+    for i in range(ROW):
+        row[i] = nan
+    row[OUTCOME], row[MISS], row[CLOSED_FORM] = outcome, miss, 0.0
+    row[START], row[SPAN], row[TURNS], row[SIGN] = leg.tau, leg.span, leg.turns, leg.sign
+    row[START_Z], row[START_V] = room.start[0], room.start[1]
+    if outcome == UNBOUNDED or outcome >= NOT_FOUND:
+        return
+    row[SYMMETRIC] = 1.0
+    if leg.sign > 0.0:
+        row[SYMMETRIC] = is_mirrored(rig, sliders, force, leg, room) if leg.turns == 1.0 else 0.0
+    carry_elastic(rig, sliders, force, leg, room)
+    if ELASTIC_PHASE * int(room.tally[PHASES]) > len(room.phases):
+        row[OUTCOME] = OVERFULL
+        return
+    account_elastic(rig, force, room)
+    fill_elastic_row(rig, sliders, force, leg, room, row)
+    if outcome == STUCK:
+        row[STOPS], row[STUCK_SHARE] = 0.0, 1.0
+    elif row[CLOSURE] > 1e-3 * row[ENERGY] + 1e-10 * rig.plain.rate * row[AMPLITUDE]:  # repeats, yet is no orbit
+        row[OUTCOME] = NOT_FOUND
+        for i in range(ENERGY, CLOSURE + 1):
+            row[i] = nan
+
+
+def evaluate_elastic(rig: Rig, force: Force, phases: Buffer, within: Buffer, states: Buffer) -> None:
+    """Fill `states` with z, v and the sliders' force at times `within` the phases given one by one."""
+    for i in range(len(within)):
+        at = ELASTIC_PHASE * i
+        start, stiffness = State(phases[at + 3], phases[at + 4], phases[at + 5]), phases[at + 6]
+        local_force(phases[at + 1], force)
+        way, v, _ = slide_at(within[i], stiffened(rig.plain, stiffness), force, start)
+        states[3 * i], states[3 * i + 1] = start.z + way, v
+        states[3 * i + 2] = phases[at + 7] + (stiffness - 1.0) * way

@@ -1,0 +1,61 @@
+"""Run the elastic kernel as it stands, or compiled: as `frictionlab.simulator.engine` runs the rigid one."""
+
+import functools
+from math import sqrt
+from types import SimpleNamespace
+from typing import Any
+
+from frictionlab.simulator import engine as engines
+from frictionlab.simulator.elastic import accounts, events, layout, orbits, phases
+from frictionlab.simulator.elastic.sliders import sliders_of
+from frictionlab.simulator.engine import Engine
+from frictionlab.simulator.kernel.layout import Contact, Force, Rig
+from frictionlab.simulator.problem import Problem
+
+__all__ = ["MODULES", "choose", "make_elastic_room", "phases_per_cycle", "plain", "set_up"]
+
+MODULES = (phases, events, orbits, accounts)  # each uses only those before it, and the rigid kernel
+
+
+@functools.cache
+def plain() -> Engine:
+    """Return the kernel as plain Python: nothing to load."""
+    functions = {name: getattr(module, name) for module in MODULES for name in module.__all__}
+    return Engine(SimpleNamespace(**functions), list)
+
+
+def set_up(engine: Engine, problem: Problem) -> tuple[Rig, layout.Sliders, Force]:
+    """Return the kernel's rig, sliders and force of a problem."""
+    stiffness, strength = sliders_of(problem)
+    none = (0.0,) * len(stiffness)
+    sliders = layout.Sliders(*(engine.buffer(values) for values in (stiffness, strength, none, none, none)))
+    up, down = problem.static_ratios
+    damping = problem.zeta, problem.frame_damping_ratio
+    contact = Contact(problem.beta, problem.parameter("gradient"), up, down, *damping)
+    force = engines.make_force(engine, *problem.force)
+    return engines.plain().kernel.make_rig(problem.r, contact, force), sliders, force
+
+
+def make_elastic_room(engine: Engine, problem: Problem, phases: int) -> Any:
+    """Return the kernel's buffers, with space to record a number of phases."""
+    base, count = problem.base, len(sliders_of(problem)[0])
+    wall = (base.cosine, base.sine) if problem.wall == "base" else ((), ())
+    size = 2 + count
+    sizes = (size * size, layout.ELASTIC_TALLY, layout.ELASTIC_PHASE * phases)
+    jacobian, tally, recorded = (engine.buffer((0.0,) * n) for n in sizes)
+    start, image, trial = (engine.buffer((0.0,) * (2 + 2 * count)) for _ in range(3))
+    matrix, kinds = engine.buffer((0.0,) * (size * (size + 1))), engine.buffer((0.0,) * count)
+    moved = engines.make_force(engine, *wall)
+    return layout.ElasticRoom(jacobian, tally, recorded, moved, kinds, start, image, trial, matrix)
+
+
+def phases_per_cycle(problem: Problem) -> float:
+    """Return about how many phases a cycle has: each natural period of the held contact may have some."""
+    stiffness, _ = sliders_of(problem)
+    return 4.0 * (len(stiffness) + problem.base.harmonics) + 2.0 * sqrt(1.0 + sum(stiffness)) / problem.r
+
+
+def choose(work: float) -> Engine:
+    """Return the engine for about so many phases of work."""
+    del work
+    return plain()

@@ -1,0 +1,60 @@
+"""What the elastic kernel's tuples and buffers hold, beside those of `frictionlab.simulator.kernel.layout`."""
+
+from typing import NamedTuple
+
+from frictionlab.simulator.kernel.layout import TALLY, Buffer, Force
+
+__all__ = [
+    "COLUMNS",
+    "CONTACT",
+    "ELASTIC_PHASE",
+    "ELASTIC_TALLY",
+    "FREE",
+    "HELD_FOR",
+    "LIMIT",
+    "OUTER",
+    "PULLED",
+    "REACHED",
+    "SLIDING",
+    "TURNED",
+    "ElasticRoom",
+    "Sliders",
+]
+
+LIMIT, TURNED, REACHED = 0, 1, 2  # what ended a phase: the time, a zero of the velocity, a slider's limit
+PULLED = 2  # how a motion ended (beside DONE, CHATTER): where friction would turn into a pull
+
+# A recorded phase: how many sliders slip, tau, duration, z, v, a, stiffness, force of the sliders at its start.
+ELASTIC_PHASE = 8
+
+# The tally of a motion, beyond the rigid kernel's: integral of the sliders' force over the way, time since the last
+# slip ended, columns of the jacobian.
+CONTACT, HELD_FOR, COLUMNS = range(TALLY, TALLY + 3)
+ELASTIC_TALLY = TALLY + 3
+
+# What a slider's force is at the section of a map: tied to its limit, to a spring that never slips, or an unknown.
+SLIDING, OUTER, FREE = 0.0, 1.0, 2.0
+
+
+class Sliders(NamedTuple):
+    """Elastic sliders side by side: ``n_i' = stiffness_i v``, at most ``strength_i (1 + q z)``."""
+
+    stiffness: Buffer
+    strength: Buffer
+    force: Buffer  # n_i now
+    side: Buffer  # of the limit it slips along; 0: held
+    slips: Buffer  # how often it has begun to slip
+
+
+class ElasticRoom(NamedTuple):
+    """Where the event loop writes."""
+
+    jacobian: Buffer  # rows z, v, n_1 ...; tally[COLUMNS] columns
+    tally: Buffer
+    phases: Buffer  # recorded
+    wall: Force  # motion of the wall; empty: it stands
+    kinds: Buffer  # of the sliders at the section
+    start: Buffer  # z, v, then force and side of each slider
+    image: Buffer
+    trial: Buffer
+    matrix: Buffer  # of Newton's equations, with the right side

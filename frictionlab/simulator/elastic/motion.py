@@ -1,0 +1,174 @@
+"""A motion with an elastic contact as a list of phases: exact between its events, evaluated anywhere."""
+
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator.elastic import engine as engines
+from frictionlab.simulator.elastic.layout import ELASTIC_PHASE
+from frictionlab.simulator.problem import Problem
+
+__all__ = ["ElasticMotion", "from_phases"]
+
+TURN = 2.0 * pi
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ElasticMotion:
+    """A motion of one problem, phase by phase: in a phase the mass moves one way and the same sliders slip.
+
+    Parameters
+    ----------
+    problem : Problem
+        What moves.
+    phases : ndarray of shape (n, 8)
+        Of each phase: sliders that slip, start (rad, within its cycle), duration, z, v, a, stiffness of the oscillator,
+        force of the sliders over k Y at its start.
+    cycle : ndarray of shape (n,)
+        Cycle in which the phase begins, counted from the start of the motion.
+    periodic : bool
+        Whether the motion repeats after its last phase: then it is defined at all times.
+    """
+
+    problem: Problem
+    phases: Floats
+    cycle: NDArray[np.int64]
+    periodic: bool = False
+
+    @property
+    def slipping(self) -> Floats:
+        """How many sliders slip in each phase."""
+        return self.phases[:, 0]
+
+    @property
+    def start(self) -> float:
+        """Begin of the motion, rad."""
+        return float(self._begins[0])
+
+    @property
+    def end(self) -> float:
+        """End of the motion (or of its first period), rad."""
+        return float(self._begins[-1] + self.phases[-1, 2])
+
+    @property
+    def _begins(self) -> Floats:
+        return np.asarray(self.cycle * TURN + self.phases[:, 1], dtype=np.float64)
+
+    @property
+    def stops(self) -> Floats:
+        """Begin and end of each time in which no slider slips, rad, shape (m, 2); the mass may move in it."""
+        held = self.slipping == 0.0
+        fresh = held & ~np.concatenate(([False], held[:-1]))
+        last = held & ~np.concatenate((held[1:], [False]))
+        return np.column_stack((self._begins[fresh], (self._begins + self.phases[:, 2])[last]))
+
+    @property
+    def turning_points(self) -> tuple[Floats, Floats]:
+        """Times (rad) at which the mass is at rest relative to the wall, and the displacement x there."""
+        times = self._begins[self.phases[:, 4] == 0.0]
+        return times, self.at(times)[0]
+
+    def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[Floats, Floats]:
+        """Return displacement x and velocity x' of the mass at any times, to rounding.
+
+        Parameters
+        ----------
+        tau : array_like
+            Times, rad; counted from the start of `cycle` if that is given.
+        cycle : array_like of int, optional
+            Cycle that each time is counted from; keeps the phase exact in late cycles.
+
+        Returns
+        -------
+        x, v : ndarray of the shape of tau
+            Displacement over Y (absolute, also with a moving wall), and its derivative with respect to tau.
+
+        Raises
+        ------
+        SimulationError
+            If a time lies outside the motion.
+
+        Examples
+        --------
+        >>> from frictionlab.simulator.elastic import steady
+        >>> law = {"law": "coulomb+compliance", "parameters": {"stiffness_ratio": 50.0}}
+        >>> state = steady(Problem(r=0.5, beta=0.4, **law))
+        >>> x, v = state.orbit.at([0.0, 1.0])
+        >>> x.round(3).tolist()
+        [1.311, 1.161]
+        """
+        z, v, _, local = self._states(tau, cycle)
+        if self.problem.wall == "base":
+            z, v = z + self.problem.base.at(local), v + self.problem.base.rate_at(local)
+        return z, v
+
+    def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> Floats:
+        """Return the force n of the contact on the mass over k Y: its sliders and its dashpot; times as for `at`."""
+        _, v, pull, _ = self._states(tau, cycle)
+        return pull + 2.0 * self.problem.zeta * self.problem.r * v
+
+    def _states(self, tau: ArrayLike, cycle: ArrayLike | None) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return z, v, the sliders' force and the phase of the drive at times."""
+        times, turns = np.broadcast_arrays(np.asarray(tau, dtype=np.float64), 0 if cycle is None else np.asarray(cycle))
+        local, turns = self._fold(times.ravel(), turns.ravel().astype(np.float64))
+        begins = (self.cycle - self.cycle[0]) * TURN + self.phases[:, 1]
+        index = np.clip(np.searchsorted(begins, turns * TURN + local, side="right") - 1, 0, len(begins) - 1)
+        within = local - self.phases[index, 1] + (turns + self.cycle[0] - self.cycle[index]) * TURN
+        states = self._evaluate(index, np.clip(within, 0.0, None))
+        shape = times.shape
+        return (
+            states[:, 0].reshape(shape),
+            states[:, 1].reshape(shape),
+            states[:, 2].reshape(shape),
+            local.reshape(shape),
+        )
+
+    def _fold(self, tau: Floats, turns: Floats) -> tuple[Floats, Floats]:
+        """Return times as a phase in the first cycle's frame and whole turns since then; periodic motions wrap."""
+        low, high = float(self.phases[0, 1]), self.end - float(self.cycle[0]) * TURN
+        turns = turns - (0.0 if self.periodic else float(self.cycle[0]))
+        whole = np.floor((tau - low) / TURN)
+        local, turns = tau - whole * TURN, turns + whole
+        if self.periodic:
+            return local, np.mod(turns, max(1.0, float(np.round((high - low) / TURN))))
+        total = turns * TURN + local
+        slack = 1e-12 * (1.0 + abs(high) + np.abs(total))
+        if not np.all((total >= low - slack) & (total <= high + slack)):
+            raise SimulationError(
+                f"motion: at(tau); expected times between {self.start:.6g} and {self.end:.6g} rad; got times from "
+                f"{np.min(tau):.6g} to {np.max(tau):.6g}; do: ask within the motion, or simulate longer"
+            )
+        return local, turns
+
+    def _evaluate(self, index: NDArray[np.intp], within: Floats) -> Floats:
+        """Return z, v and the sliders' force at times within the phases of an index, a row each."""
+        engine = engines.choose(0.05 * len(index))
+        rig, _, force = engines.set_up(engine, self.problem)
+        flat, times = engine.buffer(tuple(self.phases[index].ravel().tolist())), engine.buffer(tuple(within.tolist()))
+        states = engine.buffer((0.0,) * (3 * len(index)))
+        engine.kernel.evaluate_elastic(rig, force, flat, times, states)
+        return np.array(states, dtype=np.float64).reshape(-1, 3)
+
+
+def from_phases(
+    problem: Problem, record: Any, count: int, *, periodic: bool, mirror: bool, first: int = 0
+) -> ElasticMotion:
+    """Build a motion from the kernel's record; `mirror` appends the second, mirrored half of a period.
+
+    `first` is the cycle in which the record begins.
+    """
+    rows = np.array(record[: ELASTIC_PHASE * count], dtype=np.float64).reshape(count, ELASTIC_PHASE)
+    if mirror:
+        flip, later = np.array([1.0, 1, 1, -1, -1, -1, 1, -1]), np.array([0.0, pi, 0, 0, 0, 0, 0, 0])
+        rows = np.vstack((rows, rows * flip + later))
+    rows += 0.0
+    again = np.diff(rows[:, 1]) < 0.5 * rows[:-1, 2]  # a new cycle begins, also after a phase that filled one
+    cycle = first + np.concatenate(([0], np.cumsum(again)))
+    for column in (rows, cycle):
+        column.setflags(write=False)
+    return ElasticMotion(problem, rows, cycle, periodic)

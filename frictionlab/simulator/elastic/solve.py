@@ -1,0 +1,139 @@
+"""The steady state of an elastic contact, solved for; and its motion from initial conditions."""
+
+from math import pi
+from typing import Any
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator.elastic import engine as engines
+from frictionlab.simulator.elastic.layout import PULLED
+from frictionlab.simulator.elastic.motion import ElasticMotion, from_phases
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.state import SteadyState, from_numbers
+
+__all__ = ["run", "steady"]
+
+
+def steady(problem: Problem) -> SteadyState:
+    """Return the steady state of a problem whose contact is elastic: ``compliance`` or ``iwan``.
+
+    The periodic orbit is solved for by shooting in mass and sliders with exact phases, half a period where the drive's
+    symmetry allows.
+
+    Parameters
+    ----------
+    problem : Problem
+        What moves.
+
+    Returns
+    -------
+    SteadyState
+        Its stops are the times in which no slider slips; "stuck": none ever slips.
+
+    Raises
+    ------
+    SimulationError
+        If events do not end, or the law has no elastic contact.
+
+    Examples
+    --------
+    >>> law = {"law": "coulomb+compliance", "parameters": {"stiffness_ratio": 50.0}}
+    >>> state = steady(Problem(r=0.5, beta=0.4, **law))
+    >>> f"{state.energy_per_cycle:.10f}", state.stops_per_cycle
+    ('2.1039181422', 2.0)
+    """
+    engine = engines.choose(8.0 * engines.phases_per_cycle(problem))
+    rig, sliders, force = engines.set_up(engine, problem)
+    row = engine.buffer((0.0,) * layout.ROW)
+    phases = 64 + int(engines.phases_per_cycle(problem))
+    while True:
+        room = engines.make_elastic_room(engine, problem, phases)
+        engine.kernel.steady_elastic(rig, sliders, force, room, row)
+        count = int(room.tally[layout.PHASES])
+        if row[layout.OUTCOME] != layout.OVERFULL:
+            break
+        phases = count
+    code = int(row[layout.OUTCOME])
+    if code == layout.CHATTERED:
+        raise _endless(problem, float(row[layout.START]), float(row[layout.START_Z]), float(row[layout.START_V]))
+    moved, mirror = code in (layout.PERIODIC, layout.STUCK), bool(row[layout.SIGN] < 0.0)
+    orbit = from_phases(problem, room.phases, count, periodic=True, mirror=mirror) if moved else None
+    return from_numbers(problem, row, orbit)
+
+
+def run(
+    problem: Problem, *, cycles: int, x0: float = 0.0, v0: float = 0.0, tau0: float = 0.0, keep: int | None = None
+) -> ElasticMotion:
+    """Return the motion from initial conditions over a number of cycles; the contact is relaxed at the start.
+
+    Parameters
+    ----------
+    problem : Problem
+        What moves.
+    cycles : int
+        Cycles of the drive; >= 1.
+    x0, v0 : float
+        Displacement over Y and its derivative with respect to tau, at tau0.
+    tau0 : float
+        Phase of the drive at the start, rad.
+    keep : int, optional
+        Record only the last so many cycles (all, unless given).
+
+    Raises
+    ------
+    SimulationError
+        If events do not end, or the gradient is so steep that the mass runs away or friction becomes a pull.
+
+    Examples
+    --------
+    >>> law = {"law": "coulomb+compliance", "parameters": {"stiffness_ratio": 50.0}}
+    >>> run(Problem(r=0.5, beta=0.4, **law), cycles=3).stops.shape
+    (7, 2)
+    """
+    keep = cycles if keep is None else keep
+    engine = engines.choose(cycles * engines.phases_per_cycle(problem))
+    rig, sliders, force = engines.set_up(engine, problem)
+    if abs(problem.beta * problem.parameter("gradient")) >= 1.0:
+        raise _steep(problem)
+    if problem.wall == "base":
+        x0, v0 = x0 - float(problem.base.at(tau0)), v0 - float(problem.base.rate_at(tau0))
+    room = engines.make_elastic_room(engine, problem, 0)
+    engine.kernel.start_at_rest(sliders, room)
+    room.start[0], room.start[1] = x0, v0
+    if cycles > keep:
+        _carry(engine, problem, (rig, sliders, force), room, tau0, cycles - keep)
+        room.start[:] = room.image[:]
+    begun = list(room.start)
+    phases = 64 + int(2 * keep * engines.phases_per_cycle(problem))
+    while True:
+        room = engines.make_elastic_room(engine, problem, phases)
+        room.start[:] = engine.buffer(tuple(begun))
+        _carry(engine, problem, (rig, sliders, force), room, tau0, keep)
+        count = int(room.tally[layout.PHASES])
+        if count <= phases:
+            return from_phases(problem, room.phases, count, periodic=False, mirror=False, first=cycles - keep)
+        phases = count
+
+
+def _carry(engine: Any, problem: Problem, parts: tuple[Any, ...], room: Any, tau0: float, cycles: int) -> None:
+    """Carry the room's start over cycles; raise the named error where that fails."""
+    code = engine.kernel.carry_elastic(*parts, layout.Leg(tau0, 2.0 * pi, float(cycles), 1.0), room)
+    if code == PULLED:
+        raise _steep(problem)
+    if code != layout.DONE:
+        raise _endless(problem, tau0, float(room.image[0]), float(room.image[1]))
+
+
+def _steep(problem: Problem) -> SimulationError:
+    return SimulationError(
+        f"simulation: gradient; expected so small that beta |gradient| < 1 and 1 + gradient z > 0 on the whole motion; "
+        f"got {problem.parameter('gradient')!r} with beta = {problem.beta!r}; do: take a smaller gradient"
+    )
+
+
+def _endless(problem: Problem, tau: float, z: float, v: float) -> SimulationError:
+    return SimulationError(
+        f"simulation: events without end: r = {problem.r!r}, law {problem.law.name}, {problem.parameters}, cycle begun "
+        f"at tau = {tau!r}; expected at most some hundred phases per cycle and natural period of the held contact; got "
+        f"more, last state z = {z!r}, v = {v!r}; do: report these numbers"
+    )

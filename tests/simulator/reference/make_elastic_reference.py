@@ -1,0 +1,226 @@
+"""Make elastic_reference.json: steady states of elastic contacts at hard points, at 50 digits.
+
+    python -m tests.simulator.reference.make_elastic_reference    # points that the file lacks; without it: all
+
+Independent of the package on purpose: the textbook's slide of `make_reference`, divided by the phase's stiffness; turns
+by dense scanning, limits by bisection (the way only grows between turns); orbits by Newton with differences.
+"""
+
+import json
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import mpmath as mp
+
+from tests.simulator.reference.make_reference import SCAN, Slide, bisect, den_hartog
+
+POINTS: list[dict[str, Any]] = [
+    {"r": 0.5, "beta": 0.4, "kappa": 100.0, "why": "stops hardly"},
+    {"r": 0.7, "beta": 0.5, "kappa": 1e9, "why": "nearly rigid, without a rigid stop"},
+    {"r": 0.3, "beta": 0.6, "kappa": 3000.0, "why": "rings in its stops"},
+    {"r": 0.1, "beta": 0.4, "kappa": 10.0, "why": "several stops"},
+    {"r": 1.0, "beta": 0.8, "kappa": 1.0, "why": "at resonance while it slips"},
+    {"r": 101.0**0.5, "beta": 0.002, "kappa": 100.0, "why": "at resonance while it holds"},
+    {"r": 0.95, "beta": 0.1, "kappa": 1000.0, "why": "close to resonance"},
+    {"r": 0.5, "beta": 1e-4, "kappa": 1e-3, "why": "soft"},
+    {"r": 0.4, "beta": 0.5, "kappa": 200.0, "up": 1.4, "down": 1.4, "why": "break-away"},
+    {"r": 0.4, "beta": 0.5, "kappa": 30.0, "up": 1.3, "down": 1.1, "zeta_c": 0.05, "why": "break-away by direction"},
+    {"r": 0.4, "beta": 0.5, "kappa": 50.0, "zeta_c": 0.1, "zeta_f": 0.02, "why": "both dashpots"},
+    {"r": 0.4, "beta": 0.3, "kappa": 3.0, "zeta_c": 2.0, "why": "critically damped while it holds"},
+    {"r": 0.6, "beta": 0.4, "kappa": 100.0, "q": 0.1, "zeta_c": 0.03, "why": "friction along the path"},
+    {"r": 0.6, "beta": 0.3, "kappa": 20.0, "sliders": 5, "chi": 0.0, "why": "five sliders"},
+    {
+        "r": 0.8,
+        "beta": 0.4,
+        "kappa": 50.0,
+        "sliders": 8,
+        "chi": -0.5,
+        "q": 0.05,
+        "zeta_f": 0.05,
+        "why": "eight, uneven",
+    },
+]
+WHOLE = {"r": 0, "beta": 0, "kappa": 0, "up": 1.0, "down": 1.0, "zeta_c": 0.0, "zeta_f": 0.0, "q": 0.0, "sliders": 1}
+WHOLE |= {"chi": 0.0}
+
+
+class Contact:
+    """The numbers of a point, at 50 digits."""
+
+    def __init__(self, point: dict[str, Any]) -> None:
+        given = {key: mp.mpf((WHOLE | point)[key]) for key in WHOLE}
+        self.r, self.q, self.up, self.down = given["r"], given["q"], given["up"], given["down"]
+        self.zeta_c, self.zeta_f = given["zeta_c"], given["zeta_f"]
+        n, chi = int(given["sliders"]), given["chi"]
+        cuts = [(mp.mpf(i) / n) ** (2 / (chi + 2)) for i in range(n + 1)]
+        self.kappa = [given["kappa"] * (b ** (chi + 1) - a ** (chi + 1)) for a, b in pairwise(cuts)]
+        self.beta = [given["beta"] * (b ** (chi + 2) - a ** (chi + 2)) for a, b in pairwise(cuts)]
+        lead = 2 * self.zeta_f * self.r  # F = cos - lead sin = size cos(tau + ahead)
+        self.size, self.ahead = mp.sqrt(1 + lead * lead), mp.atan(lead)
+
+    def push(self, tau: Any) -> Any:
+        return self.size * mp.cos(tau + self.ahead)
+
+
+def phase(c: Contact, tau: Any, z: Any, v: Any, n: list[Any], side: list[int]) -> Any:
+    """The motion t -> z, v of a phase."""
+    stiff = sum(k if s == 0 else s * b * c.q for k, b, s in zip(c.kappa, c.beta, side, strict=True))
+    whole = 1 + stiff
+    root = mp.sqrt(whole)
+    offset = (sum(n) - stiff * z) / c.size
+    zeta = (c.zeta_c + c.zeta_f) / root
+    start = (tau + c.ahead, whole * z / c.size, whole * v / c.size)
+    slide = Slide(c.r / root, offset, zeta, *start, mp.mpf(1))
+
+    def at(t: Any) -> Any:
+        u, du = slide.at(t)
+        return u * c.size / whole, du * c.size / whole
+
+    return at, c.r / root
+
+
+def turning(speed: Any, scale: Any, limit: Any) -> Any:
+    """First zero of a speed that begins positive, or None; minima between two scanned points are looked into."""
+    step = min(scale, mp.mpf(1)) * mp.pi / SCAN
+    marks = [step * mp.mpf(2) ** -k for k in range(60, 0, -1)]
+    before, early = marks[0], None
+    t, k = marks[0], 1
+    values = [speed(marks[0])]
+    while before < limit:
+        t = min(limit, marks[k] if k < len(marks) else before + step)
+        k += 1
+        values.append(speed(t))
+        if values[-1] <= 0:
+            return bisect(speed, before, t)
+        if len(values) > 2 and values[-2] < values[-3] and values[-2] < values[-1]:
+            low, high = early, t
+            for _ in range(120):
+                a, b = low + (high - low) * mp.mpf("0.382"), low + (high - low) * mp.mpf("0.618")
+                low, high = (low, b) if speed(a) < speed(b) else (a, high)
+            if speed(low) <= 0:
+                return bisect(speed, early, low)
+        early, before = before, t
+    return None
+
+
+def carry(c: Contact, state: Any, span: Any, tau: Any) -> Any:
+    """Carry (z, v, forces, sides) over a span; return the state there, and energies, held time, stops, extremes."""
+    z, v, n, side = state[0], state[1], list(state[2]), list(state[3])
+    end, work, viscous, frame = tau + span, mp.mpf(0), mp.mpf(0), mp.mpf(0)
+    high, low, held, stops, still = -mp.inf, mp.inf, mp.mpf(0), 0, mp.mpf(0)
+    while tau < end:
+        thick = 2 * (c.zeta_c + c.zeta_f) * c.r
+        a = c.push(tau) - z - sum(n) - thick * v
+        way = int(mp.sign(v) if v != 0 else mp.sign(a))
+        ratio = c.up if way > 0 else c.down
+        left = {
+            i: (ratio * c.beta[i] * (1 + c.q * z) - way * n[i]) / (c.kappa[i] - way * ratio * c.beta[i] * c.q)
+            for i in range(len(n))
+            if side[i] == 0
+        }
+        at, scale = phase(c, tau, z, v, n, side)
+        t = turning(lambda t, at=at, way=way: way * at(t)[1], scale, end - tau)
+        turned, t = t is not None, end - tau if t is None else t
+        made = way * (at(t)[0] - z)
+        first = min(left, key=lambda i: left[i]) if left else -1
+        gives = first >= 0 and left[first] <= made
+        if gives:
+            turned = False
+            t = bisect(lambda s, at=at, way=way, z=z, f=left[first]: f - way * (at(s)[0] - z), mp.mpf(0), t)
+        after, speed = at(t)
+        if t > 0:
+            edges = mp.linspace(0, t, 2 + int(t / scale))
+            if c.zeta_c or c.zeta_f:
+                viscous += 2 * c.zeta_c * c.r * mp.quad(lambda s, at=at: at(s)[1] ** 2, edges)
+                frame += (
+                    2 * c.zeta_f * c.r * mp.quad(lambda s, at=at, tau=tau: (at(s)[1] + mp.sin(tau + s)) ** 2, edges)
+                )
+        stiff = sum(k if s == 0 else s * b * c.q for k, b, s in zip(c.kappa, c.beta, side, strict=True))
+        work += (sum(n) + stiff * (after - z) / 2) * (after - z)
+        if not any(side):
+            held += t
+            still += t
+        for i in range(len(n)):
+            n[i] = n[i] + c.kappa[i] * (after - z) if side[i] == 0 else side[i] * c.beta[i] * (1 + c.q * after)
+        high, low = max(high, z, after), min(low, z, after)
+        tau, z, v = tau + t, after, mp.mpf(0) if turned else speed
+        if gives:
+            stops += still > mp.mpf(10) ** -13
+            still = mp.mpf(0)
+            side[first], n[first] = way, way * c.beta[first] * (1 + c.q * z)
+        elif turned:
+            side = [0] * len(n)
+        elif t == end - (tau - t):
+            break
+    return (z, v, n, side), work, viscous + frame, held, stops, high, low
+
+
+def orbit(c: Contact, half: bool) -> Any:
+    """Newton with differences on the map of half a period (mirrored) or of a whole one, from a section in a slip."""
+    sign, span = (-1, mp.pi) if half else (1, 2 * mp.pi)
+    count = len(c.kappa)
+    state: Any = (mp.mpf(0), mp.mpf(0), [mp.mpf(0)] * count, [0] * count)
+    begun = mp.mpf(0)
+
+    def image(state: Any) -> Any:
+        (z, v, n, side), *_ = carry(c, state, span, begun)
+        return sign * z, sign * v, [sign * f for f in n], [sign * s for s in side]
+
+    rigid = den_hartog(c.r, sum(c.beta)) if c.kappa[0] > 1e6 else None
+    if rigid is not None:  # rest would ring for ever
+        side = [int(mp.sign(rigid[1]))] * count
+        state = rigid[0], rigid[1], [s * b for s, b in zip(side, c.beta, strict=True)], side
+    for _ in range(0 if rigid is not None else 8 if half else 4):
+        state = image(state)
+    for _ in range(40):  # on to a time at which every slider slips, if there is one; there only z and v are unknown
+        if all(state[3]):
+            break
+        state, *_ = carry(c, state, mp.mpf("0.1"), begun)
+        begun += mp.mpf("0.1")
+
+    def tied(y: Any, like: Any) -> Any:
+        n = [s * b * (1 + c.q * y[0]) if s else f for s, b, f in zip(like[3], c.beta, like[2], strict=True)]
+        return y[0], y[1], n, list(like[3])
+
+    for _ in range(40):
+        to = image(state)
+        miss = mp.matrix([to[0] - state[0], to[1] - state[1]])
+        rest = max(abs(a - b) for a, b in zip(to[2], tied(to, to)[2], strict=True))
+        if to[3] == state[3] and all(to[3]) and rest == 0 and mp.norm(miss) < mp.mpf(10) ** -30:
+            break
+        d = mp.mpf(10) ** -22
+        columns = []
+        for e in (mp.matrix([d, 0]), mp.matrix([0, d])):
+            moved = image(tied(mp.matrix([state[0], state[1]]) + e, state))
+            columns.append(((moved[0] - to[0]) / d, (moved[1] - to[1]) / d))
+        jacobian = mp.matrix([[columns[0][0] - 1, columns[1][0]], [columns[0][1], columns[1][1] - 1]])
+        y = mp.matrix([state[0], state[1]]) - mp.lu_solve(jacobian, miss)
+        state = tied(y, to if to[3] == state[3] else state)
+    return state, miss, span, sign, begun
+
+
+def reference(point: dict[str, Any]) -> dict[str, Any]:
+    c = Contact(point)
+    half = c.up == c.down and c.q == 0
+    state, miss, span, sign, begun = orbit(c, half)
+    _, work, viscous, held, stops, high, low = carry(c, state, span, begun)
+    cycles = span / (2 * mp.pi)
+    amplitude = max(high, -low) if sign < 0 else (high - low) / 2
+    return point | {
+        "energy_per_cycle": mp.nstr((work + viscous) / cycles, 30),
+        "response_amplitude": mp.nstr(amplitude, 30),
+        "stuck_fraction": mp.nstr(held / span, 30),
+        "stops_per_cycle": round(stops / float(cycles)),
+        "miss": mp.nstr(mp.norm(miss), 3),
+    }
+
+
+if __name__ == "__main__":
+    target = Path(__file__).with_name("elastic_reference.json")
+    rows = json.loads(target.read_text()) if target.exists() else []
+    for wanted in POINTS:
+        if not any(row["why"] == wanted["why"] for row in rows):
+            rows.append(reference(wanted))
+            assert float(rows[-1]["miss"]) < 1e-15, rows[-1]
+            target.write_text(json.dumps(rows, indent=1) + "\n")

@@ -1,0 +1,283 @@
+"""Elastic contacts: 50 digits, the slow twin, the rigid limit, energies, what never slips, and honest refusals."""
+
+import json
+from math import pi, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mpmath import mpf
+
+from frictionlab.errors import ParameterError, SimulationError
+from frictionlab.simulator import Base, Problem, steady_state
+from frictionlab.simulator.elastic import iwan_sliders, run, sliders_of, steady
+from tests.simulator import elastic_twin
+
+REFERENCE = json.loads((Path(__file__).parent / "reference" / "elastic_reference.json").read_text())
+
+
+def jenkins(r: float, beta: float, kappa: float, terms: str = "", **more: Any) -> Problem:
+    parameters = {"stiffness_ratio": kappa} | more.pop("parameters", {})
+    return Problem(r, beta, law="coulomb+compliance" + terms, parameters=parameters, **more)
+
+
+def iwan(r: float, beta: float, kappa: float, sliders: int, chi: float, terms: str = "", **more: Any) -> Problem:
+    parameters = {"stiffness_ratio": kappa, "sliders": sliders, "chi": chi} | more.pop("parameters", {})
+    return Problem(r, beta, law="coulomb+iwan" + terms, parameters=parameters, **more)
+
+
+def of_reference(row: dict[str, Any]) -> Problem:
+    keys = {"up": "static_ratio_up", "down": "static_ratio_down", "q": "gradient", "zeta_c": "contact_damping_ratio"}
+    names = {"up": "breakaway", "q": "place", "zeta_c": "speed"}
+    terms = "".join(f"+{term}" for key, term in names.items() if key in row)
+    parameters = {name: row[key] for key, name in keys.items() if key in row}
+    parameters["frame_damping_ratio"] = row.get("zeta_f", 0.0)
+    if "sliders" in row:
+        return iwan(row["r"], row["beta"], row["kappa"], row["sliders"], row["chi"], terms, parameters=parameters)
+    return jenkins(row["r"], row["beta"], row["kappa"], terms, parameters=parameters)
+
+
+def error(value: float | None, truth: str) -> float:
+    assert value is not None
+    return float(abs(value / mpf(truth) - 1))
+
+
+@pytest.mark.parametrize("row", REFERENCE, ids=lambda row: row["why"])
+def test_agrees_with_fifty_digits_at_hard_points(row: dict[str, Any]) -> None:
+    state = steady(of_reference(row))
+    assert error(state.energy_per_cycle, row["energy_per_cycle"]) < 1e-12
+    assert error(state.response_amplitude, row["response_amplitude"]) < 1e-12
+    assert error(state.stuck_fraction, row["stuck_fraction"]) < 1e-10
+    assert state.stops_per_cycle == row["stops_per_cycle"]
+    assert state.closure_error is not None
+    assert state.energy_per_cycle is not None
+    assert state.closure_error < 1e-11 * state.energy_per_cycle
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        jenkins(0.5, 0.4, 100.0),
+        jenkins(0.3, 0.6, 300.0),
+        jenkins(0.4, 0.5, 50.0, mu=1.4),
+        jenkins(
+            *(0.4, 0.4, 50.0, "+place+speed"),
+            parameters={"gradient": 0.2, "contact_damping_ratio": 0.1},
+            frame_damping_ratio=0.03,
+            base=Base((1.0, 0.2), (0.0, 0.1)),
+        ),
+        jenkins(0.4, 0.5, 0.3, "+place", parameters={"gradient": 0.5}),  # gives way along the limit that sinks
+        iwan(0.6, 0.3, 20.0, 6, -0.5),
+        iwan(
+            *(0.6, 0.3, 20.0, 4, 0.0, "+breakaway+place"),
+            parameters={"static_ratio_up": 1.2, "static_ratio_down": 1.1, "gradient": -0.1},
+            wall="base",
+        ),
+    ],
+    ids=lambda problem: problem.law.name,
+)
+def test_two_cycles_from_rest_agree_with_the_slow_twin(problem: Problem) -> None:
+    slow = elastic_twin.run(problem, 4 * pi)
+    moved = float(problem.base.at(0.0)), float(problem.base.rate_at(0.0))
+    x0, v0 = moved if problem.wall == "base" else (0.0, 0.0)
+    fast = run(problem, cycles=2, x0=x0, v0=v0)
+    x, v = fast.at(fast.end)
+    assert float(x) - x0 == pytest.approx(slow.z, abs=1e-10)
+    assert float(v) - v0 == pytest.approx(slow.v, abs=1e-10)
+    spring = float(fast.force(fast.end)) - 2 * problem.zeta * problem.r * slow.v
+    assert spring == pytest.approx(slow.force, abs=1e-10)
+    assert len(fast.phases) == pytest.approx(len(slow.events), abs=1)
+    assert float(np.diff(fast.stops).sum()) == pytest.approx(slow.held, abs=1e-9)
+
+
+def test_the_steady_state_is_the_one_that_the_run_from_rest_comes_to() -> None:
+    several = iwan(0.55, 0.4, 10.0, 3, -0.3, "+place", parameters={"gradient": 0.1}, zeta=0.1)
+    for problem in (jenkins(0.4, 0.5, 30.0, zeta=0.2), several):
+        late, state = run(problem, cycles=60, keep=1), steady(problem)
+        assert state.orbit is not None
+        tau = np.linspace(0.0, 2 * pi, 40)
+        np.testing.assert_allclose(late.at(late.start + tau), state.orbit.at(tau), atol=1e-10)
+        np.testing.assert_allclose(late.force(late.start + tau), state.orbit.force(tau), atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("r", "beta", "order"),
+    [(0.3, 0.6, 1.0), (0.5, 0.4, 1.0), (0.7, 0.5, 0.5), (1.3, 0.3, 0.5)],
+    ids=["stops", "stops shortly", "turns without a stop", "turns without a stop, fast"],
+)
+def test_a_stiff_contact_comes_to_the_rigid_law_in_the_limits_order(r: float, beta: float, order: float) -> None:
+    # where the rigid mass turns without a stop, the force takes a time of kappa^(-1/2) to change its sign
+    rigid = steady_state(Problem(r, beta))
+    off = []
+    for kappa in (1e3, 1e5):
+        state = steady(jenkins(r, beta, kappa))
+        assert state.energy_per_cycle is not None
+        assert rigid.energy_per_cycle is not None
+        off.append(abs(state.energy_per_cycle - rigid.energy_per_cycle))
+    assert off[1] == pytest.approx(off[0] * 100.0**-order, rel=0.5)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    r=st.floats(0.1, 3.0),
+    beta=st.floats(0.02, 0.9),
+    kappa=st.floats(0.1, 300.0),
+    zeta=st.floats(0.0, 1.5),
+    frame=st.floats(0.0, 0.2),
+    gradient=st.floats(-0.1, 0.1),
+    even=st.sampled_from([0.0, 0.1]),
+    sliders=st.sampled_from([0, 1, 4]),
+    wall=st.sampled_from(["fixed", "base"]),
+)
+def test_energies_close_and_the_orbit_repeats(
+    r: float,
+    beta: float,
+    kappa: float,
+    zeta: float,
+    frame: float,
+    gradient: float,
+    even: float,
+    sliders: int,
+    wall: Any,
+) -> None:
+    more: dict[str, Any] = {"zeta": zeta + 0.01, "frame_damping_ratio": frame, "wall": wall, "base": Base((1.0, even))}
+    more |= {"parameters": {"gradient": gradient}}
+    law = "+place"
+    problem = iwan(r, beta, kappa, sliders, -0.4, law, **more) if sliders else jenkins(r, beta, kappa, law, **more)
+    state = steady(problem)
+    if state.outcome == "not found":
+        assert "gradient" in state.warnings[0]
+        return
+    assert state.outcome in ("periodic", "stuck")
+    assert state.closure_error is not None
+    assert state.energy_per_cycle is not None
+    assert state.orbit is not None
+    assert state.closure_error < 1e-11 * state.energy_per_cycle + 1e-15
+    ends = state.orbit.at([state.orbit.start, state.orbit.start + 2 * pi * (1 - 1e-15)])
+    size = 1e-9 * (1.0 + abs(state.response_amplitude or 0.0))
+    np.testing.assert_allclose(ends[0][0], ends[0][1], atol=size)
+
+
+def test_force_moves_the_mass_as_newton_says() -> None:
+    problem = iwan(
+        0.6, 0.3, 20.0, 5, 0.0, "+speed", parameters={"contact_damping_ratio": 0.1}, frame_damping_ratio=0.05
+    )
+    orbit = steady(problem).orbit
+    assert orbit is not None
+    tau, h = np.linspace(0.1, 6.0, 23), 1e-4
+    x, v = orbit.at(tau)
+    a = (orbit.at(tau + h)[1] - orbit.at(tau - h)[1]) / (2 * h)
+    f, df = problem.base.at(tau), problem.base.rate_at(tau)
+    left = problem.r**2 * a + 2 * 0.05 * problem.r * (v - df) + (x - f) + orbit.force(tau)
+    np.testing.assert_allclose(left, 0.0, atol=2e-3)
+
+
+def test_a_single_slider_of_iwan_is_jenkins() -> None:
+    one, same = steady(iwan(0.5, 0.4, 30.0, 1, -0.7)), steady(jenkins(0.5, 0.4, 30.0))
+    assert one.energy_per_cycle == pytest.approx(same.energy_per_cycle, rel=1e-13)
+
+
+@given(count=st.integers(1, 200), chi=st.floats(-0.99, 0.0), kappa=st.floats(1e-3, 1e9), beta=st.floats(1e-3, 2.0))
+def test_iwans_sliders_have_the_whole_stiffness_and_strength(count: int, chi: float, kappa: float, beta: float) -> None:
+    stiffness, strength = iwan_sliders(kappa, beta, count, chi)
+    assert sum(stiffness) == pytest.approx(kappa, rel=1e-12)
+    assert sum(strength) == pytest.approx(beta, rel=1e-12)
+    lengths = np.array(strength) / np.array(stiffness)
+    assert np.all(np.diff(lengths) > 0.0)
+    assert lengths[-1] <= beta * (chi + 2) / (kappa * (chi + 1)) * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("chi", [0.0, -0.5, -0.9])
+def test_more_sliders_come_to_the_backbone_of_the_distribution_as_one_over_n_squared(chi: float) -> None:
+    top = (chi + 2) / (chi + 1)  # phi_max for kappa = beta = 1
+    x = np.linspace(0.0, top, 4001)
+    held = (chi + 2) / (chi + 1) * (x / top) - (x / top) ** (chi + 2) / (chi + 1)  # integral of min(x, phi) over phi
+    off = []
+    for count in (10, 40):
+        stiffness, strength = iwan_sliders(1.0, 1.0, count, chi)
+        steps = [np.minimum(k * x, b) for k, b in zip(stiffness, strength, strict=True)]
+        off.append(np.abs(np.sum(steps, axis=0) - held).max())
+    assert off[0] == pytest.approx(0.5 / (chi + 2) / 10**2, rel=0.6)  # a first piece from phi = 0 errs by more
+    assert off[1] == pytest.approx(0.5 / (chi + 2) / 40**2, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("r", "kappa", "limit"), [(0.5, 1.0, 1 / 1.75), (2.0, 0.5, 0.5 / 2.5), (0.5, 1e3, 1e3 / 1000.75)]
+)
+def test_a_contact_that_is_strong_enough_never_slips(r: float, kappa: float, limit: float) -> None:
+    # held, n = kappa cos(tau) / (1 + kappa - r^2)
+    state = steady(jenkins(r, limit * (1 + 1e-6), kappa))
+    assert state.outcome == "stuck"
+    assert state.response_amplitude == pytest.approx(1.0 / abs(1 + kappa - r * r), rel=1e-12)
+    assert state.energy_per_cycle == pytest.approx(0.0, abs=1e-12)
+    assert state.stuck_fraction == 1.0
+    assert state.floquet_multiplier == pytest.approx(1.0, abs=1e-9)  # nothing damps it
+    assert steady(jenkins(r, limit * (1 - 1e-5), kappa)).outcome == "periodic"
+
+
+def test_a_held_contact_with_a_residual_force_need_not_slip_under_an_uneven_drive() -> None:
+    base = Base((1.0, 0.4))  # the held force has crests of 1.34 and troughs of -0.68
+    state = steady(jenkins(0.3, 1.1, 20.0, base=base))
+    assert state.outcome == "stuck"
+    assert state.orbit is not None
+    tau = np.linspace(0.0, 2 * pi, 400)
+    pull = state.orbit.force(tau)
+    assert np.abs(pull).max() == pytest.approx(1.1, rel=1e-4)
+
+
+def test_at_the_held_contacts_resonance_it_slips_and_stays_bounded() -> None:
+    state = steady(jenkins(sqrt(1 + 100.0), 0.3, 100.0))
+    assert state.outcome == "periodic"
+    assert (state.energy_per_cycle or 0.0) > 0.0
+
+
+def test_at_the_slipping_masss_resonance_it_grows_without_bound() -> None:
+    assert steady(jenkins(1.0, 0.7, 50.0)).outcome == "unbounded"
+    assert steady(jenkins(1.0, 0.9, 50.0)).outcome == "periodic"
+
+
+@pytest.mark.parametrize("kappa", [1e-3, 1.0, 1e3, 1e9])
+def test_extreme_stiffness_keeps_its_digits(kappa: float) -> None:
+    state = steady(jenkins(0.8, 0.1 * min(1.0, kappa), kappa))
+    assert state.outcome == "periodic"
+    assert state.closure_error is not None
+    assert state.energy_per_cycle is not None
+    assert state.closure_error < 1e-11 * state.energy_per_cycle
+
+
+def test_a_base_that_carries_the_wall_reports_the_masss_own_range() -> None:
+    state = steady(jenkins(0.8, 0.3, 40.0, wall="base"))
+    assert state.orbit is not None
+    x, _ = state.orbit.at(np.linspace(0.0, 2 * pi, 2001))
+    assert state.response_amplitude == pytest.approx(0.5 * np.ptp(x), rel=1e-5)
+
+
+def test_a_gradient_that_makes_friction_a_pull_is_refused_by_name() -> None:
+    steep = jenkins(0.9, 0.3, 50.0, "+place", parameters={"gradient": 1.5})
+    assert "gradient" in steady(steep).warnings[0]
+    with pytest.raises(SimulationError, match=r"gradient; expected so small"):
+        run(steep, cycles=5)
+    runaway = jenkins(0.9, 0.3, 50.0, "+place", parameters={"gradient": 4.0})
+    assert "runs away" in steady(runaway).warnings[0]
+    with pytest.raises(SimulationError, match=r"beta \|gradient\| < 1"):
+        run(runaway, cycles=1)
+
+
+def test_bad_input_is_refused_by_name() -> None:
+    with pytest.raises(SimulationError, match="law coulomb: the elastic solver does not know it"):
+        steady(Problem(0.5, 0.4))
+    with pytest.raises(ParameterError, match="stiffness_ratio; expected a finite number > 0; got 0"):
+        jenkins(0.5, 0.4, 0.0)
+    with pytest.raises(ParameterError, match="chi; expected"):
+        iwan(0.5, 0.4, 1.0, 5, -1.0)
+    with pytest.raises(ParameterError, match="exclude each other"):
+        Problem(0.5, 0.4, law="coulomb+compliance+iwan", parameters={"stiffness_ratio": 1.0})
+    with pytest.raises(SimulationError, match="expected times between 0 and"):
+        run(jenkins(0.5, 0.4, 10.0), cycles=1).at(7.0)
+
+
+def test_sliders_of_a_law() -> None:
+    assert sliders_of(jenkins(0.5, 0.4, 7.0)) == ((7.0,), (0.4,))
