@@ -31,6 +31,7 @@ _HOMES = {
     "ingest": "verbs.ingest",
     "plot": "verbs.plot",
     "publish": "verbs.publish",
+    "respond": "verbs.respond",
     "simulate": "verbs.simulate",
     "synthesize": "verbs.synthesize",
     # what they take and return
@@ -40,6 +41,7 @@ _HOMES = {
     "LogOptions": "scene",
     "Measurement": "analysis.measurement",
     "Problem": "simulator",
+    "RecordResponse": "base_motion",
     "Recording": "recording",
     "Scene": "scene",
     "SteadyState": "simulator",

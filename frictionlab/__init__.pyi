@@ -1,6 +1,7 @@
 """The public names, as editors and type checkers see them; `__init__.py` loads each when it is first used."""
 
 from frictionlab.analysis.measurement import Measurement as Measurement
+from frictionlab.base_motion import RecordResponse as RecordResponse
 from frictionlab.campaign import Campaign as Campaign
 from frictionlab.comparison import Comparison as Comparison
 from frictionlab.errors import AnalysisError as AnalysisError
@@ -33,6 +34,7 @@ from frictionlab.verbs.evaluate import evaluate as evaluate
 from frictionlab.verbs.ingest import ingest as ingest
 from frictionlab.verbs.plot import plot as plot
 from frictionlab.verbs.publish import publish as publish
+from frictionlab.verbs.respond import respond as respond
 from frictionlab.verbs.simulate import simulate as simulate
 from frictionlab.verbs.synthesize import synthesize as synthesize
 

@@ -2,10 +2,11 @@
 
 from frictionlab.hdf5.arrays import arrays_inside
 from frictionlab.hdf5.describe import describe
-from frictionlab.hdf5.recordings import check_writable, is_recording, read_recording, write_recording
+from frictionlab.hdf5.recordings import Extra, check_writable, is_recording, read_recording, write_recording
 from frictionlab.hdf5.results import format_of, read_tree, write_tree
 
 __all__ = [
+    "Extra",
     "arrays_inside", "check_writable", "describe", "format_of", "is_recording", "read_recording", "read_tree",
     "write_recording",
     "write_tree",

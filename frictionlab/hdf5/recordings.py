@@ -7,6 +7,7 @@ The tree, format version 1::
     /time                 (n,) float64, units "s", dimension scale; start_time where it is known
     /mass_displacement    (n,) float64, units "m", long_name
     /base_displacement    (n,) float64, units "m", long_name
+    /contact_force        (n,) float64: of a simulated motion only; units "N", or "m" where it is over the stiffness
     /quality              (n,) uint8, flag_masks, flag_meanings (see frictionlab.recording.Quality)
     /source               attrs: files, sha256, size_bytes, lines_read, lines_preamble, lines_header, lines_data,
                                  lines_blank, lines_comment, lines_quarantined (all files together; they add up)
@@ -21,7 +22,7 @@ The tree, format version 1::
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import astuple, fields
+from dataclasses import astuple, dataclass, fields
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -66,7 +67,17 @@ ARRAYS = {
 _NORMAL_FORCE = ("normal_force_n", "normal_force")  # its name in a scene, and in the file, where units are SI
 
 
-def write_recording(recording: Recording, path: Path, *, force: bool = False) -> None:
+@dataclass(frozen=True)
+class Extra:
+    """One more array of a recording's file, one value per sample; readers of recordings pass it by."""
+
+    name: str
+    values: NDArray[np.float64]
+    units: str
+    long_name: str
+
+
+def write_recording(recording: Recording, path: Path, *, force: bool = False, extras: Sequence[Extra] = ()) -> None:
     """Write a recording to an HDF5 file, whole or not at all.
 
     Parameters
@@ -77,6 +88,8 @@ def write_recording(recording: Recording, path: Path, *, force: bool = False) ->
         Where; an existing recording there is replaced.
     force
         Replace whatever file stands there.
+    extras
+        Arrays of the same length that stand beside its own.
 
     Raises
     ------
@@ -92,7 +105,7 @@ def write_recording(recording: Recording, path: Path, *, force: bool = False) ->
     >>> read_recording(path).experiment["material"]
     'steel'
     """
-    write_whole(path, pieces_of(recording), replace=force or is_recording)
+    write_whole(path, pieces_of(recording, extras=extras), replace=force or is_recording)
 
 
 def check_writable(path: Path, *, force: bool = False) -> None:
@@ -111,16 +124,21 @@ def pieces_of(
     created: datetime | None = None,
     precision: Literal["f8", "f4"] = "f8",
     compression: Compression = None,
+    extras: Sequence[Extra] = (),
 ) -> Iterator[memoryview]:
     """Give the bytes of a recording's file in order; only ``created`` differs between two files of one recording.
 
     ``precision`` and ``compression`` of the displacements are knobs of the trade (`frictionlab tradeoff`): commands
     write doubles as they are, which is fastest and loses nothing. gzip shuffles its bytes first.
     """
-    image = Image(_bytes_of(recording))
+    image = Image(_bytes_of(recording) + sum(extra.values.nbytes for extra in extras))
     with image.new_file(format=FORMAT, format_version=FORMAT_VERSION) as file:
         _write_root(file, recording, created or datetime.now(UTC))
         _write_arrays(image, file, recording, precision, compression)
+        for extra in extras:
+            dataset = image.place(file, extra.name, extra.values)
+            dataset.attrs.update({"units": extra.units, "long_name": extra.long_name})
+            dataset.dims[0].attach_scale(file["time"])
         _write_source(file.create_group("source", track_order=True), recording.source)
         _write_experiment(file.create_group("experiment", track_order=True), recording.experiment)
         _write_nexus(file)

@@ -1,5 +1,6 @@
 """From one log, or one log per sensor, to a recording."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,13 +11,19 @@ from numpy.typing import NDArray
 from frictionlab.errors import LogError
 from frictionlab.logs.align import Aligned, align
 from frictionlab.logs.clock import TimeBase, counted, time_base
+from frictionlab.logs.columns import Column, by_option
 from frictionlab.logs.lines import Progress, texts_of
 from frictionlab.logs.options import LogOptions
 from frictionlab.logs.sensor import Channel, bridge, examine, unit_by_step
-from frictionlab.logs.table import KEEP, Table, displacements, read_table
+from frictionlab.logs.table import KEEP, Table, displacements, layout_in, read_table
 from frictionlab.logs.timing import Timing, timing_of
 from frictionlab.logs.units import LENGTH, to_si
 from frictionlab.recording import Fact, QuarantinedLine, Recording, Replaced, Source
+
+_ACCELERATION = re.compile(
+    r"(.*[\W_])?(acc|accel|acceleration|accelerometer|beschleunigung)([\W_\d].*)?", re.IGNORECASE
+)
+_ACCELERATION_UNIT = re.compile(r"m/s\^?2|m/s²|m\*?s\^-2|\[g\]|\(g\)|\bgal\b", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -96,9 +103,52 @@ def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
     if len(displacements(path, options)) > 1:
         return read_log(path, options)
     sensors = _examined(read_table(path, replace(options, base=None), ("mass",)), options, ("mass",))
-    sensors.channels["base"] = Channel(np.zeros(len(sensors.base.time)), np.zeros(len(sensors.base.time), np.uint8))
-    sensors.replaced["base"] = (np.zeros(0, np.int64), np.zeros(0))
-    return _recording(sensors, options)
+    return _recording(_with_still_one(sensors, "base"), options)
+
+
+def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
+    """Read the motion of a base: from a log of both channels, or from one column of any table; the mass stands at 0.
+
+    Raises
+    ------
+    LogError
+        As `read_log`; or the base is given as an acceleration.
+    """
+    options = options or LogOptions()
+    _refuse_acceleration(path, options)
+    if options.base is None and len(displacements(path, options)) > 1:
+        return read_log(path, options)
+    return _recording(
+        _with_still_one(_examined(read_table(path, options, ("base",)), options, ("base",)), "mass"), options
+    )
+
+
+def _refuse_acceleration(path: Path, options: LogOptions) -> None:
+    """Say what to do with an acceleration where there is no displacement, or where it was named as the base."""
+    columns = layout_in(path, options).columns
+    if options.base is not None:
+        columns = (by_option(columns, options.base, "base", path.name),)
+    elif displacements(path, options) and not all(map(_is_acceleration, displacements(path, options))):
+        return
+    found = [column for column in columns if _is_acceleration(column)]
+    if found:
+        raise LogError(
+            f"{path.name}: column {found[0]} is an acceleration: expected a displacement of the base in m, mm or um; "
+            "do: record the displacement, or integrate twice (take the mean off, high-pass below the slowest motion of "
+            "interest before each integration, look for drift) and give that column by --base with its --unit"
+        )
+
+
+def _is_acceleration(column: Column) -> bool:
+    return bool(_ACCELERATION.fullmatch(column.name) or _ACCELERATION_UNIT.search(column.title))
+
+
+def _with_still_one(sensors: _Sensors, role: str) -> _Sensors:
+    """A log of one channel with the other one standing at 0."""
+    n = len(sensors.base.time)
+    sensors.channels[role] = Channel(np.zeros(n), np.zeros(n, np.uint8))
+    sensors.replaced[role] = (np.zeros(0, np.int64), np.zeros(0))
+    return sensors
 
 
 def _recording(sensors: _Sensors, options: LogOptions) -> Recording:

@@ -205,10 +205,15 @@ def _with_own_times(layout: Layout, found: dict[str, Column], roles: Sequence[st
     return {"time": layout.columns[own[0]], **found, **more}
 
 
+def layout_in(path: Path, options: LogOptions) -> Layout:
+    """Say where things stand in a log, text or binary."""
+    sheet = read_binary(path)
+    return find_layout(read_head(path, options.encoding), options) if sheet is None else layout_of_sheet(sheet)
+
+
 def displacements(path: Path, options: LogOptions) -> list[Column]:
     """Columns of a log that may hold a displacement: in a length or in no unit (any, where one is given), no time."""
-    sheet = read_binary(path)
-    layout = find_layout(read_head(path, options.encoding), options) if sheet is None else layout_of_sheet(sheet)
+    layout = layout_in(path, options)
     columns = [c for c in layout.columns if layout.dialect.kinds[c.index] in "nm"]
     times = {c.index for c in candidates(columns, "time")} | set(layout.time_of.values())
     if options.time is not None:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from frictionlab.schema.campaign import DRIFTS, FRICTION, RANKING, TESTS
 from frictionlab.schema.column import Column, Table, Type
 from frictionlab.schema.measured import COMPARISONS, FREE_VIBRATIONS, LAWS, MEASUREMENTS, OUTCOME
-from frictionlab.schema.simulated import MOTIONS, PLANS, STEADY_STATES, TRADES
+from frictionlab.schema.simulated import MOTIONS, PLANS, RESPONSES, STEADY_STATES, TRADES
 
 __all__ = [
     "COMPARISONS",
@@ -22,6 +22,7 @@ __all__ = [
     "OUTCOME",
     "PLANS",
     "RANKING",
+    "RESPONSES",
     "STEADY_STATES",
     "TABLES",
     "TESTS",
@@ -36,7 +37,7 @@ __all__ = [
 
 TABLES = (
     *(MEASUREMENTS, COMPARISONS, LAWS, FREE_VIBRATIONS, TESTS, FRICTION, RANKING, DRIFTS),
-    *(STEADY_STATES, MOTIONS, PLANS, TRADES),
+    *(STEADY_STATES, MOTIONS, RESPONSES, PLANS, TRADES),
 )
 
 

@@ -1,7 +1,18 @@
 """The columns of what is simulated, planned and traded: steady states, plans, settings of the knobs."""
 
 from frictionlab.schema.column import Table, number, text, thing, whole, yes_no
-from frictionlab.schema.measured import CLOSURE, LAW, NORMAL_FORCE, RATIO, REGIME, SECONDS, SOLVER
+from frictionlab.schema.measured import (
+    CLOSURE,
+    DURATION,
+    LAW,
+    NORMAL_FORCE,
+    OUTCOME,
+    RATIO,
+    REGIME,
+    SECONDS,
+    SOLVER,
+    WARNINGS,
+)
 
 _BETA = number("beta", "", "beta", "Friction ratio: friction force over k Y, eq. (2.8).")
 _STATE = (
@@ -48,6 +59,48 @@ MOTIONS = Table(
         number("base", "Y", "base", "Displacement of the base."),
         number("stops", "rad", "stops at", "Where each stop begins and ends."),
     ),
+)
+
+RESPONSES = Table(
+    kind="response",
+    sentence="The response to any motion of the base, from rest (`simulate --base-motion`).",
+    columns=(
+        *OUTCOME,
+        WARNINGS,
+        number("natural_frequency_hz", "Hz", "natural", "Natural frequency of the frame."),
+        number("base_largest_m", "m", "Y", "Largest displacement of the base from its first value; all lengths in Y."),
+        _BETA,
+        text("wall", "wall", "What the mass rubs against: `fixed`, or `base` (a wall that moves with the base)."),
+        LAW,
+        thing("parameters", "parameters", "Parameter of the law -> its number."),
+        SOLVER,
+        whole("samples", "samples", "Samples of the base."),
+        DURATION,
+        number("energy", "kY²", "energy", "All that friction and dashpots have dissipated."),
+        number("energy_j", "J", "joules", "The same in joules, where the stiffness is known."),
+        number("friction_energy", "kY²", "friction energy", "What dry friction alone has dissipated."),
+        number(
+            "closure_error", "kY²", "closure error", "Energy put in minus dissipated minus stored: 0 but for rounding."
+        ),
+        number("path", "Y", "path", "Way of the mass along the wall while the contact slips."),
+        number("path_m", "m", "path in m", "The same in metres."),
+        whole("stops", "stops", "Times that the slipping contact came to hold."),
+        number("time_stuck_s", "s", "time stuck", "Time in which the contact does not slip."),
+        number("stuck_fraction", "", "stuck", "Share of the time in which the contact does not slip."),
+        number("peak_displacement", "Y", "peak", "Largest displacement of the mass from where it began."),
+        number("peak_displacement_m", "m", "peak in m", "The same in metres."),
+        number("peak_relative_displacement", "Y", "peak of x - y", "Largest displacement of the mass from the base."),
+        number("peak_velocity_m_per_s", "m/s", "peak speed", "Largest speed of the mass."),
+        number("peak_contact_force", "kY", "peak force", "Largest force of the contact."),
+        number("peak_contact_force_n", "N", "peak force in N", "The same in newtons, where the stiffness is known."),
+        number(
+            "sampling_error", "Y", "sampling error", "Rms error of the response by what the base does between samples."
+        ),
+        number("wall_s", "s", "time", "Seconds it took on this machine."),
+    ),
+    lead=7,
+    shown=("source", "base_largest_m", "energy", "path", "stops", "time_stuck_s", "peak_displacement"),
+    series=(number("contact_force", "N", "contact force", "Force of the contact on the mass."),),
 )
 
 PLANS = Table(

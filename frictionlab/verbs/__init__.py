@@ -3,6 +3,7 @@
     ingest       log -> Recording                       evaluate  measurements -> Campaign
     analyze      log or recording -> Measurement        publish   Campaign -> tables, figures, report
     compare      log, recording, measurement -> Comparison
+    respond      recorded base + Problem -> RecordResponse
     simulate     Problem -> SteadyState                 synthesize  Scene -> logs whose truth is known
     plot         a result -> its figure                  batch     a folder of logs -> all of these; only what changed
 

@@ -5,11 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.base_motion import RecordResponse
 from frictionlab.comparison import Comparison
 from frictionlab.errors import UsageError
 from frictionlab.figures.comparison import comparison_figure
 from frictionlab.figures.measurement import measurement_figure
 from frictionlab.figures.motion import motion_figure
+from frictionlab.figures.response import response_figure
 from frictionlab.figures.style import save
 from frictionlab.simulator import SteadyState
 from frictionlab.verbs.given import FilePath
@@ -18,16 +20,19 @@ FIGURES: dict[type, Callable[[Any, str | None], Any]] = {
     Measurement: lambda result, title: measurement_figure(result, title or result.source),
     Comparison: lambda result, _title: comparison_figure(result),
     SteadyState: lambda result, _title: motion_figure(result),
+    RecordResponse: lambda result, _title: response_figure(result),
 }
 SUFFIXES = (".pdf", ".svg", ".png")
 
 
-def plot(result: Measurement | Comparison | SteadyState, path: FilePath, *, title: str | None = None) -> Path:
-    """Draw a measurement, a comparison or a steady state into a file, and return its path.
+def plot(
+    result: Measurement | Comparison | SteadyState | RecordResponse, path: FilePath, *, title: str | None = None
+) -> Path:
+    """Draw a measurement, a comparison, a steady state or a response into a file, and return its path.
 
     Parameters
     ----------
-    result : Measurement, Comparison or SteadyState
+    result : Measurement, Comparison, SteadyState or RecordResponse
     path : str or Path
         Ends in ``.pdf``, ``.svg`` or ``.png``; its folder is made if it is not there.
     title : str, optional

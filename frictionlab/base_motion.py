@@ -1,0 +1,208 @@
+"""A recorded motion of the base -> what the mass does under it: units put on, doubtful records refused or told of."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis.noise import white_noise
+from frictionlab.errors import RecordingError
+from frictionlab.recording import Quality, Recording, Source
+from frictionlab.simulator import Problem
+from frictionlab.simulator.record import BaseRecord, Response, respond
+
+__all__ = ["RecordResponse", "respond_to", "sound_base"]
+
+FloatArray = NDArray[np.float64]
+FAR = 10.0  # times the steps around it: such a step is a jump ...
+LARGE = 0.05  # ... if it is this share of the whole range
+AROUND = 5  # steps looked at on either side
+COARSE = 1e-3  # sampling error over Y from which it is told
+ORDER_LEFT = 15.0  # 2^4 - 1: what a spline of every other sample errs more
+
+
+@dataclass(frozen=True)
+class RecordResponse:
+    """The response to a recorded motion of the base.
+
+    Parameters
+    ----------
+    source : str
+        Where the base's motion comes from.
+    response : Response
+        Dimensionless; its base's scale is Y [m].
+    recording : Recording
+        The base as it was given, and the mass as simulated, in SI units.
+    natural_frequency_hz : float
+    stiffness_n_per_m : float or None
+    sampling_error : float
+        Rms error of the response over Y by what the base may do between its samples: a fifteenth of the difference to
+        the response under every other sample (a spline errs with the fourth power of the interval).
+    warnings : tuple of str
+    """
+
+    source: str
+    response: Response
+    recording: Recording
+    natural_frequency_hz: float
+    stiffness_n_per_m: float | None
+    sampling_error: float
+    warnings: tuple[str, ...]
+
+    @property
+    def contact_force(self) -> tuple[FloatArray, str]:
+        """Force of the contact on the mass (n,) and its unit: N, or m (over the stiffness) where that is not known."""
+        scale = self.response.base.scale
+        if self.stiffness_n_per_m is None:
+            return self.response.contact_force * scale, "m"
+        return self.response.contact_force * (scale * self.stiffness_n_per_m), "N"
+
+    def row(self) -> dict[str, object]:
+        """The keys of a line of JSON or of a table."""
+        r, scale, k = self.response, self.response.base.scale, self.stiffness_n_per_m
+        omega, peaks = 2.0 * math.pi * self.natural_frequency_hz, self.response.peaks
+        return {
+            "source": self.source,
+            "status": "ok",
+            "reason": None,
+            "warnings": self.warnings,
+            "natural_frequency_hz": self.natural_frequency_hz,
+            "base_largest_m": scale,
+            "beta": r.problem.beta,
+            "wall": r.problem.wall,
+            "law": r.problem.law.name,
+            "parameters": r.problem.parameters,
+            "solver": "exact",
+            "samples": len(r.time),
+            "duration_s": self.recording.duration_s,
+            "energy": r.energy,
+            "energy_j": None if k is None else r.energy * k * scale**2,
+            "friction_energy": r.friction_energy,
+            "closure_error": r.closure_error,
+            "path": r.path,
+            "path_m": r.path * scale,
+            "stops": r.stops,
+            "time_stuck_s": r.time_stuck / omega,
+            "stuck_fraction": r.stuck_fraction,
+            "peak_displacement": peaks["displacement"],
+            "peak_displacement_m": peaks["displacement"] * scale,
+            "peak_relative_displacement": peaks["relative_displacement"],
+            "peak_velocity_m_per_s": peaks["velocity"] * scale * omega,
+            "peak_contact_force": peaks["contact_force"],
+            "peak_contact_force_n": None if k is None else peaks["contact_force"] * scale * k,
+            "sampling_error": self.sampling_error,
+        }
+
+
+def respond_to(
+    recording: Recording,
+    problem: Problem,
+    *,
+    natural_frequency_hz: float,
+    stiffness_n_per_m: float | None = None,
+    source: str = "",
+) -> RecordResponse:
+    """Simulate the mass, from rest, under the motion of a recording's base.
+
+    Parameters
+    ----------
+    recording : Recording
+        Its base drives; its mass is not looked at.
+    problem : Problem
+        With r = 1; beta is over k times the largest displacement of the base from its first value.
+    natural_frequency_hz : float
+    stiffness_n_per_m : float, optional
+        Gives newtons and joules.
+    source : str
+        What the result calls its base.
+
+    Raises
+    ------
+    RecordingError
+        The base has a gap or jumps.
+    SimulationError
+        The base does not move, or the law has no exact phases.
+    """
+    part, warnings = sound_base(recording)
+    tau = 2.0 * math.pi * natural_frequency_hz * (part.time - part.time[0])
+    base = BaseRecord(tau, part.base_displacement)
+    response = respond(problem, base)
+    error = _sampling_error(problem, base, response)
+    if error > COARSE:
+        warnings.append(
+            f"base: between its samples it may do what changes the response by {error:.2g} Y rms; do: sample faster "
+            f"than {recording.sampling_rate_hz:.4g} Hz, or smooth its noise"
+        )
+    made = replace(
+        part,
+        mass_displacement=response.displacement * base.scale,
+        source=Source(
+            files=part.source.files,
+            dialect={"made_by": "frictionlab simulate --base-motion", "law": problem.law.name, **problem.parameters},
+            options={"natural_frequency_hz": natural_frequency_hz, "wall": problem.wall},
+            warnings=tuple(warnings),
+        ),
+    )
+    return RecordResponse(source, response, made, natural_frequency_hz, stiffness_n_per_m, error, tuple(warnings))
+
+
+def sound_base(recording: Recording) -> tuple[Recording, list[str]]:
+    """Return a recording whose base can drive a simulation from its first sample to its last, and what to say of it.
+
+    Raises
+    ------
+    RecordingError
+        It has a gap, held values, or a jump: named by time.
+    """
+    gaps = recording.gaps
+    if gaps:
+        raise RecordingError(
+            f"base: no samples from {gaps[0][0]:.6g} s to {gaps[0][1]:.6g} s"
+            f"{f' and {len(gaps) - 1} more gaps' if len(gaps) > 1 else ''}: nothing is simulated across a gap; do: cut "
+            "the record there, or bridge longer holes when it is read (bridge_s in [log])"
+        )
+    parts = recording.stretches()
+    if not parts:
+        raise RecordingError("base: no two sound samples follow each other")
+    part, lost = parts[0], len(recording) - len(parts[0])
+    _refuse_jumps(part.time, part.base_displacement)
+    return part, list(_doubts(part, lost))
+
+
+def _doubts(part: Recording, lost: int) -> Iterator[str]:
+    yield from part.source.warnings
+    bridged = int(np.count_nonzero(part.quality & np.uint8(Quality.INTERPOLATED)))
+    if bridged:
+        yield f"base: {bridged} of {len(part)} samples are straight lines over short holes, not measured"
+    if lost:
+        yield f"base: {lost} samples with a repeated stamp or without a value are left out"
+
+
+def _refuse_jumps(time: FloatArray, y: FloatArray) -> None:
+    """Refuse a base that moves farther in one step than it could: far more than in the steps around it."""
+    steps = np.abs(np.diff(y))
+    span = float(y.max() - y.min())
+    noise = white_noise(y) if len(y) >= 16 else 0.0
+    suspects = np.flatnonzero(steps > max(LARGE * span, FAR * noise))
+    if len(suspects) > len(steps) // 10:
+        return  # so many large steps are a coarse sampling, not jumps; the sampling error tells it
+    for i in suspects.tolist():
+        around = np.concatenate([steps[max(0, i - AROUND) : i], steps[i + 1 : i + 1 + AROUND]])
+        if len(around) and steps[i] > FAR * float(np.median(around)):
+            raise RecordingError(
+                f"base: jumps by {steps[i] * 1e3:.4g} mm from {time[i]:.6g} s to {time[i + 1]:.6g} s (sample {i + 1}): "
+                "no base moves so; do: look for a lost or wrong value there, and cut or mend the record"
+            )
+
+
+def _sampling_error(problem: Problem, base: BaseRecord, response: Response) -> float:
+    """Rms error of the response over Y, by the response under every other sample."""
+    if len(base.time) < 9:
+        return 0.0
+    half = BaseRecord(base.time[::2], base.displacement[::2], rest=base.rest, scale=base.scale)
+    start = (float(response.displacement[0]), float(response.velocity[0]))
+    coarse = respond(problem, half, x0=start[0], v0=start[1])
+    gap = coarse.displacement - response.displacement[::2]
+    return math.sqrt(float(np.mean(gap**2))) / ORDER_LEFT

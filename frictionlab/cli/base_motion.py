@@ -1,0 +1,110 @@
+"""``frictionlab simulate --base-motion``: the response to any recorded motion of the base."""
+
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from frictionlab.cli.inputs import exit_status, report_rows, row_of
+from frictionlab.cli.options import LOG
+from frictionlab.cli.output import print_turned
+from frictionlab.errors import UsageError
+from frictionlab.schema import RESPONSES
+from frictionlab.tables import Row
+
+if TYPE_CHECKING:
+    from frictionlab.base_motion import RecordResponse
+    from frictionlab.simulator import Problem
+
+BASE_LOG = tuple(s for s in LOG if s.key not in ("mass", "lag_s", "measuring_range_m", "most_damage"))
+FIGURES = (".pdf", ".svg", ".png")
+SERIES = (".h5", ".csv")
+HEAD = ("time [s]", "base [m]", "mass [m]")
+
+
+@dataclass(frozen=True)
+class Ride:
+    """What is done with the file of a base motion."""
+
+    problem: "Problem"
+    scene: Path | None
+    settings: Mapping[str, object]
+    output: Path | None
+    plot: Path | None
+    force: bool
+
+    def __call__(self, path: Path) -> Row:
+        """Simulate, write and draw; the row of the file."""
+        from frictionlab.verbs.respond import respond
+
+        start = time.perf_counter()
+        answer = respond(path, self.problem, self.scene, **self.settings)
+        row = answer.row() | {"wall_s": time.perf_counter() - start}
+        if self.output is not None:
+            _write(answer, self.output, force=self.force)
+        if self.plot is not None:
+            from frictionlab.verbs.plot import plot
+
+            plot(answer, self.plot)
+        return row
+
+
+def ride(path: Path, job: Ride, *, as_json: bool, quiet: bool) -> None:
+    """Simulate the response to a file's base motion, and tell it."""
+    _check(job, path)
+    rows = report_rows(iter([row_of(job, path, folder=None)]), as_json=as_json, quiet=quiet)
+    if not (as_json or quiet):
+        print_turned([row for row in rows if row["status"] == "ok"], RESPONSES)
+    exit_status(rows)
+
+
+def _check(job: Ride, path: Path) -> None:
+    """Refuse outputs that could not be written before the work."""
+    from frictionlab.files import check_replaceable
+    from frictionlab.hdf5 import check_writable
+
+    plot, output = job.plot, job.output
+    if plot is not None and plot.suffix not in FIGURES:
+        raise UsageError(f"{plot}: expected a figure ending in {', '.join(FIGURES)}; got {plot.suffix!r}")
+    if output is None:
+        return
+    if output.suffix not in SERIES:
+        raise UsageError(f"{output}: expected a recording (.h5) or a log (.csv); got {output.suffix!r}")
+    if output.exists() and path.exists() and output.samefile(path):
+        raise UsageError(f"{output}: the result would replace the base motion: choose another output")
+    if output.suffix == ".h5":
+        check_writable(output, force=job.force)
+    else:
+        check_replaceable(output, replace=job.force or _is_series)
+
+
+def _is_series(path: Path) -> bool:
+    """Whether a file is a log that this command wrote."""
+    try:
+        with path.open(encoding="utf-8") as file:
+            return file.readline().startswith(",".join(HEAD))
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def _write(answer: "RecordResponse", output: Path, *, force: bool) -> None:
+    force_, unit = answer.contact_force
+    name = "contact force" if unit == "N" else "contact force over stiffness"
+    if output.suffix == ".h5":
+        from frictionlab.hdf5 import Extra, write_recording
+
+        extra = Extra("contact_force", force_, unit, f"{name}, on the mass")
+        write_recording(answer.recording, output, force=force, extras=(extra,))
+        return
+    from frictionlab.files import write_whole
+
+    write_whole(output, _lines(answer, f"{name} [{unit}]", force_.tolist()), replace=force or _is_series)
+
+
+def _lines(answer: "RecordResponse", name: str, contact_force: list[float]) -> Iterator[bytes]:
+    part = answer.recording
+    yield (",".join((*HEAD, name)) + "\n").encode()
+    columns = (part.time.tolist(), part.base_displacement.tolist(), part.mass_displacement.tolist(), contact_force)
+    for t, y, x, n in zip(*columns, strict=True):
+        yield f"{t!r},{y!r},{x!r},{n!r}\n".encode()

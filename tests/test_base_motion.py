@@ -1,0 +1,148 @@
+"""Any recorded motion of the base, from a file to a response: what drives, what is refused, what is told."""
+
+import math
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import frictionlab as fl
+from frictionlab.base_motion import respond_to
+from frictionlab.errors import LogError, RecordingError, SimulationError, UsageError
+from frictionlab.figures.response import MOST_POINTS, thinned
+from frictionlab.hdf5 import Extra, describe, read_recording, write_recording
+from frictionlab.recording import Quality, Recording
+from frictionlab.simulator import Problem, steady_state
+
+FN = 3.0
+PLAIN = Problem(1.0, 0.4)
+
+
+def base_of(rate: float = 200.0, cycles: int = 20, r: float = 0.5) -> tuple[np.ndarray, np.ndarray]:
+    """A cosine base of 2 mm at r that starts at its middle: 0 s, 0 m."""
+    t = np.arange(int(cycles / (r * FN) * rate) + 1) / rate
+    return t, 2e-3 * np.sin(2 * math.pi * r * FN * t)
+
+
+def log_of(path: Path, columns: dict[str, np.ndarray]) -> Path:
+    lines = [",".join(columns), *(",".join(f"{v:.9g}" for v in row) for row in zip(*columns.values(), strict=True))]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_the_numbers_are_those_of_the_simulator_in_si_units() -> None:
+    t, y = base_of()
+    recording = Recording(t, np.zeros(len(t)), y)
+    answer = respond_to(recording, PLAIN, natural_frequency_hz=FN, stiffness_n_per_m=1000.0)
+    row, response = answer.row(), answer.response
+    assert row["base_largest_m"] == pytest.approx(2e-3, rel=1e-6)
+    energy = steady_state(Problem(0.5, 0.4)).energy_per_cycle
+    assert energy is not None
+    assert row["energy"] == pytest.approx(20 * energy, rel=0.05)  # the first cycles differ
+    assert row["energy_j"] == pytest.approx(response.energy * 1000.0 * 4e-6, rel=1e-6)
+    assert row["peak_contact_force_n"] == pytest.approx(0.4 * 1000.0 * 2e-3, rel=1e-6)
+    assert row["time_stuck_s"] == pytest.approx(response.stuck_fraction * t[-1])
+    assert answer.recording.mass_displacement == pytest.approx(2e-3 * response.displacement)
+    assert row["sampling_error"] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_log_one_column_of_a_table_and_a_recording_say_the_same(tmp_path: Path) -> None:
+    t, y = base_of()
+    both = log_of(tmp_path / "both.csv", {"time [s]": t, "mass [mm]": 0 * t, "base [mm]": 1e3 * y})
+    alone = log_of(tmp_path / "alone.csv", {"time [s]": t, "y [um]": 1e6 * y})
+    table = log_of(tmp_path / "table.csv", {"t": t, "p": 5.0 + y, "q": 1e3 * y, "temperature": 20.0 + 0.01 * t})
+    rows = [
+        fl.respond(both, PLAIN, natural_frequency_hz=FN).row(),
+        fl.respond(alone, PLAIN, natural_frequency_hz=FN).row(),
+        fl.respond(table, PLAIN, natural_frequency_hz=FN, base="q", unit="mm", time_unit="s").row(),
+        fl.respond(fl.ingest(both), PLAIN, natural_frequency_hz=FN).row(),
+    ]
+    for row in rows[1:]:
+        assert row["energy"] == pytest.approx(rows[0]["energy"], rel=1e-5)
+        assert row["stops"] == rows[0]["stops"]
+
+
+def test_what_is_written_is_a_recording_that_analyze_reads(tmp_path: Path) -> None:
+    t, y = base_of(cycles=30)
+    answer = fl.respond(Recording(t, 0 * t, y, experiment={"material": "steel"}), PLAIN, natural_frequency_hz=FN)
+    force, unit = answer.contact_force
+    write_recording(answer.recording, tmp_path / "a.h5", extras=(Extra("contact_force", force, unit, "n over k"),))
+    seen = read_recording(tmp_path / "a.h5")
+    assert seen.experiment["material"] == "steel"
+    measured = fl.analyze(seen, natural_frequency_hz=FN, transient_s=10.0)
+    assert measured.energy_per_cycle == pytest.approx(steady_state(Problem(0.5, 0.4)).energy_per_cycle, rel=1e-3)
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert file["contact_force"].attrs["units"] == "m"
+        assert file["contact_force"].dims[0][0] == file["time"]
+        assert np.abs(file["contact_force"][:]).max() == pytest.approx(0.4 * answer.response.base.scale)
+    assert any("contact_force" in line for line in describe(tmp_path / "a.h5"))
+
+
+def test_an_acceleration_is_refused_with_what_to_do(tmp_path: Path) -> None:
+    t, y = base_of()
+    alone = log_of(tmp_path / "a.csv", {"time [s]": t, "acc [m/s^2]": y})
+    with pytest.raises(LogError, match=r"is an acceleration: expected a displacement.*integrate twice"):
+        fl.respond(alone, PLAIN, natural_frequency_hz=FN)
+    named = log_of(tmp_path / "b.csv", {"time [s]": t, "x [mm]": y, "shaker acceleration": y})
+    with pytest.raises(LogError, match="is an acceleration"):
+        fl.respond(named, PLAIN, natural_frequency_hz=FN, base="3", unit="m")
+
+
+def test_a_unit_that_is_not_said_is_asked_for(tmp_path: Path) -> None:
+    t, y = base_of()
+    with pytest.raises(LogError, match="give --unit"):
+        fl.respond(log_of(tmp_path / "a.csv", {"time [s]": t, "base": 1e3 * y}), PLAIN, natural_frequency_hz=FN)
+
+
+def test_nothing_is_simulated_across_a_gap() -> None:
+    t, y = base_of()
+    quality = np.zeros(len(t), np.uint8)
+    quality[500] = Quality.NOT_BRIDGED
+    with pytest.raises(RecordingError, match=r"no samples from 2.495 s to 2.5 s: nothing is simulated across a gap"):
+        fl.respond(Recording(t, 0 * t, y, quality), PLAIN, natural_frequency_hz=FN)
+
+
+def test_what_was_bridged_is_told() -> None:
+    t, y = base_of()
+    quality = np.zeros(len(t), np.uint8)
+    quality[500:502] = Quality.INTERPOLATED
+    answer = fl.respond(Recording(t, 0 * t, y, quality), PLAIN, natural_frequency_hz=FN)
+    assert "base: 2 of 2667 samples are straight lines over short holes, not measured" in answer.warnings
+
+
+@pytest.mark.parametrize("kind", ["step", "spike"])
+def test_a_base_that_jumps_is_refused_by_its_time(kind: str) -> None:
+    t, y = base_of()
+    y[700 : 701 if kind == "spike" else None] += 5e-4
+    with pytest.raises(RecordingError, match=r"jumps by 0.\d+ mm from 3.495 s to 3.5 s \(sample 700\)"):
+        fl.respond(Recording(t, 0 * t, y), PLAIN, natural_frequency_hz=FN)
+
+
+def test_a_shock_is_no_jump_and_a_coarse_sampling_is_told() -> None:
+    t = np.arange(2000) / 200.0
+    pulse = np.where((t > 2) & (t < 2.2), 1e-3 * np.sin(np.pi * (t - 2) / 0.2) ** 2, 0.0)
+    assert fl.respond(Recording(t, 0 * t, pulse), PLAIN, natural_frequency_hz=FN).row()["status"] == "ok"
+    t, y = base_of(rate=8.0)
+    answer = fl.respond(Recording(t, 0 * t, y), PLAIN, natural_frequency_hz=FN)
+    assert any("sample faster than 8 Hz" in sentence for sentence in answer.warnings)
+
+
+def test_a_base_at_rest_and_an_unknown_frequency_are_refused() -> None:
+    t, y = base_of()
+    with pytest.raises(SimulationError, match="a base at rest drives nothing"):
+        fl.respond(Recording(t, y, 0 * t), PLAIN, natural_frequency_hz=FN)
+    with pytest.raises(UsageError, match="--natural-frequency HZ"):
+        fl.respond(Recording(t, y, y), PLAIN)
+
+
+def test_the_figure_shows_every_extreme_of_a_long_line(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    long = rng.standard_normal(100_000)
+    some = thinned(long)
+    assert len(some) <= MOST_POINTS + 60
+    assert long[some].max() == long.max()
+    assert np.all(np.diff(some) >= 0)
+    t, y = base_of()
+    answer = fl.respond(Recording(t, 0 * t, y), PLAIN, natural_frequency_hz=FN)
+    assert fl.plot(answer, tmp_path / "a.svg").stat().st_size > 10_000
