@@ -1,18 +1,22 @@
 """Any recorded motion of the base, from a file to a response: what drives, what is refused, what is told."""
 
+import json
 import math
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from typer.testing import CliRunner, Result
 
 import frictionlab as fl
 from frictionlab.base_motion import respond_to
+from frictionlab.cli import app
 from frictionlab.errors import LogError, RecordingError, SimulationError, UsageError
 from frictionlab.figures.response import MOST_POINTS, thinned
 from frictionlab.hdf5 import Extra, describe, read_recording, write_recording
 from frictionlab.recording import Quality, Recording
+from frictionlab.schema import RESPONSES
 from frictionlab.simulator import Problem, steady_state
 
 FN = 3.0
@@ -146,3 +150,75 @@ def test_the_figure_shows_every_extreme_of_a_long_line(tmp_path: Path) -> None:
     t, y = base_of()
     answer = fl.respond(Recording(t, 0 * t, y), PLAIN, natural_frequency_hz=FN)
     assert fl.plot(answer, tmp_path / "a.svg").stat().st_size > 10_000
+
+
+def run(*arguments: str | float | Path) -> Result:
+    return CliRunner().invoke(app, ["simulate", *(str(argument) for argument in arguments)])
+
+
+@pytest.fixture
+def quake(tmp_path: Path) -> Path:
+    t, y = base_of(rate=100.0, cycles=8)
+    return log_of(tmp_path / "quake.csv", {"time [s]": t, "base [mm]": 1e3 * y})
+
+
+def test_the_command_writes_a_recording_a_log_and_a_figure(quake: Path, tmp_path: Path) -> None:
+    given = ("--base-motion", quake, "--natural-frequency", FN, "--beta", 0.4, "--json")
+    outputs = (tmp_path / "a.h5", tmp_path / "a.csv")
+    rows = [json.loads(run(*given, "-o", out, "--plot", tmp_path / "a.png").stdout) for out in outputs]
+    assert set(rows[0]) == set(RESPONSES.names)
+    assert {**rows[0], "wall_s": 0} == {**rows[1], "wall_s": 0}
+    assert rows[0]["law"] == "coulomb"
+    assert (tmp_path / "a.png").exists()
+    one, other = read_recording(outputs[0]), fl.ingest(outputs[1])
+    np.testing.assert_array_equal(one.mass_displacement, other.mass_displacement)
+    again = run(*given, "-o", outputs[1])
+    assert again.exit_code == 0  # its own kind of file is replaced
+    quake_text = quake.read_bytes()
+    assert run(*given, "-o", quake).exit_code == 2
+    assert quake.read_bytes() == quake_text
+
+
+def test_the_law_is_that_of_the_other_commands(quake: Path) -> None:
+    law = ("--law", "coulomb+place+speed", "--parameter", "gradient=0.05", "--zeta", 0.02)
+    row = json.loads(run("--base-motion", quake, "--natural-frequency", FN, "--beta", 0.4, *law, "--json").stdout)
+    assert row["parameters"] == {
+        "beta": 0.4,
+        "gradient": 0.05,
+        "contact_damping_ratio": 0.02,
+        "frame_damping_ratio": 0.0,
+    }
+
+
+def test_a_scene_gives_frequency_stiffness_and_damping(quake: Path, tmp_path: Path) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text("[rig]\nnatural_frequency_hz = 3.0\nstiffness_n_per_m = 1000.0\ndamping_ratio = 0.01\n")
+    row = json.loads(run("--base-motion", quake, "--scene", scene, "--beta", 0.4, "--json").stdout)
+    assert row["energy_j"] == pytest.approx(row["energy"] * 1000.0 * row["base_largest_m"] ** 2)
+    assert row["parameters"]["frame_damping_ratio"] == 0.01
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--beta", "0.4"), "expected --r R (a steady state) or --base-motion FILE"),
+        (("--beta", "0.4", "--r", "0.5", "--unit", "mm"), "--unit: belongs to --base-motion"),
+        (("--beta", "0.4", "--r", "0.5", "--base-motion", "a.csv"), "got both"),
+        (("--beta", "0.4", "--cycles", "3", "--base-motion", "a.csv"), "--cycles: a recorded base is followed once"),
+        (("--beta", "0.4", "--base-motion", "a.csv", "-o", "a.xlsx"), "expected a recording (.h5) or a log (.csv)"),
+    ],
+)
+def test_a_contradicting_command_line_is_refused(arguments: tuple[str, ...], words: str) -> None:
+    done = run(*arguments)
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert words in done.stderr
+
+
+def test_a_base_that_fails_is_a_row_and_exit_status_one(tmp_path: Path) -> None:
+    t, y = base_of()
+    log = log_of(tmp_path / "a.csv", {"time [s]": t, "acc [m/s^2]": y})
+    done = run("--base-motion", log, "--natural-frequency", FN, "--beta", 0.4, "--json")
+    assert done.exit_code == 1
+    row = json.loads(done.stdout)
+    assert (row["source"], row["status"]) == (str(log), "failed")
+    assert "acceleration" in row["reason"]

@@ -4,23 +4,67 @@ import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-from frictionlab.cli.inputs import exit_status, report_rows, row_of
-from frictionlab.cli.options import LOG
+import typer
+
+from frictionlab.cli.inputs import exit_status, report_rows
+from frictionlab.cli.options import ANALYSIS, LOG
 from frictionlab.cli.output import print_turned
 from frictionlab.errors import UsageError
 from frictionlab.schema import RESPONSES
 from frictionlab.tables import Row
+from frictionlab.verbs.each import row_of
 
 if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
     from frictionlab.simulator import Problem
 
-BASE_LOG = tuple(s for s in LOG if s.key not in ("mass", "lag_s", "measuring_range_m", "most_damage"))
+BaseMotion = Annotated[
+    Path | None,
+    typer.Option(
+        "--base-motion",
+        metavar="FILE",
+        help="The response, from rest, to the base of a recording, a log, or one column of any table.",
+    ),
+]
+SETTINGS = (
+    *(s for s in ANALYSIS if s.key == "natural_frequency_hz"),
+    *(s for s in LOG if s.key in ("time", "base", "unit", "time_unit", "sampling_rate_hz", "separator", "decimal")),
+)
 FIGURES = (".pdf", ".svg", ".png")
 SERIES = (".h5", ".csv")
 HEAD = ("time [s]", "base [m]", "mass [m]")
+
+
+def one_of_both(
+    r: float | None,
+    base_motion: Path | None,
+    settings: Mapping[str, object],
+    scene: Path | None,
+    others: Mapping[str, object],
+) -> float:
+    """Return the frequency ratio to simulate at: as given, or 1 where a record of the base says its own times.
+
+    Raises
+    ------
+    UsageError
+        Neither or both are given, or an option of the other one.
+    """
+    if base_motion is None:
+        stray = [setting.flag for setting in SETTINGS if setting.key in settings]
+        stray += ["--scene"] if scene is not None else []
+        if stray:
+            raise UsageError(f"{stray[0]}: belongs to --base-motion FILE; got none")
+        if r is None:
+            raise UsageError("expected --r R (a steady state) or --base-motion FILE (the response to it); got neither")
+        return r
+    stray = [name for name, value in others.items() if value not in (None, "auto", "exact")]
+    if r is not None:
+        raise UsageError("expected --r R or --base-motion FILE; got both: a recorded base has its own times")
+    if stray:
+        raise UsageError(f"{stray[0]}: a recorded base is followed once, by exact phases: leave it out")
+    return 1.0
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,15 @@
-"""``frictionlab simulate``: one steady state, or the last of N cycles from rest."""
+"""``frictionlab simulate``: one steady state, the last of N cycles from rest, or the response to a recorded base."""
 
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from frictionlab.cli.base_motion import SETTINGS, BaseMotion, Ride, one_of_both, ride
 from frictionlab.cli.law_options import LawName, Parameters, numbers
-from frictionlab.cli.options import AsJson, Force, Quiet
+from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, takes
 from frictionlab.cli.output import complain, print_turned
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.schema import MOTIONS
@@ -19,10 +21,14 @@ if TYPE_CHECKING:
 SAMPLES = 1000  # per cycle, of the motion in an .h5
 
 
+@takes(*SETTINGS)
 def simulate(
     *,
-    r: Annotated[float, typer.Option("--r", help="Frequency ratio, drive over natural frequency.")],
+    r: Annotated[float | None, typer.Option("--r", help="Frequency ratio, drive over natural frequency.")] = None,
     beta: Annotated[float, typer.Option("--beta", help="Friction ratio, friction force over k Y.")],
+    base_motion: BaseMotion = None,
+    settings: Mapping[str, object],
+    scene: SceneFile = None,
     law: LawName = "coulomb",
     parameter: Parameters = None,
     mu: Annotated[
@@ -50,25 +56,34 @@ def simulate(
     output: Annotated[
         Path | None,
         typer.Option(
-            "--output", "-o", metavar="FILE", help="Write here: .csv .jsonl .xlsx .parquet, .h5 with the motion."
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Write here: .csv .jsonl .xlsx .parquet, .h5 with the motion; with --base-motion a recording.",
         ),
     ] = None,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Solve one steady state of the friction oscillator, or run N cycles from rest.
+    """Solve one steady state of the friction oscillator, run N cycles from rest, or follow a recorded base.
 
     Example: frictionlab simulate --r 0.5 --beta 0.4 --law coulomb+place --parameter gradient=0.05 --plot motion.pdf
+
+    Example: frictionlab simulate --base-motion quake.csv --natural-frequency 3.1 --beta 0.2 -o response.h5
     """
     from frictionlab.simulator import Problem, last_cycle, steady_state
 
-    _check(output, plot, force=force)
-    start = time.perf_counter()
+    ratio = one_of_both(r, base_motion, settings, scene, others={"--cycles": cycles, "--solver": solver})
     try:
         values = numbers(parameter, {"mu": mu, "zeta": zeta})
-        problem = Problem(r, beta, mu, zeta, wall, law=law, parameters=values)
+        problem = Problem(ratio, beta, mu, zeta, wall, law=law, parameters=values)
     except SimulationError as error:
         raise UsageError(str(error)) from error
+    if base_motion is not None:
+        ride(base_motion, Ride(problem, scene, settings, output, plot, force), as_json=as_json, quiet=quiet)
+        return
+    _check(output, plot, force=force)
+    start = time.perf_counter()
     state = (
         steady_state(problem, solver=solver) if cycles is None else last_cycle(problem, cycles=cycles, solver=solver)
     )

@@ -24,7 +24,8 @@ def respond(what: Recording | FilePath, problem: Problem, scene: AnyScene = None
         The contact law, with r = 1 (time is counted in omega_n t); beta is over k times the largest displacement of the
         base from its first value.
     scene : Scene, str, Path or None
-        ``[rig]`` gives natural frequency and stiffness, ``[log]`` what the log does not say itself.
+        ``[rig]`` gives natural frequency, stiffness and, where the problem has none, the frame's damping ratio;
+        ``[log]`` what the log does not say itself.
     **settings
         Keys of ``[rig]`` and ``[log]`` that win over the scene's: ``natural_frequency_hz=3.13``, ``unit="mm"``.
 
@@ -46,6 +47,8 @@ def respond(what: Recording | FilePath, problem: Problem, scene: AnyScene = None
             "natural frequency: expected the frame's, in Hz; got none; do: give --natural-frequency HZ, or "
             "natural_frequency_hz in [rig] of the scene; `frictionlab free-vibration` measures it"
         )
+    if known.rig.damping_ratio is not None and problem.frame_damping_ratio == 0.0:
+        problem = problem.with_parameters({"frame_damping_ratio": known.rig.damping_ratio})
     if isinstance(what, Recording):
         recording, source = what, ""
     else:
