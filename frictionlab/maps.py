@@ -3,6 +3,7 @@
 import time
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
+from math import prod
 from pathlib import Path
 
 import numpy as np
@@ -14,12 +15,22 @@ from frictionlab.hdf5.maps import GrowingMap, finished_map, growing_map, is_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator import engine
 from frictionlab.simulator.kernel import layout
-from frictionlab.simulator.problem import COSINE, Wall
-from frictionlab.simulator.sweep import AXES, COLUMNS, FAILED, check_axes, named, sweep_points, table, worth_compiling
+from frictionlab.simulator.problem import Wall
+from frictionlab.simulator.state import PLACES
+from frictionlab.simulator.sweep import (
+    AXES,
+    FAILED,
+    Family,
+    check_axes,
+    named,
+    sweep_points,
+    table,
+    worth_compiling,
+)
 from frictionlab.tables import Row, is_table, write_rows
 from frictionlab.workers import run_batches
 
-KINDS = {"solver": "S11", "outcome": "S10", "regime": "S10"} | dict.fromkeys(COLUMNS, "float64")
+KINDS = {"solver": "S11", "outcome": "S10", "regime": "S10"} | dict.fromkeys(PLACES, "float64")
 CHECKPOINT_S = 2.0  # what a killed sweep loses at most, beside what was in work
 BATCH_S = 1.0  # seconds of work in a batch
 BLOCK = 20_000  # points read back at a time
@@ -30,7 +41,7 @@ __all__ = ["FAILED", "KINDS", "Grid", "Solve", "Step", "faults", "make_map", "ro
 
 @dataclass(frozen=True)
 class Grid:
-    """Every combination of r, beta, mu and zeta, the last one fastest.
+    """Every combination of r, beta, mu, zeta and further parameters of a law, the last one fastest.
 
     Attributes
     ----------
@@ -38,6 +49,10 @@ class Grid:
         The values of each.
     wall
         What the mass rubs against, the same at all points.
+    law
+        Contact law, the same at all points.
+    parameters
+        Name and values of further parameters of the law.
 
     Raises
     ------
@@ -58,19 +73,27 @@ class Grid:
     mu: tuple[float, ...] = (1.0,)
     zeta: tuple[float, ...] = (0.0,)
     wall: Wall = "fixed"
+    law: str = "coulomb"
+    parameters: tuple[tuple[str, tuple[float, ...]], ...] = ()
 
     def __post_init__(self) -> None:
-        check_axes(list(self.axes().values()), self.wall, COSINE)
+        check_axes(list(self.axes().values()), self.family)
 
     def __len__(self) -> int:
-        return len(self.r) * len(self.beta) * len(self.mu) * len(self.zeta)
+        return prod(len(values) for values in self.axes().values())
+
+    @property
+    def family(self) -> Family:
+        """What the points have in common."""
+        return Family(self.law, tuple(name for name, _ in self.parameters), self.wall)
 
     def axes(self) -> dict[str, Floats]:
         """The values along each axis."""
-        return {name: np.array(getattr(self, name), dtype=np.float64) for name in AXES}
+        values = {name: getattr(self, name) for name in AXES} | dict(self.parameters)
+        return {name: np.array(along, dtype=np.float64) for name, along in values.items()}
 
     def points(self, numbers: Sequence[int]) -> Floats:
-        """The points of these neighbouring numbers, shape (n, 4): r, beta, mu, zeta."""
+        """The points of these neighbouring numbers, shape (n, 4 and more): r, beta, mu, zeta, further parameters."""
         axes = list(self.axes().values())
         places = np.unravel_index(np.arange(numbers[0], numbers[-1] + 1), tuple(len(axis) for axis in axes))
         return np.stack([axis[place] for axis, place in zip(axes, places, strict=True)], axis=1)
@@ -97,7 +120,7 @@ class Solve:
 
     def _solve(self, points: Floats) -> Floats:
         try:
-            return sweep_points(points, self.grid.wall, COSINE, fast=self.fast)
+            return sweep_points(points, self.grid.family, fast=self.fast)
         except SimulationError:  # one of them cannot be solved: alone, it costs only itself
             if len(points) == 1:
                 return np.full((1, layout.ROW), np.nan)
@@ -175,7 +198,7 @@ def make_map(
     >>> path.read_text().splitlines()[1][:30]
     '0.5,0.4,1.0,0.0,fixed,exact,pe'
     """
-    about = {"wall": grid.wall}
+    about = {"wall": grid.wall, "law": grid.law}
     with finished_map(path, grid.axes(), KINDS, about) as whole:
         if resume and whole is not None:
             yield from _blocks(whole, len(grid))
@@ -192,15 +215,20 @@ def rows(grid: Grid, step: Step) -> Iterator[Row]:
     """The contract's keys of each point of a step."""
     names = step.records.dtype.names or ()
     columns = {key: step.records[key].astype(str) if KINDS[key][0] == "S" else step.records[key] for key in names}
-    return table(grid.points(range(step.start, step.done)), grid.wall, columns)
+    return table(grid.points(range(step.start, step.done)), grid.family, columns)
 
 
 def faults(grid: Grid, step: Step) -> list[str]:
     """What to say about the points of a step that could not be solved."""
     lost = np.flatnonzero(step.records["outcome"] == FAILED.encode()) + step.start
     why = step.reason or "`frictionlab simulate` says why"
-    points = [grid.points(range(number, number + 1))[0] for number in lost.tolist()]
-    return [f"r = {r:g}, beta = {b:g}, mu = {m:g}, zeta = {z:g} could not be solved: {why}" for r, b, m, z in points]
+    return [f"{_place(grid, number)} could not be solved: {why}" for number in lost.tolist()]
+
+
+def _place(grid: Grid, number: int) -> str:
+    """The coordinates of a point in words."""
+    point = grid.points(range(number, number + 1))[0]
+    return ", ".join(f"{name} = {value:g}" for name, value in zip(grid.family.coordinates, point, strict=True))
 
 
 def _solved(grid: Grid, file: GrowingMap, workers: int | None, scheduler: str | None) -> Iterator[Step]:

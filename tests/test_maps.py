@@ -173,3 +173,20 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path) -> None:
 
 def saved(note: Path) -> int:
     return int(json.loads(note.read_text())["done"]) if note.exists() else 0
+
+
+def test_a_map_goes_over_any_parameter_of_any_law(tmp_path: Path) -> None:
+    grid = Grid((0.5, 0.7), (0.4,), law="coulomb+place", parameters=(("gradient", (0.0, 0.05, 0.1)),))
+    for name in ("map.h5", "map.csv"):
+        made(tmp_path / name, grid, workers=1)
+    with h5py.File(tmp_path / "map.h5") as file:
+        assert file["energy_per_cycle"].shape == (2, 1, 1, 1, 3)
+        assert file["energy_per_cycle"].dims[4][0].name == "/gradient"
+        assert file.attrs["law"] == "coulomb+place"
+    rows = read_rows(tmp_path / "map.csv")
+    assert [row["gradient"] for row in rows] == [0.0, 0.05, 0.1] * 2
+    assert {row["law"] for row in rows} == {"coulomb+place"}
+    axes = {"law": "coulomb+place", "parameters": {"gradient": [0.0, 0.05, 0.1]}}
+    assert rows == list(sweep([0.5, 0.7], [0.4], **axes).rows())  # type: ignore[arg-type]  # options by name
+    with pytest.raises(SimulationError, match="'gradient' is none of its parameters"):
+        Grid((0.5,), (0.4,), parameters=(("gradient", (0.1,)),))

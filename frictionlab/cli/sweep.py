@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from frictionlab.cli.inputs import STOPPED
+from frictionlab.cli.law_options import LawName, Parameters, named_values
 from frictionlab.cli.options import AsJson, Force, Quiet, Scheduler, Workers
 from frictionlab.cli.output import complain
 from frictionlab.cli.progress import count
@@ -32,8 +33,14 @@ def sweep(
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="FILE", help="Write here: .csv .jsonl .h5 .xlsx .parquet")
     ],
-    mu: Annotated[str, typer.Option("--mu", metavar=VALUES, help="Static over kinetic friction.")] = "1",
-    zeta: Annotated[str, typer.Option("--zeta", metavar=VALUES, help="Viscous damping ratios.")] = "0",
+    law: LawName = "coulomb",
+    parameter: Parameters = None,
+    mu: Annotated[
+        str | None, typer.Option("--mu", metavar=VALUES, help="Static over kinetic friction, in both directions (1).")
+    ] = None,
+    zeta: Annotated[
+        str | None, typer.Option("--zeta", metavar=VALUES, help="Damping ratios of a dashpot beside the contact (0).")
+    ] = None,
     wall: Annotated[
         Literal["fixed", "base"], typer.Option("--wall", help="What the mass rubs against: a fixed wall, or the base.")
     ] = "fixed",
@@ -44,17 +51,21 @@ def sweep(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Map steady states over frequency ratio, friction ratio, static friction and damping.
+    """Map steady states over frequency ratio, friction ratio, static friction, damping and parameters of a law.
 
-    Each of the four takes a list (0.1,0.2), a range with both ends (0.1:0.9:0.1), or one number. What is solved is
-    saved as it goes; --resume continues after Ctrl-C or a power cut and ends in the same file.
+    Each takes a list (0.1,0.2), a range with both ends (0.1:0.9:0.1), or one number; so does --parameter, as in
+    --parameter gradient=0:0.1:0.02. What is solved is saved as it goes; --resume continues after Ctrl-C or a power cut
+    and ends in the same file.
 
     Example: frictionlab sweep --r 0.02:2.5:0.01 --beta 0.1:0.9:0.1 -o map.h5
     """
     from frictionlab import maps
 
-    axes = {name: tuple(values_of(text, f"--{name}")) for name, text in zip(AXES, (r, beta, mu, zeta), strict=True)}
-    grid = maps.Grid(**axes, wall=wall)
+    said = named_values(parameter, {"mu": mu, "zeta": zeta})
+    four = zip(AXES, (r, beta, mu or "1", zeta or "0"), strict=True)
+    axes = {name: tuple(values_of(text, f"--{name}")) for name, text in four}
+    more = tuple((name, tuple(values_of(text, f"--parameter {name}"))) for name, text in said.items())
+    grid = maps.Grid(**axes, wall=wall, law=law, parameters=more)
     check_output(output, STEADY_STATES, force=force, rows=len(grid))
     steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, resume=resume, force=force)
     outcomes = _follow(grid, steps, output, as_json=as_json, quiet=quiet)

@@ -1,6 +1,7 @@
 """A steady state: its numbers, its verdict as a sentence, and what the numbers alone would not say."""
 
 from dataclasses import dataclass
+from math import nan
 from typing import Any, Literal
 
 from frictionlab.simulator.kernel import layout
@@ -22,6 +23,7 @@ OUTCOMES: dict[int, Outcome] = {
     layout.RUNAWAY: "not found",
     layout.PULLING: "not found",
 }
+SOLVERS = ("exact", "closed-form", "numeric")  # what the number CLOSED_FORM of a row says
 DECLINED = {
     layout.RUNAWAY: "gradient: beta |gradient| >= 1: friction changes along the path faster than the spring's force "
     "and the mass runs away; this is not computed: take a smaller gradient.",
@@ -41,6 +43,16 @@ NUMBERS = (
     "floquet_multiplier",
     "closure_error",
 )
+PLACES = {  # number of a state: its place in a kernel's row
+    "energy_per_cycle": layout.ENERGY,
+    "response_amplitude": layout.AMPLITUDE,
+    "stops_per_cycle": layout.STOPS,
+    "stuck_fraction": layout.STUCK_SHARE,
+    "symmetric": layout.SYMMETRIC,
+    "period_cycles": layout.PERIOD,
+    "floquet_multiplier": layout.MULTIPLIER,
+    "closure_error": layout.CLOSURE,
+}
 KEYS = (*PARAMETERS, "solver", "outcome", *NUMBERS)
 
 
@@ -158,7 +170,7 @@ def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyStat
         )
     return SteadyState(
         problem=problem,
-        solver="closed-form" if row[layout.CLOSED_FORM] else "exact",
+        solver=SOLVERS[int(row[layout.CLOSED_FORM])],
         outcome=outcome,
         energy_per_cycle=float(row[layout.ENERGY]),
         response_amplitude=float(row[layout.AMPLITUDE]),
@@ -173,6 +185,18 @@ def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyStat
         warnings=said,
         orbit=orbit,
     )
+
+
+def to_numbers(state: SteadyState) -> list[float]:
+    """Return a steady state as a kernel's row, as far as a map needs it: the other way round than `from_numbers`."""
+    row = [nan] * layout.ROW
+    code = {outcome: number for number, outcome in reversed(OUTCOMES.items())}
+    row[layout.OUTCOME] = float(code[state.outcome])
+    row[layout.CLOSED_FORM] = float(SOLVERS.index(state.solver))
+    for key, position in PLACES.items():
+        value = getattr(state, key)
+        row[position] = nan if value is None else float(value)
+    return row
 
 
 def warnings_of(problem: Problem, outcome: Outcome, multiplier: float | None) -> tuple[str, ...]:

@@ -1,10 +1,11 @@
-"""Maps of steady states over r, beta, mu and zeta: chunks of points, each one call of the compiled kernel.
+"""Maps of steady states over r, beta, mu, zeta and the parameters of a law: chunks of points.
 
-Each point is solved by itself, so that the numbers are the same bits whatever the chunks and whoever solves them.
+Rigid laws are one call of the compiled kernel per chunk; others are solved point by point. Each point is solved by
+itself, so that the numbers are the same bits whatever the chunks and whoever solves them.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,31 +14,62 @@ from numpy.typing import NDArray
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.problem import COSINE, Base, Problem, Wall
-from frictionlab.simulator.state import KEYS, OUTCOMES
+from frictionlab.simulator.solve import steady_state
+from frictionlab.simulator.state import KEYS, OUTCOMES, PLACES, SOLVERS, to_numbers
 
-__all__ = ["StateMap", "check_axes", "named", "sweep", "sweep_points", "table", "worth_compiling"]
+__all__ = ["Family", "StateMap", "check_axes", "named", "sweep", "sweep_points", "table", "worth_compiling"]
 
 Floats = NDArray[np.float64]
 FAILED = "failed"  # outcome of a point that could not be solved
 CHUNK = 500  # points a call: some 10 ms of work
 AXES = ("r", "beta", "mu", "zeta")
-COLUMNS = {
-    "energy_per_cycle": layout.ENERGY,
-    "response_amplitude": layout.AMPLITUDE,
-    "stops_per_cycle": layout.STOPS,
-    "stuck_fraction": layout.STUCK_SHARE,
-    "symmetric": layout.SYMMETRIC,
-    "period_cycles": layout.PERIOD,
-    "floquet_multiplier": layout.MULTIPLIER,
-    "closure_error": layout.CLOSURE,
-}
 MOST_PHASES = 1 << 22  # recorded per orbit, 200 MB: beyond that the point is given up by name
 
 
 @dataclass(frozen=True)
+class Family:
+    """What the points of a map have in common, and what their coordinates are called.
+
+    Parameters
+    ----------
+    law : str
+        Contact law.
+    names : tuple of str
+        Further parameters of the law, coordinates after r, beta, mu and zeta.
+    wall, base
+        As in `Problem`.
+    """
+
+    law: str = "coulomb"
+    names: tuple[str, ...] = ()
+    wall: Wall = "fixed"
+    base: Base = COSINE
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Name of each coordinate of a point."""
+        return (*AXES, *self.names)
+
+    def problem(self, point: Sequence[float]) -> Problem:
+        """Return the problem at a point; what a parameter says goes before mu and zeta."""
+        r, beta, mu, zeta, *more = (float(value) for value in point)
+        values = dict(zip(self.names, more, strict=True))
+        return Problem(r, beta, mu, zeta, self.wall, self.base, law=self.law, parameters=values)
+
+    def contacts(self, points: Floats) -> Floats:
+        """Return the points as the rigid kernel reads them: r and the numbers of `layout.Contact`, shape (n, 7)."""
+        values = dict(zip(self.coordinates, points.T, strict=True))
+        up, down = (values.get(f"static_ratio_{way}", values["mu"]) for way in ("up", "down"))
+        damping, none = values.get("contact_damping_ratio", values["zeta"]), np.zeros(len(points))
+        gradient, frame = values.get("gradient", none), values.get("frame_damping_ratio", none)
+        return np.column_stack((values["r"], values["beta"], gradient, up, down, damping, frame))
+
+
+@dataclass(frozen=True)
 class StateMap:
-    """A map of steady states over four axes.
+    """A map of steady states over r, beta, mu, zeta and further parameters of a law.
 
     Parameters
     ----------
@@ -48,7 +80,11 @@ class StateMap:
     base : Base
         Motion of the base.
     numbers : ndarray of shape (n, columns)
-        One row of the kernel per point, zeta fastest; `column` and `rows` read it.
+        One row of the kernel per point, the last axis fastest; `column` and `rows` read it.
+    law : str
+        Contact law.
+    parameters : mapping of str to ndarray
+        Axes of further parameters of the law, after the four.
     """
 
     r: Floats
@@ -58,11 +94,18 @@ class StateMap:
     wall: Wall
     base: Base
     numbers: Floats
+    law: str = "coulomb"
+    parameters: Mapping[str, Floats] = field(default_factory=dict)
 
     @property
-    def shape(self) -> tuple[int, int, int, int]:
-        """Number of values along r, beta, mu, zeta."""
-        return len(self.r), len(self.beta), len(self.mu), len(self.zeta)
+    def axes(self) -> list[Floats]:
+        """The values along each axis."""
+        return [self.r, self.beta, self.mu, self.zeta, *self.parameters.values()]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values along r, beta, mu, zeta and the further parameters."""
+        return tuple(len(axis) for axis in self.axes)
 
     def column(self, position: int) -> Floats:
         """Return one number of the kernel's rows (positions: `kernel.layout`) over the map, NaN where there is none."""
@@ -73,8 +116,9 @@ class StateMap:
         return {key: values.reshape(self.shape) for key, values in named(self.numbers).items()}
 
     def rows(self) -> Iterator[dict[str, object]]:
-        """Yield the contract's keys of each steady state, zeta fastest; what does not exist is None."""
-        return table(_points([self.r, self.beta, self.mu, self.zeta]), self.wall, named(self.numbers))
+        """Yield the contract's keys of each steady state, the last axis fastest; what does not exist is None."""
+        family = Family(self.law, tuple(self.parameters), self.wall, self.base)
+        return table(_points(self.axes), family, named(self.numbers))
 
 
 def named(numbers: Floats) -> dict[str, NDArray[Any]]:
@@ -90,18 +134,24 @@ def named(numbers: Floats) -> dict[str, NDArray[Any]]:
     regime = np.where(numbers[:, layout.STOPS] > 0.0, "stick-slip", "continuous")
     regime = np.where(outcome == "stuck", "stuck", np.where(outcome == "periodic", regime, ""))
     texts = {
-        "solver": np.where(numbers[:, layout.CLOSED_FORM] == 1.0, "closed-form", "exact"),
+        "solver": np.array(SOLVERS)[np.nan_to_num(numbers[:, layout.CLOSED_FORM]).astype(np.int64)],
         "outcome": outcome,
         "regime": regime,
     }
-    return texts | {key: numbers[:, position] for key, position in COLUMNS.items()}
+    return texts | {key: numbers[:, position] for key, position in PLACES.items()}
 
 
-def table(points: Floats, wall: Wall, columns: Mapping[str, NDArray[Any]]) -> Iterator[dict[str, object]]:
-    """Yield the contract's keys of points (n, 4) and what `named` says of them; what does not exist is None."""
-    arrays = dict(columns) | dict(zip(AXES, points.T, strict=True)) | {"wall": np.full(len(points), wall)}
-    for values in zip(*(_listed(key, arrays[key]) for key in KEYS), strict=True):
-        yield dict(zip(KEYS, values, strict=True))
+def table(points: Floats, family: Family, columns: Mapping[str, NDArray[Any]]) -> Iterator[dict[str, object]]:
+    """Yield the contract's keys of points (n, coordinates) and what `named` says of them; what does not exist is None.
+
+    A law other than plain Coulomb friction, and its parameters that vary, stand after them.
+    """
+    also = () if (family.law, family.names) == ("coulomb", ()) else ("law", *family.names)
+    arrays = dict(columns) | dict(zip(family.coordinates, points.T, strict=True))
+    arrays |= {"wall": np.full(len(points), family.wall), "law": np.full(len(points), family.law)}
+    keys = (*KEYS, *also)
+    for values in zip(*(_listed(key, arrays[key]) for key in keys), strict=True):
+        yield dict(zip(keys, values, strict=True))
 
 
 def _listed(key: str, values: NDArray[Any]) -> list[object]:
@@ -121,17 +171,21 @@ def sweep(
     *,
     wall: Wall = "fixed",
     base: Base = COSINE,
+    law: str = "coulomb",
+    parameters: Mapping[str, Sequence[float]] | None = None,
 ) -> StateMap:
-    """Return the steady states at every combination of r, beta, mu and zeta, solved by this process.
+    """Return the steady states at every combination of r, beta, mu, zeta and a law's parameters, solved here.
 
     Large maps, several processes and files: `frictionlab.maps`.
 
     Parameters
     ----------
     r, beta, mu, zeta : sequence of float
-        Values along the four axes.
-    wall, base
+        Values along the first four axes.
+    wall, base, law
         As in `Problem`, the same at all points.
+    parameters : mapping of str to sequence of float, optional
+        Values along further axes, by the names of the law's parameters.
 
     Returns
     -------
@@ -140,7 +194,7 @@ def sweep(
     Raises
     ------
     SimulationError
-        If a value is outside its domain.
+        If a value is outside its domain, or a point cannot be solved.
     UsageError
         If an axis is empty.
 
@@ -149,26 +203,31 @@ def sweep(
     >>> states = sweep([0.3, 0.5], [0.4, 0.6])
     >>> [row["stops_per_cycle"] for row in states.rows()]
     [2.0, 2.0, 2.0, 2.0]
+    >>> states = sweep([0.5], [0.4], law="coulomb+place", parameters={"gradient": [0.0, 0.05]})
+    >>> [(row["gradient"], row["stops_per_cycle"]) for row in states.rows()]
+    [(0.0, 2.0), (0.05, 1.0)]
     """
-    axes = [np.array(values, dtype=np.float64).ravel() for values in (r, beta, mu, zeta)]
-    check_axes(axes, wall, base)
+    more = {name: np.array(values, dtype=np.float64).ravel() for name, values in (parameters or {}).items()}
+    family = Family(law, tuple(more), wall, base)
+    axes = [*(np.array(values, dtype=np.float64).ravel() for values in (r, beta, mu, zeta)), *more.values()]
+    check_axes(axes, family)
     points = _points(axes)
     fast = worth_compiling(axes)
     chunks = [points[start : start + CHUNK] for start in range(0, len(points), CHUNK)]
-    rows = np.concatenate([sweep_points(chunk, wall, base, fast=fast) for chunk in chunks])
-    return StateMap(axes[0], axes[1], axes[2], axes[3], wall, base, rows)
+    rows = np.concatenate([sweep_points(chunk, family, fast=fast) for chunk in chunks])
+    return StateMap(axes[0], axes[1], axes[2], axes[3], wall, base, rows, law, more)
 
 
-def check_axes(axes: Sequence[Floats], wall: Wall, base: Base) -> None:
+def check_axes(axes: Sequence[Floats], family: Family) -> None:
     """Refuse empty axes and values outside their domain before anything is computed."""
-    for name, values in zip(AXES, axes, strict=True):
+    for name, values in zip(family.coordinates, axes, strict=True):
         if not values.size:
             raise UsageError(f"sweep: {name}; expected at least one value; got none")
     for position, values in enumerate(axes):
         for value in values:
             point = [float(axis[0]) for axis in axes]
             point[position] = float(value)
-            Problem(point[0], point[1], point[2], point[3], wall, base)
+            family.problem(point)
 
 
 def worth_compiling(axes: Sequence[Floats]) -> bool:
@@ -181,33 +240,28 @@ def _points(axes: Sequence[Floats]) -> Floats:
     return np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")], axis=1)
 
 
-def sweep_points(points: Floats, wall: Wall, base: Base, *, fast: bool) -> Floats:
-    """Return the kernel's rows of points given as (n, 4): r, beta, mu, zeta. What a worker does."""
+def sweep_points(points: Floats, family: Family, *, fast: bool) -> Floats:
+    """Return the kernel's rows of points given as (n, coordinates). What a worker does."""
+    if law_of(family.law).kind != "rigid":
+        return np.array([to_numbers(steady_state(family.problem(point))) for point in points.tolist()])
     engine = engines.compiled() if fast else engines.choose(0.0)
-    phases = 64 + int(10 * (base.harmonics + 1.0 / float(points[:, 0].min())))
-    numbers = _call(engine, points, wall, base, phases)
+    phases = 64 + int(10 * (family.base.harmonics + 1.0 / float(points[:, 0].min())))
+    numbers = _call(engine, points, family, phases)
     while np.any(full := numbers[:, layout.OUTCOME] == layout.OVERFULL):
         phases *= 4
         if phases > MOST_PHASES:
             r, beta = points[full][0, :2]
             raise SimulationError(f"sweep: r = {r!r}, beta = {beta!r}; expected at most {MOST_PHASES} phases; got more")
-        numbers[full] = _call(engine, points[full], wall, base, phases)
+        numbers[full] = _call(engine, points[full], family, phases)
     return numbers
 
 
-def full_points(points: Floats) -> Floats:
-    """Return points (n, 4) of r, beta, mu, zeta as the kernel reads them: r and the numbers of `layout.Contact`."""
-    r, beta, mu, zeta = points.T
-    none = np.zeros_like(r)
-    return np.column_stack((r, beta, none, mu, mu, zeta, none))
-
-
-def _call(engine: engines.Engine, points: Floats, wall: Wall, base: Base, phases: int) -> Floats:
+def _call(engine: engines.Engine, points: Floats, family: Family, phases: int) -> Floats:
     """Call the kernel once for all points."""
-    problem = Problem(1.0, 0.0, wall=wall, base=base)
-    room = engines.make_room(engine, problem, phases)
+    base = family.base
+    room = engines.make_room(engine, Problem(1.0, 0.0, wall=family.wall, base=base), phases)
     force = engines.make_force(engine, base.cosine, base.sine)
     rows = engine.buffer((0.0,) * (layout.ROW * len(points)))
-    flat = engine.buffer(tuple(full_points(points).ravel().tolist()))
+    flat = engine.buffer(tuple(family.contacts(points).ravel().tolist()))
     engine.kernel.sweep(flat, engine.buffer(base.cosine), engine.buffer(base.sine), force, 0, room, rows)
     return np.array(rows, dtype=np.float64).reshape(len(points), layout.ROW)

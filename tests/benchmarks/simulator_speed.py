@@ -19,7 +19,7 @@ import numpy as np
 
 from frictionlab.simulator import Problem, engine, last_cycle, steady_state, sweep
 from frictionlab.simulator.kernel import layout
-from frictionlab.simulator.sweep import sweep_points
+from frictionlab.simulator.sweep import Family, sweep_points
 from tests.simulator import peer
 
 RATIOS = [round(0.02 + 0.01 * i, 2) for i in range(249)]
@@ -47,7 +47,7 @@ def on_two_cores(points: np.ndarray) -> None:
     """The map on two cores: the compiled kernel lets go of the interpreter's lock, so that threads do."""
     chunks = [points[i::16] for i in range(16)]
     with ThreadPoolExecutor(2) as pool:
-        list(pool.map(lambda chunk: sweep_points(chunk, "fixed", Problem(1.0, 0.0).base, fast=True), chunks))
+        list(pool.map(lambda chunk: sweep_points(chunk, Family(), fast=True), chunks))
 
 
 def map_error() -> float:
@@ -120,7 +120,7 @@ def main() -> None:
     sweep([0.5], [0.4])
     tell(f"start-up (loading, or compiling once)       {time.perf_counter() - start:10.3f} s")
     points = map_points()
-    one = seconds(lambda: sweep_points(points, "fixed", Problem(1.0, 0.0).base, fast=True))
+    one = seconds(lambda: sweep_points(points, Family(), fast=True))
     two = seconds(lambda: on_two_cores(points), time.perf_counter)
     thesis, error = thesis_lanes()
     tell(f"map of {len(points)} steady states, one core      {one:10.4f} s   relative error {map_error():.0e}")

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from frictionlab.errors import UsageError
-from frictionlab.simulator import engine, sweep
+from frictionlab.simulator import engine, steady_state, sweep
 from frictionlab.simulator.problem import COSINE, Base, Wall
-from frictionlab.simulator.sweep import sweep_points
+from frictionlab.simulator.state import to_numbers
+from frictionlab.simulator.sweep import Family, sweep_points
 
 POINTS = np.array(
     [
@@ -29,18 +30,41 @@ POINTS = np.array(
 )
 
 
+LAWS = np.array(
+    [
+        (0.5, 0.4, 1.0, 0.0, 0.1, 1.0, 1.0, 0.0),
+        (0.7, 0.5, 1.0, 0.02, -0.06, 1.0, 1.0, 0.03),
+        (0.45, 0.5, 1.0, 0.02, 0.08, 1.3, 1.1, 0.03),
+        (0.7, 0.4, 1.0, 0.0, 3.0, 1.0, 1.0, 0.0),
+        (0.6, 0.3, 1.0, 0.0, 0.0, 1.2, 1.0, 1.5),
+    ]
+)
+NAMES = ("gradient", "static_ratio_up", "static_ratio_down", "frame_damping_ratio")
+
+
+@pytest.mark.timeout(300)
+@pytest.mark.parametrize("wall", ["fixed", "base"])
+def test_every_rigid_law_has_the_same_bits_in_a_map_and_alone(wall: Wall, monkeypatch: pytest.MonkeyPatch) -> None:
+    family = Family("coulomb+place+breakaway", NAMES, wall, Base((1.0, 0.1)))
+    fast = sweep_points(LAWS, family, fast=True)
+    monkeypatch.setattr(engine, "is_worth_it", lambda _: False)
+    np.testing.assert_array_equal(sweep_points(LAWS, family, fast=False), fast)
+    for point, row in zip(LAWS, fast, strict=True):
+        np.testing.assert_array_equal(to_numbers(steady_state(family.problem(point)))[1:9], row[1:9])
+
+
 @pytest.mark.timeout(300)  # compiles once on a new machine
 @pytest.mark.parametrize(("wall", "base"), [("fixed", COSINE), ("base", Base((1.0, 0.1, 0.05), (0.0, 0.02)))])
 def test_plain_and_compiled_kernels_give_the_same_bits(wall: Wall, base: Base, monkeypatch: pytest.MonkeyPatch) -> None:
-    fast = sweep_points(POINTS, wall, base, fast=True)
+    fast = sweep_points(POINTS, Family(wall=wall, base=base), fast=True)
     monkeypatch.setattr(engine, "is_worth_it", lambda _: False)
-    slow = sweep_points(POINTS, wall, base, fast=False)
+    slow = sweep_points(POINTS, Family(wall=wall, base=base), fast=False)
     np.testing.assert_array_equal(slow, fast)
 
 
 def test_chunks_do_not_matter() -> None:
-    whole = sweep_points(POINTS, "fixed", COSINE, fast=False)
-    parts = [sweep_points(POINTS[i : i + 1], "fixed", COSINE, fast=False) for i in range(len(POINTS))]
+    whole = sweep_points(POINTS, Family(), fast=False)
+    parts = [sweep_points(POINTS[i : i + 1], Family(), fast=False) for i in range(len(POINTS))]
     np.testing.assert_array_equal(whole, np.vstack(parts))
 
 
