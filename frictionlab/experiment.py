@@ -11,6 +11,8 @@ from frictionlab.errors import SceneError
 from frictionlab.scene import Experiment, Scene
 
 Fact = str | float
+PACKED = (".gz", ".bz2", ".xz", ".zip")
+"""Suffixes of packed logs: the log's own stands before."""
 _SOURCES = ("name_pattern", "sheet")
 _NUMERIC = ("normal_force_n", "nominal_frequency_ratio", "duration_s")
 _KNOWN = tuple(name for name in Experiment.model_fields if name not in _SOURCES)
@@ -62,15 +64,14 @@ def facts_of(scene: Scene, log: Path) -> Facts:
 
 
 def stem_of(log: Path) -> str:
-    """Give the log's name without its suffix, ``.gz`` included.
+    """Give the log's name without its suffix, that of a packed one (``.gz``) included.
 
     Examples
     --------
     >>> stem_of(Path("a/steel_N1.25_r0.3.csv.gz"))
     'steel_N1.25_r0.3'
     """
-    name = log.name[:-3] if log.name.lower().endswith(".gz") else log.name
-    return Path(name).stem
+    return (log.with_suffix("") if log.suffix.lower() in PACKED else log).stem
 
 
 def _add(

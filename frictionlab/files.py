@@ -84,6 +84,21 @@ def check_replaceable(path: Path, *, replace: bool | Callable[[Path], bool]) -> 
         raise OutputError(f"{path}: exists and is not a file of this kind: choose another output, or give --force")
 
 
+def identities(path: Path) -> set[object]:
+    """What tells a file from others: its true path and, where it stands, its number on the disk (links share it).
+
+    Examples
+    --------
+    >>> bool(identities(Path("a/../b.csv")) & identities(Path("b.csv")))
+    True
+    """
+    found: set[object] = {os.path.normcase(os.path.realpath(path))}
+    if path.exists():
+        known = path.stat()
+        found.add((known.st_dev, known.st_ino))
+    return found
+
+
 def _part_of(final: Path) -> Path:
     return final.with_name(f".{final.name}{SUFFIX}")
 

@@ -65,6 +65,7 @@ MAY_IMPORT: dict[str, set[str]] = {
             "errors",
             "experiment",
             "figures",
+            "files",
             "hdf5",
             "logs",
             "recording",

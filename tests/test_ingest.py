@@ -1,5 +1,6 @@
 """The ingest command: exit status, one line per fault, outputs whole, JSON Lines and nothing else."""
 
+import bz2
 import json
 import os
 import re
@@ -14,7 +15,9 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from frictionlab.cli import app
+from frictionlab.errors import UsageError
 from frictionlab.hdf5 import read_recording
+from frictionlab.verbs.ingest import ingest
 from tests.logs.samples import sensortool, table, truth, write
 
 DATA = truth(300)
@@ -121,7 +124,8 @@ def test_one_file_per_sensor(tmp_path: Path) -> None:
         (["--mass-log", "a.csv"], "expected both --mass-log and --base-log"),
         (["a.csv", "--mass-log", "b.csv", "--base-log", "c.csv"], "either LOG"),
         (["a.csv", "b.csv", "-o", "one.h5"], "expected a folder for 2 logs"),
-        (["x/a.csv", "y/a.csv", "-o", "out/"], "would both become"),
+        (["*.csv"], "*.csv: no file fits this pattern"),
+        (["a.csv", "-o", "one.csv"], "a recording is an HDF5 file: expected a name ending in .h5, or a folder"),
         (["a.h5"], "would replace a log"),
         (["a.csv", "--decimal", ";"], "decimal mark"),
         (["a.csv", "--unit", "parsec"], "unit of displacement"),
@@ -222,3 +226,56 @@ def test_real_recordings_of_the_rig() -> None:
         (row,) = rows(result)
         assert (row["samples"], row["sampling_rate_hz"]) == (force, pytest.approx(250.0, rel=1e-9))
         assert row["mass_measuring_range_m"] == 0.05
+
+
+def test_no_input_is_ever_replaced(tmp_path: Path) -> None:
+    mass = write(tmp_path / "m.csv", sensortool(DATA, 1, ";"))
+    base = write(tmp_path / "b.h5", sensortool(DATA, 2, ";"))
+    link = tmp_path / "link.h5"
+    link.hardlink_to(base)
+    soft = tmp_path / "soft.h5"
+    soft.symlink_to(mass)
+    before = mass.read_bytes(), base.read_bytes()
+    for output in (base, link, soft):
+        result = run("--mass-log", mass, "--base-log", base, "-o", output, "--force")
+        assert result.exit_code == 2
+        assert "would replace a log" in result.stderr
+    assert (mass.read_bytes(), base.read_bytes()) == before
+    with pytest.raises(UsageError, match="would replace a log"):
+        ingest(mass, base_log=base, output=link, force=True)
+
+
+def test_like_named_logs_with_blanks_and_capitals_in_one_folder(tmp_path: Path) -> None:
+    text = table(DATA, HEADER, ",")
+    for name in ("Steel on brass.csv", "test.csv", "Test.TXT", "test.csv.bz2"):
+        raw = bz2.compress(text.encode()) if name.endswith("bz2") else text.encode()
+        (tmp_path / name).write_bytes(raw)
+    result = run(tmp_path, "-o", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [
+        "Steel on brass.h5", "Test.TXT.h5", "test.csv.bz2.h5", "test.csv.h5",
+    ]  # fmt: skip
+
+
+def test_like_named_logs_of_several_folders_into_one(tmp_path: Path) -> None:
+    for folder in ("x", "y"):
+        (tmp_path / folder).mkdir()
+        write(tmp_path / folder / "a.csv", table(DATA, HEADER, ","))
+    result = run(tmp_path / "x" / "a.csv", tmp_path / "y" / "a.csv", "-o", tmp_path / "out", "--json")
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["a.csv.h5", "a.csv~2.h5"]
+    assert [Path(str(row["output"])).name for row in rows(result)] == ["a.csv.h5", "a.csv~2.h5"]
+    beside = run(tmp_path / "x" / "a.csv", tmp_path / "y" / "a.csv")
+    assert beside.exit_code == 0
+    assert (tmp_path / "x" / "a.h5").exists()
+    assert (tmp_path / "y" / "a.h5").exists()
+
+
+def test_patterns_and_standard_input(log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert run(tmp_path / "steel*.csv", "-o", tmp_path / "made" / "of" / "it.h5").exit_code == 0
+    assert len(read_recording(tmp_path / "made" / "of" / "it.h5")) == len(DATA.rows)
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, ["ingest", "-", "--json"], input=log.read_bytes())
+    assert result.exit_code == 0, result.output
+    (row,) = rows(result)
+    assert (row["source"], row["output"]) == ("-", "standard_input.h5")
+    np.testing.assert_array_equal(read_recording(tmp_path / "standard_input.h5").mass_displacement, DATA.mass)

@@ -65,7 +65,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     except AnalysisError as error:
         raise _for_its_cause(error, recording) from error
     answer = response.response(layout, wall_moves=scene.model.wall == "base")
-    return _Composition(recording, scene, layout, answer, parts, tuple(warnings)).measurement()
+    return _Composition(recording, scene, layout, answer, parts, (*scene.rig.doubts, *warnings)).measurement()
 
 
 def _for_its_cause(error: AnalysisError, recording: Recording) -> AnalysisError:

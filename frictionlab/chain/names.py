@@ -5,10 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from frictionlab.errors import UsageError
-from frictionlab.experiment import stem_of
+from frictionlab.experiment import PACKED, stem_of
 
 PLAIN = (".csv", ".txt", ".tsv", ".asc", ".dat", ".lvm", ".mat", ".xlsx", ".parquet", ".tdms")
-PACKED = (".gz", ".bz2", ".xz", ".zip")
 
 _EXPECTED = (
     f"expected *.csv (or {', '.join(s[1:] for s in PLAIN[1:])}, or one of them packed as"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows
+from frictionlab.cli.logs import expanded, on_disk
 from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, scene_of
 from frictionlab.cli.output import print_table
 from frictionlab.schema import FREE_VIBRATIONS
@@ -25,7 +26,12 @@ Means = dict[str, "Average"]
 
 
 def free_vibration(
-    inputs: Annotated[list[Path], typer.Argument(metavar="LOG_OR_RECORDING...", help="Free decays of the mass.")],
+    inputs: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="LOG_OR_RECORDING...", help="Free decays of the mass; folders, patterns; - is standard input."
+        ),
+    ],
     *,
     scene: SceneFile = None,
     output: Annotated[
@@ -48,6 +54,7 @@ def free_vibration(
     what = scene_of(scene)
     if output is not None:
         check_output(output, FREE_VIBRATIONS, force=force, inputs=inputs)
+    inputs = expanded(inputs, recordings=True)
     rows = list(rows_of(inputs, partial(_row, scene=what, plot=plot)))
     means = _means([tap for row in rows for tap in _taps(row)])
     shown = report_rows((_told(row, means) for row in rows), as_json=as_json, quiet=quiet)
@@ -61,7 +68,8 @@ def free_vibration(
 def _row(path: Path, *, scene: "Scene", plot: Path | None) -> Row:
     from frictionlab.analysis.free_vibration import averages
 
-    recording = _read(path, scene)
+    with on_disk(path) as file:
+        recording = _read(file, scene)
     taps = _found(recording)
     means = averages(taps)
     if plot is not None:

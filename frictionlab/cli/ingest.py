@@ -1,19 +1,20 @@
 """``frictionlab ingest``: logs -> recordings."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows
+from frictionlab.cli.logs import expanded, is_standard_input, on_disk
 from frictionlab.cli.options import LOG, AsJson, Force, Quiet, SceneFile, Scheduler, Workers, scene_of, takes
 from frictionlab.cli.output import print_table, printable
 from frictionlab.cli.progress import bytes_read, track
 from frictionlab.errors import UsageError
+from frictionlab.files import identities
 
 if TYPE_CHECKING:
     from frictionlab.recording import Recording
@@ -30,7 +31,12 @@ TOLD = 100  # quarantined lines in a row; the recording keeps more
 
 @takes(*LOG)
 def ingest(
-    logs: Annotated[list[Path] | None, typer.Argument(metavar="LOG...", help="Logs with both channels.")] = None,
+    logs: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="LOG...", help="Logs with both channels, folders of them, patterns, - for standard input."
+        ),
+    ] = None,
     *,
     mass_log: Annotated[Path | None, typer.Option("--mass-log", metavar="FILE", help="Log of the mass alone.")] = None,
     base_log: Annotated[Path | None, typer.Option("--base-log", metavar="FILE", help="Log of the base alone.")] = None,
@@ -56,9 +62,9 @@ def ingest(
 
     what = scene_given(scene_of(scene), settings, ("log",))
     inputs = _inputs(logs or [], mass_log, base_log)
-    place = None if dry_run else _place_for(inputs, output)
+    places = None if dry_run else _places(inputs, base_log, output)
     silent = quiet or as_json
-    job = _Ingest(what, base_log, place, force=force, quiet=silent or len(inputs) > 1)
+    job = _Ingest(what, base_log, places, force=force, quiet=silent or len(inputs) > 1)
     made = rows_of(inputs, job, workers=workers, scheduler=scheduler)
     rows = report_rows(
         track(made, total=len(inputs), title="ingest", quiet=quiet or len(inputs) == 1), as_json=as_json, quiet=quiet
@@ -74,49 +80,72 @@ class _Ingest:
 
     scene: "Scene"
     base_log: Path | None
-    place: "Callable[[Path], Path] | None"
+    places: "Mapping[Path, Path] | None"
     force: bool
     quiet: bool
 
     def __call__(self, log: Path) -> "Row":
         from frictionlab.verbs.ingest import ingest
 
-        output = None if self.place is None else self.place(log)
-        with bytes_read(log.name, quiet=self.quiet) as progress:
+        output = None if self.places is None else self.places[log]
+        with bytes_read(log.name, quiet=self.quiet) as progress, on_disk(log) as file:
             recording = ingest(
-                log, self.scene, base_log=self.base_log, output=output, force=self.force, progress=progress
+                file, self.scene, base_log=self.base_log, output=output, force=self.force, progress=progress
             )
         return _row(recording, log, output)
 
 
 def _inputs(logs: Sequence[Path], mass_log: Path | None, base_log: Path | None) -> list[Path]:
-    """The logs to read; of a pair of logs, the mass's stands for both."""
+    """The logs to read, folders and patterns opened up; of a pair of logs, the mass's stands for both."""
     if (mass_log is None) != (base_log is None):
         raise UsageError("one file per sensor: expected both --mass-log and --base-log; got one of them")
     if mass_log is not None and logs:
         raise UsageError("expected either LOG... or --mass-log with --base-log; got both: do them one after the other")
     if mass_log is None and not logs:
         raise UsageError("no logs: expected LOG..., or --mass-log FILE --base-log FILE")
-    return [mass_log] if mass_log is not None else list(dict.fromkeys(logs))
+    return [mass_log] if mass_log is not None else expanded(logs)
 
 
-def _place_for(inputs: Sequence[Path], output: str | None) -> "Callable[[Path], Path]":
-    """What says where a log's recording goes; made sure that no two go to one place and none over its log."""
+def _places(inputs: Sequence[Path], base_log: Path | None, output: str | None) -> "Mapping[Path, Path]":
+    """Where each log's recording goes; made sure that no two go to one place and none over a log."""
     if output is None:
-        place = _beside
+        folders = {log: _beside(log) for log in inputs}
+        places = {
+            log: folder / name for folder in set(folders.values()) for log, name in _named(inputs, folders, folder)
+        }
     elif _is_folder(output):
         _make_folder(Path(output))
-        place = partial(_into, folder=Path(output))
+        places = {log: Path(output) / name for log, name in _named(inputs, dict.fromkeys(inputs, Path()), Path())}
     elif len(inputs) == 1:
-        place = partial(_as_told, output=Path(output))
+        _check_suffix(Path(output))
+        _make_folder(Path(output).parent)
+        places = {inputs[0]: Path(output)}
     else:
         raise UsageError(f"-o {output}: expected a folder for {len(inputs)} logs; got the name of a file")
-    _check_places({log: place(log) for log in inputs})
-    return place
+    _check_places(places, [*inputs, *([base_log] if base_log is not None else [])])
+    return places
+
+
+def _beside(log: Path) -> Path:
+    """The folder of a log; of standard input the one that is worked in."""
+    return Path() if is_standard_input(log) else log.parent
+
+
+def _named(inputs: Sequence[Path], folders: "Mapping[Path, Path]", folder: Path) -> "Iterator[tuple[Path, str]]":
+    """Each log of a folder with the name of its recording, like no other's."""
+    from frictionlab.chain import names_of
+
+    for log, name in names_of([log for log in inputs if folders[log] == folder]).items():
+        yield log, "standard_input.h5" if is_standard_input(log) else f"{name}.h5"
 
 
 def _is_folder(output: str) -> bool:
-    return Path(output).is_dir() or output.endswith(os.sep) or not Path(output).suffix
+    return Path(output).is_dir() or output.endswith((os.sep, "/")) or not Path(output).suffix
+
+
+def _check_suffix(output: Path) -> None:
+    if output.suffix.lower() not in (".h5", ".hdf5", ".nc"):
+        raise UsageError(f"-o {output}: a recording is an HDF5 file: expected a name ending in .h5, or a folder")
 
 
 def _make_folder(folder: Path) -> None:
@@ -126,30 +155,11 @@ def _make_folder(folder: Path) -> None:
         raise UsageError(f"-o {folder}: the folder cannot be made ({error.strerror})") from error
 
 
-def _beside(log: Path) -> Path:
-    return _into(log, folder=log.parent)
-
-
-def _into(log: Path, *, folder: Path) -> Path:
-    from frictionlab.experiment import stem_of
-
-    return folder / f"{stem_of(log)}.h5"
-
-
-def _as_told(_log: Path, *, output: Path) -> Path:
-    return output
-
-
-def _check_places(places: Mapping[Path, Path]) -> None:
-    logs = {path.resolve() for path in places}
-    owner: dict[Path, Path] = {}
-    for log, place in places.items():
-        real = place.resolve()
-        if real in owner:
-            raise UsageError(f"{owner[real]} and {log} would both become {place}: give them different folders")
-        if real in logs:
+def _check_places(places: "Mapping[Path, Path]", logs: Sequence[Path]) -> None:
+    files = {identity: log for log in logs for identity in identities(log)}
+    for place in places.values():
+        if any(identity in files for identity in identities(place)):
             raise UsageError(f"{place}: the recording would replace a log: choose another output")
-        owner[real] = log
 
 
 def _row(recording: "Recording", log: Path, output: Path | None) -> "Row":

@@ -1,7 +1,7 @@
 """One log file read: its columns as they stand in the file, and the account of its lines."""
 
 from collections import Counter, deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from frictionlab.errors import LogError
 from frictionlab.logs.binary import Sheet, read_binary
 from frictionlab.logs.body import COMPILE_FROM, KEEP, Body, Lines, Parsed, Reader, Shape, runs
-from frictionlab.logs.cells import decimals
+from frictionlab.logs.cells import decimals, number
 from frictionlab.logs.columns import Column, by_option, candidates, columns_of, is_displacement, pick, unassigned
 from frictionlab.logs.dialect import Dialect, is_comment, split
 from frictionlab.logs.digest import sha256_beside
@@ -23,6 +23,8 @@ from frictionlab.logs.units import known_unit
 from frictionlab.recording import LineCount, QuarantinedLine, SourceFile
 
 _WORKERS = 2
+_BEGINNING = 200
+Beginning = Callable[[int], NDArray[np.float64]]
 _MOST_EMPTY = 0.25
 """Share of all values (time, mass and base) that may be missing: not much more than half of one channel."""
 __all__ = ["KEEP", "Table", "read_table"]
@@ -48,6 +50,8 @@ class Table:
         Samples before which a header was repeated.
     quarantined
         The first quarantined lines.
+    beginning
+        Gives the first numbers of any column, by index.
     """
 
     file: SourceFile
@@ -60,11 +64,27 @@ class Table:
     restarts: NDArray[np.int64]
     quarantined: tuple[QuarantinedLine, ...]
     evidence: tuple[str, ...]
+    beginning: Beginning
 
     @property
     def name(self) -> str:
         """The file's name."""
         return self.file.name
+
+
+def _beginning_of_text(head: Head, layout: Layout) -> Beginning:
+    dialect = layout.dialect
+
+    def beginning(index: int) -> NDArray[np.float64]:
+        rows = (split(line, dialect.separator) for line in head.lines[dialect.first :][:_BEGINNING])
+        found = (number(cells[index], dialect.decimal) for cells in rows if len(cells) == dialect.fields)
+        return np.array([value for value in found if value is not None and np.isfinite(value)])
+
+    return beginning
+
+
+def _beginning_of_sheet(sheet: Sheet) -> Beginning:
+    return lambda index: sheet.values[index][:_BEGINNING][np.isfinite(sheet.values[index][:_BEGINNING])]
 
 
 def read_table(path: Path, options: LogOptions, roles: Sequence[str], progress: Progress | None = None) -> Table:
@@ -107,6 +127,7 @@ def read_table(path: Path, options: LogOptions, roles: Sequence[str], progress: 
             *layout.evidence,
             *_roles(columns),
         ),
+        beginning=_beginning_of_text(head, layout),
     )
 
 
@@ -144,6 +165,7 @@ def _table_of(sheet: Sheet, path: Path, options: LogOptions, roles: Sequence[str
         restarts=np.zeros(0, np.int64),
         quarantined=tuple(QuarantinedLine(path.name, *line) for line in body.quarantined),
         evidence=(f"layout {layout.name}", *layout.evidence, *_roles(columns)),
+        beginning=_beginning_of_sheet(sheet),
     )
 
 

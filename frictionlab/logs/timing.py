@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
 from frictionlab.logs.cells import plain
+from frictionlab.logs.columns import candidates
 from frictionlab.logs.dialect import split
 from frictionlab.logs.options import LogOptions
 from frictionlab.logs.table import Table
@@ -22,6 +23,7 @@ _EPOCH_S = (1e8, 1e10)
 """Stamps between these [s] count from 1970 (1973 to 2286)."""
 
 
+_SAME_RATE = 1e-3
 _FRACTION = re.compile(r"[.,](\d+)\s*(?:Z|[AaPp]\.?[Mm]\.?)?$")
 
 
@@ -149,6 +151,7 @@ def _counted(table: Table, options: LogOptions, stated_s: float | None) -> Timin
     rate = options.sampling_rate_hz
     if rate is None and stated_s is None:
         raise LogError(f"{table.name}: no time column found: give --time, or --sampling-rate")
+    warnings = _contradicting(table, rate) if rate is not None else ()
     interval = 1.0 / rate if rate is not None else stated_s or 0.0
     said = f"{rate:g} Hz as given" if rate is not None else f"{stated_s:.9g} s apart as the log states"
     start = table.layout.facts.get("start_s")
@@ -157,5 +160,24 @@ def _counted(table: Table, options: LogOptions, stated_s: float | None) -> Timin
         interval=interval,
         start_s=float(start) if start is not None else None,
         facts={"time_unit": "counted"},
+        warnings=warnings,
         evidence=(f"time is counted: samples {said}",),
     )
+
+
+def _contradicting(table: Table, rate: float) -> tuple[str, ...]:
+    """Say so where a time column tells another rate than the one given; in the unit said, or in any that could be."""
+    numbers = [c for c in table.layout.columns if table.layout.dialect.kinds[c.index] == "n"]
+    for column in candidates(numbers, "time"):
+        values = table.beginning(column.index)
+        step = float(np.median(np.diff(values))) if len(values) > 1 else 0.0
+        units = [column.unit] if column.unit in TIME else ["s", "ms", "us", "ns"]
+        rates = [TIME[unit] / step for unit in units] if step > 0.0 else []
+        if rates and all(abs(found / rate - 1.0) > _SAME_RATE for found in rates):
+            told = min(rates, key=lambda found: abs(np.log(found / rate)))
+            said = (
+                f"the time column {column} says {told:.6g} Hz, --sampling-rate says {rate:g} Hz: {rate:g} Hz is taken; "
+                "leave the option out if the column is right"
+            )
+            return (said,)
+    return ()

@@ -61,6 +61,34 @@ class Rig(Table):
             return self.stiffness_n_per_m
         return self.mass_kg * (2 * math.pi * self.natural_frequency_hz) ** 2
 
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Sentences on numbers that look a thousand times too large or small for a frame on a bench.
+
+        Examples
+        --------
+        >>> Rig(mass_kg=3.08, stiffness_n_per_m=1191.0).doubts
+        ()
+        >>> Rig(mass_kg=3080.0, natural_frequency_hz=3.13).doubts
+        ('rig: mass_kg = 3080: a frame on a bench has 0.01 to 300 kg: is this in g?',)
+        """
+        found = []
+        if self.mass_kg is not None and not 0.01 <= self.mass_kg <= 300.0:
+            meant = "g" if self.mass_kg > 300.0 else "t"
+            found.append(f"rig: mass_kg = {self.mass_kg:g}: a frame on a bench has 0.01 to 300 kg: is this in {meant}?")
+        if self.stiffness_n_per_m is not None and self.stiffness_n_per_m < 10.0:
+            found.append(
+                f"rig: stiffness_n_per_m = {self.stiffness_n_per_m:g}: a frame on a bench has more than 10 N/m: is this"
+                " in N/mm?"
+            )
+        derived = self._derived_natural_frequency_hz()
+        if derived is not None and not 0.2 <= derived <= 200.0 and not found:
+            found.append(
+                f"rig: mass_kg = {self.mass_kg:g} and stiffness_n_per_m = {self.stiffness_n_per_m:g} make a natural"
+                f" frequency of {derived:.3g} Hz: is one of them in another unit (g, N/mm)?"
+            )
+        return tuple(found)
+
 
 class Experiment(Table):
     """``[experiment]``: the facts of one test, or where the facts of many tests come from."""

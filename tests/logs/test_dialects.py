@@ -247,3 +247,11 @@ def test_what_cannot_be_opened_is_said(tmp_path: Path) -> None:
 def test_impossible_options_are_refused(wrong: dict[str, Any], words: str) -> None:
     with pytest.raises(UsageError, match=words):
         replace(LogOptions(), **wrong)
+
+
+def test_a_sampling_rate_that_the_time_column_contradicts_is_warned_of(tmp_path: Path) -> None:
+    path = write(tmp_path / "log.csv", table(truth(100), "time [s],mass [mm],base [mm]", ","))
+    recording = read_log(path, LogOptions(sampling_rate_hz=500.0))
+    assert recording.sampling_rate_hz == pytest.approx(500.0)
+    assert any("says 250 Hz, --sampling-rate says 500 Hz: 500 Hz is taken" in w for w in recording.source.warnings)
+    assert not read_log(path, LogOptions(sampling_rate_hz=250.0)).source.warnings
