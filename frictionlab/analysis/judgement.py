@@ -6,8 +6,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis import steadiness
+from frictionlab.analysis import channels, steadiness
 from frictionlab.analysis.clipping import is_clipped
+from frictionlab.analysis.energy import Mean
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.response import Response
 from frictionlab.analysis.smoothing import Smoother
@@ -19,25 +20,71 @@ QUIET = 0.01  # rounding that noise does not average away, over the step: a sens
 FEW_STEPS = 2.5  # a motion over fewer steps is not told from its sensor's
 FEW_SAMPLES = 40  # a cycle; below it the stops and the loop's area lose their accuracy
 DISTORTED = 0.05
+USUAL_RATIOS = (0.02, 5.0)
+RESONANCE, GROWS = 0.05, 1.05  # |r - 1|, and last over first quarter of the amplitudes
 UNEVEN = 2 * math.pi * 0.002  # rms wander of the drive's phase, rad
 MANY = 6  # times named in one sentence
 
 
-def warnings(layout: Layout, response: Response, settled: float | None, transient: float) -> tuple[str, ...]:
+def warnings(
+    layout: Layout,
+    response: Response,
+    settled: float | None,
+    transient: float,
+    *,
+    loop: Mean,
+    r: float | None,
+    wall_moves: bool,
+) -> tuple[str, ...]:
     """Say what a reader of the numbers must know.
 
     Parameters
     ----------
     settled, transient : float
         When the motion had settled (None: it had not), and where the transient was cut; s from the recording's start.
+    loop : Mean
+        Energy per cycle (k Y^2) with its standard error.
+    r : float or None
+        Frequency ratio, where known.
+    wall_moves : bool
+        The wall goes with the base.
     """
     return (
+        *_of_the_channels(layout, response, loop, None if wall_moves else r, wall_moves=wall_moves),
+        *_of_the_ratio(r),
         *_of_the_drive(layout),
         *_of_the_record(layout),
         *_of_the_sensors(layout, response),
         *_of_settling(layout, response, settled, transient),
+        *_of_growth(response, settled, r),
         *(() if response.is_stuck else _of_the_motion(layout, response)),
     )
+
+
+def _of_the_channels(
+    layout: Layout, response: Response, loop: Mean, r: float | None, *, wall_moves: bool
+) -> Iterator[str]:
+    mass, base = layout.mass.mean(axis=0), layout.base.mean(axis=0)
+    noise = math.hypot(layout.mass_noise, layout.base_noise) / math.sqrt(len(layout))
+    noise = math.hypot(noise, layout.mass_shared, layout.base_shared)
+    if response.is_stuck:
+        found = [channels.only_noise(layout.mass_noise, layout.base_noise, step=layout.base_step)]
+    else:
+        found = [channels.copied(mass, base, noise=noise)]
+        found += [channels.turned(mass, base, energy=loop.value, error=loop.se)] if found == [None] else []
+        if found == [None, None] and not wall_moves:
+            stuck = response.stuck_fraction
+            found += [channels.relative(mass, base, noise=noise, samples=layout.samples, stuck=stuck, r=r)]
+    yield from (sentence for sentence in found if sentence is not None)
+
+
+def _of_the_ratio(r: float | None) -> Iterator[str]:
+    if r is not None and not USUAL_RATIOS[0] <= r <= USUAL_RATIOS[1]:
+        yield (
+            f"frequency_ratio: {r:.3g} lies outside {USUAL_RATIOS[0]:g} to {USUAL_RATIOS[1]:g}, where a rig of this"
+            " kind is driven: check natural_frequency_hz in [rig] (--natural-frequency) and the unit of time"
+            " (--time-unit)"
+        )
 
 
 def _of_the_drive(layout: Layout) -> Iterator[str]:
@@ -116,6 +163,18 @@ def _of_settling(layout: Layout, response: Response, settled: float | None, tran
         yield "transient_s: the motion had not settled by the end of the recording; the numbers are of a passing state"
     elif settled > transient + 1.0 / layout.drive.frequency:
         yield f"transient_s: the motion settled only {settled:.3g} s after the start; the cut is at {transient:g} s"
+
+
+def _of_growth(response: Response, settled: float | None, r: float | None) -> Iterator[str]:
+    """At resonance friction below pi/4 of k Y bounds nothing [Den Hartog 1931]."""
+    part = max(1, len(response.amplitude) // 4)
+    first, last = (float(some.mean()) for some in (response.amplitude[:part], response.amplitude[-part:]))
+    if settled is None and r is not None and abs(r - 1.0) < RESONANCE and last > GROWS * first:
+        yield (
+            f"response_amplitude: it still grows ({first:.3g} to {last:.3g} Y) at the frequency ratio {r:.4g}: at"
+            " resonance a friction force below pi/4 kY does not bound the motion: these are no numbers of a steady"
+            " state: raise the normal force or leave resonance"
+        )
 
 
 def _of_the_motion(layout: Layout, response: Response) -> Iterator[str]:

@@ -136,7 +136,7 @@ class _Composition:
             source=self._source(),
             status="ok",
             reason=None,
-            warnings=self.said + self._warnings(settled),
+            warnings=self.said + self._warnings(settled, loop),
             material=self._fact("material"),
             normal_force_n=self._number("normal_force_n"),
             sampling_rate_hz=1.0 / self.parts[0].step,
@@ -258,12 +258,18 @@ class _Composition:
         settled = steadiness.settled_at(distance, floor=2.0 * layout.mass_noise / size)
         return None if settled is None else float(np.append(early, layout.time)[settled] - first.time)
 
-    def _warnings(self, settled: float | None) -> tuple[str, ...]:
-        transient = self.scene.analysis.transient_s
-        said = judgement.warnings(self.layout, self.response, settled, transient)
-        if self.scene.rig.natural_frequency is not None:
-            return said
-        return (*said, NO_NATURAL_FREQUENCY)
+    def _warnings(self, settled: float | None, loop: energy.Mean) -> tuple[str, ...]:
+        scene, natural = self.scene, self.scene.rig.natural_frequency
+        said = judgement.warnings(
+            self.layout,
+            self.response,
+            settled,
+            scene.analysis.transient_s,
+            loop=loop,
+            r=self.layout.drive.frequency / natural if natural else None,
+            wall_moves=scene.model.wall == "base",
+        )
+        return said if natural else (*said, NO_NATURAL_FREQUENCY)
 
     def _source(self) -> str:
         return ", ".join(f.name for f in self.recording.source.files)

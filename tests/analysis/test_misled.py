@@ -1,11 +1,14 @@
 """What misleads is measured right, or its cause is named: motions, sensors, clocks and columns whose truth is known."""
 
+import re
+
 import numpy as np
 import pytest
 
 from frictionlab.analysis.measure import measure
 from frictionlab.errors import AnalysisError
-from tests.analysis.hostile import ALL, as_read, changed, motion, quiet, seen
+from tests.analysis.hostile import ALL, CASES, as_read, changed, motion, quiet, seen, through
+from tests.analysis.seen import NATURAL_HZ, scene
 
 
 def test_a_range_that_cuts_every_cycle_is_named_and_not_the_transient() -> None:
@@ -46,3 +49,49 @@ def test_a_quiet_sensor_is_measured_by_its_step(r: float, beta: float, size: flo
     assert abs(m.energy_per_cycle - case.truth.energy) < 3 * m.energy_per_cycle_se < 0.01 * case.truth.energy
     assert abs(m.response_amplitude - case.truth.amplitude) < 2 * m.response_amplitude_se < 0.1
     assert m.warnings == () or r == 1.6  # the slowest of these sensors' steps hides every speed, and that is said
+
+
+@pytest.mark.parametrize(
+    ("case", "said"),
+    [
+        ("mass inverted", "energy_per_cycle: -2.13 kY.2: .* counts the other way"),
+        ("mass inverted, r = 1.2", "energy_per_cycle: .* counts the other way"),
+        ("mass and base swapped", "mass and base look swapped .*--mass and --base"),
+        ("mass and base swapped, r = 1.2", "energy_per_cycle: .* or mass and base are swapped"),
+        ("mass is a copy of the base", "mass: its channel is the base's again .*--mass"),
+        ("mass is a second sensor on the base", "mass: its channel is the base's again"),
+        ("mass is relative to the base", r"relative to the base \(mass \+ base stands for 11 % of a cycle"),
+        ("mass is noise of 0.1 mm", "mass: its channel holds nothing but noise .*--mass"),
+    ],
+)
+def test_channels_that_are_not_what_they_are_called_are_named(case: str, said: str) -> None:
+    made = CASES[case]()
+    assert any(re.search(said, warning) for warning in measure(made.recording, made.scene).warnings)
+
+
+def test_a_column_from_base_to_mass_is_named_with_its_sign() -> None:
+    one = seen(motion(0.5, 0.4), seconds=40.0)
+    (said,) = measure(changed(one, mass=one.base_displacement - one.mass_displacement), ALL).warnings
+    assert said.startswith("energy_per_cycle: ")  # y - x turns the loop as an inverted sensor does
+
+
+def test_a_continuous_motion_relative_to_the_base_breaks_the_equation_of_motion() -> None:
+    one = seen(motion(1.4, 0.3), seconds=40.0)
+    assert measure(one, ALL).warnings == ()
+    (said,) = measure(changed(one, mass=one.mass_displacement - one.base_displacement), ALL).warnings
+    assert re.search(r"relative to the base \(mass \+ base fits the equation of motion\)", said)
+
+
+@pytest.mark.parametrize("natural", [0.25, 100.0])
+def test_a_frequency_ratio_that_no_rig_is_driven_at_is_said(natural: float) -> None:
+    one = seen(motion(0.5, 0.4), seconds=40.0)
+    said = measure(one, scene(natural_frequency_hz=natural)).warnings
+    assert any(w.startswith("frequency_ratio: ") and "--natural-frequency" in w for w in said)
+
+
+def test_a_motion_that_grows_at_resonance_is_said_to() -> None:
+    t = np.arange(0.0, 60.0, 0.004)
+    tau = 2 * np.pi * NATURAL_HZ * t
+    grown = through(t, 1e-4 * (0.5 * tau * (1 - 4 * 0.1 / np.pi)) * np.sin(tau), 1e-4 * np.cos(tau))
+    said = measure(grown, ALL).warnings
+    assert any("it still grows" in w and "pi/4" in w for w in said)
