@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -89,7 +90,10 @@ def _from_name(pattern: str, log: Path, warnings: list[str]) -> dict[str, Fact]:
     if match is None:
         warnings.append(f"the file name does not follow name_pattern {pattern!r}: its facts are not known")
         return {}
-    return {key: _number(text) if key in _NUMERIC else text for key, text in match.groupdict().items()}
+    found = {key: _number(text) if key in _NUMERIC else text for key, text in match.groupdict().items()}
+    none = [key for key, value in found.items() if value == 0.0]
+    warnings += [f"{key}: the file name says 0: expected a number above 0: it is not known" for key in none]
+    return {key: value for key, value in found.items() if key not in none}
 
 
 def _expression(pattern: str) -> re.Pattern[str]:
@@ -111,16 +115,19 @@ def _number(text: str) -> float:
 
 def _from_sheet(scene: Scene, log: Path, warnings: list[str]) -> dict[str, Fact]:
     name = scene.experiment.sheet or ""
-    rows = [row for row in _sheet(scene.folder, name) if _names(row["log"], log)]
+    rows = {number: row for number, row in _sheet(scene.folder, name).items() if _names(row["log"], log)}
     if not rows:
         warnings.append(f"sheet {name}: no row for {log.name}: its facts are not known")
         return {}
     if len(rows) > 1:
         raise SceneError(f"experiment.sheet: {name}: {len(rows)} rows for {log.name}: expected one")
-    return {key: _sheet_fact(key, text, name) for key, text in rows[0].items() if key not in ("log", "") and text}
+    ((number, row),) = rows.items()
+    where = f"{name}: row {number}"
+    return {key: _sheet_fact(key, text, where) for key, text in row.items() if key not in ("log", "") and text}
 
 
-def _sheet(folder: Path, name: str) -> list[dict[str, str]]:
+def _sheet(folder: Path, name: str) -> dict[int, dict[str, str]]:
+    """The rows of a sheet by their number, the head being row 1."""
     path = (folder / name).resolve()
     if not path.is_relative_to(folder.resolve()):
         raise SceneError(f"experiment.sheet: {name!r} lies outside the scene's folder: put it beside the scene")
@@ -142,18 +149,18 @@ def _sheet(folder: Path, name: str) -> list[dict[str, str]]:
     return _rows(rows, name)
 
 
-def _rows(rows: list[list[str]], name: str) -> list[dict[str, str]]:
+def _rows(rows: list[list[str]], name: str) -> dict[int, dict[str, str]]:
     keys = rows[0] if rows else []
     if "log" not in keys or len(set(keys)) < len(keys):
         raise SceneError(f"experiment.sheet: {name}: expected a `log` column and each column once; got {keys}")
-    table = []
+    table = {}
     for number, row in enumerate(rows[1:], start=2):
         if len(row) != len(keys):
             raise SceneError(f"experiment.sheet: {name}: row {number}: expected {len(keys)} cells; got {len(row)}")
         facts = dict(zip(keys, row, strict=True))
         if Path(facts["log"]).is_absolute() or ".." in Path(facts["log"]).parts:
             raise SceneError(f"experiment.sheet: {name}: row {number}: {facts['log']!r} leaves the sheet's folder")
-        table.append(facts)
+        table[number] = facts
     return table
 
 
@@ -163,10 +170,14 @@ def _names(entry: str, log: Path) -> bool:
     return name in (log.name, stem_of(log))
 
 
-def _sheet_fact(key: str, text: str, name: str) -> Fact:
+def _sheet_fact(key: str, text: str, where: str) -> Fact:
+    """One cell of a sheet; numbers are positive and finite, as the scene's own."""
     if key not in _NUMERIC:
         return text
     try:
-        return _number(text)
+        number = _number(text)
     except ValueError as error:
-        raise SceneError(f"experiment.sheet: {name}: {key}: expected a number; got {text!r}") from error
+        raise SceneError(f"experiment.sheet: {where}: {key}: expected a number; got {text!r}") from error
+    if not (math.isfinite(number) and number > 0.0):
+        raise SceneError(f"experiment.sheet: {where}: {key}: expected a number above 0; got {text!r}")
+    return number

@@ -14,7 +14,7 @@ from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement
 from frictionlab.analysis.response import Response
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
-from frictionlab.recording import Recording
+from frictionlab.recording import Fact, Recording
 from frictionlab.scene import Scene
 
 FloatArray = NDArray[np.float64]
@@ -53,6 +53,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     0.250000 1.570796 0.5000 continuous
     """
     parts, warnings = _stretches(recording)
+    warnings += _of_the_force(recording)
     begin = float(recording.time[0]) + scene.analysis.transient_s
     how = scene.analysis
     try:
@@ -92,6 +93,16 @@ def _stretches(recording: Recording) -> tuple[list[Stretch], list[str]]:
                 f"time: stamps stray by up to {off:.2g} sampling intervals from an even clock; values were interpolated"
             )
     return parts, [*warnings, *_gaps(recording)]
+
+
+def _of_the_force(recording: Recording) -> Iterator[str]:
+    force = recording.experiment.get("normal_force_n")
+    if force is not None and not _is_force(force):
+        yield f"normal_force_n: expected a number above 0; got {force!r} in the recording: it is not used"
+
+
+def _is_force(value: Fact) -> bool:
+    return isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0
 
 
 def _gaps(recording: Recording) -> Iterator[str]:
@@ -138,7 +149,7 @@ class _Composition:
             reason=None,
             warnings=self.said + self._warnings(settled, loop),
             material=self._fact("material"),
-            normal_force_n=self._number("normal_force_n"),
+            normal_force_n=self._force(),
             sampling_rate_hz=1.0 / self.parts[0].step,
             duration_s=self.recording.duration_s,
             transient_s=scene.analysis.transient_s,
@@ -278,9 +289,9 @@ class _Composition:
         value = self.recording.experiment.get(name, getattr(self.scene.experiment, name, None))
         return None if value is None else str(value)
 
-    def _number(self, name: str) -> float | None:
-        value = self.recording.experiment.get(name, getattr(self.scene.experiment, name, None))
-        return None if value is None else float(value)
+    def _force(self) -> float | None:
+        value = self.recording.experiment.get("normal_force_n", self.scene.experiment.normal_force_n)
+        return float(value) if value is not None and _is_force(value) else None
 
 
 def _distance(rows: FloatArray, final: FloatArray) -> FloatArray:

@@ -11,6 +11,11 @@ from frictionlab.errors import UsageError
 from frictionlab.tables import Row, plain
 
 CUT = 0.01  # relative: what cutting and sampling the cycles a little differently does to an irregularity index
+NEARLY_NONE = 0.01  # kY^2: an energy below minus this and five errors is no contact's
+TURNED = (
+    "energy_per_cycle is {:.3g} kY^2: a contact takes energy: a channel is inverted, or mass and base are swapped: read"
+    " the log again with the right columns (--mass, --base)"
+)
 LONG_S = 300.0  # from this duration on a test is a long one: it tells drift, and the fit over r leaves it to that
 
 
@@ -217,7 +222,10 @@ def _reason(merged: Row, number: _Numbers) -> str | None:
     ]
     if wanting == ["frequency_ratio"]:
         return "no frequency_ratio: give [rig] natural_frequency_hz in the scene when analyzing"
-    return f"no {', no '.join(wanting)} in the measurement: analyze it again" if wanting else None
+    if wanting:
+        return f"no {', no '.join(wanting)} in the measurement: analyze it again"
+    energy, error = number("energy_per_cycle", 0.0), number("energy_per_cycle_se", 0.0)
+    return TURNED.format(energy) if energy < -max(5.0 * error, NEARLY_NONE) else None
 
 
 def _contradictions(row: Row, facts: Row) -> list[str]:

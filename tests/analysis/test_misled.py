@@ -1,6 +1,7 @@
 """What misleads is measured right, or its cause is named: motions, sensors, clocks and columns whose truth is known."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -95,3 +96,11 @@ def test_a_motion_that_grows_at_resonance_is_said_to() -> None:
     grown = through(t, 1e-4 * (0.5 * tau * (1 - 4 * 0.1 / np.pi)) * np.sin(tau), 1e-4 * np.cos(tau))
     said = measure(grown, ALL).warnings
     assert any("it still grows" in w and "pi/4" in w for w in said)
+
+
+@pytest.mark.parametrize("force", [-3.0, 0.0, float("inf"), float("nan"), "heavy"])
+def test_a_normal_force_that_is_none_is_not_used(force: float | str) -> None:
+    one = replace(seen(motion(0.5, 0.4), seconds=40.0), experiment={"normal_force_n": force})
+    m = measure(one, ALL)
+    assert m.normal_force_n is None
+    assert [w for w in m.warnings if w.startswith("normal_force_n: expected a number above 0")]

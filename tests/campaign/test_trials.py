@@ -43,6 +43,7 @@ def test_means_over_all_settled_cycles_are_preferred() -> None:
         ({"normal_force_n": 0.0}, "^no normal_force_n: name them"),
         ({"frequency_ratio": None}, "natural_frequency_hz"),
         ({"energy_per_cycle": math.nan}, "no energy_per_cycle in the measurement"),
+        ({"energy_per_cycle": -2.0}, "^energy_per_cycle is -2 kY.2: a contact takes energy: a channel is inverted"),
     ],
 )
 def test_what_cannot_take_part_says_why(change: dict[str, object], reason: str) -> None:
