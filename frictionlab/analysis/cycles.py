@@ -88,13 +88,24 @@ def fold(signal: FloatArray, start: FloatArray, end: FloatArray, points: int) ->
     return rows
 
 
+def common(signal: FloatArray, found: Cut, points: int) -> FloatArray:
+    """What all cycles of a signal (m,) have in common, at its own samples; the first and last cycle go on outside."""
+    cycle = fold(signal, found.start, found.end, points).mean(axis=0)
+    edges = np.append(found.start, found.end[-1])
+    turns = np.interp(np.arange(len(signal)), edges, np.arange(len(edges)))
+    turns += (
+        np.minimum(np.arange(len(signal)) - edges[0], 0.0) + np.maximum(np.arange(len(signal)) - edges[-1], 0.0)
+    ) * (found.frequency)
+    return interpolate(np.concatenate([cycle[-2:], cycle, cycle[:3]]), (turns % 1.0) * points + 2.0)
+
+
 def points_per_cycle(samples_per_cycle: float, *, least: int = 64, most: int | None = None) -> int:
     """Points a cycle is laid out on: a multiple of 8, one for each sample, but at least and at most so many."""
     points = max(least, 8 * math.ceil(samples_per_cycle / 8.0))
     return points if most is None else min(points, most)
 
 
-def cut(base: FloatArray, frequency: float, *, noise: float, begin: float = 0.0) -> Cut:
+def cut(base: FloatArray, frequency: float, *, noise: float, begin: float = 0.0, follow: bool = True) -> Cut:
     """Cut a stretch into cycles by the phase of the base motion's fundamental.
 
     The phase of each cycle is the angle of its first Fourier coefficient; harmonics and offset do not enter. A
@@ -112,6 +123,8 @@ def cut(base: FloatArray, frequency: float, *, noise: float, begin: float = 0.0)
         Rms of the sensor's white noise, for the standard error.
     begin : float
         Sample number before which no cycle starts (the end of the transient).
+    follow : bool
+        Whether the cut follows a drive that wanders.
 
     Raises
     ------
@@ -124,10 +137,10 @@ def cut(base: FloatArray, frequency: float, *, noise: float, begin: float = 0.0)
     for _ in range(1 if track.count > 2 else FEW_PASSES):  # a period that is off lets offset and harmonics leak
         frequency += track.slope
         track = _phase_track(base, frequency, begin)
-    found = _boundaries(track, frequency + track.slope, noise, len(base), begin)
+    found = _boundaries(track, frequency + track.slope, noise, len(base), begin, follow=follow)
     if not found.drifts or len(found) < 3:
         return found
-    return _boundaries(_along(base, found), found.frequency, noise, len(base), begin)
+    return _boundaries(_along(base, found), found.frequency, noise, len(base), begin, follow=follow)
 
 
 def _along(base: FloatArray, found: Cut) -> "_Track":
@@ -207,13 +220,13 @@ def _line(at: FloatArray, value: FloatArray) -> tuple[float, FloatArray]:
     return slope, value - value.mean() - slope * u
 
 
-def _boundaries(track: _Track, frequency: float, noise: float, length: int, begin: float) -> Cut:
+def _boundaries(track: _Track, frequency: float, noise: float, length: int, begin: float, *, follow: bool) -> Cut:
     count = track.count
     if len(track.centre) == 0 or track.amplitude == 0.0:
         return Cut(np.zeros(0), np.zeros(0), frequency, math.nan, math.nan, drifts=False)
     expected = math.sqrt(2.0 * frequency) * noise / track.amplitude / (2.0 * math.pi)
     rms = math.sqrt(float(np.dot(track.residual, track.residual)) / max(1, count - 2))
-    drifts = count > 4 and rms > max(3.0 * expected, 1e-6)
+    drifts = follow and count > 4 and rms > max(3.0 * expected, 1e-6)
     line = track.turns.mean() + frequency * (track.centre - track.centre.mean())
     turns = track.turns if drifts else line
     edges = _crossings(track.centre, turns, frequency, length, begin)

@@ -1,7 +1,7 @@
 """Energy per cycle: the area of the hysteresis loop, eq. (2.18), and the energy input, eq. (2.16), beside it."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,8 +92,10 @@ class Mean:
     cycles: int
 
 
-def used_cycles(end_time: FloatArray, rule: str) -> slice:
+def used_cycles(end_time: FloatArray, rule: str, period: int = 1) -> slice:
     """Which cycles a rule uses: ``last``, ``all``, or ``window:S`` (those that lie in the last S seconds).
+
+    A motion that repeats every ``period`` cycles is taken in whole periods, one at least where there is one.
 
     Parameters
     ----------
@@ -107,6 +109,12 @@ def used_cycles(end_time: FloatArray, rule: str) -> slice:
     AnalysisError
         A window shorter than a cycle.
     """
+    some = _cycles_of(end_time, rule)
+    count = max(some.stop - some.start, min(period, some.stop))
+    return slice(some.stop - max(count // period * period, min(count, period)), some.stop)
+
+
+def _cycles_of(end_time: FloatArray, rule: str) -> slice:
     n = len(end_time) - 1
     if rule == "last":
         return slice(n - 1, n)
@@ -126,7 +134,7 @@ def used_cycles(end_time: FloatArray, rule: str) -> slice:
     return slice(first, n)
 
 
-def mean_over(values: FloatArray, used: slice, *, noise: float, shared: float = 0.0) -> Mean:
+def mean_over(values: FloatArray, used: slice, *, noise: float, shared: float = 0.0, period: int = 1) -> Mean:
     """Mean of a per-cycle series over the cycles used, with its standard error.
 
     Parameters
@@ -139,7 +147,15 @@ def mean_over(values: FloatArray, used: slice, *, noise: float, shared: float = 
         Standard error of one cycle's value from sensor noise alone: the error is never stated below it.
     shared : float
         Standard error that all cycles have in common, and no mean takes away.
+    period : int
+        Cycles after which the motion repeats: whole periods are compared, not cycles.
     """
+    if period > 1 and len(values) >= 2 * period:
+        whole = values[len(values) % period :].reshape(-1, period).mean(axis=1)
+        blocks = slice(len(whole) - max(1, (used.stop - used.start) // period), len(whole))
+        return replace(
+            mean_over(whole, blocks, noise=noise / math.sqrt(period), shared=shared), cycles=used.stop - used.start
+        )
     part = values[used]
     count = len(part)
     told_by = part if count >= 8 else values

@@ -53,6 +53,7 @@ def warnings(
         *_of_the_channels(layout, response, loop, None if wall_moves else r, wall_moves=wall_moves),
         *_of_the_ratio(r),
         *_of_the_drive(layout),
+        *_of_the_lines(layout),
         *_of_the_record(layout),
         *_of_the_sensors(layout, response),
         *_of_settling(layout, response, settled, transient),
@@ -92,7 +93,7 @@ def _of_the_drive(layout: Layout) -> Iterator[str]:
     distortion = float(np.linalg.norm(drive.harmonics[1:]))
     if distortion > DISTORTED:
         yield f"base_distortion: the base motion's harmonics 2-9 are {100 * distortion:.2g} % of its fundamental"
-    if drive.drifts and drive.wander > UNEVEN:
+    if drive.drifts and drive.wander > UNEVEN and layout.foreign.period == 1:
         share = drive.wander / (2 * math.pi)
         yield (
             f"drive_frequency_hz: the drive is not even; its phase wanders by {share:.2g} of a cycle (rms) about a"
@@ -100,6 +101,33 @@ def _of_the_drive(layout: Layout) -> Iterator[str]:
         )
     if drive.frequency_se is None:
         yield "drive_frequency_hz_se: fewer than 3 cycles, so the frequency has no standard error"
+
+
+def _of_the_lines(layout: Layout) -> Iterator[str]:
+    drive, foreign = layout.drive, layout.foreign
+    for role, found in (("response_amplitude", foreign.mass), ("base_amplitude_m", foreign.base)):
+        for line in found[:MANY]:
+            share = 100.0 * line.amplitude / drive.amplitude
+            if line.removed:
+                yield (
+                    f"{role}: a line at {line.frequency:.5g} Hz, {share:.2g} % of the base's amplitude, {line.origin}:"
+                    " it is taken out: look for its source (earthing, cables, a bearing)"
+                )
+    if foreign.period > 1:
+        yield (
+            f"cycles: the motion repeats every {foreign.period} cycles of the drive, not every one: energy, amplitude"
+            f' and stops are means over whole periods of {foreign.period} cycles, also with cycles = "last" (--cycles)'
+        )
+        return
+    low = [line for line in (*foreign.mass, *foreign.base) if not line.removed]
+    if low:
+        line = low[0]
+        beat = abs(line.frequency - max(round(line.frequency / drive.frequency), 1) * drive.frequency)
+        yield (
+            f"response_amplitude: beats: a second motion at {line.frequency:.5g} Hz of"
+            f" {100.0 * line.amplitude / drive.amplitude:.2g} % of the base's amplitude comes and goes every"
+            f" {1.0 / beat:.3g} s: one cycle is not all of it: take many beats (--cycles all)"
+        )
 
 
 def _of_the_record(layout: Layout) -> Iterator[str]:
@@ -191,8 +219,8 @@ def _of_the_motion(layout: Layout, response: Response) -> Iterator[str]:
             f" ({100 * beat.depth:.2g} % of the amplitude)"
         )
     yield from _of_jumps(layout, response)
-    counts = response.stops
-    if counts.max() != counts.min():
+    counts, period = response.stops, layout.foreign.period
+    if any(counts[j::period].max() != counts[j::period].min() for j in range(min(period, len(counts)))):
         yield (
             f"stops_per_cycle: not the same in all cycles: {counts.min():g} to {counts.max():g}; stops shorter than"
             f" {100 * response.shortest_stop:.2g} % of a cycle cannot be told from a slow passage here"

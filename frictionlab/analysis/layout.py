@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis import cycles, noise, spectrum
+from frictionlab.analysis import cycles, lines, noise, spectrum
+from frictionlab.analysis.lines import Line
 from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
@@ -31,6 +32,21 @@ class Stretch:
         first = min(max(0, math.ceil((time - self.time) / self.step - 1e-6)), len(self.mass))
         return Stretch(self.time + first * self.step, self.step, self.mass[first:], self.base[first:])
 
+    def without(self, role: str, found: tuple[Line, ...], cut: cycles.Cut) -> "Stretch":
+        """The stretch with the lines that are to go taken out of one channel.
+
+        At first in windows long enough to tell them from the drive's harmonics; then, with those taken off, in short
+        ones that follow a line which swells and wanders.
+        """
+        signal, drive = (self.mass if role == "mass" else self.base), cut.frequency / self.step
+        gone = [line for line in found if line.removed]
+        for line in gone:
+            signal = signal - lines.line_in(signal, self.step, line, lines.window(line, drive))
+        if gone and len(cut):
+            own = signal - cycles.common(signal, cut, cycles.points_per_cycle(1.0 / cut.frequency))
+            signal = signal - sum(lines.line_in(own, self.step, line, lines.SHORTEST_S) for line in gone)
+        return replace(self, mass=signal) if role == "mass" else replace(self, base=signal)
+
 
 @dataclass(frozen=True)
 class Drive:
@@ -51,6 +67,15 @@ class Drive:
 
 
 @dataclass(frozen=True)
+class Foreign:
+    """Lines that are no harmonics of the drive, by channel (m), and after how many cycles of the drive all repeats."""
+
+    mass: tuple[Line, ...] = ()
+    base: tuple[Line, ...] = ()
+    period: int = 1
+
+
+@dataclass(frozen=True)
 class Layout:
     """Steady cycles laid under each other.
 
@@ -60,7 +85,8 @@ class Layout:
     ``base_noise``: rms of the sensors' white noise over Y; ``mass_rounding``: rms of the rounding that no mean takes
     away, over Y; ``mass_shared``, ``base_shared``: the same spread as white noise over a cycle; ``mass_step``,
     ``base_step``: smallest step of the values over Y (0: not quantised); ``offset``: mean of x over all cycles [m];
-    ``mass_spectrum``, ``base_spectrum``: of the longest stretch, up to ten times the drive.
+    ``mass_spectrum``, ``base_spectrum``: of the longest stretch, up to ten times the drive; ``foreign``: lines between
+    the drive's harmonics, the high ones taken out.
     """
 
     drive: Drive
@@ -80,6 +106,14 @@ class Layout:
     offset: float
     mass_spectrum: spectrum.Spectrum
     base_spectrum: spectrum.Spectrum
+    foreign: Foreign
+
+    @property
+    def left(self) -> float:
+        """Sum of the amplitudes of the mass's lines that were left in and make no beat or period, over Y."""
+        low = 2.0 * self.drive.frequency
+        some = [line.amplitude for line in self.foreign.mass if not line.removed and line.frequency > low]
+        return sum(some) / self.drive.amplitude if self.foreign.period == 1 else 0.0
 
     def __len__(self) -> int:
         return len(self.mass)
@@ -89,6 +123,13 @@ class Layout:
         size = max(1, points // self.mass.shape[1])
         for first in range(0, len(self), size):
             yield slice(first, min(first + size, len(self)))
+
+    def in_periods(self) -> tuple[FloatArray, FloatArray]:
+        """x/Y and y/Y of whole periods of the motion, a row each, the base without its slow wander."""
+        period, points = self.foreign.period, self.mass.shape[1]
+        mass, base = (rows[len(self) % period :].reshape(-1, period * points) for rows in (self.mass, self.base))
+        whole = (slice(0, len(base)),)
+        return mass, base - slow_wander(base, whole, whole[0])
 
     def levelled_base(self, some: slice) -> FloatArray:
         """y/Y of some cycles without its slow wander: a drifting sensor adds no energy."""
@@ -121,35 +162,26 @@ def lay_out(
     longest = max(stretches, key=lambda s: len(s.base), default=None)
     if longest is None or len(longest.base) < 32:
         raise AnalysisError("analysis: expected at least 32 samples after the transient: shorten transient_s")
-    base_noise, mass_noise = noise.white_noise(longest.base), noise.white_noise(longest.mass)
+    base_noise = noise.white_noise(longest.base)
     base_lines = spectrum.amplitude_spectrum(longest.base, longest.step, padding=padding)
     mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=1)
     guess = _drive_frequency(longest, base_lines, base_noise)
-    cut = cycles.cut(longest.base, guess * longest.step, noise=base_noise)
-    cuts = [cut if s is longest else cycles.cut(s.base, cut.frequency, noise=base_noise) for s in stretches]
-    if not any(len(c) for c in cuts):
-        raise AnalysisError(
-            f"analysis: expected at least one full cycle of the drive ({guess:.4g} Hz) after the transient; got"
-            f" {len(longest.base) * longest.step:.3g} s: shorten transient_s or record longer"
-        )
-    if cut.frequency * FEWEST_SAMPLES > 1.0:
-        raise AnalysisError(
-            f"analysis: expected at least {FEWEST_SAMPLES} samples a cycle of the drive; got {1.0 / cut.frequency:.3g}"
-            f" ({cut.frequency / longest.step:.4g} Hz): sample faster"
-        )
+    cuts = _cuts(stretches, longest, guess, base_noise)
+    cut = next(c for s, c in zip(stretches, cuts, strict=True) if s is longest)
+    stretches, foreign = _cleaned(stretches, cuts, (mass_lines, base_lines))
+    if foreign.period > 1 and cut.drifts:  # what it follows is the motion's own change from cycle to cycle
+        cut = cycles.cut(stretches[0].base, cut.frequency, noise=base_noise, follow=False)
+        cuts = [cut]
+    longest = max(stretches, key=lambda s: len(s.base))
     points = cycles.points_per_cycle(1.0 / cut.frequency, least=least_points, most=most_points)
     base = _folded_all([s.base for s in stretches], cuts, points)
     mass = _folded_all([s.mass for s in stretches], cuts, points)
     blocks = _blocks(cuts)
-    mass_step, base_step = noise.sensor_step(longest.mass), noise.sensor_step(longest.base)
-    mass_rounding, base_rounding = (
-        noise.rounding_left(mass_noise, mass_step),
-        noise.rounding_left(base_noise, base_step),
-    )
-    samples, strokes = 1.0 / cut.frequency, [float(np.ptp(rows.mean(axis=0))) for rows in (mass, base)]
-    mass_shared = noise.as_white(mass_rounding, mass_step, strokes[0], samples)
-    base_shared = noise.as_white(base_rounding, base_step, strokes[1], samples)
-    drive = _drive(base, blocks, cut, longest.step, math.hypot(base_noise, base_shared * math.sqrt(len(base))))
+    of_mass, of_base = (_sensor(*pair, 1.0 / cut.frequency) for pair in ((longest.mass, mass), (longest.base, base)))
+    white = math.hypot(of_base.noise, of_base.shared * math.sqrt(len(base)))
+    whole = base[len(base) % foreign.period :] if 1 < foreign.period <= len(base) else base
+    wander = slow_wander(base, blocks) if whole is base else _wander_of_periods(whole, foreign.period)
+    drive = _drive(whole, wander.mean(axis=0), cut, longest.step, white)
     time = np.concatenate([s.time + c.start * s.step for s, c in zip(stretches, cuts, strict=True)])
     end = np.concatenate([s.time + c.end * s.step for s, c in zip(stretches, cuts, strict=True)])
     return Layout(
@@ -163,14 +195,65 @@ def lay_out(
         end=end,
         blocks=blocks,
         samples=min(1.0 / cut.frequency, float(points)),
-        mass_noise=mass_noise / drive.amplitude,
-        base_noise=base_noise / drive.amplitude,
-        mass_rounding=mass_rounding / drive.amplitude,
-        mass_shared=mass_shared / drive.amplitude,
-        base_shared=base_shared / drive.amplitude,
-        mass_step=mass_step / drive.amplitude,
-        base_step=base_step / drive.amplitude,
+        mass_noise=of_mass.noise / drive.amplitude,
+        base_noise=of_base.noise / drive.amplitude,
+        mass_rounding=of_mass.rounding / drive.amplitude,
+        mass_shared=of_mass.shared / drive.amplitude,
+        base_shared=of_base.shared / drive.amplitude,
+        mass_step=of_mass.step / drive.amplitude,
+        base_step=of_base.step / drive.amplitude,
+        foreign=foreign,
     )
+
+
+def _cuts(stretches: list[Stretch], longest: Stretch, guess: float, base_noise: float) -> list[cycles.Cut]:
+    """The cycles of each stretch, all by the longest one's frequency."""
+    cut = cycles.cut(longest.base, guess * longest.step, noise=base_noise)
+    cuts = [cut if s is longest else cycles.cut(s.base, cut.frequency, noise=base_noise) for s in stretches]
+    if not any(len(c) for c in cuts):
+        raise AnalysisError(
+            f"analysis: expected at least one full cycle of the drive ({guess:.4g} Hz) after the transient; got"
+            f" {len(longest.base) * longest.step:.3g} s: shorten transient_s or record longer"
+        )
+    if cut.frequency * FEWEST_SAMPLES > 1.0:
+        raise AnalysisError(
+            f"analysis: expected at least {FEWEST_SAMPLES} samples a cycle of the drive; got {1.0 / cut.frequency:.3g}"
+            f" ({cut.frequency / longest.step:.4g} Hz): sample faster"
+        )
+    return cuts
+
+
+def _cleaned(
+    stretches: list[Stretch], cuts: list[cycles.Cut], spectra: tuple[spectrum.Spectrum, spectrum.Spectrum]
+) -> tuple[list[Stretch], Foreign]:
+    """Take high lines that are no harmonics out of all stretches; say what was found in each channel of the longest."""
+    longest, cut = max(zip(stretches, cuts, strict=True), key=lambda pair: len(pair[0].base))
+    drive, resolution = cut.frequency / longest.step, 1.0 / (len(longest.base) * longest.step)
+    spread = float(np.std(cut.end - cut.start)) * cut.frequency if len(cut) else 0.0
+    unit = float(np.std(longest.base)) * math.sqrt(2.0)
+    found = [lines.foreign(s, drive, unit=unit, resolution=resolution, spread=spread) for s in spectra]
+    for role, of_role in zip(("mass", "base"), found, strict=True):
+        if any(line.removed for line in of_role):
+            stretches = [s.without(role, of_role, c) for s, c in zip(stretches, cuts, strict=True)]
+    period = lines.period_of((*found[0], *found[1]), drive, resolution) if len(stretches) == 1 else 1
+    return stretches, Foreign(found[0], found[1], period)
+
+
+@dataclass(frozen=True)
+class _Sensor:
+    """Noise, step, rounding that no mean takes away, and that as white noise in a cycle; all in the signal's unit."""
+
+    noise: float
+    step: float
+    rounding: float
+    shared: float
+
+
+def _sensor(signal: FloatArray, rows: FloatArray, samples: float) -> _Sensor:
+    white, step = noise.white_noise(signal), noise.sensor_step(signal)
+    rounding = noise.rounding_left(white, step)
+    shared = noise.as_white(rounding, step, float(np.ptp(rows.mean(axis=0))), samples)
+    return _Sensor(white, step, rounding, shared)
 
 
 def _drive_frequency(stretch: Stretch, lines: spectrum.Spectrum, noise_rms: float) -> float:
@@ -205,12 +288,18 @@ def _blocks(cuts: list[cycles.Cut]) -> tuple[slice, ...]:
     return tuple(slice(a, b) for a, b in pairwise(edges) if b > a)
 
 
-def _drive(base: FloatArray, blocks: tuple[slice, ...], cut: cycles.Cut, step: float, base_noise: float) -> Drive:
-    """Amplitude and harmonics of the base motion from its mean cycle (m)."""
+def _wander_of_periods(rows: FloatArray, period: int) -> FloatArray:
+    """Mean slow wander of the cycles (period, points) of a motion that repeats after so many, whole ones."""
+    whole = rows.reshape(-1, period * rows.shape[1])
+    return slow_wander(whole, (slice(0, len(whole)),)).reshape(period, -1)
+
+
+def _drive(base: FloatArray, wander: FloatArray, cut: cycles.Cut, step: float, base_noise: float) -> Drive:
+    """Amplitude and harmonics of the base motion from its mean cycle (m), its mean slow wander (points,) taken off."""
     n, points = base.shape
     order = np.arange(1, HARMONICS + 1)
     turn = 2.0 * np.pi * np.arange(points) / points - 0.5 * np.pi  # rows start at the rise through zero
-    mean = base.mean(axis=0) - slow_wander(base, blocks)[0]
+    mean = base.mean(axis=0) - wander
     lines = np.array([np.sum(mean * np.exp(-1j * k * turn)) for k in order]) * (2.0 / points)
     each = np.abs(cycles.first_harmonic(base, turn)) * (2.0 / points)
     amplitude = float(abs(lines[0]))

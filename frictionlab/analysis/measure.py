@@ -138,7 +138,8 @@ class _Composition:
     def measurement(self) -> Measurement:
         """Put the numbers together."""
         layout, response_, scene = self.layout, self.response, self.scene
-        used = energy.used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles)
+        edges, period = np.append(layout.time, layout.end[-1]), layout.foreign.period
+        used = energy.used_cycles(edges, scene.analysis.cycles, period)
         series, settled = self._series(used), self._settled()
         trend = self._trend(series)
         index, stuck = self._irregularity(), response_.is_stuck
@@ -147,7 +148,7 @@ class _Composition:
             source=self._source(),
             status="ok",
             reason=None,
-            warnings=self.said + self._warnings(settled, loop),
+            warnings=self.said + self._warnings(settled, self._loop(series, used)),
             material=self._fact("material"),
             normal_force_n=self._force(),
             sampling_rate_hz=1.0 / self.parts[0].step,
@@ -195,13 +196,16 @@ class _Composition:
             "steady_amplitude": self._amplitude(series, steady),
         }
 
-    def _energy(self, series: CycleSeries, used: slice) -> Estimate:
+    def _loop(self, series: CycleSeries, used: slice) -> energy.Mean:
         noise, shared = self.response.energy_noise, self.response.energy_shared
-        mean = energy.mean_over(series.energy, used, noise=noise, shared=shared)
+        return energy.mean_over(series.energy, used, noise=noise, shared=shared, period=self.layout.foreign.period)
+
+    def _energy(self, series: CycleSeries, used: slice) -> Estimate:
+        mean = self._loop(series, used)
         return Estimate(mean.value, mean.se)
 
     def _amplitude(self, series: CycleSeries, used: slice) -> Estimate:
-        mean = energy.mean_over(series.amplitude, used, noise=0.0)
+        mean = energy.mean_over(series.amplitude, used, noise=0.0, period=self.layout.foreign.period)
         return Estimate(mean.value, math.hypot(mean.se, self.response.amplitude_noise))
 
     def _joules(self, loop: Estimate) -> float | None:

@@ -61,11 +61,13 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     """
     how = smoother(layout.mass, noise=layout.mass_noise, samples=layout.samples, shared=layout.mass_shared)
     points = max(FINE, layout.mass.shape[1])
-    slid, noise, sliding = layout.mass, layout.mass_noise, how
+    slid, noise, shared, period = layout.mass, layout.mass_noise, layout.mass_shared, layout.foreign.period
     if wall_moves:
         slid, noise = layout.mass - layout.base, math.hypot(layout.mass_noise, layout.base_noise)
         shared = math.hypot(layout.mass_shared, layout.base_shared)
-        sliding = smoother(slid, noise=noise, samples=layout.samples, shared=shared)
+    sliding = how
+    if wall_moves or period > 1:
+        sliding = smoother(slid, noise=noise, samples=layout.samples, shared=shared, period=period)
     thresholds = stops.thresholds(sliding.v_noise, sliding.resolution)
     n = len(layout)
     slide, whole, parts, firsts = np.empty(n), np.empty(n), [], []
@@ -81,6 +83,9 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     if is_blurred:  # a threshold above the mass's own speed makes one stop of all
         found, slide = Stops(np.zeros(0), np.zeros(0)), whole
     count, stuck = stops.per_cycle(found, n)
+    whole_periods = slice(n % period, n) if period <= n else slice(0, n)
+    count_mean, stuck_mean = float(count[whole_periods].mean()), float(stuck[whole_periods].mean())
+    size = how if wall_moves else sliding
     amplitude = slide if not wall_moves else _amplitudes(layout, how, points)
     rounding = 1e-14 * (1.0 + abs(layout.offset) / layout.drive.amplitude)
     is_stuck = float(np.median(slide)) < 4.0 * noise + rounding
@@ -96,10 +101,12 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
             _energy_noise(layout, how, layout.mass_shared, layout.base_shared),
             layout.mass_rounding * _way_of_the_base(found, n),
         ),
-        amplitude_noise=math.hypot(how.x_noise / math.sqrt(2.0), how.x_tail, layout.mass_rounding / math.sqrt(2.0)),
-        stops_per_cycle=0.0 if is_stuck else float(count.mean()),
-        stuck_fraction=1.0 if is_stuck else float(stuck.mean()),
-        regime="stuck" if is_stuck else "stick-slip" if count.mean() >= 0.5 else "continuous",
+        amplitude_noise=math.hypot(
+            size.x_noise / math.sqrt(2.0), size.x_tail, layout.mass_rounding / math.sqrt(2.0), layout.left
+        ),
+        stops_per_cycle=0.0 if is_stuck else count_mean,
+        stuck_fraction=1.0 if is_stuck else stuck_mean,
+        regime="stuck" if is_stuck else "stick-slip" if count_mean >= 0.5 / period else "continuous",
         asymmetry=_asymmetry(how),
         how=how,
         shortest_stop=1.0 if is_blurred else 2.0 * thresholds.dwell / (2.0 * math.pi),
@@ -114,7 +121,14 @@ def _amplitudes(layout: Layout, how: Smoother, points: int) -> FloatArray:
 
 def _loop_areas(layout: Layout) -> FloatArray:
     parts = [energy.loop_area(layout.mass[some], layout.levelled_base(some)) for some in layout.chunks()]
-    return np.concatenate(parts)
+    each, period = np.concatenate(parts), layout.foreign.period
+    if 1 < period <= len(layout):  # a cycle's loop does not close, a period's does
+        spare = len(layout) % period
+        open_ = each[spare:].reshape(-1, period)
+        missing = energy.loop_area(*layout.in_periods()) - open_.sum(axis=1)
+        each[spare:] = (open_ + missing[:, None] / period).ravel()
+        each[:spare] = each[period : period + spare]
+    return each
 
 
 def _way_of_the_base(found: Stops, cycles: int) -> float:

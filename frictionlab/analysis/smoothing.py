@@ -7,7 +7,7 @@ a regular motion is smoothed over all its cycles and an irregular one cycle by c
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +36,7 @@ class Smoother:
     ``mean`` (points/2 + 1,) complex: Fourier coefficients of the smoothed mean cycle; ``own_gain`` (points/2 + 1,):
     what is kept of a cycle's deviation, by harmonic; ``x_noise``, ``v_noise``: rms of the error left in one point of
     x and v (v: with the harmonics given up); ``x_tail``: what the harmonics that drown in noise may add to an extreme;
-    ``resolution``: the shortest time that can be told apart, in radians of tau.
+    ``resolution``: the shortest time that can be told apart, in radians of tau; ``period``: cycles that ``mean`` is of.
     """
 
     mean: NDArray[np.complex128]
@@ -45,9 +45,10 @@ class Smoother:
     v_noise: float
     x_tail: float
     resolution: float
+    period: int = 1
 
 
-def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 0.0) -> Smoother:
+def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 0.0, period: int = 1) -> Smoother:
     """Decide how to smooth cycles.
 
     Parameters
@@ -60,7 +61,12 @@ def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 
         Samples the sensor took in a cycle (a row may have more points than that).
     shared : float
         Rms of the white noise of one sample that cycles share: rounding without noise follows the place.
+    period : int
+        Cycles after which the motion repeats: what they have in common is looked for in whole periods.
     """
+    if period > 1:
+        how = smoother(_in_periods(rows, period), noise=noise, samples=samples * period, shared=shared)
+        return replace(how, v_noise=how.v_noise / period, resolution=how.resolution * period, period=period)
     n, points = rows.shape
     mean_cycle = rows.mean(axis=0)
     lines = fft.rfft(mean_cycle) / points
@@ -88,6 +94,11 @@ def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 
         x_tail=0.5 * top * drowned,  # all of them in phase at an extreme
         resolution=math.pi / top,
     )
+
+
+def _in_periods(rows: FloatArray, period: int) -> FloatArray:
+    """Whole periods as rows; the first cycles, which make none, are left out."""
+    return rows[len(rows) % period :].reshape(-1, period * rows.shape[1])
 
 
 def _deviation_power(rows: FloatArray, mean_cycle: FloatArray) -> FloatArray:
@@ -137,6 +148,9 @@ def smoothed(rows: FloatArray, how: Smoother, points: int) -> Iterator[Smoothed]
     points : int
         Points a cycle of the result, an even number no smaller than p.
     """
+    if how.period > 1:
+        yield from _smoothed_in_periods(rows, how, points)
+        return
     n = len(rows)
     k = np.arange(len(how.mean))
     mean_x = fft.irfft(how.mean * points, points)
@@ -153,6 +167,17 @@ def smoothed(rows: FloatArray, how: Smoother, points: int) -> Iterator[Smoothed]
         x += mean_x
         v += mean_v
         yield Smoothed(some, x, v)
+
+
+def _smoothed_in_periods(rows: FloatArray, how: Smoother, points: int) -> Iterator[Smoothed]:
+    """Whole periods smoothed as rows and cut into cycles again; the first cycles are as those a period later."""
+    spare, period = len(rows) % how.period, how.period
+    for part in smoothed(_in_periods(rows, period), replace(how, period=1), period * points):
+        x, v = part.x.reshape(-1, points), part.v.reshape(-1, points) / period
+        first = spare + part.cycles.start * period
+        if part.cycles.start == 0 and spare:
+            yield Smoothed(slice(0, spare), x[period - spare : period], v[period - spare : period])
+        yield Smoothed(slice(first, first + len(x)), x, v)
 
 
 def _deviations(own: FloatArray, gain: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:

@@ -128,14 +128,14 @@ def tone_of(spectrum: Spectrum, n: int, step: float, *, noise: float | None = No
     peak = first + int(np.argmax(amplitude[first:-1]))
     if not amplitude[peak] > 0.0:
         raise AnalysisError("spectrum: expected a signal that moves; got one that stands still")
-    offset, height = _refined(amplitude[peak - 1 : peak + 2], resolution / spacing)
+    offset, height = refined(amplitude[peak - 1 : peak + 2], resolution / spacing)
     if noise is None:
         noise = math.sqrt(float(np.median(amplitude) ** 2) / math.log(2.0) * n / 6.0)
     error = hann_frequency_error(height, noise, n, step)
     return Tone((peak + offset) * spacing, error, height)
 
 
-def _refined(three: FloatArray, padding: float) -> tuple[float, float]:
+def refined(three: FloatArray, padding: float) -> tuple[float, float]:
     """Offset in bins from the middle one, and height, of a line whose three highest bins are given.
 
     A parabola through the logs of a Hann line is a little off (2e-4 of a resolution cell at padding 4); how much is

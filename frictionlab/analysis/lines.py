@@ -1,0 +1,149 @@
+"""Lines in a spectrum that are no harmonic of the drive: mains hum, a bearing, a second tone.
+
+A motion that repeats with the drive has its harmonics and nothing between them. What stands there alone is the
+sensor's, the laboratory's or a second motion's. High lines are taken out, low ones (a beat, a free vibration) are told.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis.spectrum import Spectrum, refined
+
+FloatArray = NDArray[np.float64]
+LEAST = 5e-4  # of the base's amplitude: smaller lines change no number by more than its error
+CLEAR = 8.0  # times the median of the neighbourhood; the highest of 4 million bins of white noise is 4.7 times it
+NEIGHBOURS = 60  # resolution cells to either side
+BESIDE = 5.0  # resolution cells that a harmonic of the drive covers
+HIGH = 8.0  # times the drive: no frame follows there, so that a line is not the mass's motion
+LEAKS = 4.0  # times what stronger lines leak there
+ORDERS = 60  # of the drive's harmonics that may leak
+MOST = 12  # lines
+LONGEST = 6  # cycles a motion may take to repeat
+FAINT, SURELY = 0.2, 0.1  # of the highest line; of a resolution cell: lines that tell the period, and how well
+MAINS = (50.0, 60.0)
+NEAR = 3e-3  # relative: how far mains may be off
+RESOLVED = 3.0  # resolution cells between a line and a harmonic, in a window that tells them apart
+SHORTEST_S = 5.0  # of such windows, in which a line may swell and wander
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line that is no harmonic: ``frequency`` [Hz], ``amplitude`` in the signal's unit; whether ``removed``."""
+
+    frequency: float
+    amplitude: float
+    removed: bool
+
+    @property
+    def origin(self) -> str:
+        """Mains hum where its frequency says so, else nothing."""
+        for mains in MAINS:
+            times = round(self.frequency / mains)
+            if times >= 1 and abs(self.frequency / (times * mains) - 1.0) < NEAR:
+                return "mains hum" if times == 1 else f"mains hum, {times} times {mains:g} Hz"
+        return "no harmonic of the drive"
+
+
+def foreign(lines: Spectrum, drive: float, *, unit: float, resolution: float, spread: float) -> tuple[Line, ...]:
+    """Find the lines between the drive's harmonics.
+
+    Parameters
+    ----------
+    lines : Spectrum
+        Amplitude spectrum of one stretch, Hann window.
+    drive : float
+        Frequency of the drive [Hz].
+    unit : float
+        Amplitude of the base: lines below `LEAST` of it are not looked for.
+    resolution : float
+        1 / duration of the stretch [Hz].
+    spread : float
+        Relative width of the drive's line: how much its frequency wanders.
+
+    Returns
+    -------
+    tuple of Line
+        Highest first, at most `MOST`.
+    """
+    amplitude, frequency = lines.amplitude, lines.frequency
+    high = np.flatnonzero(amplitude > LEAST * unit)
+    order = np.maximum(np.rint(frequency[high] / drive), 0.0)
+    covered = BESIDE * resolution + 3.0 * spread * frequency[high]
+    high = high[(np.abs(frequency[high] - order * drive) > covered) & (frequency[high] > 0.3 * drive)]
+    high = high[(high > 0) & (high < len(amplitude) - 1)]
+    tops = high[(amplitude[high] >= amplitude[high - 1]) & (amplitude[high] > amplitude[high + 1])]
+    cell = resolution / float(frequency[1])
+    strong = [(order * drive, _height(amplitude, order * drive / frequency[1], cell)) for order in range(1, ORDERS)]
+    found: list[Line] = []
+    for top in tops[np.argsort(-amplitude[tops])][: 8 * MOST].tolist():
+        seen = strong + [(line.frequency, line.amplitude) for line in found]
+        leaks = sum(_leak(abs(frequency[top] - at) / resolution) * height for at, height in seen)
+        if amplitude[top] > max(LEAKS * leaks, CLEAR * _around(amplitude, top, cell)):
+            offset, height = refined(amplitude[top - 1 : top + 2], cell)
+            at = float((top + offset) * frequency[1])
+            found.append(Line(at, height, removed=at > HIGH * drive))
+    return tuple(found[:MOST])
+
+
+def period_of(found: tuple[Line, ...], drive: float, resolution: float) -> int:
+    """Cycles of the drive after which a motion with these lines repeats; 1 where they belong to no such period.
+
+    Examples
+    --------
+    >>> period_of((Line(0.5, 1e-4, removed=False), Line(1.5, 2e-5, removed=False)), 1.0, 0.02)
+    2
+    """
+    low = [line for line in found if not line.removed]
+    least = FAINT * max((line.amplitude for line in low), default=0.0)
+    clear = [line.frequency for line in low if line.amplitude > least]
+    for cycles in range(2, LONGEST + 1):
+        part = drive / cycles
+        if clear and all(abs(f - round(f / part) * part) < SURELY * resolution for f in clear):
+            return cycles
+    return 1
+
+
+def _height(amplitude: FloatArray, at: float, cell: float) -> float:
+    """Highest amplitude within two resolution cells of a bin."""
+    low, high = max(0, round(at - 2.0 * cell)), round(at + 2.0 * cell) + 1
+    return float(amplitude[low:high].max()) if low < len(amplitude) else 0.0
+
+
+def _leak(cells: float) -> float:
+    """What a line of amplitude 1 shows of itself at a distance under a Hann window, at most."""
+    return 1.0 if cells < 2.5 else 1.0 / (math.pi * cells * (cells * cells - 1.0))
+
+
+def _around(amplitude: FloatArray, top: int, cell: float) -> float:
+    """Median of a line's neighbourhood without the line itself; ``cell``: bins to a resolution cell."""
+    far, near = round(NEIGHBOURS * cell), round(6 * cell)
+    some = np.concatenate([amplitude[max(0, top - far) : max(0, top - near)], amplitude[top + near + 1 : top + far]])
+    return float(np.median(some)) if len(some) else 0.0
+
+
+def window(line: Line, drive: float) -> float:
+    """Length of a window [s] that tells a line from the drive's harmonic next to it."""
+    beside = abs(line.frequency - round(line.frequency / drive) * drive)
+    return max(SHORTEST_S, RESOLVED / max(beside, 1e-300))
+
+
+def line_in(signal: FloatArray, step: float, line: Line, length: float) -> FloatArray:
+    """A line as it stands in a signal (n,), its amplitude and phase followed in Hann windows of this length [s].
+
+    In each window the line's complex amplitude is the weighted mean of the signal turned back by its frequency;
+    between the windows' middles it runs straight.
+    """
+    n = len(signal)
+    size = max(8, min(n, round(min(length, n * step) / step)))
+    starts = np.unique(np.linspace(0, n - size, max(1, math.ceil(4.0 * (n - size) / size) + 1)).round().astype(np.intp))
+    turn = np.exp(-2j * math.pi * line.frequency * step * np.arange(n))
+    weight = np.hanning(size + 2)[1:-1]
+    weight /= weight.sum()
+    mean = signal.mean()
+    level = np.array([np.dot(weight, (signal[a : a + size] - mean) * turn[a : a + size]) for a in starts])
+    middle, every = starts + 0.5 * (size - 1), np.arange(n)
+    envelope = np.interp(every, middle, level.real) + 1j * np.interp(every, middle, level.imag)
+    return np.asarray(2.0 * (envelope * turn.conj()).real)
