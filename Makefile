@@ -1,6 +1,6 @@
 # frictionlab: `make` runs the main job on sample_data, `make test` the tests, `make help` lists the rest.
 #
-# Your own logs:  make LOGS=folder SCENE=scene.toml OUT=folder
+# Your own logs:  make LOGS=folder SCENE=scene.toml OUT=folder   (without SCENE: a frictionlab.toml here or in LOGS)
 #
 # One log, one recording, one measurement, one comparison with its figure: touch one log and that chain alone is redone.
 # `frictionlab batch` does it, so Windows needs no make: frictionlab batch my_logs --scene my_scene.toml -o my_results
@@ -23,7 +23,9 @@ WORKERS = $(patsubst -j%,--workers=%,$(filter-out -j,$(filter -j%,$(MAKEFLAGS)))
 .PHONY: all campaign chapter3 help sample-data tradeoff stability test fuzz check format clean
 
 all: $(FRICTIONLAB)  ## ingest, analyze and compare all logs, then print the table (the default)
-	@$(FRICTIONLAB) batch --scene "$$SCENE" -o "$$OUT" $(WORKERS) -- "$$LOGS"
+	@if $(if $(filter file,$(origin SCENE)),test -e frictionlab.toml || test -e "$$LOGS/frictionlab.toml",false); \
+	then set --; else set -- --scene "$$SCENE"; fi; \
+	$(FRICTIONLAB) batch "$$@" -o "$$OUT" $(WORKERS) -- "$$LOGS"
 
 # A whole campaign: only logs that are new or changed are ingested and measured again.
 

@@ -29,6 +29,7 @@ _HOMES = {
     "compare": "verbs.compare",
     "evaluate": "verbs.evaluate",
     "ingest": "verbs.ingest",
+    "init": "verbs.init",
     "plot": "verbs.plot",
     "publish": "verbs.publish",
     "respond": "verbs.respond",

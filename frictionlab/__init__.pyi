@@ -32,6 +32,7 @@ from frictionlab.verbs.batch import batch as batch
 from frictionlab.verbs.compare import compare as compare
 from frictionlab.verbs.evaluate import evaluate as evaluate
 from frictionlab.verbs.ingest import ingest as ingest
+from frictionlab.verbs.init import init as init
 from frictionlab.verbs.plot import plot as plot
 from frictionlab.verbs.publish import publish as publish
 from frictionlab.verbs.respond import respond as respond

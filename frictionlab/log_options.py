@@ -66,16 +66,18 @@ class LogOptions:
     {'separator': '|', 'mass': 'Laser 2', 'unit': 'um'}
     """
 
-    separator: str | None = _option("comma, semicolon, tab, pipe, space, or the sign itself.", "NAME")
+    separator: str | None = _option("What parts the columns: comma, semicolon, tab, pipe, space, or the sign.", "NAME")
     decimal: str | None = _option("Decimal mark: . or ,", "MARK")
-    encoding: str | None = _option("Such as utf-8, cp1252, utf-16.", "NAME")
+    encoding: str | None = _option("Encoding of the text, such as utf-8, cp1252, utf-16.", "NAME")
     time: str | int | None = _option("Column of the time, by name or by number from 1.", "COLUMN")
     mass: str | int | None = _option("Column of the mass, by name or by number from 1.", "COLUMN")
     base: str | int | None = _option("Column of the base, by name or by number from 1.", "COLUMN")
-    unit: str | None = _option("Of the displacements: m mm um nm cm in.", "UNIT")
-    time_unit: str | None = _option("Of the time column: s ms us ns min h.", "UNIT")
-    sampling_rate_hz: float | None = _option("Count the time instead of reading it.", "HZ")
-    measuring_range_m: float | None = _option("Of the laser, where its step in the data does not tell it.", "M")
+    unit: str | None = _option("Unit of the displacements: m mm um nm cm in.", "UNIT")
+    time_unit: str | None = _option("Unit of the time column: s ms us ns min h.", "UNIT")
+    sampling_rate_hz: float | None = _option("Samples per second: the time is counted instead of read.", "HZ")
+    measuring_range_m: float | None = _option(
+        "Measuring range of the laser, where its step in the data does not tell it.", "M"
+    )
     lag_s: float | None = _option("Two logs: the base's clock minus the mass's.", "S")
     lag_s_u: float | None = _option("Two logs: standard uncertainty of that lag.", "S")
     clock_drift: float | None = _option("Two logs: by how much the base's clock gains; 0 leaves its stamps.", "SHARE")

@@ -71,7 +71,7 @@ MAY_IMPORT: dict[str, set[str]] = {
             "recording",
             "report",
         ),
-        *("scene", "simulator", "synthetic", "tables", "workers", "chain"),
+        *("scene", "simulator", "synthetic", "tables", "workers", "chain", "files"),
     },
     "chain": {"__init__", "errors", "experiment", "files", "scene", "tables", "analysis", "verbs"},
     "__main__": {"cli"},

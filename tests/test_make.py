@@ -207,3 +207,11 @@ def test_what_is_no_log_is_said(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="no logs in"):
         logs_of([tmp_path])
     assert logs_of([tmp_path / "gone.csv"]) == [tmp_path / "gone.csv"]
+
+
+def test_make_takes_the_scene_beside_the_logs_unless_one_is_given(desk: Path) -> None:
+    (desk / "logs" / "frictionlab.toml").write_text("[rigs]\n")
+    done = make(desk)
+    assert done.returncode == 2
+    assert "scene logs/frictionlab.toml, line 1: rigs: unknown key; did you mean rig?" in done.stderr
+    assert "nowhere.toml: cannot be read" in make(desk, "SCENE=nowhere.toml").stderr

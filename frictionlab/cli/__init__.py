@@ -20,6 +20,7 @@ from frictionlab.cli.campaign import campaign
 from frictionlab.cli.compare_numeric import compare_numeric
 from frictionlab.cli.free_vibration import free_vibration
 from frictionlab.cli.ingest import ingest
+from frictionlab.cli.init import init
 from frictionlab.cli.inputs import LostOutputError, drop_output, standard_output
 from frictionlab.cli.output import complain
 from frictionlab.cli.show import show
@@ -99,6 +100,7 @@ def _reason(error: Exception) -> str:
 
 
 COMMANDS: tuple[Callable[..., None], ...] = (
+    init,
     ingest,
     analyze,
     compare_numeric,

@@ -63,7 +63,7 @@ def analyze(
     from frictionlab.verbs.each import rows_of
     from frictionlab.verbs.given import scene_given
 
-    what = scene_given(scene_of(scene, accuracy), settings, ("analysis", "rig"))
+    what = scene_given(scene_of(scene, accuracy, beside=recordings[0], quiet=quiet), settings, ("analysis", "rig"))
     if output is not None:
         check_output(output, MEASUREMENTS, force=force, inputs=recordings)
     job = partial(_row, scene=what, plot=plot, with_series=output is not None and output.suffix == ".h5")

@@ -41,7 +41,7 @@ def batch(
     """
     from frictionlab.verbs.batch import batch as plan
 
-    what = scene_of(scene)
+    what = scene_of(scene, beside=logs[0], quiet=quiet)
     work = plan(logs, what, output=output, compare=not campaign, again=again)
     rows = _do(work, workers=workers, scheduler=scheduler, as_json=as_json, quiet=quiet)
     if campaign:

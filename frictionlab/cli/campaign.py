@@ -42,7 +42,7 @@ def campaign(
     """
     from frictionlab.campaign.output import check_folder
 
-    what = scene_of(scene)
+    what = scene_of(scene, beside=measurements[0], quiet=quiet)
     check_folder(output, force=force, inputs=measurements)
     rows, unread = _rows_of(measurements)
     write_campaign(rows, what, output, folders=[path.parent for path in measurements], force=force, quiet=quiet)

@@ -64,7 +64,11 @@ def compare_numeric(
     from frictionlab.verbs.each import rows_of
     from frictionlab.verbs.given import scene_given
 
-    what = scene_given(scene_of(scene, accuracy), {**settings, "solver": solver}, ("model", "analysis", "rig"))
+    what = scene_given(
+        scene_of(scene, accuracy, beside=recordings[0], quiet=quiet),
+        {**settings, "solver": solver},
+        ("model", "analysis", "rig"),
+    )
     job = partial(_row, scene=what, beta=beta, plot=plot)
     if output is not None:
         check_output(output, COMPARISONS, force=force, inputs=recordings)

@@ -51,7 +51,7 @@ def free_vibration(
     """
     from frictionlab.verbs.each import rows_of
 
-    what = scene_of(scene)
+    what = scene_of(scene, beside=inputs[0], quiet=quiet)
     if output is not None:
         check_output(output, FREE_VIBRATIONS, force=force, inputs=inputs)
     inputs = expanded(inputs, recordings=True)

@@ -60,7 +60,7 @@ def ingest(
     from frictionlab.verbs.each import rows_of
     from frictionlab.verbs.given import scene_given
 
-    what = scene_given(scene_of(scene), settings, ("log",))
+    what = scene_given(scene_of(scene, beside=logs[0] if logs else mass_log, quiet=quiet), settings, ("log",))
     inputs = _inputs(logs or [], mass_log, base_log)
     places = None if dry_run else _places(inputs, base_log, output)
     silent = quiet or as_json

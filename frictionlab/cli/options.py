@@ -9,12 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
 
 import typer
 
+from frictionlab.cli.output import complain
 from frictionlab.log_options import LogOptions
 
 if TYPE_CHECKING:
     from frictionlab.scene import Scene
 
-SceneFile = Annotated[Path | None, typer.Option("--scene", metavar="TOML", help="Scene: rig, experiment, log, model.")]
+SceneFile = Annotated[
+    Path | None,
+    typer.Option("--scene", metavar="TOML", help="Scene (default: a frictionlab.toml here or beside the first input)."),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON Lines on stdout, one object per input, nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No tables and no progress; errors are still told.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace an existing output even if it is not this tool's own.")]
@@ -108,10 +112,27 @@ def takes(*settings: Setting) -> Callable[[Callable[..., None]], Callable[..., N
     return decorate
 
 
-def scene_of(path: Path | None, accuracy: str | None = None) -> "Scene":
-    """The scene of a command: the file given, or all defaults; with the knobs of an accuracy level if one is given."""
-    from frictionlab.accuracy import with_accuracy
-    from frictionlab.scene import Scene, read_scene
+def scene_of(
+    path: Path | None, accuracy: str | None = None, *, beside: Path | None = None, quiet: bool = False
+) -> "Scene":
+    """The scene of a command: the file given, else one that is found, else all defaults.
 
-    scene = Scene() if path is None else read_scene(path)
+    Parameters
+    ----------
+    path
+        What ``--scene`` says.
+    accuracy
+        An accuracy level, whose knobs are set.
+    beside
+        The first input: ``frictionlab.toml`` is looked for in the working folder, then beside it, and said to be used.
+    quiet
+        Do not say it.
+    """
+    from frictionlab.accuracy import with_accuracy
+    from frictionlab.scene import Scene, find_scene, read_scene
+
+    found = find_scene(beside) if path is None else path
+    if path is None and found is not None and not quiet:
+        complain(f"scene: {found} is used, for it was found; --scene FILE takes another")
+    scene = Scene() if found is None else read_scene(found)
     return scene if accuracy is None else with_accuracy(scene, accuracy)

@@ -39,11 +39,10 @@ def show(file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording,
 
 def _show_scene(file: Path) -> None:
     from frictionlab.scene import read_scene
+    from frictionlab.scene.toml import to_toml
 
-    for table, keys in read_scene(file).model_dump().items():
-        typer.echo(f"[{table}]")
-        for key, value in keys.items():
-            typer.echo(f"  {key} = {printable(str(value))}")
+    for line in to_toml(read_scene(file)).splitlines():
+        typer.echo(line)
 
 
 def _show_tree(file: Path) -> None:

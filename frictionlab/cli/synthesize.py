@@ -5,13 +5,14 @@ from typing import Annotated
 
 import typer
 
-from frictionlab.cli.options import Quiet
+from frictionlab.cli.options import Quiet, SceneFile, scene_of
 from frictionlab.cli.progress import count
 
 
 def synthesize(
-    scene: Annotated[Path, typer.Option("--scene", metavar="TOML", help="Scene with [[synthetic.tests]].")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where the logs go.")],
+    *,
+    scene: SceneFile = None,
     quiet: Quiet = False,
 ) -> None:
     """Write logs of a virtual rig whose truth is known, with truth.jsonl beside them.
@@ -20,7 +21,8 @@ def synthesize(
     """
     from frictionlab.verbs.synthesize import synthesize
 
+    what = scene_of(scene, quiet=quiet)
     with count("synthesize", quiet=quiet) as progress:
-        tests = synthesize(scene, output, progress=progress)
+        tests = synthesize(what, output, progress=progress)
     if not quiet:
         typer.echo(f"{len(tests)} synthetic logs and their truth.jsonl are in {output}")

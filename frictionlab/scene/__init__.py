@@ -5,11 +5,12 @@ is refused with its key path, all faults at once.
 
 - ``tables``: the keys, their types, defaults and sentences; ``log_table``: ``[log]``, the reader's options
 - ``read``: files and tables of a notebook -> `Scene`; ``faults``: what is wrong, where, and what was meant
+- ``words``: each key with its sentence; ``toml``: scenes as text
 """
 
 from frictionlab.log_options import LogOptions
 from frictionlab.scene.faults import keys_of
-from frictionlab.scene.read import read_scene, scene_from_tables
+from frictionlab.scene.read import SCENE_NAME, find_scene, read_scene, scene_from_tables
 from frictionlab.scene.tables import (
     Analysis,
     Experiment,
@@ -22,6 +23,7 @@ from frictionlab.scene.tables import (
 )
 
 __all__ = [
+    "SCENE_NAME",
     "Analysis",
     "Experiment",
     "LogOptions",
@@ -31,6 +33,7 @@ __all__ = [
     "Solver",
     "Synthetic",
     "VirtualTests",
+    "find_scene",
     "keys_of",
     "read_scene",
     "scene_from_tables",

@@ -86,18 +86,16 @@ def _table(path: Sequence[str], root: type[BaseModel]) -> type:
     for key in path:
         field = table.model_fields.get(key) if issubclass(table, BaseModel) else None
         if field is not None:
-            table = next((t for t in _types(field.annotation) if _is_table(t)), table)
+            table = next(tables_in(field.annotation), table)
     return table
 
 
-def _types(annotation: Any) -> Iterator[Any]:
-    yield annotation
+def tables_in(annotation: Any) -> Iterator[type]:
+    """The tables that a key may hold, by its annotation: models and dataclasses, in lists too."""
+    if isinstance(annotation, type) and (issubclass(annotation, BaseModel) or is_dataclass(annotation)):
+        yield annotation
     for inner in get_args(annotation):
-        yield from _types(inner)
-
-
-def _is_table(thing: Any) -> bool:
-    return isinstance(thing, type) and (issubclass(thing, BaseModel) or is_dataclass(thing))
+        yield from tables_in(inner)
 
 
 def lines_of(text: str) -> dict[tuple[str, ...], int]:

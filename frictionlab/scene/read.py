@@ -11,6 +11,8 @@ from frictionlab.errors import SceneError
 from frictionlab.scene.faults import Lines, check_hidden, lines_of, refusal
 from frictionlab.scene.tables import Scene
 
+SCENE_NAME = "frictionlab.toml"
+
 
 def read_scene(path: str | PathLike[str]) -> Scene:
     """Read and validate a scene file.
@@ -42,6 +44,18 @@ def read_scene(path: str | PathLike[str]) -> Scene:
     except tomllib.TOMLDecodeError as error:
         raise SceneError(f"scene {path}: expected TOML: {error}") from error
     return _validated(tables, name=f"scene {path}", folder=path.parent, lines=lines_of(text))
+
+
+def find_scene(beside: Path | None = None) -> Path | None:
+    """The scene that stands where a command is called, or beside its first input; None where there is none.
+
+    Parameters
+    ----------
+    beside
+        The first input: a file, or a folder of inputs.
+    """
+    places = [Path()] if beside is None else [Path(), beside if beside.is_dir() else beside.parent]
+    return next((place / SCENE_NAME for place in places if (place / SCENE_NAME).is_file()), None)
 
 
 def scene_from_tables(tables: Mapping[str, object], *, name: str = "scene", folder: Path = Path()) -> Scene:

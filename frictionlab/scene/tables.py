@@ -26,12 +26,19 @@ class Rig(Table):
     """``[rig]``: the frame without its contact."""
 
     natural_frequency_hz: Positive | None = None
+    """Natural frequency of the frame; by default from mass and stiffness."""
     mass_kg: Positive | None = None
+    """Mass that moves; of mass, stiffness and natural frequency two give the third."""
     stiffness_n_per_m: Positive | None = None
-    damping_ratio: NonNegative | None = None  # of the frame itself, between mass and base; given, it is simulated
-    natural_frequency_hz_u: NonNegative | None = None  # standard uncertainties, in the units of what they belong to
+    """Stiffness of the frame; it turns k Y into newtons and k Y² into joules."""
+    damping_ratio: NonNegative | None = None
+    """Viscous damping ratio of the frame (`frictionlab free-vibration` measures it); given, it is simulated."""
+    natural_frequency_hz_u: NonNegative | None = None
+    """Standard uncertainty of the natural frequency."""
     stiffness_n_per_m_u: NonNegative | None = None
+    """Standard uncertainty of the stiffness."""
     damping_ratio_u: NonNegative | None = None
+    """Standard uncertainty of the damping ratio."""
 
     @model_validator(mode="after")
     def _agree(self) -> Self:
@@ -94,26 +101,42 @@ class Experiment(Table):
     """``[experiment]``: the facts of one test, or where the facts of many tests come from."""
 
     material: str | None = None
+    """Material of the contact."""
     normal_force_n: Positive | None = None
-    normal_force_n_u: NonNegative | None = None  # standard uncertainty
+    """Force that presses the contact together."""
+    normal_force_n_u: NonNegative | None = None
+    """Standard uncertainty of the normal force."""
     nominal_frequency_ratio: Positive | None = None
+    """Frequency ratio that was asked of the drive."""
     duration_s: Positive | None = None
+    """Length that was asked of the test."""
     repeat: int | str | None = None
+    """Number or name of a repetition."""
     operator: str | None = None
+    """Who ran the test."""
     date: str | None = None
+    """When it was run."""
     note: str | None = None
-    name_pattern: str | None = None  # "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"
-    sheet: str | None = None  # a CSV beside the scene with a `log` column
+    """Anything else; it is kept in the recording."""
+    name_pattern: str | None = None
+    """Facts from the log's name: "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"."""
+    sheet: str | None = None
+    """Facts from a CSV beside the scene, with a `log` column."""
 
 
 class Analysis(Table):
     """``[analysis]``: which part of a recording is measured, and how finely."""
 
-    transient_s: NonNegative = 20.0  # thesis section 4.3
-    cycles: str = "last"  # "last", "all" or "window:SECONDS"
-    padding: Annotated[int, Field(ge=1, le=1024)] = 4  # FFT length over record length
-    least_points: CyclePoints = 64  # points a cycle is laid out on: one per sample, but at least so many ...
-    most_points: CyclePoints | None = None  # ... and at most so many
+    transient_s: NonNegative = 20.0
+    """Cut from the beginning (thesis, section 4.3: 20 s)."""
+    cycles: str = "last"
+    """Cycles the energy is of: "last", "all", or "window:15", the full cycles of the last 15 s."""
+    padding: Annotated[int, Field(ge=1, le=1024)] = 4
+    """Length of the FFT over the record's."""
+    least_points: CyclePoints = 64
+    """Points a cycle is laid out on: one per sample, but at least so many."""
+    most_points: CyclePoints | None = None
+    """Points a cycle is laid out on: one per sample, but at most so many."""
 
     @field_validator("cycles")
     @classmethod
@@ -135,45 +158,75 @@ class Model(Table):
     """``[model]``: the physics a prediction pays for; each key switches one thing on."""
 
     wall: Literal["fixed", "base"] = "fixed"
-    static_ratio: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.0  # mu, static over kinetic friction
-    law: str = "coulomb"  # a sum of terms that starts with coulomb: "coulomb+place+speed"
-    parameters: dict[str, float] = Field(default={})  # of the law, held fixed instead of fitted: [model.parameters]
-    damping: bool | None = None  # false: leave [rig] damping_ratio out; true: insist on it
-    base_harmonics: Annotated[int, Field(ge=1, le=9)] = 1  # of the measured base motion; 1: a pure cosine
+    """What the mass rubs against: "fixed", or "base", a wall that moves with the base."""
+    static_ratio: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.0
+    """Static over kinetic friction, mu."""
+    law: str = "coulomb"
+    """Contact law, a sum of terms that starts with coulomb: "coulomb+place+speed"."""
+    parameters: dict[str, float] = Field(default={})
+    """Parameters of the law that are held fixed instead of fitted, in [model.parameters]."""
+    damping: bool | None = None
+    """false leaves the rig's damping_ratio out; true insists that it is given."""
+    base_harmonics: Annotated[int, Field(ge=1, le=9)] = 1
+    """Harmonics of the measured base motion, 1 to 9; 1 is a pure cosine."""
     solver: Solver = "auto"
-    identification: Literal["fit", "loop"] = "fit"  # friction by least squares, or from energy and path alone
+    """"auto", "closed-form", "exact", "numeric" or "thesis"."""
+    identification: Literal["fit", "loop"] = "fit"
+    """How friction is found: "fit", by least squares, or "loop", from energy and path alone."""
 
 
 class Sensors(Table):
     """``[sensors]``: what the laboratory knows of its two sensors; what is left out gets its stated default."""
 
-    gain_error: NonNegative = 0.001  # relative standard uncertainty of each sensor's gain
-    linearity: NonNegative = 0.0005  # standard uncertainty by a sensor's curvature, as a share of its measuring range
-    lag_s: float = 0.0  # the base's sample comes this much later than the mass's
-    lag_s_u: NonNegative | None = None  # its standard uncertainty; None: half a sampling interval either way, uniform
-    filter_hz: Positive | None = None  # cut-off of both channels' low-pass filters; corrected for
+    gain_error: NonNegative = 0.001
+    """Relative standard uncertainty of each sensor's gain."""
+    linearity: NonNegative = 0.0005
+    """Standard uncertainty by a sensor's curvature, as a share of its measuring range."""
+    lag_s: float = 0.0
+    """The base's sample comes this much later than the mass's."""
+    lag_s_u: NonNegative | None = None
+    """Standard uncertainty of that lag; by default half a sampling interval either way, uniform."""
+    filter_hz: Positive | None = None
+    """Cut-off of both channels' low-pass filters; it is corrected for."""
     filter_order: Annotated[int, Field(ge=1, le=8)] = 1
-    mass_filter_hz: Positive | None = None  # where the two channels differ
+    """Order of those filters."""
+    mass_filter_hz: Positive | None = None
+    """Cut-off of the mass's filter, where the two channels differ."""
     base_filter_hz: Positive | None = None
+    """Cut-off of the base's filter, where the two channels differ."""
     mass_filter_order: Annotated[int, Field(ge=1, le=8)] | None = None
+    """Order of the mass's filter, where the two channels differ."""
     base_filter_order: Annotated[int, Field(ge=1, le=8)] | None = None
-    crosstalk: NonNegative = 0.0  # share of one channel that may stand in the other
+    """Order of the base's filter, where the two channels differ."""
+    crosstalk: NonNegative = 0.0
+    """Share of one channel that may stand in the other."""
 
 
 class Plan(Table):
     """``[plan]``: the tests that a laboratory could run next, and how well it measures them."""
 
     frequency_ratios: list[Positive] = Field(default=[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.2, 1.4, 1.7, 2.0])
+    """Frequency ratios that the drive can run."""
     normal_forces_n: list[Positive] = Field(default=[])
+    """Normal forces that the rig can set."""
     base_amplitudes_m: list[Positive] = Field(default=[1.8e-3])
+    """Amplitudes of the base that the rig can set."""
     duration_s: Positive = 60.0
+    """Length of a test."""
     sampling_rate_hz: Positive = 250.0
-    noise_m: NonNegative = 0.8e-6  # rms, each sensor
-    step_m: NonNegative = 0.0  # smallest step of the sensors
-    cycle_scatter: NonNegative = 0.003  # relative rms of the friction force from cycle to cycle
-    friction_coefficient: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None  # [value, error]
+    """Samples per second."""
+    noise_m: NonNegative = 0.8e-6
+    """Noise of each sensor, rms."""
+    step_m: NonNegative = 0.0
+    """Smallest step of the sensors."""
+    cycle_scatter: NonNegative = 0.003
+    """Relative rms of the friction force from cycle to cycle."""
+    friction_coefficient: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None
+    """What is known of the friction coefficient before: [value, standard error]."""
     largest_response_m: Positive | None = None
-    avoid_frequency_ratios: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None  # [low, high]
+    """Displacement of the mass that the rig allows."""
+    avoid_frequency_ratios: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None
+    """Frequency ratios to keep away from: [low, high]."""
 
 
 class VirtualTests(Table):
@@ -183,28 +236,46 @@ class VirtualTests(Table):
     """
 
     material: str
+    """Material of these tests; it names their logs."""
     normal_forces_n: Annotated[list[Positive], Field(min_length=1)]
+    """Normal forces, each with each frequency ratio."""
     frequency_ratios: Annotated[list[Positive], Field(min_length=1)]
+    """Frequency ratios, each with each normal force."""
     friction_coefficient: FrictionCoefficient
-    label: str | None = None  # ends the log's name, to tell apart tests of the same material, force and ratio
-    duration_s: Positive | None = None  # None: [synthetic] duration_s
-    friction_drift_per_hour: float = 0.0  # relative change of the friction force in an hour of running
-    friction_scatter: NonNegative = 0.0  # relative rms of the friction force from cycle to cycle
-    jump_s: Positive | None = None  # at this time the friction force changes for good ...
-    jump_factor: NonNegative = 1.0  # ... by this factor
+    """True friction coefficient."""
+    label: str | None = None
+    """Ends the log's name, to tell apart tests of the same material, force and ratio."""
+    duration_s: Positive | None = None
+    """Length of these tests; by default [synthetic] duration_s."""
+    friction_drift_per_hour: float = 0.0
+    """Relative change of the friction force in an hour of running."""
+    friction_scatter: NonNegative = 0.0
+    """Relative rms of the friction force from cycle to cycle."""
+    jump_s: Positive | None = None
+    """At this time the friction force changes for good."""
+    jump_factor: NonNegative = 1.0
+    """By this factor it changes then."""
 
 
 class Synthetic(Table):
     """``[synthetic]``: a virtual rig watched by two virtual lasers."""
 
     seed: Annotated[int, Field(ge=0)] = 0
+    """Of the random numbers; the same seed gives the same bytes."""
     sampling_rate_hz: Positive = 250.0
+    """Samples per second."""
     duration_s: Positive = 60.0
+    """Length of a test."""
     base_amplitude_m: Positive = 1.8e-3
-    noise_m: NonNegative = 0.8e-6  # rms, each sensor
-    step_m: NonNegative = 1.02 * 0.05 / 65520  # optoNCDT 1420 at 50 mm measuring range: 0.778 um
+    """Amplitude of the base."""
+    noise_m: NonNegative = 0.8e-6
+    """Noise of each sensor, rms."""
+    step_m: NonNegative = 1.02 * 0.05 / 65520
+    """Smallest step of the sensors (optoNCDT 1420 at 50 mm measuring range: 0.778 um)."""
     start: Literal["rest", "steady"] = "rest"
+    """"rest", or "steady": from the steady state."""
     tests: list[VirtualTests] = Field(default=[])
+    """The tests, as [[synthetic.tests]]."""
 
 
 class Scene(Table):

@@ -1,0 +1,37 @@
+"""A commented scene to fill in."""
+
+from pathlib import Path
+
+from frictionlab.errors import OutputError, UsageError
+from frictionlab.files import write_whole
+from frictionlab.scene import SCENE_NAME
+from frictionlab.scene.toml import template
+from frictionlab.verbs.given import FilePath
+
+
+def init(folder: FilePath = ".", *, force: bool = False) -> Path:
+    """Write a commented scene, ``frictionlab.toml``, into a folder and return its path.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Made if it is not there.
+    force : bool
+        Replace a file of that name.
+
+    Raises
+    ------
+    UsageError
+        One stands there already.
+    OutputError
+        It cannot be written.
+    """
+    path = Path(folder) / SCENE_NAME
+    if path.exists() and not force:
+        raise UsageError(f"{path}: exists: fill it in, or give --force to replace it")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: the folder cannot be made ({error.strerror})") from error
+    write_whole(path, template().encode())
+    return path

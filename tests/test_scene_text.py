@@ -1,0 +1,127 @@
+"""Scenes as text: every key documented, one to fill in, one that is read back; found by its name."""
+
+import subprocess
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import frictionlab as fl
+from frictionlab.errors import UsageError
+from frictionlab.scene import Scene, find_scene, read_scene, scene_from_tables
+from frictionlab.scene.toml import key_table, template, to_toml
+from frictionlab.scene.words import tables_of_keys, value_text
+from tests.desk import BIN, ROOT
+
+CONFIGS = ROOT / "configs"
+Run = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Run:
+    def command(*words: str | Path) -> "subprocess.CompletedProcess[str]":
+        line = [str(BIN / "frictionlab"), *map(str, words)]
+        return subprocess.run(line, capture_output=True, text=True, check=False, cwd=tmp_path, timeout=100)
+
+    return command
+
+
+def test_every_key_has_its_sentence() -> None:
+    missing = [f"{table.head} {key.name}" for table in tables_of_keys() for key in table.keys if not key.words]
+    assert not missing
+    assert {table.head for table in tables_of_keys()} >= {f"[{name}]" for name in Scene().model_dump()}
+
+
+def test_every_key_is_documented_with_its_sentence_and_default() -> None:
+    documented = (CONFIGS / "README.md").read_text(encoding="utf-8")
+    missing = [line for line in key_table().splitlines() if line not in documented.splitlines()]
+    assert not missing, "paste what `frictionlab.scene.toml.key_table()` gives into configs/README.md"
+
+
+def test_the_template_is_a_scene_of_defaults_and_so_is_it_with_its_defaults_switched_on() -> None:
+    assert scene_from_tables(tomllib.loads(template())) == Scene()
+    plain = template().partition("# [[")[0]
+    lines = [
+        line[2:] if " = " in line and line.startswith("# ") and line[2].islower() else line
+        for line in plain.splitlines()
+    ]
+    on = [line for line in lines if not line.endswith(" =")]
+    keys = [line for line in on if line[:1].islower()]
+    assert len(keys) > 30
+    assert scene_from_tables(tomllib.loads("\n".join(on))) == Scene()
+
+
+@pytest.mark.parametrize("path", sorted(CONFIGS.glob("*.toml")), ids=lambda path: path.name)
+def test_a_scene_is_read_back_from_its_text(path: Path) -> None:
+    scene = read_scene(path)
+    assert scene_from_tables(tomllib.loads(to_toml(scene)), folder=scene.folder) == scene
+
+
+@given(
+    st.recursive(
+        st.booleans() | st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False)
+        | st.text(st.characters(exclude_categories=["Cs"])),
+        lambda inner: st.lists(inner, max_size=3)
+        | st.dictionaries(st.text(st.characters(exclude_categories=["Cs"])), inner, max_size=3),
+        max_leaves=5,
+    )
+)  # fmt: skip
+def test_any_value_is_read_back_from_its_text(value: object) -> None:
+    assert tomllib.loads(f"key = {value_text(value)}")["key"] == value
+
+
+def test_show_prints_a_scene_that_can_be_pasted(run: Run, tmp_path: Path) -> None:
+    done = run("show", CONFIGS / "sample_data.toml")
+    (tmp_path / "pasted.toml").write_text(done.stdout, encoding="utf-8")
+    pasted = read_scene(tmp_path / "pasted.toml")
+    assert pasted.model_dump() == read_scene(CONFIGS / "sample_data.toml").model_dump()
+
+
+def test_init_writes_a_scene_once(run: Run, tmp_path: Path) -> None:
+    first = run("init", "my tests")
+    assert first.returncode == 0
+    path = tmp_path / "my tests" / "frictionlab.toml"
+    assert read_scene(path) == Scene(folder=path.parent)
+    path.write_text("[rig]\nmass_kg = 2.0\n")
+    refused = run("init", "my tests")
+    assert refused.returncode == 2
+    assert "give --force" in refused.stderr
+    assert run("init", "my tests", "--force", "--quiet").stdout == ""
+    assert read_scene(path).rig.mass_kg is None
+    with pytest.raises(UsageError, match="exists: fill it in"):
+        fl.init(tmp_path / "my tests")
+
+
+def test_a_scene_is_found_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "logs").mkdir()
+    monkeypatch.chdir(tmp_path)
+    log = Path("logs") / "a.csv"
+    assert find_scene(log) is None
+    fl.init("logs")
+    assert find_scene(log) == Path("logs") / "frictionlab.toml"
+    assert find_scene(Path("logs")) == Path("logs") / "frictionlab.toml"
+    assert find_scene() is None
+    fl.init()
+    assert find_scene(log) == Path("frictionlab.toml")
+
+
+def test_commands_use_the_scene_they_find_and_say_so(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    sample = ROOT / "sample_data" / "steel_N1.25_r0.3.csv"
+    (tmp_path / "logs" / sample.name).write_bytes(sample.read_bytes())
+    assert "natural frequency is not known" in run("analyze", f"logs/{sample.name}").stderr
+    (tmp_path / "logs" / "frictionlab.toml").write_text("[rig]\nnatural_frequency_hz = 3.13\n")
+    done = run("analyze", f"logs/{sample.name}")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.splitlines()[0].startswith("frictionlab: scene: logs/frictionlab.toml is used")
+    assert "natural frequency" not in done.stderr
+    assert run("analyze", f"logs/{sample.name}", "--quiet").stderr == ""
+    (tmp_path / "frictionlab.toml").write_text("[rig]\nmass = 1\n[analysis]\ncycle = 1\n")
+    refused = run("ingest", f"logs/{sample.name}")
+    assert refused.returncode == 2
+    first, second = refused.stderr.splitlines()[1:]
+    assert "scene frictionlab.toml, line 2: rig.mass: unknown key; did you mean mass_kg? expected one of" in first
+    assert "scene frictionlab.toml, line 4: analysis.cycle: unknown key; did you mean cycles? expected" in second
