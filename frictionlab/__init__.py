@@ -38,7 +38,7 @@ _HOMES = {
     # what they take and return
     "Batch": "verbs.batch",
     "Campaign": "campaign",
-    "Comparison": "comparison",
+    "Comparison": "identification",
     "LogOptions": "scene",
     "Measurement": "analysis.measurement",
     "Problem": "simulator",

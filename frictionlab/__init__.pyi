@@ -3,7 +3,6 @@
 from frictionlab.analysis.measurement import Measurement as Measurement
 from frictionlab.base_motion import RecordResponse as RecordResponse
 from frictionlab.campaign import Campaign as Campaign
-from frictionlab.comparison import Comparison as Comparison
 from frictionlab.errors import AnalysisError as AnalysisError
 from frictionlab.errors import FrictionlabError as FrictionlabError
 from frictionlab.errors import LogError as LogError
@@ -14,6 +13,7 @@ from frictionlab.errors import SimulationError as SimulationError
 from frictionlab.errors import UsageError as UsageError
 from frictionlab.hdf5 import read_recording as read_recording
 from frictionlab.hdf5 import write_recording as write_recording
+from frictionlab.identification import Comparison as Comparison
 from frictionlab.recording import Recording as Recording
 from frictionlab.scene import LogOptions as LogOptions
 from frictionlab.scene import Scene as Scene

@@ -15,20 +15,17 @@ Level = Literal["fast", "balanced", "exact"]
 
 LEVELS: Mapping[str, Mapping[str, Mapping[str, Any]]] = MappingProxyType(
     {
-        # The loop on 64 points, the friction read off it (eq. 2.23), and no zero-padding.
+        # Cycles on 64 points, and no zero-padding.
         "fast": {
             "analysis": {"padding": 1, "least_points": 64, "most_points": 64},
-            "model": {"identification": "loop"},
         },
-        # Every sample used, the friction fitted to the whole cycle. The defaults of a scene.
+        # Every sample used. The defaults of a scene.
         "balanced": {
             "analysis": {"padding": 4, "least_points": 64, "most_points": None},
-            "model": {"identification": "fit"},
         },
         # At least 1024 points a cycle: what interpolation between few samples still brings.
         "exact": {
             "analysis": {"padding": 16, "least_points": 1024, "most_points": None},
-            "model": {"identification": "fit"},
         },
     }
 )

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictionlab.comparison import compare, model_words
 from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.identification import compare
 from frictionlab.logs import read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, read_scene, scene_from_tables
@@ -51,8 +51,8 @@ def test_coulomb_friction_is_found(r: float, beta: float) -> None:
 
 PHYSICS: dict[str, tuple[Problem, dict[str, Mapping[str, object]], str]] = {
     "damping": (
-        Problem(0.4, 0.3, zeta=0.05),
-        {"rig": {"damping_ratio": 0.05}, "model": {"damping": True}},
+        Problem(0.4, 0.3, frame_damping_ratio=0.05),
+        {"rig": {"damping_ratio": 0.05}},
         "frame damping 0.05",
     ),
     "static friction": (Problem(0.4, 0.3, mu=1.4), {"model": {"static_ratio": 1.4}}, "static ratio 1.4"),
@@ -75,7 +75,15 @@ def test_each_physics_that_a_scene_names_is_simulated_and_said(name: str) -> Non
     assert comparison.energy_difference == pytest.approx(0, abs=0.01)
 
 
-@pytest.mark.parametrize("name", ["damping", "static friction", "harmonics"])
+def test_a_frame_whose_damping_is_not_known_is_found_to_be_damped() -> None:
+    problem, _, _ = PHYSICS["damping"]
+    comparison = compare(recorded(problem), scene_of(problem.r))
+    assert comparison.friction_ratio == pytest.approx(problem.beta, rel=0.01)
+    assert comparison.nuisances["frame_damping_ratio"]["value"] == pytest.approx(0.05, rel=0.05)
+    assert any("moved the frame's damping (rig.damping_ratio)" in warning for warning in comparison.warnings)
+
+
+@pytest.mark.parametrize("name", ["static friction", "harmonics"])
 def test_physics_that_a_scene_does_not_name_is_missed_in_the_fit(name: str) -> None:
     problem, tables, _ = PHYSICS[name]
     recording = recorded(problem)
@@ -136,7 +144,8 @@ def test_an_impossible_friction_ratio_is_refused() -> None:
 
 
 def test_the_words_of_the_plain_model() -> None:
-    assert model_words(Scene()) == "Coulomb friction, fixed wall, cosine base"
+    comparison = compare(recorded(Problem(0.5, 0.4), seconds=10.0), scene_of(0.5))
+    assert comparison.model == "Coulomb friction, fixed wall, cosine base"
     assert Base((1.0,), (0.0,)) == COSINE
 
 

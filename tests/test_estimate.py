@@ -5,11 +5,11 @@ import pickle
 from dataclasses import FrozenInstanceError, dataclass
 
 import pytest
+from frictionlab.comparison import Comparison
 from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.comparison import Comparison
 from frictionlab.estimate import Estimate, Flat, FlatKnown
 from frictionlab.schema import COMPARISONS, MEASUREMENTS, Table
 

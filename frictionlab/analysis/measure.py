@@ -23,6 +23,7 @@ NO_NATURAL_FREQUENCY = (
     " --natural-frequency; `frictionlab free-vibration` measures it"
 )
 MOST_GAPS = 5  # named one by one
+MOST_SINGLE, MOST_HARMONICS = 400, 128  # of the single cycles that tell the scatter
 LONG_TEST_S = 300.0  # from this length on a trend of the energy is fitted
 
 
@@ -241,7 +242,15 @@ class _Composition:
             mass_velocity=velocity,
             base_cosine=harmonics.real.copy(),
             base_sine=-harmonics.imag,
+            each=self._single_cycles(),
         )
+
+    def _single_cycles(self) -> "NDArray[np.complex128]":
+        """Harmonics of single steady cycles, counted from the top of the base's motion."""
+        mass = self.layout.mass
+        some = np.unique(np.linspace(0, len(mass) - 1, min(len(mass), MOST_SINGLE)).astype(np.intp))
+        lines = np.fft.rfft(mass[some], axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / mass.shape[1])
+        return np.asarray(lines * 1j ** np.arange(1, lines.shape[1] + 1))
 
     def _irregularity(self) -> tuple[float | None, float | None, float | None]:
         layout = self.layout

@@ -1,6 +1,6 @@
 """``frictionlab compare-numeric``: measured over predicted."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -23,12 +23,23 @@ from frictionlab.cli.options import (
 )
 from frictionlab.cli.output import print_table
 from frictionlab.cli.progress import track
-from frictionlab.schema import COMPARISONS
+from frictionlab.schema import COMPARISONS, LAWS
 from frictionlab.tables import Row, check_output, write_rows
 
 if TYPE_CHECKING:
-    from frictionlab.comparison import Comparison
+    from frictionlab.identification import Comparison
     from frictionlab.scene import Scene
+
+PARAMETERS = {
+    "parameter": "parameter",
+    "value": "value",
+    "se": "se",
+    "u": "u",
+    "told": "told by this test",
+    "lower": "lower 95 %",
+    "upper": "upper 95 %",
+}
+BUDGET = {"quantity": "quantity", "cause": "cause", "uncertainty": "standard uncertainty"}
 
 
 @takes(*ANALYSIS)
@@ -42,12 +53,23 @@ def compare_numeric(
     ] = None,
     as_json: AsJson = False,
     plot: PlotFolder = None,
+    law: Annotated[
+        str | None,
+        typer.Option(
+            "--law",
+            metavar="LAW",
+            help="Contact law, like coulomb+place+speed, or auto: the simplest that the recording requires.",
+        ),
+    ] = None,
+    budget: Annotated[
+        bool, typer.Option("--budget", help="Print what adds how much to the uncertainty of the friction ratio.")
+    ] = False,
     beta: Annotated[
         float | None,
         typer.Option("--beta", min=0.0, help="Predict with this friction ratio instead of identifying it."),
     ] = None,
     solver: Annotated[
-        Literal["auto", "closed-form", "exact", "thesis"] | None,
+        Literal["auto", "closed-form", "exact", "numeric", "thesis"] | None,
         typer.Option("--solver", help="In place of the scene's."),
     ] = None,
     settings: Mapping[str, object],
@@ -69,7 +91,8 @@ def compare_numeric(
         {**settings, "solver": solver},
         ("model", "analysis", "rig"),
     )
-    job = partial(_row, scene=what, beta=beta, plot=plot)
+    check_law(law)
+    job = partial(_row, scene=what, law=law, beta=beta, plot=plot)
     if output is not None:
         check_output(output, COMPARISONS, force=force, inputs=recordings)
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
@@ -78,13 +101,45 @@ def compare_numeric(
         write_rows(rows, output, COMPARISONS, force=force, inputs=recordings)
     if not (as_json or quiet):
         print_table([row for row in rows if row["status"] == "ok"], COMPARISONS)
+        _print_parts(rows, budget=budget)
     exit_status(rows)
 
 
-def _row(path: Path, *, scene: "Scene", beta: float | None, plot: Path | None) -> Row:
+def check_law(law: str | None) -> None:
+    """Refuse a law that does not exist, before the work."""
+    from frictionlab.simulator.laws import law_of
+
+    if law is not None and law != "auto":
+        law_of(law)
+
+
+def _print_parts(rows: Iterable[Row], *, budget: bool) -> None:
+    """Print the parameters of laws beyond Coulomb's, the ladder of laws, and the budget where it is asked for."""
+    for row in rows:
+        parameters, laws, shares = (row.get(key) for key in ("parameters", "laws", "budget"))
+        if isinstance(parameters, Mapping) and (laws or len(parameters) > 2):
+            typer.echo(f"\n{row['source']}: {row['law']}")
+            print_table([{"parameter": name, **values} for name, values in parameters.items()], PARAMETERS)
+        if isinstance(laws, (list, tuple)):
+            typer.echo(f"\n{row['source']}: laws in the order tried; the recording requires {row['law']}")
+            print_table(laws, LAWS)
+        if budget and isinstance(shares, Mapping):
+            typer.echo(f"\n{row['source']}: what adds to the uncertainty")
+            print_table(_shares(shares), BUDGET)
+
+
+def _shares(budget: Mapping[str, Mapping[str, float]]) -> list[Row]:
+    return [
+        {"quantity": quantity, "cause": cause, "uncertainty": size}
+        for quantity, causes in budget.items()
+        for cause, size in causes.items()
+    ]
+
+
+def _row(path: Path, *, scene: "Scene", law: str | None, beta: float | None, plot: Path | None) -> Row:
     from frictionlab.verbs.compare import compare
 
-    comparison = compare(path, scene, friction_ratio=beta)
+    comparison = compare(path, scene, law=law, friction_ratio=beta)
     if plot is not None:
         _draw(comparison, plot / f"{path.stem}.comparison.png")
     return {**comparison.row(), "source": str(path)}

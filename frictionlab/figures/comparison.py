@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from frictionlab.comparison import Comparison
 from frictionlab.figures.style import BASE, MEASURED, PAGE, PREDICTED, look, new_figure
+from frictionlab.identification import Comparison
 
 TURN = 2 * math.pi
 

@@ -171,8 +171,6 @@ class Model(Table):
     """Harmonics of the measured base motion, 1 to 9; 1 is a pure cosine."""
     solver: Solver = "auto"
     """"auto", "closed-form", "exact", "numeric" or "thesis"."""
-    identification: Literal["fit", "loop"] = "fit"
-    """How friction is found: "fit", by least squares, or "loop", from energy and path alone."""
 
 
 class Sensors(Table):

@@ -172,12 +172,16 @@ COMPARISONS = Table(
         u_of(FRICTION_RATIO),
         u_of(FRICTION_FORCE),
         u_of(COEFFICIENT),
+        thing(
+            "nuisances", "nuisances", "What else the fit moved -> `value`, `u` and what was known of it, `known_to`."
+        ),
+        thing("budget", "budget", "Quantity -> source -> standard uncertainty that it adds."),
     ),
     lead=6,
     shown=(
-        *("source", "frequency_ratio", "energy_per_cycle", "friction_ratio", "friction_ratio_se"),
-        *("predicted_energy_per_cycle", "response_nrmse", "friction_force_n", "friction_coefficient"),
-        *("stops_per_cycle", "predicted_stops_per_cycle", "regime"),
+        *("source", "frequency_ratio", "energy_per_cycle", "friction_ratio", "friction_ratio_u"),
+        *("predicted_energy_per_cycle", "response_nrmse", "misfit", "verdict", "friction_force_n"),
+        *("friction_coefficient", "stops_per_cycle", "predicted_stops_per_cycle", "regime"),
     ),
     shown_where_known=("friction_force_n", "friction_coefficient"),
 )

@@ -21,7 +21,6 @@ FAMILIES: Mapping[str, tuple[Knob, ...]] = MappingProxyType(
             signals.points_per_cycle,
             signals.cycles_averaged,
             signals.sampling_rate,
-            signals.identification,
         ),
         "files": (files.storage, files.csv_reader),
         "levels": (signals.accuracy_of_analyze, signals.accuracy_of_compare_numeric),

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from frictionlab.accuracy import LEVELS, with_accuracy
 from frictionlab.analysis import cycles, energy, spectrum
 from frictionlab.analysis.measure import measure
-from frictionlab.comparison import compare, predict
+from frictionlab.identification import compare
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.simulator import Motion, Problem, steady_state
@@ -168,18 +168,6 @@ def sampling_rate() -> tuple[Setting, ...]:
         for rate in rates
     ]
     return _per_recording(run_trials("sampling rate", "energy_per_cycle of one cycle", TRUTH, trials), FEW)
-
-
-def identification() -> tuple[Setting, ...]:
-    """The friction ratio read off the loop's energy and path, or fitted to the whole cycle."""
-    measured = [measure(one, SCENE) for one in recordings(count=FEW)]
-
-    def run(how: str) -> FloatArray:
-        scene = SCENE.model_copy(update={"model": SCENE.model.model_copy(update={"identification": how})})
-        return np.array([predict(m, scene).friction_ratio for m in measured])
-
-    trials = [Trial(how, partial(run, how), _off(BETA), how == "fit") for how in ("loop", "fit")]
-    return _per_recording(run_trials("friction identified by", "friction_ratio", TRUTH, trials), FEW)
 
 
 def accuracy_of_analyze() -> tuple[Setting, ...]:

@@ -1,7 +1,7 @@
 """Log, recording or measurement -> friction identified, prediction, difference."""
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.comparison import Comparison, predict
+from frictionlab.identification import Comparison, predict
 from frictionlab.recording import Recording
 from frictionlab.verbs.analyze import analyze
 from frictionlab.verbs.given import AnyScene, FilePath, scene_given
@@ -13,6 +13,7 @@ def compare(
     what: Measurement | Recording | FilePath,
     scene: AnyScene = None,
     *,
+    law: str | None = None,
     friction_ratio: float | None = None,
     **settings: object,
 ) -> Comparison:
@@ -24,6 +25,8 @@ def compare(
         What is measured already, a recording, its file, or a log.
     scene : Scene, str, Path or None
         ``[rig]`` gives the natural frequency (and stiffness, for newtons), ``[model]`` the physics.
+    law : str, optional
+        In place of the scene's: ``"coulomb+place+speed"``; ``"auto"`` finds the simplest law that explains the test.
     friction_ratio : float, optional
         Predict with this friction ratio (beta, eq. 2.8) instead of identifying it.
     **settings
@@ -38,4 +41,4 @@ def compare(
     """
     known = scene_given(scene, settings, TABLES)
     measurement = what if isinstance(what, Measurement) else analyze(what, known)
-    return predict(measurement, known, friction_ratio=friction_ratio)
+    return predict(measurement, known, law=law, friction_ratio=friction_ratio)

@@ -6,13 +6,13 @@ from typing import Any
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.base_motion import RecordResponse
-from frictionlab.comparison import Comparison
 from frictionlab.errors import UsageError
 from frictionlab.figures.comparison import comparison_figure
 from frictionlab.figures.measurement import measurement_figure
 from frictionlab.figures.motion import motion_figure
 from frictionlab.figures.response import response_figure
 from frictionlab.figures.style import save
+from frictionlab.identification import Comparison
 from frictionlab.simulator import SteadyState
 from frictionlab.verbs.given import FilePath
 

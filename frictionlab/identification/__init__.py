@@ -1,0 +1,34 @@
+"""Measurement + simulator -> which contact law, with which values, and what it predicts.
+
+    measurement --family_of--> Family (what the test may be) --identify--> Identified (a law's values with errors)
+                                                             --climb-----> Ladder (which law the recording requires)
+                --predict---> Comparison (a measured cycle over its prediction)
+
+`observed` says what was measured and how sure it is, `coordinates` what is not known, `forward` what two sensors would
+show, `fit` finds the best values; the README of this folder tells the method.
+"""
+
+from frictionlab.identification.compare import AUTO, compare, predict
+from frictionlab.identification.comparison import Comparison
+from frictionlab.identification.contact_force import contact_force
+from frictionlab.identification.family import Family, family_of
+from frictionlab.identification.identify import Identified, ParameterEstimate, identify
+from frictionlab.identification.ladder import Ladder, Rung, climb
+from frictionlab.identification.loop import loop_friction_ratio
+
+__all__ = [
+    "AUTO",
+    "Comparison",
+    "Family",
+    "Identified",
+    "Ladder",
+    "ParameterEstimate",
+    "Rung",
+    "climb",
+    "compare",
+    "contact_force",
+    "family_of",
+    "identify",
+    "loop_friction_ratio",
+    "predict",
+]

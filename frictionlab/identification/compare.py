@@ -1,0 +1,254 @@
+"""One measured cycle over its prediction, under a law that is given or under the one that the recording requires."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.accuracy import accuracy_of
+from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.errors import UsageError
+from frictionlab.estimate import Estimate
+from frictionlab.identification.comparison import EXPLAINED, Comparison, Verdict
+from frictionlab.identification.family import Family, family_of
+from frictionlab.identification.identify import Identified, ParameterEstimate, as_known, identify
+from frictionlab.identification.ladder import Ladder, climb
+from frictionlab.recording import Recording
+from frictionlab.scene import Scene, Solver
+from frictionlab.simulator import SteadyState, observe, steady_state
+from frictionlab.uncertainty import Sources, sources_of
+
+FloatArray = NDArray[np.float64]
+AUTO = "auto"  # the law that the recording requires
+
+
+def compare(
+    recording: Recording,
+    scene: Scene,
+    *,
+    law: str | None = None,
+    friction_ratio: float | None = None,
+    solver: Solver | None = None,
+) -> Comparison:
+    """Identify the contact of a recording, predict its steady cycle, and say how they differ.
+
+    Parameters
+    ----------
+    recording : Recording
+    scene : Scene
+        ``[rig]`` gives the natural frequency (and stiffness, for newtons), ``[model]`` the physics.
+    law : str, optional
+        In place of the scene's; "auto" climbs the ladder of laws as far as the recording requires.
+    friction_ratio : float, optional
+        Predict with this friction ratio (beta, eq. 2.8) instead of identifying it.
+    solver : {"auto", "closed-form", "exact", "numeric", "thesis"}, optional
+        Of the prediction, in place of the scene's.
+
+    Raises
+    ------
+    AnalysisError
+        No measurement can be made, or the natural frequency is not known.
+    UsageError
+        The law or the friction ratio cannot be.
+    """
+    return predict(measure(recording, scene), scene, law=law, friction_ratio=friction_ratio, solver=solver)
+
+
+def predict(
+    measurement: Measurement,
+    scene: Scene,
+    *,
+    law: str | None = None,
+    friction_ratio: float | None = None,
+    solver: Solver | None = None,
+) -> Comparison:
+    """As :func:`compare`, from a measurement that is already made."""
+    if friction_ratio is not None and not (friction_ratio >= 0 and math.isfinite(friction_ratio)):
+        raise UsageError(f"friction ratio: expected a number of at least 0; got {friction_ratio:g}")
+    if law == AUTO and friction_ratio is not None:
+        raise UsageError("friction ratio: a given one (--beta) and a law to be found (--law auto) exclude each other")
+    family = family_of(measurement, scene, None if law == AUTO else law)
+    sources = sources_of(measurement, scene)
+    ladder = None
+    if law == AUTO:
+        ladder = climb(measurement, family.under_plain_coulomb(), sources)
+        found = ladder.chosen.identified
+    elif friction_ratio is None:
+        found = identify(measurement, family, sources)
+    else:
+        found = as_known(measurement, family.holding({"beta": friction_ratio}), sources)
+    state = _state(found, solver or scene.model.solver)
+    return _compared(measurement, scene, found, state, sources, ladder)
+
+
+def _state(found: Identified, solver: Solver) -> SteadyState:
+    """The predicted steady state: of the problem as it was fitted."""
+    values = found.fit.values
+    second = complex(values.get("second_cosine", 0.0), -values.get("second_sine", 0.0))
+    problem = found.family.problem(found.fit.law_values, detuning=values.get("natural_frequency", 0.0), second=second)
+    return steady_state(problem, solver=solver)
+
+
+def model_words(scene: Scene, family: Family) -> str:
+    """The physics that was switched on, as words."""
+    words = [family.law.words, f"{family.wall} wall"]
+    if scene.model.static_ratio > 1:
+        words.append(f"static ratio {scene.model.static_ratio:g}")
+    if family.held.get("frame_damping_ratio"):
+        words.append(f"frame damping {family.held['frame_damping_ratio']:g}")
+    count = family.base.harmonics
+    words.append(f"{count} base harmonics" if count > 1 else "cosine base")
+    return ", ".join(words)
+
+
+@dataclass(frozen=True)
+class _Prediction:
+    """What two sensors would show of the predicted state: the cycle (p,) about its mean, energy and amplitude."""
+
+    cycle: FloatArray | None
+    energy: float | None
+    amplitude: float | None
+
+
+def _seen(measurement: Measurement, found: Identified, state: SteadyState) -> _Prediction:
+    """The prediction as the sensors would show it: through the gain and the lag that the fit found."""
+    shown, values = observe(state), found.fit.values
+    gain, lag = 1.0 + values.get("gain", 0.0), values.get("lag", 0.0)
+    amplitude = None if shown.response_amplitude is None else gain * shown.response_amplitude
+    if state.orbit is None:
+        return _Prediction(None, shown.energy_per_cycle, amplitude)
+    tau, turns = measurement.cycle.tau, state.period_cycles or 1
+    whole = np.stack([state.orbit.at(tau + lag + 2.0 * math.pi * turn)[0] for turn in range(turns)])
+    cycle = gain * whole.mean(axis=0)
+    moved = 0.0
+    if gain != 1.0 or lag != 0.0:
+        still = np.stack([state.orbit.at(tau + 2.0 * math.pi * turn)[0] for turn in range(turns)]).mean(axis=0)
+        moved = _area(cycle, state) - _area(still, state)
+    energy = None if shown.energy_per_cycle is None else shown.energy_per_cycle + moved
+    return _Prediction(cycle - cycle.mean(), energy, amplitude)
+
+
+def _area(cycle: FloatArray, state: SteadyState) -> float:
+    """Loop area of a cycle (p,) over the simulated base: the integral of f dx, by their harmonics."""
+    base = state.problem.base
+    count = min(base.harmonics, len(cycle) // 2 - 1)
+    lines = np.fft.rfft(cycle)[1 : count + 1] * (2.0 / len(cycle))
+    f = np.array([complex(c, -s) for c, s in zip(base.cosine[:count], base.sine[:count], strict=True)])
+    return float(math.pi * np.sum(np.arange(1, count + 1) * (np.conj(f) * 1j * lines).real))
+
+
+def nrmse_of(measured: FloatArray, predicted: FloatArray) -> float:
+    """Rms of measured minus predicted, both about their means, over the rms of the measured."""
+    gap = measured - measured.mean() - (predicted - predicted.mean())
+    return float(np.sqrt(np.mean(gap**2) / np.mean((measured - measured.mean()) ** 2)))
+
+
+def _force(measurement: Measurement, scene: Scene, beta: Estimate, sources: Sources) -> Estimate:
+    """Friction force beta k Y (N): friction ratio and base amplitude count in both errors, stiffness and gain in u."""
+    base = measurement.base_amplitude
+    force = beta.scaled(scene.rig.stiffness).scaled(base.value)
+    if force.value is None or base.relative_se is None or beta.se is None or beta.u is None or not beta.value:
+        return Estimate(force.value)
+    se = force.value * math.hypot(beta.se / beta.value, base.relative_se)
+    known = force.value * math.hypot(sources.stiffness, sources.base_gain)
+    return Estimate(
+        force.value, se, math.hypot(force.value * beta.u / beta.value, force.value * base.relative_se, known)
+    )
+
+
+def _coefficient(force: Estimate, normal: float | None, relative: float) -> Estimate:
+    """Friction coefficient: force over a normal force that is known to a relative uncertainty."""
+    plain = force.over(normal)
+    if plain.u is None or plain.value is None:
+        return plain
+    return plain.with_u(math.hypot(plain.u, relative * plain.value))
+
+
+def _compared(
+    measurement: Measurement,
+    scene: Scene,
+    found: Identified,
+    state: SteadyState,
+    sources: Sources,
+    ladder: Ladder | None,
+) -> Comparison:
+    cycle, observed = measurement.cycle, found.fit.observed
+    prediction = _seen(measurement, found, state)
+    nrmse = None if prediction.cycle is None else nrmse_of(cycle.mass, prediction.cycle)
+    misfit = None if nrmse is None else nrmse / observed.floor
+    verdict: Verdict | None = None if misfit is None else "explained" if misfit <= EXPLAINED else "misfit"
+    beta = found.parameters["beta"]
+    friction = Estimate(beta.value, beta.se, beta.u)
+    force = _force(measurement, scene, friction, sources)
+    coefficient = _coefficient(force, measurement.normal_force_n, sources.normal_force)
+    said = [*measurement.warnings, *found.warnings, *state.warnings, *_of_verdict(found, misfit, verdict, ladder)]
+    if prediction.cycle is None:
+        said.append(f"no prediction: {state.outcome}")
+    return Comparison(
+        source=measurement.source,
+        status=measurement.status,
+        reason=measurement.reason,
+        warnings=tuple(said),
+        frequency_ratio=found.family.r,
+        energy_per_cycle=measurement.energy_per_cycle,
+        response_amplitude=measurement.response_amplitude,
+        stops_per_cycle=measurement.stops_per_cycle,
+        regime=measurement.regime,
+        law=found.family.law.name,
+        friction=friction,
+        force=force,
+        coefficient=coefficient,
+        predicted_energy_per_cycle=prediction.energy,
+        predicted_response_amplitude=prediction.amplitude,
+        predicted_stops_per_cycle=state.stops_per_cycle,
+        predicted_regime=state.regime,
+        energy_difference=None if prediction.energy is None else prediction.energy / measurement.energy_per_cycle - 1,
+        response_nrmse=nrmse,
+        response_floor=observed.floor,
+        misfit=misfit,
+        verdict=verdict,
+        parameters={name: _parameter_row(e) for name, e in found.parameters.items()},
+        model=model_words(scene, found.family),
+        solver=state.solver,
+        closure_error=state.closure_error,
+        nuisances={n: {"value": v, "u": u, "known_to": p} for n, (v, u, p) in found.nuisances.items()},
+        budget={"friction_ratio": found.shares},
+        laws=None if ladder is None else tuple(_rung_rows(ladder)),
+        accuracy=accuracy_of(scene),
+        material=measurement.material,
+        normal_force_n=measurement.normal_force_n,
+        tau=cycle.tau,
+        base=cycle.base,
+        measured=cycle.mass,
+        predicted=prediction.cycle,
+    )
+
+
+def _parameter_row(e: ParameterEstimate) -> dict[str, float | bool | None]:
+    return {"value": e.value, "se": e.se, "u": e.u, "told": e.told, "lower": e.lower, "upper": e.upper}
+
+
+def _rung_rows(ladder: Ladder) -> list[dict[str, object]]:
+    return [
+        {
+            "law": rung.law.name,
+            "parameters": {name: _parameter_row(e) for name, e in rung.identified.parameters.items()},
+            "log_evidence": rung.log_evidence,
+            "response_nrmse": rung.nrmse,
+            "held_out_nrmse": rung.held_out_nrmse,
+            "required": rung.required,
+            "seconds": rung.seconds,
+        }
+        for rung in ladder.rungs
+    ]
+
+
+def _of_verdict(found: Identified, misfit: float | None, verdict: Verdict | None, ladder: Ladder | None) -> list[str]:
+    """What a reader must know of a law that does not explain the cycle."""
+    if verdict != "misfit" or misfit is None:
+        return []
+    next_step = "no law on the ladder explains it" if ladder is not None else "try --law auto"
+    missed = f"what it misses is {misfit:.2g} times the standard error of the measured mean cycle"
+    return [f"verdict: {found.family.law.name} does not explain this cycle: {missed}; {next_step}"]

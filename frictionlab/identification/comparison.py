@@ -1,0 +1,91 @@
+"""A measured steady cycle over its prediction: the result, with the contract's keys."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.estimate import Estimate, Flat, FlatKnown
+from frictionlab.schema import COMPARISONS
+
+FloatArray = NDArray[np.float64]
+EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own scatter is known to a factor of 2 at most
+
+Verdict = Literal["explained", "misfit"]
+
+
+@dataclass(frozen=True, repr=False)
+class Comparison:
+    """A measured steady cycle and its prediction; the contract's keys, ``None`` is not known.
+
+    ``friction`` (the friction ratio), ``force`` (N), ``coefficient`` are estimates, with the contract's keys as flat
+    names. Energies in k Y^2, amplitudes in Y; ``energy_difference`` = predicted / measured - 1; ``response_nrmse``: rms of
+    measured minus predicted cycle over the rms of the measured cycle about its mean; ``response_floor``: standard error
+    of the measured mean cycle over its rms; ``misfit``: their ratio; ``verdict``: whether the law explains the cycle.
+    ``_se``: standard error with sensors and rig as they are known, ``_u``: with what is not known of them.
+    ``parameters``: name -> value with its errors and limits; ``nuisances``: what else the fit moved, name -> value,
+    uncertainty, and what was known before; ``budget``: quantity -> source -> standard uncertainty; ``laws``: the ladder
+    in the order climbed (law "auto" alone). ``tau`` (p,) rad from the top of the base's fundamental, ``base``,
+    ``measured``, ``predicted`` (p,) in Y stand behind them.
+    """
+
+    source: str
+    status: str
+    reason: str | None
+    warnings: tuple[str, ...]
+    frequency_ratio: float
+    energy_per_cycle: float
+    response_amplitude: float
+    stops_per_cycle: float
+    regime: str
+    law: str
+    friction: Estimate
+    force: Estimate
+    coefficient: Estimate
+    predicted_energy_per_cycle: float | None
+    predicted_response_amplitude: float | None
+    predicted_stops_per_cycle: float | None
+    predicted_regime: str | None
+    energy_difference: float | None
+    response_nrmse: float | None
+    response_floor: float
+    misfit: float | None
+    verdict: Verdict | None
+    parameters: Mapping[str, Mapping[str, float | bool | None]]
+    model: str
+    solver: str
+    closure_error: float | None
+    nuisances: Mapping[str, Mapping[str, float]]
+    budget: Mapping[str, Mapping[str, float]]
+    laws: tuple[Mapping[str, object], ...] | None
+    accuracy: str
+    material: str | None
+    normal_force_n: float | None
+    tau: FloatArray
+    base: FloatArray
+    measured: FloatArray
+    predicted: FloatArray | None
+
+    record_nrmse: float | None = None
+    record_energy_difference: float | None = None
+
+    friction_ratio = FlatKnown("friction")
+    friction_ratio_se = Flat("friction", "se")
+    friction_ratio_u = Flat("friction", "u")
+    friction_force_n = Flat("force")
+    friction_force_n_se = Flat("force", "se")
+    friction_force_n_u = Flat("force", "u")
+    friction_coefficient = Flat("coefficient")
+    friction_coefficient_se = Flat("coefficient", "se")
+    friction_coefficient_u = Flat("coefficient", "u")
+
+    def row(self) -> dict[str, object]:
+        """The contract's keys alone: a line of JSON or of a table."""
+        return COMPARISONS.row(self)
+
+    def __repr__(self) -> str:
+        left = "no prediction" if self.response_nrmse is None else f"nrmse {self.response_nrmse:.2g}, {self.verdict}"
+        said = f", {len(self.warnings)} warnings" if self.warnings else ""
+        return f"<Comparison {self.source}: r = {self.frequency_ratio:.4g}, {self.law}, beta {self.friction}, {left}{said}>"

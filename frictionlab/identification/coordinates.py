@@ -1,0 +1,116 @@
+"""The unknowns of a fit: a law's parameters and the nuisances beside them, each with its prior, in units of it.
+
+Every coordinate is normal with mean 0 and deviation 1 before anything is measured; one that has a bound at its neutral
+value (a damping ratio, a static ratio) starts there and has half of that.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.identification.family import Family
+from frictionlab.simulator.laws import Parameter
+from frictionlab.uncertainty import Sources
+
+FloatArray = NDArray[np.float64]
+WIDE = 2.0 * 1.959964  # deviations from end to end of a 95 % interval
+STRONGEST = 12.0  # deviations: farther from its prior no coordinate may go
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One unknown: its value is ``middle + width * c``, or e to that on a logarithmic scale.
+
+    ``low``: least value of c; ``law``: whether it belongs to the law (else it is a nuisance); ``words``: what it is;
+    ``folded``: whether its prior is the upper half of the normal curve.
+    """
+
+    name: str
+    words: str
+    middle: float = 0.0
+    width: float = 1.0
+    is_log: bool = False
+    low: float = -STRONGEST
+    law: bool = False
+    folded: bool = False
+
+    def value(self, c: float) -> float:
+        """Return the value at a coordinate."""
+        raw = self.middle + self.width * c
+        return math.exp(raw) if self.is_log else raw
+
+    def at(self, value: float) -> float:
+        """Return the coordinate of a value."""
+        raw = math.log(value) if self.is_log else value
+        return (raw - self.middle) / self.width
+
+    def slope(self, c: float) -> float:
+        """Return the change of the value by the coordinate."""
+        return self.width * (self.value(c) if self.is_log else 1.0)
+
+
+def of_parameter(parameter: Parameter) -> Coordinate:
+    """The coordinate of a law's parameter, by its usual range."""
+    low, high = parameter.usual
+    named = Coordinate(parameter.name, parameter.words, law=True)
+    if parameter.scale == "log":
+        return replace(named, middle=0.5 * math.log(low * high), width=math.log(high / low) / WIDE, is_log=True)
+    if parameter.neutral is not None and parameter.neutral == parameter.low == low:
+        return replace(named, middle=low, width=2.0 * (high - low) / WIDE, low=0.0, folded=True)
+    middle, width = 0.5 * (low + high), (high - low) / WIDE
+    least = (parameter.low - middle) / width if math.isfinite(parameter.low) else -STRONGEST
+    return replace(named, middle=middle, width=width, low=max(-STRONGEST, least))
+
+
+def nuisances(family: Family, measurement: Measurement, sources: Sources) -> tuple[Coordinate, ...]:
+    """What else may be off in one test, by what is known of its sensors and its rig."""
+    turn = 2.0 * math.pi * measurement.drive_frequency_hz
+    found = [
+        _nuisance("natural_frequency", "natural frequency, relative", sources.natural_frequency),
+        _nuisance(
+            "gain", "gain of the mass sensor over that of the base's", math.hypot(sources.mass_gain, sources.base_gain)
+        ),
+        _nuisance("lag", "lag between the channels, rad of the drive", turn * sources.lag),
+        _frame(family, sources),
+        *_second_harmonic(family, measurement),
+    ]
+    return tuple(c for c in found if c.width > 0.0)
+
+
+def _nuisance(name: str, words: str, width: float) -> Coordinate:
+    return Coordinate(name, words, width=width)
+
+
+def _frame(family: Family, sources: Sources) -> Coordinate:
+    """The frame's damping ratio: about what the scene says, or up from zero where it says nothing."""
+    middle, width = family.held.get("frame_damping_ratio", 0.0), sources.damping_ratio
+    low = max(-STRONGEST, -middle / width) if width > 0.0 else 0.0
+    words = "frame's damping ratio"
+    return Coordinate("frame_damping_ratio", words, middle=middle, width=width, low=low, folded=middle == 0.0)
+
+
+def _second_harmonic(family: Family, measurement: Measurement) -> tuple[Coordinate, ...]:
+    """A second harmonic of the base, as large as the measured one: it may be the sensor's or the base's."""
+    if family.base.harmonics > 1:
+        return ()
+    cycle = measurement.cycle
+    size = math.hypot(float(cycle.base_cosine[1]), float(cycle.base_sine[1]))
+    noise = measurement.base_amplitude_m_se / measurement.base_amplitude_m
+    if size < 3.0 * noise or size < 1e-4:
+        return ()
+    words = "second harmonic of the base, {} part over Y"
+    return tuple(_nuisance(f"second_{part}", words.format(part), size / math.sqrt(2.0)) for part in ("cosine", "sine"))
+
+
+def values_of(coordinates: tuple[Coordinate, ...], point: FloatArray) -> dict[str, float]:
+    """Return the values at a point, by name."""
+    return {c.name: c.value(float(p)) for c, p in zip(coordinates, point, strict=True)}
+
+
+def point_of(coordinates: tuple[Coordinate, ...], values: Mapping[str, float]) -> FloatArray:
+    """Return the point of some values; what is not given is at its prior's middle."""
+    return np.array([c.at(values[c.name]) if c.name in values else max(0.0, c.low) for c in coordinates])

@@ -1,0 +1,154 @@
+"""Scene + measured cycle -> what is simulated: the one translation, for one test, a campaign and a plan alike."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.scene import Scene
+from frictionlab.simulator import COSINE, Base, Problem
+from frictionlab.simulator.laws import Law, law_of
+from frictionlab.simulator.problem import Wall
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Family:
+    """All problems that one test may be: everything is known but some of the law's parameters.
+
+    Parameters
+    ----------
+    r : float
+        Frequency ratio.
+    law : Law
+    held : mapping of str to float
+        Parameters of the law that the scene holds fixed.
+    wall : {"fixed", "base"}
+    base : Base
+        Motion of the base over Y.
+    """
+
+    r: float
+    law: Law
+    held: Mapping[str, float]
+    wall: Wall
+    base: Base = COSINE
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """The law's own parameters that are to be found, in order: those not held, without counts."""
+        return tuple(p.name for p in self.law.own if p.name not in self.held and not p.whole)
+
+    def problem(self, values: Mapping[str, float], *, detuning: float = 0.0, second: complex = 0.0) -> Problem:
+        """Return the problem with these parameters.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Parameters beside the held ones.
+        detuning : float
+            Relative error of the natural frequency: r / (1 + detuning) is simulated.
+        second : complex
+            A second harmonic added to the base, cosine - i sine part, over Y.
+        """
+        given = (
+            {p.name: p.default for p in self.law.parameters if p.default is not None} | dict(self.held) | dict(values)
+        )
+        beta, frame = given.pop("beta"), given.pop("frame_damping_ratio", 0.0)
+        base = self.base if second == 0.0 else _with_second(self.base, second)
+        return Problem(
+            self.r / (1.0 + detuning),
+            beta,
+            wall=self.wall,
+            base=base,
+            law=self.law,
+            parameters=given,
+            frame_damping_ratio=frame,
+        )
+
+    def holding(self, values: Mapping[str, float]) -> "Family":
+        """Return the family with more of the law's parameters held fixed."""
+        return replace(self, held=dict(self.held) | dict(values))
+
+    def under_plain_coulomb(self) -> "Family":
+        """Return the family of the same test under plain Coulomb friction, where a ladder begins."""
+        return self.under(law_of("coulomb"))
+
+    def under(self, law: Law) -> "Family":
+        """Return the family of the same test under another law; what that law lacks is no longer held."""
+        names = {p.name for p in law.parameters}
+        return replace(self, law=law, held={k: v for k, v in self.held.items() if k in names})
+
+
+def _with_second(base: Base, second: complex) -> Base:
+    cosine, sine = [*base.cosine, 0.0, 0.0][: max(2, base.harmonics)], [*base.sine, 0.0, 0.0][: max(2, base.harmonics)]
+    cosine[1] += second.real
+    sine[1] -= second.imag
+    return Base(tuple(cosine), tuple(sine))
+
+
+def law_and_held(scene: Scene, law: str | Law | None = None) -> tuple[Law, dict[str, float]]:
+    """Return the law that a scene (or the caller) names, and the parameters that the scene holds fixed.
+
+    ``static_ratio`` of ``[model]`` is the static ratio of both directions; a `damping_ratio` of the rig is simulated.
+
+    Raises
+    ------
+    UsageError
+        The scene holds a parameter that the law lacks.
+    """
+    model = scene.model
+    chosen = law_of(model.law if law is None else law)
+    held = dict(model.parameters) if law is None or law_of(law).name == law_of(model.law).name else {}
+    names = {p.name for p in chosen.own}
+    if model.static_ratio != 1.0 and "static_ratio" not in names and not chosen.has("breakaway"):
+        chosen = law_of(f"{chosen.name}+breakaway")
+        held |= dict.fromkeys(("static_ratio_up", "static_ratio_down"), model.static_ratio)
+    if scene.rig.damping_ratio is not None:
+        held.setdefault("frame_damping_ratio", scene.rig.damping_ratio)
+    strangers = sorted(set(held) - {p.name for p in chosen.parameters})
+    if strangers:
+        known = ", ".join(p.name for p in chosen.parameters)
+        raise UsageError(f"model.parameters: law {chosen.name} has no {', '.join(strangers)}; expected {known}")
+    return chosen, held
+
+
+def family_of(measurement: Measurement, scene: Scene, law: str | Law | None = None) -> Family:
+    """Return what one measured test may be under a law, with the physics that the scene names.
+
+    Raises
+    ------
+    AnalysisError
+        The natural frequency is not known.
+    """
+    ratio = measurement.frequency_ratio
+    if ratio is None or not math.isfinite(ratio):
+        raise AnalysisError(
+            "no frequency ratio: the natural frequency is not known: give rig.natural_frequency_hz in the scene, or"
+            " mass_kg and stiffness_n_per_m; `frictionlab free-vibration` measures it"
+        )
+    chosen, held = law_and_held(scene, law)
+    return Family(ratio, chosen, held, scene.model.wall, measured_base(measurement, scene.model.base_harmonics))
+
+
+def measured_base(measurement: Measurement, harmonics: int) -> Base:
+    """Return the base motion with so many of its measured harmonics; a pure cosine with one.
+
+    Raises
+    ------
+    UsageError
+        More harmonics are asked for than are measured.
+    """
+    cycle = measurement.cycle
+    if harmonics > len(cycle.base_cosine):
+        raise UsageError(
+            f"model.base_harmonics: expected at most {len(cycle.base_cosine)}, as many as are measured; got {harmonics}"
+        )
+    if harmonics == 1:
+        return COSINE
+    return Base(tuple(cycle.base_cosine[:harmonics].tolist()), tuple(cycle.base_sine[:harmonics].tolist()))

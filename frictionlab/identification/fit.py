@@ -1,0 +1,265 @@
+"""One fit for any number of parameters: least squares on the cycle, with priors, nuisances and one error model.
+
+The misfit is whitened by the covariance of the measured mean cycle; each coordinate adds its prior as one more
+residual. Errors come from three sides, and the largest counts: the curvature of the fit, the scatter of single cycles
+carried through it (so that friction which changes from cycle to cycle is seen as such), and what the law cannot explain
+(MacKinnon and White's HC3, harmonic by harmonic). What the nuisances add makes the combined uncertainty.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from frictionlab.errors import AnalysisError
+from frictionlab.identification.coordinates import Coordinate, values_of
+from frictionlab.identification.forward import Forward
+from frictionlab.identification.observed import Observed
+
+FloatArray = NDArray[np.float64]
+FAR = 1e3  # residual of values that have no steady state, over the measured cycle
+ROUNDS = 3  # of weighing down what the law cannot explain
+MOST_STEPS = 60
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The best values of a law for one measured cycle.
+
+    Parameters
+    ----------
+    forward, observed
+        What was fitted to what.
+    point : ndarray of shape (n,)
+        Coordinates of the best values (in deviations of their priors).
+    residual : ndarray of shape (2 K,)
+        Measured minus predicted, whitened.
+    jacobian : ndarray of shape (2 K, n)
+        Of the prediction, whitened.
+    excess : float
+        Chi-square per degree of freedom, at least 1: what the law cannot explain counts as noise.
+    """
+
+    forward: Forward
+    observed: Observed
+    point: FloatArray
+    residual: FloatArray
+    jacobian: FloatArray
+    excess: float
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The unknowns, in order."""
+        return self.forward.coordinates
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Best values by name, nuisances included."""
+        return values_of(self.coordinates, self.point)
+
+    @property
+    def law_values(self) -> dict[str, float]:
+        """Best values of what the law's problem takes: its parameters, and the frame's damping ratio."""
+        names = {p.name for p in self.forward.family.law.parameters}
+        return {name: value for name, value in self.values.items() if name in names}
+
+    @property
+    def nrmse(self) -> float:
+        """Rms of measured minus predicted over the rms of the measured, in the harmonics kept."""
+        gap = np.linalg.solve(self.observed.whitener, self.residual)
+        return math.sqrt(0.5 * float(gap @ gap) / self.observed.power)
+
+    @property
+    def chi_square(self) -> float:
+        """Sum of squares of the whitened residual."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def precision(self) -> FloatArray:
+        """Inverse of the posterior covariance (n, n), by the curvature."""
+        return np.asarray(self.jacobian.T @ self.jacobian / self.excess + np.eye(len(self.point)))
+
+
+def fit(forward: Forward, observed: Observed, starts: Sequence[FloatArray], *, excess: float | None = None) -> Fit:
+    """Return the best fit from some starting points.
+
+    Parameters
+    ----------
+    forward, observed
+        What is fitted to what.
+    starts : sequence of ndarray of shape (n,)
+        Starting points in coordinates; the best of them, by its sum of squares, is followed.
+    excess : float, optional
+        Variance of the misfit over the noise's; by default it is found, so that the law's own faults are weighed down.
+
+    Raises
+    ------
+    AnalysisError
+        No starting point has a steady state.
+    """
+    if excess is not None:
+        return _fitted(forward, observed, _best_start(forward, observed, starts, excess), excess)
+    found = _fitted(forward, observed, _best_start(forward, observed, starts, 1.0), 1.0)
+    for _ in range(ROUNDS):
+        worse = excess_of(found)
+        if worse < 1.1 * found.excess:
+            break
+        found = _fitted(forward, observed, found.point, worse)
+    return found
+
+
+def unfitted(forward: Forward, observed: Observed) -> Fit:
+    """Return what a law without unknowns says of a measured cycle; where it has no steady state the residual is all."""
+    predicted = forward.predict(np.zeros(0))
+    gap = observed.cosine_sine - (0.0 if predicted is None else predicted)
+    return Fit(forward, observed, np.zeros(0), observed.whitener @ gap, np.zeros((len(gap), 0)), 1.0)
+
+
+def released(found: Fit, forward: Forward) -> Fit:
+    """Return the same fit with nuisances beside it that stand where they are known to be, and count in its errors."""
+    point = np.concatenate([found.point, np.zeros(len(forward.coordinates) - len(found.point))])
+    predicted = forward.predict(point)
+    if predicted is None:
+        raise AnalysisError(f"law {forward.family.law.name}: the best values found have no steady state")
+    jacobian = found.observed.whitener @ forward.jacobian(point, predicted)
+    return Fit(forward, found.observed, point, found.residual, jacobian, found.excess)
+
+
+def excess_of(found: Fit) -> float:
+    """Chi-square per degree of freedom, at least 1."""
+    free = len(found.residual) - int((np.abs(found.jacobian).max(axis=0) > 1.0).sum())
+    return max(1.0, found.chi_square / max(1, free))
+
+
+def _best_start(forward: Forward, observed: Observed, starts: Sequence[FloatArray], excess: float) -> FloatArray:
+    costs = [cost(forward, observed, start, excess) for start in starts]
+    if not np.isfinite(costs).any():
+        r = forward.family.r
+        raise AnalysisError(
+            f"no friction ratio tried has a steady state at r = {r:g}: near resonance the motion may have no bound;"
+            " check the natural frequency (rig.natural_frequency_hz, --natural-frequency)"
+        )
+    return starts[int(np.argmin(costs))]
+
+
+def cost(forward: Forward, observed: Observed, point: FloatArray, excess: float) -> float:
+    """Return the weighed sum of squares at a point, priors included; infinite where there is no steady state."""
+    predicted = forward.predict(point)
+    if predicted is None:
+        return math.inf
+    gap = observed.whitener @ (observed.cosine_sine - predicted)
+    return float(gap @ gap) / excess + float(point @ point)
+
+
+def _fitted(forward: Forward, observed: Observed, start: FloatArray, excess: float) -> Fit:
+    whitener, weight = observed.whitener, 1.0 / math.sqrt(excess)
+    far = FAR * (whitener @ observed.cosine_sine)
+
+    def residuals(point: FloatArray) -> FloatArray:
+        predicted = forward.predict(point)
+        gap = far if predicted is None else whitener @ (observed.cosine_sine - predicted)
+        return np.concatenate([weight * gap, point])
+
+    def slopes(point: FloatArray) -> FloatArray:
+        here = forward.predict(point)
+        if here is None:
+            return np.vstack([np.zeros((len(far), len(point))), np.eye(len(point))])
+        return np.vstack([-weight * (whitener @ forward.jacobian(point, here)), np.eye(len(point))])
+
+    low = np.array([c.low for c in forward.coordinates])
+    found = least_squares(
+        residuals, np.maximum(start, low + 1e-9), slopes, bounds=(low - 1e-12, np.inf), max_nfev=MOST_STEPS, xtol=1e-10
+    )
+    point = np.maximum(np.where(found.x - low < 1e-6, low, found.x), low)
+    predicted = forward.predict(point)
+    if predicted is None:
+        point = found.x
+        predicted = forward.predict(point)
+    if predicted is None:
+        raise AnalysisError(f"law {forward.family.law.name}: the best values found have no steady state")
+    jacobian = whitener @ forward.jacobian(point, predicted)
+    return Fit(forward, observed, point, whitener @ (observed.cosine_sine - predicted), jacobian, excess)
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Uncertainty of a fit's coordinates: ``statistical`` (n,) with the nuisances held, ``combined`` (n, n) with them.
+
+    Both in deviations of the priors.
+    """
+
+    statistical: FloatArray
+    combined: FloatArray
+
+
+def errors_of(found: Fit) -> Errors:
+    """Return how sure the coordinates are."""
+    law = np.array([c.law for c in found.coordinates], dtype=bool)
+    if not law.any():
+        return Errors(np.zeros(len(law)), np.asarray(np.linalg.inv(found.precision)))
+    joint = np.linalg.inv(found.precision)
+    told = np.zeros(len(law))
+    held = np.zeros_like(joint)
+    inner = np.linalg.inv(found.precision[np.ix_(law, law)])
+    held[np.ix_(law, law)] = inner
+    inflation = np.ones(len(law))
+    gain = inner @ found.jacobian[:, law].T / found.excess
+    shown = np.maximum(_by_cycles(found, gain), _by_misfit(found, gain))
+    told[law] = np.maximum(np.diag(inner), shown)
+    inflation[law] = np.sqrt(told[law] / np.diag(inner))
+    extra = np.maximum(np.diag(joint)[law] - np.diag(inner), 0.0)
+    combined = joint * np.outer(inflation, inflation)
+    size = np.sqrt(np.diag(combined).copy())
+    size[law] = np.sqrt(told[law] + extra)
+    combined *= np.outer(size, size) / np.sqrt(np.outer(np.diag(combined), np.diag(combined)))
+    return Errors(np.sqrt(told), combined)
+
+
+def _by_cycles(found: Fit, gain: FloatArray) -> FloatArray:
+    """Variance (m,) that single cycles show when each is carried through the fit."""
+    observed = found.observed
+    n = len(observed.each)
+    if not math.isfinite(observed.freedom):
+        return np.zeros(len(gain))
+    moved = (observed.each - observed.each.mean(axis=0)) @ (gain @ observed.whitener).T
+    few = (n - 1.0) / max(n - 3.0, 1.0)  # Student: the scatter of few cycles is itself not well known
+    return np.asarray((moved**2).sum(axis=0) / (n - 1.0) / observed.used * few)
+
+
+def _by_misfit(found: Fit, gain: FloatArray) -> FloatArray:
+    """Variance (m,) by what the law cannot explain, harmonic by harmonic (HC3); nothing where noise explains it."""
+    if found.excess <= 1.0:
+        return np.zeros(len(gain))
+    hat = found.jacobian @ np.linalg.inv(found.precision) @ found.jacobian.T / found.excess
+    leverage = np.clip(np.diag(hat), 0.0, 0.9)
+    return np.asarray(((gain * (found.residual / (1.0 - leverage))) ** 2).sum(axis=1))
+
+
+def log_evidence(found: Fit) -> float:
+    """Logarithm of the evidence, Laplace's approximation about a fit whose excess is 1.
+
+    A coordinate that may only grow from its bound is integrated over its half line: with slope g and curvature h of the
+    misfit there, ``exp(g^2 / 2h) erfc(g / sqrt(2h)) / sqrt(h)``.
+    """
+    from scipy.special import log_ndtr  # noqa: PLC0415 - beside its only use
+
+    precision = found.precision
+    _, determinant = np.linalg.slogdet(precision)
+    noise = 2.0 * float(np.log(np.diag(found.observed.whitener)).sum())
+    total = -0.5 * found.chi_square + 0.5 * noise - 0.5 * float(found.point @ found.point) - 0.5 * float(determinant)
+    total -= 0.5 * len(found.residual) * math.log(2.0 * math.pi)
+    covariance = np.linalg.inv(precision)
+    gradient = found.jacobian.T @ found.residual / found.excess - found.point  # of minus the cost
+    for i, c in enumerate(found.coordinates):
+        if not c.folded:
+            continue
+        spread = math.sqrt(covariance[i, i])
+        peak = float(found.point[i] - c.low)
+        if peak < 1e-6:  # at the bound: the peak lies beyond it
+            peak = min(0.0, float(gradient[i]) * spread**2)
+            total += 0.5 * (peak / spread) ** 2
+        total += math.log(2.0) + float(log_ndtr(peak / spread))
+    return total

@@ -1,0 +1,94 @@
+"""What two sensors would show of a simulated cycle: harmonics of x over Y, and how they change with the unknowns."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import SimulationError
+from frictionlab.identification.coordinates import Coordinate, values_of
+from frictionlab.identification.family import Family
+from frictionlab.identification.observed import harmonics_of, parts
+from frictionlab.simulator import SteadyState, steady_state
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+STEP = 1e-4  # of a prior's width or of the value: finite differences of the simulated cycle
+SIMULATED = ("natural_frequency", "frame_damping_ratio", "second_cosine", "second_sine")  # nuisances that cost a state
+
+
+@dataclass(frozen=True)
+class Forward:
+    """Unknowns -> harmonics of the cycle that would be measured.
+
+    ``count``: harmonics; `lines` are complex amplitudes of harmonics 1 to count, over Y.
+    """
+
+    family: Family
+    coordinates: tuple[Coordinate, ...]
+    count: int
+
+    def state(self, values: Mapping[str, float]) -> SteadyState | None:
+        """The steady state at some values; None where the simulator has none."""
+        own = {name: value for name, value in values.items() if name in self._parameters}
+        second = complex(values.get("second_cosine", 0.0), -values.get("second_sine", 0.0))
+        try:
+            problem = self.family.problem(own, detuning=values.get("natural_frequency", 0.0), second=second)
+            return steady_state(problem)
+        except SimulationError:
+            return None  # no motion to compare with: these values are no candidate
+
+    @property
+    def _parameters(self) -> frozenset[str]:
+        return frozenset(p.name for p in self.family.law.parameters)
+
+    def lines(self, values: Mapping[str, float]) -> ComplexArray | None:
+        """Harmonics of the steady motion itself, before the sensors; None where there is none."""
+        state = self.state(values)
+        if state is None or (state.orbit is None and state.outcome != "stuck"):
+            return None
+        if state.orbit is None:
+            return np.zeros(self.count, dtype=np.complex128)
+        points, turns = max(256, 4 * self.count), state.period_cycles or 1
+        tau = 2.0 * np.pi * np.arange(points * turns) / points
+        cycle = state.orbit.at(tau)[0].reshape(turns, points).mean(axis=0)
+        return harmonics_of(cycle, self.count)
+
+    def seen(self, lines: ComplexArray, values: Mapping[str, float]) -> ComplexArray:
+        """The same harmonics through the sensors: gain, and a lag that shifts the cycle."""
+        order = np.arange(1, self.count + 1)
+        return np.asarray((1.0 + values.get("gain", 0.0)) * np.exp(1j * order * values.get("lag", 0.0)) * lines)
+
+    def predict(self, point: FloatArray) -> FloatArray | None:
+        """Cosine and sine parts (2 count,) at a point; None where there is no steady state."""
+        values = values_of(self.coordinates, point)
+        lines = self.lines(values)
+        return None if lines is None else parts(self.seen(lines, values))
+
+    def jacobian(self, point: FloatArray, here: FloatArray) -> FloatArray:
+        """Derivatives (2 count, n) by the coordinates; a column is zero where neither neighbour has a steady state."""
+        columns = [self._column(i, c, point, here) for i, c in enumerate(self.coordinates)]
+        return np.stack(columns, axis=1)
+
+    def _column(self, i: int, c: Coordinate, point: FloatArray, here: FloatArray) -> FloatArray:
+        if c.name == "gain":
+            return np.asarray(here * c.width / (1.0 + c.value(float(point[i]))))
+        if c.name == "lag":
+            order = np.arange(1, self.count + 1)
+            cosine, sine = here[: self.count], here[self.count :]
+            return c.width * np.concatenate([order * sine, -order * cosine])
+        for step in (STEP, -STEP, 0.1 * STEP):
+            if point[i] + step < c.low:
+                continue
+            there = self.predict(_moved(point, i, step))
+            if there is not None:
+                return np.asarray((there - here) / step)
+        return np.zeros_like(here)
+
+
+def _moved(point: FloatArray, i: int, step: float) -> FloatArray:
+    moved = point.copy()
+    moved[i] += step
+    return moved

@@ -1,0 +1,298 @@
+"""Which values of a law a measured cycle asks for, how sure each is, and what the cycle does not tell."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.errors import AnalysisError
+from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, point_of
+from frictionlab.identification.family import Family
+from frictionlab.identification.fit import Errors, Fit, cost, errors_of, excess_of, fit, released, unfitted
+from frictionlab.identification.forward import Forward
+from frictionlab.identification.loop import loop_friction_ratio
+from frictionlab.identification.observed import Observed, observe_cycle
+from frictionlab.simulator.engine import choose
+from frictionlab.uncertainty import Sources
+
+FloatArray = NDArray[np.float64]
+SEARCH = np.geomspace(0.05, 3.0, 49)  # friction ratios tried, over the loop's
+RIVAL = 9.0  # a second valley within so much of chi-square is a rival
+TOLD = 0.5  # a parameter is told if its variance has fallen below this share of its prior's ...
+SURE = 2.0  # ... and it lies so many errors from where its term does nothing
+LEVEL = 0.95  # of a limit
+STATES, WAITED = 150, 20.0  # simulated for one fit, and how much longer each takes where rest's motion is waited for
+VAGUE = 0.1  # relative standard error from which a friction ratio is called vague
+PRESSED = 3.0  # deviations from what is known of the rig at which a nuisance is told
+FIRST_GUESSES = {"contact_damping_ratio": 0.02, "stiffness_ratio": 100.0}  # values at which a new term is tried first
+
+
+@dataclass(frozen=True)
+class ParameterEstimate:
+    """One parameter of a law as one test tells it.
+
+    ``se``: standard error with the rig as it is known; ``u``: with what is not known of sensors and rig as well; both
+    None for a value that was given. ``told``: whether this test tells it at all; ``lower``, ``upper``: 95 % limits,
+    None where there is no limit.
+    """
+
+    value: float
+    se: float | None = None
+    u: float | None = None
+    told: bool = False
+    lower: float | None = None
+    upper: float | None = None
+
+
+@dataclass(frozen=True)
+class Identified:
+    """A law fitted to one measured cycle.
+
+    ``parameters``: by name, the law's own in order; ``nuisances``: name -> (value, standard uncertainty, prior's);
+    ``shares``: source -> standard uncertainty that it adds to the friction ratio; ``warnings``: sentences.
+    """
+
+    family: Family
+    fit: Fit
+    errors: Errors
+    parameters: dict[str, ParameterEstimate]
+    nuisances: dict[str, tuple[float, float, float]]
+    shares: dict[str, float]
+    warnings: tuple[str, ...] = ()
+
+
+def coordinates_of(family: Family, measurement: Measurement, sources: Sources) -> tuple[Coordinate, ...]:
+    """The unknowns of a fit: the law's free parameters, then the nuisances."""
+    return (
+        *(of_parameter(family.law.parameter(name)) for name in family.free),
+        *nuisances(family, measurement, sources),
+    )
+
+
+def forward_of(family: Family, measurement: Measurement, sources: Sources, observed: Observed) -> Forward:
+    """What turns the unknowns of one test into the cycle that would be measured."""
+    return Forward(family, coordinates_of(family, measurement, sources), observed.harmonics)
+
+
+def identify(measurement: Measurement, family: Family, sources: Sources) -> Identified:
+    """Return the best values of a law for a measured cycle, each with its errors.
+
+    Sensors and rig are taken as they are known as long as the cycle does not contradict that; else they are fitted
+    beside the law, each held by what is known of it. The combined uncertainty counts them in both cases.
+
+    Raises
+    ------
+    AnalysisError
+        The mass stands still, the loop takes in no energy, or no value tried has a steady state.
+    """
+    prepare(family, STATES)
+    observed = observe_cycle(measurement)
+    forward = forward_of(family, measurement, sources, observed)
+    starts = _valleys(measurement, forward, observed)[:2] if "beta" in family.free else [start_at(forward, {})]
+    plain = replace(forward, coordinates=tuple(c for c in forward.coordinates if c.law))
+    fits = _by_cost([fit(plain, observed, [start[: len(plain.coordinates)]]) for start in starts])
+    if misfit_is_noise(fits[0]):
+        fits = [released(found, forward) for found in fits]
+    else:
+        fits = _by_cost([fit(forward, observed, [start]) for start in starts])
+    return with_errors(family, fits[0], rivals=_rivals(fits))
+
+
+def _by_cost(fits: list[Fit]) -> list[Fit]:
+    """Fits in order of their misfit, weighed alike."""
+    excess = min(found.excess for found in fits)
+    return sorted(fits, key=lambda found: found.chi_square / excess + float(found.point @ found.point))
+
+
+def prepare(family: Family, states: int) -> None:
+    """Load the compiled simulator if so many steady states are worth it; it changes nothing but their time."""
+    waits = WAITED if family.law.has("breakaway") else 1.0
+    choose(states * waits * (10.0 + 4.0 / family.r))
+
+
+def as_known(measurement: Measurement, family: Family, sources: Sources) -> Identified:
+    """Return the law with the values that are held: what is not held is found, sensors and rig are as they are known.
+
+    Raises
+    ------
+    AnalysisError
+        There is no steady state with these values.
+    """
+    if family.free:
+        return identify(measurement, family, sources)
+    observed = observe_cycle(measurement)
+    return with_errors(family, unfitted(Forward(family, (), observed.harmonics), observed))
+
+
+def _valleys(measurement: Measurement, forward: Forward, observed: Observed) -> list[FloatArray]:
+    """Starting points at the bottoms of the misfit over the friction ratio, best first."""
+    tried = loop_friction_ratio(measurement, forward.family.wall) * SEARCH
+    starts = [start_at(forward, {"beta": float(beta)}) for beta in tried]
+    costs = np.array([cost(forward, observed, start, 1.0) for start in starts])
+    if not np.isfinite(costs).any():
+        raise AnalysisError(
+            f"no friction ratio between {tried[0]:.3g} and {tried[-1]:.3g} has a steady state at"
+            f" r = {forward.family.r:g}: near resonance the motion may have no bound; check the natural frequency"
+            " (rig.natural_frequency_hz, --natural-frequency)"
+        )
+    padded = np.concatenate([[math.inf], costs, [math.inf]])
+    lower = (padded[1:-1] <= padded[:-2]) & (padded[1:-1] < padded[2:]) & np.isfinite(costs)
+    bottoms = sorted(np.flatnonzero(lower), key=lambda i: costs[i])
+    return [starts[int(i)] for i in bottoms]
+
+
+def start_at(forward: Forward, values: dict[str, float]) -> FloatArray:
+    """Starting point: these values, a first guess for what else the law has, nuisances as they are known."""
+    return point_of(forward.coordinates, FIRST_GUESSES | values)
+
+
+def _rivals(fits: list[Fit]) -> tuple[float, ...]:
+    """Friction ratios of other valleys that fit nearly as well."""
+    best = fits[0]
+    return tuple(
+        other.values["beta"]
+        for other in fits[1:]
+        if (other.chi_square - best.chi_square) / best.excess < RIVAL
+        and abs(other.values["beta"] / best.values["beta"] - 1.0) > 0.01
+    )
+
+
+def with_errors(family: Family, found: Fit, *, rivals: tuple[float, ...] = ()) -> Identified:
+    """Return a fit with the errors, limits and caveats of its values."""
+    errors = errors_of(found)
+    parameters, known = {}, {}
+    for i, c in enumerate(found.coordinates):
+        value, slope = c.value(float(found.point[i])), c.slope(float(found.point[i]))
+        spread = slope * math.sqrt(errors.combined[i, i])
+        if c.law:
+            parameters[c.name] = _estimate(family, c, found, errors, i)
+        else:
+            known[c.name] = (value, spread, c.width)
+    values = found.forward.family.problem(found.law_values).parameters
+    own = {p.name: parameters.get(p.name, ParameterEstimate(values[p.name])) for p in family.law.parameters}
+    own = {name: _widened(e, rivals) if name == "beta" else e for name, e in own.items()}
+    said = (*_caveats(own, rivals), *_pressed(known, family), *_bounded(own))
+    return Identified(family, found, errors, own, known, shares(found, errors), said)
+
+
+def _estimate(family: Family, c: Coordinate, found: Fit, errors: Errors, i: int) -> ParameterEstimate:
+    point, slope = float(found.point[i]), c.slope(float(found.point[i]))
+    spread = math.sqrt(errors.combined[i, i])
+    neutral = family.law.parameter(c.name).neutral
+    from_neutral = math.inf
+    if neutral is not None and math.isfinite(neutral) and not c.is_log:
+        from_neutral = abs(point - c.at(neutral)) / spread
+    told = spread**2 < TOLD and from_neutral > SURE and found.jacobian[:, i].any()
+    lower, upper = _limits(c, point, spread, told=bool(told))
+    return ParameterEstimate(
+        c.value(point), slope * float(errors.statistical[i]), slope * spread, bool(told), lower, upper
+    )
+
+
+def _limits(c: Coordinate, point: float, spread: float, *, told: bool) -> tuple[float | None, float | None]:
+    """95 % limits of a coordinate's value, its bound counted; a side that the test says nothing of has none."""
+    mass = float(ndtr((point - c.low) / spread)) if c.low > -10.0 else 1.0  # posterior above the bound
+    one = point + spread * float(ndtri(1.0 - (1.0 - LEVEL) * mass))
+    two = [point + spread * float(ndtri(1.0 - q * mass)) for q in (0.5 + 0.5 * LEVEL, 0.5 - 0.5 * LEVEL)]
+    if told or c.low <= -10.0:
+        lower, upper = two
+        if not told and c.is_log:  # toward where the term does nothing there is no limit
+            return c.value(point - spread * float(ndtri(LEVEL))), None
+        return c.value(max(lower, c.low)), c.value(upper)
+    return None, c.value(one)
+
+
+def _widened(estimate: ParameterEstimate, rivals: tuple[float, ...]) -> ParameterEstimate:
+    """The friction ratio with an error that spans its rivals."""
+    if not rivals or estimate.se is None or estimate.u is None:
+        return estimate
+    span = max(abs(rival - estimate.value) for rival in rivals)
+    return ParameterEstimate(
+        estimate.value,
+        max(estimate.se, span),
+        max(estimate.u, span),
+        estimate.told,
+        min(estimate.lower or estimate.value, *rivals),
+        max(estimate.upper or estimate.value, *rivals),
+    )
+
+
+def _caveats(own: dict[str, ParameterEstimate], rivals: tuple[float, ...]) -> tuple[str, ...]:
+    beta, said = own["beta"], []
+    if rivals:
+        told = " and ".join(f"{rival:.4g}" for rival in rivals)
+        said.append(f"friction_ratio: not unique: {told} fits nearly as well as {beta.value:.4g}; its error spans them")
+    if beta.u is not None and beta.u > VAGUE * beta.value:
+        said.append(
+            f"friction_ratio: known only to {100 * beta.u / beta.value:.2g} %: this test hardly tells it, or the law"
+            " does not explain the test; see misfit and --budget"
+        )
+    return tuple(said)
+
+
+CAUSES = {
+    "natural_frequency": "the natural frequency (rig.natural_frequency_hz)",
+    "gain": "the gain of a sensor (sensors.gain_error)",
+    "lag": "the lag between the channels (sensors.lag_s)",
+    "frame_damping_ratio": "the frame's damping (rig.damping_ratio)",
+    "second_cosine": "a second harmonic of the base",
+    "second_sine": "a second harmonic of the base",
+}
+
+
+def _pressed(known: dict[str, tuple[float, float, float]], family: Family) -> tuple[str, ...]:
+    """Say which known quantity the fit had to push away from what is known of it."""
+    said = []
+    for name, (value, _, width) in known.items():
+        middle = family.held.get(name, 0.0)
+        if abs(value - middle) > PRESSED * width:
+            said.append(
+                f"friction_ratio: the fit moved {CAUSES[name]} by {value - middle:.2g}, which is"
+                f" {abs(value - middle) / width:.2g} times its standard uncertainty: check it"
+            )
+    return tuple(dict.fromkeys(said))
+
+
+def _bounded(own: dict[str, ParameterEstimate]) -> tuple[str, ...]:
+    said = []
+    for name, e in own.items():
+        if name == "beta" or e.se is None or e.told:
+            continue
+        side = f"at most {e.upper:.3g}" if e.lower is None and e.upper is not None else f"from {e.lower} to {e.upper}"
+        if e.upper is None and e.lower is not None:
+            side = f"at least {e.lower:.3g}"
+        said.append(f"{name}: this test does not tell it; {side} (95 %)")
+    return tuple(said)
+
+
+def shares(found: Fit, errors: Errors) -> dict[str, float]:
+    """Standard uncertainty that each source adds to the friction ratio: in quadrature they make the combined one.
+
+    A source's share is by how much the variance falls when it alone is known exactly; what is common to several is
+    shared out in proportion.
+    """
+    names = [c.name for c in found.coordinates]
+    if "beta" not in names:
+        return {}
+    i = names.index("beta")
+    slope = found.coordinates[i].slope(float(found.point[i]))
+    precision, total = found.precision, errors.combined[i, i]
+    joint = np.linalg.inv(precision)
+    falls = {}
+    for k, c in enumerate(found.coordinates):
+        if not c.law and joint[k, k] > 0.0:
+            falls[c.name] = joint[i, k] ** 2 / joint[k, k]
+    added = max(total - float(errors.statistical[i]) ** 2, 0.0)
+    whole = sum(falls.values())
+    by_cause = {name: slope * math.sqrt(added * fall / whole) for name, fall in falls.items()} if whole > 0.0 else {}
+    return {"noise and misfit": slope * float(errors.statistical[i]), **by_cause}
+
+
+def misfit_is_noise(found: Fit) -> bool:
+    """Whether what a fit leaves is no more than noise would leave, at the 1 % level."""
+    from scipy.stats import chi2  # noqa: PLC0415 - beside its only use
+
+    return excess_of(found) <= float(chi2.ppf(0.99, len(found.residual))) / len(found.residual)

@@ -1,0 +1,210 @@
+"""The ladder of laws: the simplest law that a recording requires, by its evidence and by cycles that were left out.
+
+A rung is climbed only if the logarithm of its Bayes factor is above 5 and the cycles left out of the fit are predicted
+better by more than their error. Nuisances stand beside every law, so that what a lag or a detuned frame explains is not
+taken for a property of the contact.
+"""
+
+import math
+import time
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.errors import AnalysisError, ParameterError
+from frictionlab.identification.coordinates import Coordinate
+from frictionlab.identification.family import Family
+from frictionlab.identification.fit import Fit, fit, log_evidence
+from frictionlab.identification.forward import Forward
+from frictionlab.identification.identify import (
+    STATES,
+    Identified,
+    coordinates_of,
+    identify,
+    misfit_is_noise,
+    prepare,
+    start_at,
+    with_errors,
+)
+from frictionlab.identification.observed import Observed
+from frictionlab.simulator.laws import TERMS, Law, law_of
+from frictionlab.uncertainty import Sources
+
+FloatArray = NDArray[np.float64]
+EXACT = ("place", "speed", "breakaway", "compliance")
+NUMERIC = ("logarithm", "stribeck", "dahl", "bouc-wen", "lugre", "rate-state")
+REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
+FEW_CYCLES = 15  # below so many they are left out in two halves, else in five parts
+TRIALS = (1.0, -1.0, 0.0)  # deviations from its prior's middle at which a new parameter is tried
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One law on the ladder.
+
+    ``held_out``: nrmse of the cycles left out, part by part, each by a fit to the others; ``required``: whether the
+    recording requires this law over the simpler one it was tried from; ``seconds``: what it took.
+    """
+
+    identified: Identified
+    log_evidence: float
+    held_out: FloatArray
+    required: bool
+    seconds: float
+
+    @property
+    def law(self) -> Law:
+        """The law that was fitted."""
+        return self.identified.family.law
+
+    @property
+    def nrmse(self) -> float:
+        """Rms of measured minus predicted over the rms of the measured cycle."""
+        return self.identified.fit.nrmse
+
+    @property
+    def held_out_nrmse(self) -> float:
+        """The same over the cycles left out."""
+        return math.sqrt(float(np.mean(self.held_out**2)))
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """All laws tried, in the order climbed; ``chosen``: the one that the recording requires."""
+
+    rungs: tuple[Rung, ...]
+    chosen: Rung
+
+
+def climb(measurement: Measurement, family: Family, sources: Sources) -> Ladder:
+    """Return the ladder of a recording: exact laws first, numeric ones where none of those explains the cycle.
+
+    Raises
+    ------
+    AnalysisError
+        As :func:`identify`: not even Coulomb friction has a steady state here.
+    """
+    ladder = _Climb(measurement, family, sources)
+    prepare(family, 10 * STATES)
+    begin = time.perf_counter()
+    first = identify(measurement, family, sources)
+    bottom = ladder.rung(first.fit, begin, None)
+    top = ladder.upward(replace(bottom, required=True), EXACT)
+    if not misfit_is_noise(top.identified.fit):
+        top = ladder.upward(top, NUMERIC)
+    if top.law.name != first.family.law.name:
+        first = identify(measurement, family.under(top.law), sources)
+    top = replace(top, identified=first)
+    return Ladder(tuple(replace(r, required=True) if r is bottom else r for r in ladder.rungs), top)
+
+
+class _Climb:
+    """The rungs of one recording as they come."""
+
+    def __init__(self, measurement: Measurement, family: Family, sources: Sources) -> None:
+        self.measurement, self.family, self.sources = measurement, family, sources
+        self.rungs: list[Rung] = []
+
+    def upward(self, here: Rung, terms: tuple[str, ...]) -> Rung:
+        """Climb from a rung, one term at a time (or two where no single one helps), as far as it is required."""
+        while True:
+            tried = [rung for name in _above(here.law, terms, 1) if (rung := self._try(here, name)) is not None]
+            good = [rung for rung in tried if rung.required]
+            if not good and terms is EXACT and not misfit_is_noise(here.identified.fit):
+                tried = [rung for name in _above(here.law, terms, 2) if (rung := self._try(here, name)) is not None]
+                good = [rung for rung in tried if rung.required]
+            if not good:
+                return here
+            here = max(good, key=lambda rung: rung.log_evidence)
+
+    def _try(self, below: Rung, name: str) -> Rung | None:
+        """The rung of a law fitted from the one below; None where it has been tried, or has no steady state."""
+        if any(rung.law.name == name for rung in self.rungs):
+            return None
+        begin = time.perf_counter()
+        try:
+            found = self._fitted(below, law_of(name))
+        except AnalysisError:
+            return None  # no steady state near: no candidate
+        return self.rung(found, begin, below)
+
+    def _fitted(self, below: Rung, law: Law) -> Fit:
+        family = self.family.under(law)
+        forward = Forward(
+            family, coordinates_of(family, self.measurement, self.sources), below_observed(below).harmonics
+        )
+        known = below.identified.fit.values
+        new = [c for c in forward.coordinates if c.law and c.name not in known]
+        starts = [start_at(forward, known | _shifted(new, trial)) for trial in TRIALS]
+        found = [fit(forward, below_observed(below), [start], excess=1.0) for start in _few(starts, new)]
+        return min(found, key=lambda f: f.chi_square + float(f.point @ f.point))
+
+    def rung(self, found: Fit, begin: float, below: Rung | None) -> Rung:
+        """Put a fit on the ladder."""
+        if found.excess != 1.0:
+            found = fit(found.forward, found.observed, [found.point], excess=1.0)
+        evidence, left_out = log_evidence(found), held_out(found)
+        required = below is not None and evidence - below.log_evidence > REQUIRED
+        if below is not None and required:
+            better = below.held_out**2 - left_out**2
+            required = float(better.mean()) > float(better.std(ddof=1)) / math.sqrt(len(better))
+        identified = with_errors(found.forward.family, found)
+        made = Rung(identified, evidence, left_out, required, time.perf_counter() - begin)
+        self.rungs.append(made)
+        return made
+
+
+def below_observed(rung: Rung) -> Observed:
+    """The measured cycle that a rung was fitted to."""
+    return rung.identified.fit.observed
+
+
+def _shifted(new: list[Coordinate], trial: float) -> dict[str, float]:
+    """Values at which new parameters are tried: so many deviations from their prior's middle, inside their bounds."""
+    return {c.name: c.value(max(trial if not c.folded else 0.5 * abs(trial), c.low + 0.01)) for c in new}
+
+
+def _few(starts: list[FloatArray], new: list[Coordinate]) -> list[FloatArray]:
+    """The starts worth following: both signs of a gradient, both ends of a range; one for what only grows."""
+    return starts[:1] if all(c.folded for c in new) else starts[:2] if len(new) == 1 else starts
+
+
+def _above(law: Law, terms: tuple[str, ...], count: int) -> list[str]:
+    """Names of the laws with so many more terms, without sums that exclude each other."""
+    order = list(TERMS)
+    found = []
+    for more in combinations([t for t in terms if not law.has(t)], count):
+        name = "+".join(sorted((*(t.name for t in law.terms), *more), key=order.index))
+        try:
+            law_of(name)
+        except ParameterError:
+            continue  # two of its terms exclude each other
+        found.append(name)
+    return found
+
+
+def held_out(found: Fit) -> FloatArray:
+    """Nrmse (parts,) of parts of the cycles, each predicted by the fit to the others; nan where there are too few.
+
+    Every second (or fifth) cycle is a part, so that a drift is in all of them. The fit to the others is one
+    Gauss-Newton step from the fit to all: they differ by little.
+    """
+    observed = found.observed
+    n = len(observed.each)
+    count = 2 if n < FEW_CYCLES else 5
+    if n < count:
+        return np.full(count, math.nan)
+    blocks = [np.arange(first, n, count) for first in range(count)]
+    gain = np.linalg.solve(found.precision, found.jacobian.T / found.excess) @ observed.whitener
+    slopes = np.linalg.solve(observed.whitener, found.jacobian)
+    predicted = observed.cosine_sine - np.linalg.solve(observed.whitener, found.residual)
+    left = []
+    for block in blocks:
+        others = np.delete(observed.each, block, axis=0).mean(axis=0)
+        there = predicted + slopes @ (gain @ (others - observed.cosine_sine))
+        gap = observed.each[block].mean(axis=0) - there
+        left.append(math.sqrt(0.5 * float(gap @ gap) / observed.power))
+    return np.array(left)

@@ -1,0 +1,166 @@
+"""What was observed: the mean cycle as harmonics, and how sure it is, by the scatter of the cycles themselves.
+
+The noise of a fit is not the sensor's: friction differs a little from cycle to cycle, and then all harmonics move
+together. So the covariance comes from the cycles, shrunk towards a smooth diagonal (there are fewer cycles than
+harmonics) [Schäfer and Strimmer 2005], and is never below the sensor's white noise.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis.energy import lag_one
+from frictionlab.analysis.measurement import Measurement
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+FEWEST_CYCLES = 3  # below so many the cycles say nothing of their own scatter
+MOST_HARMONICS = 128
+FEW = 3.0  # over the number of cycles: the share of the mean variance below which no variance is known
+ROUNDING = 1e-6  # of the response: interpolation between samples is no better
+
+
+@dataclass(frozen=True)
+class Observed:
+    """A measured mean cycle, about its mean, and its covariance.
+
+    Parameters
+    ----------
+    cosine_sine : ndarray of shape (2 K,)
+        Cosine parts of harmonics 1 to K of x/Y, then the sine parts.
+    each : ndarray of shape (n, 2 K)
+        The same of single steady cycles.
+    covariance : ndarray of shape (2 K, 2 K)
+        Of the mean cycle.
+    sensor : float
+        Variance of one part of the mean cycle from the sensor's white noise alone.
+    used : int
+        Cycles that the mean is of.
+    freedom : float
+        Cycles that the scatter is known from, less one; infinite where it is the sensor's alone.
+    power : float
+        Mean square of the measured mean cycle.
+    beyond : float
+        Mean square of the sensor's noise in the harmonics that are not kept.
+    """
+
+    cosine_sine: FloatArray
+    each: FloatArray
+    covariance: FloatArray
+    sensor: float
+    used: int
+    freedom: float
+    power: float
+    beyond: float
+
+    @property
+    def harmonics(self) -> int:
+        """Number of harmonics kept."""
+        return len(self.cosine_sine) // 2
+
+    @property
+    def whitener(self) -> FloatArray:
+        """Matrix (2 K, 2 K) that makes the noise of the mean cycle independent with unit variance."""
+        return np.asarray(np.linalg.inv(np.linalg.cholesky(self.covariance)))
+
+    @property
+    def floor(self) -> float:
+        """Standard error of the mean cycle over its rms: what no model can undercut."""
+        return math.sqrt((0.5 * float(np.trace(self.covariance)) + self.beyond) / self.power)
+
+
+def parts(coefficients: ComplexArray) -> FloatArray:
+    """Cosine and sine parts (..., 2 K) of complex harmonics (..., K)."""
+    return np.concatenate([coefficients.real, -coefficients.imag], axis=-1)
+
+
+def harmonics_of(cycle: FloatArray, count: int) -> ComplexArray:
+    """Complex amplitudes of harmonics 1 to count of a cycle on equally spaced phases from 0, over the last axis."""
+    return np.asarray(np.fft.rfft(cycle, axis=-1)[..., 1 : count + 1] * (2.0 / cycle.shape[-1]))
+
+
+def observe_cycle(measurement: Measurement) -> Observed:
+    """Return the measured mean cycle with the covariance that its steady cycles show."""
+    cycle = measurement.cycle
+    each = cycle.each
+    count = min(each.shape[1], _harmonics_told(measurement))
+    single = parts(each[:, :count])
+    mean = parts(harmonics_of(cycle.mass, count))
+    used = max(1, int(measurement.series.used.sum()))
+    power = float(np.mean(cycle.mass**2))
+    samples = measurement.sampling_rate_hz / measurement.drive_frequency_hz
+    sensor = 2.0 * (measurement.mass_noise_m / measurement.base_amplitude_m) ** 2 / samples
+    least = sensor + 2.0 * ROUNDING**2 * power / count
+    beyond = sensor / used * max(0.0, 0.5 * samples - count)
+    if len(single) < FEWEST_CYCLES:
+        covariance, freedom = np.eye(2 * count) * least / used, math.inf
+    else:
+        covariance, freedom = shrunk(single, least) * (_togetherness(single) / used), float(len(single) - 1)
+    return Observed(mean, single, covariance, sensor / used, used, freedom, power, beyond)
+
+
+def _harmonics_told(measurement: Measurement) -> int:
+    """Harmonics worth keeping: a stop's corner is sharp, and a slow drive wakes high harmonics at the frame's own."""
+    ratio = measurement.frequency_ratio or 1.0
+    samples = measurement.sampling_rate_hz / measurement.drive_frequency_hz
+    wanted = min(MOST_HARMONICS, max(32, math.ceil(10.0 / ratio)))
+    return max(2, min(wanted, int(samples / 3.0)))
+
+
+def shrunk(single: FloatArray, least: float) -> FloatArray:
+    """Covariance of one cycle: the sample's, its correlations shrunk, its variances smoothed over neighbours.
+
+    Parameters
+    ----------
+    single : ndarray of shape (n, d)
+        n cycles; d may be larger than n.
+    least : float
+        No variance is below this one.
+
+    Examples
+    --------
+    >>> draws = np.random.default_rng(1).standard_normal((40, 3)) * [1.0, 2.0, 3.0]
+    >>> bool(np.all(np.linalg.eigvalsh(shrunk(draws, 1e-6)) > 0))
+    True
+    """
+    n, _ = single.shape
+    about = single - single.mean(axis=0)
+    variance = np.maximum((about**2).sum(axis=0) / (n - 1), 1e-300)
+    unit = about / np.sqrt(variance)
+    correlation = unit.T @ unit / (n - 1)
+    np.fill_diagonal(correlation, 1.0)
+    off = ~np.eye(len(correlation), dtype=bool)
+    spread = _variance_of_correlation(unit, correlation)[off].sum()
+    share = float(np.clip(spread / max((correlation[off] ** 2).sum(), 1e-300), 0.0, 1.0))
+    deviation = np.sqrt(np.maximum(variance, 0.0))
+    least += FEW / n * float(variance.mean())
+    together = (1.0 - share) * correlation + share * np.eye(len(correlation))
+    return np.asarray(together * np.outer(deviation, deviation) + np.eye(len(correlation)) * least)
+
+
+def _variance_of_correlation(unit: FloatArray, correlation: FloatArray) -> FloatArray:
+    """Variance of each entry of a sample correlation matrix [Schäfer and Strimmer 2005]."""
+    n = len(unit)
+    second = (unit**2).T @ (unit**2)
+    mean = correlation * (n - 1) / n
+    return np.asarray(n / (n - 1.0) ** 3 * (second - n * mean**2))
+
+
+def _togetherness(single: FloatArray) -> float:
+    """By how much neighbours that hang together raise the variance of a mean: (1 + rho) / (1 - rho).
+
+    rho is the lag-one correlation of the cycles' main direction; what is not significant counts as nothing.
+    """
+    about = single - single.mean(axis=0)
+    n = len(about)
+    if n < 12:
+        return 1.0
+    main = np.linalg.svd(about, full_matrices=False)[0][:, 0]
+    rho = lag_one(main)
+    if rho < 1.64 / math.sqrt(n):
+        return 1.0
+    rho = min(rho + (1.0 + 4.0 * rho) / n, 0.95)
+    return (1.0 + rho) / (1.0 - rho)
