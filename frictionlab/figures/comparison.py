@@ -50,11 +50,12 @@ def comparison_figure(comparison: Comparison) -> Figure:
 
 
 def _response_title(comparison: Comparison) -> str:
-    error = comparison.friction_ratio_se
+    error = comparison.friction.error
     beta = f"β = {comparison.friction_ratio:.4g}" + (f" ± {error:.1g}" if error else "")
     nrmse = comparison.response_nrmse
     fit = "no prediction" if nrmse is None else f"nrmse {100 * nrmse:.2g} %"
-    return f"r = {comparison.frequency_ratio:.5g}   {beta}   {fit}"
+    verdict = "" if comparison.verdict is None else f", {comparison.verdict} ({comparison.misfit:.2g} × noise)"
+    return f"r = {comparison.frequency_ratio:.5g}   {beta}   {fit}{verdict}"
 
 
 def _loop_title(comparison: Comparison) -> str:

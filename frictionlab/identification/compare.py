@@ -151,11 +151,10 @@ def _force(measurement: Measurement, scene: Scene, beta: Estimate, sources: Sour
     force = beta.scaled(scene.rig.stiffness).scaled(base.value)
     if force.value is None or base.relative_se is None or beta.se is None or beta.u is None or not beta.value:
         return Estimate(force.value)
-    se = force.value * math.hypot(beta.se / beta.value, base.relative_se)
-    known = force.value * math.hypot(sources.stiffness, sources.base_gain)
-    return Estimate(
-        force.value, se, math.hypot(force.value * beta.u / beta.value, force.value * base.relative_se, known)
-    )
+    by_scene = math.hypot(sources.stiffness, sources.base_gain)
+    relative_u = math.hypot(beta.u / beta.value, base.relative_se, by_scene)
+    relative_se = math.hypot(beta.se / beta.value, base.relative_se)
+    return Estimate(force.value, force.value * relative_se, force.value * relative_u)
 
 
 def _coefficient(force: Estimate, normal: float | None, relative: float) -> Estimate:

@@ -21,9 +21,10 @@ class Comparison:
     """A measured steady cycle and its prediction; the contract's keys, ``None`` is not known.
 
     ``friction`` (the friction ratio), ``force`` (N), ``coefficient`` are estimates, with the contract's keys as flat
-    names. Energies in k Y^2, amplitudes in Y; ``energy_difference`` = predicted / measured - 1; ``response_nrmse``: rms of
-    measured minus predicted cycle over the rms of the measured cycle about its mean; ``response_floor``: standard error
-    of the measured mean cycle over its rms; ``misfit``: their ratio; ``verdict``: whether the law explains the cycle.
+    names. Energies in k Y^2, amplitudes in Y; ``energy_difference`` = predicted / measured - 1; ``response_nrmse``: rms
+    of measured minus predicted cycle over the rms of the measured cycle about its mean; ``response_floor``: standard
+    error of the measured mean cycle over its rms; ``misfit``: their ratio; ``verdict``: whether the law explains the
+    cycle.
     ``_se``: standard error with sensors and rig as they are known, ``_u``: with what is not known of them.
     ``parameters``: name -> value with its errors and limits; ``nuisances``: what else the fit moved, name -> value,
     uncertainty, and what was known before; ``budget``: quantity -> source -> standard uncertainty; ``laws``: the ladder
@@ -88,4 +89,5 @@ class Comparison:
     def __repr__(self) -> str:
         left = "no prediction" if self.response_nrmse is None else f"nrmse {self.response_nrmse:.2g}, {self.verdict}"
         said = f", {len(self.warnings)} warnings" if self.warnings else ""
-        return f"<Comparison {self.source}: r = {self.frequency_ratio:.4g}, {self.law}, beta {self.friction}, {left}{said}>"
+        named = f"{self.source}: r = {self.frequency_ratio:.4g}, {self.law}"
+        return f"<Comparison {named}, beta {self.friction}, {left}{said}>"

@@ -20,6 +20,7 @@ ComplexArray = NDArray[np.complex128]
 FEWEST_CYCLES = 3  # below so many the cycles say nothing of their own scatter
 MOST_HARMONICS = 128
 FEW = 3.0  # over the number of cycles: the share of the mean variance below which no variance is known
+POINTS = 4.0  # of a cycle for each harmonic: with fewer, interpolation takes part of it away
 ROUNDING = 1e-6  # of the response: interpolation between samples is no better
 
 
@@ -105,9 +106,9 @@ def observe_cycle(measurement: Measurement) -> Observed:
 def _harmonics_told(measurement: Measurement) -> int:
     """Harmonics worth keeping: a stop's corner is sharp, and a slow drive wakes high harmonics at the frame's own."""
     ratio = measurement.frequency_ratio or 1.0
-    samples = measurement.sampling_rate_hz / measurement.drive_frequency_hz
+    points = min(measurement.sampling_rate_hz / measurement.drive_frequency_hz, len(measurement.cycle.tau))
     wanted = min(MOST_HARMONICS, max(32, math.ceil(10.0 / ratio)))
-    return max(2, min(wanted, int(samples / 3.0)))
+    return max(2, min(wanted, int(points / POINTS)))
 
 
 def shrunk(single: FloatArray, least: float) -> FloatArray:
