@@ -10,7 +10,7 @@ import hashlib
 import importlib
 import importlib.util
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -68,8 +68,12 @@ def as_it_stands(modules: tuple[ModuleType, ...]) -> Engine:
     return Engine(SimpleNamespace(**functions), list)
 
 
-def compile_modules(names: ModuleType, modules: tuple[ModuleType, ...]) -> Engine:
+def compile_modules(
+    names: ModuleType, modules: tuple[ModuleType, ...], formulas: Mapping[ModuleType, tuple[str, ...]] | None = None
+) -> Engine:
     """Return the functions that modules list, compiled; `names` holds their constants, each uses those before it only.
+
+    `formulas` names functions of further modules that use nothing but their arguments and `math`; they come first.
 
     Raises
     ------
@@ -84,12 +88,16 @@ def compile_modules(names: ModuleType, modules: tuple[ModuleType, ...]) -> Engin
             "do: pip install numba, or keep the work small enough for plain Python"
         ) from error
     functions: dict[str, Any] = {}
-    with _cached_in(machine_code_folder(names, modules), numba.config) as cache:
+    sources = formulas or {}
+    with _cached_in(machine_code_folder(names, (*sources, *modules)), numba.config) as cache:
+        compiler = numba.njit(cache=cache, error_model="numpy", nogil=True)
+        for module, listed in sources.items():
+            functions.update({name: compiler(getattr(module, name)) for name in listed})
         for module in modules:
             twin = _fresh(module)
             vars(twin).update({name: fast for name, fast in functions.items() if hasattr(twin, name)})
             for name in module.__all__:
-                fast = numba.njit(cache=cache, error_model="numpy", nogil=True)(getattr(twin, name))
+                fast = compiler(getattr(twin, name))
                 setattr(twin, name, fast)
                 functions[name] = fast
     return Engine(SimpleNamespace(**functions), lambda values: np.array(values, dtype=np.float64))

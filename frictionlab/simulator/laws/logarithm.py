@@ -1,6 +1,6 @@
 """Friction that changes with the logarithm of the speed, in either direction (steady rate-and-state friction)."""
 
-from math import inf
+from math import inf, log1p
 
 from frictionlab.simulator.laws.law import Parameter, Term
 
@@ -32,3 +32,10 @@ LOGARITHM = Term(
     kind="smooth",
     excludes=frozenset({"compliance", "iwan", "dahl", "bouc-wen", "lugre", "rate-state"}),
 )
+
+
+def logarithm_factor(strength: float, speed: float, u: float) -> tuple[float, float]:
+    """Friction over its value at rest at speed u along the slide, and its slope; u < 0 (a trial step) goes on straight."""
+    if u <= 0.0:
+        return 1.0 + strength * u / speed, strength / speed
+    return 1.0 + strength * log1p(u / speed), strength / (speed + u)

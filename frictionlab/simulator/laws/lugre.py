@@ -1,6 +1,6 @@
 """Bristles that bend and slip, with a Stribeck curve (LuGre; C. Canudas de Wit et al. 1995)."""
 
-from math import inf
+from math import exp, inf
 
 from frictionlab.simulator.laws.law import Parameter, Term
 from frictionlab.simulator.laws.stiffness import STIFFNESS, YIELDING
@@ -30,3 +30,19 @@ LUGRE = Term(
     kind="inner",
     excludes=YIELDING - {"lugre"} | {"breakaway", "stribeck", "logarithm"},
 )
+
+
+def lugre_curve(static_ratio: float, speed: float, v: float) -> tuple[float, float]:
+    """The Stribeck curve g over beta at speed v, and its slope over v."""
+    ratio = v / speed
+    part = (static_ratio - 1.0) * exp(-ratio * ratio) if abs(ratio) < 26.0 else 0.0
+    return 1.0 + part, -2.0 * part * ratio / speed
+
+
+def lugre_flow(
+    stiffness: float, curve: float, slope: float, side: float, friction: float, v: float, w: float
+) -> tuple[float, float, float, float]:
+    """Rate of the bristles' bend w, and its slopes over the friction force, v and w; the curve as `lugre_curve` has it."""
+    u, top = side * v, friction * curve
+    share = stiffness * w / top
+    return v - u * share, u * share / friction, 1.0 - side * share + u * share * slope / curve, -stiffness * u / top

@@ -4,7 +4,7 @@ A. Cabboi, T. Putelat and J. Woodhouse, The frequency response of dynamic fricti
 (2016). Thesis section 4.3.1 asks whether aramid and rubber follow it.
 """
 
-from math import inf
+from math import exp, inf
 
 from frictionlab.simulator.laws.law import Parameter, Term
 from frictionlab.simulator.laws.stiffness import STIFFNESS, YIELDING
@@ -41,3 +41,21 @@ RATE_STATE = Term(
     kind="inner",
     excludes=YIELDING - {"rate-state"} | {"breakaway", "stribeck", "logarithm"},
 )
+
+
+def rate_state_slip(direct: float, speed: float, share: float, psi: float) -> tuple[float, float, float]:
+    """Speed of the contact v_c, and its slopes over share = n over the friction force, and over psi = Psi / beta.
+
+    ``v_c = 2 V0 sinh(share / a) exp(-psi / a)``, with the exponents summed before they are raised.
+    """
+    forth, back = exp(min((share - psi) / direct, 600.0)), exp(min((-share - psi) / direct, 600.0))
+    slip = speed * (forth - back)
+    return slip, speed * (forth + back) / direct, -slip / direct
+
+
+def rate_state_age(evolution: float, distance: float, speed: float, psi: float) -> tuple[float, float]:
+    """Healing ``b V0 / D_c exp((1 - psi) / b)`` of psi = Psi / beta and its slope; the rest of psi' is -b |v_c| / D_c."""
+    if evolution == 0.0:
+        return 0.0, 0.0
+    heal = speed / distance * exp(min((1.0 - psi) / evolution, 600.0))
+    return evolution * heal, -heal

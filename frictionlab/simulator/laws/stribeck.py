@@ -1,6 +1,6 @@
 """Friction that falls with speed from its static to its kinetic value (Stribeck)."""
 
-from math import inf
+from math import exp, inf, log
 
 from frictionlab.simulator.laws.law import Parameter, Term
 
@@ -45,3 +45,12 @@ STRIBECK = Term(
     kind="smooth",
     excludes=frozenset({"breakaway", "compliance", "iwan", "dahl", "bouc-wen", "lugre", "rate-state"}),
 )
+
+
+def stribeck_factor(static_ratio: float, speed: float, exponent: float, u: float) -> tuple[float, float]:
+    """Friction over its kinetic value at speed u along the slide, and its slope; u < 0 (a trial step) goes on straight."""
+    if u <= 0.0:
+        return static_ratio, -(static_ratio - 1.0) / speed if exponent == 1.0 else 0.0
+    ratio = exp(min(exponent * log(u / speed), 6.6))
+    part = (static_ratio - 1.0) * exp(-ratio)
+    return 1.0 + part, -part * exponent * ratio / u

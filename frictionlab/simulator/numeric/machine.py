@@ -1,0 +1,174 @@
+"""The numeric kernel ready to run, plain or compiled, and a problem in the form that it takes."""
+
+import functools
+from dataclasses import dataclass
+from math import hypot
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator.engine import Engine, as_it_stands, compile_modules, machine_code_folder
+from frictionlab.simulator.laws import bouc_wen, dahl, logarithm, lugre, rate_state, stribeck
+from frictionlab.simulator.numeric import accounts, contact, layout, phases, step, tableau
+from frictionlab.simulator.problem import Problem
+
+__all__ = ["Machine", "compiled", "forces_of", "is_ready", "machine_of", "plain"]
+
+FORMULAS = {
+    stribeck: ("stribeck_factor",),
+    logarithm: ("logarithm_factor",),
+    dahl: ("dahl_flow",),
+    bouc_wen: ("bouc_wen_flow",),
+    lugre: ("lugre_curve", "lugre_flow"),
+    rate_state: ("rate_state_slip", "rate_state_age"),
+}
+MODULES = (contact, step, phases, accounts)  # each uses only those before it
+CODES = {
+    "stribeck": (layout.STRIBECK, ("static_ratio", "stribeck_speed", "stribeck_exponent")),
+    "logarithm": (layout.LOGARITHM, ("rate_strength", "rate_speed")),
+    "dahl": (layout.DAHL, ("stiffness_ratio",)),
+    "bouc-wen": (layout.BOUC_WEN, ("stiffness_ratio", "exponent")),
+    "lugre": (layout.LUGRE, ("stiffness_ratio", "bristle_damping", "static_ratio", "stribeck_speed")),
+    "rate-state": (
+        layout.RATE_STATE,
+        ("direct_effect", "evolution_effect", "slip_distance", "reference_speed", "stiffness_ratio"),
+    ),
+}
+Floats = NDArray[np.float64]
+CAP_PLAIN, CAP = 20_000, 3_000_000  # steps before plain Python, and before the compiled kernel, give up
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A problem in the kernel's form: its functions, numbers and buffers."""
+
+    kernel: Any
+    problem: Problem
+    rig: layout.Rig
+    force: Any
+    table: Any
+    room: Any
+
+    @property
+    def size(self) -> int:
+        """Components of the state: z, v and the contact's own."""
+        return int(self.rig[13])
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether the contact has no state of its own: it holds truly in a stop."""
+        return self.rig[0] < layout.DAHL
+
+
+@functools.cache
+def plain() -> Engine:
+    """The kernel as plain Python."""
+    return as_it_stands(MODULES)
+
+
+@functools.cache
+def compiled() -> Engine:
+    """The kernel compiled by numba."""
+    return compile_modules(layout, MODULES, FORMULAS)
+
+
+def is_ready() -> bool:
+    """Whether the compiled kernel is loaded, or its machine code at hand (then it loads in a second)."""
+    folder = machine_code_folder(layout, (*FORMULAS, *MODULES))
+    return bool(compiled.cache_info().currsize) or any(folder.glob("**/*.nbi"))
+
+
+def machine_of(problem: Problem, rtol: float, *, fast: bool, rows: int = 0) -> Machine:
+    """Set up a problem for the plain or the compiled kernel.
+
+    Parameters
+    ----------
+    problem : Problem
+    rtol : float
+        Tolerance of a step, over the size of each component.
+    fast : bool
+        Whether to take the compiled kernel.
+    rows : int
+        Space for so many recorded steps.
+
+    Raises
+    ------
+    SimulationError
+        The law is none that this solver knows.
+    """
+    engine = compiled() if fast else plain()
+    buffer = engine.buffer
+    sizes = (*layout.SIZES[:-1], rows * layout.ROW)
+    room = tuple(buffer((0.0,) * size) for size in sizes)
+    room[layout.SCALE][:] = buffer(_scale(problem))
+    tally = room[layout.TALLY]
+    tally[layout.TOLERANCE], tally[layout.LENGTH] = rtol, 0.3 * min(problem.r, 1.0) / problem.base.harmonics
+    tally[layout.BUDGET] = CAP if fast else CAP_PLAIN
+    table = tuple(buffer(part) for part in (tableau.NODES, tableau.WEIGHTS, tableau.STAGES, tableau.BERNSTEIN))
+    force = tuple(buffer(part) for part in _force(problem))
+    return Machine(engine.kernel, problem, _rig(problem), force, table, room)
+
+
+def _rig(problem: Problem) -> layout.Rig:
+    """The numbers of a problem in the kernel's order."""
+    code, names = _code(problem)
+    own = [problem.parameter(name) for name in names]
+    up, down = problem.static_ratios
+    if code == layout.STRIBECK:
+        up = down = own[0]
+    size = 2 if code < layout.DAHL else 4 if code == layout.RATE_STATE else 3
+    sizes = [hypot(c, s) for c, s in zip(*problem.force, strict=True)]
+    first, second = (sum(k**n * c for k, c in enumerate(sizes, 1)) for n in (1, 2))
+    return (
+        *(float(code), problem.r, problem.beta, problem.parameter("gradient"), problem.zeta),
+        *(problem.frame_damping_ratio, *own, *((0.0,) * (5 - len(own)))),
+        *(up, down, float(size), 2.0 if code == layout.RATE_STATE else 1.0, first, second),
+    )
+
+
+def _code(problem: Problem) -> tuple[int, tuple[str, ...]]:
+    """The law's code and its parameters; without friction every law is none."""
+    if problem.beta == 0.0:
+        return layout.COULOMB, ()
+    codes = [CODES[term.name] for term in problem.law.terms if term.name in CODES]
+    if problem.law.kind == "elastic" or len(codes) > 1:
+        raise SimulationError(
+            f"simulation: law {problem.law.name}: expected one of {', '.join(CODES)}, each with place, speed and frame "
+            "damping; got another; do: leave the solver to choose"
+        )
+    return codes[0] if codes else (layout.COULOMB, ())
+
+
+def _scale(problem: Problem) -> tuple[float, ...]:
+    """What counts as small of z, v and the inner states: errors are relative to this and the state's own size."""
+    reach = problem.force_size * min(1.0, 1.0 / problem.r**2)
+    inner = problem.beta
+    if problem.law.has("lugre"):
+        inner /= problem.parameter("stiffness_ratio")
+    return reach, reach / min(1.0, problem.r), inner or 1.0, 1.0
+
+
+def _force(problem: Problem) -> tuple[tuple[float, ...], ...]:
+    """F; f for the frame's dashpot; f for the displacement of the mass; G of the power put in."""
+    f, fixed = (problem.base.cosine, problem.base.sine), problem.wall == "fixed"
+    lead = [2.0 * problem.frame_damping_ratio * problem.r * k for k in range(1, problem.base.harmonics + 1)]
+    put_in = (
+        tuple(c - each * s for c, s, each in zip(*f, lead, strict=True)),
+        tuple(s + each * c for c, s, each in zip(*f, lead, strict=True)),
+    )
+    none: tuple[tuple[float, ...], ...] = ((), ())
+    return (
+        *problem.force,
+        *(f if fixed and problem.frame_damping_ratio else none),
+        *(none if fixed else f),
+        *(put_in if fixed else problem.force),
+    )
+
+
+def forces_of(problem: Problem, sides: Floats, states: Floats) -> Floats:
+    """Force of the contact on the mass at states (m, 4) of phases of given sides, by the plain kernel's own formula."""
+    rig, out = _rig(problem), [0.0] * len(sides)
+    plain().kernel.forces(rig, sides.tolist(), states.ravel().tolist(), out)
+    return np.array(out)

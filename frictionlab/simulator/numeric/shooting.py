@@ -1,0 +1,235 @@
+"""Steady states of numeric laws: Newton on the map of a half, one or several cycles; waiting where Newton gets lost."""
+
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator.numeric import layout
+from frictionlab.simulator.numeric.contact import series
+from frictionlab.simulator.numeric.machine import Machine
+from frictionlab.simulator.problem import Problem
+
+__all__ = [
+    "Orbit",
+    "Spent",
+    "find_orbit",
+    "has_two_alike_halves",
+    "is_weakening",
+    "multiplier_of",
+    "propagate",
+    "refuse",
+    "rest_state",
+]
+
+TURN = 2.0 * pi
+LONGEST = 8  # cycles of a period
+WAIT = 400  # cycles from rest before the answer is "not found"
+NEWTON = 15  # maps of one search
+CLOSE = 1e-3  # a run has nearly repeated: Newton may finish it
+NEAR = 0.1  # how far Newton may move from there, over the size of the motion
+CONVERGED = 1e-11  # of the motion's size: rounding of the steps' ends
+ALMOST = 1e-8  # and what is taken if nothing better comes
+Floats = NDArray[np.float64]
+
+
+class Spent(Exception):  # noqa: N818 - no error: plain Python hands over to the compiled kernel
+    """The steps allowed are used up."""
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A fixed point of a map of the motion.
+
+    Parameters
+    ----------
+    state : ndarray of shape (n,)
+        z, v and inner states at tau = 0.
+    cycles : int
+        Cycles of its period.
+    mirrored : bool
+        Whether half a cycle later the motion is its own negative.
+    residual : float
+        By how much the state misses itself, over its size.
+    slopes : ndarray of shape (n, n)
+        Derivative of the map of a period.
+    """
+
+    state: Floats
+    cycles: int
+    mirrored: bool
+    residual: float
+    slopes: Floats
+
+    @property
+    def multiplier(self) -> float:
+        """What a small disturbance is multiplied by in one period: the largest; its modulus if it is complex."""
+        return multiplier_of(self.slopes)
+
+
+def multiplier_of(slopes: Floats) -> float:
+    """Eigenvalue of largest modulus; the modulus itself if it is complex."""
+    if not np.all(np.isfinite(slopes)):
+        return float("inf")
+    values = np.linalg.eigvals(slopes)
+    top = values[np.argmax(np.abs(values))]
+    return float(top.real) if abs(top.imag) < 1e-12 * abs(top) else float(abs(top))
+
+
+def has_two_alike_halves(problem: Problem) -> bool:
+    """Whether half a cycle later the problem is its own mirror image: then so is its steady state, if it is alone."""
+    even = any(problem.base.cosine[1::2]) or any(problem.base.sine[1::2])
+    return not even and problem.parameter("gradient") == 0.0 and len(set(problem.static_ratios)) == 1
+
+
+def is_weakening(problem: Problem) -> bool:
+    """Whether friction may fall with speed: then motions may coexist, or last several cycles."""
+    p = problem.parameters
+    return (
+        max(problem.mu, p.get("static_ratio", 1.0)) > 1.0
+        or p.get("rate_strength", 0.0) < 0.0
+        or p.get("evolution_effect", 0.0) > p.get("direct_effect", 0.0)
+        or problem.parameter("gradient") != 0.0
+    )
+
+
+def propagate(
+    machine: Machine, state: Floats, span: float, *, slopes: bool, tau0: float = 0.0
+) -> tuple[Floats, Floats]:
+    """Carry a state from tau0 over a span, cycle by cycle; the state reached and, if asked for, its slopes.
+
+    Raises
+    ------
+    Spent
+        Too many steps.
+    SimulationError
+        Steps that no longer help.
+    """
+    room, size = machine.room, machine.size
+    room[layout.STATE][:] = _buffer(room, np.concatenate((state, np.zeros(layout.WIDTH - size))))
+    room[layout.SLOPES][:] = _buffer(room, np.eye(layout.WIDTH).ravel())
+    for begun in np.arange(0.0, span - 1e-9, TURN):
+        code = machine.kernel.carry(
+            machine.rig, machine.force, machine.table, room, (tau0, float(min(TURN, span - begun)), slopes)
+        )
+        refuse(machine, code)
+    matrix = np.array(room[layout.SLOPES]).reshape(layout.WIDTH, layout.WIDTH)[:size, :size]
+    return np.array(room[layout.STATE][:size]), matrix
+
+
+def refuse(machine: Machine, code: int) -> None:
+    """Raise what a code says, unless it says nothing."""
+    if code == layout.FINE:
+        return
+    if code == layout.TOO_MANY:
+        raise Spent
+    problem = machine.problem
+    raise SimulationError(
+        f"simulation: law {problem.law.name}: steps became too short at r = {problem.r!r}, parameters "
+        f"{problem.parameters}; expected a law that can be integrated; got one too stiff; do: report these numbers, "
+        "or take a law that holds where this one nearly does"
+    )
+
+
+def _buffer(room: Any, values: Floats) -> Any:
+    """Values as the kernel's buffers have them."""
+    return values if isinstance(room[0], np.ndarray) else values.tolist()
+
+
+def find_orbit(machine: Machine, start: Floats | None) -> Orbit | None:
+    """Find the steady state: that of a neighbour, or the one that the motion from rest settles on.
+
+    Where friction does not weaken with speed, the first stable orbit that Newton finds is the answer. Where it does,
+    the run from rest is followed until it nearly repeats after 1 to 8 cycles, and Newton may only finish it.
+    """
+    mirrored = has_two_alike_halves(machine.problem)
+    state = rest_state(machine) if start is None else start
+    if start is not None or not is_weakening(machine.problem):
+        if start is None:
+            state = propagate(machine, state, TURN, slopes=False)[0]
+        found = newton(machine, state, 1, mirrored=mirrored)
+        if found is not None and abs(found.multiplier) < 1.0 + 1e-9:
+            return found
+    return _wait(machine)
+
+
+def rest_state(machine: Machine, tau0: float = 0.0) -> Floats:
+    """The mass at rest with a relaxed spring, the contact unloaded; rate-and-state contacts have steady age."""
+    state = np.zeros(machine.size)
+    problem = machine.problem
+    if problem.wall == "base":
+        moved, rate = series(list(problem.base.cosine), list(problem.base.sine), tau0)
+        state[0], state[1] = -moved, -rate
+    if machine.size == layout.WIDTH:
+        state[3] = 1.0
+    return state
+
+
+def _wait(machine: Machine) -> Orbit | None:
+    """Follow the run from rest until Newton can finish it."""
+    past, close = [rest_state(machine)], CLOSE
+    for _ in range(WAIT):
+        past = [*past[-LONGEST:], propagate(machine, past[-1], TURN, slopes=False)[0]]
+        misses = [_distance(machine, past[-1], other) for other in past[-2::-1]]
+        for cycles, miss in enumerate(misses, 1):
+            if miss > close:
+                continue
+            found = newton(machine, past[-1], cycles, mirrored=False)
+            near = found is not None and _distance(machine, found.state, past[-1]) < NEAR
+            if found is not None and near and abs(found.multiplier) < 1.0 + 1e-9:
+                return found
+            close = 0.1 * miss
+            break
+    return None
+
+
+def _size(machine: Machine, state: Floats) -> Floats:
+    """What each component is compared with."""
+    return np.array(machine.room[layout.SCALE][: machine.size]) + np.abs(state)
+
+
+def _distance(machine: Machine, one: Floats, other: Floats) -> float:
+    return float(np.max(np.abs(one - other) / _size(machine, one)))
+
+
+def newton(machine: Machine, state: Floats, cycles: int, *, mirrored: bool) -> Orbit | None:
+    """Newton's method on the map of a period, or of half a period mirrored; None if it does not converge."""
+    sign = np.ones(machine.size)
+    span = TURN * cycles
+    if mirrored:
+        sign[:3], span = -1.0, pi
+    best: tuple[float, Floats, Floats] | None = None
+    for _ in range(NEWTON):
+        reached, slopes = propagate(machine, state, span, slopes=True)
+        reached, slopes = sign * reached, sign[:, None] * slopes
+        miss = _distance(machine, state, reached)
+        if not np.isfinite(miss):
+            return None
+        if best is not None and miss >= best[0] and best[0] < ALMOST:
+            break
+        if best is None or miss < best[0]:
+            best = miss, state, slopes
+        if miss < CONVERGED:
+            break
+        state = _next(machine, state, reached, slopes, miss)
+    if best is None or best[0] > ALMOST:
+        return None
+    whole = best[2] @ best[2] if mirrored else best[2]
+    return Orbit(best[1], cycles, mirrored, best[0], whole)
+
+
+def _next(machine: Machine, state: Floats, reached: Floats, slopes: Floats, miss: float) -> Floats:
+    """Newton's next state; the state reached where the step is not finite or absurdly long."""
+    try:
+        change = np.linalg.solve(np.eye(machine.size) - slopes, reached - state)
+    except np.linalg.LinAlgError:
+        return reached
+    new = state + change
+    if not np.all(np.isfinite(new)) or _distance(machine, state, new) > 10.0 + 1e3 * miss:
+        return reached
+    if machine.is_smooth and abs(new[1]) < 1e-13 * machine.room[layout.SCALE][1]:
+        new[1] = 0.0
+    return np.asarray(new)

@@ -1,0 +1,284 @@
+"""The two verbs: the steady state solved for, and the motion from initial conditions."""
+
+from dataclasses import dataclass
+from math import isfinite, pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import SimulationError, UsageError
+from frictionlab.simulator.numeric import layout, machine, shooting
+from frictionlab.simulator.numeric.machine import Machine, machine_of
+from frictionlab.simulator.numeric.motion import NumericMotion
+from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.state import Regime, SteadyState
+
+__all__ = ["RTOL", "run", "steady"]
+
+TURN = 2.0 * pi
+RTOL = 1e-9
+HINT = 2_000  # steps that plain Python may try where the compiled kernel is a second away
+Floats = NDArray[np.float64]
+
+
+def steady(problem: Problem, *, rtol: float = RTOL, near: SteadyState | None = None) -> SteadyState:
+    """Return the steady state of a law without exact slides.
+
+    Parameters
+    ----------
+    problem : Problem
+        What moves; any law of kind "smooth" or "inner" (and plain friction with place and dashpots).
+    rtol : float
+        Tolerance of the polynomial of each step, over the size of each component; 1e-12 to 1e-3.
+    near : SteadyState, optional
+        A steady state of this solver of a problem close by: its orbit is where the search starts. Where motions
+        coexist, the answer is then the neighbour's branch, not the one that rest settles on.
+
+    Raises
+    ------
+    SimulationError
+        The law cannot be integrated with these parameters, or friction turns negative on the way.
+    UsageError
+        `rtol` is out of its range.
+
+    Examples
+    --------
+    >>> from frictionlab.simulator import Problem
+    >>> law = {"static_ratio": 1.2, "stribeck_speed": 0.1}
+    >>> state = steady(Problem(r=0.5, beta=0.4, law="coulomb+stribeck", parameters=law))
+    >>> round(state.energy_per_cycle, 6), state.stops_per_cycle
+    (2.172373, 2.0)
+    """
+    _check(rtol)
+    if _is_unbounded(problem):
+        return SteadyState(problem, "numeric", "unbounded")
+    start = near.orbit.state(0.0) if near is not None and isinstance(near.orbit, NumericMotion) else None
+    return _with_engine(lambda fast, cap: _steady(problem, rtol, start, (fast, cap)), problem)
+
+
+def _check(rtol: float) -> None:
+    if not 1e-12 <= rtol <= 1e-3:
+        raise UsageError(f"numeric solver: rtol; expected between 1e-12 and 1e-3; got {rtol!r}")
+
+
+def _with_engine(work: Any, problem: Problem) -> Any:
+    """Do the work in plain Python while it is short, else with the compiled kernel: the same bits."""
+    if not machine.compiled.cache_info().currsize:
+        try:
+            return work(False, HINT if machine.is_ready() else machine.CAP_PLAIN)
+        except shooting.Spent:
+            pass
+    try:
+        return work(True, machine.CAP)
+    except shooting.Spent:
+        raise SimulationError(
+            f"simulation: law {problem.law.name} at r = {problem.r!r}, parameters {problem.parameters}; expected fewer "
+            f"than {machine.CAP} steps; got more: the contact rings, or hardly anything damps it; do: take the law that "
+            "this one tends to (a rigid contact for a stiffness without end), or loosen rtol"
+        ) from None
+
+
+def _steady(problem: Problem, rtol: float, start: Floats | None, engine: tuple[bool, int]) -> SteadyState:
+    rig = machine_of(problem, rtol, fast=engine[0])
+    rig.room[layout.TALLY][layout.BUDGET] = engine[1]
+    found = shooting.find_orbit(rig, None if start is None else start[: rig.size])
+    if found is None:
+        return SteadyState(problem, "numeric", "not found")
+    cycles = found.cycles
+    motion, tally = _recorded(rig, rtol, engine, (found.state, 0.0, TURN * cycles), periodic=True)
+    return _told(problem, found, motion, tally)
+
+
+def _recorded(
+    rig: Machine, rtol: float, engine: tuple[bool, int], task: tuple[Floats, float, float], *, periodic: bool
+) -> tuple[NumericMotion, Any]:
+    """Run once more with a record, and account for it."""
+    state, tau, span = task
+    rows = 256
+    while True:
+        twin = machine_of(rig.problem, rtol, fast=engine[0], rows=rows)
+        tally = twin.room[layout.TALLY]
+        tally[layout.BUDGET] = engine[1]
+        twin.room[layout.STATE][: rig.size] = state if engine[0] else state.tolist()
+        cuts = [0]
+        for begun in np.arange(0.0, span - 1e-9, TURN):
+            task_of = (tau, float(min(TURN, span - begun)), False)
+            shooting.refuse(twin, twin.kernel.carry(twin.rig, twin.force, twin.table, twin.room, task_of))
+            cuts.append(int(tally[layout.ROWS]))
+        if tally[layout.ROWS] <= rows:
+            break
+        rows = int(tally[layout.ROWS])
+    twin.kernel.account(twin.rig, twin.force, twin.table, twin.room)
+    return _motion(twin, cuts, engine[0], periodic=periodic), tally
+
+
+def _motion(twin: Machine, cuts: list[int], fast: bool, *, periodic: bool) -> NumericMotion:  # noqa: FBT001 - internal
+    """The recorded steps as a motion."""
+    count = cuts[-1]
+    log = np.array(twin.room[layout.LOG][: count * layout.ROW]).reshape(count, layout.ROW)
+    slip: Any = np.zeros(count * layout.NODES) if fast else [0.0] * (count * layout.NODES)
+    if not twin.is_smooth:
+        twin.kernel.slips(twin.rig, twin.room, slip)
+    turns = np.repeat(np.arange(len(cuts) - 1), np.diff(cuts))
+    columns = [
+        log[:, 0] + TURN * turns,
+        log[:, 1].copy(),
+        log[:, 2].copy(),
+        log[:, 3:].reshape(count, layout.NODES, layout.WIDTH).copy(),
+        np.array(slip).reshape(count, layout.NODES),
+    ]
+    for column in columns:
+        column.setflags(write=False)
+    return NumericMotion(twin.problem, *columns, periodic=periodic)
+
+
+def _told(problem: Problem, found: shooting.Orbit, motion: NumericMotion, tally: Any) -> SteadyState:
+    """The numbers of an orbit."""
+    if tally[layout.WEAKEST] < 0.0:
+        raise SimulationError(
+            f"simulation: law {problem.law.name}, parameters {problem.parameters}: friction turns negative within the "
+            f"motion (down to {tally[layout.WEAKEST]:.3g} of beta); expected at least 0; do: a smaller gradient or "
+            "rate_strength"
+        )
+    cycles, stops = found.cycles, motion.stops
+    resting = float(np.sum(stops[:, 1] - stops[:, 0])) / (TURN * cycles)
+    stuck = resting > 1.0 - 1e-12
+    dissipated = float(tally[layout.WORK] + tally[layout.FRAME]) / cycles
+    put_in = float(tally[layout.INPUT]) / cycles + _carried(problem)
+    regime: Regime = "stuck" if stuck else "stick-slip" if len(stops) else "continuous"
+    any_orbit: Any = motion
+    return SteadyState(
+        problem=problem,
+        solver="numeric",
+        outcome="stuck" if stuck else "periodic",
+        energy_per_cycle=dissipated,
+        response_amplitude=0.5 * float(tally[layout.HIGH] - tally[layout.LOW]),
+        stops_per_cycle=0.0 if stuck else len(stops) / cycles,
+        stuck_fraction=min(resting, 1.0),
+        regime=regime,
+        symmetric=_is_symmetric(found, motion),
+        period_cycles=cycles,
+        floquet_multiplier=found.multiplier,
+        closure_error=abs(put_in - dissipated),
+        residual=found.residual,
+        warnings=_warnings(problem, found),
+        orbit=any_orbit,
+    )
+
+
+def _carried(problem: Problem) -> float:
+    """What a fixed wall's frame dashpot takes from the base by itself: 2 zeta_f r integral f'^2 of a cycle."""
+    if problem.wall == "base":
+        return 0.0
+    pairs = enumerate(zip(problem.base.cosine, problem.base.sine, strict=True), 1)
+    return 2.0 * problem.frame_damping_ratio * problem.r * pi * sum(k * k * (c * c + s * s) for k, (c, s) in pairs)
+
+
+def _is_symmetric(found: shooting.Orbit, motion: NumericMotion) -> bool:
+    """Whether half a cycle later the motion is its own negative."""
+    if found.mirrored:
+        return True
+    taus = np.linspace(0.0, pi, 17)
+    one, other = motion.state(taus)[:, :2], motion.state(taus + pi)[:, :2]
+    return bool(np.max(np.abs(one + other)) < 1e-6 * np.max(np.abs(one)))
+
+
+def _warnings(problem: Problem, found: shooting.Orbit) -> tuple[str, ...]:
+    said = []
+    p = problem.parameters
+    if problem.law.has("lugre"):
+        needed = p["bristle_damping"] * (p["static_ratio"] - 1.0)
+        if 2.0 * problem.zeta * problem.r < needed:
+            said.append(
+                "LuGre friction is not passive here: it may give energy back; passive needs 2 contact_damping_ratio r "
+                f"> bristle_damping (static_ratio - 1) = {needed:.3g} (term speed, or a smaller bristle_damping)."
+            )
+    if 1.0 - abs(found.multiplier) < 1e-3:
+        lasts = f"{1.0 / (1.0 - abs(found.multiplier)):.1g}" if abs(found.multiplier) < 1.0 else "endlessly many"
+        said.append(f"The motion forgets its start slowly: a disturbance lasts {lasts} periods.")
+    if shooting.is_weakening(problem):
+        said.append("Friction that falls with speed may have other motions beside this one, which rest settles on.")
+    return tuple(said)
+
+
+def _is_unbounded(problem: Problem) -> bool:
+    """Whether the drive is at resonance, nothing but friction damps, and friction is too weak to bound the motion."""
+    if problem.zeta or problem.frame_damping_ratio or problem.parameter("rate_strength") > 0.0:
+        return False
+    pairs = enumerate(zip(*problem.force, strict=True), 1)
+    return any(
+        abs(k * problem.r - 1.0) < 1e-12 and problem.beta < 0.25 * pi * float(np.hypot(c, s)) for k, (c, s) in pairs
+    )
+
+
+@dataclass(frozen=True)
+class _Leg:
+    cycles: int
+    keep: int
+    tau0: float
+
+
+def run(
+    problem: Problem,
+    *,
+    cycles: int,
+    x0: float = 0.0,
+    v0: float = 0.0,
+    tau0: float = 0.0,
+    keep: int | None = None,
+    rtol: float = RTOL,
+) -> NumericMotion:
+    """Return the motion from initial conditions over a number of cycles.
+
+    Parameters
+    ----------
+    problem : Problem
+        What moves.
+    cycles : int
+        Cycles of the drive; >= 1.
+    x0, v0 : float
+        Displacement over Y and its derivative at tau0; the contact is unloaded there.
+    tau0 : float
+        Phase of the drive at the start, rad.
+    keep : int, optional
+        Record only the last so many cycles (all, unless given).
+    rtol : float
+        Tolerance of the polynomial of each step, over the size of each component.
+
+    Raises
+    ------
+    SimulationError
+        The law cannot be integrated with these parameters.
+    UsageError
+        The arguments contradict each other.
+
+    Examples
+    --------
+    >>> from frictionlab.simulator import Problem
+    >>> run(Problem(r=0.5, beta=0.4), cycles=3).stops.shape
+    (4, 2)
+    """
+    _check(rtol)
+    kept = cycles if keep is None else keep
+    if not 1 <= kept <= cycles:
+        raise UsageError(f"run: cycles, keep; expected 1 <= keep <= cycles; got cycles = {cycles}, keep = {keep}")
+    if not all(isfinite(value) for value in (x0, v0, tau0)):
+        raise SimulationError(
+            f"run: initial conditions; expected finite numbers; got x0 = {x0}, v0 = {v0}, tau0 = {tau0}"
+        )
+    leg = _Leg(cycles, kept, tau0 % TURN)
+    return _with_engine(lambda fast, cap: _run(problem, rtol, (x0, v0), leg, (fast, cap)), problem)
+
+
+def _run(
+    problem: Problem, rtol: float, start: tuple[float, float], leg: _Leg, engine: tuple[bool, int]
+) -> NumericMotion:
+    rig = machine_of(problem, rtol, fast=engine[0])
+    rig.room[layout.TALLY][layout.BUDGET] = engine[1]
+    state = shooting.rest_state(rig, leg.tau0)
+    state[:2] += start
+    for _ in range(leg.cycles - leg.keep):
+        state = shooting.propagate(rig, state, TURN, slopes=False, tau0=leg.tau0)[0]
+    motion, _ = _recorded(rig, rtol, engine, (state, leg.tau0, TURN * leg.keep), periodic=False)
+    return motion.later(TURN * (leg.cycles - leg.keep))

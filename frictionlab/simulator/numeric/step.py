@@ -1,0 +1,187 @@
+"""One step of Radau IIA: Newton's method on its stages, the size of its error, its polynomial, its slopes.
+
+The polynomial through the start and the seven stages of a step is the motion (degree 7, error like h^8), and its highest
+coefficient says how well: a step is taken if that coefficient, times the largest value of the node polynomial, is
+below the tolerance. So the motion is as good everywhere as the tolerance says; the end of a step is much better
+(order 13), and the stops, which are ends of steps, with it.
+"""
+
+from math import isfinite
+
+from frictionlab.simulator.numeric.contact import rates, series
+from frictionlab.simulator.numeric.layout import (
+    JACOBIAN,
+    MATRIX,
+    PIVOT,
+    PULL,
+    RATE,
+    RIGHT,
+    SCALE,
+    SLOPES,
+    STAGES,
+    STATE,
+    TALLY,
+    TRIAL,
+    VALUES,
+    WIDTH,
+    Buffer,
+    Force,
+    Rig,
+    Room,
+    Table,
+)
+from frictionlab.simulator.numeric.layout import STEPS as TAKEN
+
+__all__ = ["at_node", "carry_slopes", "error_of", "factorise", "improve", "predict", "solve_step", "step"]
+
+PEAK = 7e-5  # largest value of the node polynomial on the step
+MOST = 12  # of Newton's steps; two to four are usual
+ROUNDING = 1e-14  # a correction so small is none
+GUESS = 0.04  # by what a second correction with the same matrix is taken to be smaller than the first
+LOST = 1e-10  # corrections that stay, but are no larger than this, are rounding in a stiff law
+
+
+def at_node(table: Table, room: Room, theta: float, component: int) -> float:
+    """Value of the last step's polynomial at a share theta of the step."""
+    nodes, weights, values = table[0], table[1], room[VALUES]
+    above, below = 0.0, 0.0
+    for i in range(STAGES + 1):
+        gap = theta - nodes[i]
+        if gap == 0.0:
+            return values[i * WIDTH + component]
+        part = weights[i] / gap
+        above += part * values[i * WIDTH + component]
+        below += part
+    return above / below
+
+
+def predict(table: Table, room: Room, size: int, offset: float, ratio: float) -> None:
+    """Write the first guess of the stages into TRIAL: the last polynomial, at shares offset + ratio * node of its step."""
+    trial, nodes = room[TRIAL], table[0]
+    for i in range(1, STAGES + 1):
+        for k in range(size):
+            trial[i * WIDTH + k] = at_node(table, room, offset + ratio * nodes[i], k)
+
+
+def factorise(matrix: Buffer, pivot: Buffer, size: int) -> bool:
+    """Factorise in place with row exchanges; False if the matrix is singular or not finite."""
+    for k in range(size):
+        best, row = 0.0, k
+        for i in range(k, size):
+            if abs(matrix[i * size + k]) > best:
+                best, row = abs(matrix[i * size + k]), i
+        if not (best > 0.0 and isfinite(best)):
+            return False
+        pivot[k] = row
+        if row != k:
+            for j in range(size):
+                matrix[k * size + j], matrix[row * size + j] = matrix[row * size + j], matrix[k * size + j]
+        for i in range(k + 1, size):
+            share = matrix[i * size + k]
+            if share != 0.0:
+                share /= matrix[k * size + k]
+                matrix[i * size + k] = share
+                for j in range(k + 1, size):
+                    matrix[i * size + j] -= share * matrix[k * size + j]
+    return True
+
+
+def solve_step(matrix: Buffer, pivot: Buffer, right: Buffer, size: int) -> None:
+    """Solve with the factorised matrix, in place."""
+    for k in range(size):
+        row = int(pivot[k])
+        if row != k:
+            right[k], right[row] = right[row], right[k]
+    for i in range(1, size):
+        total = right[i]
+        for j in range(i):
+            total -= matrix[i * size + j] * right[j]
+        right[i] = total
+    for back in range(size):
+        i = size - 1 - back
+        total = right[i]
+        for j in range(i + 1, size):
+            total -= matrix[i * size + j] * right[j]
+        right[i] = total / matrix[i * size + i]
+
+
+def improve(rig: Rig, table: Table, room: Room, task: tuple[float, float, int, bool]) -> float:
+    """One correction of the stages by Newton's method; its size over the scale, or infinity if there is none."""
+    side, h, size, fresh = task
+    trial, rate, slopes, matrix, right = room[TRIAL], room[RATE], room[JACOBIAN], room[MATRIX], room[RIGHT]
+    whole, a = STAGES * size, table[2]
+    for j in range(STAGES):
+        rates(rig, side, room[PULL][j], (trial, (j + 1) * WIDTH), (rate, slopes, j))
+    if fresh:
+        for i in range(STAGES):
+            for j in range(STAGES):
+                share = -h * a[i * STAGES + j]
+                for k in range(size):
+                    for m in range(size):
+                        matrix[(i * size + k) * whole + j * size + m] = share * slopes[(j * WIDTH + k) * WIDTH + m]
+        for i in range(whole):
+            matrix[i * whole + i] += 1.0
+        if not factorise(matrix, room[PIVOT], whole):
+            return 1e300
+    for i in range(STAGES):
+        for k in range(size):
+            total = 0.0
+            for j in range(STAGES):
+                total += a[i * STAGES + j] * rate[j * WIDTH + k]
+            right[i * size + k] = (trial[k] - trial[(i + 1) * WIDTH + k]) + h * total
+    solve_step(matrix, room[PIVOT], right, whole)
+    worst = 0.0
+    for i in range(STAGES):
+        for k in range(size):
+            change = right[i * size + k]
+            trial[(i + 1) * WIDTH + k] += change
+            off = abs(change) / (room[SCALE][k] + abs(trial[k]))
+            worst = max(worst, off) if isfinite(off) else 1e300
+    return worst
+
+
+def step(rig: Rig, force: Force, table: Table, room: Room, task: tuple[float, float, float, int]) -> bool:
+    """Solve one step from STATE at t over h, from the guess in TRIAL; False if Newton's method fails."""
+    side, t, h, size = task
+    room[TALLY][TAKEN] += 1.0
+    for k in range(WIDTH):
+        room[TRIAL][k] = room[STATE][k]
+    for j in range(STAGES):
+        room[PULL][j] = series(force[0], force[1], t + table[0][j + 1] * h)[0]
+    before, fresh = 1e300, True
+    for _ in range(MOST):
+        now = improve(rig, table, room, (side, h, size, fresh))
+        if now >= 1e300:
+            return False
+        ratio = now / before if before < 1e300 else GUESS
+        if now <= ROUNDING or (ratio < 1.0 and now * ratio <= ROUNDING) or (ratio > 0.3 and now <= LOST):
+            return True
+        if ratio > 2.0:
+            return False
+        fresh = ratio > 0.05
+        before = now
+    return False
+
+
+def error_of(table: Table, room: Room, size: int) -> float:
+    """Size of the trial step's error over the scale."""
+    trial, weights, worst = room[TRIAL], table[1], 0.0
+    for k in range(size):
+        top, largest = 0.0, 0.0
+        for i in range(STAGES + 1):
+            top += weights[i] * (trial[i * WIDTH + k] - trial[k])
+            largest = max(largest, abs(trial[i * WIDTH + k]))
+        worst = max(worst, abs(top) * PEAK / (room[SCALE][k] + largest))
+    return worst
+
+
+def carry_slopes(room: Room, size: int) -> None:
+    """Carry the slopes of the state over its start through the step just solved."""
+    whole, right, slopes = STAGES * size, room[RIGHT], room[SLOPES]
+    for column in range(size):
+        for i in range(STAGES):
+            for k in range(size):
+                right[i * size + k] = slopes[k * WIDTH + column]
+        solve_step(room[MATRIX], room[PIVOT], right, whole)
+        for k in range(size):
+            slopes[k * WIDTH + column] = right[whole - size + k]
