@@ -35,7 +35,7 @@ LOGARITHM = Term(
 
 
 def logarithm_factor(strength: float, speed: float, u: float) -> tuple[float, float]:
-    """Friction over its value at rest at speed u along the slide, and its slope; u < 0 (a trial step) goes on straight."""
+    """Friction at speed u along the slide over that at rest, and its slope; u < 0 (a trial step) goes on straight."""
     if u <= 0.0:
         return 1.0 + strength * u / speed, strength / speed
     return 1.0 + strength * log1p(u / speed), strength / (speed + u)

@@ -42,7 +42,7 @@ def lugre_curve(static_ratio: float, speed: float, v: float) -> tuple[float, flo
 def lugre_flow(
     stiffness: float, curve: float, slope: float, side: float, friction: float, v: float, w: float
 ) -> tuple[float, float, float, float]:
-    """Rate of the bristles' bend w, and its slopes over the friction force, v and w; the curve as `lugre_curve` has it."""
+    """Rate of the bristles' bend w, its slopes over the friction force, v and w; curve and slope by `lugre_curve`."""
     u, top = side * v, friction * curve
     share = stiffness * w / top
     return v - u * share, u * share / friction, 1.0 - side * share + u * share * slope / curve, -stiffness * u / top

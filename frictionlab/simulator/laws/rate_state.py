@@ -54,7 +54,7 @@ def rate_state_slip(direct: float, speed: float, share: float, psi: float) -> tu
 
 
 def rate_state_age(evolution: float, distance: float, speed: float, psi: float) -> tuple[float, float]:
-    """Healing ``b V0 / D_c exp((1 - psi) / b)`` of psi = Psi / beta and its slope; the rest of psi' is -b |v_c| / D_c."""
+    """Healing ``b V0 / D_c exp((1 - psi) / b)`` of psi = Psi / beta, and its slope; wear is -b |v_c| / D_c."""
     if evolution == 0.0:
         return 0.0, 0.0
     heal = speed / distance * exp(min((1.0 - psi) / evolution, 600.0))

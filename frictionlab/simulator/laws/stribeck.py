@@ -48,7 +48,7 @@ STRIBECK = Term(
 
 
 def stribeck_factor(static_ratio: float, speed: float, exponent: float, u: float) -> tuple[float, float]:
-    """Friction over its kinetic value at speed u along the slide, and its slope; u < 0 (a trial step) goes on straight."""
+    """Friction at speed u along the slide over beta, and its slope; u < 0 (a trial step) goes on straight."""
     if u <= 0.0:
         return static_ratio, -(static_ratio - 1.0) / speed if exponent == 1.0 else 0.0
     ratio = exp(min(exponent * log(u / speed), 6.6))

@@ -7,9 +7,8 @@ The first comes from forces and speeds, the second from displacements only: inte
 better than the steps are.
 """
 
-from frictionlab.simulator.numeric.contact import contact, factor, series, slip_speed
+from frictionlab.simulator.numeric.contact import contact, series, slip_speed
 from frictionlab.simulator.numeric.layout import (
-    DAHL,
     FRAME,
     HIGH,
     INPUT,
@@ -18,10 +17,8 @@ from frictionlab.simulator.numeric.layout import (
     ROW,
     ROWS,
     STAGES,
-    STOPPED,
     TALLY,
     VALUES,
-    WEAKEST,
     WIDTH,
     WORK,
     Buffer,
@@ -32,7 +29,7 @@ from frictionlab.simulator.numeric.layout import (
 )
 from frictionlab.simulator.numeric.step import at_node
 
-__all__ = ["seen_at", "extreme", "account_row", "account", "forces", "slips"]
+__all__ = ["account", "account_row", "extreme", "forces", "seen_at", "slips"]
 
 
 def seen_at(force: Force, table: Table, room: Room, t: float, h: float, theta: float) -> tuple[float, float]:
@@ -79,15 +76,13 @@ def account_row(rig: Rig, force: Force, table: Table, room: Room, first: int) ->
             tally[WORK] += weight * v * contact(rig, side, z, v, w)[0] if side != 0.0 else 0.0
             tally[FRAME] += weight * 2.0 * rig[5] * rig[1] * drag * drag
             tally[INPUT] -= weight * z * series(force[6], force[7], t + theta * h)[1]
-        height = factor(rig, side * v)[0] if rig[0] < DAHL else 1.0
-        tally[WEAKEST] = min(tally[WEAKEST], (1.0 + rig[3] * z) * height)
 
 
 def account(rig: Rig, force: Force, table: Table, room: Room) -> None:
     """Fill the tally from the recorded steps."""
     tally = room[TALLY]
-    tally[WORK], tally[FRAME], tally[INPUT], tally[STOPPED] = 0.0, 0.0, 0.0, 0.0
-    tally[HIGH], tally[LOW], tally[WEAKEST] = -1e300, 1e300, 1e300
+    tally[WORK], tally[FRAME], tally[INPUT] = 0.0, 0.0, 0.0
+    tally[HIGH], tally[LOW] = -1e300, 1e300
     for i in range(int(tally[ROWS])):
         account_row(rig, force, table, room, i * ROW)
 

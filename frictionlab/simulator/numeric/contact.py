@@ -15,7 +15,6 @@ from frictionlab.simulator.laws.lugre import lugre_curve, lugre_flow
 from frictionlab.simulator.laws.rate_state import rate_state_age, rate_state_slip
 from frictionlab.simulator.laws.stribeck import stribeck_factor
 from frictionlab.simulator.numeric.layout import (
-    BOUC_WEN,
     DAHL,
     LOGARITHM,
     LUGRE,

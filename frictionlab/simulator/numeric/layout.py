@@ -6,8 +6,8 @@ TURN = 2.0 * pi
 STAGES, NODES, WIDTH = 7, 8, 4  # of a step; WIDTH: z, v and up to two inner states
 
 Buffer = list[float]  # or an array: anything indexed
-# code, r, beta, gradient, zeta_c, zeta_f, five parameters of the law, static ratios up and down, components, what ends a
-# phase (1: v, 2: the contact's force), bounds of |F'| and |F''|, slip speed of a stop
+# code, r, beta, gradient, zeta_c, zeta_f, five parameters of the law, static ratios up and down, components, what
+# ends a phase (1: v, 2: the contact's force), bounds of |F'| and |F''|
 Rig = tuple[float, ...]
 Series = tuple[Buffer, Buffer]
 # F; f where the frame's dashpot sees it; f where it adds to x; G, whose rate times -z is the power put in
@@ -26,8 +26,8 @@ SIZES = (4, 32, 32, 7, 28, 112, 784, 28, 28, 16, 4, 8, 8, 8, 16, 0)
 # A recorded step: start, length, side (0: at rest), then the nodes' values.
 ROW = 3 + NODES * WIDTH
 
-# The tally: what is counted: recorded steps, steps tried, steps allowed; tolerance; next length, last length (0: none to go on from)
+# The tally: recorded steps, steps tried, steps allowed; tolerance; next length, last length (0: none to go on from)
 ROWS, STEPS, BUDGET, TOLERANCE, LENGTH, LAST = range(6)
-WORK, FRAME, INPUT, HIGH, LOW, WEAKEST, STOPPED = range(6, 13)
+WORK, FRAME, INPUT, HIGH, LOW = range(6, 11)
 
-FINE, TOO_MANY, STALLED = range(3)  # how a motion ended
+FINE, TOO_MANY, STALLED, NEGATIVE = range(4)  # how a motion ended

@@ -1,6 +1,7 @@
 """The numeric kernel ready to run, plain or compiled, and a problem in the form that it takes."""
 
 import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import hypot
 from typing import Any
@@ -14,7 +15,7 @@ from frictionlab.simulator.laws import bouc_wen, dahl, logarithm, lugre, rate_st
 from frictionlab.simulator.numeric import accounts, contact, layout, phases, step, tableau
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["Machine", "compiled", "forces_of", "is_ready", "machine_of", "plain"]
+__all__ = ["Machine", "NegativeFrictionError", "Spent", "compiled", "forces_of", "is_ready", "machine_of", "plain"]
 
 FORMULAS = {
     stribeck: ("stribeck_factor",),
@@ -40,11 +41,20 @@ Floats = NDArray[np.float64]
 CAP_PLAIN, CAP = 20_000, 3_000_000  # steps before plain Python, and before the compiled kernel, give up
 
 
+class Spent(Exception):  # noqa: N818 - no error: plain Python hands over to the compiled kernel
+    """The steps allowed are used up."""
+
+
+class NegativeFrictionError(SimulationError):
+    """Friction drives the mass: no friction law."""
+
+
 @dataclass(frozen=True)
 class Machine:
     """A problem in the kernel's form: its functions, numbers and buffers."""
 
     kernel: Any
+    buffer: Callable[[tuple[float, ...]], Any]
     problem: Problem
     rig: layout.Rig
     force: Any
@@ -55,6 +65,47 @@ class Machine:
     def size(self) -> int:
         """Components of the state: z, v and the contact's own."""
         return int(self.rig[13])
+
+    def put(self, state: Floats) -> None:
+        """Set the state; its slopes over itself are then 1."""
+        padded = (*state.tolist(), *((0.0,) * (layout.WIDTH - self.size)))
+        self.room[layout.STATE][:] = self.buffer(padded)
+        self.room[layout.SLOPES][:] = self.buffer(tuple(np.eye(layout.WIDTH).ravel().tolist()))
+
+    def carry(self, tau: float, span: float, *, slopes: bool = False) -> None:
+        """Carry the state, and its slopes, from a phase of the drive over at most a cycle.
+
+        Raises
+        ------
+        Spent
+            The steps allowed are used up.
+        SimulationError
+            Steps no longer help.
+        """
+        code = self.kernel.carry(self.rig, self.force, self.table, self.room, (tau, span, slopes))
+        if code == layout.TOO_MANY:
+            raise Spent
+        problem = self.problem
+        if code == layout.NEGATIVE:
+            raise NegativeFrictionError(
+                f"simulation: law {problem.law.name}, parameters {problem.parameters}: friction turns negative within "
+                "the motion; expected at least 0; do: a smaller gradient or rate_strength"
+            )
+        if code != layout.FINE:
+            raise SimulationError(
+                f"simulation: law {problem.law.name}: steps became too short at r = {problem.r!r}, parameters "
+                f"{problem.parameters}; expected a law that can be integrated; got one too stiff; do: report these "
+                "numbers, or take a law that holds where this one nearly does"
+            )
+
+    def rest_state(self, tau: float = 0.0) -> Floats:
+        """The mass at rest with a relaxed spring, the contact unloaded; a rate-and-state contact has its steady age."""
+        state = np.zeros(self.size)
+        if self.problem.wall == "base":
+            state[0], state[1] = -float(self.problem.base.at(tau)), -float(self.problem.base.rate_at(tau))
+        if self.size == layout.WIDTH:
+            state[3] = 1.0
+        return state
 
     @property
     def is_smooth(self) -> bool:
@@ -108,7 +159,7 @@ def machine_of(problem: Problem, rtol: float, *, fast: bool, rows: int = 0) -> M
     tally[layout.BUDGET] = CAP if fast else CAP_PLAIN
     table = tuple(buffer(part) for part in (tableau.NODES, tableau.WEIGHTS, tableau.STAGES, tableau.BERNSTEIN))
     force = tuple(buffer(part) for part in _force(problem))
-    return Machine(engine.kernel, problem, _rig(problem), force, table, room)
+    return Machine(engine.kernel, buffer, problem, _rig(problem), force, table, room)
 
 
 def _rig(problem: Problem) -> layout.Rig:

@@ -75,13 +75,15 @@ class NumericMotion:
     @property
     def times(self) -> Floats:
         """Times of all nodes, rad, shape (n, 8)."""
-        return self.begin[:, None] + self.length[:, None] * np.array(tableau.NODES)
+        times: Floats = self.begin[:, None] + self.length[:, None] * np.array(tableau.NODES)
+        return times
 
     def state(self, tau: ArrayLike) -> Floats:
         """Return z, v and the inner states (relative to the wall) at times tau, shape (..., 4)."""
         times = np.asarray(tau, dtype=np.float64)
         index, theta = self._place(times.ravel())
-        return _interpolate(self.values[index], theta).reshape(*times.shape, layout.WIDTH)
+        states: Floats = _interpolate(self.values[index], theta).reshape(*times.shape, layout.WIDTH)
+        return states
 
     def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[Floats, Floats]:
         """Return displacement x and velocity x' of the mass at any times.
@@ -106,8 +108,7 @@ class NumericMotion:
         both = self.state(times)
         x, v = both[..., 0], both[..., 1]
         if self.problem.wall == "base":
-            f, rate = _series(self.problem.base, times)
-            x, v = x + f, v + rate
+            x, v = x + self.problem.base.at(times), v + self.problem.base.rate_at(times)
         return x, v
 
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> Floats:
@@ -117,7 +118,7 @@ class NumericMotion:
         index, theta = self._place(flat)
         states = np.ascontiguousarray(_interpolate(self.values[index], theta))
         held = self.side[index] == 0.0
-        pull = _series(Base(*self.problem.force), flat)[0] - states[:, 0]
+        pull = Base(*self.problem.force).at(flat) - states[:, 0]
         sliding = machine.forces_of(self.problem, self.side[index], states)
         return np.where(held, pull, sliding).reshape(times.shape)
 
@@ -186,14 +187,6 @@ def _interpolate(values: Floats, theta: Floats) -> Floats:
     share = np.array(tableau.WEIGHTS) / np.where(hit, 1.0, gap)
     share = np.where(hit.any(axis=1)[:, None], hit * 1.0, share)
     return np.asarray(np.einsum("mi,mik->mk", share, values) / share.sum(axis=1)[:, None])
-
-
-def _series(base: Base, times: Floats) -> tuple[Floats, Floats]:
-    """A Fourier series and its rate."""
-    k = np.arange(1, base.harmonics + 1)
-    phase = np.multiply.outer(times, k)
-    c, s, a, b = np.cos(phase), np.sin(phase), np.array(base.cosine), np.array(base.sine)
-    return c @ a + s @ b, c @ (k * b) - s @ (k * a)
 
 
 def _below(times: Floats, values: Floats, limit: float, *, above: bool = False) -> Floats:

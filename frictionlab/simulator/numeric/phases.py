@@ -1,12 +1,13 @@
 """A motion, phase by phase: a slide (or the motion between two corners of an inner law), its end, a stop and its end.
 
 Within a phase the right-hand side is smooth. A phase ends where its component (v; n in rate-and-state friction) comes
-back to zero: that the polynomial of a step does not cross zero is proven by its Bernstein coefficients, all of one sign;
-if they are not, the interval is halved until they are or a crossing is closed in. Then the step is made again so that it
-ends at the crossing, by Newton's method on its length: the end is as good as a step's end, not as its polynomial.
+back to zero: that the polynomial of a step does not cross zero is proven by its Bernstein coefficients, all of one
+sign; if they are not, the interval is halved until they are or a crossing is closed in. Then the step is made again so
+that it ends at the crossing, by Newton's method on its length: the end is as good as a step's end, not as its
+polynomial.
 """
 
-from frictionlab.simulator.numeric.contact import acceleration, rates, series
+from frictionlab.simulator.numeric.contact import acceleration, factor, rates, series
 from frictionlab.simulator.numeric.layout import (
     BUDGET,
     CURVE,
@@ -16,6 +17,7 @@ from frictionlab.simulator.numeric.layout import (
     LAST,
     LENGTH,
     LOG,
+    NEGATIVE,
     NODES,
     PART,
     RATE,
@@ -46,10 +48,12 @@ __all__ = [
     "advance",
     "carry",
     "choose_side",
+    "cut_after",
+    "cut_before",
     "first_crossing",
     "guess",
-    "halve",
     "land",
+    "least_between",
     "record",
     "release",
     "rest",
@@ -58,6 +62,9 @@ __all__ = [
 SHORTEST = 1e-13  # share of a step: two crossings closer than this are one
 SHORT = 1e-12  # rad: a phase so short is a second look at the same corner
 TINY = 1e-14  # of the component that ends a phase: zero
+LOOSE = 1e-12  # and what is taken for it after all looks
+LOOKS = 10  # for the end of a phase
+SHORTEST_TRY = 1e-10  # rad: a step so short crosses zero where its polynomial does
 REST = 0.5  # longest recorded piece of a stop, rad over the number of harmonics
 SAFETY, SHRINK, GROW = 0.85, 0.2, 4.0  # of a step's length
 
@@ -74,23 +81,39 @@ def record(room: Room, t: float, h: float, side: float) -> None:
         log[first + 3 + i] = room[VALUES][i]
 
 
-def halve(curve: Buffer, scratch: Buffer, theta: float, left: bool) -> None:
-    """De Casteljau: the Bernstein coefficients of the part left or right of theta, in place."""
+def cut_before(curve: Buffer, scratch: Buffer, theta: float) -> None:
+    """De Casteljau: the Bernstein coefficients of the part before theta, in place."""
     for i in range(NODES):
         scratch[i] = curve[i]
     for level in range(1, NODES):
         for i in range(NODES - level):
             scratch[i] += theta * (scratch[i + 1] - scratch[i])
-        if left:
-            curve[level] = scratch[0]
-    if not left:
-        for i in range(NODES):
-            curve[i] = scratch[i]
+        curve[level] = scratch[0]
+
+
+def cut_after(curve: Buffer, theta: float) -> None:
+    """De Casteljau: the Bernstein coefficients of the part after theta, in place."""
+    for level in range(1, NODES):
+        for i in range(NODES - level):
+            curve[i] += theta * (curve[i + 1] - curve[i])
+
+
+def least_between(room: Room, begin: float, width: float) -> float:
+    """A lower bound of the polynomial with the coefficients in CURVE, between two shares of the step."""
+    part = room[PART]
+    for i in range(NODES):
+        part[i] = room[CURVE][i]
+    cut_before(part, room[SCRATCH], begin + width)
+    cut_after(part, begin / (begin + width))
+    lowest = part[0]
+    for i in range(1, NODES):
+        lowest = min(lowest, part[i])
+    return lowest
 
 
 def first_crossing(table: Table, room: Room, side: float, component: int) -> float:
     """Share of the trial step at which its component first falls below zero; 2 if it is proven not to."""
-    values, curve, part, matrix = room[TRIAL], room[CURVE], room[PART], table[3]
+    values, curve, matrix = room[TRIAL], room[CURVE], table[3]
     tiny = -TINY * room[SCALE][component]
     for i in range(NODES):
         total = 0.0
@@ -100,14 +123,7 @@ def first_crossing(table: Table, room: Room, side: float, component: int) -> flo
     curve[0], curve[7] = side * values[component], side * values[7 * WIDTH + component]
     begin, width = 0.0, 1.0
     while begin + width > SHORTEST:
-        for i in range(NODES):
-            part[i] = curve[i]
-        halve(part, room[SCRATCH], begin + width, True)
-        halve(part, room[SCRATCH], begin / (begin + width), False)
-        lowest = part[0]
-        for i in range(1, NODES):
-            lowest = min(lowest, part[i])
-        if lowest >= tiny:
+        if least_between(room, begin, width) >= tiny:
             begin += width
             if begin >= 1.0:
                 return 2.0
@@ -119,10 +135,10 @@ def first_crossing(table: Table, room: Room, side: float, component: int) -> flo
     return begin + width
 
 
-def guess(room: Room, table: Table, size: int, h: float, again: bool) -> None:
+def guess(room: Room, table: Table, size: int, h: float) -> None:
     """Write a first guess of the stages: the last step's polynomial drawn on, or straight on."""
     trial, state, last = room[TRIAL], room[STATE], room[TALLY][LAST]
-    if last > 0.0 and not again and h < 3.0 * last:
+    if 0.0 < h < 3.0 * last:
         predict(table, room, size, 1.0, h / last)
         return
     for i in range(NODES):
@@ -132,22 +148,34 @@ def guess(room: Room, table: Table, size: int, h: float, again: bool) -> None:
 
 
 def land(rig: Rig, force: Force, table: Table, room: Room, task: tuple[float, float, float, float, int]) -> float:
-    """Make the trial step again so that it ends where its component is zero; its length, or -1 if that fails."""
+    """Make the trial step again so that it ends where its component falls through zero; -1 if it does not.
+
+    The polynomial of a long step may cross zero where the motion does not (just after a release it moves like t^2):
+    then the step must be shorter. The length is Newton's, kept between what is too short and what is too long.
+    """
     side, t, h, theta, size = task
     component, values, trial = int(rig[14]), room[VALUES], room[TRIAL]
     for i in range(NODES * WIDTH):
         values[i] = trial[i]
-    length = theta * h
-    for _ in range(8):
+    length, short, long = theta * h, 0.0, h
+    for _ in range(LOOKS):
         predict(table, room, size, 0.0, length / h)
         if not step(rig, force, table, room, (side, t, length, size)):
             return -1.0
-        off = trial[7 * WIDTH + component]
-        slope = room[RATE][6 * WIDTH + component]
-        if abs(off) <= TINY * room[SCALE][component] or side * slope >= 0.0:
-            break
-        length = min(max(length - off / slope, 0.0), h)
-    return length
+        left = side * trial[7 * WIDTH + component]
+        rise = side * room[RATE][6 * WIDTH + component]
+        if abs(left) <= TINY * room[SCALE][component] and (rise < 0.0 or h < SHORTEST_TRY):
+            return length
+        if left < 0.0:
+            long = length
+        elif rise >= 0.0 and h > SHORTEST_TRY:
+            return -1.0
+        else:
+            short = length
+        length = length - left / rise if rise < 0.0 else short
+        if not short < length < long:
+            length = 0.5 * (short + long)
+    return length if abs(left) <= LOOSE * room[SCALE][component] or h < SHORTEST_TRY else -1.0
 
 
 def accept(room: Room, size: int, t: float, h: float, side: float) -> None:
@@ -163,12 +191,12 @@ def accept(room: Room, size: int, t: float, h: float, side: float) -> None:
 def advance(rig: Rig, force: Force, table: Table, room: Room, task: tuple[float, float, float, bool, bool]) -> float:
     """Take one step from t, up to `end` at most; the time reached, negative (-1 - t) if the phase ends there."""
     side, t, end, slopes, watch = task
-    size, tally, again = int(rig[13]), room[TALLY], False
+    size, tally = int(rig[13]), room[TALLY]
     while tally[STEPS] < tally[BUDGET]:
         h = min(tally[LENGTH], end - t)
-        guess(room, table, size, h, again)
+        guess(room, table, size, h)
         if not step(rig, force, table, room, (side, t, h, size)):
-            tally[LENGTH], again = 0.25 * h, True
+            tally[LENGTH], tally[LAST] = 0.25 * h, 0.0
             continue
         error = error_of(table, room, size) / tally[TOLERANCE]
         change = SAFETY * max(error, 1e-12) ** (-1.0 / 7.0)
@@ -182,7 +210,7 @@ def advance(rig: Rig, force: Force, table: Table, room: Room, task: tuple[float,
         if theta <= 1.0:
             landed = land(rig, force, table, room, (side, t, h, theta, size))
             if landed < 0.0:
-                tally[LENGTH], tally[LAST], again = 0.25 * h, 0.0, True
+                tally[LENGTH], tally[LAST] = 0.25 * h, 0.0
                 continue
         if slopes:
             carry_slopes(room, size)
@@ -266,6 +294,9 @@ def carry(rig: Rig, force: Force, table: Table, room: Room, task: tuple[float, f
             return TOO_MANY
         if tally[LENGTH] < SHORTEST * SHORTEST:
             return STALLED
+        height = factor(rig, side * state[1])[0] if rig[0] < DAHL else 1.0
+        if (1.0 + rig[3] * state[0]) * height < 0.0:
+            return NEGATIVE
         t = reached if reached >= 0.0 else -1.0 - reached
         if reached < 0.0:
             pull = series(force[0], force[1], t)[0]

@@ -2,15 +2,12 @@
 
 from dataclasses import dataclass
 from math import pi
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.errors import SimulationError
 from frictionlab.simulator.numeric import layout
-from frictionlab.simulator.numeric.contact import series
-from frictionlab.simulator.numeric.machine import Machine
+from frictionlab.simulator.numeric.machine import Machine, NegativeFrictionError, Spent
 from frictionlab.simulator.problem import Problem
 
 __all__ = [
@@ -21,8 +18,6 @@ __all__ = [
     "is_weakening",
     "multiplier_of",
     "propagate",
-    "refuse",
-    "rest_state",
 ]
 
 TURN = 2.0 * pi
@@ -34,10 +29,6 @@ NEAR = 0.1  # how far Newton may move from there, over the size of the motion
 CONVERGED = 1e-11  # of the motion's size: rounding of the steps' ends
 ALMOST = 1e-8  # and what is taken if nothing better comes
 Floats = NDArray[np.float64]
-
-
-class Spent(Exception):  # noqa: N818 - no error: plain Python hands over to the compiled kernel
-    """The steps allowed are used up."""
 
 
 @dataclass(frozen=True)
@@ -97,46 +88,15 @@ def is_weakening(problem: Problem) -> bool:
 
 
 def propagate(
-    machine: Machine, state: Floats, span: float, *, slopes: bool, tau0: float = 0.0
+    machine: Machine, state: Floats, span: float, *, slopes: bool = False, tau0: float = 0.0
 ) -> tuple[Floats, Floats]:
-    """Carry a state from tau0 over a span, cycle by cycle; the state reached and, if asked for, its slopes.
-
-    Raises
-    ------
-    Spent
-        Too many steps.
-    SimulationError
-        Steps that no longer help.
-    """
-    room, size = machine.room, machine.size
-    room[layout.STATE][:] = _buffer(room, np.concatenate((state, np.zeros(layout.WIDTH - size))))
-    room[layout.SLOPES][:] = _buffer(room, np.eye(layout.WIDTH).ravel())
+    """Carry a state from tau0 over a span, cycle by cycle; the state reached and, if asked for, its slopes."""
+    machine.put(state)
     for begun in np.arange(0.0, span - 1e-9, TURN):
-        code = machine.kernel.carry(
-            machine.rig, machine.force, machine.table, room, (tau0, float(min(TURN, span - begun)), slopes)
-        )
-        refuse(machine, code)
+        machine.carry(tau0, float(min(TURN, span - begun)), slopes=slopes)
+    room, size = machine.room, machine.size
     matrix = np.array(room[layout.SLOPES]).reshape(layout.WIDTH, layout.WIDTH)[:size, :size]
     return np.array(room[layout.STATE][:size]), matrix
-
-
-def refuse(machine: Machine, code: int) -> None:
-    """Raise what a code says, unless it says nothing."""
-    if code == layout.FINE:
-        return
-    if code == layout.TOO_MANY:
-        raise Spent
-    problem = machine.problem
-    raise SimulationError(
-        f"simulation: law {problem.law.name}: steps became too short at r = {problem.r!r}, parameters "
-        f"{problem.parameters}; expected a law that can be integrated; got one too stiff; do: report these numbers, "
-        "or take a law that holds where this one nearly does"
-    )
-
-
-def _buffer(room: Any, values: Floats) -> Any:
-    """Values as the kernel's buffers have them."""
-    return values if isinstance(room[0], np.ndarray) else values.tolist()
 
 
 def find_orbit(machine: Machine, start: Floats | None) -> Orbit | None:
@@ -146,33 +106,21 @@ def find_orbit(machine: Machine, start: Floats | None) -> Orbit | None:
     the run from rest is followed until it nearly repeats after 1 to 8 cycles, and Newton may only finish it.
     """
     mirrored = has_two_alike_halves(machine.problem)
-    state = rest_state(machine) if start is None else start
+    state = machine.rest_state() if start is None else start
     if start is not None or not is_weakening(machine.problem):
         if start is None:
-            state = propagate(machine, state, TURN, slopes=False)[0]
+            state = propagate(machine, state, TURN)[0]
         found = newton(machine, state, 1, mirrored=mirrored)
         if found is not None and abs(found.multiplier) < 1.0 + 1e-9:
             return found
     return _wait(machine)
 
 
-def rest_state(machine: Machine, tau0: float = 0.0) -> Floats:
-    """The mass at rest with a relaxed spring, the contact unloaded; rate-and-state contacts have steady age."""
-    state = np.zeros(machine.size)
-    problem = machine.problem
-    if problem.wall == "base":
-        moved, rate = series(list(problem.base.cosine), list(problem.base.sine), tau0)
-        state[0], state[1] = -moved, -rate
-    if machine.size == layout.WIDTH:
-        state[3] = 1.0
-    return state
-
-
 def _wait(machine: Machine) -> Orbit | None:
     """Follow the run from rest until Newton can finish it."""
-    past, close = [rest_state(machine)], CLOSE
+    past, close = [machine.rest_state()], CLOSE
     for _ in range(WAIT):
-        past = [*past[-LONGEST:], propagate(machine, past[-1], TURN, slopes=False)[0]]
+        past = [*past[-LONGEST:], propagate(machine, past[-1], TURN)[0]]
         misses = [_distance(machine, past[-1], other) for other in past[-2::-1]]
         for cycles, miss in enumerate(misses, 1):
             if miss > close:
@@ -203,7 +151,10 @@ def newton(machine: Machine, state: Floats, cycles: int, *, mirrored: bool) -> O
         sign[:3], span = -1.0, pi
     best: tuple[float, Floats, Floats] | None = None
     for _ in range(NEWTON):
-        reached, slopes = propagate(machine, state, span, slopes=True)
+        try:
+            reached, slopes = propagate(machine, state, span, slopes=True)
+        except NegativeFrictionError:
+            return None
         reached, slopes = sign * reached, sign[:, None] * slopes
         miss = _distance(machine, state, reached)
         if not np.isfinite(miss):

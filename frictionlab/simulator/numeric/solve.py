@@ -1,8 +1,9 @@
 """The two verbs: the steady state solved for, and the motion from initial conditions."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite, pi
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,10 @@ from frictionlab.simulator.state import Regime, SteadyState
 __all__ = ["RTOL", "run", "steady"]
 
 TURN = 2.0 * pi
-RTOL = 1e-9
+RTOL = 1e-8
 HINT = 2_000  # steps that plain Python may try where the compiled kernel is a second away
 Floats = NDArray[np.float64]
+Result = TypeVar("Result")
 
 
 def steady(problem: Problem, *, rtol: float = RTOL, near: SteadyState | None = None) -> SteadyState:
@@ -48,13 +50,13 @@ def steady(problem: Problem, *, rtol: float = RTOL, near: SteadyState | None = N
     >>> law = {"static_ratio": 1.2, "stribeck_speed": 0.1}
     >>> state = steady(Problem(r=0.5, beta=0.4, law="coulomb+stribeck", parameters=law))
     >>> round(state.energy_per_cycle, 6), state.stops_per_cycle
-    (2.172373, 2.0)
+    (2.172182, 2.0)
     """
     _check(rtol)
     if _is_unbounded(problem):
         return SteadyState(problem, "numeric", "unbounded")
     start = near.orbit.state(0.0) if near is not None and isinstance(near.orbit, NumericMotion) else None
-    return _with_engine(lambda fast, cap: _steady(problem, rtol, start, (fast, cap)), problem)
+    return _with_means(problem, rtol, lambda means: _steady(problem, means, start))
 
 
 def _check(rtol: float) -> None:
@@ -62,92 +64,92 @@ def _check(rtol: float) -> None:
         raise UsageError(f"numeric solver: rtol; expected between 1e-12 and 1e-3; got {rtol!r}")
 
 
-def _with_engine(work: Any, problem: Problem) -> Any:
+@dataclass(frozen=True)
+class _Means:
+    """How the work is done: plain or compiled, the tolerance, the steps allowed."""
+
+    fast: bool
+    rtol: float
+    steps: int
+
+    def machine(self, problem: Problem, rows: int = 0) -> Machine:
+        """The problem set up so."""
+        rig = machine_of(problem, self.rtol, fast=self.fast, rows=rows)
+        rig.room[layout.TALLY][layout.BUDGET] = self.steps
+        return rig
+
+
+def _with_means(problem: Problem, rtol: float, work: Callable[[_Means], Result]) -> Result:
     """Do the work in plain Python while it is short, else with the compiled kernel: the same bits."""
     if not machine.compiled.cache_info().currsize:
         try:
-            return work(False, HINT if machine.is_ready() else machine.CAP_PLAIN)
+            return work(_Means(fast=False, rtol=rtol, steps=HINT if machine.is_ready() else machine.CAP_PLAIN))
         except shooting.Spent:
-            pass
+            machine.compiled()
     try:
-        return work(True, machine.CAP)
+        return work(_Means(fast=True, rtol=rtol, steps=machine.CAP))
     except shooting.Spent:
         raise SimulationError(
             f"simulation: law {problem.law.name} at r = {problem.r!r}, parameters {problem.parameters}; expected fewer "
-            f"than {machine.CAP} steps; got more: the contact rings, or hardly anything damps it; do: take the law that "
-            "this one tends to (a rigid contact for a stiffness without end), or loosen rtol"
+            f"than {machine.CAP} steps; got more: the contact rings, or hardly anything damps it; do: take the law "
+            "that this one tends to (a rigid contact for a stiffness without end), or loosen rtol"
         ) from None
 
 
-def _steady(problem: Problem, rtol: float, start: Floats | None, engine: tuple[bool, int]) -> SteadyState:
-    rig = machine_of(problem, rtol, fast=engine[0])
-    rig.room[layout.TALLY][layout.BUDGET] = engine[1]
+def _steady(problem: Problem, means: _Means, start: Floats | None) -> SteadyState:
+    rig = means.machine(problem)
     found = shooting.find_orbit(rig, None if start is None else start[: rig.size])
     if found is None:
         return SteadyState(problem, "numeric", "not found")
-    cycles = found.cycles
-    motion, tally = _recorded(rig, rtol, engine, (found.state, 0.0, TURN * cycles), periodic=True)
+    motion, tally = _recorded(problem, means, (found.state, 0.0, found.cycles), periodic=True)
     return _told(problem, found, motion, tally)
 
 
 def _recorded(
-    rig: Machine, rtol: float, engine: tuple[bool, int], task: tuple[Floats, float, float], *, periodic: bool
+    problem: Problem, means: _Means, task: tuple[Floats, float, int], *, periodic: bool
 ) -> tuple[NumericMotion, Any]:
-    """Run once more with a record, and account for it."""
-    state, tau, span = task
-    rows = 256
+    """Run some cycles from a state with a record, and account for them; the motion and the tally."""
+    state, tau, cycles = task
+    rows = 256 * cycles
     while True:
-        twin = machine_of(rig.problem, rtol, fast=engine[0], rows=rows)
-        tally = twin.room[layout.TALLY]
-        tally[layout.BUDGET] = engine[1]
-        twin.room[layout.STATE][: rig.size] = state if engine[0] else state.tolist()
+        rig = means.machine(problem, rows)
+        tally = rig.room[layout.TALLY]
+        rig.put(state)
         cuts = [0]
-        for begun in np.arange(0.0, span - 1e-9, TURN):
-            task_of = (tau, float(min(TURN, span - begun)), False)
-            shooting.refuse(twin, twin.kernel.carry(twin.rig, twin.force, twin.table, twin.room, task_of))
+        for _ in range(cycles):
+            rig.carry(tau, TURN)
             cuts.append(int(tally[layout.ROWS]))
-        if tally[layout.ROWS] <= rows:
-            break
-        rows = int(tally[layout.ROWS])
-    twin.kernel.account(twin.rig, twin.force, twin.table, twin.room)
-    return _motion(twin, cuts, engine[0], periodic=periodic), tally
+        if cuts[-1] <= rows:
+            rig.kernel.account(rig.rig, rig.force, rig.table, rig.room)
+            return _motion(rig, cuts, periodic=periodic), tally
+        rows = cuts[-1]
 
 
-def _motion(twin: Machine, cuts: list[int], fast: bool, *, periodic: bool) -> NumericMotion:  # noqa: FBT001 - internal
-    """The recorded steps as a motion."""
+def _motion(rig: Machine, cuts: list[int], *, periodic: bool) -> NumericMotion:
+    """The recorded steps as a motion; `cuts` says how many were recorded at the end of each cycle."""
     count = cuts[-1]
-    log = np.array(twin.room[layout.LOG][: count * layout.ROW]).reshape(count, layout.ROW)
-    slip: Any = np.zeros(count * layout.NODES) if fast else [0.0] * (count * layout.NODES)
-    if not twin.is_smooth:
-        twin.kernel.slips(twin.rig, twin.room, slip)
+    log = np.array(rig.room[layout.LOG][: count * layout.ROW]).reshape(count, layout.ROW)
+    slip = rig.buffer((0.0,) * (count * layout.NODES))
+    if not rig.is_smooth:
+        rig.kernel.slips(rig.rig, rig.room, slip)
     turns = np.repeat(np.arange(len(cuts) - 1), np.diff(cuts))
-    columns = [
-        log[:, 0] + TURN * turns,
-        log[:, 1].copy(),
-        log[:, 2].copy(),
-        log[:, 3:].reshape(count, layout.NODES, layout.WIDTH).copy(),
-        np.array(slip).reshape(count, layout.NODES),
-    ]
+    values = log[:, 3:].reshape(count, layout.NODES, layout.WIDTH)
+    slips = np.array(slip).reshape(count, layout.NODES)
+    columns = [np.ascontiguousarray(c) for c in (log[:, 0] + TURN * turns, log[:, 1], log[:, 2], values, slips)]
     for column in columns:
         column.setflags(write=False)
-    return NumericMotion(twin.problem, *columns, periodic=periodic)
+    begin, length, side, values, slips = columns
+    return NumericMotion(rig.problem, begin, length, side, values, slips, periodic)
 
 
 def _told(problem: Problem, found: shooting.Orbit, motion: NumericMotion, tally: Any) -> SteadyState:
     """The numbers of an orbit."""
-    if tally[layout.WEAKEST] < 0.0:
-        raise SimulationError(
-            f"simulation: law {problem.law.name}, parameters {problem.parameters}: friction turns negative within the "
-            f"motion (down to {tally[layout.WEAKEST]:.3g} of beta); expected at least 0; do: a smaller gradient or "
-            "rate_strength"
-        )
     cycles, stops = found.cycles, motion.stops
     resting = float(np.sum(stops[:, 1] - stops[:, 0])) / (TURN * cycles)
     stuck = resting > 1.0 - 1e-12
     dissipated = float(tally[layout.WORK] + tally[layout.FRAME]) / cycles
     put_in = float(tally[layout.INPUT]) / cycles + _carried(problem)
     regime: Regime = "stuck" if stuck else "stick-slip" if len(stops) else "continuous"
-    any_orbit: Any = motion
     return SteadyState(
         problem=problem,
         solver="numeric",
@@ -163,7 +165,7 @@ def _told(problem: Problem, found: shooting.Orbit, motion: NumericMotion, tally:
         closure_error=abs(put_in - dissipated),
         residual=found.residual,
         warnings=_warnings(problem, found),
-        orbit=any_orbit,
+        orbit=motion,
     )
 
 
@@ -210,13 +212,6 @@ def _is_unbounded(problem: Problem) -> bool:
     return any(
         abs(k * problem.r - 1.0) < 1e-12 and problem.beta < 0.25 * pi * float(np.hypot(c, s)) for k, (c, s) in pairs
     )
-
-
-@dataclass(frozen=True)
-class _Leg:
-    cycles: int
-    keep: int
-    tau0: float
 
 
 def run(
@@ -267,18 +262,16 @@ def run(
         raise SimulationError(
             f"run: initial conditions; expected finite numbers; got x0 = {x0}, v0 = {v0}, tau0 = {tau0}"
         )
-    leg = _Leg(cycles, kept, tau0 % TURN)
-    return _with_engine(lambda fast, cap: _run(problem, rtol, (x0, v0), leg, (fast, cap)), problem)
+    start = np.array([x0, v0]), tau0 % TURN
+    return _with_means(problem, rtol, lambda means: _run(problem, means, start, (cycles, kept)))
 
 
-def _run(
-    problem: Problem, rtol: float, start: tuple[float, float], leg: _Leg, engine: tuple[bool, int]
-) -> NumericMotion:
-    rig = machine_of(problem, rtol, fast=engine[0])
-    rig.room[layout.TALLY][layout.BUDGET] = engine[1]
-    state = shooting.rest_state(rig, leg.tau0)
-    state[:2] += start
-    for _ in range(leg.cycles - leg.keep):
-        state = shooting.propagate(rig, state, TURN, slopes=False, tau0=leg.tau0)[0]
-    motion, _ = _recorded(rig, rtol, engine, (state, leg.tau0, TURN * leg.keep), periodic=False)
-    return motion.later(TURN * (leg.cycles - leg.keep))
+def _run(problem: Problem, means: _Means, start: tuple[Floats, float], count: tuple[int, int]) -> NumericMotion:
+    (offset, tau0), (cycles, kept) = start, count
+    rig = means.machine(problem)
+    state = rig.rest_state(tau0)
+    state[:2] += offset
+    for _ in range(cycles - kept):
+        state = shooting.propagate(rig, state, TURN, tau0=tau0)[0]
+    motion, _ = _recorded(problem, means, (state, tau0, kept), periodic=False)
+    return motion.later(TURN * (cycles - kept))

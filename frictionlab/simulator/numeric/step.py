@@ -1,8 +1,8 @@
 """One step of Radau IIA: Newton's method on its stages, the size of its error, its polynomial, its slopes.
 
-The polynomial through the start and the seven stages of a step is the motion (degree 7, error like h^8), and its highest
-coefficient says how well: a step is taken if that coefficient, times the largest value of the node polynomial, is
-below the tolerance. So the motion is as good everywhere as the tolerance says; the end of a step is much better
+The polynomial through the start and the seven stages of a step is the motion (degree 7, error like h^8), and its
+highest coefficient says how well: a step is taken if that coefficient, times the largest value of the node polynomial,
+is below the tolerance. So the motion is as good everywhere as the tolerance says; the end of a step is much better
 (order 13), and the stops, which are ends of steps, with it.
 """
 
@@ -32,12 +32,24 @@ from frictionlab.simulator.numeric.layout import (
 )
 from frictionlab.simulator.numeric.layout import STEPS as TAKEN
 
-__all__ = ["at_node", "carry_slopes", "error_of", "factorise", "improve", "predict", "solve_step", "step"]
+__all__ = [
+    "at_node",
+    "carry_slopes",
+    "error_of",
+    "factorise",
+    "fill_matrix",
+    "fill_right",
+    "improve",
+    "predict",
+    "solve_step",
+    "step",
+]
 
 PEAK = 7e-5  # largest value of the node polynomial on the step
 MOST = 12  # of Newton's steps; two to four are usual
 ROUNDING = 1e-14  # a correction so small is none
 GUESS = 0.04  # by what a second correction with the same matrix is taken to be smaller than the first
+FAILED = 1e300  # the size of a correction that does not exist
 LOST = 1e-10  # corrections that stay, but are no larger than this, are rounding in a stiff law
 
 
@@ -56,7 +68,7 @@ def at_node(table: Table, room: Room, theta: float, component: int) -> float:
 
 
 def predict(table: Table, room: Room, size: int, offset: float, ratio: float) -> None:
-    """Write the first guess of the stages into TRIAL: the last polynomial, at shares offset + ratio * node of its step."""
+    """Write a first guess of the stages: the last polynomial, at shares offset + ratio * node of its step."""
     trial, nodes = room[TRIAL], table[0]
     for i in range(1, STAGES + 1):
         for k in range(size):
@@ -105,38 +117,48 @@ def solve_step(matrix: Buffer, pivot: Buffer, right: Buffer, size: int) -> None:
         right[i] = total / matrix[i * size + i]
 
 
-def improve(rig: Rig, table: Table, room: Room, task: tuple[float, float, int, bool]) -> float:
-    """One correction of the stages by Newton's method; its size over the scale, or infinity if there is none."""
-    side, h, size, fresh = task
-    trial, rate, slopes, matrix, right = room[TRIAL], room[RATE], room[JACOBIAN], room[MATRIX], room[RIGHT]
-    whole, a = STAGES * size, table[2]
-    for j in range(STAGES):
-        rates(rig, side, room[PULL][j], (trial, (j + 1) * WIDTH), (rate, slopes, j))
-    if fresh:
-        for i in range(STAGES):
-            for j in range(STAGES):
-                share = -h * a[i * STAGES + j]
-                for k in range(size):
-                    for m in range(size):
-                        matrix[(i * size + k) * whole + j * size + m] = share * slopes[(j * WIDTH + k) * WIDTH + m]
-        for i in range(whole):
-            matrix[i * whole + i] += 1.0
-        if not factorise(matrix, room[PIVOT], whole):
-            return 1e300
+def fill_matrix(table: Table, room: Room, h: float, size: int) -> None:
+    """Write 1 - h A x J of the stages, J the slopes of their rates."""
+    matrix, slopes, a, whole = room[MATRIX], room[JACOBIAN], table[2], STAGES * size
+    for i in range(STAGES):
+        for j in range(STAGES):
+            share = -h * a[i * STAGES + j]
+            for k in range(size):
+                for m in range(size):
+                    matrix[(i * size + k) * whole + j * size + m] = share * slopes[(j * WIDTH + k) * WIDTH + m]
+    for i in range(whole):
+        matrix[i * whole + i] += 1.0
+
+
+def fill_right(table: Table, room: Room, h: float, size: int) -> None:
+    """Write by how much the stages miss their equations."""
+    trial, rate, right, a = room[TRIAL], room[RATE], room[RIGHT], table[2]
     for i in range(STAGES):
         for k in range(size):
             total = 0.0
             for j in range(STAGES):
                 total += a[i * STAGES + j] * rate[j * WIDTH + k]
             right[i * size + k] = (trial[k] - trial[(i + 1) * WIDTH + k]) + h * total
-    solve_step(matrix, room[PIVOT], right, whole)
-    worst = 0.0
+
+
+def improve(rig: Rig, table: Table, room: Room, task: tuple[float, float, int, bool]) -> float:
+    """One correction of the stages by Newton's method; its size over the scale, or FAILED if there is none."""
+    side, h, size, fresh = task
+    trial, right, whole, worst = room[TRIAL], room[RIGHT], STAGES * size, 0.0
+    for j in range(STAGES):
+        rates(rig, side, room[PULL][j], (trial, (j + 1) * WIDTH), (room[RATE], room[JACOBIAN], j))
+    if fresh:
+        fill_matrix(table, room, h, size)
+        if not factorise(room[MATRIX], room[PIVOT], whole):
+            return FAILED
+    fill_right(table, room, h, size)
+    solve_step(room[MATRIX], room[PIVOT], right, whole)
     for i in range(STAGES):
         for k in range(size):
             change = right[i * size + k]
             trial[(i + 1) * WIDTH + k] += change
             off = abs(change) / (room[SCALE][k] + abs(trial[k]))
-            worst = max(worst, off) if isfinite(off) else 1e300
+            worst = max(worst, off) if isfinite(off) else FAILED
     return worst
 
 
@@ -148,12 +170,12 @@ def step(rig: Rig, force: Force, table: Table, room: Room, task: tuple[float, fl
         room[TRIAL][k] = room[STATE][k]
     for j in range(STAGES):
         room[PULL][j] = series(force[0], force[1], t + table[0][j + 1] * h)[0]
-    before, fresh = 1e300, True
+    before, fresh = FAILED, True
     for _ in range(MOST):
         now = improve(rig, table, room, (side, h, size, fresh))
-        if now >= 1e300:
+        if now >= FAILED:
             return False
-        ratio = now / before if before < 1e300 else GUESS
+        ratio = now / before if before < FAILED else GUESS
         if now <= ROUNDING or (ratio < 1.0 and now * ratio <= ROUNDING) or (ratio > 0.3 and now <= LOST):
             return True
         if ratio > 2.0:

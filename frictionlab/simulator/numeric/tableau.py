@@ -1,7 +1,7 @@
 """Radau IIA with seven stages (order 13): nodes, matrix, and what reads the polynomial of a step.
 
-E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, section IV.5. The numbers are made from the zeros of
-P_7 - P_6 with 50 digits; a test makes them again.
+E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, section IV.5. The numbers are made from the zeros
+of P_7 - P_6 with 50 digits; a test holds them against the order conditions.
 """
 
 __all__ = ["BERNSTEIN", "NODES", "STAGES", "WEIGHTS"]

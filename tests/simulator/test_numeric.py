@@ -1,0 +1,196 @@
+"""The numeric engine: order conditions, the rigid law and its limits, scipy as the slow twin, one result twice."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictionlab.errors import SimulationError, UsageError
+from frictionlab.simulator import Base, Problem, steady_state
+from frictionlab.simulator.numeric import NumericMotion, machine, run, steady, tableau
+from frictionlab.simulator.numeric.layout import STAGES
+from tests.simulator.numeric_oracle import cycle
+
+LAWS: dict[str, dict[str, float]] = {
+    "coulomb+stribeck": {"static_ratio": 1.2, "stribeck_speed": 0.1},
+    "coulomb+logarithm": {"rate_strength": 0.05, "rate_speed": 0.01},
+    "coulomb+dahl": {"stiffness_ratio": 100.0},
+    "coulomb+bouc-wen": {"stiffness_ratio": 100.0, "exponent": 2.5},
+    "coulomb+lugre": {"stiffness_ratio": 100.0, "bristle_damping": 0.1, "static_ratio": 1.2, "stribeck_speed": 0.1},
+    "coulomb+rate-state": {
+        "stiffness_ratio": 100.0,
+        "direct_effect": 0.05,
+        "evolution_effect": 0.03,
+        "slip_distance": 0.01,
+        "reference_speed": 0.1,
+    },
+}
+
+
+def problem(law: str, r: float = 0.7, beta: float = 0.5, **more: Any) -> Problem:
+    """A problem with one of the laws, whose parameters can be overridden by `parameters`."""
+    parameters = LAWS.get(law, {}) | more.pop("parameters", {})
+    return Problem(r, beta, law=law, parameters=parameters, **more)
+
+
+def number(value: float | None) -> float:
+    assert value is not None
+    return value
+
+
+def test_the_tableau_fulfils_the_order_conditions() -> None:
+    nodes, a = np.array(tableau.NODES), np.reshape(tableau.STAGES, (STAGES, STAGES))
+    c = nodes[1:]
+    for k in range(1, STAGES + 1):
+        np.testing.assert_allclose(a @ c ** (k - 1), c**k / k, rtol=0, atol=1e-15)
+    for k in range(1, 2 * STAGES):
+        assert a[-1] @ c ** (k - 1) == pytest.approx(1.0 / k, abs=1e-15)
+    assert np.sum(tableau.WEIGHTS * nodes**7) == pytest.approx(1.0, abs=1e-9)
+    bernstein = np.reshape(tableau.BERNSTEIN, (8, 8))
+    np.testing.assert_allclose(bernstein @ nodes, np.arange(8) / 7.0, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        Problem(0.5, 0.4),
+        Problem(0.3, 0.6, mu=1.3),
+        Problem(0.4, 0.3, zeta=0.03, base=Base((1.0, 0.0, 0.1), (0.0, 0.0, 0.05))),
+        Problem(1.3, 0.3, wall="base", frame_damping_ratio=0.02),
+        Problem(0.6, 0.0, zeta=0.1),
+    ],
+)
+def test_plain_friction_is_the_exact_solvers(asked: Problem) -> None:
+    exact, found = steady_state(asked, solver="exact"), steady(asked)
+    assert found.energy_per_cycle == pytest.approx(exact.energy_per_cycle, rel=1e-9)
+    assert found.response_amplitude == pytest.approx(exact.response_amplitude, rel=1e-8)
+    assert found.stops_per_cycle == exact.stops_per_cycle
+    assert found.stuck_fraction == pytest.approx(exact.stuck_fraction, abs=1e-8)
+    assert number(found.floquet_multiplier) == pytest.approx(number(exact.floquet_multiplier), abs=1e-6)
+    taus = np.linspace(0.0, 7.0, 41)
+    assert found.orbit is not None
+    assert exact.orbit is not None
+    np.testing.assert_allclose(found.orbit.at(taus)[0], exact.orbit.at(taus)[0], atol=1e-8)
+    np.testing.assert_allclose(found.orbit.at(taus)[1], exact.orbit.at(taus)[1], atol=1e-6)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_scipy_carries_the_orbit_back_to_its_start(law: str) -> None:
+    more = {"wall": "base"} if law == "coulomb+dahl" else {"zeta": 0.03} if law == "coulomb+lugre" else {}
+    gradient = {"gradient": 0.1} if law in ("coulomb+bouc-wen", "coulomb+stribeck") else {}
+    name = law + "+place" * bool(gradient)
+    asked = problem(name, r=0.6, parameters=LAWS[law] | gradient, **more)
+    found = steady(asked)
+    assert isinstance(found.orbit, NumericMotion)
+    size = {"smooth": 2, "inner": 3}[asked.law.kind] + (law == "coulomb+rate-state")
+    start = found.orbit.state(0.0)[:size] * np.array([1.0, 1.0, 1.0, asked.beta])[:size]
+    end = cycle(asked, start, method="DOP853", rtol=1e-12)
+    np.testing.assert_allclose(end[:size], start, atol=1e-9)
+    assert end[-1] == pytest.approx(found.energy_per_cycle, rel=1e-8)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_energy_in_is_energy_out(law: str) -> None:
+    found = steady(problem(law, r=0.8, frame_damping_ratio=0.02, base=Base((1.0, 0.05), (0.0, 0.02))))
+    assert number(found.closure_error) < 1e-9 * number(found.energy_per_cycle)
+
+
+@pytest.mark.parametrize(
+    ("law", "neutral"),
+    [("coulomb+logarithm", {"rate_strength": 0.0}), ("coulomb+stribeck", {"static_ratio": 1.0})],
+)
+def test_a_smooth_law_that_does_nothing_is_coulombs(law: str, neutral: dict[str, float]) -> None:
+    assert steady(problem(law, r=0.5, parameters=neutral)).energy_per_cycle == pytest.approx(
+        steady_state(Problem(0.5, 0.5)).energy_per_cycle, rel=1e-10
+    )
+
+
+def test_bouc_wen_of_exponent_one_is_dahl() -> None:
+    one = steady(problem("coulomb+bouc-wen", parameters={"exponent": 1.0}))
+    assert one.energy_per_cycle == pytest.approx(steady(problem("coulomb+dahl")).energy_per_cycle, rel=1e-11)
+
+
+def test_a_stiffer_dahl_contact_tends_to_the_rigid_one_like_the_root_of_its_compliance() -> None:
+    """After a turn the force is wrong over a way of beta / kappa, which takes a time of its root: so is the impulse."""
+    rigid = number(steady_state(Problem(0.7, 0.5)).energy_per_cycle)
+    off = [
+        number(steady(problem("coulomb+dahl", parameters={"stiffness_ratio": k})).energy_per_cycle) - rigid
+        for k in (1e4, 4e4)
+    ]
+    assert off[0] / off[1] == pytest.approx(2.0, abs=0.05)
+
+
+def test_a_loose_tolerance_sees_no_stop_where_a_slide_begins() -> None:
+    """At release a slide moves like t^2: the polynomial of a long step dips below zero there, the motion does not."""
+    found = steady(problem("coulomb+stribeck", r=0.3), rtol=1e-6)
+    assert isinstance(found.orbit, NumericMotion)
+    assert len(found.orbit.times) < 100
+    assert found.stops_per_cycle == 2.0
+
+
+def test_a_neighbour_is_a_start() -> None:
+    first = steady(problem("coulomb+dahl"))
+    again = steady(problem("coulomb+dahl", beta=0.501), near=first)
+    assert again.energy_per_cycle == pytest.approx(
+        steady(problem("coulomb+dahl", beta=0.501)).energy_per_cycle, rel=1e-9
+    )
+
+
+def test_static_friction_above_the_drive_never_lets_go() -> None:
+    found = steady(problem("coulomb+stribeck", beta=0.95))
+    assert (found.outcome, found.regime, found.energy_per_cycle) == ("stuck", "stuck", 0.0)
+
+
+def test_resonance_without_damping_grows() -> None:
+    assert steady(problem("coulomb+dahl", r=1.0)).outcome == "unbounded"
+
+
+def test_lugre_that_may_give_energy_back_is_said() -> None:
+    assert any("not passive" in line for line in steady(problem("coulomb+lugre")).warnings)
+
+
+def test_friction_that_turns_negative_is_refused() -> None:
+    with pytest.raises(SimulationError, match="friction turns negative"):
+        steady(problem("coulomb+logarithm", parameters={"rate_strength": -0.3, "rate_speed": 0.001}))
+
+
+def test_a_tolerance_out_of_range_is_refused() -> None:
+    with pytest.raises(UsageError, match="rtol; expected between"):
+        steady(Problem(0.5, 0.4), rtol=0.1)
+
+
+def test_a_run_from_rest_settles_on_the_steady_state() -> None:
+    asked = problem("coulomb+rate-state", r=0.4)
+    last, found = run(asked, cycles=6, keep=1), steady(asked)
+    assert found.orbit is not None
+    assert (last.start, last.end) == pytest.approx((10.0 * np.pi, 12.0 * np.pi))
+    taus = np.linspace(0.0, 6.0, 7)
+    np.testing.assert_allclose(last.at(taus, cycle=5)[0], found.orbit.at(taus)[0], atol=1e-3)
+    np.testing.assert_allclose(last.force(taus, cycle=5), found.orbit.force(taus), atol=1e-2)
+    with pytest.raises(SimulationError, match="expected times between"):
+        last.at(0.0)
+
+
+@pytest.mark.timeout(300)  # compiles once on a new machine
+def test_plain_and_compiled_kernels_give_the_same_bits() -> None:
+    from frictionlab.simulator.numeric.machine import Machine, machine_of  # noqa: PLC0415
+
+    def states(rig: Machine) -> list[float]:
+        rig.put(rig.rest_state())
+        rig.carry(0.0, 3.0, slopes=True)
+        return [float(x) for x in (*rig.room[0], *rig.room[9])]
+
+    machine.compiled()
+    for law in LAWS:
+        slow, fast = (machine_of(problem(law, r=0.4), 1e-8, fast=which) for which in (False, True))
+        assert states(slow) == states(fast)
+
+
+@settings(max_examples=5, deadline=None)
+@given(r=st.floats(0.3, 2.0), beta=st.floats(0.1, 0.8), strength=st.floats(0.0, 0.1))
+def test_whatever_the_drive_energy_closes(r: float, beta: float, strength: float) -> None:
+    found = steady(problem("coulomb+logarithm", r, beta, parameters={"rate_strength": strength}, zeta=0.02))
+    if found.outcome == "periodic":
+        assert number(found.closure_error) <= 1e-8 * max(number(found.energy_per_cycle), 1e-3)
