@@ -27,6 +27,7 @@ __all__ = [
     "SUFFIXES",
     "Row",
     "check_output",
+    "has_rows",
     "is_table",
     "json_line",
     "plain",
@@ -203,6 +204,12 @@ def is_table(path: Path, table: Table | None = None) -> bool:
     return names == lines.FAILED or any(is_marked(names, kind) for kind in kinds)
 
 
+def has_rows(path: Path) -> bool:
+    """Whether this HDF5 file is a table of this tool, with a line for each row."""
+    found = _format_of(path)
+    return any(kind.format == found for kind in TABLES if kind not in tree.WITHOUT_ROWS)
+
+
 def _format_of(path: Path) -> str:
     from frictionlab.hdf5 import format_of
 
@@ -236,6 +243,6 @@ def _rows_of_tree(path: Path, table: Table | None) -> Iterator[dict[str, object]
 
     found = _format_of(path)
     kind = table or next((kind for kind in TABLES if kind.format == found), None)
-    if kind is None:
+    if kind is None or kind in tree.WITHOUT_ROWS:
         raise UsageError(f"{path}: expected a table of frictionlab; got {found or 'another file'}")
     return tree.rows_of(read_tree(path, kind=kind.format), path, kind)

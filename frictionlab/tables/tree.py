@@ -5,11 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from frictionlab.errors import RecordingError
-from frictionlab.schema import Column, Table, Type, column_of
+from frictionlab.schema import MOTIONS, STEADY_STATES, Column, Table, Type, column_of
 from frictionlab.tables.cells import CellError, checked, flat
 from frictionlab.tables.row import Row
 
 ROWS, SERIES = "rows", "cycles"
+WITHOUT_ROWS = (STEADY_STATES, MOTIONS)
+"""Tables whose HDF5 files hold no rows but a map over its axes, or a motion."""
 
 
 def tree_of(
