@@ -243,6 +243,6 @@ def _rows_of_tree(path: Path, table: Table | None) -> Iterator[dict[str, object]
 
     found = _format_of(path)
     kind = table or next((kind for kind in TABLES if kind.format == found), None)
-    if kind is None or kind in tree.WITHOUT_ROWS:
+    if kind is None:
         raise UsageError(f"{path}: expected a table of frictionlab; got {found or 'another file'}")
     return tree.rows_of(read_tree(path, kind=kind.format), path, kind)

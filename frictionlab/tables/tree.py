@@ -45,9 +45,11 @@ def rows_of(tree: Mapping[str, Any], path: Path, table: Table) -> Iterator[dict[
     Raises
     ------
     RecordingError
-        The columns differ in length, or a cell is not what its column says.
+        There are no rows, the columns differ in length, or a cell is not what its column says.
     """
-    columns = tree.get(ROWS, {})
+    if ROWS not in tree:
+        raise RecordingError(f"{path}: expected a table with rows; got a {table.kind}: open it with `frictionlab show`")
+    columns = tree[ROWS]
     lengths = {len(values) for values in columns.values()}
     if len(lengths) > 1:
         raise RecordingError(f"{path}: damaged {table.format}: columns of {min(lengths)} and of {max(lengths)} rows")
