@@ -37,12 +37,16 @@ class LogOptions:
         A Python codec name.
     time, mass, base
         A column by its name (with or without its unit) or its number from 1.
+    relative
+        A column that holds mass minus base, in place of the mass's own.
     unit, time_unit
         Of the displacements (``m mm um nm cm in``) and of the time column (``s ms us ns min h``).
     sampling_rate_hz
         Samples per second; time is then counted instead of read.
     measuring_range_m
         The laser's measuring range [m], where it is not to be found from the step in the data.
+    mass_metres_per_volt, base_metres_per_volt, mass_offset_m, base_offset_m
+        What a volt of each sensor means [m/V], negative where it falls as the displacement grows, and where 0 V is [m].
     lag_s
         Two logs: the base's clock minus the mass's clock at one moment [s], added to the base's stamps with a minus.
     lag_s_u
@@ -72,12 +76,17 @@ class LogOptions:
     time: str | int | None = _option("Column of the time, by name or by number from 1.", "COLUMN")
     mass: str | int | None = _option("Column of the mass, by name or by number from 1.", "COLUMN")
     base: str | int | None = _option("Column of the base, by name or by number from 1.", "COLUMN")
+    relative: str | int | None = _option("Column of mass minus base, in place of the mass's.", "COLUMN")
     unit: str | None = _option("Unit of the displacements: m mm um nm cm in.", "UNIT")
     time_unit: str | None = _option("Unit of the time column: s ms us ns min h.", "UNIT")
     sampling_rate_hz: float | None = _option("Samples per second: the time is counted instead of read.", "HZ")
     measuring_range_m: float | None = _option(
         "Measuring range of the laser, where its step in the data does not tell it.", "M"
     )
+    mass_metres_per_volt: float | None = _option("Calibration of the mass's sensor, for a log in volts.", "M/V")
+    base_metres_per_volt: float | None = _option("Calibration of the base's sensor, for a log in volts.", "M/V")
+    mass_offset_m: float = _option("Displacement of the mass at 0 V.", "M", 0.0)
+    base_offset_m: float = _option("Displacement of the base at 0 V.", "M", 0.0)
     lag_s: float | None = _option("Two logs: the base's clock minus the mass's.", "S")
     lag_s_u: float | None = _option("Two logs: standard uncertainty of that lag.", "S")
     clock_drift: float | None = _option("Two logs: by how much the base's clock gains; 0 leaves its stamps.", "SHARE")
@@ -144,8 +153,12 @@ def _positive(said: Any) -> str | None:
     return None if 0.0 < said < math.inf else "a positive number"
 
 
+def _calibration(said: Any) -> str | None:
+    return None if math.isfinite(said) and said else "metres per volt, not 0"
+
+
 def _finite(said: Any) -> str | None:
-    return None if math.isfinite(said) else "a number of seconds"
+    return None if math.isfinite(said) else "a finite number"
 
 
 def _not_negative(said: Any) -> str | None:
@@ -171,6 +184,11 @@ _CHECKS: Mapping[str, Callable[[Any], str | None]] = {
     "time_unit": _unit(TIME, "time"),
     "sampling_rate_hz": _positive,
     "measuring_range_m": _positive,
+    "relative": _column,
+    "mass_metres_per_volt": _calibration,
+    "base_metres_per_volt": _calibration,
+    "mass_offset_m": _finite,
+    "base_offset_m": _finite,
     "lag_s": _finite,
     "lag_s_u": _not_negative,
     "clock_drift": _share_of_a_clock,

@@ -14,6 +14,9 @@ _SPELLINGS = {
     "micrometers": "um", "meter": "m", "meters": "m", "metre": "m", "metres": "m", "millimeter": "mm",
     "millimeters": "mm", "millimetre": "mm", "millimetres": "mm", "inch": "in", "inches": "in",
 }  # fmt: skip
+VOLTS = {"v": 1.0, "volt": 1.0, "volts": 1.0, "mv": 1e-3, "uv": 1e-6, "µv": 1e-6}
+"""What each is in volts."""
+
 _OTHER = {
     "v", "mv", "volt", "volts", "a", "ma", "n", "kn", "mn", "rpm", "hz", "khz", "g", "kg", "m/s", "m/s^2", "m/s²",
     "mm/s", "°c", "degc", "c", "k", "%", "deg", "°", "rad", "pa", "kpa", "mpa", "bar", "w", "kw", "-", "db", "1", "n.m",

@@ -8,7 +8,7 @@ from frictionlab.errors import LogError
 from frictionlab.logs.units import LENGTH, TIME, known_unit, split_unit
 
 _TIME = re.compile(
-    r"t|x_value|elapsed|date ?time|clock|dt|"
+    r"t|x_value|elapsed|epoch|date ?time|clock|dt|"
     r"((acquisition|acq|relative|elapsed|epoch|abs|absolute|system|measurement|sample|sampling|log)[ _-]*)?"
     r"(times?|zeit(en)?|temps|tempo|tiempo|time ?stamps?)([ _-]*\d+)?|(time|zeit|messzeit|timestamp)\b.*|"
     r"sekunden|seconds|millis(econds)?",
@@ -21,7 +21,8 @@ _BASE = re.compile(
     r"y|y_?b|b|(.*[\W_])?(base|basis|ground|excitation|foundation|shaker|table|foot|plate)(\d*[\W_].*)?\d*",
     re.IGNORECASE,
 )
-_NAMES = {"time": _TIME, "mass": _MASS, "base": _BASE}
+_RELATIVE = re.compile(r"(.*[\W_])?(rel|relative|relativ)(\d*[\W_].*)?\d*|x ?[-–−] ?y|mass ?[-–−] ?base", re.IGNORECASE)
+_NAMES = {"time": _TIME, "mass": _MASS, "base": _BASE, "relative": _RELATIVE}
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,7 @@ def columns_of(titles: Sequence[str], units: Sequence[str], fields: int) -> tupl
 
 def roles_named(titles: Sequence[str]) -> int:
     """Count the titles that name time, mass or base."""
-    return sum(any(p.fullmatch(split_unit(t)[0]) for p in _NAMES.values()) for t in titles if t)
+    return sum(any(p.fullmatch(split_unit(t)[0]) for p in (_TIME, _MASS, _BASE)) for t in titles if t)
 
 
 def by_option(columns: Sequence[Column], said: str | int, role: str, file: str) -> Column:
@@ -88,6 +89,17 @@ def is_displacement(column: Column) -> bool:
     return column.unit in LENGTH or not column.unit
 
 
+def is_relative(column: Column) -> bool:
+    """Whether a column's name says that it is mass minus base.
+
+    Examples
+    --------
+    >>> [is_relative(Column(0, name, name, "")) for name in ("rel", "Relative displacement", "x-y", "mass", "laser")]
+    [True, True, True, False, False]
+    """
+    return _RELATIVE.fullmatch(column.name) is not None and "time" not in column.name.lower()
+
+
 def _unit_fits(column: Column, role: str) -> bool:
     return not column.unit or column.unit in (TIME if role == "time" else LENGTH)
 
@@ -104,9 +116,15 @@ def pick(columns: Sequence[Column], role: str, file: str) -> Column | None:
     return found[0] if found else None
 
 
-def unassigned(columns: Sequence[Column], file: str) -> LogError:
-    """Say that mass and base cannot be told apart."""
+def unassigned(columns: Sequence[Column], file: str, time: Column | None) -> LogError:
+    """Say that mass and base cannot be told apart, and all that has to be given."""
+    one, two = (columns[0].index + 1, columns[1].index + 1) if len(columns) > 1 else (columns[0].index + 1, 0)
+    order = f"--mass {one} --base {two}, or --mass {two} --base {one}" if len(columns) == 2 else "--mass and --base"
+    more = [] if time is not None else ["--time or --sampling-rate where no column says it is the time"]
+    more += ["--unit where the sensor's step does not tell it"] if not any(c.unit for c in columns) else []
+    rest = f"; and {', '.join(more)}" if more else ""
+    known = f" (time is {time})" if time is not None else ""
     return LogError(
-        f"{file}: which column is the mass, which the base? {_list(columns)} could be either: give --mass and --base "
-        "(a name, or a number from 1)"
+        f"{file}: which column is the mass, which the base? {_list(columns)} could be either{known}: give {order}, "
+        f"a name or a number from 1{rest}"
     )

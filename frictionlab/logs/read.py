@@ -17,7 +17,7 @@ from frictionlab.logs.options import LogOptions
 from frictionlab.logs.sensor import Channel, bridge, examine, unit_by_step
 from frictionlab.logs.table import KEEP, Table, displacements, layout_in, read_table
 from frictionlab.logs.timing import Timing, timing_of
-from frictionlab.logs.units import LENGTH, to_si
+from frictionlab.logs.units import LENGTH, VOLTS, to_si
 from frictionlab.recording import Fact, QuarantinedLine, Recording, Replaced, Source
 
 _ACCELERATION = re.compile(
@@ -83,12 +83,13 @@ def read_log(path: Path, options: LogOptions | None = None, *, progress: Progres
     (50, 0.0015, ',')
     """
     options = options or LogOptions()
-    table = read_table(path, options, ("mass", "base"), progress)
+    roles = ("mass" if options.relative is None else "relative", "base")
+    table = read_table(path, options, roles, progress)
     if "base_time" in table.values:
         times = table.values["time"], table.values.pop("base_time")
         if not np.array_equal(*times):
             return _read_own_times(table, times[1], options)
-    return _recording(_examined(table, options, ("mass", "base")), options)
+    return _recording(_absolute(_examined(table, options, roles)), options)
 
 
 def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
@@ -148,6 +149,18 @@ def _with_still_one(sensors: _Sensors, role: str) -> _Sensors:
     n = len(sensors.base.time)
     sensors.channels[role] = Channel(np.zeros(n), np.zeros(n, np.uint8))
     sensors.replaced[role] = (np.zeros(0, np.int64), np.zeros(0))
+    return sensors
+
+
+def _absolute(sensors: _Sensors) -> _Sensors:
+    """Make the mass's displacement of a relative one and the base's."""
+    if "relative" not in sensors.channels:
+        return sensors
+    relative, base = sensors.channels.pop("relative"), sensors.channels["base"]
+    relative.evidence.append("mass is the relative displacement plus the base's")
+    where, before = sensors.replaced.pop("relative")
+    sensors.replaced["mass"] = where, before + base.values[where]
+    sensors.channels["mass"] = replace(relative, values=relative.values + base.values)
     return sensors
 
 
@@ -290,6 +303,9 @@ def _without_stray(table: Table, base: TimeBase) -> Table:
 def _channel(table: Table, role: str, options: LogOptions) -> Channel:
     column, values = table.columns[role], table.values.pop(role)
     warnings = []
+    calibrated = _calibrated(values, column, role, options)
+    if calibrated is not None:
+        return examine(calibrated, role, options.measuring_range_m)
     unit = options.unit or column.unit
     if not unit:
         found = unit_by_step(values)
@@ -305,6 +321,24 @@ def _channel(table: Table, role: str, options: LogOptions) -> Channel:
     channel.warnings[:0] = warnings
     _check_unit(channel, unit, role)
     return channel
+
+
+def _calibrated(
+    values: NDArray[np.float64], column: Column, role: str, options: LogOptions
+) -> NDArray[np.float64] | None:
+    """Metres of a sensor's volts (bare numbers count as volts), where its calibration is given; else ``None``."""
+    known = {
+        "mass": (options.mass_metres_per_volt, options.mass_offset_m),
+        "base": (options.base_metres_per_volt, options.base_offset_m),
+    }
+    per_volt, offset = known.get(role, (None, 0.0))
+    if per_volt is None:
+        return None
+    if column.unit and column.unit not in VOLTS:
+        raise LogError(
+            f"column {column} is in {column.unit}: {role}_metres_per_volt is for one in volts: leave it out of [log]"
+        )
+    return values * (VOLTS.get(column.unit, 1.0) * per_volt) + offset
 
 
 def _check_unit(channel: Channel, unit: str, role: str) -> None:

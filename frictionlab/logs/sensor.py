@@ -107,12 +107,15 @@ def _is_comb(apart: NDArray[np.float64], step: float) -> bool:
 def unit_by_step(values: NDArray[np.float64], per_unit: float = 1.0) -> tuple[str, float] | None:
     """Find the unit of bare numbers by the sensor's step: (unit, measuring range [m]), or ``None`` if it is silent.
 
+    What moves further than the range that its step betrays has its steps from elsewhere (single precision, resampling).
+
     ``per_unit`` turns the values into those numbers.
     """
     some = _sample(values) * per_unit
     for unit in ("mm", "um", "m"):
-        _, measuring_range = step_and_range(some / LENGTH[unit])
-        if measuring_range is not None:
+        seen = some / LENGTH[unit]
+        _, measuring_range = step_and_range(seen)
+        if measuring_range is not None and np.ptp(seen) <= 1.02 * measuring_range:
             return unit, measuring_range
     return None
 

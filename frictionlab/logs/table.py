@@ -1,7 +1,7 @@
 """One log file read: its columns as they stand in the file, and the account of its lines."""
 
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,18 +13,18 @@ from frictionlab.errors import LogError
 from frictionlab.logs.binary import Sheet, read_binary
 from frictionlab.logs.body import COMPILE_FROM, KEEP, Body, Lines, Parsed, Reader, Shape, runs
 from frictionlab.logs.cells import decimals, number
-from frictionlab.logs.columns import Column, by_option, candidates, columns_of, is_displacement, pick, unassigned
+from frictionlab.logs.columns import Column, columns_of
 from frictionlab.logs.dialect import Dialect, is_comment, split
 from frictionlab.logs.digest import sha256_beside
 from frictionlab.logs.layouts import Layout, find_layout
 from frictionlab.logs.lines import NUMBERS, Blocks, Bytes, Head, Progress, read_head
 from frictionlab.logs.options import LogOptions
+from frictionlab.logs.roles import Beginning, assign, possible
 from frictionlab.logs.units import known_unit
 from frictionlab.recording import LineCount, QuarantinedLine, SourceFile
 
 _WORKERS = 2
 _BEGINNING = 200
-Beginning = Callable[[int], NDArray[np.float64]]
 _MOST_EMPTY = 0.25
 """Share of all values (time, mass and base) that may be missing: not much more than half of one channel."""
 __all__ = ["KEEP", "Table", "read_table"]
@@ -100,7 +100,7 @@ def read_table(path: Path, options: LogOptions, roles: Sequence[str], progress: 
         return _table_of(sheet, path, options, roles)
     head = read_head(path, options.encoding)
     layout = find_layout(head, options)
-    columns = assign(layout, options, roles, path.name)
+    columns = assign(layout, options, roles, path.name, _beginning_of_text(head, layout))
     shape = _shape(head, layout, columns)
     blocks = Blocks(head, progress)
     try:
@@ -135,7 +135,7 @@ def _table_of(sheet: Sheet, path: Path, options: LogOptions, roles: Sequence[str
     """Give the columns of a binary log as a table; its rows are its lines."""
     state = path.stat()
     layout = layout_of_sheet(sheet)
-    columns = assign(layout, options, roles, path.name)
+    columns = assign(layout, options, roles, path.name, _beginning_of_sheet(sheet))
     values = {role: _finite(sheet.values[column.index]) for role, column in columns.items()}
     rows = len(sheet.values[0])
     stamped = np.isfinite(values["time"]) if "time" in values else np.ones(rows, bool)
@@ -194,39 +194,6 @@ def _roles(columns: dict[str, Column]) -> list[str]:
     return [f"{role} is column {column}, in {column.unit or 'a unit not said'}" for role, column in columns.items()]
 
 
-def assign(layout: Layout, options: LogOptions, roles: Sequence[str], file: str) -> dict[str, Column]:
-    """Say which column plays which role; options win over the layout, the layout over names, names over elimination."""
-    columns = [c for c in layout.columns if layout.dialect.kinds[c.index] in "nm"]
-    found: dict[str, Column] = {}
-    for role in ("time", *roles):
-        said = getattr(options, role)
-        if said is not None:
-            found[role] = by_option(layout.columns, said, role, file)
-        elif role in layout.prefer:
-            found[role] = layout.columns[layout.prefer[role]]
-    if options.sampling_rate_hz is not None and options.time is None:
-        found.pop("time", None)
-    elif "time" not in found and not layout.time_of and (time := pick(_left(columns, found), "time", file)):
-        found["time"] = time
-    if layout.time_of:
-        times = set(layout.time_of.values())
-        columns = [c for c in columns if c.index not in times or c in found.values()]
-    found = _with_displacements(columns, found, options, roles, file)
-    return _with_own_times(layout, found, roles) if layout.time_of else found
-
-
-def _with_own_times(layout: Layout, found: dict[str, Column], roles: Sequence[str]) -> dict[str, Column]:
-    """Give each channel its own time column, where the user named none: ``time`` is the first channel's."""
-    if "time" in found:
-        return found
-    own = [layout.time_of.get(found[role].index) for role in roles]
-    if own[0] is None:
-        return found
-    others = zip(roles[1:], own[1:], strict=True)
-    more = {f"{role}_time": layout.columns[time] for role, time in others if time not in (None, own[0])}
-    return {"time": layout.columns[own[0]], **found, **more}
-
-
 def layout_in(path: Path, options: LogOptions) -> Layout:
     """Say where things stand in a log, text or binary."""
     sheet = read_binary(path)
@@ -235,43 +202,12 @@ def layout_in(path: Path, options: LogOptions) -> Layout:
 
 def displacements(path: Path, options: LogOptions) -> list[Column]:
     """Columns of a log that may hold a displacement: in a length or in no unit (any, where one is given), no time."""
-    layout = layout_in(path, options)
-    columns = [c for c in layout.columns if layout.dialect.kinds[c.index] in "nm"]
-    times = {c.index for c in candidates(columns, "time")} | set(layout.time_of.values())
-    if options.time is not None:
-        times.add(by_option(layout.columns, options.time, "time", "").index)
-    return [c for c in columns if c.index not in times and (is_displacement(c) or options.unit is not None)]
-
-
-def _left(columns: Sequence[Column], found: dict[str, Column]) -> list[Column]:
-    taken = {c.index for c in found.values()}
-    return [c for c in columns if c.index not in taken]
-
-
-def _with_displacements(
-    columns: Sequence[Column], found: dict[str, Column], options: LogOptions, roles: Sequence[str], file: str
-) -> dict[str, Column]:
-    times = candidates(columns, "time")
-    possible = [c for c in _left(columns, found) if (is_displacement(c) or options.unit is not None) and c not in times]
-    for role in roles:
-        if role not in found and len(roles) > 1 and (named := pick(_left(possible, found), role, file)):
-            found[role] = named
-    missing = [role for role in roles if role not in found]
-    left = _left(possible, found)
-    if len(missing) == 1 and len(left) == 1:
-        found[missing[0]] = left[0]
-    elif missing and left:
-        raise unassigned(left, file)
-    elif missing:
-        others = ", ".join(f"{c} in {c.unit or 'no unit'}" for c in columns if c not in found.values()) or "none"
-        raise LogError(
-            f"{file}: no column for {' and '.join(missing)}: expected a displacement in m, mm or um; got {others}: "
-            "give --mass, --base and --unit, or --mass-log and --base-log if there is one file per sensor"
-        )
-    order = [role for role in ("time", *roles) if role in found]
-    if len({found[r].index for r in order}) < len(order):
-        raise LogError(f"{file}: one column cannot play two roles: {', '.join(f'{r} = {found[r]}' for r in order)}")
-    return {role: found[role] for role in order}
+    sheet = read_binary(path)
+    if sheet is not None:
+        return possible(layout_of_sheet(sheet), options, _beginning_of_sheet(sheet), path.name)
+    head = read_head(path, options.encoding)
+    layout = find_layout(head, options)
+    return possible(layout, options, _beginning_of_text(head, layout), path.name)
 
 
 def _shape(head: Head, layout: Layout, columns: dict[str, Column]) -> Shape:

@@ -1,7 +1,7 @@
 """The time column of a log in seconds: its unit, found or said, and what the log states about its clock."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
-from frictionlab.logs.cells import plain
+from frictionlab.logs.cells import date, month_or_day, plain
 from frictionlab.logs.columns import candidates
 from frictionlab.logs.dialect import split
 from frictionlab.logs.options import LogOptions
@@ -71,7 +71,7 @@ def timing_of(table: Table, options: LogOptions) -> Timing:
     start = table.layout.facts.get("start_s")
     start_s = float(start) if start is not None else None
     if table.layout.dialect.kinds[table.columns["time"].index] == "m":
-        return _clock_times(values, stated_s, _last_digit(table))
+        return _clock_times(table, values, stated_s)
     unit, evidence, warnings = _unit(table, values, options)
     first, facts = float(values[0]), {"time_unit": unit}
     if _EPOCH_S[0] < first / TIME[unit] < _EPOCH_S[1]:
@@ -97,6 +97,13 @@ def _start_fact(start_s: float | None) -> dict[str, Fact]:
     return {"start_time": datetime.fromtimestamp(start_s, UTC).isoformat(timespec="milliseconds")}
 
 
+def _two_ways(cells: Sequence[str]) -> tuple[str, ...]:
+    """Say so where a date could be read with its day or its month first."""
+    for cell in filter(month_or_day, cells):
+        return (f"the date in {plain(cell)!r} may have its day or its month first: the month is taken",)
+    return ()
+
+
 def _last_digit(table: Table) -> float:
     """What one more in the last digit of a stamp means, in the unit it is written in: 0.001 for 12.345 and 1:02:03.456.
 
@@ -109,16 +116,19 @@ def _last_digit(table: Table) -> float:
     return 10.0 ** -max(digits, default=0) if cells else 1e-6
 
 
-def _clock_times(values: NDArray[np.float64], stated_s: float | None, resolution: float) -> Timing:
-    """Clock times as stamps from the first; a clock that shows no date passes midnight."""
+def _clock_times(table: Table, values: NDArray[np.float64], stated_s: float | None) -> Timing:
+    """Clock times as stamps from the first; where they show no date, it may stand in a column, and midnight passes."""
     wraps = np.cumsum(np.concatenate([[False], np.diff(values) < -43200.0]))
     values = values + 86400.0 * wraps if values[0] < 86400.0 * 2 else values
-    start = float(values[0])
+    first = float(values[0])
+    cells = table.layout.dialect.example
+    start = first + (next(filter(None, map(date, cells)), 0.0) if first < 86400.0 * 2 else 0.0)
     return Timing(
-        values - start,
+        values - first,
         stated_s=stated_s,
         start_s=start,
-        resolution_s=resolution,
+        resolution_s=_last_digit(table),
+        warnings=_two_ways(cells),
         facts={"time_unit": "clock time", **_start_fact(start)},
         evidence=("the time column holds clock times: the first one is 0 in the recording",),
     )

@@ -7,9 +7,9 @@ the double nearest to the quotient, where a multiplication by 0.001 would be off
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.units import LENGTH, TIME, known_unit, split_unit
+from frictionlab.units import LENGTH, TIME, VOLTS, known_unit, split_unit
 
-__all__ = ["LENGTH", "TIME", "known_unit", "split_unit", "to_si"]
+__all__ = ["LENGTH", "TIME", "VOLTS", "known_unit", "split_unit", "to_si"]
 
 
 def to_si(values: NDArray[np.float64], unit: str) -> NDArray[np.float64]:

@@ -171,7 +171,7 @@ def test_sampling_rate_counts_the_time(tmp_path: Path) -> None:
 
 def test_no_header_asks_for_the_roles(tmp_path: Path) -> None:
     log = write(tmp_path / "log.csv", table(DATA, "", ","))
-    with pytest.raises(LogError, match="give --mass and --base"):
+    with pytest.raises(LogError, match="give --mass 2 --base 3, or --mass 3 --base 2"):
         read_log(log)
     assert_same(read_log(log, LogOptions(time=1, mass=2, base=3, unit="mm", time_unit="s")), DATA)
 
