@@ -8,7 +8,7 @@ their step. Nothing here is measured, and every log says so in its first lines.
 import json
 import math
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
@@ -16,10 +16,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.errors import SceneError
+from frictionlab.errors import ParameterError, SceneError
 from frictionlab.files import write_whole
 from frictionlab.scene import Scene, VirtualTests
-from frictionlab.simulator import Motion, Problem, simulate, steady_state
+from frictionlab.simulator import Motion, Problem, observe, simulate, steady_state
 
 FloatArray = NDArray[np.float64]
 HOUR = 3600.0
@@ -37,7 +37,8 @@ PREAMBLE = (
 class VirtualTest:
     """One test of the virtual rig, all numbers known.
 
-    ``friction_ratio`` (beta), ``frequency_ratio`` (r) dimensionless; the behaviours as in ``[[synthetic.tests]]``.
+    ``friction_ratio`` (beta), ``frequency_ratio`` (r), ``damping_ratio`` (the frame's own) and the law's ``parameters``
+    dimensionless; the behaviours as in ``[[synthetic.tests]]``.
     """
 
     log: str
@@ -52,6 +53,8 @@ class VirtualTest:
     static_ratio: float
     damping_ratio: float
     wall: Literal["fixed", "base"]
+    law: str
+    parameters: Mapping[str, float]
     duration_s: float
     friction_drift_per_hour: float
     friction_scatter: float
@@ -71,7 +74,15 @@ class VirtualTest:
     def problem(self, friction_ratio: float | None = None) -> Problem:
         """The dimensionless problem (eq. 2.9) of this test, or of it with another friction ratio."""
         beta = self.friction_ratio if friction_ratio is None else friction_ratio
-        return Problem(self.frequency_ratio, beta, mu=self.static_ratio, zeta=self.damping_ratio, wall=self.wall)
+        return Problem(
+            self.frequency_ratio,
+            beta,
+            mu=self.static_ratio,
+            wall=self.wall,
+            law=self.law,
+            parameters=self.parameters,
+            frame_damping_ratio=self.damping_ratio,
+        )
 
 
 def virtual_tests(scene: Scene) -> tuple[VirtualTest, ...]:
@@ -80,7 +91,7 @@ def virtual_tests(scene: Scene) -> tuple[VirtualTest, ...]:
     Raises
     ------
     SceneError
-        No tests, no natural frequency or no stiffness in the scene.
+        No tests, no natural frequency or no stiffness in the scene, or a law that cannot be.
     """
     rig, synthetic = scene.rig, scene.synthetic
     if not synthetic.tests:
@@ -91,8 +102,8 @@ def virtual_tests(scene: Scene) -> tuple[VirtualTest, ...]:
             " stiffness_n_per_m"
         )
     tests = tuple(
-        _virtual_test(scene, group, force, ratio)
-        for group in synthetic.tests
+        _checked(_virtual_test(scene, group, force, ratio), group, number)
+        for number, group in enumerate(synthetic.tests)
         for force in group.normal_forces_n
         for ratio in group.frequency_ratios
     )
@@ -119,14 +130,32 @@ def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float)
         base_amplitude_m=synthetic.base_amplitude_m,
         stiffness_n_per_m=stiffness,
         static_ratio=model.static_ratio,
-        damping_ratio=(rig.damping_ratio or 0.0) if model.damping else 0.0,
+        damping_ratio=scene.frame_damping_ratio,
         wall=model.wall,
+        law=group.law or ("coulomb" if model.law == "auto" else model.law),
+        parameters=dict(group.parameters) if group.law else dict(model.parameters) | dict(group.parameters),
         duration_s=duration,
         friction_drift_per_hour=group.friction_drift_per_hour,
         friction_scatter=group.friction_scatter,
         jump_s=group.jump_s,
         jump_factor=group.jump_factor,
     )
+
+
+def _checked(test: VirtualTest, group: VirtualTests, number: int) -> VirtualTest:
+    """The test, if its law and parameters make sense and its friction may change as it is said to."""
+    place = f"synthetic.tests.{number}.{'law' if group.law else 'parameters'}"
+    place = place if group.law or group.parameters else "model.law"
+    try:
+        law = test.problem().law
+    except ParameterError as error:
+        raise SceneError(f"{place}: {error}") from error
+    if law.kind in ("elastic", "inner") and not test.is_plain_coulomb:
+        raise SceneError(
+            f"{place}: law {law.name} remembers more than where the mass is: its friction cannot drift, scatter or"
+            " jump here; expected a law without memory, or friction that stays the same"
+        )
+    return test
 
 
 def _label(group: VirtualTests) -> str:
@@ -253,6 +282,9 @@ def motion(test: VirtualTest, time: FloatArray, scene: Scene) -> FloatArray:
         if test.is_plain_coulomb:
             return test.base_amplitude_m * orbit.at(np.mod(tau, period))[0]
         x, v = (float(state[0]) for state in orbit.at(np.zeros(1)))
+    if test.is_plain_coulomb:
+        cycles = max(1, math.ceil(test.duration_s * test.drive_frequency_hz))
+        return test.base_amplitude_m * simulate(test.problem(), cycles=cycles).at(tau)[0]
     displacement = np.empty_like(time)
     for cycle, beta in enumerate(cycle_friction_ratios(test, scene)):
         trajectory = simulate(test.problem(float(beta)), cycles=1, x0=x, v0=v)
@@ -283,23 +315,33 @@ def cycle_friction_ratios(test: VirtualTest, scene: Scene) -> FloatArray:
 
 
 def truth(test: VirtualTest) -> dict[str, object]:
-    """What is known of a test: its parameters and the steady state of its (undisturbed) problem.
+    """What is known of a test: its parameters and the steady state of its (undisturbed) problem, as sensors show it.
 
-    Numbers have twelve digits, which are the same on every machine; the last four of a double are not.
+    ``energy_per_cycle`` is the loop's (2.18); where the wall moves with the base, or the frame has a dashpot, the
+    energy dissipated is another number and stands beside it. Numbers have twelve digits, which are the same on every
+    machine; the last four of a double are not.
     """
     state = steady_state(test.problem())
+    seen = observe(state)
     known = {
         **{key: value for key, value in asdict(test).items() if value is not None},
         "drive_frequency_hz": test.drive_frequency_hz,
         "friction_force_n": test.friction_coefficient * test.normal_force_n,
         "outcome": state.outcome,
-        "energy_per_cycle": state.energy_per_cycle,
-        "response_amplitude": state.response_amplitude,
-        "stops_per_cycle": state.stops_per_cycle,
+        "energy_per_cycle": seen.energy_per_cycle,
+        "energy_dissipated_per_cycle": state.energy_per_cycle,
+        "response_amplitude": seen.response_amplitude,
+        "stops_per_cycle": seen.stops_per_cycle,
         "stuck_fraction": state.stuck_fraction,
-        "regime": state.regime,
+        "regime": seen.regime,
     }
-    return {key: float(f"{value:.12g}") if isinstance(value, float) else value for key, value in known.items()}
+    return {key: _twelve_digits(value) for key, value in known.items()}
+
+
+def _twelve_digits(value: object) -> object:
+    if isinstance(value, dict):
+        return {key: _twelve_digits(each) for key, each in value.items()}
+    return float(f"{value:.12g}") if isinstance(value, float) else value
 
 
 def _energy_slope(test: VirtualTest, transient: float) -> float | None:
@@ -308,7 +350,7 @@ def _energy_slope(test: VirtualTest, transient: float) -> float | None:
         return None
     times = (transient, test.duration_s)
     betas = [test.friction_ratio * (1 + test.friction_drift_per_hour * time / HOUR) for time in times]
-    energies = [steady_state(test.problem(beta)).energy_per_cycle for beta in betas]
+    energies = [observe(steady_state(test.problem(beta))).energy_per_cycle for beta in betas]
     if energies[0] is None or energies[1] is None:
         return None
     return (energies[1] - energies[0]) / (times[1] - times[0]) * HOUR

@@ -1,5 +1,6 @@
 """The virtual rig: its motion is the simulator's, its lasers add what they are said to add, its logs are safe."""
 
+import json
 import math
 from pathlib import Path
 
@@ -144,3 +145,63 @@ def test_a_scene_without_rig_or_tests_is_refused(tables: Tables, match: str) -> 
 def test_the_same_test_twice_is_refused() -> None:
     with pytest.raises(SceneError, match=r"stands twice: steel_N1\.25_r0\.5\.csv"):
         virtual_tests(scene_of({"frequency_ratios": [0.5, 0.5]}))
+
+
+PLACE: Tables = {"law": "coulomb+place", "parameters": {"gradient": 0.05}}
+
+
+def test_each_material_has_its_own_law(tmp_path: Path) -> None:
+    (test,) = virtual_tests(scene_of(PLACE))
+    assert test.problem().parameters["gradient"] == 0.05
+    list(synthesize(scene_of(PLACE), tmp_path))
+    known = json.loads((tmp_path / "truth.jsonl").read_text())
+    assert (known["law"], known["parameters"]) == ("coulomb+place", {"gradient": 0.05})
+    state = steady_state(test.problem())
+    assert known["energy_per_cycle"] == pytest.approx(state.energy_per_cycle, rel=1e-11)
+
+
+def test_a_law_of_the_model_is_that_of_all_materials() -> None:
+    tables = {"law": "coulomb+speed", "parameters": {"contact_damping_ratio": 0.03}}
+    scene = scene_of().changed(model=tables)
+    (test,) = virtual_tests(scene)
+    assert test.problem().zeta == 0.03
+
+
+@pytest.mark.parametrize(
+    ("test", "fault"),
+    [
+        ({"law": "coulomb+glue"}, r"synthetic\.tests\.0\.law: .*'glue' is no term"),
+        ({"law": "coulomb+place"}, r"synthetic\.tests\.0\.law: .*gradient"),
+        ({"parameters": {"gradient": 0.1}}, r"synthetic\.tests\.0\.parameters: .*'gradient' is none"),
+        (
+            {"law": "coulomb+compliance", "parameters": {"stiffness_ratio": 50.0}, "friction_scatter": 0.1},
+            "remembers more than where the mass is",
+        ),
+    ],
+)
+def test_a_law_that_cannot_be_is_refused_with_its_place(test: Tables, fault: str) -> None:
+    with pytest.raises(SceneError, match=fault):
+        virtual_tests(scene_of(test))
+
+
+def test_a_contact_with_memory_is_simulated_from_rest_without_a_seam() -> None:
+    yielding: Tables = {"law": "coulomb+compliance", "parameters": {"stiffness_ratio": 50.0}}
+    rest = scene_of(yielding | {"frequency_ratios": [0.4]}, duration_s=40.0)
+    steady = rest.changed(synthetic={"start": "steady"})
+    (test,) = virtual_tests(rest)
+    time = np.arange(0, 40, 0.004)
+    difference = np.abs(motion(test, time, rest) - motion(test, time, steady))
+    assert difference[:250].max() > 1e-4
+    assert difference[-250:].max() < 1e-9
+
+
+def test_the_truth_is_what_sensors_show_also_where_the_wall_moves(tmp_path: Path) -> None:
+    scene = scene_of({"normal_forces_n": [0.5]}).changed(model={"wall": "base"})
+    list(synthesize(scene, tmp_path))
+    known = json.loads((tmp_path / "truth.jsonl").read_text())
+    (test,) = virtual_tests(scene)
+    tau = np.linspace(0.0, 2 * math.pi, 100_001)
+    orbit = steady_state(test.problem()).orbit
+    assert orbit is not None
+    x, f = orbit.at(tau)[0], np.cos(tau)
+    assert known["energy_per_cycle"] == pytest.approx(0.5 * np.sum((f[1:] + f[:-1]) * np.diff(x)), rel=1e-7)

@@ -241,6 +241,10 @@ class VirtualTests(Table):
     """Frequency ratios, each with each normal force."""
     friction_coefficient: FrictionCoefficient
     """True friction coefficient."""
+    law: str | None = None
+    """True contact law of this material, like "coulomb+place"; by default [model] law and [model.parameters]."""
+    parameters: dict[str, float] = Field(default={})
+    """Parameters of that law other than beta, dimensionless: {gradient = 0.05}."""
     label: str | None = None
     """Ends the log's name, to tell apart tests of the same material, force and ratio."""
     duration_s: Positive | None = None
