@@ -96,7 +96,7 @@ KERNELS = {
     "estimate",
     "schema",
 }  # what a module of analysis other than measure may import beside its neighbours
-HEAVY = ("numpy", "scipy", "pandas", "matplotlib", "numba", "h5py", "pydantic", "rich")
+HEAVY = ("numpy", "scipy", "pandas", "matplotlib", "numba", "h5py", "pydantic", "rich", "asyncio", "filelock")
 OWNERS = {
     "distributed": {"workers"},
     "h5py": {"hdf5"},

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 import frictionlab as fl
-from frictionlab.chain import logs_of, names_of
+from frictionlab.chain.names import logs_of, names_of
 from frictionlab.errors import UsageError
 from tests.desk import BIN, MAKE, ROOT, run_in, set_up
 

@@ -43,7 +43,8 @@ class Drift:
     @property
     def relative_per_hour_se(self) -> float | None:
         """Standard error of it."""
-        return self._over_energy(self.slope_per_hour_se)
+        error = self._over_energy(self.slope_per_hour_se)
+        return None if error is None else abs(error)
 
     def _over_energy(self, value: float | None) -> float | None:
         level = self.trend.level if self.trend is not None else self.trial.energy

@@ -28,6 +28,7 @@ RATIO_FLOOR = 0.0005  # relative: how well a natural frequency is known
 UNSTEADY = 0.2  # excess irregularity above which one steady state cannot stand for the test
 ASYMMETRIC = 0.1  # asymmetry above which a symmetric law cannot stand for the test
 OUTLIER = 4.0  # robust standard deviations
+NOTHING = 1e-9  # energy or amplitude below which the mass does not move
 UNSETTLED = 0.01  # what may be left of the transient, by Coulomb's own memory
 STEPS = 30
 CLOSE = 1e-7
@@ -154,7 +155,7 @@ def _screen(trial: Trial, *, leave_long: bool, strict: bool) -> LeftOut | None:
     """Why a test says nothing of one friction ratio, before any fit."""
     if trial.is_long and leave_long:
         return Cause.LONG.because()
-    if trial.regime == "stuck" or not min(trial.mean) > 0.0:
+    if trial.regime == "stuck" or not min(trial.mean) > NOTHING:
         return Cause.STUCK.because()
     if not strict:
         return None
@@ -260,8 +261,8 @@ def _fit_of(
     if not good.any():
         return _no_fit(material, force, verdicts, _why_none(verdicts))
     error = _group_error(estimates.value[good], estimates.error[good], beta, spread)
-    amplitude = float(np.nanmean([t.base_amplitude_m for t in trials]))
-    newtons = None if stiffness is None or not math.isfinite(amplitude) else stiffness * amplitude
+    known = [t.base_amplitude_m for t in trials if math.isfinite(t.base_amplitude_m)]
+    newtons = stiffness * float(np.mean(known)) if stiffness is not None and known else None
     freedom = int(good.sum()) - 1
     ratio = Estimate(beta, error)
     reach = float(stats.t.ppf(0.975, freedom)) if freedom else 1.959964
@@ -276,7 +277,7 @@ def _fit_of(
         high=beta + reach * error,
         freedom=freedom,
         scatter=spread / beta if freedom else None,
-        note=_note(int(good.sum()), sum(not v.trial.is_long for v in verdicts) or len(verdicts), newtons),
+        note=_note(int(good.sum()), sum(not v.trial.is_long for v in verdicts) or len(verdicts), newtons, stiffness),
     )
 
 
@@ -307,8 +308,9 @@ def _why_none(verdicts: Sequence[Verdict]) -> str:
     return f"no friction ratio: every test was left out ({', '.join(kinds)})"
 
 
-def _note(used: int, tests: int, newtons: float | None) -> str:
+def _note(used: int, tests: int, newtons: float | None, stiffness: float | None) -> str:
     parts = [] if used > 1 else ["one test only: its scatter from test to test is not known"]
     parts += [f"{tests - used} of {tests} tests left out"] if used < tests else []
-    parts += [] if newtons is not None else ["no force: the scene gives no stiffness"]
+    missing = "the scene gives no stiffness" if stiffness is None else "no test tells its base amplitude"
+    parts += [] if newtons is not None else [f"no force: {missing}"]
     return "; ".join(parts)

@@ -1,6 +1,7 @@
 """The tests of a campaign: one row of a measurement table each, failed ones too, with the facts of each test."""
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,12 +11,39 @@ from frictionlab.analysis.drift import Trend
 from frictionlab.errors import UsageError
 from frictionlab.tables import Row, plain
 
+MOST = sys.float_info.max
 CUT = 0.01  # relative: what cutting and sampling the cycles a little differently does to an irregularity index
 NEARLY_NONE = 0.01  # kY^2: an energy below minus this and five errors is no contact's
 TURNED = (
     "energy_per_cycle is {:.3g} kY^2: a contact takes energy: a channel is inverted, or mass and base are swapped: read"
     " the log again with the right columns (--mass, --base)"
 )
+POSSIBLE: Mapping[str, tuple[float, float]] = {
+    "normal_force_n": (1e-6, 1e9),
+    "duration_s": (0.0, 1e8),
+    "transient_s": (0.0, 1e8),
+    "settled_s": (0.0, 1e8),
+    "drive_frequency_hz": (1e-6, 1e6),
+    "base_amplitude_m": (1e-9, 10.0),
+    "frequency_ratio": (0.005, 50.0),
+    "frequency_ratio_se": (0.0, 1.0),
+    "energy_per_cycle": (-1e4, 1e4),
+    "energy_per_cycle_se": (0.0, 1e4),
+    "response_amplitude": (0.0, 1e4),
+    "response_amplitude_se": (0.0, 1e4),
+    "steady_energy_per_cycle": (-1e4, 1e4),
+    "steady_energy_per_cycle_se": (0.0, 1e4),
+    "steady_response_amplitude": (0.0, 1e4),
+    "steady_response_amplitude_se": (0.0, 1e4),
+    "irregularity_index": (0.0, 1e4),
+    "irregularity_floor": (0.0, 1e4),
+    "base_irregularity_index": (0.0, 1e4),
+    "stops_per_cycle": (0.0, 1e4),
+    "asymmetry": (0.0, 1e4),
+    "energy_trend_per_hour": (-1e6, 1e6),
+    "energy_trend_per_hour_se": (0.0, 1e6),
+}
+"""What a measurement can be, generously: beyond, a table was edited wrongly or a sensor is connected wrongly."""
 LONG_S = 300.0  # from this duration on a test is a long one: it tells drift, and the fit over r leaves it to that
 
 
@@ -195,8 +223,9 @@ class _Numbers:
 
     def known(self, key: str) -> float | None:
         value = self._row.get(key)
-        good = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-        return float(value) if good and isinstance(value, (int, float)) else None
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or abs(value) > MOST:
+            return None
+        return float(value) if math.isfinite(value) else None
 
     def positive(self, key: str) -> float | None:
         value = self.known(key)
@@ -217,6 +246,9 @@ def _reason(merged: Row, number: _Numbers) -> str | None:
             *([] if number.positive("normal_force_n") is not None else ["no normal_force_n"]),
         ]
         return f"{', '.join(gone)}: name them in the scene ([experiment], name_pattern or sheet)"
+    impossible = [_beyond(key, value) for key in POSSIBLE if (value := _outside(merged, key)) is not None]
+    if impossible:
+        return f"{'; '.join(impossible)}: correct the measurement, or leave it out"
     wanting = [
         key for key in ("frequency_ratio", "energy_per_cycle", "response_amplitude") if number.known(key) is None
     ]
@@ -226,6 +258,19 @@ def _reason(merged: Row, number: _Numbers) -> str | None:
         return f"no {', no '.join(wanting)} in the measurement: analyze it again"
     energy, error = number("energy_per_cycle", 0.0), number("energy_per_cycle_se", 0.0)
     return TURNED.format(energy) if energy < -max(5.0 * error, NEARLY_NONE) else None
+
+
+def _outside(row: Row, key: str) -> float | None:
+    """A number of a row that cannot be, or None."""
+    value, (low, high) = row.get(key), POSSIBLE[key]
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    return value if is_number and isinstance(value, (int, float)) and (value < low or value > high) else None
+
+
+def _beyond(key: str, value: float) -> str:
+    low, high = POSSIBLE[key]
+    said = f"{value:g}" if abs(value) <= MOST else "a number beyond all bounds"
+    return f"{key} = {said}: expected {low:g} to {high:g}"
 
 
 def _contradictions(row: Row, facts: Row) -> list[str]:

@@ -3,9 +3,6 @@
 - ``names``: which files are logs, and under which name the results of each stand
 - ``stamps``: what the results of a log were made of, so that a change is seen
 - ``steps``: one log -> recording -> measurement -> comparison, with their figures
+
+Nothing is imported here: who wants names does not pay for figures.
 """
-
-from frictionlab.chain.names import logs_of, names_of
-from frictionlab.chain.steps import Chain
-
-__all__ = ["Chain", "logs_of", "names_of"]

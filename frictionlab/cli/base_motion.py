@@ -14,7 +14,6 @@ from frictionlab.cli.output import print_turned
 from frictionlab.errors import UsageError
 from frictionlab.schema import RESPONSES
 from frictionlab.tables import Row
-from frictionlab.verbs.each import row_of
 
 if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
@@ -96,6 +95,8 @@ class Ride:
 
 def ride(path: Path, job: Ride, *, as_json: bool, quiet: bool) -> None:
     """Simulate the response to a file's base motion, and tell it."""
+    from frictionlab.verbs.each import row_of
+
     _check(job, path)
     rows = report_rows(iter([row_of(job, path, folder=None)]), as_json=as_json, quiet=quiet)
     if not (as_json or quiet):

@@ -133,7 +133,7 @@ def _beside(log: Path) -> Path:
 
 def _named(inputs: Sequence[Path], folders: "Mapping[Path, Path]", folder: Path) -> "Iterator[tuple[Path, str]]":
     """Each log of a folder with the name of its recording, like no other's."""
-    from frictionlab.chain import names_of
+    from frictionlab.chain.names import names_of
 
     for log, name in names_of([log for log in inputs if folders[log] == folder]).items():
         yield log, "standard_input.h5" if is_standard_input(log) else f"{name}.h5"

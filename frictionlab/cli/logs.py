@@ -32,7 +32,7 @@ def expanded(logs: Sequence[Path], *, recordings: bool = False) -> list[Path]:
     UsageError
         A folder without logs, or a pattern that fits nothing.
     """
-    from frictionlab.chain import logs_of
+    from frictionlab.chain.names import logs_of
 
     found: dict[Path, None] = {}
     for log in logs:

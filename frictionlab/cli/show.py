@@ -8,7 +8,7 @@ import typer
 from frictionlab.cli.output import print_table, printable
 from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.schema import table_of
-from frictionlab.tables import SUFFIXES, Row, read_rows
+from frictionlab.tables import SUFFIXES, Row, has_rows, read_rows
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -46,6 +46,9 @@ def _show_scene(file: Path) -> None:
 
 
 def _show_tree(file: Path) -> None:
+    if has_rows(file):
+        _show_rows(file)
+        return
     from frictionlab.hdf5 import describe
 
     for line in describe(file):

@@ -41,7 +41,7 @@ def with_error(value: float | None, error: float | None) -> str:
     >>> with_error(0.123456, 0.0021)
     '<td class="n" data-v="0.123456">0.1235 ± 0.0021</td>'
     """
-    if value is None or not error or not math.isfinite(error):
+    if value is None or error is None or not 0 < error < math.inf:
         return number(value)
     digits = max(0, 1 - math.floor(math.log10(error)))
     return f'<td class="n" data-v="{value:.9g}">{value:.{digits}f} ± {error:.{digits}f}</td>'

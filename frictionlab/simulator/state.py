@@ -5,6 +5,7 @@ from math import nan
 from typing import Any, Literal
 
 from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.kernel.orbits import LONGEST
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import Problem
 
@@ -119,7 +120,11 @@ class SteadyState:
         if self.outcome == "not found" and self.problem.parameter("gradient"):
             return "No orbit is told: " + (self.warnings[0] if self.warnings else "none was found from rest.")
         if self.outcome == "not found":
-            return "No orbit of up to 8 cycles was found that the motion from rest settles on."
+            return f"No orbit of up to {LONGEST} cycles was found that the motion from rest settles on."
+        if self.outcome == "stuck" and self.problem.beta * min(self.problem.static_ratios) < self.problem.force_size:
+            return (
+                "The mass comes to rest displaced, where static friction holds it against the force in both directions."
+            )
         if self.outcome == "stuck":
             return "The mass never moves: static friction holds it against the largest force."
         kept = (
@@ -215,7 +220,7 @@ def warnings_of(problem: Problem, outcome: Outcome, multiplier: float | None) ->
         said.append(f"The motion forgets its start slowly: a disturbance lasts {lasts} periods.")
     if problem.mu > 1.0 and outcome == "periodic":
         said.append("With static friction (mu > 1) other motions may coexist; this is the one that rest settles on.")
-    if outcome == "stuck" and problem.beta < problem.force_size:
+    if outcome == "stuck" and problem.mu > 1.0 and problem.beta < problem.force_size:
         said.append("A motion once begun might go on: kinetic friction alone does not hold the mass.")
     return tuple(said)
 

@@ -27,6 +27,7 @@ __all__ = [
     "SUFFIXES",
     "Row",
     "check_output",
+    "has_rows",
     "is_table",
     "json_line",
     "plain",
@@ -201,6 +202,12 @@ def is_table(path: Path, table: Table | None = None) -> bool:
     except (OSError, ValueError, KeyError, RecursionError, csv.Error):
         return False
     return names == lines.FAILED or any(is_marked(names, kind) for kind in kinds)
+
+
+def has_rows(path: Path) -> bool:
+    """Whether this HDF5 file is a table of this tool, with a line for each row."""
+    found = _format_of(path)
+    return any(kind.format == found for kind in TABLES if kind not in tree.WITHOUT_ROWS)
 
 
 def _format_of(path: Path) -> str:

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 
-from frictionlab.chain import Chain, logs_of, names_of
-from frictionlab.chain.steps import COMPARE, MEASURE
+from frictionlab.chain.names import logs_of, names_of
+from frictionlab.chain.steps import COMPARE, MEASURE, Chain
 from frictionlab.scene import Scene
 from frictionlab.tables import Row
 from frictionlab.verbs.each import rows_of

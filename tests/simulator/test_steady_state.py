@@ -16,7 +16,7 @@ from tests.simulator import naive
 from tests.simulator.phases import phases_of
 
 PERIODS = [
-    (0.32, 2),
+    (0.32, 1),
     (0.38, 4),
     (0.44, 3),
     (0.5, 1),

@@ -9,6 +9,7 @@ from frictionlab.simulator.kernel.layout import (
     CLOSED_FORM,
     CLOSURE,
     CROSS,
+    DONE,
     ENERGY,
     FIRST,
     HIGH,
@@ -26,6 +27,7 @@ from frictionlab.simulator.kernel.layout import (
     PHASE,
     PHASES,
     POINT,
+    PULLING,
     ROW,
     SIGN,
     SPAN,
@@ -54,7 +56,7 @@ from frictionlab.simulator.kernel.layout import (
     State,
 )
 from frictionlab.simulator.kernel.motion import local_force, make_rig, slide_at
-from frictionlab.simulator.kernel.orbits import find_orbit, spectral_radius, symmetric_force
+from frictionlab.simulator.kernel.orbits import attract, find_orbit, pulls, spectral_radius, symmetric_force
 
 __all__ = [
     "account",
@@ -67,7 +69,9 @@ __all__ = [
     "slide_range",
     "slide_work",
     "steady",
+    "steady_from",
     "sweep",
+    "tell",
 ]
 
 # Gauss-Legendre nodes and weights, 16 points on [-1, 1] (positive half), from mpmath at 50 digits.
@@ -207,9 +211,9 @@ def fill_row(rig: Rig, force: Force, leg: Leg, room: Room, row: Buffer) -> None:
     row[PERIOD] = leg.turns
 
 
-def steady(rig: Rig, force: Force, closed: int, room: Room, row: Buffer) -> None:
-    """Fill `row` with the steady state's numbers; its phases are left in the record, from a leg's start to its end."""
-    outcome, leg, z, v, miss, exact = find_orbit(rig, force, closed, room)
+def tell(rig: Rig, force: Force, found: tuple[int, Leg, float, float, float, bool], room: Room, row: Buffer) -> None:
+    """Fill `row` with what is known of an orbit that was found."""
+    outcome, leg, z, v, miss, exact = found
     for i in range(ROW):
         row[i] = nan
     row[OUTCOME], row[MISS], row[CLOSED_FORM] = outcome, miss, 1.0 if exact else 0.0
@@ -230,6 +234,22 @@ def steady(rig: Rig, force: Force, closed: int, room: Room, row: Buffer) -> None
         row[OUTCOME] = NOT_FOUND
         for i in range(ENERGY, CLOSURE + 1):
             row[i] = nan
+
+
+def steady(rig: Rig, force: Force, closed: int, room: Room, row: Buffer) -> None:
+    """Fill `row` with the steady state's numbers; its phases are left in the record, from a leg's start to its end."""
+    outcome, leg, z, v, miss, exact = find_orbit(rig, force, closed, room)
+    tell(rig, force, (outcome, leg, z, v, miss, exact), room, row)
+
+
+def steady_from(rig: Rig, force: Force, z: float, v: float, room: Room, row: Buffer) -> None:
+    """As `steady`, of the orbit that the motion from z and v at tau = 0 settles on."""
+    leg, oz, ov, miss, code = attract(rig, force, z, v, room)
+    size = hypot(oz, rig.plain.r * ov) + room.tally[PATH]
+    outcome = PERIODIC if code == DONE and miss <= 1e-9 * size + 1e-14 * rig.plain.rate else NOT_FOUND
+    if code == DONE and room.tally[PATH] == 0.0:
+        outcome = STUCK
+    tell(rig, force, (PULLING if pulls(rig, room) else outcome, leg, oz, ov, miss, False), room, row)
 
 
 def set_force(r: float, frame: float, cosine: Buffer, sine: Buffer, force: Force, wall: Force) -> None:

@@ -12,12 +12,11 @@ from frictionlab.simulator.kernel.layout import (
     PATH,
     PERIODIC,
     PULLING,
-    RUNAWAY,
     STUCK,
     STUCK_TIME,
     TURN,
-    UNBOUNDED,
     Buffer,
+    Contact,
     Force,
     Found,
     Leg,
@@ -26,31 +25,30 @@ from frictionlab.simulator.kernel.layout import (
     State,
 )
 from frictionlab.simulator.kernel.motion import gap, local_force, slide_at
+from frictionlab.simulator.kernel.outlook import at_once, even_handed
 
 __all__ = [
-    "at_once",
     "attract",
     "braked",
+    "continued",
     "continuous_orbit",
     "continuous_state",
     "damped_turn",
     "den_hartog",
-    "even_handed",
     "find_orbit",
     "frictionless",
-    "grows",
-    "holds",
     "newton_target",
     "only_orbit",
     "orbit_from",
     "pulls",
     "search",
     "shoot",
+    "shortest",
     "spectral_radius",
     "symmetric_force",
 ]
 
-LONGEST = 8  # cycles of the longest orbit looked for
+LONGEST = 32  # cycles of the longest orbit looked for
 MOST_STEPS = 60  # Newton steps to the only orbit
 SECTIONS = 4  # phases of the drive from which the only orbit is tried
 FEW_STEPS = 8  # Newton steps to one of several
@@ -96,27 +94,6 @@ def damped_turn(rig: Rig, beta: float) -> tuple[float, float]:
     forced = sqrt((size - speed) * (size + speed))
     amplitude = forced + beta - 2.0 * beta * h1 / det
     return max(0.0, amplitude), atan2(-speed, forced) + atan2(lag, detuning)
-
-
-def grows(rig: Rig, force: Force) -> bool:
-    """Tell whether a harmonic drives the undamped mass exactly at resonance harder than friction can brake it."""
-    zeta = rig.plain.zeta
-    if rig.contact.gradient != 0.0:  # the period of a free motion depends on its size
-        return False
-    for i in range(len(force.cosine)):
-        drive = 0.25 * pi * hypot(force.cosine[i], force.sine[i])
-        if zeta == 0.0 and gap(rig.plain.r, i + 1.0) == 0.0 and rig.contact.beta < drive:
-            return True
-    return False
-
-
-def holds(rig: Rig, force: Force, room: Room) -> bool:
-    """Tell whether static friction holds the mass at rest against the largest force."""
-    if len(force.cosine) == 1:
-        hold = rig.contact.beta * min(rig.contact.static_up, rig.contact.static_down)
-        return hold >= hypot(force.cosine[0], force.sine[0])
-    carry(rig, force, Leg(0.0, TURN, 1.0, 1.0), 0.0, 0.0, room)
-    return room.tally[PATH] == 0.0
 
 
 def frictionless(rig: Rig, force: Force, tau: float) -> tuple[float, float]:
@@ -256,6 +233,24 @@ def only_orbit(rig: Rig, force: Force, room: Room) -> Found:
         if code != DONE or miss <= 1e-12 * (hypot(z, rig.plain.r * v) + room.tally[PATH]) + 1e-14 * rig.plain.rate:
             break
         leg, z, v, miss, code = orbit_from(rig, force, Leg(0.7 * section, span, 1.0, sign), room)
+    if code == DONE and miss > 1e-12 * (hypot(z, rig.plain.r * v) + room.tally[PATH]) + 1e-14 * rig.plain.rate:
+        return continued(rig, force, Leg(0.0, span, 1.0, sign), room)
+    return leg, z, v, miss, code
+
+
+def continued(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
+    """Return the orbit reached from one with more friction, step by step.
+
+    Where stops are about to vanish (r = 1, beta just above pi/4) Newton's method converges only from the side on which
+    the mass stops: more friction is on that side.
+    """
+    contact, more = rig.contact, 0.03 * rig.contact.beta
+    stiff = Contact(contact.beta + more, 0.0, 1.0, 1.0, contact.damping, contact.frame)
+    _, z, v, miss, code = orbit_from(Rig(stiff, rig.plain, rig.plain, rig.plain), force, leg, room)
+    while more > 0.0:
+        more = 0.2 * more if more > 1e-17 * contact.beta else 0.0
+        stiff = Contact(contact.beta + more, 0.0, 1.0, 1.0, contact.damping, contact.frame)
+        z, v, miss, code = shoot(Rig(stiff, rig.plain, rig.plain, rig.plain), force, leg, z, v, room, 2 * FEW_STEPS)
     return leg, z, v, miss, code
 
 
@@ -281,14 +276,26 @@ def orbit_from(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
     return leg, z, v, miss, code
 
 
-def attract(rig: Rig, force: Force, room: Room) -> Found:
-    """Return the orbit that the motion from rest settles on, of up to LONGEST cycles.
+def shortest(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> Leg:
+    """Return the leg of fewest cycles after which an orbit of several cycles already repeats."""
+    for turns in range(1, int(leg.turns)):
+        if int(leg.turns) % turns == 0:
+            part = Leg(leg.tau, leg.span, float(turns), leg.sign)
+            iz, iv, _ = carry(rig, force, part, z, v, room)
+            size = hypot(z, rig.plain.r * v) + room.tally[PATH]
+            if hypot(iz - z, rig.plain.r * (iv - v)) <= 1e-9 * size:
+                return part
+    return leg
+
+
+def attract(rig: Rig, force: Force, z: float, v: float, room: Room) -> Found:
+    """Return the orbit that the motion from a state at tau = 0 settles on, of up to LONGEST cycles.
 
     Needed for mu > 1 only, where orbits may coexist, be unstable or last several cycles: the motion is waited for until
     it nearly repeats, Newton finishes it, and only a stable orbit close by is accepted.
     """
     past = [(0.0, 0.0)] * (LONGEST + 1)
-    z, v, wait = 0.0, 0.0, 16
+    wait = 16
     leg = Leg(0.0, TURN, 1.0, 1.0)
     for cycle in range(1, PATIENCE + 1):
         z, v, code = carry(rig, force, leg, z, v, room)
@@ -299,7 +306,7 @@ def attract(rig: Rig, force: Force, room: Room) -> Found:
             continue
         wait *= 2
         size = hypot(z, rig.plain.r * v) + room.tally[PATH]
-        for k in range(1, LONGEST + 1):
+        for k in range(1, min(LONGEST, cycle) + 1):
             old = past[(cycle - k) % (LONGEST + 1)]
             if hypot(z - old[0], rig.plain.r * (v - old[1])) > 0.01 * size:
                 continue
@@ -307,15 +314,13 @@ def attract(rig: Rig, force: Force, room: Room) -> Found:
             oz, ov, miss, code = shoot(rig, force, trial, z, v, room, FEW_STEPS)
             near = hypot(z - oz, rig.plain.r * (v - ov)) < 0.1 * size
             if code == DONE and near and miss <= 1e-12 * size + 1e-14 * rig.plain.rate:
+                trial = shortest(rig, force, trial, oz, ov, room)
+                if trial.turns < k:
+                    oz, ov, miss, code = shoot(rig, force, trial, oz, ov, room, FEW_STEPS)
                 carry(rig, force, trial, oz, ov, room)
                 if abs(spectral_radius(room.jacobian)) <= 1.0 + 1e-9:
                     return trial, oz, ov, miss, code
     return leg, z, v, inf, DONE
-
-
-def even_handed(rig: Rig) -> bool:
-    """Tell whether the contact does the same in both directions, wherever the mass is."""
-    return rig.contact.gradient == 0.0 and rig.contact.static_up == rig.contact.static_down
 
 
 def pulls(rig: Rig, room: Room) -> bool:
@@ -339,24 +344,15 @@ def search(rig: Rig, force: Force, room: Room) -> Found:
             carry(rig, force, leg, z, v, room)
             if abs(spectral_radius(room.jacobian)) <= 1.0 + 1e-9:
                 return leg, z, v, miss, code
-    return attract(rig, force, room)
-
-
-def at_once(rig: Rig, force: Force, room: Room) -> int:
-    """Return the outcome that needs no search: RUNAWAY, UNBOUNDED or STUCK; PERIODIC: an orbit is to be found."""
-    if abs(rig.contact.beta * rig.contact.gradient) >= 1.0:
-        return RUNAWAY
-    if grows(rig, force):
-        return UNBOUNDED
-    return STUCK if holds(rig, force, room) else PERIODIC
+    return attract(rig, force, 0.0, 0.0, room)
 
 
 def find_orbit(rig: Rig, force: Force, closed: int, room: Room) -> tuple[int, Leg, float, float, float, bool]:
     """Return outcome, leg, z, v, miss, and whether the closed form was it. `closed`: -1 never, 0 if valid, 1 only."""
     leg = Leg(0.0, TURN, 1.0, 1.0)
-    outcome = at_once(rig, force, room)
+    outcome, place = at_once(rig, force, room)
     if outcome != PERIODIC:
-        return outcome, leg, 0.0, 0.0, 0.0, False
+        return outcome, leg, place, 0.0, 0.0, False
     if closed >= 0 and len(force.cosine) == 1 and rig.plain.zeta == 0.0 and rig.contact.gradient == 0.0:
         leg, z, v, valid = continuous_orbit(rig, force, room)
         if valid:
