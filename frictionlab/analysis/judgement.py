@@ -145,10 +145,12 @@ def _of_the_record(layout: Layout) -> Iterator[str]:
 
 def _of_the_sensors(layout: Layout, response: Response) -> Iterator[str]:
     few_stops = not response.is_stuck and response.stops_per_cycle < 2.5 and strokes(response.how) <= 2
-    signals = [("base_amplitude_m", layout.base, layout.base_noise, layout.base_step)]
-    signals += [("response_amplitude", layout.mass, layout.mass_noise, layout.mass_step)] if few_stops else []
-    for name, rows, noise, step in signals:
-        if is_clipped(rows.mean(axis=0), noise=max(noise / math.sqrt(len(rows)), 0.125 * step)):
+    signals = [("base_amplitude_m", layout.base, layout.base_noise, layout.base_step, False)]
+    if not response.is_stuck:
+        signals.append(("response_amplitude", layout.mass, layout.mass_noise, layout.mass_step, not few_stops))
+    for name, rows, noise, step, slows in signals:
+        rough = max(noise / math.sqrt(len(rows)), 0.125 * step)
+        if is_clipped(rows.mean(axis=0), noise=rough, stops_on_its_way=slows):
             yield (
                 f"{name}: the displacement arrives at its extreme at full speed and stands there, as no mass can: the"
                 " sensor clips; amplitude, energy and stops are wrong: enlarge its range"
