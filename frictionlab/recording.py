@@ -17,6 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.errors import RecordingError
 
 T = TypeVar("T", bound=np.generic)
+_ODD = 0.1  # of a step that a clock may pass too much or too little before it counts as set
+_CLEARLY, _FEW_BREAKS, _BREAKS_SHARE = 8.0, 20, 1e-4  # times the usual; more breaks than that are a clock that jitters
 _PART = 1 << 13  # doubles that stay in the cache
 Fact = str | float
 """One fact about an experiment: a word or a number."""
@@ -253,15 +255,56 @@ def sampling_interval(time: NDArray[np.float64]) -> float:
     if not guess > 0.0:
         raise RecordingError("no sampling rate: expected time stamps that increase; got no increasing step")
     smallest, largest = step_range(time)
-    if 0.5 * guess < smallest and largest < 1.5 * guess:
+    if (1.0 - _ODD) * guess < smallest and largest < (1.0 + _ODD) * guess:
         return _slope_over_index(time)
     steps = np.diff(time)
     if _quantised(steps):
         return _slope_over_index(time)
     count = np.zeros(len(time))
     count[1:] = np.cumsum(np.where(steps > 0, np.maximum(np.rint(steps / guess), 1.0), 0.0))
-    count -= count.mean()
-    return float(np.dot(count, time - time[0]) / np.dot(count, count))
+    breaks = clock_breaks(time, _pooled_slope(count, time, np.flatnonzero(steps > 1.5 * guess) + 1))
+    return _pooled_slope(count, time, breaks)
+
+
+def clock_breaks(time: NDArray[np.float64], interval: float) -> NDArray[np.intp]:
+    """Samples before which the clock does not pass a whole number of intervals: it was set, or the logger paused.
+
+    Parameters
+    ----------
+    time : (n,) array
+        Increasing stamps [s].
+    interval : float
+        Sampling interval [s].
+
+    Returns
+    -------
+    (m,) array
+        Empty where more than a few steps are odd: such stamps jitter, or are coarse.
+
+    Examples
+    --------
+    >>> time = np.arange(1000) * 0.004
+    >>> time[700:] -= 0.001
+    >>> clock_breaks(time, 0.004).tolist()
+    [700]
+    """
+    smallest, largest = step_range(time)
+    if (1.0 - _ODD) * interval < smallest and largest < (1.0 + _ODD) * interval:
+        return np.zeros(0, np.intp)
+    passed = np.diff(time) / interval
+    off = np.abs(passed - np.maximum(np.rint(passed), 1.0))
+    odd = np.flatnonzero(off > max(_ODD, _CLEARLY * float(np.median(off))))
+    few = len(odd) <= max(_FEW_BREAKS, _BREAKS_SHARE * len(time))
+    return odd + 1 if few and not _quantised(passed) else np.zeros(0, np.intp)
+
+
+def _pooled_slope(count: NDArray[np.float64], time: NDArray[np.float64], breaks: NDArray[np.intp]) -> float:
+    """Slope of time over count, one for all parts between the breaks, each with an offset of its own."""
+    first = np.concatenate([[0], breaks]).astype(np.intp)
+    size = np.diff(np.append(first, len(time)))
+    about = [v - np.repeat(np.add.reduceat(v, first) / size, size) for v in (count, time - time[0])]
+    square = float(np.dot(about[0], about[0]))
+    return float(np.dot(*about)) / square if square > 0.0 else float((time[-1] - time[0]) / (count[-1] - count[0]))
 
 
 def step_range(time: NDArray[np.float64]) -> tuple[float, float]:

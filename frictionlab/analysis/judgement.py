@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis import channels, steadiness
 from frictionlab.analysis.clipping import is_clipped
+from frictionlab.analysis.cycles import first_harmonic
 from frictionlab.analysis.energy import Mean
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.response import Response
@@ -22,6 +23,8 @@ FEW_SAMPLES = 40  # a cycle; below it the stops and the loop's area lose their a
 DISTORTED = 0.05
 USUAL_RATIOS = (0.02, 5.0)
 RESONANCE, GROWS = 0.05, 1.05  # |r - 1|, and last over first quarter of the amplitudes
+WHOLE, SAME_SIZE = 0.2, 0.02  # of a sample; of the amplitude: a jump of the clock, not of the motion
+GROWTH, LONG_S = 0.005, 300.0  # relative; longer tests have a trend of their own
 UNEVEN = 2 * math.pi * 0.002  # rms wander of the drive's phase, rad
 MANY = 6  # times named in one sentence
 
@@ -98,6 +101,11 @@ def _of_the_drive(layout: Layout) -> Iterator[str]:
         yield (
             f"drive_frequency_hz: the drive is not even; its phase wanders by {share:.2g} of a cycle (rms) about a"
             " constant frequency, and the cycles follow it"
+        )
+    if drive.growth:
+        yield (
+            f"base_amplitude_m: the base's amplitude drifts by {100 * drive.growth:+.2g} % from the first cycle to the"
+            " last: the motor's stroke or the sensor's gain changes: all numbers over Y hold that in their errors"
         )
     if drive.frequency_se is None:
         yield "drive_frequency_hz_se: fewer than 3 cycles, so the frequency has no standard error"
@@ -220,6 +228,13 @@ def _of_the_motion(layout: Layout, response: Response) -> Iterator[str]:
             f"response_amplitude: the response beats with a period of {beat.period / layout.drive.frequency:.3g} s"
             f" ({100 * beat.depth:.2g} % of the amplitude)"
         )
+    growth = steadiness.growth(response.amplitude, least=GROWTH)
+    if growth and len(layout) / layout.drive.frequency < LONG_S:
+        yield (
+            f"response_amplitude: drifts by {100 * growth:+.2g} % from the first cycle to the last: the contact wears,"
+            " or the gain of the mass's sensor changes: one cycle is not the mean: compare --cycles last and all"
+        )
+    yield from _of_the_clocks(layout, response)
     yield from _of_jumps(layout, response)
     counts, period = response.stops, layout.foreign.period
     if any(counts[j::period].max() != counts[j::period].min() for j in range(min(period, len(counts)))):
@@ -227,6 +242,28 @@ def _of_the_motion(layout: Layout, response: Response) -> Iterator[str]:
             f"stops_per_cycle: not the same in all cycles: {counts.min():g} to {counts.max():g}; stops shorter than"
             f" {100 * response.shortest_stop:.2g} % of a cycle cannot be told from a slow passage here"
         )
+
+
+def _of_the_clocks(layout: Layout, response: Response) -> Iterator[str]:
+    """A sample lost in one channel moves all that follows against the other."""
+    points = layout.mass.shape[1]
+    turn = 2.0 * math.pi * np.arange(points) / points
+    lines = first_harmonic(layout.mass, turn) * np.conj(first_harmonic(layout.base, turn))
+    late = np.unwrap(-np.angle(lines)) * layout.samples / (2.0 * math.pi)
+    noise = math.hypot(layout.mass_noise / max(float(np.median(response.amplitude)), 1e-300), layout.base_noise)
+    rough = noise * math.sqrt(2.0 / layout.samples) * layout.samples / (2.0 * math.pi)
+    found = steadiness.jumps(late, noise=rough, least=0.5).tolist() if layout.foreign.period == 1 else []
+    for j in found:
+        by = float(np.median(late[j : j + 5]) - np.median(late[max(0, j - 5) : j]))
+        size = np.ptp(response.amplitude[max(0, j - 5) : j + 5]) / float(np.median(response.amplitude))
+        if abs(by - round(by)) < WHOLE and size < SAME_SIZE:
+            channel = "mass" if by < 0.0 else "base"
+            yield (
+                f"energy_per_cycle: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples"
+                f" {'earlier' if by < 0.0 else 'later'} than before: as if samples were lost in the {channel}'s"
+                " channel; the energies before and after differ: cut the log there, or give the channels their own"
+                " times"
+            )
 
 
 def _of_jumps(layout: Layout, response: Response) -> Iterator[str]:

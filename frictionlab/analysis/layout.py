@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis import cycles, lines, noise, spectrum
+from frictionlab.analysis import cycles, lines, noise, spectrum, steadiness
 from frictionlab.analysis.lines import Line
 from frictionlab.errors import AnalysisError
 
@@ -54,7 +54,8 @@ class Drive:
 
     ``frequency`` [Hz] and its standard error (None: too few cycles), ``amplitude`` of the fundamental [m] and its
     standard error, ``harmonics`` (9,) complex over the fundamental (cosine - i sine parts),
-    ``wander`` of its phase [rad rms], and whether the cut follows it (``drifts``).
+    ``wander`` of its phase [rad rms], and whether the cut follows it (``drifts``);
+    ``growth``: relative change of its amplitude from the first to the last cycle, 0 where that is not clear.
     """
 
     frequency: float
@@ -64,6 +65,7 @@ class Drive:
     harmonics: ComplexArray
     wander: float
     drifts: bool
+    growth: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -306,14 +308,16 @@ def _drive(base: FloatArray, wander: FloatArray, cut: cycles.Cut, step: float, b
     white = base_noise * math.sqrt(2.0 * cut.frequency / n)
     scatter = float(each.std(ddof=1)) / math.sqrt(n) if n > 2 else 0.0
     known = math.isfinite(cut.frequency_se)
+    growth = steadiness.growth(each)
     return Drive(
         frequency=cut.frequency / step,
         frequency_se=cut.frequency_se / step if known else None,
         amplitude=amplitude,
-        amplitude_se=max(white, scatter),
+        amplitude_se=math.hypot(max(white, scatter), growth * amplitude / math.sqrt(12.0)),
         harmonics=lines * np.exp(-1j * order * np.angle(lines[0])) / amplitude,
         wander=cut.wander,
         drifts=cut.drifts,
+        growth=growth,
     )
 
 

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from frictionlab.accuracy import accuracy_of
 from frictionlab.analysis import cycles, drift, energy, irregularity, judgement, response, steadiness, traces
-from frictionlab.analysis.layout import Layout, Stretch, approach, lay_out
+from frictionlab.analysis.layout import Layout, Stretch, approach, lay_out, slow_wander
 from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement
 from frictionlab.analysis.response import Response
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
-from frictionlab.recording import Fact, Recording
+from frictionlab.recording import Fact, Recording, clock_breaks
 from frictionlab.scene import Scene
 
 FloatArray = NDArray[np.float64]
@@ -85,15 +85,34 @@ def _stretches(recording: Recording) -> tuple[list[Stretch], list[str]]:
     """The recording's sound parts, evenly sampled, and what had to be said about them."""
     step = 1.0 / recording.sampling_rate_hz
     warnings = list(recording.source.warnings)
-    parts = []
+    parts, strays = [], 0.0
     for part in recording.stretches():
-        mass, base, off = cycles.evenly(part.time, part.mass_displacement, part.base_displacement, step)
-        parts.append(Stretch(float(part.time[0]), step, mass, base))
-        if off > 0.0:
-            warnings.append(
-                f"time: stamps stray by up to {off:.2g} sampling intervals from an even clock; values were interpolated"
-            )
+        breaks = clock_breaks(part.time, step)
+        warnings += _of_the_clock(part.time, breaks, step)
+        for piece in np.split(np.arange(len(part)), breaks) if len(breaks) else [slice(None)]:
+            time = part.time[piece]
+            if len(time) > 1:
+                mass, base, off = cycles.evenly(
+                    time, part.mass_displacement[piece], part.base_displacement[piece], step
+                )
+                parts.append(Stretch(float(time[0]), step, mass, base))
+                strays = max(strays, off)
+    if strays > 0.0:
+        warnings.append(
+            f"time: stamps stray by up to {strays:.2g} sampling intervals from an even clock; values were interpolated"
+        )
     return parts, [*warnings, *_gaps(recording)]
+
+
+def _of_the_clock(time: FloatArray, breaks: NDArray[np.intp], step: float) -> Iterator[str]:
+    for i in breaks[:MOST_GAPS].tolist():
+        passed = float(time[i] - time[i - 1]) / step
+        yield (
+            f"time: the clock passes {passed:.4g} sampling intervals at {time[i]:.6g} s: it was set, or the logger"
+            " paused; no cycle is cut across it"
+        )
+    if len(breaks) > MOST_GAPS:
+        yield f"time: {len(breaks) - MOST_GAPS} more such places"
 
 
 def _of_the_force(recording: Recording) -> Iterator[str]:
@@ -230,8 +249,7 @@ class _Composition:
         """Mean of the cycles used, turned so that it starts at tau = 0."""
         points = self.layout.mass.shape[1]
         quarter = points // 4
-        mass = np.roll(self.layout.mass[used].mean(axis=0), -quarter)
-        base = np.roll(self.layout.base[used].mean(axis=0), -quarter)
+        mass, base = (np.roll(self._level(rows, used), -quarter) for rows in (self.layout.mass, self.layout.base))
         smooth, velocity = (np.roll(c, -quarter) for c in response.mean_cycle(self.layout, used, self.response.how))
         harmonics = self.layout.drive.harmonics
         return Cycle(
@@ -251,6 +269,12 @@ class _Composition:
         some = np.unique(np.linspace(0, len(mass) - 1, min(len(mass), MOST_SINGLE)).astype(np.intp))
         lines = np.fft.rfft(mass[some], axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / mass.shape[1])
         return np.asarray(lines * 1j ** np.arange(1, lines.shape[1] + 1))
+
+    def _level(self, rows: FloatArray, used: slice) -> FloatArray:
+        """Mean of the cycles used without the mean slow wander: a sensor whose zero drifts is no force."""
+        mean = rows[used].mean(axis=0)
+        level = 0.0 if self.layout.foreign.period > 1 else slow_wander(rows, self.layout.blocks)[0]
+        return np.asarray(mean - level)
 
     def _irregularity(self) -> tuple[float | None, float | None, float | None]:
         layout = self.layout

@@ -85,12 +85,12 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     count, stuck = stops.per_cycle(found, n)
     whole_periods = slice(n % period, n) if period <= n else slice(0, n)
     count_mean, stuck_mean = float(count[whole_periods].mean()), float(stuck[whole_periods].mean())
-    size = how if wall_moves else sliding
+    size, areas, gain = how if wall_moves else sliding, _loop_areas(layout), layout.drive.growth / math.sqrt(12.0)
     amplitude = slide if not wall_moves else _amplitudes(layout, how, points)
     rounding = 1e-14 * (1.0 + abs(layout.offset) / layout.drive.amplitude)
     is_stuck = float(np.median(slide)) < 4.0 * noise + rounding
     return Response(
-        energy=_loop_areas(layout),
+        energy=areas,
         amplitude=amplitude,
         position=layout.mass.mean(axis=1),
         stops=np.zeros(n) if is_stuck else count,
@@ -100,9 +100,14 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         energy_shared=math.hypot(
             _energy_noise(layout, how, layout.mass_shared, layout.base_shared),
             layout.mass_rounding * _way_of_the_base(found, n),
+            float(np.mean(areas)) * gain,
         ),
         amplitude_noise=math.hypot(
-            size.x_noise / math.sqrt(2.0), size.x_tail, layout.mass_rounding / math.sqrt(2.0), layout.left
+            size.x_noise / math.sqrt(2.0),
+            size.x_tail,
+            layout.mass_rounding / math.sqrt(2.0),
+            layout.left,
+            float(np.mean(slide)) * gain,
         ),
         stops_per_cycle=0.0 if is_stuck else count_mean,
         stuck_fraction=1.0 if is_stuck else stuck_mean,

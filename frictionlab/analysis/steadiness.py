@@ -76,6 +76,29 @@ def beating(series: FloatArray, *, noise: float, least: float = 0.02) -> Beating
     return Beating(n / peak, depth) if real and peak < n // 2 else None
 
 
+def growth(series: FloatArray, *, least: float = 1e-3) -> float:
+    """Relative change of a positive per-cycle series (n,) from its first to its last cycle along a straight line.
+
+    0 where the line is not clear (eight standard errors, a half of the variance), the change less than ``least``, or
+    the cycles fewer than 12.
+
+    Examples
+    --------
+    >>> round(growth(np.linspace(1.0, 1.02, 50)), 4)
+    0.0198
+    """
+    n = len(series)
+    if n < 12:
+        return 0.0
+    u = np.arange(n) - 0.5 * (n - 1)
+    slope = float(np.dot(u, series) / np.dot(u, u))
+    left = series - series.mean() - slope * u
+    error = math.sqrt(float(np.dot(left, left)) / (n - 2) / float(np.dot(u, u)))
+    change = slope * (n - 1) / float(series.mean())
+    clear = abs(slope) > 8.0 * error and float(np.var(left)) < 0.5 * float(np.var(series))
+    return change if clear and abs(change) > least else 0.0
+
+
 def jumps(series: FloatArray, *, noise: float, width: int = 5, least: float = 0.05) -> NDArray[np.intp]:
     """Find sudden lasting changes in a per-cycle series: cycles where the medians before and after differ.
 

@@ -13,11 +13,14 @@ from tests.analysis.hostile import (
     CASES,
     as_read,
     changed,
+    drifting_base,
     hum,
     motion,
+    paused,
     quiet,
     second_tone,
     seen,
+    set_back,
     subharmonic,
     through,
 )
@@ -179,3 +182,53 @@ def test_a_mass_of_which_little_is_cut_off_is_said_to_clip(case: str) -> None:
     """At 99 % of the amplitude two stops were invented, at 95 % energy was 2 to 5 % (800 errors) off, unwarned."""
     made = CASES[case]()
     assert any("the sensor clips" in warning for warning in measure(made.recording, made.scene).warnings)
+
+
+@pytest.mark.parametrize(("by", "passed"), [(1e-3, "0.75"), (2.5e-3, "0.375")])
+def test_a_clock_that_is_set_does_not_stretch_the_interval(by: float, passed: str) -> None:
+    """A clock set back by a quarter of a step made the drive 1.7e-5 (676 stated errors) too fast."""
+    case = set_back(by)
+    m = measure(case.recording, case.scene)
+    assert m.drive_frequency_hz_se is not None
+    assert abs(m.drive_frequency_hz - case.truth.hz) < 4 * m.drive_frequency_hz_se < 1e-6
+    assert any(f"the clock passes {passed} sampling intervals at 44.99" in w for w in m.warnings)
+
+
+def test_a_pause_of_no_whole_number_of_samples_does_not_stretch_the_interval() -> None:
+    case = paused()
+    m = measure(case.recording, case.scene)
+    assert m.drive_frequency_hz_se is not None
+    assert abs(m.drive_frequency_hz - case.truth.hz) < 4 * m.drive_frequency_hz_se < 1e-6
+    assert any(w.startswith("gap: ") for w in m.warnings)
+
+
+def test_a_base_whose_zero_drifts_does_not_move_the_phase() -> None:
+    """A ramp has a fundamental of its own: it shifted the cut, and the friction ratio by 15 to 41 stated errors."""
+    straight, case = measure(seen(motion(0.3, 0.6)), ALL), drifting_base(1e-3, 0.3, 0.6)
+    drifting = measure(case.recording, case.scene)
+    np.testing.assert_allclose(drifting.series.time, straight.series.time, atol=1e-7)
+    np.testing.assert_allclose(drifting.cycle.base, straight.cycle.base, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("case", "said"),
+    [
+        ("one sample lost in the mass, r = 1.2", "from 45.12 s on the mass comes 1 samples earlier .* mass's channel"),
+        ("base's gain drifts by 2 %", r"base_amplitude_m: the base's amplitude drifts by \+1.5 %"),
+        ("mass's gain drifts by 2 %", r"response_amplitude: drifts by \+1.5 %"),
+    ],
+)
+def test_what_changes_within_the_test_is_said_and_its_error_holds_it(case: str, said: str) -> None:
+    made = CASES[case]()
+    m = measure(made.recording, made.scene)
+    assert abs(m.energy_per_cycle - made.truth.energy) < 3 * m.energy_per_cycle_se
+    assert abs(m.response_amplitude - made.truth.amplitude) < 3 * m.response_amplitude_se
+    assert any(re.search(said, warning) for warning in m.warnings)
+
+
+@pytest.mark.parametrize("case", [name for name in CASES if "jitters" in name])
+def test_stamps_that_are_even_over_a_clock_that_jitters_move_nothing_beyond_its_error(case: str) -> None:
+    made = CASES[case]()
+    m = measure(made.recording, made.scene)
+    assert abs(m.energy_per_cycle - made.truth.energy) < 3 * m.energy_per_cycle_se
+    assert abs(m.response_amplitude - made.truth.amplitude) < 3 * m.response_amplitude_se
