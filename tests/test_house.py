@@ -35,6 +35,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "analysis": {"accuracy", "errors", "estimate", "recording", "scene", "schema"},
     "uncertainty": {"analysis", "scene"},
     "identification": {
+        "base_motion",
         *("accuracy", "errors", "estimate", "recording", "scene", "schema", "analysis", "simulator", "uncertainty"),
     },
     "synthetic": {"__init__", "errors", "files", "scene", "simulator"},

@@ -27,7 +27,7 @@ from frictionlab.schema import COMPARISONS, LAWS
 from frictionlab.tables import Row, check_output, write_rows
 
 if TYPE_CHECKING:
-    from frictionlab.identification import Comparison
+    from frictionlab.identification import Comparison, WholeRecord
     from frictionlab.scene import Scene
 
 PARAMETERS = {
@@ -68,6 +68,14 @@ def compare_numeric(
         float | None,
         typer.Option("--beta", min=0.0, help="Predict with this friction ratio instead of identifying it."),
     ] = None,
+    whole: Annotated[
+        bool,
+        typer.Option("--whole", help="Compare the whole record too, from its first sample, under the measured base."),
+    ] = False,
+    fit: Annotated[
+        Literal["cycle", "whole"],
+        typer.Option("--fit", help="What the law is fitted to: the mean steady cycle, or the whole record."),
+    ] = "cycle",
     solver: Annotated[
         Literal["auto", "closed-form", "exact", "numeric", "thesis"] | None,
         typer.Option("--solver", help="In place of the scene's."),
@@ -92,7 +100,7 @@ def compare_numeric(
         ("model", "analysis", "rig"),
     )
     check_law(law)
-    job = partial(_row, scene=what, law=law, beta=beta, plot=plot)
+    job = partial(_row, scene=what, law=law, beta=beta, plot=plot, whole=whole, fit=fit)
     if output is not None:
         check_output(output, COMPARISONS, force=force, inputs=recordings)
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
@@ -136,16 +144,27 @@ def _shares(budget: Mapping[str, Mapping[str, float]]) -> list[Row]:
     ]
 
 
-def _row(path: Path, *, scene: "Scene", law: str | None, beta: float | None, plot: Path | None) -> Row:
+def _row(
+    path: Path,
+    *,
+    scene: "Scene",
+    law: str | None,
+    beta: float | None,
+    plot: Path | None,
+    whole: bool,
+    fit: Literal["cycle", "whole"],
+) -> Row:
     from frictionlab.verbs.compare import compare
 
-    comparison = compare(path, scene, law=law, friction_ratio=beta)
+    comparison = compare(path, scene, law=law, friction_ratio=beta, whole=whole, fit=fit)
     if plot is not None:
         _draw(comparison, plot / f"{path.stem}.comparison.png")
+        if comparison.record is not None:
+            _draw(comparison.record, plot / f"{path.stem}.record.png", title=path.name)
     return {**comparison.row(), "source": str(path)}
 
 
-def _draw(comparison: "Comparison", path: Path) -> None:
+def _draw(result: "Comparison | WholeRecord", path: Path, title: str | None = None) -> None:
     from frictionlab.verbs.plot import plot
 
-    plot(comparison, path)
+    plot(result, path, title=title)

@@ -1,7 +1,7 @@
 """One measured cycle over its prediction, under a law that is given or under the one that the recording requires."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from frictionlab.identification.comparison import EXPLAINED, Comparison, Verdict
 from frictionlab.identification.family import Family, family_of
 from frictionlab.identification.identify import Identified, ParameterEstimate, as_known, identify
 from frictionlab.identification.ladder import Ladder, climb
+from frictionlab.identification.track import track_of
+from frictionlab.identification.whole import Fitted, follow, identify_whole
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import SteadyState, observe, steady_state
@@ -31,6 +33,8 @@ def compare(
     law: str | None = None,
     friction_ratio: float | None = None,
     solver: Solver | None = None,
+    whole: bool = False,
+    fit: Fitted = "cycle",
 ) -> Comparison:
     """Identify the contact of a recording, predict its steady cycle, and say how they differ.
 
@@ -45,15 +49,38 @@ def compare(
         Predict with this friction ratio (beta, eq. 2.8) instead of identifying it.
     solver : {"auto", "closed-form", "exact", "numeric", "thesis"}, optional
         Of the prediction, in place of the scene's.
+    whole : bool
+        Compare the whole record too, from its first sample, driven by the measured base.
+    fit : {"cycle", "whole"}
+        What the law's parameters are fitted to: the mean steady cycle, or the whole record.
 
     Raises
     ------
     AnalysisError
         No measurement can be made, or the natural frequency is not known.
+    RecordingError
+        The whole record is asked for and has a gap or jumps.
     UsageError
         The law or the friction ratio cannot be.
     """
-    return predict(measure(recording, scene), scene, law=law, friction_ratio=friction_ratio, solver=solver)
+    measurement = measure(recording, scene)
+    if not whole and fit == "cycle":
+        return predict(measurement, scene, law=law, friction_ratio=friction_ratio, solver=solver)
+    sources = sources_of(measurement, scene)
+    found, ladder = _identified(measurement, scene, sources, law, friction_ratio)
+    track, said = track_of(recording, measurement, measurement.drive_frequency_hz / found.family.r)
+    if fit == "whole":
+        found = identify_whole(track, measurement, found, sources)
+    record = follow(track, found)
+    state = _state(found, solver or scene.model.solver)
+    comparison = _compared(measurement, scene, found, state, sources, ladder)
+    return replace(
+        comparison,
+        warnings=(*comparison.warnings, *said, *record.warnings),
+        record_nrmse=record.nrmse,
+        record_energy_difference=record.energy_difference,
+        record=record,
+    )
 
 
 def predict(
@@ -64,23 +91,28 @@ def predict(
     friction_ratio: float | None = None,
     solver: Solver | None = None,
 ) -> Comparison:
-    """As :func:`compare`, from a measurement that is already made."""
+    """As :func:`compare`, from a measurement that is already made; so without the whole record."""
+    sources = sources_of(measurement, scene)
+    found, ladder = _identified(measurement, scene, sources, law, friction_ratio)
+    state = _state(found, solver or scene.model.solver)
+    return _compared(measurement, scene, found, state, sources, ladder)
+
+
+def _identified(
+    measurement: Measurement, scene: Scene, sources: Sources, law: str | None, friction_ratio: float | None
+) -> tuple[Identified, Ladder | None]:
+    """Return the law that is given or required, with its values for the mean cycle, and the ladder if climbed."""
     if friction_ratio is not None and not (friction_ratio >= 0 and math.isfinite(friction_ratio)):
         raise UsageError(f"friction ratio: expected a number of at least 0; got {friction_ratio:g}")
     if law == AUTO and friction_ratio is not None:
         raise UsageError("friction ratio: a given one (--beta) and a law to be found (--law auto) exclude each other")
     family = family_of(measurement, scene, None if law == AUTO else law)
-    sources = sources_of(measurement, scene)
-    ladder = None
     if law == AUTO:
         ladder = climb(measurement, family.under_plain_coulomb(), sources)
-        found = ladder.chosen.identified
-    elif friction_ratio is None:
-        found = identify(measurement, family, sources)
-    else:
-        found = as_known(measurement, family.holding({"beta": friction_ratio}), sources)
-    state = _state(found, solver or scene.model.solver)
-    return _compared(measurement, scene, found, state, sources, ladder)
+        return ladder.chosen.identified, ladder
+    if friction_ratio is None:
+        return identify(measurement, family, sources), None
+    return as_known(measurement, family.holding({"beta": friction_ratio}), sources), None
 
 
 def _state(found: Identified, solver: Solver) -> SteadyState:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.estimate import Estimate, Flat, FlatKnown
+from frictionlab.identification.whole import WholeRecord
 from frictionlab.schema import COMPARISONS
 
 FloatArray = NDArray[np.float64]
@@ -29,7 +30,8 @@ class Comparison:
     ``parameters``: name -> value with its errors and limits; ``nuisances``: what else the fit moved, name -> value,
     uncertainty, and what was known before; ``budget``: quantity -> source -> standard uncertainty; ``laws``: the ladder
     in the order climbed (law "auto" alone). ``tau`` (p,) rad from the top of the base's fundamental, ``base``,
-    ``measured``, ``predicted`` (p,) in Y stand behind them.
+    ``measured``, ``predicted`` (p,) in Y stand behind them. ``record_nrmse``, ``record_energy_difference``: the same of
+    the whole record (``record``), where it was asked for.
     """
 
     source: str
@@ -71,6 +73,7 @@ class Comparison:
 
     record_nrmse: float | None = None
     record_energy_difference: float | None = None
+    record: WholeRecord | None = None
 
     friction_ratio = FlatKnown("friction")
     friction_ratio_se = Flat("friction", "se")

@@ -160,9 +160,11 @@ def _rivals(fits: list[Fit]) -> tuple[float, ...]:
     )
 
 
-def with_errors(family: Family, found: Fit, *, rivals: tuple[float, ...] = ()) -> Identified:
-    """Return a fit with the errors, limits and caveats of its values."""
-    errors = errors_of(found)
+def with_errors(
+    family: Family, found: Fit, *, rivals: tuple[float, ...] = (), errors: Errors | None = None
+) -> Identified:
+    """Return a fit with the errors, limits and caveats of its values; its errors are found unless they are given."""
+    errors = errors_of(found) if errors is None else errors
     parameters, known = {}, {}
     for i, c in enumerate(found.coordinates):
         value, slope = c.value(float(found.point[i])), c.slope(float(found.point[i]))

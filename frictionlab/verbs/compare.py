@@ -1,10 +1,13 @@
 """Log, recording or measurement -> friction identified, prediction, difference."""
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.identification import Comparison, predict
+from frictionlab.errors import UsageError
+from frictionlab.identification import Comparison, Fitted, predict
+from frictionlab.identification import compare as compare_recording
 from frictionlab.recording import Recording
 from frictionlab.verbs.analyze import analyze
 from frictionlab.verbs.given import AnyScene, FilePath, scene_given
+from frictionlab.verbs.ingest import recording_given
 
 TABLES = ("model", "analysis", "rig")
 
@@ -15,6 +18,8 @@ def compare(
     *,
     law: str | None = None,
     friction_ratio: float | None = None,
+    whole: bool = False,
+    fit: Fitted = "cycle",
     **settings: object,
 ) -> Comparison:
     """Identify the friction of a test, predict its steady cycle with the simulator, and say how they differ.
@@ -29,6 +34,11 @@ def compare(
         In place of the scene's: ``"coulomb+place+speed"``; ``"auto"`` finds the simplest law that explains the test.
     friction_ratio : float, optional
         Predict with this friction ratio (beta, eq. 2.8) instead of identifying it.
+    whole : bool
+        Compare the whole record too, from its first sample, driven by the measured base: `record_nrmse`,
+        `record_energy_difference` and ``record``.
+    fit : {"cycle", "whole"}
+        What the law's parameters are fitted to.
     **settings
         Keys of ``[model]``, ``[analysis]`` and ``[rig]`` that win over the scene's: ``solver="exact"``.
 
@@ -40,5 +50,10 @@ def compare(
         The file, the scene or a setting is refused.
     """
     known = scene_given(scene, settings, TABLES)
-    measurement = what if isinstance(what, Measurement) else analyze(what, known)
-    return predict(measurement, known, law=law, friction_ratio=friction_ratio)
+    if not whole and fit == "cycle":
+        measurement = what if isinstance(what, Measurement) else analyze(what, known)
+        return predict(measurement, known, law=law, friction_ratio=friction_ratio)
+    if isinstance(what, Measurement):
+        raise UsageError("compare: the whole record; expected a recording, its file or a log; got a measurement")
+    recording = recording_given(what, known)
+    return compare_recording(recording, known, law=law, friction_ratio=friction_ratio, whole=whole, fit=fit)

@@ -10,15 +10,17 @@ from frictionlab.errors import UsageError
 from frictionlab.figures.comparison import comparison_figure
 from frictionlab.figures.measurement import measurement_figure
 from frictionlab.figures.motion import motion_figure
+from frictionlab.figures.record import record_figure
 from frictionlab.figures.response import response_figure
 from frictionlab.figures.style import save
-from frictionlab.identification import Comparison
+from frictionlab.identification import Comparison, WholeRecord
 from frictionlab.simulator import SteadyState
 from frictionlab.verbs.given import FilePath
 
 FIGURES: dict[type, Callable[[Any, str | None], Any]] = {
     Measurement: lambda result, title: measurement_figure(result, title or result.source),
     Comparison: lambda result, _title: comparison_figure(result),
+    WholeRecord: lambda result, title: record_figure(result, title or "whole record"),
     SteadyState: lambda result, _title: motion_figure(result),
     RecordResponse: lambda result, _title: response_figure(result),
 }
@@ -26,17 +28,20 @@ SUFFIXES = (".pdf", ".svg", ".png")
 
 
 def plot(
-    result: Measurement | Comparison | SteadyState | RecordResponse, path: FilePath, *, title: str | None = None
+    result: Measurement | Comparison | WholeRecord | SteadyState | RecordResponse,
+    path: FilePath,
+    *,
+    title: str | None = None,
 ) -> Path:
-    """Draw a measurement, a comparison, a steady state or a response into a file, and return its path.
+    """Draw a measurement, a comparison, a whole record, a steady state or a response into a file, and return its path.
 
     Parameters
     ----------
-    result : Measurement, Comparison, SteadyState or RecordResponse
+    result : Measurement, Comparison, WholeRecord, SteadyState or RecordResponse
     path : str or Path
         Ends in ``.pdf``, ``.svg`` or ``.png``; its folder is made if it is not there.
     title : str, optional
-        Of a measurement's figure; by default its source.
+        Of a measurement's or a record's figure; by default its source.
 
     Raises
     ------

@@ -7,6 +7,6 @@ The mathematics, and how good it is, stand in the README of this folder.
 """
 
 from frictionlab.simulator.record.base import BaseRecord, Interpolation
-from frictionlab.simulator.record.respond import Response, respond
+from frictionlab.simulator.record.respond import Response, can_follow, prepare, respond
 
-__all__ = ["BaseRecord", "Interpolation", "Response", "respond"]
+__all__ = ["BaseRecord", "Interpolation", "Response", "can_follow", "prepare", "respond"]

@@ -11,15 +11,18 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import engine as engines
+from frictionlab.simulator.elastic.sliders import sliders_of
 from frictionlab.simulator.engine import Engine
+from frictionlab.simulator.laws import Law
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.record import events, layout, piece, spline, travel
 from frictionlab.simulator.record.base import BaseRecord
 
-__all__ = ["Response", "respond"]
+__all__ = ["Response", "can_follow", "prepare", "respond"]
 
 Floats = NDArray[np.float64]
 MODULES: tuple[ModuleType, ...] = (piece, spline, events, travel)
+FOLLOWED = ("coulomb", "place", "speed", "breakaway", "compliance", "iwan")  # terms with exact phases here
 FINE = 16.0  # steps per unit of the fastest phase's time
 WORTH_LOADING = 5e4  # steps; in plain Python they take about as long (1 s) as loading the compiled kernel
 WORTH_COMPILING = 5e5  # the same for compiling it, once per machine and version
@@ -129,15 +132,29 @@ def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 
     >>> response.stops, round(response.energy, 3)
     (6, 2.442)
     """
-    rig, stiffest = _rig_of(problem), _stiffest(problem)
-    fine = FINE * max(1.0, sqrt(stiffest), 2.0 * (rig.frame + rig.contact))
-    engine = choose((base.time[-1] - base.time[0]) * fine + len(base.time))
+    rig, fine = _rig_of(problem), _steps_per_rad(problem)
+    engine = choose(_steps(base, fine))
     room = 256 + len(base.time) // 64
     run = _run(engine, problem, rig, base, fine, (x0, v0), room)
     if run.count > room:
         run = _run(engine, problem, rig, base, fine, (x0, v0), run.count)
     _refuse_negative_friction(problem, run)
     return _response(problem, base, rig, run)
+
+
+def prepare(problem: Problem, base: BaseRecord, runs: int) -> None:
+    """Load the compiled kernel if so many responses are worth it; it changes nothing but their time."""
+    choose(runs * _steps(base, _steps_per_rad(problem)))
+
+
+def _steps_per_rad(problem: Problem) -> float:
+    """How many steps a rad is parted into at least: by the fastest phase."""
+    damping = problem.frame_damping_ratio + problem.zeta
+    return FINE * max(1.0, sqrt(_stiffest(problem)), 2.0 * damping)
+
+
+def _steps(base: BaseRecord, fine: float) -> float:
+    return float(base.time[-1] - base.time[0]) * fine + len(base.time)
 
 
 def choose(steps: float) -> Engine:
@@ -225,9 +242,16 @@ def _samples(engine: Engine, base: BaseRecord) -> tuple[Any, Any, Any, float]:
 
 def _sliders_of(problem: Problem) -> tuple[list[float], list[float], list[float], list[float]]:
     """Stiffness and slip force of each elastic slider, and room for what the kernel keeps of it; none: rigid."""
-    if not problem.law.has("compliance"):
+    if problem.law.kind != "elastic":
         return [], [], [], []
-    return [problem.parameter("stiffness_ratio")], [problem.beta], [0.0], [0.0]
+    stiffness, strength = sliders_of(problem)
+    none = [0.0] * len(stiffness)
+    return list(stiffness), list(strength), none, list(none)
+
+
+def can_follow(law: Law) -> bool:
+    """Whether the motion under a sampled base is known for a law: whether all its phases are exact."""
+    return all(term.name in FOLLOWED for term in law.terms)
 
 
 def _rig_of(problem: Problem) -> layout.Rig:
@@ -236,12 +260,11 @@ def _rig_of(problem: Problem) -> layout.Rig:
         raise SimulationError(
             f"simulation of a record: r; expected 1 (time is counted in omega_n t); got {problem.r!r}"
         )
-    known = {"coulomb", "place", "speed", "breakaway", "compliance"}
-    strange = [term.name for term in problem.law.terms if term.name not in known]
-    if strange:
+    if not can_follow(problem.law):
+        strange = next(term.name for term in problem.law.terms if term.name not in FOLLOWED)
         raise SimulationError(
-            f"simulation of a record: law {problem.law.name}: {strange[0]} is not simulated under a sampled base "
-            f"motion; expected a sum of {', '.join(sorted(known))}"
+            f"simulation of a record: law {problem.law.name}: {strange} is not simulated under a sampled base motion; "
+            f"expected a sum of {', '.join(FOLLOWED)}"
         )
     up, down = problem.static_ratios
     wall = 1.0 if problem.wall == "base" else 0.0

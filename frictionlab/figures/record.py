@@ -1,0 +1,74 @@
+"""A whole record over its prediction: over time with a zoom, period by period, and where the two part."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from frictionlab.figures.response import thinned
+from frictionlab.figures.style import BASE, GREY, MEASURED, PAGE, PREDICTED, VERMILION, look, new_figure
+from frictionlab.identification import WholeRecord
+
+ZOOM = 3  # periods of the drive that the zoom shows
+
+
+def record_figure(record: WholeRecord, title: str) -> Figure:
+    """The record, a zoom of its worst periods, energy per cycle measured against predicted, misfit over time."""
+    with look():
+        figure = new_figure(PAGE, 5.6)
+        axes = figure.subplot_mosaic([["all", "all"], ["zoom", "zoom"], ["energy", "misfit"]])
+        draw_overlay(record, axes["all"])
+        draw_zoom(record, axes["zoom"])
+        draw_energy(record, axes["energy"])
+        draw_misfit(record, axes["misfit"])
+        numbers = f"record nrmse {100 * record.nrmse:.2g} %, energy {100 * record.energy_difference:+.2g} %"
+        figure.suptitle(f"{title}: {numbers}", x=0.01, ha="left", fontsize=8, parse_math=False)
+        return figure
+
+
+def draw_overlay(record: WholeRecord, ax: Axes) -> Axes:
+    """Measured over predicted from the first sample to the last; where the two part is shaded."""
+    _draw_part(record, ax, np.arange(len(record.time)))
+    for begin, end, _ in record.left:
+        ax.axvspan(begin, end, color=VERMILION, alpha=0.12, linewidth=0.0)
+    ax.legend(loc="upper right", ncols=3)
+    ax.margins(y=0.2)
+    return ax
+
+
+def draw_zoom(record: WholeRecord, ax: Axes) -> Axes:
+    """The same around the period with the largest misfit."""
+    per = max(1, len(record.time) // max(1, len(record.cycle_nrmse)))
+    worst = int(np.argmax(record.cycle_nrmse)) if len(record.cycle_nrmse) else 0
+    begin = max(0, min((worst - ZOOM // 2) * per, len(record.time) - ZOOM * per))
+    _draw_part(record, ax, np.arange(begin, min(begin + ZOOM * per, len(record.time))))
+    return ax
+
+
+def _draw_part(record: WholeRecord, ax: Axes, part: "np.ndarray[tuple[int], np.dtype[np.intp]]") -> None:
+    for values, color, width, label in (
+        (record.base, BASE, 0.7, "base"),
+        (record.measured, MEASURED, 1.8, "measured"),
+        (record.predicted, PREDICTED, 0.8, "predicted"),
+    ):
+        some = part[thinned(values[part])]
+        ax.plot(record.time[some], values[some], color=color, lw=width, alpha=0.6 if width > 1 else 1.0, label=label)
+    ax.set(xlabel="time [s]", ylabel="x / Y")
+
+
+def draw_energy(record: WholeRecord, ax: Axes) -> Axes:
+    """Energy of each period of the drive, measured and predicted."""
+    ax.plot(record.cycle_time, record.cycle_measured, "o", ms=3, color=MEASURED, label="measured")
+    ax.plot(record.cycle_time, record.cycle_predicted, "-", lw=1.0, color=PREDICTED, label="predicted")
+    ax.set(xlabel="time [s]", ylabel="energy per period [kY²]")
+    ax.legend()
+    return ax
+
+
+def draw_misfit(record: WholeRecord, ax: Axes) -> Axes:
+    """Misfit of each period over the response's rms; the usual one as a line."""
+    ax.plot(record.cycle_time, 100 * record.cycle_nrmse, "o-", ms=3, lw=0.8, color=PREDICTED)
+    if len(record.cycle_nrmse):
+        ax.axhline(100 * float(np.median(record.cycle_nrmse)), color=GREY, lw=0.8)
+    ax.set(xlabel="time [s]", ylabel="nrmse of a period [%]")
+    ax.set_ylim(bottom=0.0)
+    return ax

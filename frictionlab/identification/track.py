@@ -1,0 +1,197 @@
+"""A whole record as a fit sees it: the measured mass, and the denoised base that drives the simulation."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis.denoise import denoised
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.noise import white_noise
+from frictionlab.base_motion import sound_base
+from frictionlab.errors import SimulationError
+from frictionlab.identification.coordinates import Coordinate, values_of
+from frictionlab.identification.family import Family
+from frictionlab.recording import Recording
+from frictionlab.simulator import Problem
+from frictionlab.simulator.record import BaseRecord, Response, prepare, respond
+
+FloatArray = NDArray[np.float64]
+DENSE = 120.0  # samples per period of drive or frame, whichever is shorter, that a fit needs at most
+STEP = 1e-3  # of a prior's width: finite differences of the simulated record
+WIDE = 1.0  # Y: prior of what nobody knows of the start, in the response's own size
+
+
+@dataclass(frozen=True)
+class Track:
+    """One record.
+
+    Parameters
+    ----------
+    time : ndarray of shape (n,)
+        s, from the recording's first sample.
+    base, mass : ndarray of shape (n,)
+        Over Y: the base without its noise about its mean, the mass as measured about its mean.
+    noise : float
+        Rms of the mass sensor's white noise over Y.
+    scale : float
+        Y [m]: the amplitude of the base's fundamental in the steady cycles, so that beta means the same there and here.
+    period : float
+        Of the drive, s.
+    natural_frequency : float
+        As it is known, Hz.
+    start : float
+        s, the first sample by the recording's clock.
+    """
+
+    time: FloatArray
+    base: FloatArray
+    mass: FloatArray
+    noise: float
+    scale: float
+    period: float
+    natural_frequency: float
+    start: float
+
+    @property
+    def rms(self) -> float:
+        """Rms of the measured mass about its mean, over Y."""
+        return float(np.std(self.mass))
+
+    @property
+    def per_period(self) -> int:
+        """Samples per period of the drive."""
+        return max(8, round(self.period * (len(self.time) - 1) / float(self.time[-1] - self.time[0])))
+
+
+def track_of(recording: Recording, measurement: Measurement, natural_frequency: float) -> tuple[Track, tuple[str, ...]]:
+    """Return a recording as a fit sees it, and what must be said of it.
+
+    Raises
+    ------
+    RecordingError
+        Its base has a gap or jumps: nothing can be simulated across.
+    """
+    part, said = sound_base(recording)
+    drive = measurement.drive_frequency_hz
+    thin = max(1, int(part.sampling_rate_hz / (DENSE * max(drive, natural_frequency))))
+    base = _base(part.base_displacement, thin)
+    time = (part.time - part.time[0])[::thin]
+    mass = part.mass_displacement[::thin]
+    scale = measurement.base_amplitude_m
+    whole = max(1, int(float(time[-1]) * drive))  # periods: the mean of the base is that of whole ones
+    last = time >= time[-1] - whole / drive
+    track = Track(
+        time=time,
+        base=(base - base[last].mean()) / scale,
+        mass=(mass - mass.mean()) / scale,
+        noise=measurement.mass_noise_m / scale,
+        scale=scale,
+        period=1.0 / drive,
+        natural_frequency=natural_frequency,
+        start=float(part.time[0]),
+    )
+    return track, tuple(s for s in said if s not in part.source.warnings)
+
+
+def _base(signal: FloatArray, thin: int) -> FloatArray:
+    """The base without its noise; of a record much denser than needed, the mean of neighbours first."""
+    if thin == 1:
+        return denoised(signal, white_noise(signal))
+    smooth = denoised(signal, white_noise(signal))
+    return smooth[::thin]
+
+
+@dataclass(frozen=True)
+class RecordForward:
+    """Unknowns -> the record that would be measured; the same coordinates as for a cycle, and the start's three.
+
+    ``fixed``: values of what is not sought, by name.
+    """
+
+    family: Family
+    coordinates: tuple[Coordinate, ...]
+    track: Track
+    fixed: Mapping[str, float] = field(default_factory=dict)
+
+    def values(self, point: FloatArray) -> dict[str, float]:
+        """All values at a point, those that are fixed included."""
+        return {**self.fixed, **values_of(self.coordinates, point)}
+
+    def prepare(self, runs: int) -> None:
+        """Load the compiled simulator if so many runs are worth it."""
+        values = self.values(np.array([max(0.0, c.low) for c in self.coordinates]))
+        prepare(self.problem(values), self.base(values), runs)
+
+    def problem(self, values: Mapping[str, float]) -> Problem:
+        """The problem at some values, its time counted in omega_n t."""
+        names = {p.name for p in self.family.law.parameters}
+        return self.family.problem({n: v for n, v in values.items() if n in names}).with_r(1.0)
+
+    def base(self, values: Mapping[str, float]) -> BaseRecord:
+        """The record's base in the time of the frame."""
+        frequency = self.track.natural_frequency * (1.0 + values.get("natural_frequency", 0.0))
+        return BaseRecord(2.0 * math.pi * frequency * self.track.time, self.track.base, rest=0.0, scale=1.0)
+
+    def response(self, values: Mapping[str, float]) -> Response | None:
+        """The simulated motion at some values; None where the simulator has none."""
+        start = values.get("start_displacement", 0.0), values.get("start_velocity", 0.0)
+        try:
+            return respond(self.problem(values), self.base(values), x0=start[0], v0=start[1])
+        except SimulationError:
+            return None  # no motion to compare with: these values are no candidate
+
+    def predict(self, point: FloatArray) -> FloatArray | None:
+        """The record (n,) at a point, through the sensors, over Y; None where there is no motion."""
+        values = self.values(point)
+        response = self.response(values)
+        return None if response is None else self.seen(response, values)
+
+    def seen(self, response: Response, values: Mapping[str, float]) -> FloatArray:
+        """A motion through the sensors: gain, a lag of the base's channel behind the mass's, an offset."""
+        frequency = self.track.natural_frequency * (1.0 + values.get("natural_frequency", 0.0))
+        late = values.get("lag", 0.0) * self.track.period * frequency  # rad of the drive -> rad of the frame
+        moved = response.displacement + late * response.velocity
+        return np.asarray((1.0 + values.get("gain", 0.0)) * moved + values.get("offset", 0.0))
+
+    def jacobian(self, point: FloatArray, here: FloatArray) -> FloatArray:
+        """Derivatives (n, m) by the coordinates, by differences; zero where neither neighbour has a motion."""
+        return np.stack([self._column(i, c, point, here) for i, c in enumerate(self.coordinates)], axis=1)
+
+    def _column(self, i: int, c: Coordinate, point: FloatArray, here: FloatArray) -> FloatArray:
+        if c.name == "offset":
+            return np.full(len(here), c.width)
+        for step in (STEP, -STEP):
+            if point[i] + step < c.low:
+                continue
+            moved = point.copy()
+            moved[i] += step
+            there = self.predict(moved)
+            if there is not None:
+                return np.asarray((there - here) / step)
+        return np.zeros(len(here))
+
+
+def start_coordinates(track: Track) -> tuple[Coordinate, ...]:
+    """What nobody knows of a record's start: where the mass stands against its spring, how fast it is, the zero."""
+    width = WIDE * max(1.0, 2.0 * track.rms)
+    return (
+        Coordinate("start_displacement", "displacement of the mass at the first sample, over Y", width=width),
+        Coordinate("start_velocity", "velocity of the mass at the first sample, over omega_n Y", width=width),
+        Coordinate("offset", "zero of the mass's sensor, over Y", width=width),
+    )
+
+
+def start_values(track: Track) -> dict[str, float]:
+    """First guesses for them, from the first samples."""
+    few = min(len(track.time), max(4, track.per_period // 40))
+    omega = 2.0 * math.pi * track.natural_frequency
+    slope, level = np.polyfit(track.time[:few], track.mass[:few], 1)
+    return {"start_displacement": float(level), "start_velocity": float(slope) / omega, "offset": 0.0}
+
+
+def without_second_harmonic(coordinates: tuple[Coordinate, ...]) -> tuple[Coordinate, ...]:
+    """The unknowns of a cycle that a record has too: its base is the measured one, harmonics included."""
+    return tuple(c for c in coordinates if not c.name.startswith("second_"))

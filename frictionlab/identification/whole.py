@@ -1,0 +1,176 @@
+"""The whole record against its prediction: fitted to it or to the steady cycle, followed from the first sample."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.errors import AnalysisError
+from frictionlab.identification.family import measured_base
+from frictionlab.identification.identify import Identified, coordinates_of, with_errors
+from frictionlab.identification.record_fit import errors_of_record, fit_record
+from frictionlab.identification.track import (
+    RecordForward,
+    Track,
+    start_coordinates,
+    start_values,
+    without_second_harmonic,
+)
+from frictionlab.simulator.record import can_follow
+from frictionlab.uncertainty import Sources
+
+FloatArray = NDArray[np.float64]
+Fitted = Literal["cycle", "whole"]
+LEAVES = 2.0  # times the usual misfit of a period at which the prediction has left the measurement
+NOISE = 3.0  # times the sensor's noise, at least
+SHOWN = 5  # stretches told one by one
+SEARCH = (0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0)  # friction ratios tried, over the cycle's
+
+
+@dataclass(frozen=True)
+class WholeRecord:
+    """A record over its prediction, from the first sample to the last.
+
+    Parameters
+    ----------
+    time : ndarray of shape (n,)
+        s, by the recording's clock.
+    base, measured, predicted : ndarray of shape (n,)
+        Over Y; the mass about the mean of its measured record.
+    nrmse : float
+        Rms of measured minus predicted over the rms of the measured about its mean.
+    energy_difference : float
+        Predicted / measured - 1, of the loop's area over the whole record, eq. (2.18).
+    cycle_time, cycle_measured, cycle_predicted, cycle_nrmse : ndarray of shape (c,)
+        Start of each period of the drive; its energy (k Y^2) as measured and as predicted; its own nrmse.
+    left : tuple of (float, float, float)
+        Where the prediction leaves the measurement: from, to (s), and the largest nrmse of a period there.
+    """
+
+    time: FloatArray
+    base: FloatArray
+    measured: FloatArray
+    predicted: FloatArray
+    nrmse: float
+    energy_difference: float
+    cycle_time: FloatArray
+    cycle_measured: FloatArray
+    cycle_predicted: FloatArray
+    cycle_nrmse: FloatArray
+    left: tuple[tuple[float, float, float], ...]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on where the prediction leaves the measurement."""
+        return tuple(self._said())
+
+    def _said(self) -> Iterator[str]:
+        usual = 100.0 * float(np.median(self.cycle_nrmse)) if len(self.cycle_nrmse) else math.nan
+        for begin, end, worst in self.left[:SHOWN]:
+            yield (
+                f"record: the prediction leaves the measurement from {begin:.4g} s to {end:.4g} s: {100 * worst:.2g} %"
+                f" of the response there, {usual:.2g} % in the usual cycle: friction that wanders, a jump, or a start"
+                " that the law does not know"
+            )
+        if len(self.left) > SHOWN:
+            yield f"record: the prediction leaves the measurement in {len(self.left) - SHOWN} more places"
+
+
+def identify_whole(track: Track, measurement: Measurement, found: Identified, sources: Sources) -> Identified:
+    """Return the values of a law that fit the whole record best, from those that fit its cycle.
+
+    The unknowns and their priors are those of a cycle, with the start of the motion and the sensor's zero beside them.
+    Its base is the measured one; so the cycle that follows from these values has all measured harmonics of it.
+
+    Raises
+    ------
+    AnalysisError
+        The law cannot be followed through a record, or no values tried have a motion.
+    """
+    family = found.family
+    _refuse(found)
+    known = without_second_harmonic(coordinates_of(family, measurement, sources))
+    forward = RecordForward(family, (*known, *start_coordinates(track)), track)
+    middle = {name: value for name, value in found.fit.values.items() if not name.startswith("second_")}
+    starts = [middle | start_values(track)]
+    if "beta" in family.free:
+        starts += [starts[0] | {"beta": factor * middle["beta"]} for factor in SEARCH if factor != 1.0]
+    best = fit_record(forward, found.fit.observed, starts)
+    moved = replace(family, base=measured_base(measurement, len(measurement.cycle.base_cosine)))
+    best = replace(best, forward=replace(best.forward, family=moved))
+    return with_errors(moved, best, errors=errors_of_record(best, track.per_period))
+
+
+def follow(track: Track, found: Identified) -> WholeRecord:
+    """Return the record over its prediction with the values found; its start is fitted where it was not.
+
+    Raises
+    ------
+    AnalysisError
+        The law cannot be followed through a record.
+    """
+    _refuse(found)
+    values = {name: value for name, value in found.fit.values.items() if not name.startswith("second_")}
+    unknown = tuple(c for c in start_coordinates(track) if c.name not in values)
+    forward = RecordForward(found.family, unknown, track, fixed=values)
+    point = np.zeros(0)
+    if unknown:
+        point = fit_record(forward, found.fit.observed, [start_values(track)]).point
+    predicted = forward.predict(point)
+    if predicted is None:
+        raise AnalysisError(f"record: law {found.family.law.name} has no motion at the values found")
+    return _over(track, predicted)
+
+
+def _refuse(found: Identified) -> None:
+    if not can_follow(found.family.law):
+        raise AnalysisError(
+            f"record: law {found.family.law.name} is not simulated under a measured base: only laws with exact phases"
+            " are; do: leave --whole out, or give another --law"
+        )
+
+
+def _over(track: Track, predicted: FloatArray) -> WholeRecord:
+    """Measured over predicted, as a whole and period by period."""
+    gap = track.mass - predicted
+    area, area_predicted = loop_areas(track.base, track.mass), loop_areas(track.base, predicted)
+    count = int(float(track.time[-1]) / track.period + 1e-6)
+    edges = np.minimum(track.period * np.arange(count + 1), track.time[-1])
+    power = np.concatenate([[0.0], np.cumsum(0.5 * (gap[1:] ** 2 + gap[:-1] ** 2) * np.diff(track.time))])
+    each = np.sqrt(np.diff(np.interp(edges, track.time, power)) / np.diff(edges)) / track.rms
+    return WholeRecord(
+        time=track.start + track.time,
+        base=track.base,
+        measured=track.mass,
+        predicted=predicted,
+        nrmse=math.sqrt(float(np.mean(gap**2))) / track.rms,
+        energy_difference=float(area_predicted[-1] / area[-1] - 1.0),
+        cycle_time=track.start + edges[:-1],
+        cycle_measured=np.diff(np.interp(edges, track.time, area)),
+        cycle_predicted=np.diff(np.interp(edges, track.time, area_predicted)),
+        cycle_nrmse=each,
+        left=tuple(_left(each, track, edges)),
+    )
+
+
+def loop_areas(base: FloatArray, mass: FloatArray) -> FloatArray:
+    """Integral of y dx from the first sample to each (n,): what the loop takes in (2.18), by trapezia."""
+    steps = 0.5 * (base[1:] + base[:-1]) * np.diff(mass)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _left(each: FloatArray, track: Track, edges: FloatArray) -> Iterator[tuple[float, float, float]]:
+    """Stretches of periods whose misfit is far above the usual one's and the noise's."""
+    if len(each) < 4:
+        return
+    limit = max(LEAVES * float(np.median(each)), NOISE * track.noise / track.rms)
+    for out, group in groupby(enumerate(each > limit), key=lambda item: bool(item[1])):
+        places = [i for i, _ in group]
+        if out:
+            begin, end = float(edges[places[0]]), float(edges[places[-1] + 1])
+            yield track.start + begin, track.start + end, float(each[places].max())
