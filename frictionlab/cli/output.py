@@ -93,8 +93,11 @@ def print_turned(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> Non
         widest = max(map(len, heads.values()), default=0)
         if number:
             typer.echo()
+        room = max(_width() - widest - GAP, LEAST_TEXT)
         for key, head in heads.items():
-            typer.echo(f"{head.ljust(widest)}{' ' * GAP}{cell(row.get(key))}".rstrip())
+            lines = _folded(cell(row.get(key)), room) if _width() and _is_text(key, [row]) else [cell(row.get(key))]
+            for part, text in enumerate(lines):
+                typer.echo(f"{'' if part else head:<{widest}}{' ' * GAP}{text}".rstrip())
 
 
 def _heads(columns: Table | Sequence[str] | Mapping[str, str], rows: Sequence[Row]) -> dict[str, str]:
@@ -161,7 +164,7 @@ def _draw_table(titles: Sequence[str], body: Sequence[Sequence[str]], widths: Se
         table.add_column(Text(title), width=width, no_wrap=False, overflow="fold")
     for line in body:
         table.add_row(*(Text(text) for text in line))
-    Console(no_color=bool(os.environ.get("NO_COLOR"))).print(table)
+    Console(no_color=bool(os.environ.get("NO_COLOR")), width=_width() or None).print(table)
 
 
 def _align_table(lines: Sequence[Sequence[str]], widths: Sequence[int]) -> None:

@@ -15,7 +15,7 @@ from itertools import chain
 from pathlib import Path
 
 from frictionlab.errors import UsageError
-from frictionlab.files import write_whole
+from frictionlab.files import identities, write_whole
 from frictionlab.schema import TABLES, Table, is_marked
 from frictionlab.tables import frames, lines, tree
 from frictionlab.tables.cells import SENTENCES, encodable, plain
@@ -181,12 +181,9 @@ def refuse_inputs(output: Path, inputs: Iterable[Path]) -> None:
     UsageError
         It is one of them.
     """
+    ours = identities(output)
     for path in inputs:
-        try:
-            same = output.samefile(path)
-        except (OSError, ValueError):
-            continue  # one of them is not there: nothing to lose
-        if same:
+        if ours & identities(path):
             raise UsageError(f"{output}: is the input {path}: an output never replaces an input: choose another")
 
 

@@ -1,0 +1,152 @@
+"""Tables for people: every digit whole at any width, units in heads, and what is left out is said."""
+
+import contextlib
+import csv
+import io
+import os
+import re
+from pathlib import Path
+from unittest import mock
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from frictionlab.cli import app
+from frictionlab.cli.output import cell, print_table, print_turned
+from frictionlab.schema import COMPARISONS, FRICTION, MEASUREMENTS, TABLES, Table
+from frictionlab.tables import Row, write_rows
+
+LONG = "build/recordings/a long folder/aramid_N1.25_r0.3.h5"
+MEASURED: Row = {
+    "source": LONG, "status": "ok", "frequency_ratio": 0.312345, "energy_per_cycle": 0.7233431, "regime": "stick-slip",
+    "energy_per_cycle_se": 7.74368e-06, "response_amplitude": 1.32878e-05, "irregularity_index": 0.000115912,
+    "stops_per_cycle": 2.0,
+}  # fmt: skip
+COMPARED: Row = {
+    **MEASURED, "friction_ratio": 0.204082, "friction_ratio_se": 7.74368e-06, "predicted_energy_per_cycle": 0.723332,
+    "response_nrmse": 0.000115912, "friction_force_n": 0.437509, "friction_coefficient": 0.350007,
+    "predicted_stops_per_cycle": 2.0,
+}  # fmt: skip
+
+
+class Terminal(io.StringIO):
+    """What a terminal of so many columns gets."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def printed(width: int, rows: list[Row], columns: Table | list[str]) -> str:
+    """What stands on a terminal of this width, without its bold letters; of width 0, what goes into a pipe."""
+    stream = Terminal() if width else io.StringIO()
+    with mock.patch.dict(os.environ, {"COLUMNS": str(width), "NO_COLOR": "1"}), contextlib.redirect_stdout(stream):
+        print_table(rows, columns)
+    return re.sub("\x1b\\[[0-9;]*m", "", stream.getvalue())
+
+
+def numbers_of(rows: list[Row], names: tuple[str, ...]) -> set[str]:
+    return {cell(row[name]) for row in rows for name in names if isinstance(row.get(name), float)}
+
+
+@pytest.mark.parametrize("width", [60, 80, 100, 132])
+@pytest.mark.parametrize(("row", "table"), [(MEASURED, MEASUREMENTS), (COMPARED, COMPARISONS)])
+@pytest.mark.parametrize("count", [1, 6])
+def test_no_digit_and_no_exponent_is_cut(row: Row, table: Table, width: int, count: int) -> None:
+    text = printed(width, [row] * count, table)
+    assert max(len(line) for line in text.splitlines() if not line.startswith("no room for")) <= width
+    gone = text.partition("no room for: ")[2]
+    shown = tuple(n for n in table.shown if (c := table.column(n)) and c.head not in gone and n in row)
+    assert not [number for number in numbers_of([row], shown) if number not in text.split()]
+    assert "…" not in text
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    st.lists(st.lists(st.floats(allow_nan=False) | st.text("abc /", max_size=40), min_size=4, max_size=4), min_size=1),
+    st.integers(30, 120),
+)
+def test_any_table_fits_or_says_what_it_leaves_out(body: list[list[object]], width: int) -> None:
+    heads = [f"head {i} [kY²]" for i in range(4)]
+    rows: list[Row] = [dict(zip(heads, line, strict=True)) for line in body]
+    text = printed(width, rows, heads)
+    gone = text.partition("no room for: ")[2]
+    kept = tuple(head for head in heads if head not in gone)
+    assert kept
+    assert not [number for number in numbers_of(rows, kept) if number not in text]
+
+
+def test_a_few_rows_are_turned_before_a_column_is_lost() -> None:
+    lines = printed(70, [COMPARED], COMPARISONS).splitlines()
+    assert lines[0].split()[0] == "source"
+    assert "friction [N]     0.437509" in lines
+    assert "nrmse            0.000115912" in lines
+
+
+def test_many_rows_lose_their_last_columns_and_it_is_said() -> None:
+    last = printed(80, [COMPARED] * 9, COMPARISONS).splitlines()[-1]
+    assert last.startswith("no room for: ")
+    assert "regime" in last
+
+
+def test_a_pipe_gets_all_columns_in_lines_of_any_length() -> None:
+    head, first, *_ = printed(0, [COMPARED] * 9, COMPARISONS).splitlines()
+    assert head.endswith("stops  predicted stops  regime")
+    assert LONG in first
+
+
+def test_force_and_coefficient_stand_where_they_are_known() -> None:
+    without = {**COMPARED, "friction_force_n": None, "friction_coefficient": None}
+    assert "coefficient" not in printed(0, [without], COMPARISONS)
+    assert "friction [N]  coefficient" in printed(0, [COMPARED], COMPARISONS)
+
+
+def test_a_turned_table_tells_every_key_with_its_unit(capsys: pytest.CaptureFixture[str]) -> None:
+    print_turned([MEASURED, {"source": "b", "my \x1b[31mown": [1]}], MEASUREMENTS)
+    text = capsys.readouterr().out
+    assert "energy [kY²]" in text
+    assert "\\x1b[31mown" in text
+
+
+def shown(path: Path) -> list[list[str]]:
+    done = CliRunner().invoke(app, ["show", str(path)])
+    assert done.exit_code == 0, done.output
+    return [line.split() for line in done.stdout.splitlines()]
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".jsonl", ".xlsx", ".parquet", ".h5"])
+def test_show_prints_a_result_of_any_kind_with_its_own_columns(tmp_path: Path, suffix: str) -> None:
+    fit = {"material": "steel", "normal_force_n": 1.25, "tests": 5, "friction_ratio": 0.35, "friction_ratio_se": 0.001}
+    path = tmp_path / f"friction{suffix}"
+    write_rows([{**dict.fromkeys(FRICTION.names), **fit}], path, FRICTION)
+    head, row = shown(path)
+    assert head[:7] == ["material", "normal", "force", "[N]", "tests", "beta", "beta"]
+    assert row[:5] == ["steel", "1.25", "5", "0.35", "0.001"]
+
+
+@pytest.mark.parametrize("table", TABLES, ids=lambda t: t.kind)
+def test_show_has_a_value_for_every_column_it_prints(tmp_path: Path, table: Table) -> None:
+    """`friction.csv` was shown as dashes: its kind was guessed from one key."""
+    row = {c.name: 0.5 if c.type.is_number else "word" if c.type.value == "text" else None for c in table.columns}
+    path = tmp_path / "table.csv"
+    write_rows([row], path, table)
+    told = shown(path)[1]
+    assert sum(word in ("0.5", "word") for word in told) >= len(table.shown) - 2
+
+
+def test_show_tells_rows_of_a_users_own_table_and_failures(tmp_path: Path) -> None:
+    path = tmp_path / "mine.csv"
+    with path.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file).writerows([["log", "dose"], ["a.csv", "0.5"]])
+    assert shown(path) == [["log", "dose"], ["a.csv", "0.5"]]
+    write_rows([{"source": "a", "status": "failed", "reason": "empty"}], tmp_path / "f.jsonl", MEASUREMENTS)
+    assert ["a:", "failed:", "empty"] in shown(tmp_path / "f.jsonl")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no pipes with names")
+def test_show_waits_for_no_pipe(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.csv")
+    done = CliRunner().invoke(app, ["show", str(tmp_path / "pipe.csv")])
+    assert done.exit_code == 2
+    assert "expected a file; got a folder or a device" in done.stderr
