@@ -48,6 +48,9 @@ _MEAN_CYCLE_BEHIND = (
     number("mass_smooth", "Y", "smooth mass", "Mean cycle of the mass without the noise."),
     number("mass_velocity", "Y", "velocity", "Derivative by tau of the mean cycle of the mass."),
     number("base_cosine", "Y", "base cosine", "Cosine terms of the base motion's Fourier series, harmonics 1 to 9."),
+    number(
+        "each", "Y", "each cycle", "Complex amplitudes of the mass's harmonics in single steady cycles, a row each."
+    ),
     number("base_sine", "Y", "base sine", "Sine terms of the base motion's Fourier series, harmonics 1 to 9."),
 )
 _TREND_BEHIND = (number("value", "kY²", "value", "Energy per cycle at the points of the trend."),)
