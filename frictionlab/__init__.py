@@ -28,6 +28,7 @@ _HOMES = {
     "batch": "verbs.batch",
     "compare": "verbs.compare",
     "evaluate": "verbs.evaluate",
+    "free_vibration": "verbs.free_vibration",
     "ingest": "verbs.ingest",
     "init": "verbs.init",
     "plot": "verbs.plot",

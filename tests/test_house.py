@@ -73,6 +73,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "verbs": {
         *(
+            "__init__",
             "analysis",
             "base_motion",
             "campaign",

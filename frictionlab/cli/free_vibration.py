@@ -18,7 +18,6 @@ from frictionlab.tables import Row, check_output, write_rows
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration
     from frictionlab.analysis.pooling import Average
-    from frictionlab.recording import Recording
     from frictionlab.scene import Scene
 
 TAPS = "taps"
@@ -67,10 +66,11 @@ def free_vibration(
 
 def _row(path: Path, *, scene: "Scene", plot: Path | None) -> Row:
     from frictionlab.analysis.free_vibration import averages
+    from frictionlab.verbs.free_vibration import decay_of, free_vibration
 
     with on_disk(path) as file:
-        recording = _read(file, scene)
-    taps = _found(recording)
+        recording = decay_of(file, scene)
+    taps = free_vibration(recording, scene)
     means = averages(taps)
     if plot is not None:
         _draw(taps, path, plot)
@@ -84,34 +84,6 @@ def _row(path: Path, *, scene: "Scene", plot: Path | None) -> Row:
         "stiffness_n_per_m": _stiffness(scene, means["natural_frequency_hz"].mean),
         TAPS: taps,
     }
-
-
-def _found(recording: "Recording") -> "tuple[FreeVibration, ...]":
-    """The taps of all stretches without a gap; a stretch without any is passed over where another has some."""
-    from frictionlab.analysis.free_vibration import free_vibrations
-    from frictionlab.errors import AnalysisError
-
-    taps: list[FreeVibration] = []
-    refused: list[AnalysisError] = []
-    for part in sorted(recording.stretches(), key=len, reverse=True):
-        try:
-            taps += free_vibrations(part.time, part.mass_displacement, part.base_displacement)
-        except AnalysisError as error:
-            refused.append(error)
-    if not taps:
-        raise refused[0]
-    return tuple(sorted(taps, key=lambda tap: tap.start_s))
-
-
-def _read(path: Path, scene: "Scene") -> "Recording":
-    """A recording as it is, a log through ingest; a log of the mass alone has a base at rest."""
-    if path.suffix in (".h5", ".hdf5"):
-        from frictionlab.hdf5 import read_recording
-
-        return read_recording(path)
-    from frictionlab.logs import read_mass_log
-
-    return read_mass_log(path, scene.log)
 
 
 def _with_error(name: str, mean: "Average") -> Row:

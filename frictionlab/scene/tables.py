@@ -343,4 +343,4 @@ class Scene(Table):
         try:
             return self.model_validate({**now, **merged, "folder": self.folder})
         except ValidationError as error:
-            raise refusal(error, type(self)) from error
+            raise refusal(error, type(self), name="setting") from error

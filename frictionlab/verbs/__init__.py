@@ -1,11 +1,14 @@
 """The verbs: what the command line, `make` and a notebook call alike.
 
-    ingest       log -> Recording                       evaluate  measurements -> Campaign
-    analyze      log or recording -> Measurement        publish   Campaign -> tables, figures, report
-    compare      log, recording, measurement -> Comparison
-    respond      recorded base + Problem -> RecordResponse
-    simulate     Problem -> SteadyState                 synthesize  Scene -> logs whose truth is known
-    plot         a result -> its figure                  batch     a folder of logs -> all of these; only what changed
+    ingest          log -> Recording
+    analyze         log or recording -> Measurement
+    compare         log, recording or measurement -> Comparison
+    free_vibration  log or recording of a free decay -> FreeVibration of each tap
+    evaluate        measurements -> Campaign;  publish   Campaign -> tables, figures, report
+    batch           a folder of logs -> all of these in files; only what changed is made again
+    simulate        Problem -> SteadyState;  respond  recorded base + Problem -> RecordResponse
+    synthesize      Scene -> logs whose truth is known;  init   -> a commented scene to fill in
+    plot            a result -> its figure
 
 A verb takes paths (``str`` or `Path`) or results, a scene (a path, a `Scene` or nothing: all defaults) and, as
 keywords, keys of the scene's tables that win over it; it returns a frozen result. What a verb honours of a scene

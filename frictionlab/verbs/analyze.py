@@ -4,7 +4,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.recording import Recording
 from frictionlab.verbs.given import AnyScene, FilePath, scene_given
-from frictionlab.verbs.ingest import recording_given
+from frictionlab.verbs.recordings import recording_given
 
 TABLES = ("analysis", "rig", "model")
 

@@ -6,12 +6,12 @@ from pathlib import Path
 from frictionlab.errors import UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.files import identities
-from frictionlab.hdf5 import check_writable, read_recording, write_recording
+from frictionlab.hdf5 import check_writable, write_recording
 from frictionlab.logs import read_log, read_two_logs
 from frictionlab.logs.lines import Progress
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
-from frictionlab.verbs.given import AnyScene, FilePath, is_recording_name, scene_given
+from frictionlab.verbs.given import AnyScene, FilePath, scene_given
 
 TABLES = ("log", "experiment")
 
@@ -87,11 +87,3 @@ def _read(log: Path, base_log: Path | None, scene: Scene, progress: Progress | N
         recording = read_two_logs(log, base_log, scene.log, progress=progress)
     source = replace(recording.source, warnings=(*recording.source.warnings, *facts.warnings))
     return replace(recording, source=source, experiment=facts.values)
-
-
-def recording_given(what: Recording | FilePath, scene: Scene) -> Recording:
-    """A recording as it is, one from its file, or one made of a log."""
-    if isinstance(what, Recording):
-        return what
-    path = Path(what)
-    return read_recording(path) if is_recording_name(path) else ingest(path, scene)
