@@ -7,7 +7,7 @@ from frictionlab.identification import compare as compare_recording
 from frictionlab.recording import Recording
 from frictionlab.verbs.analyze import analyze
 from frictionlab.verbs.given import AnyScene, FilePath, scene_given
-from frictionlab.verbs.ingest import recording_given
+from frictionlab.verbs.recordings import recording_given
 
 TABLES = ("model", "analysis", "rig")
 
