@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import Base, Problem, steady_state
-from frictionlab.simulator.numeric import NumericMotion, machine, run, steady, tableau
+from frictionlab.simulator.numeric import NumericMotion, layout, machine, run, steady, tableau
 from frictionlab.simulator.numeric.layout import STAGES
 from tests.simulator.numeric_oracle import cycle
 
@@ -180,7 +180,7 @@ def test_plain_and_compiled_kernels_give_the_same_bits() -> None:
     def states(rig: Machine) -> list[float]:
         rig.put(rig.rest_state())
         rig.carry(0.0, 3.0, slopes=True)
-        return [float(x) for x in (*rig.room[0], *rig.room[9])]
+        return [float(x) for x in (*rig.room[layout.STATE], *rig.room[layout.SLOPES])]
 
     machine.compiled()
     for law in LAWS:
@@ -194,3 +194,18 @@ def test_whatever_the_drive_energy_closes(r: float, beta: float, strength: float
     found = steady(problem("coulomb+logarithm", r, beta, parameters={"rate_strength": strength}, zeta=0.02))
     if found.outcome == "periodic":
         assert number(found.closure_error) <= 1e-8 * max(number(found.energy_per_cycle), 1e-3)
+
+
+def test_a_narrow_stribeck_curve_is_not_stepped_over() -> None:
+    """A step from v = 0.66 to 0 saw nothing of a curve that stands below 0.0126: the energies were 4e-5 apart."""
+    curve = {"stiffness_ratio": 962.0, "bristle_damping": 0.73, "static_ratio": 1.87, "stribeck_speed": 0.0126}
+    asked = problem("coulomb+lugre", 0.409, 0.108, parameters=curve)
+    found, tight = steady(asked), steady(asked, rtol=1e-10)
+    assert found.energy_per_cycle == pytest.approx(tight.energy_per_cycle, rel=1e-9)
+    assert number(found.closure_error) < 1e-10
+
+
+def test_close_to_resonance_newton_finds_the_large_motion() -> None:
+    found = steady(problem("coulomb+dahl", 1.0015, 0.5766, parameters={"stiffness_ratio": 120.0}))
+    exact = number(steady_state(Problem(1.0015, 0.5766)).energy_per_cycle)
+    assert found.energy_per_cycle == pytest.approx(exact, rel=0.02)

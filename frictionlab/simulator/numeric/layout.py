@@ -7,7 +7,8 @@ STAGES, NODES, WIDTH = 7, 8, 4  # of a step; WIDTH: z, v and up to two inner sta
 
 Buffer = list[float]  # or an array: anything indexed
 # code, r, beta, gradient, zeta_c, zeta_f, five parameters of the law, static ratios up and down, components, what
-# ends a phase (1: v, 2: the contact's force), bounds of |F'| and |F''|
+# ends a phase (1: v, 2: the contact's force), bounds of |F'| and |F''|, speed below which
+# friction changes (0: it does not)
 Rig = tuple[float, ...]
 Series = tuple[Buffer, Buffer]
 # F; f where the frame's dashpot sees it; f where it adds to x; G, whose rate times -z is the power put in
@@ -18,10 +19,26 @@ Room = tuple[Buffer, ...]
 COULOMB, STRIBECK, LOGARITHM, DAHL, BOUC_WEN, LUGRE, RATE_STATE = range(7)
 
 # The buffers of a room.
-STATE, VALUES, TRIAL, PULL, RATE, JACOBIAN, MATRIX, PIVOT, RIGHT, SLOPES, SCALE, CURVE, PART, SCRATCH, TALLY, LOG = (
-    range(16)
-)
-SIZES = (4, 32, 32, 7, 28, 112, 784, 28, 28, 16, 4, 8, 8, 8, 16, 0)
+(
+    STATE,
+    VALUES,
+    TRIAL,
+    PULL,
+    RATE,
+    JACOBIAN,
+    MATRIX,
+    PIVOT,
+    RIGHT,
+    REDUCED,
+    SLOPES,
+    SCALE,
+    CURVE,
+    PART,
+    SCRATCH,
+    TALLY,
+    LOG,
+) = range(17)
+SIZES = (4, 32, 32, 7, 28, 112, 441, 21, 28, 21, 16, 4, 8, 8, 8, 16, 0)
 
 # A recorded step: start, length, side (0: at rest), then the nodes' values.
 ROW = 3 + NODES * WIDTH

@@ -15,7 +15,7 @@ from frictionlab.simulator.laws import bouc_wen, dahl, logarithm, lugre, rate_st
 from frictionlab.simulator.numeric import accounts, contact, layout, phases, step, tableau
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["Machine", "NegativeFrictionError", "Spent", "compiled", "forces_of", "is_ready", "machine_of", "plain"]
+__all__ = ["LostError", "Machine", "Spent", "compiled", "forces_of", "is_ready", "machine_of", "plain"]
 
 FORMULAS = {
     stribeck: ("stribeck_factor",),
@@ -45,8 +45,8 @@ class Spent(Exception):  # noqa: N818 - no error: plain Python hands over to the
     """The steps allowed are used up."""
 
 
-class NegativeFrictionError(SimulationError):
-    """Friction drives the mass: no friction law."""
+class LostError(SimulationError):
+    """From this state the motion cannot be carried on: friction turns negative, or steps become too short."""
 
 
 @dataclass(frozen=True)
@@ -79,20 +79,20 @@ class Machine:
         ------
         Spent
             The steps allowed are used up.
-        SimulationError
-            Steps no longer help.
+        LostError
+            The motion cannot be carried on.
         """
         code = self.kernel.carry(self.rig, self.force, self.table, self.room, (tau, span, slopes))
         if code == layout.TOO_MANY:
             raise Spent
         problem = self.problem
         if code == layout.NEGATIVE:
-            raise NegativeFrictionError(
+            raise LostError(
                 f"simulation: law {problem.law.name}, parameters {problem.parameters}: friction turns negative within "
                 "the motion; expected at least 0; do: a smaller gradient or rate_strength"
             )
         if code != layout.FINE:
-            raise SimulationError(
+            raise LostError(
                 f"simulation: law {problem.law.name}: steps became too short at r = {problem.r!r}, parameters "
                 f"{problem.parameters}; expected a law that can be integrated; got one too stiff; do: report these "
                 "numbers, or take a law that holds where this one nearly does"
@@ -175,8 +175,16 @@ def _rig(problem: Problem) -> layout.Rig:
     return (
         *(float(code), problem.r, problem.beta, problem.parameter("gradient"), problem.zeta),
         *(problem.frame_damping_ratio, *own, *((0.0,) * (5 - len(own)))),
-        *(up, down, float(size), 2.0 if code == layout.RATE_STATE else 1.0, first, second),
+        *(up, down, float(size), 2.0 if code == layout.RATE_STATE else 1.0, first, second, _narrow(problem)),
     )
+
+
+def _narrow(problem: Problem) -> float:
+    """Speed within which the friction curve falls or rises; 0 if it is flat."""
+    p = problem.parameters
+    if problem.beta == 0.0 or (p.get("static_ratio", 1.0) == 1.0 and p.get("rate_strength", 0.0) == 0.0):
+        return 0.0
+    return p.get("stribeck_speed", p.get("rate_speed", 0.0))
 
 
 def _code(problem: Problem) -> tuple[int, tuple[str, ...]]:

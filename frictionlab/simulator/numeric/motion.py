@@ -1,7 +1,7 @@
 """A motion as the steps that made it: the polynomial of each step is the motion, evaluated anywhere."""
 
 from dataclasses import dataclass, replace
-from math import pi
+from math import pi, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,7 +10,7 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator.numeric import layout, machine, tableau
 from frictionlab.simulator.problem import Base, Problem
 
-__all__ = ["STOP_SHARE", "NumericMotion", "stop_speed"]
+__all__ = ["STOP_SHARE", "NumericMotion", "ringing", "stop_speed"]
 
 TURN = 2.0 * pi
 STOP_SHARE = 1e-3  # of the drive's largest rate: slower slip is none, where the contact always creeps
@@ -28,6 +28,11 @@ def stop_speed(problem: Problem) -> tuple[float, float]:
     pairs = zip(*problem.force, strict=True)
     rate = sum(k * float(np.hypot(c, s)) for k, (c, s) in enumerate(pairs, 1))
     return share * rate, DWELL * share
+
+
+def ringing(problem: Problem) -> float:
+    """Period (rad) in which the mass rings on the contact's spring: slip that lasts no longer is part of a stop."""
+    return TURN * problem.r / sqrt(1.0 + problem.parameter("stiffness_ratio"))
 
 
 @dataclass(frozen=True)
@@ -127,12 +132,13 @@ class NumericMotion:
         """Begin and end of each stop, rad, shape (m, 2).
 
         Without inner states the mass truly rests; a contact with inner states creeps, and a stop is a time in which it
-        slips slower than `stop_speed` tells. A periodic motion's stop across its end is told once, its end beyond it.
+        slips slower than `stop_speed` tells, `ringing` included. A periodic motion's stop across its end is told once,
+        its end beyond it.
         """
         slow, shortest = (0.0, 0.0) if self._is_smooth else stop_speed(self.problem)
         spans = _below(self.times.ravel(), np.repeat(self.side == 0.0, layout.NODES) * 1.0, 0.5, above=True)
         if not self._is_smooth:
-            spans = _below(self.times.ravel(), self.slip.ravel(), slow)
+            spans = _joined(_below(self.times.ravel(), self.slip.ravel(), slow), ringing(self.problem))
         if self.periodic and len(spans) > 1 and spans[0, 0] == self.start and spans[-1, 1] >= self.end - 1e-12:
             spans[-1, 1] = spans[0, 1] + self.end - self.start
             spans = spans[1:]
@@ -173,6 +179,15 @@ class NumericMotion:
             )
         index = np.clip(np.searchsorted(self.begin, times, side="right") - 1, 0, len(self.begin) - 1)
         return index, np.clip((times - self.begin[index]) / self.length[index], 0.0, 1.0)
+
+
+def _joined(spans: Floats, gap: float) -> Floats:
+    """Spans with those between which less than a gap lies made one."""
+    if len(spans) < 2:
+        return spans
+    apart = spans[1:, 0] - spans[:-1, 1] >= gap
+    begins, ends = np.concatenate(([True], apart)), np.concatenate((apart, [True]))
+    return np.column_stack((spans[begins, 0], spans[ends, 1]))
 
 
 def _absolute(tau: ArrayLike, cycle: ArrayLike | None) -> Floats:

@@ -41,7 +41,7 @@ from frictionlab.simulator.numeric.layout import (
     Room,
     Table,
 )
-from frictionlab.simulator.numeric.step import carry_slopes, error_of, predict, step
+from frictionlab.simulator.numeric.step import carry_slopes, coarseness, error_of, predict, step
 
 __all__ = [
     "accept",
@@ -198,7 +198,7 @@ def advance(rig: Rig, force: Force, table: Table, room: Room, task: tuple[float,
         if not step(rig, force, table, room, (side, t, h, size)):
             tally[LENGTH], tally[LAST] = 0.25 * h, 0.0
             continue
-        error = error_of(table, room, size) / tally[TOLERANCE]
+        error = max(error_of(table, room, size) / tally[TOLERANCE], coarseness(rig, room))
         change = SAFETY * max(error, 1e-12) ** (-1.0 / 7.0)
         if error > 1.0:
             tally[LENGTH] = h * max(SHRINK, change)
@@ -209,11 +209,11 @@ def advance(rig: Rig, force: Force, table: Table, room: Room, task: tuple[float,
         landed = h
         if theta <= 1.0:
             landed = land(rig, force, table, room, (side, t, h, theta, size))
-            if landed < 0.0:
-                tally[LENGTH], tally[LAST] = 0.25 * h, 0.0
+            if landed < 0.0 or error_of(table, room, size) > tally[TOLERANCE] or coarseness(rig, room) > 1.0:
+                tally[LENGTH], tally[LAST] = 0.25 * h if landed < 0.0 else 0.5 * landed, 0.0
                 continue
         if slopes:
-            carry_slopes(room, size)
+            carry_slopes(table, room, landed, size)
         accept(room, size, t, landed, side)
         tally[LAST] = landed
         reached = end if theta > 1.0 and h == end - t else t + landed

@@ -1,5 +1,6 @@
 """Steady states of numeric laws: Newton on the map of a half, one or several cycles; waiting where Newton gets lost."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
 
@@ -7,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.simulator.numeric import layout
-from frictionlab.simulator.numeric.machine import Machine, NegativeFrictionError, Spent
+from frictionlab.simulator.numeric.machine import LostError, Machine, Spent
 from frictionlab.simulator.problem import Problem
 
 __all__ = [
@@ -23,6 +24,8 @@ __all__ = [
 TURN = 2.0 * pi
 LONGEST = 8  # cycles of a period
 WAIT = 400  # cycles from rest before the answer is "not found"
+PATIENCE = 150_000  # steps of waiting; some seconds
+TRIES = (4, 16, 64, 256)  # cycles after which Newton is tried though nothing repeats yet
 NEWTON = 15  # maps of one search
 CLOSE = 1e-3  # a run has nearly repeated: Newton may finish it
 NEAR = 0.1  # how far Newton may move from there, over the size of the motion
@@ -59,6 +62,16 @@ class Orbit:
     def multiplier(self) -> float:
         """What a small disturbance is multiplied by in one period: the largest; its modulus if it is complex."""
         return multiplier_of(self.slopes)
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the state repeats; else it creeps on, and the contact holds."""
+        return self.residual <= ALMOST
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether a small disturbance does not grow."""
+        return abs(self.multiplier) < 1.0 + 1e-9
 
 
 def multiplier_of(slopes: Floats) -> float:
@@ -99,11 +112,12 @@ def propagate(
     return np.array(room[layout.STATE][:size]), matrix
 
 
-def find_orbit(machine: Machine, start: Floats | None) -> Orbit | None:
+def find_orbit(machine: Machine, start: Floats | None, is_held: Callable[[Floats], bool]) -> Orbit | None:
     """Find the steady state: that of a neighbour, or the one that the motion from rest settles on.
 
     Where friction does not weaken with speed, the first stable orbit that Newton finds is the answer. Where it does,
-    the run from rest is followed until it nearly repeats after 1 to 8 cycles, and Newton may only finish it.
+    the run from rest is followed until it nearly repeats after 1 to 8 cycles, and Newton may only finish it. A contact
+    that only creeps may creep on for ever: if it holds over the whole cycle, as `is_held` tells, that is the answer.
     """
     mirrored = has_two_alike_halves(machine.problem)
     state = machine.rest_state() if start is None else start
@@ -111,26 +125,43 @@ def find_orbit(machine: Machine, start: Floats | None) -> Orbit | None:
         if start is None:
             state = propagate(machine, state, TURN)[0]
         found = newton(machine, state, 1, mirrored=mirrored)
-        if found is not None and abs(found.multiplier) < 1.0 + 1e-9:
+        if found is not None and found.is_stable:
             return found
-    return _wait(machine)
+    return _wait(machine, is_held)
 
 
-def _wait(machine: Machine) -> Orbit | None:
-    """Follow the run from rest until Newton can finish it."""
+def _wait(machine: Machine, is_held: Callable[[Floats], bool]) -> Orbit | None:
+    """Follow the run from rest until Newton can finish it: when it nearly repeats, and at times in any case."""
     past, close = [machine.rest_state()], CLOSE
-    for _ in range(WAIT):
+    for waited in range(1, WAIT + 1):
+        if machine.room[layout.TALLY][layout.STEPS] > PATIENCE:
+            return None
         past = [*past[-LONGEST:], propagate(machine, past[-1], TURN)[0]]
         misses = [_distance(machine, past[-1], other) for other in past[-2::-1]]
-        for cycles, miss in enumerate(misses, 1):
-            if miss > close:
-                continue
-            found = newton(machine, past[-1], cycles, mirrored=False)
-            near = found is not None and _distance(machine, found.state, past[-1]) < NEAR
-            if found is not None and near and abs(found.multiplier) < 1.0 + 1e-9:
+        cycles = next((n for n, miss in enumerate(misses, 1) if miss < close), 0)
+        close = min(close, 0.1 * misses[cycles - 1]) if cycles else close
+        if cycles or waited in TRIES:
+            found = _finish(machine, past[-1], cycles or 1)
+            if found is not None:
                 return found
-            close = 0.1 * miss
-            break
+        if waited in TRIES[1:] and misses[0] < CLOSE and is_held(past[-1]):
+            return _creeping(machine, past[-1], misses[0])
+    return None
+
+
+def _creeping(machine: Machine, state: Floats, miss: float) -> Orbit:
+    """A state that nearly repeats, as it is."""
+    slopes = propagate(machine, state, TURN, slopes=True)[1]
+    return Orbit(state, 1, mirrored=False, residual=miss, slopes=slopes)
+
+
+def _finish(machine: Machine, state: Floats, cycles: int) -> Orbit | None:
+    """The stable orbit close to a state, of as few cycles as it has; None if there is none."""
+    counts = [n for n in range(1, cycles + 1) if cycles % n == 0]
+    for count in counts:
+        found = newton(machine, state, count, mirrored=False)
+        if found is not None and found.is_stable and _distance(machine, found.state, state) < NEAR:
+            return found
     return None
 
 
@@ -153,7 +184,7 @@ def newton(machine: Machine, state: Floats, cycles: int, *, mirrored: bool) -> O
     for _ in range(NEWTON):
         try:
             reached, slopes = propagate(machine, state, span, slopes=True)
-        except NegativeFrictionError:
+        except LostError:
             return None
         reached, slopes = sign * reached, sign[:, None] * slopes
         miss = _distance(machine, state, reached)
@@ -173,14 +204,14 @@ def newton(machine: Machine, state: Floats, cycles: int, *, mirrored: bool) -> O
 
 
 def _next(machine: Machine, state: Floats, reached: Floats, slopes: Floats, miss: float) -> Floats:
-    """Newton's next state; the state reached where the step is not finite or absurdly long."""
+    """Newton's next state, not absurdly far away; the state reached where there is none."""
     try:
         change = np.linalg.solve(np.eye(machine.size) - slopes, reached - state)
     except np.linalg.LinAlgError:
         return reached
-    new = state + change
-    if not np.all(np.isfinite(new)) or _distance(machine, state, new) > 10.0 + 1e3 * miss:
+    if not np.all(np.isfinite(change)):
         return reached
+    new = state + change * min(1.0, (10.0 + 1e3 * miss) / (_distance(machine, state, state + change) + 1e-300))
     if machine.is_smooth and abs(new[1]) < 1e-13 * machine.room[layout.SCALE][1]:
         new[1] = 0.0
     return np.asarray(new)

@@ -15,6 +15,7 @@ from frictionlab.simulator.numeric.layout import (
     PIVOT,
     PULL,
     RATE,
+    REDUCED,
     RIGHT,
     SCALE,
     SLOPES,
@@ -33,14 +34,17 @@ from frictionlab.simulator.numeric.layout import (
 from frictionlab.simulator.numeric.layout import STEPS as TAKEN
 
 __all__ = [
+    "add_springs",
     "at_node",
     "carry_slopes",
+    "coarseness",
     "error_of",
     "factorise",
     "fill_matrix",
     "fill_right",
     "improve",
     "predict",
+    "solve_stages",
     "solve_step",
     "step",
 ]
@@ -117,17 +121,52 @@ def solve_step(matrix: Buffer, pivot: Buffer, right: Buffer, size: int) -> None:
         right[i] = total / matrix[i * size + i]
 
 
+def add_springs(table: Table, room: Room, h: float, size: int) -> None:
+    """Add to the matrix of the stages what follows from z by way of v."""
+    matrix, slopes, a, less = room[MATRIX], room[JACOBIAN], table[2], size - 1
+    whole = STAGES * less
+    for k in range(less):
+        for i in range(STAGES):
+            for j in range(STAGES):
+                share = -h * h * a[i * STAGES + j] * slopes[(j * WIDTH + k + 1) * WIDTH]
+                if share != 0.0:
+                    for m in range(STAGES):
+                        matrix[(i * less + k) * whole + m * less] += share * a[j * STAGES + m]
+
+
 def fill_matrix(table: Table, room: Room, h: float, size: int) -> None:
-    """Write 1 - h A x J of the stages, J the slopes of their rates."""
-    matrix, slopes, a, whole = room[MATRIX], room[JACOBIAN], table[2], STAGES * size
+    """Write 1 - h A x J of the stages, J the slopes of their rates, with z' = v put in: one component less."""
+    matrix, slopes, a, less = room[MATRIX], room[JACOBIAN], table[2], size - 1
+    whole = STAGES * less
     for i in range(STAGES):
         for j in range(STAGES):
             share = -h * a[i * STAGES + j]
-            for k in range(size):
-                for m in range(size):
-                    matrix[(i * size + k) * whole + j * size + m] = share * slopes[(j * WIDTH + k) * WIDTH + m]
+            for k in range(less):
+                row, first = (i * less + k) * whole + j * less, (j * WIDTH + k + 1) * WIDTH + 1
+                for m in range(less):
+                    matrix[row + m] = share * slopes[first + m]
+    add_springs(table, room, h, size)
     for i in range(whole):
         matrix[i * whole + i] += 1.0
+
+
+def solve_stages(table: Table, room: Room, h: float, size: int) -> None:
+    """Solve the linear equations of all stages in place of their right-hand side, z by what v makes of it."""
+    right, reduced, slopes, a, less = room[RIGHT], room[REDUCED], room[JACOBIAN], table[2], size - 1
+    for i in range(STAGES):
+        for k in range(less):
+            total = 0.0
+            for j in range(STAGES):
+                total += a[i * STAGES + j] * slopes[(j * WIDTH + k + 1) * WIDTH] * right[j * size]
+            reduced[i * less + k] = right[i * size + k + 1] + h * total
+    solve_step(room[MATRIX], room[PIVOT], reduced, STAGES * less)
+    for i in range(STAGES):
+        total = 0.0
+        for j in range(STAGES):
+            total += a[i * STAGES + j] * reduced[j * less]
+        right[i * size] += h * total
+        for k in range(less):
+            right[i * size + k + 1] = reduced[i * less + k]
 
 
 def fill_right(table: Table, room: Room, h: float, size: int) -> None:
@@ -144,15 +183,15 @@ def fill_right(table: Table, room: Room, h: float, size: int) -> None:
 def improve(rig: Rig, table: Table, room: Room, task: tuple[float, float, int, bool]) -> float:
     """One correction of the stages by Newton's method; its size over the scale, or FAILED if there is none."""
     side, h, size, fresh = task
-    trial, right, whole, worst = room[TRIAL], room[RIGHT], STAGES * size, 0.0
+    trial, right, worst = room[TRIAL], room[RIGHT], 0.0
     for j in range(STAGES):
         rates(rig, side, room[PULL][j], (trial, (j + 1) * WIDTH), (room[RATE], room[JACOBIAN], j))
     if fresh:
         fill_matrix(table, room, h, size)
-        if not factorise(room[MATRIX], room[PIVOT], whole):
+        if not factorise(room[MATRIX], room[PIVOT], STAGES * (size - 1)):
             return FAILED
     fill_right(table, room, h, size)
-    solve_step(room[MATRIX], room[PIVOT], right, whole)
+    solve_stages(table, room, h, size)
     for i in range(STAGES):
         for k in range(size):
             change = right[i * size + k]
@@ -197,13 +236,30 @@ def error_of(table: Table, room: Room, size: int) -> float:
     return worst
 
 
-def carry_slopes(room: Room, size: int) -> None:
+def coarseness(rig: Rig, room: Room) -> float:
+    """Whether nodes lie too far apart in speed to see what a law does at low speed: above 1 they do.
+
+    A Stribeck curve that falls within nu may stand between two nodes unseen, and the polynomial looks perfect. So near
+    v = 0 two nodes are at most nu apart. The power is that of the error, so that the step shrinks in proportion.
+    """
+    narrow, trial, widest = rig[17], room[TRIAL], 0.0
+    if narrow <= 0.0:
+        return 0.0
+    for i in range(STAGES):
+        one, other = abs(trial[i * WIDTH + 1]), abs(trial[(i + 1) * WIDTH + 1])
+        if min(one, other) < 5.0 * narrow:
+            widest = max(widest, abs(trial[i * WIDTH + 1] - trial[(i + 1) * WIDTH + 1]))
+    ratio = min(widest / narrow, 10.0)
+    return ratio * ratio * ratio * ratio * ratio * ratio * ratio
+
+
+def carry_slopes(table: Table, room: Room, h: float, size: int) -> None:
     """Carry the slopes of the state over its start through the step just solved."""
     whole, right, slopes = STAGES * size, room[RIGHT], room[SLOPES]
     for column in range(size):
         for i in range(STAGES):
             for k in range(size):
                 right[i * size + k] = slopes[k * WIDTH + column]
-        solve_step(room[MATRIX], room[PIVOT], right, whole)
+        solve_stages(table, room, h, size)
         for k in range(size):
             slopes[k * WIDTH + column] = right[whole - size + k]
