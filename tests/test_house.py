@@ -32,8 +32,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "hdf5": {"__init__", "errors", "files", "recording", "schema"},
     "maps": {"errors", "files", "hdf5", "schema", "simulator", "tables", "workers"},
     "logs": {"errors", "recording", "hdf5", "log_options", "units"},
-    "analysis": {"accuracy", "errors", "estimate", "recording", "scene", "schema"},
-    "uncertainty": {"analysis", "scene"},
+    "analysis": {"accuracy", "errors", "estimate", "recording", "scene", "schema", "uncertainty"},
+    "uncertainty": {"scene"},
     "identification": {
         "base_motion",
         *("accuracy", "errors", "estimate", "recording", "scene", "schema", "analysis", "simulator", "uncertainty"),
@@ -94,6 +94,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "report": {"tables", "__init__", "errors", "files", "scene", "campaign", "figures"},
 }
 KERNELS = {
+    "uncertainty",
     "errors",
     "estimate",
     "schema",

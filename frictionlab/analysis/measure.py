@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.accuracy import accuracy_of
-from frictionlab.analysis import cycles, drift, energy, irregularity, judgement, response, steadiness, traces
+from frictionlab.analysis import cycles, drift, energy, irregularity, judgement, response, restoring, steadiness, traces
 from frictionlab.analysis.layout import Layout, Stretch, approach, lay_out, slow_wander
 from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement
 from frictionlab.analysis.response import Response
@@ -16,6 +16,7 @@ from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
 from frictionlab.recording import Fact, Recording, clock_breaks
 from frictionlab.scene import Scene
+from frictionlab.uncertainty import STATISTICAL, Shares, Sources, combined, cycle_budget, sources_of
 
 FloatArray = NDArray[np.float64]
 NO_NATURAL_FREQUENCY = (
@@ -24,6 +25,13 @@ NO_NATURAL_FREQUENCY = (
 )
 MOST_GAPS = 5  # named one by one
 MOST_SINGLE, MOST_HARMONICS = 400, 128  # of the single cycles that tell the scatter
+SHARED = {
+    "ratio": "frequency_ratio",
+    "base_amplitude": "base_amplitude_m",
+    "energy": "energy_per_cycle",
+    "amplitude": "response_amplitude",
+}  # fields whose uncertainty has a budget, and their keys
+FIELDS = {key: name for name, key in SHARED.items()}
 LONG_TEST_S = 300.0  # from this length on a trend of the energy is fitted
 
 
@@ -53,7 +61,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     >>> print(f"{m.frequency_ratio:.6f} {m.energy_per_cycle:.6f} {m.response_amplitude:.4f} {m.regime}")
     0.250000 1.570796 0.5000 continuous
     """
-    parts, warnings = _stretches(recording)
+    parts, warnings = _stretches(recording, scene)
     warnings += _of_the_force(recording)
     begin = float(recording.time[0]) + scene.analysis.transient_s
     how = scene.analysis
@@ -81,8 +89,16 @@ def _for_its_cause(error: AnalysisError, recording: Recording) -> AnalysisError:
     )
 
 
-def _stretches(recording: Recording) -> tuple[list[Stretch], list[str]]:
+def _channels(scene: Scene) -> tuple[restoring.Channel, restoring.Channel]:
+    """The ways of mass and base into the log, as the scene declares them."""
+    s = scene.sensors
+    mass = restoring.Channel(0.0, s.mass_filter_hz or s.filter_hz, s.mass_filter_order or s.filter_order)
+    return mass, restoring.Channel(s.lag_s, s.base_filter_hz or s.filter_hz, s.base_filter_order or s.filter_order)
+
+
+def _stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], list[str]]:
     """The recording's sound parts, evenly sampled, and what had to be said about them."""
+    of_mass, of_base = _channels(scene)
     step = 1.0 / recording.sampling_rate_hz
     warnings = list(recording.source.warnings)
     parts, strays = [], 0.0
@@ -95,6 +111,7 @@ def _stretches(recording: Recording) -> tuple[list[Stretch], list[str]]:
                 mass, base, off = cycles.evenly(
                     time, part.mass_displacement[piece], part.base_displacement[piece], step
                 )
+                mass, base = restoring.restored(mass, step, of_mass), restoring.restored(base, step, of_base)
                 parts.append(Stretch(float(time[0]), step, mass, base))
                 strays = max(strays, off)
     if strays > 0.0:
@@ -164,6 +181,8 @@ class _Composition:
         trend = self._trend(series)
         index, stuck = self._irregularity(), response_.is_stuck
         drive = layout.drive
+        cycle, estimates = self._cycle(used), self._estimates(series, used, self._steady(settled), trend)
+        budget = self._budget(cycle, estimates)
         return Measurement(
             source=self._source(),
             status="ok",
@@ -191,12 +210,38 @@ class _Composition:
             mass_noise_m=layout.mass_noise * drive.amplitude,
             base_noise_m=layout.base_noise * drive.amplitude,
             accuracy=accuracy_of(scene),
-            cycle=self._cycle(used),
+            cycle=cycle,
+            sources=self._sources(),
             series=series,
             trend=trend,
             traces=traces.traces(layout, response_.found, used),
             energy_per_cycle_j=self._joules(self._energy(series, used)),
-            **self._estimates(series, used, self._steady(settled), trend),
+            budget=budget,
+            **{name: _with_u(estimate, budget.get(SHARED.get(name, ""))) for name, estimate in estimates.items()},
+        )
+
+    def _budget(self, cycle: Cycle, estimates: dict[str, Estimate]) -> dict[str, Shares]:
+        """What each source adds to each number, its own scatter first."""
+        drive = self.layout.drive
+        shares = cycle_budget(
+            cycle.mass_smooth,
+            cycle.base,
+            self._sources(),
+            turn=2.0 * math.pi * drive.frequency,
+            unit=drive.amplitude,
+        )
+        ratio, known = estimates["ratio"].value, self._sources().natural_frequency
+        found: dict[str, Shares] = {"frequency_ratio": {"natural frequency": (ratio or 0.0) * known}, **shares}
+        own = {key: estimates[name].se or 0.0 for name, key in SHARED.items()}
+        return {key: {STATISTICAL: own[key], **found[key]} for key in SHARED.values() if estimates[FIELDS[key]].known}
+
+    def _sources(self) -> Sources:
+        lag = self.recording.source.dialect.get("lag_s_u")
+        return sources_of(
+            self.scene,
+            1.0 / self.parts[0].step,
+            normal_force_n=self._force(),
+            lag_s_u=lag if isinstance(lag, float) else None,
         )
 
     def _estimates(
@@ -329,6 +374,10 @@ class _Composition:
     def _force(self) -> float | None:
         value = self.recording.experiment.get("normal_force_n", self.scene.experiment.normal_force_n)
         return float(value) if value is not None and _is_force(value) else None
+
+
+def _with_u(estimate: Estimate, shares: Shares | None) -> Estimate:
+    return estimate if shares is None else estimate.with_u(combined(shares))
 
 
 def _distance(rows: FloatArray, final: FloatArray) -> FloatArray:

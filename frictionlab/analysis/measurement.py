@@ -1,5 +1,6 @@
 """What one recording says: the measurement, and the cycles that stand behind its numbers."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from frictionlab.analysis.drift import Trend
 from frictionlab.estimate import Estimate, Flat, FlatKnown
 from frictionlab.schema import MEASUREMENTS
+from frictionlab.uncertainty import Shares, Sources
 
 FloatArray = NDArray[np.float64]
 
@@ -123,6 +125,8 @@ class Measurement:
     series: CycleSeries
     trend: Trend | None
     traces: Traces
+    budget: Mapping[str, Shares]
+    sources: Sources
 
     drive_frequency_hz = FlatKnown("drive")
     drive_frequency_hz_se = Flat("drive", "se")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from frictionlab.cli.budget import Budget, print_budgets, tell_assumed
 from frictionlab.cli.inputs import exit_status, report_rows
 from frictionlab.cli.options import (
     ANALYSIS,
@@ -49,6 +50,7 @@ def analyze(
     ] = None,
     as_json: AsJson = False,
     plot: PlotFolder = None,
+    budget: Budget = False,
     settings: Mapping[str, object],
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -64,6 +66,7 @@ def analyze(
     from frictionlab.verbs.given import scene_given
 
     what = scene_given(scene_of(scene, accuracy, beside=recordings[0], quiet=quiet), settings, ("analysis", "rig"))
+    tell_assumed(what, quiet=quiet or as_json)
     if output is not None:
         check_output(output, MEASUREMENTS, force=force, inputs=recordings)
     job = partial(_row, scene=what, plot=plot, with_series=output is not None and output.suffix == ".h5")
@@ -75,6 +78,8 @@ def analyze(
         write_rows(rows, output, MEASUREMENTS, force=force, inputs=recordings, series=series)
     if not (as_json or quiet):
         print_table([row for row in rows if row["status"] == "ok"], MEASUREMENTS)
+    if budget and not (as_json or quiet):
+        print_budgets(rows)
     exit_status(rows)
 
 

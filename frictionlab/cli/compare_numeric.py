@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from frictionlab.cli.budget import Budget, print_budgets, tell_assumed
 from frictionlab.cli.inputs import exit_status, report_rows
 from frictionlab.cli.options import (
     ANALYSIS,
@@ -39,7 +40,6 @@ PARAMETERS = {
     "lower": "lower 95 %",
     "upper": "upper 95 %",
 }
-BUDGET = {"quantity": "quantity", "cause": "cause", "uncertainty": "standard uncertainty"}
 
 
 @takes(*ANALYSIS)
@@ -61,9 +61,7 @@ def compare_numeric(
             help="Contact law, like coulomb+place+speed, or auto: the simplest that the recording requires.",
         ),
     ] = None,
-    budget: Annotated[
-        bool, typer.Option("--budget", help="Print what adds how much to the uncertainty of the friction ratio.")
-    ] = False,
+    budget: Budget = False,
     beta: Annotated[
         float | None,
         typer.Option("--beta", min=0.0, help="Predict with this friction ratio instead of identifying it."),
@@ -100,6 +98,7 @@ def compare_numeric(
         ("model", "analysis", "rig"),
     )
     check_law(law)
+    tell_assumed(what, quiet=quiet or as_json)
     job = partial(_row, scene=what, law=law, beta=beta, plot=plot, whole=whole, fit=fit)
     if output is not None:
         check_output(output, COMPARISONS, force=force, inputs=recordings)
@@ -109,7 +108,9 @@ def compare_numeric(
         write_rows(rows, output, COMPARISONS, force=force, inputs=recordings)
     if not (as_json or quiet):
         print_table([row for row in rows if row["status"] == "ok"], COMPARISONS)
-        _print_parts(rows, budget=budget)
+        _print_parts(rows)
+    if budget and not (as_json or quiet):
+        print_budgets(rows)
     exit_status(rows)
 
 
@@ -121,27 +122,16 @@ def check_law(law: str | None) -> None:
         law_of(law)
 
 
-def _print_parts(rows: Iterable[Row], *, budget: bool) -> None:
-    """Print the parameters of laws beyond Coulomb's, the ladder of laws, and the budget where it is asked for."""
+def _print_parts(rows: Iterable[Row]) -> None:
+    """Print the parameters of laws beyond Coulomb's, and the ladder of laws."""
     for row in rows:
-        parameters, laws, shares = (row.get(key) for key in ("parameters", "laws", "budget"))
+        parameters, laws = row.get("parameters"), row.get("laws")
         if isinstance(parameters, Mapping) and (laws or len(parameters) > 2):
             typer.echo(f"\n{row['source']}: {row['law']}")
             print_table([{"parameter": name, **values} for name, values in parameters.items()], PARAMETERS)
         if isinstance(laws, (list, tuple)):
             typer.echo(f"\n{row['source']}: laws in the order tried; the recording requires {row['law']}")
             print_table(laws, LAWS)
-        if budget and isinstance(shares, Mapping):
-            typer.echo(f"\n{row['source']}: what adds to the uncertainty")
-            print_table(_shares(shares), BUDGET)
-
-
-def _shares(budget: Mapping[str, Mapping[str, float]]) -> list[Row]:
-    return [
-        {"quantity": quantity, "cause": cause, "uncertainty": size}
-        for quantity, causes in budget.items()
-        for cause, size in causes.items()
-    ]
 
 
 def _row(

@@ -20,7 +20,7 @@ from frictionlab.identification.whole import Fitted, follow, identify_whole
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import SteadyState, observe, steady_state
-from frictionlab.uncertainty import Sources, sources_of
+from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
 AUTO = "auto"  # the law that the recording requires
@@ -66,7 +66,7 @@ def compare(
     measurement = measure(recording, scene)
     if not whole and fit == "cycle":
         return predict(measurement, scene, law=law, friction_ratio=friction_ratio, solver=solver)
-    sources = sources_of(measurement, scene)
+    sources = measurement.sources
     found, ladder = _identified(measurement, scene, sources, law, friction_ratio)
     track, said = track_of(recording, measurement, measurement.drive_frequency_hz / found.family.r)
     if fit == "whole":
@@ -92,7 +92,7 @@ def predict(
     solver: Solver | None = None,
 ) -> Comparison:
     """As :func:`compare`, from a measurement that is already made; so without the whole record."""
-    sources = sources_of(measurement, scene)
+    sources = measurement.sources
     found, ladder = _identified(measurement, scene, sources, law, friction_ratio)
     state = _state(found, solver or scene.model.solver)
     return _compared(measurement, scene, found, state, sources, ladder)
@@ -189,6 +189,27 @@ def _force(measurement: Measurement, scene: Scene, beta: Estimate, sources: Sour
     return Estimate(force.value, force.value * relative_se, force.value * relative_u)
 
 
+def _of_force(
+    force: Estimate, coefficient: Estimate, beta: ParameterEstimate, sources: Sources
+) -> dict[str, dict[str, float]]:
+    """What adds to the uncertainty of force and coefficient."""
+    budget = {}
+    for name, estimate, normal in (
+        ("friction_force_n", force, 0.0),
+        ("friction_coefficient", coefficient, sources.normal_force),
+    ):
+        if estimate.value is None or beta.u is None or not beta.value:
+            continue
+        relative = {
+            "friction ratio": beta.u / beta.value,
+            "stiffness": sources.stiffness,
+            "gain of the base sensor": sources.base_gain,
+            "normal force": normal,
+        }
+        budget[name] = {cause: estimate.value * share for cause, share in relative.items() if share}
+    return budget
+
+
 def _coefficient(force: Estimate, normal: float | None, relative: float) -> Estimate:
     """Friction coefficient: force over a normal force that is known to a relative uncertainty."""
     plain = force.over(normal)
@@ -245,7 +266,7 @@ def _compared(
         solver=state.solver,
         closure_error=state.closure_error,
         nuisances={n: {"value": v, "u": u, "known_to": p} for n, (v, u, p) in found.nuisances.items()},
-        budget={"friction_ratio": found.shares},
+        budget={**measurement.budget, "friction_ratio": found.shares, **_of_force(force, coefficient, beta, sources)},
         laws=None if ladder is None else tuple(_rung_rows(ladder)),
         accuracy=accuracy_of(scene),
         material=measurement.material,

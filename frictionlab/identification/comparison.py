@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +56,7 @@ class Comparison:
     response_floor: float
     misfit: float | None
     verdict: Verdict | None
-    parameters: Mapping[str, Mapping[str, float | bool | None]]
+    parameters: Mapping[str, Mapping[str, Any]]
     model: str
     solver: str
     closure_error: float | None

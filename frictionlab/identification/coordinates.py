@@ -72,7 +72,9 @@ def nuisances(family: Family, measurement: Measurement, sources: Sources) -> tup
     found = [
         _nuisance("natural_frequency", "natural frequency, relative", sources.natural_frequency),
         _nuisance(
-            "gain", "gain of the mass sensor over that of the base's", math.hypot(sources.mass_gain, sources.base_gain)
+            "gain",
+            "gain of the mass sensor over that of the base's",
+            math.hypot(sources.gain, 2.0 * sources.linearity * math.sqrt(2.0)),
         ),
         _nuisance("lag", "lag between the channels, rad of the drive", turn * sources.lag),
         _frame(family, sources),

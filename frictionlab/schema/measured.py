@@ -30,6 +30,7 @@ STEADY_AMPLITUDE = number(
     "steady_response_amplitude", "Y", "steady amplitude", "The amplitude over all settled cycles, whatever the rule."
 )
 IRREGULARITY = number("irregularity_index", "", "irregularity", "How much cycles differ from each other, eq. (4.1).")
+BUDGET = thing("budget", "budget", "Quantity -> source -> standard uncertainty that it adds.")
 ACCURACY = text("accuracy", "accuracy", "Level of the knobs that trade speed for accuracy.")
 
 _CYCLES_BEHIND = (
@@ -101,6 +102,7 @@ MEASUREMENT = (
     u_of(BASE_AMPLITUDE),
     u_of(ENERGY),
     u_of(AMPLITUDE),
+    BUDGET,
 )
 MEASUREMENTS = Table(
     kind="measurements",
@@ -178,7 +180,7 @@ COMPARISONS = Table(
         thing(
             "nuisances", "nuisances", "What else the fit moved -> `value`, `u` and what was known of it, `known_to`."
         ),
-        thing("budget", "budget", "Quantity -> source -> standard uncertainty that it adds."),
+        BUDGET,
     ),
     lead=6,
     shown=(

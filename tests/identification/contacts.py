@@ -1,0 +1,57 @@
+"""Recordings of contacts whose law is known, whose friction differs a little from cycle to cycle."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.recording import Recording
+from frictionlab.scene import Scene, scene_from_tables
+from frictionlab.simulator import Problem, steady_state
+from tests.analysis.seen import through_laser
+
+FloatArray = NDArray[np.float64]
+NATURAL_HZ, BASE_M = 3.13, 1.8e-3
+
+
+def recorded(
+    problem: Problem,
+    generator: np.random.Generator,
+    *,
+    scatter: float = 0.003,
+    seconds: float = 60.0,
+    rate: float = 250.0,
+    lag_s: float = 0.0,
+    gain: float = 1.0,
+) -> Recording:
+    """A steady motion through two lasers; friction scatters by a relative rms from cycle to cycle.
+
+    The motion of each cycle is that of its own friction, to first order; the mass is seen `lag_s` early.
+    """
+    here, there = (steady_state(p).orbit for p in (problem, _stronger(problem)))
+    assert here is not None
+    assert there is not None
+    t = np.arange(round(seconds * rate)) / rate
+    tau = 2 * math.pi * problem.r * NATURAL_HZ * t + 0.7
+    early = tau + 2 * math.pi * problem.r * NATURAL_HZ * lag_s
+    cycle = np.floor(early / (2 * math.pi)).astype(int)
+    change = scatter * generator.standard_normal(cycle.max() + 1)[cycle]
+    phase = np.mod(early, 2 * math.pi)
+    x = here.at(phase)[0]
+    x = x + (there.at(phase)[0] - x) / 1e-4 * change
+    mass, base = gain * BASE_M * x, BASE_M * problem.base.at(tau)
+    return Recording(t, through_laser(mass, generator), through_laser(base, generator))
+
+
+def _stronger(problem: Problem) -> Problem:
+    return problem.with_parameters({"beta": problem.beta * (1 + 1e-4)})
+
+
+def scene(**tables: Mapping[str, object]) -> Scene:
+    """The rig of these recordings: its sensors and its frame are known unless a test says otherwise."""
+    known: dict[str, Mapping[str, object]] = {
+        "rig": {"natural_frequency_hz": NATURAL_HZ, "damping_ratio": 0.0, "natural_frequency_hz_u": 0.003},
+        "analysis": {"transient_s": 2.0, "cycles": "all"},
+    }
+    return scene_from_tables({name: {**known.get(name, {}), **tables.get(name, {})} for name in {*known, *tables}})

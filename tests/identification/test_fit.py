@@ -1,0 +1,123 @@
+"""Values of laws found again, errors that hold, and what a test does not tell."""
+
+import math
+
+import numpy as np
+import pytest
+
+from frictionlab.analysis.measure import measure
+from frictionlab.errors import UsageError
+from frictionlab.identification import compare, contact_force, predict
+from frictionlab.simulator import Base, Problem
+from tests.identification.contacts import recorded, scene
+
+LAWS: dict[str, dict[str, float]] = {
+    "coulomb+speed": {"contact_damping_ratio": 0.03},
+    "coulomb+place": {"gradient": 0.05},
+    "coulomb+place+speed": {"gradient": -0.04, "contact_damping_ratio": 0.04},
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_values_of_a_law_are_found_within_their_errors(law: str) -> None:
+    truth = Problem(0.4, 0.35, law=law, parameters=LAWS[law])
+    found = compare(recorded(truth, np.random.default_rng(5)), scene(), law=law)
+    assert found.verdict == "explained"
+    assert found.law == law
+    for name, value in {"beta": 0.35, **LAWS[law]}.items():
+        told = found.parameters[name]
+        assert told["told"]
+        assert isinstance(told["u"], float)
+        assert told["value"] == pytest.approx(value, abs=3.5 * told["u"])
+        assert told["u"] < 0.3 * abs(value)
+        assert told["lower"] < told["value"] < told["upper"]
+
+
+def test_a_parameter_that_a_test_does_not_tell_has_a_limit_instead_of_a_value() -> None:
+    found = compare(recorded(Problem(0.4, 0.35), np.random.default_rng(1)), scene(), law="coulomb+speed")
+    damping = found.parameters["contact_damping_ratio"]
+    assert not damping["told"]
+    assert damping["lower"] is None
+    assert 0.0 < damping["upper"] < 0.02
+    assert any(w.startswith("contact_damping_ratio: this test does not tell it") for w in found.warnings)
+
+
+@pytest.mark.parametrize("scatter", [0.003, 0.03])
+def test_the_error_holds_the_scatter_of_friction_from_cycle_to_cycle(scatter: float) -> None:
+    """The scatter of beta over tests is what each test states: rms of error over stated error is about 1."""
+    misses = []
+    for seed in range(24):
+        found = compare(
+            recorded(Problem(0.7, 0.3), np.random.default_rng(seed), scatter=scatter, seconds=30.0), scene()
+        )
+        assert found.friction_ratio_se is not None
+        misses.append((found.friction_ratio - 0.3) / found.friction_ratio_se)
+    assert 0.6 < math.sqrt(np.mean(np.square(misses))) < 1.4
+
+
+def test_a_lag_between_the_channels_is_found_and_told() -> None:
+    late = recorded(Problem(0.3, 0.35), np.random.default_rng(2), lag_s=0.002)
+    found = compare(late, scene())
+    turn = 2 * math.pi * 0.3 * 3.13
+    assert found.nuisances["lag"]["value"] / turn == pytest.approx(0.002, abs=2e-4)
+    assert found.friction_ratio == pytest.approx(0.35, rel=0.01)
+    assert found.verdict == "explained"
+
+
+def test_what_is_not_known_of_the_rig_is_in_the_uncertainty() -> None:
+    recording = recorded(Problem(0.9, 0.2), np.random.default_rng(3))
+    sure = compare(recording, scene(rig={"natural_frequency_hz_u": 0.0}, sensors={"lag_s_u": 0.0, "gain_error": 0.0}))
+    unsure = compare(recording, scene(rig={"natural_frequency_hz_u": 0.03}))
+    assert sure.friction_ratio == unsure.friction_ratio
+    assert sure.friction_ratio_u is not None
+    assert unsure.friction_ratio_u is not None
+    assert unsure.friction_ratio_u > 3 * sure.friction_ratio_u
+    shares = unsure.budget["friction_ratio"]
+    assert math.sqrt(sum(s**2 for s in shares.values())) == pytest.approx(unsure.friction_ratio_u, rel=0.02)
+    assert max(shares, key=lambda name: shares[name]) != "noise and misfit"
+
+
+def test_a_law_that_does_not_explain_has_a_wide_error_and_says_so() -> None:
+    """Plain Coulomb friction forced on a contact whose friction doubles along the path."""
+    truth = Problem(0.3, 0.4, law="coulomb+place", parameters={"gradient": 0.3})
+    found = compare(recorded(truth, np.random.default_rng(4)), scene(), law="coulomb")
+    assert found.verdict == "misfit"
+    assert found.misfit is not None
+    assert found.misfit > 2
+    assert found.friction_ratio_se is not None
+    assert abs(found.friction_ratio - 0.4) < 3 * found.friction_ratio_se
+    assert any("coulomb does not explain this cycle" in w and "--law auto" in w for w in found.warnings)
+
+
+def test_what_the_scene_holds_is_not_fitted() -> None:
+    truth = Problem(0.4, 0.35, law="coulomb+speed", parameters={"contact_damping_ratio": 0.03})
+    model = {"law": "coulomb+speed", "parameters": {"contact_damping_ratio": 0.03}}
+    found = compare(recorded(truth, np.random.default_rng(6)), scene(model=model))
+    assert found.parameters["contact_damping_ratio"]["se"] is None
+    assert found.friction_ratio == pytest.approx(0.35, rel=0.005)
+
+
+def test_a_scene_that_holds_what_the_law_lacks_is_refused() -> None:
+    measured = measure(recorded(Problem(0.4, 0.35), np.random.default_rng(7), seconds=20.0), scene())
+    with pytest.raises(UsageError, match=r"model\.parameters: law coulomb has no gradient; expected beta"):
+        predict(measured, scene(model={"parameters": {"gradient": 0.1}}))
+    with pytest.raises(UsageError, match=r"--beta.* and a law to be found"):
+        predict(measured, scene(), law="auto", friction_ratio=0.3)
+
+
+def test_the_contacts_force_is_read_off_the_motion() -> None:
+    measured = measure(recorded(Problem(0.7, 0.4), np.random.default_rng(8), scatter=0.0), scene())
+    force, v = contact_force(measured), measured.cycle.mass_velocity
+    slides = np.abs(v) > 0.3 * np.abs(v).max()
+    assert np.mean(np.sign(v[slides]) * force[slides]) == pytest.approx(0.4, rel=0.02)
+
+
+def test_measured_harmonics_of_the_base_are_simulated_where_the_scene_names_them() -> None:
+    base = Base((1.0, 0.0, 0.02), (0.0, 0.0, 0.03))
+    recording = recorded(Problem(0.4, 0.3, base=base), np.random.default_rng(9))
+    plain, full = (compare(recording, scene(model={"base_harmonics": n})) for n in (1, 3))
+    assert full.verdict == "explained"
+    assert full.friction_ratio == pytest.approx(0.3, rel=0.005)
+    assert plain.misfit is not None
+    assert full.misfit is not None
+    assert plain.misfit > 3 * full.misfit

@@ -1,0 +1,53 @@
+"""The ladder of laws climbs where the recording requires it, and not where it does not."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictionlab.identification import compare
+from frictionlab.logs import read_log
+from frictionlab.scene import read_scene
+from frictionlab.simulator import Problem
+from tests.identification.contacts import recorded, scene
+
+ROOT = Path(__file__).parents[2]
+DATA = ROOT.parent / "shared" / "data"
+RUNG = {"law", "parameters", "log_evidence", "response_nrmse", "held_out_nrmse", "required", "seconds"}
+
+
+@pytest.mark.parametrize(
+    ("law", "parameters"),
+    [
+        ("coulomb", {}),
+        ("coulomb+speed", {"contact_damping_ratio": 0.03}),
+        ("coulomb+place", {"gradient": 0.06}),
+    ],
+)
+def test_the_law_that_made_a_recording_is_the_one_it_requires(law: str, parameters: dict[str, float]) -> None:
+    truth = Problem(0.35, 0.4, law=law, parameters=parameters)
+    found = compare(recorded(truth, np.random.default_rng(11)), scene(), law="auto")
+    assert found.law == law
+    assert found.verdict == "explained"
+    assert found.laws is not None
+    assert all(set(rung) == RUNG for rung in found.laws)
+    assert found.laws[0]["law"] == "coulomb"
+    again = compare(recorded(truth, np.random.default_rng(11)), scene(), law=law)
+    assert again.parameters == found.parameters  # two commands, one answer
+
+
+@pytest.mark.parametrize(("log", "nrmse"), [("frame_250g.csv", 0.012), ("frame_450g.csv", 0.010)])
+def test_the_frames_recordings_are_explained_by_two_or_three_parameters(log: str, nrmse: float) -> None:
+    if not DATA.is_dir():
+        pytest.skip("../shared is not there: no real recordings")
+    found = compare(read_log(DATA / log), read_scene(ROOT / "configs" / "frame.toml"), law="auto")
+    assert found.response_nrmse is not None
+    assert found.response_nrmse <= nrmse
+    assert found.verdict == "explained"
+    free = [name for name, told in found.parameters.items() if told["se"] is not None]
+    assert len(free) <= 3
+    assert "speed" in found.law
+    assert found.laws is not None
+    chosen = next(rung for rung in found.laws if rung["law"] == found.law)
+    assert isinstance(chosen["held_out_nrmse"], float)
+    assert chosen["held_out_nrmse"] <= 0.016

@@ -1,0 +1,115 @@
+"""The uncertainty budget: each share against the change it stands for, declared and default sources, coverage."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.restoring import Channel, low_pass, restored
+from frictionlab.recording import Recording
+from frictionlab.scene import Scene
+from frictionlab.simulator import Problem
+from frictionlab.uncertainty import STATISTICAL, combined, cycle_budget, sources_of
+from tests.identification.contacts import BASE_M, recorded, scene
+
+KEYS = ("frequency_ratio", "base_amplitude_m", "energy_per_cycle", "response_amplitude")
+
+
+def measured(
+    *, lag_s: float = 0.0, gain: float = 1.0, r: float = 0.8, what: Mapping[str, Mapping[str, object]] | None = None
+) -> Measurement:
+    recording = recorded(
+        Problem(r, 0.35), np.random.default_rng(1), scatter=0.0, seconds=25.0, lag_s=lag_s, gain=gain, rate=500.0
+    )
+    return measure(recording, scene(**(what or {})))
+
+
+def test_the_shares_make_the_combined_uncertainty_and_the_standard_error_is_one_of_them() -> None:
+    m = measured()
+    assert set(m.budget) == set(KEYS)
+    for key in KEYS:
+        row = m.row()
+        assert combined(m.budget[key]) == pytest.approx(row[f"{key}_u"])
+        assert m.budget[key][STATISTICAL] == pytest.approx(row[f"{key}_se"] or 0.0)
+    assert m.energy_per_cycle_u is not None
+    assert m.energy_per_cycle_u > 10 * m.energy_per_cycle_se
+
+
+@pytest.mark.parametrize("r", [0.3, 0.8, 1.2])
+def test_the_share_of_a_lag_is_what_a_lag_does(r: float) -> None:
+    still, late = measured(r=r), measured(r=r, lag_s=0.0005)
+    unit = scene(sensors={"lag_s_u": 0.0005})
+    share = measure(recorded_plain(r), unit).budget["energy_per_cycle"]["lag between the channels"]
+    assert abs(late.energy_per_cycle - still.energy_per_cycle) == pytest.approx(share, rel=0.03)
+
+
+def recorded_plain(r: float) -> Recording:
+    return recorded(Problem(r, 0.35), np.random.default_rng(1), scatter=0.0, seconds=25.0, rate=500.0)
+
+
+def test_the_share_of_a_gain_is_what_a_gain_does() -> None:
+    still, more = measured(), measured(gain=1.001)
+    for key in ("energy_per_cycle", "response_amplitude"):
+        change = getattr(more, key) - getattr(still, key)
+        assert change == pytest.approx(still.budget[key]["gain of the mass sensor"], rel=0.05)
+
+
+def test_half_a_sampling_interval_of_lag_is_assumed_where_nothing_is_declared() -> None:
+    assumed = sources_of(Scene(), 250.0)
+    assert assumed.lag == pytest.approx(0.002 / math.sqrt(3.0))
+    assert "sensors.lag_s_u" in assumed.assumed
+    declared = sources_of(scene(sensors={"lag_s_u": 1e-4}), 250.0)
+    assert declared.lag == 1e-4
+    assert "sensors.lag_s_u" not in declared.assumed
+
+
+def test_a_lag_that_is_declared_is_taken_back() -> None:
+    still = measured()
+    corrected = measured(lag_s=0.0012, what={"sensors": {"lag_s": -0.0012}})
+    assert corrected.energy_per_cycle == pytest.approx(still.energy_per_cycle, rel=2e-4)
+    assert measured(lag_s=0.0012).energy_per_cycle != pytest.approx(still.energy_per_cycle, rel=5e-3)
+
+
+@pytest.mark.parametrize("order", [1, 2, 4])
+def test_a_filter_that_is_declared_is_taken_back(order: int) -> None:
+    t = np.arange(4000) * 0.002
+    tones = [(1.1, 1.0), (3.3, 0.2)]
+    seen = np.zeros_like(t)
+    for f, size in tones:
+        h = low_pass(np.array([f]), 20.0, order)[0]
+        seen += size * abs(h) * np.sin(2 * np.pi * f * t + np.angle(h))
+    truth = sum((size * np.sin(2 * np.pi * f * t) for f, size in tones), np.zeros_like(t))
+    found = restored(seen, 0.002, Channel(cutoff=20.0, order=order))
+    np.testing.assert_allclose(found[600:-600], truth[600:-600], atol=2e-3)
+
+
+def test_butterworths_filter_is_known_at_its_cutoff() -> None:
+    assert abs(low_pass(np.array([5.0]), 5.0, 3)[0]) == pytest.approx(math.sqrt(0.5))
+    assert low_pass(np.array([0.0]), 5.0, 3)[0] == pytest.approx(1.0)
+
+
+def test_a_sensor_that_bends_counts_by_how_much_of_its_range_the_motion_fills() -> None:
+    tau = 2 * np.pi * np.arange(256) / 256
+    mass, base = 0.8 * np.cos(tau - 0.6), np.cos(tau)
+    shares = [
+        cycle_budget(mass, base, sources_of(scene(log=log), 250.0), turn=6.0, unit=BASE_M)["response_amplitude"]
+        for log in ({}, {"measuring_range_m": 0.05})
+    ]
+    assert all(0 < share["linearity of the sensors"] < 0.003 * 0.8 for share in shares)
+
+
+@pytest.mark.parametrize("key", ["energy_per_cycle", "response_amplitude"])
+def test_the_combined_uncertainty_holds_what_laboratories_do(key: str) -> None:
+    """Lags and gains drawn from their declared uncertainties: rms of the error over the stated one is about 1."""
+    generator = np.random.default_rng(12)
+    declared = {"gain_error": 0.004, "linearity": 0.0, "lag_s_u": 0.0008}
+    truth = getattr(measured(), key)
+    misses = []
+    for _ in range(30):
+        gain, lag = 1 + 0.004 * math.sqrt(2.0) * generator.standard_normal(), 0.0008 * generator.standard_normal()
+        m = measured(gain=gain, lag_s=lag, what={"sensors": declared})
+        misses.append((getattr(m, key) - truth) / getattr(m, f"{key}_u"))
+    assert 0.65 < math.sqrt(np.mean(np.square(misses))) < 1.35
