@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from frictionlab.cli.all_states import All, print_all
 from frictionlab.cli.base_motion import SETTINGS, BaseMotion, Ride, one_of_both, ride
 from frictionlab.cli.law_options import LawName, Parameters, numbers
 from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, takes
@@ -49,6 +50,7 @@ def simulate(
     cycles: Annotated[
         int | None, typer.Option("--cycles", metavar="N", min=1, help="The last of N cycles from rest instead.")
     ] = None,
+    every: All = False,
     as_json: AsJson = False,
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FILE", help="Draw motion and loop here (.pdf, .svg, .png).")
@@ -73,7 +75,9 @@ def simulate(
     """
     from frictionlab.simulator import Problem, last_cycle, steady_state
 
-    ratio = one_of_both(r, base_motion, settings, scene, others={"--cycles": cycles, "--solver": solver})
+    ratio = one_of_both(
+        r, base_motion, settings, scene, others={"--cycles": cycles, "--solver": solver, "--all": every}
+    )
     try:
         values = numbers(parameter, {"mu": mu, "zeta": zeta})
         problem = Problem(ratio, beta, mu, zeta, wall, law=law, parameters=values)
@@ -81,6 +85,10 @@ def simulate(
         raise UsageError(str(error)) from error
     if base_motion is not None:
         ride(base_motion, Ride(problem, scene, settings, output, plot, force), as_json=as_json, quiet=quiet)
+        return
+    if every:
+        _refuse_beside_all({"--cycles": cycles, "--plot": plot, "--solver": None if solver == "auto" else solver})
+        print_all(problem, output, force=force, as_json=as_json, quiet=quiet)
         return
     _check(output, plot, force=force)
     start = time.perf_counter()
@@ -100,6 +108,13 @@ def simulate(
         _write(state, row, output, force=force)
     if plot is not None:
         _draw(state, plot)
+
+
+def _refuse_beside_all(others: Mapping[str, object]) -> None:
+    """Refuse options that ask for something else than all steady states."""
+    given = [option for option, value in others.items() if value is not None]
+    if given:
+        raise UsageError(f"--all: expected neither --cycles nor --plot nor --solver; got {', '.join(given)}")
 
 
 def _check(output: Path | None, plot: Path | None, *, force: bool) -> None:

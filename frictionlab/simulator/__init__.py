@@ -14,6 +14,7 @@ from frictionlab.simulator.closed_form import (
     viscous_amplitude,
     viscous_energy,
 )
+from frictionlab.simulator.coexisting import Attractor, coexisting
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.observe import Observation, observe
 from frictionlab.simulator.problem import COSINE, Base, Problem
@@ -25,6 +26,7 @@ from frictionlab.simulator.trajectory import Trajectory
 
 __all__ = [
     "COSINE",
+    "Attractor",
     "Base",
     "Motion",
     "Observation",
@@ -34,6 +36,7 @@ __all__ = [
     "SteadyState",
     "ThesisRun",
     "Trajectory",
+    "coexisting",
     "continuous_amplitude",
     "continuous_energy",
     "friction_limit",

@@ -65,6 +65,19 @@ def test_a_law_that_cannot_be_is_refused_by_name(said: list[str], fault: str) ->
     assert fault in done.stderr
 
 
+def test_all_steady_states_are_told_with_their_shares(tmp_path: Path) -> None:
+    path = tmp_path / "all.csv"
+    done = run("simulate", "--r", "0.3", "--beta", "0.9", "--mu", "1.3", "--all", "--json", "-o", path)
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [row["outcome"] for row in rows] == ["periodic", "stuck"]
+    assert sum(row["basin_share"] for row in rows) == pytest.approx(1.0)
+    assert len(path.read_text().splitlines()) == 3
+    alone = run("simulate", "--r", "0.5", "--beta", "0.4", "--all").stdout
+    assert "1 of the starts: The motion repeats every cycle" in alone
+    for more in (["--cycles", "3"], ["--plot", "x.pdf"], ["--solver", "exact"], ["-o", str(tmp_path / "all.h5")]):
+        assert run("simulate", "--r", "0.5", "--beta", "0.4", "--all", *more).exit_code == 2
+
+
 def test_what_does_not_exist_is_null() -> None:
     row = json.loads(run("simulate", "--r", "1", "--beta", "0.3", "--json").stdout)
     assert row["outcome"] == "unbounded"

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionlab.simulator import Base, Problem, simulate, steady_state
+from frictionlab.simulator import Base, Problem, coexisting, simulate, steady_state
 
 
 def test_a_mass_that_rests_displaced_is_stuck() -> None:
@@ -65,3 +65,11 @@ def test_an_orbit_of_nine_cycles_is_found() -> None:
     state = steady_state(Problem(0.23875384, 0.04104896, 3.80918095))
     assert state.period_cycles == 9
     assert state.closure_error == pytest.approx(0.0, abs=1e-12)
+
+
+def test_motions_that_coexist_are_found_with_their_shares() -> None:
+    found = coexisting(Problem(0.38, 0.2, 3.0), starts=24)
+    assert {attractor.state.period_cycles for attractor in found} == {4, 5}
+    assert sum(attractor.share for attractor in found) == pytest.approx(1.0)
+    assert found[0].share >= found[1].share
+    assert [attractor.share for attractor in coexisting(Problem(0.5, 0.4))] == [1.0]

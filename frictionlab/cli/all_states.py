@@ -1,0 +1,42 @@
+"""``frictionlab simulate --all``: every steady state that motions from many starts settle on."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from frictionlab.cli.output import print_turned
+from frictionlab.errors import UsageError
+from frictionlab.schema import MOTIONS
+from frictionlab.tables import Row, check_output, json_line, write_rows
+
+if TYPE_CHECKING:
+    from frictionlab.simulator import Problem
+
+All = Annotated[
+    bool,
+    typer.Option("--all", help="All steady states that 200 starts settle on, with their shares (basin_share)."),
+]
+
+
+def print_all(problem: "Problem", output: Path | None, *, force: bool, as_json: bool, quiet: bool) -> None:
+    """Find, print and write them: one row each, the most visited first."""
+    from frictionlab.simulator.coexisting import coexisting
+
+    if output is not None:
+        check_output(output, MOTIONS, force=force)
+        if output.suffix == ".h5":
+            raise UsageError(f"{output}: --all gives rows without motions; expected .csv, .jsonl, .xlsx or .parquet")
+    start = time.perf_counter()
+    found = coexisting(problem)
+    asked = {"wall_s": time.perf_counter() - start, "law": problem.law.name, "parameters": problem.parameters}
+    rows: list[Row] = [each.state.to_row() | asked | {"basin_share": each.share} for each in found]
+    for row in rows if as_json else ():
+        typer.echo(json_line(row))
+    if not (as_json or quiet):
+        print_turned(rows, MOTIONS)
+        for each in found:
+            typer.echo(f"{each.share:.3g} of the starts: {each.state.verdict}")
+    if output is not None:
+        write_rows(rows, output, MOTIONS, force=force)
