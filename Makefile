@@ -9,6 +9,10 @@ LOGS  ?= sample_data
 SCENE ?= configs/sample_data.toml
 OUT   ?= build
 
+CAMPAIGN       ?= build/campaign
+CAMPAIGN_SCENE ?= configs/campaign.toml
+CAMPAIGN_LOGS  ?= $(CAMPAIGN)/logs
+
 PYTHON ?= $(firstword $(foreach p,python3 python3.14 python3.13 python3.12 python3.11,$(shell \
 	$(p) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $(p))))
 BIN := .venv/bin
@@ -28,10 +32,6 @@ all: $(FRICTIONLAB)  ## ingest, analyze and compare all logs, then print the tab
 	$(FRICTIONLAB) batch "$$@" -o "$$OUT" $(WORKERS) -- "$$LOGS"
 
 # A whole campaign: only logs that are new or changed are ingested and measured again.
-
-CAMPAIGN       ?= build/campaign
-CAMPAIGN_SCENE ?= configs/campaign.toml
-CAMPAIGN_LOGS  ?= $(CAMPAIGN)/logs
 
 campaign: $(FRICTIONLAB)  ## a whole campaign up to its report: the virtual one, or CAMPAIGN_LOGS=folder CAMPAIGN_SCENE=scene.toml
 	@test "$$CAMPAIGN_LOGS" != "$$CAMPAIGN/logs" || test "$$CAMPAIGN/logs/truth.jsonl" -nt "$$CAMPAIGN_SCENE" || \

@@ -22,6 +22,22 @@ HOSTILE = (
     "steel (2).csv", "12:30.csv", "a.csv", "a.txt", "A.csv", "B.CSV", "it's \"so\".csv", "-rf.csv", "%s.csv",
     "100%.csv", "#1.csv", "grün.csv", "two\nlines.csv", "~.csv", "a.csv.txt",
 )  # fmt: skip
+CAMPAIGN = """
+[rig]
+mass_kg = 3.0799
+stiffness_n_per_m = 1191.0
+[experiment]
+name_pattern = "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"
+[analysis]
+transient_s = 10.0
+[[synthetic.tests]]
+material = "steel"
+normal_forces_n = [1.25]
+frequency_ratios = [0.7, 1.4]
+friction_coefficient = 0.4
+[synthetic]
+duration_s = 20.0
+"""
 SHORT = fl.Scene().changed(analysis={"transient_s": 1.0}, rig={"natural_frequency_hz": 3.13})
 
 
@@ -119,6 +135,21 @@ def test_make_runs_nothing_that_stands_in_a_name(desk: Path) -> None:
     assert done.returncode != 0, done.stdout
     assert done.stdout.splitlines()[-1] == "the report is my campaign/report.html"
     assert len(list((desk / "my campaign" / "measurements").iterdir())) == len(HOSTILE) + 1
+
+
+@pytest.mark.timeout(180)
+def test_a_virtual_campaign_is_made_from_its_scene_and_not_made_again(desk: Path) -> None:
+    (desk / "small.toml").write_text(CAMPAIGN)
+    words = ("campaign", "CAMPAIGN_SCENE=small.toml", "CAMPAIGN=made")
+    first = make(desk, *words)
+    assert first.returncode == 0, first.stderr
+    assert "ingest and analyze: 2 of 2 logs" in first.stdout
+    assert "evaluate the campaign: 2 tests" in first.stdout
+    assert first.stdout.splitlines()[-1] == "the report is made/report.html"
+    assert {p.name for p in (desk / "made").glob("*.csv")} == {
+        f"{name}.csv" for name in ("measurements", "friction", "ranking", "drift")
+    }
+    assert make(desk, *words).stdout == "the report is made/report.html\n"
 
 
 def test_a_folder_without_logs_is_said(desk: Path) -> None:
