@@ -171,7 +171,7 @@ def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyStat
     off = float(row[layout.CLOSURE]) / float(row[layout.ENERGY]) if row[layout.ENERGY] else 0.0
     if off > LOOSE:
         said += (
-            f"So close to resonance the numbers are good to about {off:.0e} only: energies in and out differ by that.",
+            f"So close to resonance or rest, numbers are good to about {off:.0e} only: energies in and out differ so.",
         )
     return SteadyState(
         problem=problem,

@@ -13,10 +13,16 @@ from mpmath import mpf
 
 from frictionlab.errors import ParameterError, SimulationError
 from frictionlab.simulator import Base, Problem, steady_state
-from frictionlab.simulator.elastic import iwan_sliders, run, sliders_of, steady
+from frictionlab.simulator.elastic import engine, iwan_sliders, run, sliders_of, steady
 from tests.simulator import elastic_twin
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "elastic_reference.json").read_text())
+
+
+@pytest.fixture(autouse=True)
+def in_plain_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compiling takes longer than all of this file."""
+    monkeypatch.setattr(engine, "choose", lambda _: engine.plain())
 
 
 def jenkins(r: float, beta: float, kappa: float, terms: str = "", **more: Any) -> Problem:
@@ -277,6 +283,11 @@ def test_bad_input_is_refused_by_name() -> None:
         Problem(0.5, 0.4, law="coulomb+compliance+iwan", parameters={"stiffness_ratio": 1.0})
     with pytest.raises(SimulationError, match="expected times between 0 and"):
         run(jenkins(0.5, 0.4, 10.0), cycles=1).at(7.0)
+
+
+def test_a_search_without_end_is_called_off() -> None:
+    # break-away and a ringing contact: no orbit in reach, thousands of phases a cycle
+    assert steady(jenkins(0.2, 0.6, 500.0, mu=1.45)).outcome in ("not found", "periodic")
 
 
 def test_sliders_of_a_law() -> None:

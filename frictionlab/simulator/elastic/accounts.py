@@ -5,10 +5,12 @@ from math import inf, nan, pi
 from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.layout import CONTACT, ELASTIC_PHASE, ElasticRoom, Sliders
 from frictionlab.simulator.elastic.orbits import (
+    at_once_elastic,
     elastic_multiplier,
-    find_elastic_orbit,
     is_even_handed,
+    search_elastic,
     span_of,
+    verdict,
 )
 from frictionlab.simulator.elastic.phases import stiffened
 from frictionlab.simulator.kernel.accounts import frame_work, slide_range, slide_work
@@ -27,6 +29,7 @@ from frictionlab.simulator.kernel.layout import (
     OUTCOME,
     OVERFULL,
     PERIOD,
+    PERIODIC,
     PHASES,
     ROW,
     SIGN,
@@ -91,18 +94,30 @@ def fill_elastic_row(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: E
     row[PERIOD] = leg.turns
 
 
-def is_mirrored(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> float:
-    """Tell (1.0 or 0.0) whether an orbit of one cycle is its own mirror image after half a cycle."""
-    if not is_even_handed(rig, force):
+def is_mirrored(rig: Rig, force: Force, leg: Leg, room: ElasticRoom) -> float:
+    """Tell (1.0 or 0.0) whether the orbit just recorded is its own mirror image after half a cycle."""
+    if leg.sign < 0.0:
+        return 1.0
+    if leg.turns > 1.0 or not is_even_handed(rig, force):
         return 0.0
-    carry_elastic(rig, sliders, force, Leg(leg.tau, pi, 1.0, -1.0), room)
-    miss = abs(room.image[0] - room.start[0]) + rig.plain.r * abs(room.image[1] - room.start[1])
-    return 1.0 if miss <= 1e-9 * span_of(rig, room) else 0.0
+    phases = room.phases
+    for at in range(0, ELASTIC_PHASE * int(room.tally[PHASES]), ELASTIC_PHASE):
+        within = leg.tau + pi - phases[at + 1]
+        if 0.0 <= within <= phases[at + 2]:
+            local_force(phases[at + 1], force)
+            start = State(phases[at + 3], phases[at + 4], phases[at + 5])
+            way, v, _ = slide_at(within, stiffened(rig.plain, phases[at + 6]), force, start)
+            miss = abs(start.z + way + room.start[0]) + rig.plain.r * abs(v + room.start[1])
+            return 1.0 if miss <= 1e-9 * span_of(rig, room) else 0.0
+    return 0.0
 
 
 def steady_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, row: Buffer) -> None:
     """Fill `row` with the steady state's numbers; its phases are left in the record, from a leg's start to its end."""
-    outcome, leg, miss = find_elastic_orbit(rig, sliders, force, room)
+    outcome, leg, miss = at_once_elastic(rig, sliders, force, room), Leg(0.0, TURN, 1.0, 1.0), 0.0
+    if outcome == PERIODIC:
+        leg, miss, code = search_elastic(rig, sliders, force, room)
+        outcome = verdict(rig, room, miss, code)
     for i in range(ROW):
         row[i] = nan
     row[OUTCOME], row[MISS], row[CLOSED_FORM] = outcome, miss, 0.0
@@ -110,17 +125,16 @@ def steady_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, 
     row[START_Z], row[START_V] = room.start[0], room.start[1]
     if outcome == UNBOUNDED or outcome >= NOT_FOUND:
         return
-    row[SYMMETRIC] = 1.0
-    if leg.sign > 0.0:
-        row[SYMMETRIC] = is_mirrored(rig, sliders, force, leg, room) if leg.turns == 1.0 else 0.0
     carry_elastic(rig, sliders, force, leg, room)
     if ELASTIC_PHASE * int(room.tally[PHASES]) > len(room.phases):
         row[OUTCOME] = OVERFULL
         return
     account_elastic(rig, force, room)
     fill_elastic_row(rig, sliders, force, leg, room, row)
+    row[SYMMETRIC] = is_mirrored(rig, force, leg, room)
     if outcome == STUCK:
         row[STOPS], row[STUCK_SHARE] = 0.0, 1.0
+        row[ENERGY] -= room.tally[CONTACT]  # springs keep nothing: what is left of it is rounding
     elif row[CLOSURE] > 1e-3 * row[ENERGY] + 1e-10 * rig.plain.rate * row[AMPLITUDE]:  # repeats, yet is no orbit
         row[OUTCOME] = NOT_FOUND
         for i in range(ENERGY, CLOSURE + 1):

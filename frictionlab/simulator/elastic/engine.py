@@ -2,7 +2,6 @@
 
 import functools
 from math import sqrt
-from types import SimpleNamespace
 from typing import Any
 
 from frictionlab.simulator import engine as engines
@@ -15,13 +14,27 @@ from frictionlab.simulator.problem import Problem
 __all__ = ["MODULES", "choose", "make_elastic_room", "phases_per_cycle", "plain", "set_up"]
 
 MODULES = (phases, events, orbits, accounts)  # each uses only those before it, and the rigid kernel
+COMPILED = (*engines.MODULES, *MODULES)
+WORTH_LOADING = 2e4  # phases; in plain Python they take about as long (1 s) as loading the compiled kernel
+WORTH_COMPILING = 1e6  # the same for compiling it, once per machine and version
 
 
 @functools.cache
 def plain() -> Engine:
     """Return the kernel as plain Python: nothing to load."""
-    functions = {name: getattr(module, name) for module in MODULES for name in module.__all__}
-    return Engine(SimpleNamespace(**functions), list)
+    return engines.as_it_stands(MODULES)
+
+
+@functools.cache
+def compiled() -> Engine:
+    """Return the kernel compiled by numba.
+
+    Raises
+    ------
+    SimulationError
+        If numba cannot be loaded.
+    """
+    return engines.compile_modules(layout, COMPILED)
 
 
 def set_up(engine: Engine, problem: Problem) -> tuple[Rig, layout.Sliders, Force]:
@@ -57,5 +70,11 @@ def phases_per_cycle(problem: Problem) -> float:
 
 def choose(work: float) -> Engine:
     """Return the engine for about so many phases of work."""
-    del work
-    return plain()
+    if compiled.cache_info().currsize or work > WORTH_COMPILING:
+        return compiled()
+    return compiled() if work > WORTH_LOADING and _is_compiled() else plain()
+
+
+def _is_compiled() -> bool:
+    """Tell whether machine code of this kernel is kept already."""
+    return any(engines.machine_code_folder(layout, COMPILED).glob("**/*.nbi"))

@@ -43,13 +43,16 @@ from frictionlab.simulator.kernel.orbits import (
 
 __all__ = [
     "adopt",
+    "apart",
+    "at_once_elastic",
     "back_to_start",
     "best_section",
     "classify",
     "distance",
     "elastic_multiplier",
-    "find_elastic_orbit",
+    "follow",
     "from_rest",
+    "give_up",
     "held_motion",
     "held_offset",
     "held_range",
@@ -57,10 +60,8 @@ __all__ = [
     "keeps_kinds",
     "never_slips",
     "newton_step",
-    "only_elastic",
     "product",
     "reduced",
-    "repeats_after",
     "resonates",
     "search_elastic",
     "settle",
@@ -70,14 +71,17 @@ __all__ = [
     "span_of",
     "spread",
     "start_at_rest",
+    "start_from",
     "start_sliding",
     "step_towards",
+    "verdict",
 ]
 
 LONGEST_ORBIT = 8  # cycles of the longest orbit looked for
-ENOUGH_STEPS = 60  # Newton steps to the only orbit
-NEAR_STEPS = 8  # Newton steps to one of several
+ENOUGH_STEPS = 60.0  # Newton steps to the only orbit
+NEAR_STEPS = 8.0  # Newton steps to one of several
 CYCLES_WAITED = 1024  # for an orbit where several may exist
+PHASES_WAITED = 1e5  # the same, where a cycle has many
 SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
 
 
@@ -193,54 +197,64 @@ def step_towards(rig: Rig, sliders: Sliders, room: ElasticRoom, share: float) ->
             room.start[at] = room.trial[at + 1] * sliders.strength[i] * load
 
 
+def give_up(sliders: Sliders, room: ElasticRoom) -> None:
+    """Go back to the start from which Newton's correction was taken."""
+    for i in range(2 + 2 * len(sliders.force)):
+        room.start[i] = room.trial[i]
+
+
 def adopt(sliders: Sliders, room: ElasticRoom) -> None:
     """Remember the start, from which Newton's correction is taken."""
     for i in range(2 + 2 * len(sliders.force)):
         room.trial[i] = room.start[i]
 
 
+def follow(rig: Rig, sliders: Sliders, force: Force, leg: Leg, times: float, room: ElasticRoom) -> int:
+    """Apply the leg's map so many times; return how the motion ended."""
+    code = DONE
+    for _ in range(int(times)):
+        code = carry_elastic(rig, sliders, force, leg, room)
+        if code != DONE:
+            break
+        classify(sliders, room)
+        back_to_start(rig, sliders, leg, room)
+    return code
+
+
 def shoot_elastic(
-    rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, steps: int
+    rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, steps: float
 ) -> tuple[float, int]:
     """Bring the room's start to the fixed point of the leg's map; return its miss and how the last motion ended.
 
     Newton with the exact derivative, shortened until the miss shrinks; where that does not help, or sliders do other
-    than was assumed, the map itself is applied.
+    than was assumed, the map itself is applied. The last motion carried is that from the start.
     """
-    patience, floor = 1, 1e-15 * rig.plain.rate
+    patience, floor = 1.0, 1e-15 * rig.plain.rate
     code = carry_elastic(rig, sliders, force, leg, room)
-    miss = distance(rig, sliders, room)
-    for _ in range(steps):
-        size = span_of(rig, room)
-        if code != DONE:
-            return miss, code
-        helped = False
-        if keeps_kinds(sliders, room):
-            if miss <= 2e-16 * size:
-                return miss, code
-            adopt(sliders, room)
-            share = 1.0 if newton_step(sliders, room) else 0.0
-            while share > 0.01 and not helped:
-                step_towards(rig, sliders, room, share)
-                code = carry_elastic(rig, sliders, force, leg, room)
-                less = distance(rig, sliders, room)
-                helped = code == DONE and keeps_kinds(sliders, room) and less < (1.0 - 0.5 * share) * miss
-                share *= 0.25
-            if helped:
-                miss = less
-                continue
-            for i in range(2 + 2 * len(sliders.force)):
-                room.start[i] = room.trial[i]
+    for _ in range(int(steps)):
+        miss, size = distance(rig, sliders, room), span_of(rig, room)
+        as_assumed = keeps_kinds(sliders, room)
+        if code != DONE or (as_assumed and miss <= 2e-16 * size):
+            break
+        adopt(sliders, room)
+        share = 1.0 if as_assumed and newton_step(sliders, room) else 0.0
+        while share > 0.01:
+            step_towards(rig, sliders, room, share)
             code = carry_elastic(rig, sliders, force, leg, room)
-            if miss <= 1e-13 * size + floor:
-                return miss, code
-        for _ in range(patience):
-            classify(sliders, room)
-            back_to_start(rig, sliders, leg, room)
-            code = carry_elastic(rig, sliders, force, leg, room)
-            miss = distance(rig, sliders, room)
-        patience = min(2 * patience, 64)
-    return miss, code
+            less = distance(rig, sliders, room)
+            if code == DONE and keeps_kinds(sliders, room) and less < (1.0 - 0.5 * share) * miss:
+                break
+            share *= 0.25
+        if share > 0.01:
+            continue
+        give_up(sliders, room)
+        if not as_assumed or miss > 1e-13 * size + floor:
+            follow(rig, sliders, force, leg, patience, room)
+            patience = min(2.0 * patience, 64.0)
+        code = carry_elastic(rig, sliders, force, leg, room)
+        if as_assumed and miss <= 1e-13 * size + floor:
+            break
+    return distance(rig, sliders, room), code
 
 
 def start_at_rest(sliders: Sliders, room: ElasticRoom) -> None:
@@ -265,20 +279,13 @@ def best_section(room: ElasticRoom, leg: Leg) -> float:
 def from_rest(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, int]:
     """Run from rest for two cycles; leave the state at the best section in the room's start, return the leg from it."""
     start_at_rest(sliders, room)
-    code = DONE
-    for _ in range(4 if leg.sign < 0.0 else 2):
-        code = carry_elastic(rig, sliders, force, leg, room)
-        if code != DONE:
-            return leg, code
-        classify(sliders, room)
-        back_to_start(rig, sliders, leg, room)
+    code = follow(rig, sliders, force, leg, 4.0 if leg.sign < 0.0 else 2.0, room)
     section = best_section(room, leg)
-    code = carry_elastic(rig, sliders, force, Leg(leg.tau, section - leg.tau, 1.0, 1.0), room)
-    ahead = Leg(section, leg.span, leg.turns, leg.sign)
-    for i in range(len(sliders.force)):
-        room.kinds[i] = SLIDING if room.image[3 + 2 * i] != 0.0 else OUTER if room.kinds[i] == OUTER else FREE
-    back_to_start(rig, sliders, ahead, room)
-    return ahead, code
+    if code == DONE:
+        code = follow(rig, sliders, force, Leg(leg.tau, section - leg.tau, 1.0, 1.0), 1.0, room)
+    for i in range(len(sliders.force)):  # so short a leg does not tell which sliders never slip
+        room.kinds[i] = FREE if room.kinds[i] == OUTER else room.kinds[i]
+    return Leg(section, leg.span, leg.turns, leg.sign), code
 
 
 def start_sliding(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, bool]:
@@ -305,68 +312,74 @@ def spread(rig: Rig, room: ElasticRoom, miss: float) -> bool:
     return miss <= 1e-12 * span_of(rig, room) + 1e-14 * rig.plain.rate
 
 
-def only_elastic(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, float, int]:
-    """Return the leg, miss and code of the orbit that a search from Den Hartog's, else from rest, comes down to."""
+def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
+    """Return leg, miss and code of the orbit that a search from Den Hartog's, else from rest, comes down to.
+
+    Without break-away and gradient there is only one. Where friction varies along the path it may be unstable: then,
+    and with break-away, the orbit that the motion from rest settles on is looked for.
+    """
+    leg = Leg(0.0, pi, 1.0, -1.0) if is_even_handed(rig, force) else Leg(0.0, TURN, 1.0, 1.0)
+    if max(rig.contact.static_up, rig.contact.static_down) > 1.0:
+        return settle(rig, sliders, force, room)
     ahead, there = start_sliding(rig, sliders, force, leg, room)
+    miss, code = inf, DONE
     if there:
         miss, code = shoot_elastic(rig, sliders, force, ahead, room, NEAR_STEPS)
-        if code == DONE and spread(rig, room, miss):
-            return ahead, miss, code
-    ahead, code = from_rest(rig, sliders, force, leg, room)
-    if code != DONE:
-        return ahead, inf, code
-    miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS)
-    return ahead, miss, code
-
-
-def repeats_after(
-    rig: Rig, sliders: Sliders, force: Force, now: list[float], turns: float, room: ElasticRoom
-) -> tuple[bool, float]:
-    """Tell whether a stable orbit of so many cycles passes close by a state, and its miss; it is left in the room."""
-    leg, extent = Leg(0.0, TURN, turns, 1.0), span_of(rig, room)
-    for i in range(len(now)):
-        room.start[i] = now[i]
-    miss, code = shoot_elastic(rig, sliders, force, leg, room, NEAR_STEPS)
-    away = hypot(now[0] - room.start[0], rig.plain.r * (now[1] - room.start[1]))
-    if code != DONE or away > 0.1 * extent or not spread(rig, room, miss):
-        return False, miss
-    carry_elastic(rig, sliders, force, leg, room)
-    return abs(elastic_multiplier(sliders, room)) <= 1.0 + 1e-9, miss
+    if code != DONE or not spread(rig, room, miss):
+        ahead, code = from_rest(rig, sliders, force, leg, room)
+        if code == DONE:
+            miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS)
+    if rig.contact.gradient == 0.0 or (
+        code == DONE and spread(rig, room, miss) and abs(elastic_multiplier(sliders, room)) <= 1.0 + 1e-9
+    ):
+        return ahead, miss, code
+    return settle(rig, sliders, force, room)
 
 
 def settle(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
     """Return the orbit of up to LONGEST_ORBIT cycles that the motion from rest settles on, if it is stable.
 
-    Where break-away or the gradient let orbits coexist: the motion is waited for until it nearly repeats, and Newton
-    finishes it.
+    The motion is waited for until it nearly repeats, and Newton finishes it; only an orbit close by is taken.
     """
-    size = 2 + 2 * len(sliders.force)
-    past, now = [0.0] * (2 * (LONGEST_ORBIT + 1)), [0.0] * size
-    leg, wait = Leg(0.0, TURN, 1.0, 1.0), 16
+    leg, waited, wait, size = Leg(0.0, TURN, 1.0, 1.0), 0.0, 16.0, 2 + 2 * len(sliders.force)
+    past, now = [0.0] * (2 * LONGEST_ORBIT), [0.0] * size
     start_at_rest(sliders, room)
-    for cycle in range(1, CYCLES_WAITED + 1):
-        code = carry_elastic(rig, sliders, force, leg, room)
+    while wait <= CYCLES_WAITED:
+        code = follow(rig, sliders, force, leg, wait - waited - LONGEST_ORBIT, room)
+        for k in range(LONGEST_ORBIT):
+            past[2 * k], past[2 * k + 1] = room.start[0], room.start[1]
+            if code == DONE:
+                code = follow(rig, sliders, force, leg, 1.0, room)
         if code != DONE:
             return leg, inf, code
-        classify(sliders, room)
-        back_to_start(rig, sliders, leg, room)
-        row = 2 * (cycle % (LONGEST_ORBIT + 1))
-        past[row], past[row + 1] = room.start[0], room.start[1]
-        if cycle != wait:
-            continue
-        wait *= 2
         extent = span_of(rig, room)
         for i in range(size):
             now[i] = room.start[i]
-        for k in range(1, LONGEST_ORBIT + 1):
-            old = 2 * ((cycle - k) % (LONGEST_ORBIT + 1))
-            if hypot(now[0] - past[old], rig.plain.r * (now[1] - past[old + 1])) <= 0.01 * extent:
-                found, miss = repeats_after(rig, sliders, force, now, float(k), room)
-                if found:
-                    return Leg(0.0, TURN, float(k), 1.0), miss, DONE
-        for i in range(size):
-            room.start[i] = now[i]
+        for k in range(LONGEST_ORBIT - 1, -1, -1):
+            if apart(rig, now, past[2 * k], past[2 * k + 1]) > 0.01 * extent:
+                continue
+            start_from(now, room)
+            trial = Leg(0.0, TURN, float(LONGEST_ORBIT - k), 1.0)
+            miss, code = shoot_elastic(rig, sliders, force, trial, room, NEAR_STEPS)
+            near = apart(rig, now, room.start[0], room.start[1]) < 0.1 * extent and spread(rig, room, miss)
+            if code == DONE and near and abs(elastic_multiplier(sliders, room)) <= 1.0 + 1e-9:
+                return trial, miss, DONE
+        start_from(now, room)
+        waited, wait = wait, 2.0 * wait
+        if wait * room.tally[PHASES] > PHASES_WAITED:
+            break
     return leg, inf, DONE
+
+
+def start_from(state: list[float], room: ElasticRoom) -> None:
+    """Start from a state that was kept."""
+    for i in range(len(state)):
+        room.start[i] = state[i]
+
+
+def apart(rig: Rig, state: list[float], z: float, v: float) -> float:
+    """Return how far a state of the mass is from z, v."""
+    return hypot(state[0] - z, rig.plain.r * (state[1] - v))
 
 
 def elastic_multiplier(sliders: Sliders, room: ElasticRoom) -> float:
@@ -488,11 +501,7 @@ def never_slips(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> 
             return False
         room.start[2 + 2 * i] = sliders.stiffness[i] * z + offset
         room.start[0] -= offset
-    code = carry_elastic(rig, sliders, force, Leg(0.0, TURN, 1.0, 1.0), room)
-    slips = 0.0
-    for i in range(len(sliders.force)):
-        slips += sliders.slips[i]
-    return code == DONE and slips == 0.0
+    return True
 
 
 def resonates(rig: Rig, force: Force) -> bool:
@@ -510,29 +519,19 @@ def is_even_handed(rig: Rig, force: Force) -> bool:
     return alike and symmetric_force(force)
 
 
-def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
-    """Return leg, miss and code of the orbit of a contact that slips."""
-    if max(rig.contact.static_up, rig.contact.static_down) == 1.0:
-        mirrored = is_even_handed(rig, force)
-        leg = Leg(0.0, pi, 1.0, -1.0) if mirrored else Leg(0.0, TURN, 1.0, 1.0)
-        leg, miss, code = only_elastic(rig, sliders, force, leg, room)
-        if rig.contact.gradient == 0.0 or (code == DONE and spread(rig, room, miss)):
-            return leg, miss, code
-    return settle(rig, sliders, force, room)
-
-
-def find_elastic_orbit(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[int, Leg, float]:
-    """Return outcome, leg and miss; the orbit's state at the leg's start is left in the room."""
-    leg = Leg(0.0, TURN, 1.0, 1.0)
+def at_once_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> int:
+    """Return the outcome that needs no search: RUNAWAY, UNBOUNDED or STUCK; PERIODIC: an orbit is to be found."""
     if abs(rig.contact.beta * rig.contact.gradient) >= 1.0:
-        return RUNAWAY, leg, 0.0
+        return RUNAWAY
     if resonates(rig, force):
-        return UNBOUNDED, leg, 0.0
-    if never_slips(rig, sliders, force, room):
-        return STUCK, leg, 0.0
-    leg, miss, code = search_elastic(rig, sliders, force, room)
+        return UNBOUNDED
+    return STUCK if never_slips(rig, sliders, force, room) else PERIODIC
+
+
+def verdict(rig: Rig, room: ElasticRoom, miss: float, code: int) -> int:
+    """Return the outcome of a search."""
     if code == PULLED:
-        return PULLING, leg, miss
+        return PULLING
     if code != DONE:
-        return CHATTERED, leg, miss
-    return (PERIODIC if miss <= 1e-9 * span_of(rig, room) + 1e-14 * rig.plain.rate else NOT_FOUND), leg, miss
+        return CHATTERED
+    return PERIODIC if miss <= 1e-9 * span_of(rig, room) + 1e-14 * rig.plain.rate else NOT_FOUND

@@ -1,5 +1,6 @@
 """The steady state of an elastic contact, solved for; and its motion from initial conditions."""
 
+from dataclasses import replace
 from math import pi
 from typing import Any
 
@@ -58,7 +59,18 @@ def steady(problem: Problem) -> SteadyState:
         raise _endless(problem, float(row[layout.START]), float(row[layout.START_Z]), float(row[layout.START_V]))
     moved, mirror = code in (layout.PERIODIC, layout.STUCK), bool(row[layout.SIGN] < 0.0)
     orbit = from_phases(problem, room.phases, count, periodic=True, mirror=mirror) if moved else None
-    return from_numbers(problem, row, orbit)
+    state = from_numbers(problem, row, orbit)
+    return replace(state, warnings=_of_stuck(problem)) if state.outcome == "stuck" else state
+
+
+def _of_stuck(problem: Problem) -> tuple[str, ...]:
+    """Return what is to be said of a contact that never slips."""
+    if problem.zeta or problem.frame_damping_ratio:
+        return ()
+    said = (
+        "The contact never slips and nothing else damps it: free vibration never dies out; this is the motion without."
+    )
+    return (said,)
 
 
 def run(
