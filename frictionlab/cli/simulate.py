@@ -96,7 +96,7 @@ def simulate(
         steady_state(problem, solver=solver) if cycles is None else last_cycle(problem, cycles=cycles, solver=solver)
     )
     asked = {"wall_s": time.perf_counter() - start, "law": problem.law.name, "parameters": problem.parameters}
-    row: Row = state.to_row() | asked
+    row: Row = state.row() | asked
     if as_json:
         typer.echo(json_line(row))
     elif not quiet:

@@ -133,7 +133,7 @@ class SteadyState:
         stops = f" with {self.stops_per_cycle:g} stops per cycle" if self.stops_per_cycle else ""
         return f"The motion {kept}: {self.regime}{stops}, {self.energy_per_cycle:.10g} k Y^2 per cycle ({self.solver})."
 
-    def to_row(self) -> dict[str, object]:
+    def row(self) -> dict[str, object]:
         """Return the contract's keys of a steady state with their values; what does not exist is None."""
         values: dict[str, object] = {key: getattr(self.problem, key) for key in PARAMETERS}
         return values | {key: getattr(self, key) for key in ("solver", "outcome", *NUMBERS)}

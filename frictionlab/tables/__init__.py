@@ -17,7 +17,7 @@ from pathlib import Path
 from frictionlab.errors import UsageError
 from frictionlab.files import identities, write_whole
 from frictionlab.schema import TABLES, Table, is_marked
-from frictionlab.tables import frames, lines, tree
+from frictionlab.tables import lines, tree
 from frictionlab.tables.cells import SENTENCES, encodable, plain
 from frictionlab.tables.lines import json_line
 from frictionlab.tables.row import Row
@@ -37,18 +37,9 @@ __all__ = [
 ]
 
 SUFFIXES = (".csv", ".jsonl", ".h5", ".xlsx", ".parquet")
-_NAMES: Mapping[str, Callable[[Path], tuple[str, ...]]] = {
-    ".csv": lines.names_in_csv,
-    ".jsonl": lines.names_in_json,
-    ".xlsx": frames.names_in_excel,
-    ".parquet": frames.names_in_parquet,
-}
-_READERS: Mapping[str, Callable[[Path, Table | None], Iterator[dict[str, object]]]] = {
-    ".csv": lines.read_csv,
-    ".jsonl": lines.read_json_lines,
-    ".xlsx": frames.read_excel,
-    ".parquet": frames.read_parquet,
-}
+SHEET_ROWS = (1 << 20) - 1  # of a spreadsheet, beside its head
+Names = Callable[[Path], tuple[str, ...]]
+Reader = Callable[[Path, Table | None], Iterator[dict[str, object]]]
 
 
 def write_rows(
@@ -106,6 +97,8 @@ def _encoded(rows: Iterable[Row], path: Path, table: Table | None) -> bytes | It
     names, rows = _columns(rows, table)
     if _kind(path) == ".csv":
         return lines.in_pieces(lines.csv_lines(rows, names))
+    from frictionlab.tables import frames
+
     return frames.excel_bytes(rows, names) if _kind(path) == ".xlsx" else frames.parquet_bytes(rows, names, table)
 
 
@@ -155,8 +148,8 @@ def check_output(
     """
     if _kind(path) not in SUFFIXES:
         raise UsageError(f"{path}: expected an output ending in {_either(SUFFIXES)}; got {path.suffix or 'no suffix'}")
-    if _kind(path) == ".xlsx" and rows > frames.SHEET_ROWS:
-        raise UsageError(f"{path}: a spreadsheet holds {frames.SHEET_ROWS} rows, not {rows}: write .csv or .parquet")
+    if _kind(path) == ".xlsx" and rows > SHEET_ROWS:
+        raise UsageError(f"{path}: a spreadsheet holds {SHEET_ROWS} rows, not {rows}: write .csv or .parquet")
     above = next(parent for parent in (*path.parents, Path.cwd()) if os.path.lexists(parent))
     if not above.is_dir() or not os.access(above, os.W_OK):
         what = "cannot be written to" if above.is_dir() else "is no folder"
@@ -195,7 +188,7 @@ def is_table(path: Path, table: Table | None = None) -> bool:
             return path.is_file()
         if _kind(path) == ".h5":
             return _format_of(path) in {kind.format for kind in kinds}
-        names = _NAMES[_kind(path)](path)
+        names = _names_by(_kind(path))(path)
     except (OSError, ValueError, KeyError, RecursionError, csv.Error):
         return False
     return names == lines.FAILED or any(is_marked(names, kind) for kind in kinds)
@@ -205,6 +198,23 @@ def has_rows(path: Path) -> bool:
     """Whether this HDF5 file is a table of this tool, with a line for each row."""
     found = _format_of(path)
     return any(kind.format == found for kind in TABLES if kind not in tree.WITHOUT_ROWS)
+
+
+def _names_by(suffix: str) -> Names:
+    """What reads the names of the columns of such a file, and no more."""
+    if suffix in (".csv", ".jsonl"):
+        return lines.names_in_csv if suffix == ".csv" else lines.names_in_json
+    from frictionlab.tables import frames
+
+    return {".xlsx": frames.names_in_excel, ".parquet": frames.names_in_parquet}[suffix]
+
+
+def _reader_of(suffix: str) -> Reader:
+    if suffix in (".csv", ".jsonl"):
+        return lines.read_csv if suffix == ".csv" else lines.read_json_lines
+    from frictionlab.tables import frames
+
+    return {".xlsx": frames.read_excel, ".parquet": frames.read_parquet}[suffix]
 
 
 def _format_of(path: Path) -> str:
@@ -227,10 +237,10 @@ def read_rows(path: Path, table: Table | None = None) -> list[dict[str, object]]
         raise UsageError(f"{path}: cannot be read (no such file): give the path of an existing result")
     if _kind(path) == ".h5":
         return list(_rows_of_tree(path, table))
-    if _kind(path) not in _READERS:
+    if _kind(path) not in SUFFIXES:
         raise UsageError(f"{path}: expected a result ending in {_either(SUFFIXES)}; got {path.suffix or 'no suffix'}")
     try:
-        return list(_READERS[_kind(path)](path, table))
+        return list(_reader_of(_kind(path))(path, table))
     except OSError as error:
         raise UsageError(f"{path}: cannot be read ({error.strerror}): give the path of an existing result") from error
 

@@ -12,13 +12,13 @@ from xml.etree.ElementTree import ParseError
 
 from frictionlab.errors import UsageError
 from frictionlab.schema import Table, Type, column_of, table_of
+from frictionlab.tables import SHEET_ROWS
 from frictionlab.tables.cells import CellError, checked, flat, harmless, unquoted
 from frictionlab.tables.row import Row
 
 if TYPE_CHECKING:
     import pandas as pd
 
-SHEET_ROWS = (1 << 20) - 1  # of an Excel sheet, beside its head
 MOST_BYTES = 1 << 30  # unpacked, of a spreadsheet that is read
 LONGEST_CELL = 32_767  # characters that Excel holds
 _DTYPES = {Type.NUMBER: "Float64", Type.WHOLE: "Int64", Type.YES_NO: "boolean"}
