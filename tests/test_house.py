@@ -91,7 +91,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "chain": {"__init__", "errors", "experiment", "files", "scene", "tables", "analysis", "verbs"},
     "__main__": {"cli"},
-    "report": {"tables", "__init__", "errors", "files", "scene", "campaign", "figures"},
+    "report": {"schema", "tables", "__init__", "errors", "files", "scene", "campaign", "figures"},
 }
 KERNELS = {
     "uncertainty",

@@ -31,7 +31,7 @@ def print_all(problem: "Problem", output: Path | None, *, force: bool, as_json: 
     start = time.perf_counter()
     found = coexisting(problem)
     asked = {"wall_s": time.perf_counter() - start, "law": problem.law.name, "parameters": problem.parameters}
-    rows: list[Row] = [each.state.to_row() | asked | {"basin_share": each.share} for each in found]
+    rows: list[Row] = [each.state.row() | asked | {"basin_share": each.share} for each in found]
     for row in rows if as_json else ():
         typer.echo(json_line(row))
     if not (as_json or quiet):

@@ -6,6 +6,7 @@ from html import escape
 
 from frictionlab.campaign import CRITERIA, Campaign, Drift, FrictionFit, Rank, Trial, Verdict
 from frictionlab.campaign.trials import short_name
+from frictionlab.schema import DRIFTS, FRICTION, TESTS, Column, Table
 
 DASH = "–"
 
@@ -63,8 +64,8 @@ def listing(sentences: Iterable[str]) -> str:
     return f"<ul>\n{items}</ul>" if items else ""
 
 
-def table(heads: Sequence[str], rows: Iterable[str], *, sortable: bool = False) -> str:
-    """A table in its own scrolling box; a head that starts with ``#`` is one of numbers."""
+def table(heads: Sequence[str | Column], rows: Iterable[str], *, sortable: bool = False) -> str:
+    """A table in its own scrolling box; a head is a column, or words (of numbers if they start with ``#``)."""
     head = "".join(_head(text, sortable=sortable) for text in heads)
     body = "\n".join(rows)
     kinds = ("scroll tall", "sortable") if sortable else ("scroll", "plain")
@@ -74,10 +75,23 @@ def table(heads: Sequence[str], rows: Iterable[str], *, sortable: bool = False) 
     )
 
 
-def _head(text: str, *, sortable: bool) -> str:
-    kind, name = (' class="n"', text[1:]) if text.startswith("#") else ("", text)
+def _head(what: str | Column, *, sortable: bool) -> str:
+    name, is_number, about = _told(what)
     inner = f'<button type="button">{escape(name)}</button>' if sortable else escape(name)
-    return f'<th scope="col"{kind}{" aria-sort=none" if sortable else ""}>{inner}</th>'
+    kind, sort = ' class="n"' if is_number else "", " aria-sort=none" if sortable else ""
+    return f'<th scope="col"{kind}{sort}{about}>{inner}</th>'
+
+
+def _told(what: str | Column) -> tuple[str, bool, str]:
+    """Words of a head, whether numbers stand below it, and what it says when it is pointed at."""
+    if isinstance(what, Column):
+        return what.head, what.type.is_number, f' title="{escape(what.sentence)}"'
+    return what.removeprefix("#"), what.startswith("#"), ""
+
+
+def columns(of: Table, *names: str) -> tuple[Column, ...]:
+    """The columns of these names, with their titles, units and sentences."""
+    return tuple(column for column in of.columns if column.name in names)
 
 
 def _row(*cells: str, kind: str = "") -> str:
@@ -112,9 +126,11 @@ def _rank(rank: Rank) -> str:
 
 def friction(campaign: Campaign) -> str:
     """Friction per material and normal force, and Amontons' test in words."""
-    heads = (
-        *("material", "#normal force [N]", "#tests", "#used", "#friction ratio", "#friction force [N]"),
-        *("#coefficient", "#95 % confidence", "#scatter [%]", "note"),
+    heads: tuple[str | Column, ...] = (
+        *columns(FRICTION, "material", "normal_force_n", "tests"),
+        "#used",
+        *columns(FRICTION, "friction_ratio", "friction_force_n", "friction_coefficient"),
+        *("#95 % confidence", "#scatter [%]", "note"),
     )
     verdicts = listing(test.verdict for test in campaign.amontons)
     return table(heads, (_friction(fit) for fit in campaign.fits)) + "\n<h3>Amontons' law</h3>\n" + verdicts
@@ -142,9 +158,11 @@ def drift(campaign: Campaign) -> str:
     """The long tests."""
     if not campaign.drifts:
         return paragraph("No long test.")
-    heads = (
-        *("material", "#normal force [N]", "#r", "#minutes", "#slope per hour [kY²]", "#95 % confidence"),
-        *("#relative [%/h]", "#friction force [%/h]", "verdict", "note"),
+    heads: tuple[str | Column, ...] = (
+        *columns(DRIFTS, "material", "normal_force_n", "frequency_ratio"),
+        "#minutes",
+        *columns(DRIFTS, "slope_per_hour"),
+        *("#95 % confidence", "#relative [%/h]", "#friction force [%/h]", "verdict", "note"),
     )
     return table(heads, (_drift(d) for d in campaign.drifts))
 
@@ -171,9 +189,13 @@ def _percent(value: float | None) -> float | None:
 
 def tests(campaign: Campaign) -> str:
     """All tests, failed ones too, to be sorted and filtered."""
-    heads = (
-        *("test", "status", "material", "#normal force [N]", "#r", "#energy [kY²]", "#predicted", "#residual [%]"),
-        *("#amplitude [Y]", "#irregularity", "#stops", "regime", "#friction ratio", "remark"),
+    heads: tuple[str | Column, ...] = (
+        *("test", "status"),
+        *columns(TESTS, "material", "normal_force_n", "frequency_ratio", "energy_per_cycle"),
+        *columns(TESTS, "predicted_energy_per_cycle"),
+        "#residual [%]",
+        *columns(TESTS, "response_amplitude", "irregularity_index", "stops_per_cycle", "regime", "test_friction_ratio"),
+        "remark",
     )
     verdicts = campaign.verdicts
     rows = (_test(trial, verdicts.get(trial.source)) for trial in campaign.trials)

@@ -49,6 +49,7 @@ MOTIONS = Table(
         number("wall_s", "s", "time", "Seconds it took on this machine."),
         LAW,
         thing("parameters", "parameters", "Parameter of the law -> its number."),
+        number("basin_share", "", "share", "Share of the starts that end in this motion, where all are asked for."),
     ),
     lead=7,
     shown=_SHOWN,
