@@ -15,6 +15,8 @@ FAMILIES: Mapping[str, tuple[Knob, ...]] = MappingProxyType(
             simulation.solver_of_stick_slip,
             simulation.cycles_waited,
             simulation.physics,
+            simulation.tolerance_of_stribeck_friction,
+            simulation.tolerance_of_rate_and_state_friction,
         ),
         "frequency": (signals.padding,),
         "cycle": (

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import partial
 
 from frictionlab.simulator import Base, Problem, Solver, SteadyState, last_cycle, steady_state, thesis_run
+from frictionlab.simulator.numeric import RTOL, steady
 from frictionlab.tradeoff.setting import Setting, Trial, run_trials
 
 # Energy per cycle (r, beta) from 50-digit orbits: tests/extremes/reference/make_orbits.py, rounded to 25 digits.
@@ -13,6 +14,23 @@ SLOW, SLOW_ENERGY = Problem(0.95, 0.1), 4.070974217426422039358113
 DIGITS = "50-digit orbit (tests/extremes/reference)"
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10)
 WAITED = (10, 30, 100, 300, 1000, 3000)
+
+
+STRIBECK = Problem(0.5, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.2, "stribeck_speed": 0.1})
+RATE_STATE = Problem(
+    r=0.5,
+    beta=0.4,
+    law="coulomb+rate-state",
+    parameters={
+        "direct_effect": 0.05,
+        "evolution_effect": 0.03,
+        "slip_distance": 0.01,
+        "reference_speed": 0.1,
+        "stiffness_ratio": 100.0,
+    },
+)
+TIGHT = "the same engine at rtol 1e-12, which scipy's DOP853 confirms (tests/benchmarks/numeric_speed)"
+NUMERIC_TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
 
 
 def _off(truth: float) -> Callable[[object], float]:
@@ -77,3 +95,22 @@ def physics() -> tuple[Setting, ...]:
         for name, problem in settings.items()
     ]
     return run_trials("physics switched on", "energy_per_cycle", "a rig that has all three, exact orbit", trials)
+
+
+def tolerance_of_stribeck_friction() -> tuple[Setting, ...]:
+    """The numeric engine's tolerance where friction falls with speed (r = 0.5, beta = 0.4)."""
+    return _tolerances("tolerance, Stribeck friction", STRIBECK)
+
+
+def tolerance_of_rate_and_state_friction() -> tuple[Setting, ...]:
+    """The numeric engine's tolerance where the contact has a stiff inner state (r = 0.5, beta = 0.4)."""
+    return _tolerances("tolerance, rate-and-state friction", RATE_STATE)
+
+
+def _tolerances(knob: str, problem: Problem) -> tuple[Setting, ...]:
+    truth = steady(problem, rtol=1e-12).energy_per_cycle or float("nan")
+    trials = [
+        Trial(f"rtol {rtol:.0e}", partial(steady, problem, rtol=rtol), _off(truth), default=rtol == RTOL)
+        for rtol in NUMERIC_TOLERANCES
+    ]
+    return run_trials(knob, "energy_per_cycle", TIGHT, trials)

@@ -209,3 +209,14 @@ def test_close_to_resonance_newton_finds_the_large_motion() -> None:
     found = steady(problem("coulomb+dahl", 1.0015, 0.5766, parameters={"stiffness_ratio": 120.0}))
     exact = number(steady_state(Problem(1.0015, 0.5766)).energy_per_cycle)
     assert found.energy_per_cycle == pytest.approx(exact, rel=0.02)
+
+
+def test_rate_and_state_friction_makes_two_stops_where_coulombs_makes_six() -> None:
+    """Thesis section 4.3.1: at r = 0.1, while the direct effect outweighs the evolution."""
+    slow = {"stiffness_ratio": 1000.0, "direct_effect": 0.06, "slip_distance": 0.02}
+    stops = {
+        b: steady(problem("coulomb+rate-state", 0.1, 0.4, parameters=slow | {"evolution_effect": b})).stops_per_cycle
+        for b in (0.03, 0.09)
+    }
+    assert steady_state(Problem(0.1, 0.4)).stops_per_cycle == 6.0
+    assert stops == {0.03: 2.0, 0.09: 6.0}
