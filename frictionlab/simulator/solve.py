@@ -177,6 +177,9 @@ def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "auto") -> Ste
         raise UsageError(f"last cycle: cycles; expected >= 1; got {cycles}")
     if solver == "thesis":
         return orbit.waited(problem, cycles)
+    if problem.law.kind == "elastic" and solver != "numeric":
+        elastic: SteadyState = _room(problem, solver).last(problem, cycles)
+        return elastic
     if not _is_rigid(problem, solver):
-        raise UsageError(f"last cycle: law {problem.law.name}; expected a rigid contact; do: ask for the steady state")
+        raise UsageError(f"last cycle: law {problem.law.name}; expected exact phases; do: ask for the steady state")
     return orbit.last(problem, cycles)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from mpmath import mpf
 
 from frictionlab.errors import ParameterError, SimulationError
-from frictionlab.simulator import Base, Problem, steady_state
+from frictionlab.simulator import Base, Problem, last_cycle, steady_state
 from frictionlab.simulator.elastic import engine, iwan_sliders, run, sliders_of, steady
 from tests.simulator import elastic_twin
 
@@ -165,6 +165,17 @@ def test_energies_close_and_the_orbit_repeats(
     ends = state.orbit.at([state.orbit.start, state.orbit.start + 2 * pi * (1 - 1e-15)])
     size = 1e-9 * (1.0 + abs(state.response_amplitude or 0.0))
     np.testing.assert_allclose(ends[0][0], ends[0][1], atol=size)
+
+
+def test_the_last_of_many_cycles_is_the_steady_state_or_says_that_it_is_not() -> None:
+    problem = jenkins(0.9, 0.3, 30.0, zeta=0.2, wall="base")
+    late, state = last_cycle(problem, cycles=40), steady_state(problem)
+    assert late.outcome == state.outcome == "periodic"
+    for key in ("energy_per_cycle", "response_amplitude", "stuck_fraction", "stops_per_cycle"):
+        assert getattr(late, key) == pytest.approx(getattr(state, key), rel=1e-9)
+    first = last_cycle(problem, cycles=1)
+    assert first.outcome == "not settled"
+    assert first.floquet_multiplier is None
 
 
 def test_force_moves_the_mass_as_newton_says() -> None:

@@ -6,13 +6,15 @@ from typing import Any
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.elastic import engine as engines
-from frictionlab.simulator.elastic.layout import PULLED
+from frictionlab.simulator.elastic.layout import CONTACT, PULLED
 from frictionlab.simulator.elastic.motion import ElasticMotion, from_phases
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import SteadyState, from_numbers
 
-__all__ = ["run", "steady"]
+__all__ = ["last", "run", "steady"]
+
+SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
 
 
 def steady(problem: Problem) -> SteadyState:
@@ -125,6 +127,52 @@ def run(
         if count <= phases:
             return from_phases(problem, room.phases, count, periodic=False, mirror=False, first=cycles - keep)
         phases = count
+
+
+def last(problem: Problem, cycles: int) -> SteadyState:
+    """Return the last of a number of cycles from rest as if it were steady, and say if it is not: "not settled".
+
+    Its energy is the one put in: the area of the loop (2.18), which measurement and thesis report.
+
+    Raises
+    ------
+    SimulationError
+        As `run`.
+
+    Examples
+    --------
+    >>> law = {"law": "coulomb+compliance", "parameters": {"stiffness_ratio": 50.0}}
+    >>> last(Problem(r=0.95, beta=0.1, **law), cycles=100).outcome
+    'not settled'
+    """
+    motion = run(problem, cycles=cycles, keep=1)
+    engine = engines.choose(cycles * engines.phases_per_cycle(problem))
+    rig, sliders, force = engines.set_up(engine, problem)
+    leg = layout.Leg(0.0, 2.0 * pi, 1.0, 1.0)
+    room = engines.make_elastic_room(engine, problem, len(motion.phases))
+    engine.kernel.start_at_rest(sliders, room)
+    _set_at_rest(problem, room, 0.0)
+    engine.kernel.follow(rig, sliders, force, leg, cycles - 1.0, room)
+    engine.kernel.carry_elastic(rig, sliders, force, leg, room)
+    engine.kernel.account_elastic(rig, force, room)
+    row = engine.buffer((0.0,) * layout.ROW)
+    engine.kernel.fill_elastic_row(rig, sliders, force, leg, room, row)
+    row[layout.ENERGY] += room.tally[layout.WORK] - room.tally[CONTACT] - room.tally[layout.VISCOUS]
+    row[layout.SYMMETRIC] = engine.kernel.is_mirrored(rig, force, leg, room)
+    slips = bool((motion.slipping > 0.0).any())
+    row[layout.OUTCOME] = layout.PERIODIC if slips else layout.STUCK
+    row[layout.MISS] = float(engine.kernel.distance(rig, sliders, room))
+    state = from_numbers(problem, row, motion)
+    if row[layout.MISS] <= SETTLED * engine.kernel.span_of(rig, room):
+        return state
+    unknown: dict[str, Any] = {"symmetric": None, "period_cycles": None, "floquet_multiplier": None, "warnings": ()}
+    return replace(state, outcome="not settled", **unknown)
+
+
+def _set_at_rest(problem: Problem, room: Any, tau: float) -> None:
+    """Put the mass at rest at x = 0, as seen from the wall."""
+    if problem.wall == "base":
+        room.start[0], room.start[1] = -float(problem.base.at(tau)), -float(problem.base.rate_at(tau))
 
 
 def _carry(engine: Any, problem: Problem, parts: tuple[Any, ...], room: Any, tau0: float, cycles: int) -> None:
