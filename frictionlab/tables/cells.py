@@ -78,6 +78,8 @@ def encodable(words: str) -> str:
 
 def cell_of(value: object) -> str:
     """A value as a cell of CSV."""
+    if type(value) is float:  # most are: the shortest way
+        return repr(value) if math.isfinite(value) else ""
     single = flat(value)
     if single is None:
         return ""

@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 
 from frictionlab.errors import UsageError
-from frictionlab.schema import OUTCOME, Table, column_of, table_of
+from frictionlab.schema import OUTCOME, Column, Table, column_of, table_of
 from frictionlab.tables.cells import CellError, cell_of, checked, encodable, harmless, plain, unquoted, value_of
 from frictionlab.tables.row import Row
 
@@ -96,9 +96,10 @@ def read_csv(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
         names = [unquoted(name) for name in next(reader, [])]
         _check_names(path, names)
         kind = table or table_of(names)
+        columns = [(name, column_of(name, kind)) for name in names]
         for cells in reader:
             if cells:
-                yield _csv_row(path, reader.line_num, names, cells, kind)
+                yield _csv_row(path, reader.line_num, columns, cells)
     except csv.Error as error:
         raise UsageError(f"{path}, line {reader.line_num}: expected comma-separated cells; {error}") from error
 
@@ -110,13 +111,13 @@ def _check_names(path: Path, names: Sequence[str]) -> None:
 
 
 def _csv_row(
-    path: Path, number: int, names: Sequence[str], cells: Sequence[str], table: Table | None
+    path: Path, number: int, columns: Sequence[tuple[str, Column | None]], cells: Sequence[str]
 ) -> dict[str, object]:
-    if len(cells) != len(names):
-        raise UsageError(f"{path}, line {number}: expected {len(names)} cells as in the head; got {len(cells)}")
+    if len(cells) != len(columns):
+        raise UsageError(f"{path}, line {number}: expected {len(columns)} cells as in the head; got {len(cells)}")
     try:
-        pairs = zip(names, cells, strict=True)
-        return {name: value_of(cell, column_of(name, table)) for name, cell in pairs if name}
+        pairs = zip(columns, cells, strict=True)
+        return {name: value_of(cell, column) for (name, column), cell in pairs if name}
     except CellError as error:
         raise UsageError(f"{path}, line {number}: {error}: correct it, or make the file again") from error
 
