@@ -11,7 +11,7 @@ from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import Regime, SteadyState
 
-__all__ = ["Observation", "observe"]
+__all__ = ["Observation", "nodes_of", "observe"]
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 PANEL = 0.5  # of the shortest of natural and drive's time scale: far below rounding between events
@@ -74,14 +74,14 @@ def _loop_over_dissipated(problem: Problem) -> float | None:
 
 def _loop_area(motion: Motion) -> float:
     """Integral of f dx per cycle: by parts, so that it rests on the displacement, between the events."""
-    times, weights = _nodes(motion)
+    times, weights = nodes_of(motion)
     base, ends = motion.problem.base, np.array([motion.start, motion.end])
     f, x = base.at(ends), motion.at(ends)[0]
     area = float(f[1] * x[1] - f[0] * x[0]) - float(np.sum(weights * base.rate_at(times) * motion.at(times)[0]))
     return area / round((motion.end - motion.start) / (2.0 * pi))
 
 
-def _nodes(motion: Motion) -> tuple[Floats, Floats]:
+def nodes_of(motion: Motion) -> tuple[Floats, Floats]:
     """Gauss-Legendre nodes and weights from the motion's start to its end, in panels cut at its events."""
     problem = motion.problem
     longest = PANEL * min(problem.r, 1.0 / problem.base.harmonics)

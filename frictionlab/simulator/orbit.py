@@ -7,6 +7,7 @@ from typing import Any
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.last import SETTLED
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import Regime, SteadyState, from_numbers
 from frictionlab.simulator.thesis import ThesisRun, thesis_run
@@ -15,7 +16,6 @@ from frictionlab.simulator.trajectory import from_record, refuse_chatter, simula
 __all__ = ["last", "steady", "waited"]
 
 CLOSED = {"auto": 0, "closed-form": 1, "exact": -1}
-SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
 
 
 def steady(problem: Problem, solver: str = "auto") -> SteadyState:

@@ -1,11 +1,11 @@
 """The three questions to the simulator, and which solver answers: steady state, motion from a start, its last cycle."""
 
-from importlib import import_module
 from math import isfinite, pi
 from typing import Any, get_args
 
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import orbit
+from frictionlab.simulator.last import last_of
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import Solver, SteadyState
@@ -79,13 +79,13 @@ def _is_rigid(problem: Problem, solver: str) -> bool:
 
 def _room(problem: Problem, solver: str) -> Any:
     """The solver of a law that is not rigid, or of any law by integration; loaded when it is needed."""
-    name = "elastic" if problem.law.kind == "elastic" and solver != "numeric" else "numeric"
-    try:
-        return import_module(f"frictionlab.simulator.{name}")
-    except ModuleNotFoundError as error:
-        raise SimulationError(
-            f"simulation: law {problem.law.name}: its solver ({name}) is not part of this version"
-        ) from error
+    if problem.law.kind == "elastic" and solver != "numeric":
+        from frictionlab.simulator import elastic  # noqa: PLC0415 - what is not asked for is not loaded
+
+        return elastic
+    from frictionlab.simulator import numeric  # noqa: PLC0415 - as above
+
+    return numeric
 
 
 def simulate(
@@ -157,8 +157,8 @@ def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "auto") -> Ste
         What moves.
     cycles : int
         Cycles of the drive; >= 1.
-    solver : {"auto", "exact", "thesis"}
-        Exact phases, or the thesis's RK45 at its default tolerances.
+    solver : {"auto", "exact", "numeric", "thesis"}
+        Exact phases, steps where the law has none, or the thesis's RK45 at its default tolerances.
 
     Raises
     ------
@@ -177,9 +177,9 @@ def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "auto") -> Ste
         raise UsageError(f"last cycle: cycles; expected >= 1; got {cycles}")
     if solver == "thesis":
         return orbit.waited(problem, cycles)
+    if _is_rigid(problem, solver):
+        return orbit.last(problem, cycles)
     if problem.law.kind == "elastic" and solver != "numeric":
         elastic: SteadyState = _room(problem, solver).last(problem, cycles)
         return elastic
-    if not _is_rigid(problem, solver):
-        raise UsageError(f"last cycle: law {problem.law.name}; expected exact phases; do: ask for the steady state")
-    return orbit.last(problem, cycles)
+    return last_of(_room(problem, solver).run(problem, cycles=cycles, keep=1), "numeric")

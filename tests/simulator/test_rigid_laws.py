@@ -1,16 +1,21 @@
 """Rigid laws beside plain Coulomb friction: place, break-away by direction, the frame's own dashpot, both walls."""
 
+import json
 from math import pi
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mpmath import mpf
 
 from frictionlab.errors import UsageError
 from frictionlab.simulator import Base, Problem, SteadyState, steady_state
 from tests.simulator import slow
 
+REFERENCE = json.loads((Path(__file__).parent / "reference" / "laws.json").read_text())
 LAW = "coulomb+place+speed+breakaway"
 UNEVEN = {"static_ratio_up": 1.2, "static_ratio_down": 1.0}
 
@@ -61,6 +66,42 @@ def test_the_steady_state_is_where_the_slow_twin_settles(law: slow.Law) -> None:
     assert put_in == pytest.approx(taken, rel=2e-5)
     assert state.response_amplitude == pytest.approx(0.5 * (max(seen) - min(seen)), abs=1e-5)
     np.testing.assert_allclose(state.orbit.at(np.arange(2000) * 2 * pi / 2000)[0], seen, atol=1e-6)
+
+
+@pytest.mark.parametrize("row", REFERENCE, ids=lambda row: f"r={row['r']:g} beta={row['beta']:g} {row['why']}")
+def test_laws_agree_with_fifty_digits(row: dict[str, Any]) -> None:
+    values = {"gradient": 0.0, "contact_damping_ratio": 0.0, "static_ratio_up": 1.0, "static_ratio_down": 1.0}
+    state = steady_state(Problem(row["r"], row["beta"], law=LAW, parameters=values | row["parameters"]))
+    for key in ("energy_per_cycle", "response_amplitude"):
+        assert abs(float(mpf(getattr(state, key)) / mpf(row[key]) - 1)) < 1e-12
+    assert state.stops_per_cycle == row["stops_per_cycle"]
+    closes(state)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("gradient", 1.0),
+        ("contact_damping_ratio", 1.0),
+        ("frame_damping_ratio", 1.0),
+        ("static_ratio_up", 2.0),  # released later by dt, the mass has missed F' dt^2 / 2 of its speed
+    ],
+)
+def test_each_term_meets_plain_friction_in_the_order_of_its_limit(name: str, expected: float) -> None:
+    r, beta = 0.45, 0.5
+    neutral = 1.0 if name.startswith("static") else 0.0
+    plain = steady_state(Problem(r, beta))
+    values = {"gradient": 0.0, "contact_damping_ratio": 0.0, "static_ratio_up": 1.0, "static_ratio_down": 1.0}
+    off = []
+    for small in (1e-3, 1e-5, 1e-6 if expected == 2.0 else 1e-7):
+        problem = Problem(r, beta, law=LAW, parameters=values | {name: neutral + small})
+        orbit = steady_state(problem).orbit
+        assert orbit is not None
+        assert plain.orbit is not None
+        tau = np.linspace(0.0, 2 * pi, 200)
+        off.append(float(np.abs(orbit.at(tau)[0] - plain.orbit.at(tau)[0]).max()))
+    assert np.log10(off[0] / off[1]) / 2 == pytest.approx(expected, abs=0.1)
+    assert np.log10(off[1] / off[2]) / (1 if expected == 2.0 else 2) == pytest.approx(expected, abs=0.1)
 
 
 def closes(state: SteadyState) -> None:

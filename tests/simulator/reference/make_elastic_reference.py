@@ -13,7 +13,7 @@ from typing import Any
 
 import mpmath as mp
 
-from tests.simulator.reference.make_reference import SCAN, Slide, bisect, den_hartog
+from tests.simulator.reference.make_reference import SCAN, Slide, bisect, coulomb, den_hartog
 
 POINTS: list[dict[str, Any]] = [
     {"r": 0.5, "beta": 0.4, "kappa": 100.0, "why": "stops hardly"},
@@ -69,7 +69,7 @@ def phase(c: Contact, tau: Any, z: Any, v: Any, n: list[Any], side: list[int]) -
     offset = (sum(n) - stiff * z) / c.size
     zeta = (c.zeta_c + c.zeta_f) / root
     start = (tau + c.ahead, whole * z / c.size, whole * v / c.size)
-    slide = Slide(c.r / root, offset, zeta, *start, mp.mpf(1))
+    slide = Slide(coulomb(c.r / root, offset, zeta), *start, mp.mpf(1))
 
     def at(t: Any) -> Any:
         u, du = slide.at(t)

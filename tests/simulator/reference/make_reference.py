@@ -1,6 +1,6 @@
-"""Make reference.json: steady states at hard points, at 50 digits, by the textbook and nothing else.
+"""Make reference.json and laws.json: steady states at hard points, at 50 digits, by the textbook and nothing else.
 
-    python tests/simulator/reference/make_reference.py          # points that reference.json lacks; without it: all
+    python tests/simulator/reference/make_reference.py          # points that reference.json and laws.json lack
 
 Independent of the package on purpose: mpmath, the textbook solution between events (with the secular form at r = 1 and
 the degenerate form at zeta = 1), zeros by dense scanning and bisection, orbits by Newton with differences. It takes
@@ -9,7 +9,7 @@ minutes. Parameters are the doubles themselves, so that the package is compared 
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import mpmath as mp
 
@@ -41,20 +41,65 @@ POINTS = [
 ]
 
 
+LAWS = [
+    # r, beta, then what the law adds: why it is hard
+    (0.5, 0.4, {"gradient": 0.05}, "friction varying along the path"),
+    (0.7, 0.5, {"gradient": -0.3, "contact_damping_ratio": 0.02}, "a steep place, continuous"),
+    (0.2, 0.3, {"gradient": 0.1}, "place, several stops"),
+    (0.45, 0.5, {"static_ratio_up": 1.3, "static_ratio_down": 1.05}, "break-away by direction"),
+    (0.6, 0.3, {"frame_damping_ratio": 0.05}, "the frame's own dashpot"),
+    (
+        0.4,
+        0.5,
+        {"gradient": 0.08, "static_ratio_up": 1.1, "static_ratio_down": 1.2, "frame_damping_ratio": 0.03},
+        "all together",
+    ),
+]
+
+
+class Rig(NamedTuple):
+    """The numbers of a problem; zeta is the sum of both dashpots."""
+
+    r: Any
+    beta: Any
+    up: Any
+    down: Any
+    zeta: Any
+    gradient: Any
+    frame: Any
+
+    @property
+    def drive(self) -> Any:
+        """F = Re(drive exp(i tau)): the frame's dashpot sees the base move."""
+        return mp.mpc(1, 2 * self.frame * self.r)
+
+    def force(self, tau: Any) -> Any:
+        return (self.drive * mp.expj(tau)).real
+
+    def load(self, z: Any) -> Any:
+        return self.beta * (1 + self.gradient * z)
+
+
+def coulomb(r: Any, beta: Any, zeta: Any, mu: Any = 1) -> Rig:
+    """Friction that knows only its direction, and one dashpot."""
+    return Rig(r, beta, mp.mpf(mu), mp.mpf(mu), zeta, mp.mpf(0), mp.mpf(0))
+
+
 class Slide:
     """The textbook motion of one slide: particular integral plus free motion."""
 
-    def __init__(self, r: Any, beta: Any, zeta: Any, tau: Any, z: Any, v: Any, side: Any) -> None:
-        self.r, self.zeta, self.tau, self.offset = r, zeta, tau, -beta * side
+    def __init__(self, rig: Rig, tau: Any, z: Any, v: Any, side: Any) -> None:
+        r, zeta, stiffness = rig.r, rig.zeta, 1 + side * rig.beta * rig.gradient
+        self.r, self.zeta, self.tau, self.offset = r, zeta, tau, -rig.beta * side / stiffness
         self.resonant = r == 1 and zeta == 0
-        self.gain = None if self.resonant else 1 / mp.mpc(1 - r * r, 2 * zeta * r)
+        self.gain = None if self.resonant else rig.drive / mp.mpc(stiffness - r * r, 2 * zeta * r)
         z0, v0 = self.forced(mp.mpf(0))
         a, b = z - z0 - self.offset, v - v0
         self.critical = zeta == 1
         if self.critical:
             self.c1, self.c2 = a, b + a / r
             return
-        root = mp.sqrt(mp.mpc(zeta * zeta - 1))
+        root = mp.sqrt(mp.mpc(zeta * zeta - stiffness))
         self.l1, self.l2 = (-zeta + root) / r, (-zeta - root) / r
         self.c1 = (b - self.l2 * a) / (self.l1 - self.l2)
         self.c2 = a - self.c1
@@ -115,47 +160,56 @@ def work(slide: Any, span: Any) -> Any:
     return mp.quad(lambda t: slide.at(t)[1] ** 2, mp.linspace(0, span, 9))
 
 
-def release(hold: Any, tau: Any, z: Any, limit: Any) -> Any:
-    """First time at which |cos - z| reaches the static limit, to the right side."""
+def release(rig: Rig, tau: Any, z: Any, limit: Any) -> Any:
+    """First time at which F - z reaches the static limit, to the right side."""
     best = None
-    for way in (1, -1):
-        level = z + way * hold
+    for way, ratio in ((1, rig.up), (-1, rig.down)):
+        level = (z + way * ratio * rig.load(z)) / abs(rig.drive)
         if abs(level) >= 1:
             continue
-        when = (-way * mp.acos(level) - tau) % (2 * mp.pi)
+        when = (-way * mp.acos(level) - mp.arg(rig.drive) - tau) % (2 * mp.pi)
         best = (when, way) if best is None or when < best[0] else best
     return best if best is not None and best[0] < limit else None
 
 
-def carry(problem: Any, z: Any, v: Any, span: Any) -> Any:
-    """Carry a state from tau = 0 over a span; return z, v, path, viscous work, stops, extremes."""
-    r, beta, mu, zeta = problem
+def carry(rig: Rig, z: Any, v: Any, span: Any) -> Any:
+    """Carry a state from tau = 0 over a span; return z, v, path weighed by the load, viscous work, stops, extremes.
+
+    The viscous work is that of both dashpots, less what the frame's gets from the base's motion alone.
+    """
     tau = mp.mpf(0)
     end, path, stops, viscous = tau + span, mp.mpf(0), 0, mp.mpf(0)
     high, low, slid = -mp.inf, mp.inf, False
     while tau < end:
-        pull = mp.cos(tau) - z
-        if v == 0 and abs(pull) <= mu * beta:
+        pull = rig.force(tau) - z
+        if v == 0 and -rig.down * rig.load(z) <= pull <= rig.up * rig.load(z):
             stops += slid
-            loose = release(mu * beta, tau, z, end - tau)
+            loose = release(rig, tau, z, end - tau)
             if loose is None:
                 break
             tau, side = tau + loose[0], loose[1]
         else:
             side = mp.sign(v) if v != 0 else mp.sign(pull)
-        slide = Slide(r, beta, zeta, tau, z, v, side)
+        slide = Slide(rig, tau, z, v, side)
         t = slide_end(slide, side, end - tau)
         over = t is None
         t = end - tau if over else t
-        if zeta:
-            viscous += 2 * zeta * r * work(slide, t)
+        if rig.zeta:
+            viscous += 2 * rig.zeta * rig.r * work(slide, t)
+        if rig.frame:
+            viscous += 4 * rig.frame * rig.r * cross(slide, tau, t)
         before = z
         z, v = slide.at(t)
         v = v if over else mp.mpf(0)
-        path += abs(z - before)
+        path += abs(z - before) * (1 + rig.gradient * (z + before) / 2)
         high, low = max(high, z, before), min(low, z, before)
         tau, slid = (end if over else tau + t), True
     return z, v, path, viscous, stops, high, low
+
+
+def cross(slide: Any, tau: Any, span: Any) -> Any:
+    """Integral of -v f' = v sin over a slide: what the frame's dashpot, which sees v - f', takes more."""
+    return mp.quad(lambda t: slide.at(t)[1] * mp.sin(tau + t), mp.linspace(0, span, 9))
 
 
 def den_hartog(r: Any, beta: Any) -> Any:
@@ -175,15 +229,16 @@ def den_hartog(r: Any, beta: Any) -> Any:
     return mp.matrix([sign * z, sign * w])
 
 
-def orbit(problem: Any, half: Any) -> Any:
+def orbit(rig: Rig, half: Any) -> Any:
     """Newton with differences on the map of half a period (mirrored) or of a whole one."""
     sign, span = (-1, mp.pi) if half else (1, 2 * mp.pi)
 
     def image(y: Any) -> Any:
-        z, v, *_ = carry(problem, y[0], y[1], span)
+        z, v, *_ = carry(rig, y[0], y[1], span)
         return mp.matrix([sign * z, sign * v])
 
-    y = den_hartog(problem[0], problem[1]) if problem[2] == 1 and problem[3] == 0 else None
+    plain = rig.up == rig.down == 1 and rig.zeta == rig.gradient == 0
+    y = den_hartog(rig.r, rig.beta) if plain else None
     if y is None:
         y = mp.matrix([0, 0])
         for _ in range(40 if half else 8):
@@ -200,30 +255,50 @@ def orbit(problem: Any, half: Any) -> Any:
 
 
 def reference(r: Any, beta: Any, mu: Any, zeta: Any, why: Any) -> Any:
-    problem = tuple(mp.mpf(x) for x in (r, beta, mu, zeta))
+    rig = coulomb(mp.mpf(r), mp.mpf(beta), mp.mpf(zeta), mu)
     half = mu == 1.0 or (r, beta, mu) == (0.4, 0.5, 1.3)
-    y, miss, sign, span = orbit(problem, half)
-    _, _, path, viscous, stops, high, low = carry(problem, y[0], y[1], span)
+    return {"r": r, "beta": beta, "mu": mu, "zeta": zeta, "why": why} | numbers(rig, half)
+
+
+def law_reference(r: Any, beta: Any, more: Any, why: Any) -> Any:
+    names = ("static_ratio_up", "static_ratio_down", "contact_damping_ratio", "gradient", "frame_damping_ratio")
+    up, down, contact, gradient, frame = (mp.mpf(more.get(name, name.startswith("static"))) for name in names)
+    rig = Rig(mp.mpf(r), mp.mpf(beta), up, down, contact + frame, gradient, frame)
+    return {"r": r, "beta": beta, "parameters": more, "why": why} | numbers(rig, half=up == down and gradient == 0)
+
+
+def numbers(rig: Rig, half: Any) -> Any:
+    y, miss, sign, span = orbit(rig, half)
+    _, _, path, viscous, stops, high, low = carry(rig, y[0], y[1], span)
     cycles = span / (2 * mp.pi)
     amplitude = max(high, -low) if sign < 0 else (high - low) / 2
+    frame = 2 * rig.frame * rig.r * mp.pi  # what the frame's dashpot takes of the base's motion alone
     return {
-        "r": r,
-        "beta": beta,
-        "mu": mu,
-        "zeta": zeta,
-        "why": why,
-        "energy_per_cycle": mp.nstr((problem[1] * path + viscous) / cycles, 30),
+        "energy_per_cycle": mp.nstr((rig.beta * path + viscous) / cycles + frame, 30),
         "response_amplitude": mp.nstr(amplitude, 30),
         "stops_per_cycle": round(stops / float(cycles)),
         "miss": mp.nstr(mp.norm(miss), 3),
     }
 
 
+def kept(name: str) -> Any:
+    target = Path(__file__).with_name(name)
+    return target, json.loads(target.read_text()) if target.exists() else []
+
+
+def keep(target: Path, rows: Any) -> None:
+    assert float(rows[-1]["miss"]) < 1e-15, rows[-1]
+    target.write_text(json.dumps(rows, indent=1) + "\n")
+
+
 if __name__ == "__main__":
-    target = Path(__file__).with_name("reference.json")
-    rows = json.loads(target.read_text()) if target.exists() else []
+    target, rows = kept("reference.json")
     for point in POINTS:
         if not any(point[:4] == (row["r"], row["beta"], row["mu"], row["zeta"]) for row in rows):
             rows.append(reference(*point))
-            assert float(rows[-1]["miss"]) < 1e-15, rows[-1]
-            target.write_text(json.dumps(rows, indent=1) + "\n")
+            keep(target, rows)
+    target, rows = kept("laws.json")
+    for r, beta, more, why in LAWS:
+        if not any((r, beta, more) == (row["r"], row["beta"], row["parameters"]) for row in rows):
+            rows.append(law_reference(r, beta, more, why))
+            keep(target, rows)

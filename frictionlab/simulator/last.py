@@ -1,0 +1,59 @@
+"""The last cycle of any motion as if it were steady: its numbers by quadrature, whatever solver carried it there."""
+
+from math import hypot, pi
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.simulator.motion import Motion
+from frictionlab.simulator.observe import nodes_of
+from frictionlab.simulator.state import Regime, SteadyState
+
+__all__ = ["SETTLED", "last_of"]
+
+SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
+DENSE = 20_000  # points a cycle is looked at for its range: 1e-8 of it
+Floats = NDArray[np.float64]
+
+
+def last_of(motion: Motion, solver: str) -> SteadyState:
+    """Return the state of a motion of one cycle, the last of a run: "not settled" where it does not yet repeat."""
+    problem = motion.problem
+    x, v = (values.tolist() for values in motion.at([motion.start, motion.end]))
+    size = float(np.ptp(motion.at(np.linspace(motion.start, motion.end, DENSE))[0]))
+    drift = hypot(x[1] - x[0], problem.r * (v[1] - v[0]))
+    put_in, taken = _energies(motion)
+    stops = motion.stops
+    begun = int(np.count_nonzero(stops[:, 0] > motion.start + 1e-12))
+    stuck = float(np.sum(stops[:, 1] - stops[:, 0])) / (2.0 * pi)
+    settled = drift <= SETTLED * (hypot(x[0], v[0]) + size)
+    regime: Regime = "stuck" if stuck >= 1.0 else "stick-slip" if begun else "continuous"
+    return SteadyState(
+        problem=problem,
+        solver=solver,
+        outcome="stuck" if regime == "stuck" else "periodic" if settled else "not settled",
+        energy_per_cycle=put_in,
+        response_amplitude=0.5 * size,
+        stops_per_cycle=float(begun),
+        stuck_fraction=stuck,
+        regime=regime,
+        period_cycles=1 if settled else None,
+        closure_error=abs(put_in - taken),
+        residual=drift,
+        orbit=motion,
+    )
+
+
+def _energies(motion: Motion) -> tuple[float, float]:
+    """Energy that the base puts in, and that contact and frame's dashpot take, over the motion."""
+    times, weights = nodes_of(motion)
+    problem, base = motion.problem, motion.problem.base
+    x, v = motion.at(times)
+    f, df, n = base.at(times), base.rate_at(times), motion.force(times)
+    slip = v - df if problem.wall == "base" else v
+    legs = 2.0 * problem.frame_damping_ratio * problem.r * (v - df)
+    put_in = float(np.sum(weights * (f - x - legs) * df))
+    taken = float(np.sum(weights * (n * slip + legs * (v - df))))
+    if problem.wall == "base":  # the wall moves too: the base works against spring, dashpot and contact
+        put_in -= float(np.sum(weights * n * df))
+    return put_in, taken
