@@ -11,7 +11,7 @@ import pytest
 import frictionlab as fl
 from frictionlab.chain.names import logs_of, names_of
 from frictionlab.errors import UsageError
-from tests.desk import BIN, MAKE, ROOT, run_in, set_up
+from tests.desk import MAKE, ROOT, run_in, set_up
 
 if TYPE_CHECKING:
     from subprocess import CompletedProcess
@@ -75,7 +75,7 @@ def log_text(seconds: float = 6.0, drive: float = 1.0) -> str:
 
 
 @pytest.mark.timeout(180)
-def test_touching_one_log_redoes_that_chain_alone(desk: Path) -> None:
+def test_a_changed_log_redoes_its_chain_alone_and_a_broken_one_is_named(desk: Path) -> None:
     first = make(desk, "-j2")
     assert first.returncode == 0, first.stderr
     assert "2 of 2 logs" in first.stdout
@@ -95,26 +95,15 @@ def test_touching_one_log_redoes_that_chain_alone(desk: Path) -> None:
     assert newer(desk / "out", before) == {stems[0], f"{stems[0]}.h5", f"{stems[0]}.jsonl", f"{stems[0]}.json"}
     assert again.stdout.splitlines()[-4].startswith("source ")
     assert again.stdout.splitlines()[-1] == "recordings, measurements, comparisons and figures are in out/"
-
-
-def test_a_chain_gives_the_rows_of_the_single_commands(desk: Path) -> None:
-    log, scene = desk / "logs" / LOGS[0], ROOT / "configs" / "sample_data.toml"
-    (row,) = fl.batch(log, scene, output=desk / "out").run()
-    recording = desk / "out" / "recordings" / f"{log.stem}.h5"
-    done = run_in(desk, [str(BIN / "frictionlab"), "compare-numeric", str(recording), "--scene", str(scene), "--json"])
-    told = json.loads(done.stdout)
-    assert told == json.loads((desk / "out" / "comparisons" / f"{log.stem}.jsonl").read_text())
-    assert told["friction_ratio"] == row["friction_ratio"]
-
-
-@pytest.mark.timeout(180)
-def test_a_broken_log_is_named_and_the_others_go_on(desk: Path) -> None:
-    (desk / "logs" / LOGS[0]).write_text("time [s],mass [mm]\n0.000,1.500\n0.004,1.501\n")
-    done = make(desk)
-    assert done.returncode != 0
-    assert f"{Path(LOGS[0]).stem}.jsonl (the reason stands above)" in done.stderr
-    assert LOGS[0] in done.stderr
-    assert "aramid_N1.25_r1.2" in done.stdout.splitlines()[-2]
+    told = json.loads((desk / "out" / "comparisons" / f"{stems[0]}.jsonl").read_text())
+    alone = fl.compare(log, ROOT / "configs" / "sample_data.toml")
+    assert told["friction_ratio"] == alone.friction_ratio
+    log.write_text("time [s],mass [mm]\n0.000,1.500\n0.004,1.501\n")
+    broken = make(desk)
+    assert broken.returncode != 0
+    assert f"{stems[0]}.jsonl (the reason stands above)" in broken.stderr
+    assert LOGS[0] in broken.stderr
+    assert stems[1] in broken.stdout.splitlines()[-2]
 
 
 @pytest.mark.timeout(180)
@@ -129,27 +118,28 @@ def test_make_runs_nothing_that_stands_in_a_name(desk: Path) -> None:
     assert done.returncode != 0
     assert done.stderr.count("the reason stands above") == len(HOSTILE)
     assert (desk / "out of $(touch PWNED)" / "comparisons" / "$(touch PWNED) it's.jsonl").exists()
-    campaign = ["CAMPAIGN_LOGS=my `touch PWNED` logs", "CAMPAIGN_SCENE=configs/frame.toml", "CAMPAIGN=my campaign"]
-    done = run_in(desk, [*MAKE, "campaign", *campaign])
-    assert not list(desk.rglob("PWNED"))
-    assert done.returncode != 0, done.stdout
-    assert done.stdout.splitlines()[-1] == "the report is my campaign/report.html"
-    assert len(list((desk / "my campaign" / "measurements").iterdir())) == len(HOSTILE) + 1
 
 
 @pytest.mark.timeout(180)
 def test_a_virtual_campaign_is_made_from_its_scene_and_not_made_again(desk: Path) -> None:
+    """Among its logs is one whose name is a command, and which fails: it is a row of the campaign."""
     (desk / "small.toml").write_text(CAMPAIGN)
-    words = ("campaign", "CAMPAIGN_SCENE=small.toml", "CAMPAIGN=made")
+    logs = desk / "my `touch PWNED`" / "logs"
+    logs.mkdir(parents=True)
+    (logs / "$(touch PWNED).csv").write_text("")
+    words = ("campaign", "CAMPAIGN_SCENE=small.toml", "CAMPAIGN=my `touch PWNED`")
     first = make(desk, *words)
-    assert first.returncode == 0, first.stderr
-    assert "ingest and analyze: 2 of 2 logs" in first.stdout
-    assert "evaluate the campaign: 2 tests" in first.stdout
-    assert first.stdout.splitlines()[-1] == "the report is made/report.html"
-    assert {p.name for p in (desk / "made").glob("*.csv")} == {
+    assert first.returncode != 0
+    assert "ingest and analyze: 3 of 3 logs" in first.stdout
+    assert "evaluate the campaign: 3 tests" in first.stdout
+    assert first.stdout.splitlines()[-1] == "the report is my `touch PWNED`/report.html"
+    assert {p.name for p in logs.parent.glob("*.csv")} == {
         f"{name}.csv" for name in ("measurements", "friction", "ranking", "drift")
     }
-    assert make(desk, *words).stdout == "the report is made/report.html\n"
+    assert "$(touch PWNED).csv" in (logs.parent / "measurements.csv").read_text()
+    second = make(desk, *words)
+    assert second.stdout.splitlines() == ["ingest and analyze: 1 of 3 logs", first.stdout.splitlines()[-1]]
+    assert not list(desk.rglob("PWNED"))
 
 
 def test_a_folder_without_logs_is_said(desk: Path) -> None:

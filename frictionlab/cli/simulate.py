@@ -9,9 +9,10 @@ import typer
 
 from frictionlab.cli.all_states import All, print_all
 from frictionlab.cli.base_motion import SETTINGS, BaseMotion, Ride, one_of_both, ride
+from frictionlab.cli.inputs import tell_warnings
 from frictionlab.cli.law_options import LawName, Parameters, numbers
 from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, takes
-from frictionlab.cli.output import complain, print_turned
+from frictionlab.cli.output import print_turned
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.schema import MOTIONS
 from frictionlab.tables import Row, check_output, json_line, write_rows
@@ -102,8 +103,7 @@ def simulate(
     elif not quiet:
         print_turned([row], MOTIONS)
         typer.echo(state.verdict)
-    for warning in state.warnings if not (as_json or quiet) else ():
-        complain(warning)
+        tell_warnings({"warnings": state.warnings})
     if output is not None:
         _write(state, row, output, force=force)
     if plot is not None:
