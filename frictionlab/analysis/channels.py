@@ -17,6 +17,7 @@ CLEANER = 0.3  # harmonics of the mass over those of the base: friction makes ha
 DISTORTED = 0.02
 NOISIER = 10.0  # noise of a mass that stands, over the base's
 STANDS = 0.05  # of a cycle that the mass would stand if the column were relative
+SLOW = 0.05  # of the highest speed: 3 % of a cosine is slower
 OFF, FITS = 0.6, 0.2  # what friction leaves of the force, where the mass never stops
 
 
@@ -96,13 +97,20 @@ def relative(
     """
     for sign, word in ((1.0, "+"), (-1.0, "-")):
         other = base + sign * mass
-        stands = _stuck(other, noise, samples)
+        stands = _stuck(other, noise, samples) if _may_stand(other) else 0.0
         if stands > max(STANDS, 4.0 * stuck) and float(np.std(other)) > 0.05 * float(np.std(base)):
             why = f"mass {word} base stands for {100.0 * stands:.2g} % of a cycle, the column for {100.0 * stuck:.2g} %"
             return Mistake.RELATIVE.said(why=why, sign=word)
         if r is not None and stuck == 0.0 and _left(mass, base, r) > OFF and _left(other, base, r) < FITS:
             return Mistake.RELATIVE.said(why=f"mass {word} base fits the equation of motion", sign=word)
     return None
+
+
+def _may_stand(cycle: FloatArray) -> bool:
+    """Whether a cycle is slow for longer than it takes to turn twice; quick."""
+    width = max(1, len(cycle) // 128)
+    speed = np.abs(cycle[width:] - cycle[:-width])
+    return bool(np.count_nonzero(speed < SLOW * speed.max()) > STANDS * len(speed))
 
 
 def _stuck(cycle: FloatArray, noise: float, samples: float) -> float:

@@ -36,19 +36,24 @@ def is_clipped(cycle: FloatArray, *, noise: float, stops_on_its_way: bool = Fals
     stroke = float(np.ptp(cycle))
     if not stroke > 0.0:
         return False
+    asked = [
+        pair for pair in (FINE if stops_on_its_way else SCALES).items() if 8.0 * noise <= pair[0] * LEVELS[0] * stroke
+    ]
+    sides = [[_depths(flank) for flank in (side, side[::-1])] for side in (cycle / stroke, -cycle / stroke)]
     return any(
-        min(_sharpness(side, scale), _sharpness(side[::-1], scale)) > sharpest
-        for scale, sharpest in (FINE if stops_on_its_way else SCALES).items()
-        if 8.0 * noise <= scale * LEVELS[0] * stroke
-        for side in (cycle / stroke, -cycle / stroke)
+        all(_sharpness(depth, scale) > sharpest for depth in side) for scale, sharpest in asked for side in sides
     )
 
 
-def _sharpness(cycle: FloatArray, scale: float) -> float:
-    """Time from the second to the third level over the time from the first to the second, after the highest point."""
+def _depths(cycle: FloatArray) -> FloatArray:
+    """Depths below the highest point, from there on."""
     after = np.roll(cycle, -int(np.argmax(cycle)))
-    depth = after[0] - after
-    first, second, third = (_crossing(depth, level) for level in np.multiply(LEVELS, scale))
+    return np.asarray(after[0] - after)
+
+
+def _sharpness(depth: FloatArray, scale: float) -> float:
+    """Time from the second to the third level over the time from the first to the second, after the highest point."""
+    first, second, third = (_crossing(depth, scale * level) for level in LEVELS)
     return (third - second) / max(second - first, 1e-300)
 
 

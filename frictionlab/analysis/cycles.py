@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
+EVEN = 0.02  # of a step: stamps that stray no further from an even clock are even
 FEW_PASSES = 8  # of the phase where there are fewer than three cycles, and the first guess is poor
 OVERLAP = 0.125  # of a cycle: steps of the phase's window where there are fewer than three cycles
 MOST_EVEN = 1e6  # samples on an even clock, or 20 times those there are
@@ -293,6 +294,11 @@ def _slope_error(at: FloatArray, residual: FloatArray, expected: float) -> float
     return math.sqrt(max(scatter, noise) if wanders else noise) / spread
 
 
+def stray(time: FloatArray, step: float) -> float:
+    """How far stamps (n,) stray from an even clock that starts with them, in steps."""
+    return float(np.max(np.abs(time - time[0] - step * np.arange(len(time))))) / step
+
+
 def evenly(time: FloatArray, mass: FloatArray, base: FloatArray, step: float) -> tuple[FloatArray, FloatArray, float]:
     """Both displacements on an even clock, and how far the stamps strayed from it (0 when nothing was changed).
 
@@ -306,9 +312,8 @@ def evenly(time: FloatArray, mass: FloatArray, base: FloatArray, step: float) ->
     step : float
         Sampling interval, s.
     """
-    n = len(time)
-    stray = float(np.max(np.abs(time - time[0] - step * np.arange(n)))) / step
-    if stray < 0.02 or (stray < 1.0 and _coarsely_written(np.diff(time), step)):
+    off = stray(time, step)
+    if off < EVEN or (off < 1.0 and _coarsely_written(np.diff(time), step)):
         return mass, base, 0.0
     _check_span(time, step)
     even = np.arange(time[0], time[-1] + 1e-9 * step, step)

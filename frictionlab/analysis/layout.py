@@ -88,7 +88,8 @@ class Layout:
     away, over Y; ``mass_shared``, ``base_shared``: the same spread as white noise over a cycle; ``mass_step``,
     ``base_step``: smallest step of the values over Y (0: not quantised); ``offset``: mean of x over all cycles [m];
     ``mass_spectrum``, ``base_spectrum``: of the longest stretch, up to ten times the drive; ``foreign``: lines between
-    the drive's harmonics, the high ones taken out.
+    the drive's harmonics, the high ones taken out;
+    ``base_wander`` (p,): what the base's slow wander adds to its mean cycle.
     """
 
     drive: Drive
@@ -109,6 +110,7 @@ class Layout:
     mass_spectrum: spectrum.Spectrum
     base_spectrum: spectrum.Spectrum
     foreign: Foreign
+    base_wander: FloatArray
 
     @property
     def left(self) -> float:
@@ -179,7 +181,10 @@ def lay_out(
     base = _folded_all([s.base for s in stretches], cuts, points)
     mass = _folded_all([s.mass for s in stretches], cuts, points)
     blocks = _blocks(cuts)
-    of_mass, of_base = (_sensor(*pair, 1.0 / cut.frequency) for pair in ((longest.mass, mass), (longest.base, base)))
+    if foreign.base:
+        base_noise = noise.white_noise(longest.base)
+    of_mass = _sensor(longest.mass, mass, noise.white_noise(longest.mass), 1.0 / cut.frequency)
+    of_base = _sensor(longest.base, base, base_noise, 1.0 / cut.frequency)
     white = math.hypot(of_base.noise, of_base.shared * math.sqrt(len(base)))
     whole = base[len(base) % foreign.period :] if 1 < foreign.period <= len(base) else base
     wander = slow_wander(base, blocks) if whole is base else _wander_of_periods(whole, foreign.period)
@@ -205,6 +210,7 @@ def lay_out(
         mass_step=of_mass.step / drive.amplitude,
         base_step=of_base.step / drive.amplitude,
         foreign=foreign,
+        base_wander=(wander.mean(axis=0) - wander.mean()) / drive.amplitude,
     )
 
 
@@ -251,8 +257,8 @@ class _Sensor:
     shared: float
 
 
-def _sensor(signal: FloatArray, rows: FloatArray, samples: float) -> _Sensor:
-    white, step = noise.white_noise(signal), noise.sensor_step(signal)
+def _sensor(signal: FloatArray, rows: FloatArray, white: float, samples: float) -> _Sensor:
+    step = noise.sensor_step(signal)
     rounding = noise.rounding_left(white, step)
     shared = noise.as_white(rounding, step, float(np.ptp(rows.mean(axis=0))), samples)
     return _Sensor(white, step, rounding, shared)
@@ -329,10 +335,13 @@ def slow_wander(rows: FloatArray, blocks: tuple[slice, ...], some: slice | None 
     (n, points) array
         Of the rows ``some``; without it one row, the mean wander of all.
     """
-    points = rows.shape[1]
+    return wander_of(rows.mean(axis=1), rows.shape[1], blocks, some)
+
+
+def wander_of(means: FloatArray, points: int, blocks: tuple[slice, ...], some: slice | None = None) -> FloatArray:
+    """The same from the means of the cycles (n,) alone."""
     inside = (np.arange(points) + 0.5) / points - 0.5
-    means = rows.mean(axis=1)
-    before, after = np.zeros(len(rows)), np.zeros(len(rows))
+    before, after = np.zeros(len(means)), np.zeros(len(means))
     for block in blocks:
         rise = np.diff(means[block])
         if len(rise):

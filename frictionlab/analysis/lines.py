@@ -70,18 +70,26 @@ def foreign(lines: Spectrum, drive: float, *, unit: float, resolution: float, sp
     """
     amplitude, frequency = lines.amplitude, lines.frequency
     high = np.flatnonzero(amplitude > LEAST * unit)
+    high = high[(high > 0) & (high < len(amplitude) - 1)]
+    high = high[(amplitude[high] >= amplitude[high - 1]) & (amplitude[high] > amplitude[high + 1])]
     order = np.maximum(np.rint(frequency[high] / drive), 0.0)
     covered = BESIDE * resolution + 3.0 * spread * frequency[high]
-    high = high[(np.abs(frequency[high] - order * drive) > covered) & (frequency[high] > 0.3 * drive)]
-    high = high[(high > 0) & (high < len(amplitude) - 1)]
-    tops = high[(amplitude[high] >= amplitude[high - 1]) & (amplitude[high] > amplitude[high + 1])]
+    tops = high[(np.abs(frequency[high] - order * drive) > covered) & (frequency[high] > 0.3 * drive)]
+    if not len(tops):
+        return ()
     cell = resolution / float(frequency[1])
-    strong = [(order * drive, _height(amplitude, order * drive / frequency[1], cell)) for order in range(1, ORDERS)]
+    orders = np.arange(1, ORDERS)
+    strong = np.array([_height(amplitude, order * drive / frequency[1], cell) for order in orders])
+    apart = np.abs(frequency[tops][:, None] - orders * drive) / resolution
+    leaks = (_leak(apart) * strong).sum(axis=1)
+    clear = amplitude[tops] > LEAKS * leaks
+    tops, leaks = tops[clear], leaks[clear]
     found: list[Line] = []
-    for top in tops[np.argsort(-amplitude[tops])][: 8 * MOST].tolist():
-        seen = strong + [(line.frequency, line.amplitude) for line in found]
-        leaks = sum(_leak(abs(frequency[top] - at) / resolution) * height for at, height in seen)
-        if amplitude[top] > max(LEAKS * leaks, CLEAR * _around(amplitude, top, cell)):
+    for i in np.argsort(-amplitude[tops])[: 8 * MOST].tolist():
+        top = int(tops[i])
+        near = np.array([abs(frequency[top] - line.frequency) / resolution for line in found])
+        leak = leaks[i] + float(np.dot(_leak(near), [line.amplitude for line in found]))
+        if amplitude[top] > max(LEAKS * leak, CLEAR * _around(amplitude, top, cell)):
             offset, height = refined(amplitude[top - 1 : top + 2], cell)
             at = float((top + offset) * frequency[1])
             found.append(Line(at, height, removed=at > HIGH * drive))
@@ -112,9 +120,10 @@ def _height(amplitude: FloatArray, at: float, cell: float) -> float:
     return float(amplitude[low:high].max()) if low < len(amplitude) else 0.0
 
 
-def _leak(cells: float) -> float:
-    """What a line of amplitude 1 shows of itself at a distance under a Hann window, at most."""
-    return 1.0 if cells < 2.5 else 1.0 / (math.pi * cells * (cells * cells - 1.0))
+def _leak(cells: FloatArray) -> FloatArray:
+    """What a line of amplitude 1 shows of itself at these distances under a Hann window, at most."""
+    far = np.maximum(cells, 2.5)
+    return np.where(cells < 2.5, 1.0, 1.0 / (math.pi * far * (far * far - 1.0)))
 
 
 def _around(amplitude: FloatArray, top: int, cell: float) -> float:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from frictionlab.accuracy import accuracy_of
 from frictionlab.analysis import cycles, drift, energy, irregularity, judgement, response, restoring, steadiness, traces
-from frictionlab.analysis.layout import Layout, Stretch, approach, lay_out, slow_wander
+from frictionlab.analysis.layout import Layout, Stretch, approach, lay_out, wander_of
 from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement
 from frictionlab.analysis.response import Response
 from frictionlab.errors import AnalysisError
@@ -103,14 +103,17 @@ def _stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], list[
     warnings = list(recording.source.warnings)
     parts, strays = [], 0.0
     for part in recording.stretches():
+        if cycles.stray(part.time, step) < cycles.EVEN:
+            mass = restoring.restored(part.mass_displacement, step, of_mass)
+            base = restoring.restored(part.base_displacement, step, of_base)
+            parts.append(Stretch(float(part.time[0]), step, mass, base))
+            continue
         breaks = clock_breaks(part.time, step)
         warnings += _of_the_clock(part.time, breaks, step)
-        for piece in np.split(np.arange(len(part)), breaks) if len(breaks) else [slice(None)]:
-            time = part.time[piece]
+        for piece in np.split(np.arange(len(part)), breaks):
+            time, mass, base = (v[piece] for v in (part.time, part.mass_displacement, part.base_displacement))
             if len(time) > 1:
-                mass, base, off = cycles.evenly(
-                    time, part.mass_displacement[piece], part.base_displacement[piece], step
-                )
+                mass, base, off = cycles.evenly(time, mass, base, step)
                 mass, base = restoring.restored(mass, step, of_mass), restoring.restored(base, step, of_base)
                 parts.append(Stretch(float(time[0]), step, mass, base))
                 strays = max(strays, off)
@@ -294,7 +297,8 @@ class _Composition:
         """Mean of the cycles used, turned so that it starts at tau = 0."""
         points = self.layout.mass.shape[1]
         quarter = points // 4
-        mass, base = (np.roll(self._level(rows, used), -quarter) for rows in (self.layout.mass, self.layout.base))
+        rows = self.layout.mass, self.layout.base
+        mass, base = (np.roll(r[used].mean(axis=0) - w, -quarter) for r, w in zip(rows, self._level(), strict=True))
         smooth, velocity = (np.roll(c, -quarter) for c in response.mean_cycle(self.layout, used, self.response.how))
         harmonics = self.layout.drive.harmonics
         return Cycle(
@@ -315,11 +319,13 @@ class _Composition:
         lines = np.fft.rfft(mass[some], axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / mass.shape[1])
         return np.asarray(lines * 1j ** np.arange(1, lines.shape[1] + 1))
 
-    def _level(self, rows: FloatArray, used: slice) -> FloatArray:
-        """Mean of the cycles used without the mean slow wander: a sensor whose zero drifts is no force."""
-        mean = rows[used].mean(axis=0)
-        level = 0.0 if self.layout.foreign.period > 1 else slow_wander(rows, self.layout.blocks)[0]
-        return np.asarray(mean - level)
+    def _level(self) -> tuple[FloatArray, FloatArray]:
+        """What the slow wander of mass and base adds to a mean cycle (p,): a sensor whose zero drifts is no force."""
+        layout = self.layout
+        if layout.foreign.period > 1:
+            return np.zeros_like(layout.base_wander), layout.base_wander
+        wander = wander_of(self.response.position, layout.mass.shape[1], layout.blocks)[0]
+        return wander, layout.base_wander
 
     def _irregularity(self) -> tuple[float | None, float | None, float | None]:
         layout = self.layout
