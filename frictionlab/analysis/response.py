@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis import energy, stops
+from frictionlab.analysis import energy, slips, stops
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.smoothing import Smoother, smoothed, smoother
 from frictionlab.analysis.stops import Stops
 
 FloatArray = NDArray[np.float64]
+FEW = 5  # cycles whose mean tells a slip within a stop
 LEVELLED = 0.5  # of the range, which stops of one place each never take away
 FINE = 512  # points a cycle, at least, on which stops and extremes are looked for
 
@@ -79,6 +80,9 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         parts.append(pauses)
         firsts.append(part.cycles.start)
     found = stops.stops_of(stops.joined(parts, firsts, n, points), thresholds, points)
+    if period == 1 and n >= FEW:
+        rough = math.hypot(noise / math.sqrt(n), shared)
+        found = slips.parted(found, slid.mean(axis=0), noise=rough, dwell=thresholds.dwell, cycles=n)
     is_blurred = float(np.median(slide)) < LEVELLED * float(np.median(whole))
     if is_blurred:  # a threshold above the mass's own speed makes one stop of all
         found, slide = Stops(np.zeros(0), np.zeros(0)), whole

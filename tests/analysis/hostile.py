@@ -279,6 +279,8 @@ CASES: dict[str, Callable[[], Case]] = {
     "mass is relative to the base": lambda: wrong_columns("relative"),
     "mass is relative to the base, r = 0.8": lambda: wrong_columns("relative", 0.8, 0.3),
     "mass is noise of 0.1 mm": lambda: wrong_columns("noise"),
-    "stops parted by a slip of 0.001 Y, r = 0.1": lambda: Case(seen(motion(0.1, 0.3)), ALL, motion(0.1, 0.3)),
+    "stops parted by a slip of 0.001 Y, r = 0.1457": lambda: Case(
+        seen(motion(0.1457, 0.2041)), ALL, motion(0.1457, 0.2041)
+    ),
     "two stops of 3.5 %, r = 1.452": lambda: Case(seen(motion(1.452, 0.681)), ALL, motion(1.452, 0.681)),
 }

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from frictionlab.analysis.measure import measure
+from frictionlab.analysis.slips import parted
+from frictionlab.analysis.stops import Stops
 from frictionlab.errors import AnalysisError
 from tests.analysis.hostile import (
     ALL,
@@ -232,3 +234,19 @@ def test_stamps_that_are_even_over_a_clock_that_jitters_move_nothing_beyond_its_
     m = measure(made.recording, made.scene)
     assert abs(m.energy_per_cycle - made.truth.energy) < 3 * m.energy_per_cycle_se
     assert abs(m.response_amplitude - made.truth.amplitude) < 3 * m.response_amplitude_se
+
+
+@pytest.mark.parametrize(("r", "beta"), [(0.1457, 0.2041), (0.3, 0.1), (0.1, 0.3), (1.452, 0.681)])
+def test_stops_parted_by_a_tiny_slip_are_two(r: float, beta: float) -> None:
+    """At r = 0.1457 stops of 7 and 13 % of a cycle are parted by 0.001 Y: two were counted for four."""
+    of = motion(r, beta)
+    assert measure(seen(of, seconds=60.0), ALL).stops_per_cycle == of.stops
+
+
+@pytest.mark.parametrize("creep", [0.0, 0.002, 0.02])
+def test_a_stop_in_which_the_mass_creeps_is_one(creep: float) -> None:
+    """The real 450 g contact backs away by 0.018 Y in the last third of its lower stop."""
+    tau = 2 * np.pi * np.arange(512) / 512
+    place = np.where(tau < 2.0, creep * np.maximum(tau - 1.3, 0.0) / 0.7, creep + 0.5 * (tau - 2.0) ** 2)
+    one = Stops(np.array([0.0]), np.array([2.0]))
+    assert len(parted(one, place, noise=1e-5, dwell=0.047, cycles=1).begin) == 1
