@@ -14,6 +14,7 @@ from frictionlab.errors import UsageError as UsageError
 from frictionlab.hdf5 import read_recording as read_recording
 from frictionlab.hdf5 import write_recording as write_recording
 from frictionlab.identification import Comparison as Comparison
+from frictionlab.planning import Plan as Plan
 from frictionlab.recording import Recording as Recording
 from frictionlab.scene import LogOptions as LogOptions
 from frictionlab.scene import Scene as Scene
@@ -34,6 +35,7 @@ from frictionlab.verbs.evaluate import evaluate as evaluate
 from frictionlab.verbs.free_vibration import free_vibration as free_vibration
 from frictionlab.verbs.ingest import ingest as ingest
 from frictionlab.verbs.init import init as init
+from frictionlab.verbs.plan import plan as plan
 from frictionlab.verbs.plot import plot as plot
 from frictionlab.verbs.publish import publish as publish
 from frictionlab.verbs.respond import respond as respond

@@ -34,6 +34,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "logs": {"errors", "recording", "hdf5", "log_options", "units"},
     "analysis": {"accuracy", "errors", "estimate", "recording", "scene", "schema", "uncertainty"},
     "uncertainty": {"scene"},
+    "planning": {"errors", "identification", "scene", "schema", "simulator", "uncertainty"},
     "identification": {
         "base_motion",
         *("accuracy", "errors", "estimate", "recording", "scene", "schema", "analysis", "simulator", "uncertainty"),
@@ -60,6 +61,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "base_motion": {"analysis", "errors", "recording", "simulator"},
     "figures": {
+        "planning",
         "base_motion",
         "errors",
         "recording",
@@ -73,6 +75,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "verbs": {
         *(
+            "planning",
             "__init__",
             "analysis",
             "base_motion",

@@ -23,6 +23,7 @@ from frictionlab.cli.ingest import ingest
 from frictionlab.cli.init import init
 from frictionlab.cli.inputs import LostOutputError, drop_output, standard_output
 from frictionlab.cli.output import complain
+from frictionlab.cli.plan import plan
 from frictionlab.cli.show import show
 from frictionlab.cli.simulate import simulate
 from frictionlab.cli.sweep import sweep
@@ -109,6 +110,7 @@ COMMANDS: tuple[Callable[..., None], ...] = (
     batch,
     simulate,
     sweep,
+    plan,
     synthesize,
     tradeoff,
     show,

@@ -66,21 +66,38 @@ def of_parameter(parameter: Parameter) -> Coordinate:
     return replace(named, middle=middle, width=width, low=max(-STRONGEST, least))
 
 
-def nuisances(family: Family, measurement: Measurement, sources: Sources) -> tuple[Coordinate, ...]:
-    """What else may be off in one test, by what is known of its sensors and its rig."""
-    turn = 2.0 * math.pi * measurement.drive_frequency_hz
+def nuisances(family: Family, sources: Sources, *, turn: float, second: float = 0.0) -> tuple[Coordinate, ...]:
+    """What else may be off in one test, by what is known of its sensors and its rig.
+
+    Parameters
+    ----------
+    family, sources
+        The test, and what is known of it.
+    turn : float
+        Drive's angular frequency, rad/s.
+    second : float
+        Size over Y of a second harmonic seen in the base: it may be the sensor's or the base's.
+    """
+    gain = math.hypot(sources.gain, 2.0 * sources.linearity * math.sqrt(2.0))
+    words = "second harmonic of the base, {} part over Y"
     found = [
         _nuisance("natural_frequency", "natural frequency, relative", sources.natural_frequency),
-        _nuisance(
-            "gain",
-            "gain of the mass sensor over that of the base's",
-            math.hypot(sources.gain, 2.0 * sources.linearity * math.sqrt(2.0)),
-        ),
+        _nuisance("gain", "gain of the mass sensor over that of the base's", gain),
         _nuisance("lag", "lag between the channels, rad of the drive", turn * sources.lag),
         _frame(family, sources),
-        *_second_harmonic(family, measurement),
+        *(_nuisance(f"second_{part}", words.format(part), second / math.sqrt(2.0)) for part in ("cosine", "sine")),
     ]
     return tuple(c for c in found if c.width > 0.0)
+
+
+def second_harmonic(family: Family, measurement: Measurement) -> float:
+    """Size over Y of the second harmonic that the base sensor shows; 0 where it is noise, or simulated anyway."""
+    if family.base.harmonics > 1:
+        return 0.0
+    cycle = measurement.cycle
+    size = math.hypot(float(cycle.base_cosine[1]), float(cycle.base_sine[1]))
+    noise = measurement.base_amplitude_m_se / measurement.base_amplitude_m
+    return 0.0 if size < 3.0 * noise or size < 1e-4 else size
 
 
 def _nuisance(name: str, words: str, width: float) -> Coordinate:
@@ -93,19 +110,6 @@ def _frame(family: Family, sources: Sources) -> Coordinate:
     low = max(-STRONGEST, -middle / width) if width > 0.0 else 0.0
     words = "frame's damping ratio"
     return Coordinate("frame_damping_ratio", words, middle=middle, width=width, low=low, folded=middle == 0.0)
-
-
-def _second_harmonic(family: Family, measurement: Measurement) -> tuple[Coordinate, ...]:
-    """A second harmonic of the base, as large as the measured one: it may be the sensor's or the base's."""
-    if family.base.harmonics > 1:
-        return ()
-    cycle = measurement.cycle
-    size = math.hypot(float(cycle.base_cosine[1]), float(cycle.base_sine[1]))
-    noise = measurement.base_amplitude_m_se / measurement.base_amplitude_m
-    if size < 3.0 * noise or size < 1e-4:
-        return ()
-    words = "second harmonic of the base, {} part over Y"
-    return tuple(_nuisance(f"second_{part}", words.format(part), size / math.sqrt(2.0)) for part in ("cosine", "sine"))
 
 
 def values_of(coordinates: tuple[Coordinate, ...], point: FloatArray) -> dict[str, float]:

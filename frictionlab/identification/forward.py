@@ -15,6 +15,7 @@ from frictionlab.simulator import SteadyState, steady_state
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+LEAST_POINTS = 128  # of a simulated cycle: what folds back from beyond is below 1e-6 of it
 STEP = 1e-4  # of a prior's width or of the value: finite differences of the simulated cycle
 SIMULATED = ("natural_frequency", "frame_damping_ratio", "second_cosine", "second_sine")  # nuisances that cost a state
 
@@ -46,12 +47,15 @@ class Forward:
 
     def lines(self, values: Mapping[str, float]) -> ComplexArray | None:
         """Harmonics of the steady motion itself, before the sensors; None where there is none."""
-        state = self.state(values)
+        return self.lines_of(self.state(values))
+
+    def lines_of(self, state: SteadyState | None) -> ComplexArray | None:
+        """Harmonics of a steady motion; None where there is none."""
         if state is None or (state.orbit is None and state.outcome != "stuck"):
             return None
         if state.orbit is None:
             return np.zeros(self.count, dtype=np.complex128)
-        points, turns = max(256, 4 * self.count), state.period_cycles or 1
+        points, turns = max(LEAST_POINTS, 4 * self.count), state.period_cycles or 1
         tau = 2.0 * np.pi * np.arange(points * turns) / points
         cycle = state.orbit.at(tau)[0].reshape(turns, points).mean(axis=0)
         return harmonics_of(cycle, self.count)

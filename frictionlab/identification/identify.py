@@ -9,7 +9,7 @@ from scipy.special import ndtr, ndtri
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
-from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, point_of
+from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, point_of, second_harmonic
 from frictionlab.identification.family import Family
 from frictionlab.identification.fit import Errors, Fit, cost, errors_of, excess_of, fit, released, unfitted
 from frictionlab.identification.forward import Forward
@@ -66,10 +66,9 @@ class Identified:
 
 def coordinates_of(family: Family, measurement: Measurement, sources: Sources) -> tuple[Coordinate, ...]:
     """The unknowns of a fit: the law's free parameters, then the nuisances."""
-    return (
-        *(of_parameter(family.law.parameter(name)) for name in family.free),
-        *nuisances(family, measurement, sources),
-    )
+    turn, second = 2.0 * math.pi * measurement.drive_frequency_hz, second_harmonic(family, measurement)
+    own = (of_parameter(family.law.parameter(name)) for name in family.free)
+    return (*own, *nuisances(family, sources, turn=turn, second=second))
 
 
 def forward_of(family: Family, measurement: Measurement, sources: Sources, observed: Observed) -> Forward:

@@ -10,10 +10,12 @@ from frictionlab.errors import UsageError
 from frictionlab.figures.comparison import comparison_figure
 from frictionlab.figures.measurement import measurement_figure
 from frictionlab.figures.motion import motion_figure
+from frictionlab.figures.plan import plan_figure
 from frictionlab.figures.record import record_figure
 from frictionlab.figures.response import response_figure
 from frictionlab.figures.style import save
 from frictionlab.identification import Comparison, WholeRecord
+from frictionlab.planning import Plan
 from frictionlab.simulator import SteadyState
 from frictionlab.verbs.given import FilePath
 
@@ -23,12 +25,13 @@ FIGURES: dict[type, Callable[[Any, str | None], Any]] = {
     WholeRecord: lambda result, title: record_figure(result, title or "whole record"),
     SteadyState: lambda result, _title: motion_figure(result),
     RecordResponse: lambda result, _title: response_figure(result),
+    Plan: lambda result, _title: plan_figure(result),
 }
 SUFFIXES = (".pdf", ".svg", ".png")
 
 
 def plot(
-    result: Measurement | Comparison | WholeRecord | SteadyState | RecordResponse,
+    result: Measurement | Comparison | WholeRecord | SteadyState | RecordResponse | Plan,
     path: FilePath,
     *,
     title: str | None = None,
@@ -37,7 +40,7 @@ def plot(
 
     Parameters
     ----------
-    result : Measurement, Comparison, WholeRecord, SteadyState or RecordResponse
+    result : Measurement, Comparison, WholeRecord, SteadyState, RecordResponse or Plan
     path : str or Path
         Ends in ``.pdf``, ``.svg`` or ``.png``; its folder is made if it is not there.
     title : str, optional

@@ -1,0 +1,55 @@
+"""A scene -> the tests that tell most."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from frictionlab.planning import Plan, plan_tests, sheet_rows
+from frictionlab.tables import read_rows, write_rows
+from frictionlab.verbs.given import AnyScene, FilePath, scene_given
+
+TABLES = ("plan", "model", "rig", "sensors")
+
+
+def plan(
+    scene: AnyScene,
+    *,
+    law: str | None = None,
+    tests: int = 10,
+    measured: Sequence[FilePath] = (),
+    sheet: FilePath | None = None,
+    force: bool = False,
+    **settings: object,
+) -> Plan:
+    """Return the tests that tell most about a contact law, best first.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        ``[plan]``: what the rig can set, its sensors, what is known of the friction coefficient; ``[rig]``;
+        ``[model]``: the law and its expected parameters.
+    law : str, optional
+        In place of the scene's.
+    tests : int
+        How many.
+    measured : sequence of str or Path
+        Tables of comparisons at hand: what they told is known before.
+    sheet : str or Path, optional
+        Write the plan here as a sheet (CSV) for the laboratory, which ``[experiment] sheet`` reads after the tests.
+    force : bool
+        Replace a file that stands there.
+    **settings
+        Keys of ``[plan]``, ``[model]``, ``[rig]`` and ``[sensors]`` that win over the scene's: ``duration_s=90.0``.
+
+    Raises
+    ------
+    SceneError
+        A range is empty, the bounds forbid all, or the rig is not known.
+    UsageError
+        The law cannot be, or nothing tells anything about it.
+    """
+    known = scene_given(scene, settings, TABLES)
+    rows = [row for path in measured for row in read_rows(Path(path))]
+    found = plan_tests(known, law=law, tests=tests, measured=rows)
+    if sheet is not None:
+        write_rows(sheet_rows(found, known), Path(sheet), force=force)
+    return found

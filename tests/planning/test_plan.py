@@ -1,0 +1,155 @@
+"""Plans: the errors they promise against those that tests achieve, the choice, the sheet, and what is refused."""
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import frictionlab as fl
+from frictionlab.analysis.measure import measure
+from frictionlab.cli import app
+from frictionlab.errors import SceneError, UsageError
+from frictionlab.experiment import facts_of
+from frictionlab.identification import predict
+from frictionlab.planning import Plan, plan_tests
+from frictionlab.scene import Scene, scene_from_tables
+from frictionlab.simulator import Problem
+from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded
+
+LINE = [
+    "rank",
+    "frequency_ratio",
+    "normal_force_n",
+    "base_amplitude_m",
+    "duration_s",
+    "regime",
+    "expected",
+    "cumulative",
+]
+
+
+def scene(**plan: object) -> Scene:
+    tables: dict[str, Mapping[str, object]] = {
+        "rig": {"natural_frequency_hz": NATURAL_HZ, "stiffness_n_per_m": 1191.0, "damping_ratio": 0.0},
+        "analysis": {"transient_s": 2.0, "cycles": "all"},
+        "plan": {
+            "frequency_ratios": [0.3, 0.5, 0.8, 1.4],
+            "normal_forces_n": [0.5, 1.0, 1.5],
+            "base_amplitudes_m": [BASE_M],
+            "friction_coefficient": [0.6, 0.1],
+            "step_m": 1.02 * 0.05 / 65520,
+            **plan,
+        },
+    }
+    return scene_from_tables(tables)
+
+
+@pytest.fixture(scope="module")
+def coulomb() -> Plan:
+    return plan_tests(scene(), tests=3)
+
+
+def test_each_further_test_leaves_less_unknown(coulomb: Plan) -> None:
+    left = [t.cumulative["beta"] / t.normal_force_n for t in coulomb.tests if t.cumulative and t.cumulative["beta"]]
+    assert len(left) == 3
+    assert left == sorted(left, reverse=True)
+    assert [t.rank for t in coulomb.tests] == [1, 2, 3]
+
+
+def test_the_errors_promised_are_those_achieved() -> None:
+    """The scatter of the friction ratio over repeats of the best test, each with its own noise and cycles."""
+    best = plan_tests(scene(), tests=1).tests[0]
+    beta = 0.6 * best.normal_force_n / (1191.0 * BASE_M)
+    found = []
+    for seed in range(30):
+        recording = recorded(Problem(best.frequency_ratio, beta), np.random.default_rng(seed))
+        found.append(predict(measure(recording, scene()), scene()).friction_ratio)
+    achieved = float(np.std(found, ddof=1))
+    assert best.expected["beta"] is not None
+    assert achieved == pytest.approx(best.expected["beta"], rel=0.45)  # thirty repeats tell a scatter to 13 %
+
+
+def test_a_test_that_stands_still_tells_nothing() -> None:
+    plan = plan_tests(scene(normal_forces_n=[1.0, 6.0]), tests=1)
+    still = [t for t in plan.others if t.normal_force_n == 6.0]
+    assert still
+    assert all(t.expected["beta"] is None for t in still)
+    assert plan.tests[0].normal_force_n == 1.0
+
+
+def test_place_and_speed_are_told_apart_by_what_is_planned() -> None:
+    plan = plan_tests(scene(), law="coulomb+place+speed", tests=2)
+    first = plan.tests[0]
+    assert set(first.expected) == {"beta", "gradient", "contact_damping_ratio"}
+    assert first.log_bayes is not None
+    assert first.log_bayes > 5
+    for name, alone in first.expected_u.items():
+        held = first.expected[name]
+        assert alone is not None
+        assert held is not None
+        assert held <= alone * (1 + 1e-9)  # what is not known of the rig can only add
+
+
+def test_what_was_measured_is_known_before() -> None:
+    measured: list[Mapping[str, object]] = [{"parameters": {"beta": {"value": 0.28, "u": 1e-5, "told": True}}}]
+
+    def left(rows: list[Mapping[str, object]]) -> float:
+        test = plan_tests(scene(), tests=1, measured=rows).tests[0]
+        assert test.cumulative is not None
+        return (test.cumulative["beta"] or math.inf) / test.normal_force_n
+
+    assert left(measured) < left([])
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"normal_forces_n": []}, r"plan\.normal_forces_n: expected at least one value"),
+        ({"frequency_ratios": []}, r"plan\.frequency_ratios: expected at least one value"),
+        ({"avoid_frequency_ratios": [0.1, 2.0]}, r"plan\.avoid_frequency_ratios: 0\.1 to 2 forbids all"),
+        ({"largest_response_m": 1e-6}, r"plan\.largest_response_m: 1e-06 m forbids all candidates"),
+    ],
+)
+def test_a_plan_that_cannot_be_is_refused_by_name(change: Mapping[str, object], fault: str) -> None:
+    with pytest.raises(SceneError, match=fault):
+        plan_tests(scene(**change))
+
+
+def test_a_law_that_nothing_tells_is_refused_by_name() -> None:
+    with pytest.raises(UsageError, match="no candidate tells anything: the mass stands still"):
+        plan_tests(scene(normal_forces_n=[50.0]))
+    with pytest.raises(SceneError, match="a plan needs natural frequency and stiffness"):
+        plan_tests(Scene())
+
+
+def test_the_command_prints_the_contracts_keys_and_writes_a_sheet_that_scenes_read(tmp_path: Path) -> None:
+    path, sheet = tmp_path / "rig.toml", tmp_path / "tests.csv"
+    path.write_text(
+        f"[rig]\nnatural_frequency_hz = {NATURAL_HZ}\nstiffness_n_per_m = 1191.0\n[experiment]\nmaterial = 'steel'\n"
+        "[plan]\nfrequency_ratios = [0.3, 0.8]\nnormal_forces_n = [1.0]\nfriction_coefficient = [0.6, 0.1]\n"
+    )
+    done = CliRunner().invoke(app, ["plan", "--scene", str(path), "--tests", "2", "-o", str(sheet), "--json"])
+    assert done.exit_code == 0, done.output
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    assert len(lines) == 2
+    assert list(lines[0])[: len(LINE)] == LINE
+    assert lines[0]["rank"] == 1
+    assert lines[0]["expected"]["beta"] > 0
+    first = fl.read_rows(sheet)[0]
+    facts = facts_of(
+        scene_from_tables({"experiment": {"sheet": sheet.name}}, folder=tmp_path), tmp_path / str(first["log"])
+    )
+    assert facts.values["normal_force_n"] == 1.0
+    assert facts.values["material"] == "steel"
+    again = CliRunner().invoke(app, ["plan", "--scene", str(path), "-o", str(sheet)])
+    assert again.exit_code == 2
+    assert "give --force" in again.output
+    assert math.isfinite(lines[1]["cumulative"]["beta"])
+
+
+def test_the_figure_shows_all_candidates(tmp_path: Path, coulomb: Plan) -> None:
+    assert fl.plot(coulomb, tmp_path / "plan.png").stat().st_size > 5000
