@@ -189,6 +189,14 @@ class Recording:
     def __len__(self) -> int:
         return len(self.time)
 
+    def __repr__(self) -> str:
+        names = ", ".join(file.name for file in self.source.files) or "no file"
+        flagged = int((self.quality != 0).sum())
+        said = f", {flagged} flagged" if flagged else ""
+        return (
+            f"<Recording {names}: {len(self)} samples, {self.duration_s:.4g} s at {self.sampling_rate_hz:.5g} Hz{said}>"
+        )
+
     @property
     def duration_s(self) -> float:
         """Time from the first sample to the last [s]."""

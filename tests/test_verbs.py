@@ -80,6 +80,13 @@ def test_a_campaign_is_evaluated_from_results_rows_and_files_alike(tmp_path: Pat
     )
 
 
+def test_results_show_themselves_in_a_line() -> None:
+    recording = fl.ingest(LOG, SCENE)
+    assert repr(recording) == f"<Recording {LOG.name}: 15000 samples, 60 s at 250 Hz>"
+    campaign = fl.evaluate([fl.analyze(recording, SCENE)], SCENE)
+    assert repr(campaign) == "<Campaign: 1 tests, 0 failed, 1 fits of steel>"
+
+
 def test_plot_draws_each_result_and_refuses_others(tmp_path: Path) -> None:
     state = fl.simulate(fl.Problem(r=0.5, beta=0.4))
     assert fl.plot(state, tmp_path / "new" / "motion.svg").read_text(encoding="utf-8").startswith("<?xml")

@@ -80,6 +80,10 @@ class Campaign:
     law: Law
     scene: Scene
 
+    def __repr__(self) -> str:
+        tests = f"{len(self.trials)} tests, {len(self.failures)} failed"
+        return f"<Campaign: {tests}, {len(self.fits)} fits of {', '.join(self.materials) or 'no material'}>"
+
     @property
     def materials(self) -> tuple[str, ...]:
         """The materials measured, in alphabetical order."""
