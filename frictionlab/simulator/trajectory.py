@@ -12,7 +12,7 @@ from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel.layout import DONE, PHASE, PHASES, Leg
 from frictionlab.simulator.problem import Base, Problem
 
-__all__ = ["Trajectory", "from_record", "refuse_chatter", "simulate_exactly"]
+__all__ = ["Trajectory", "fold", "from_record", "refuse_chatter", "simulate_exactly"]
 
 TURN = 2.0 * pi
 Floats = NDArray[np.float64]
@@ -139,32 +139,15 @@ class Trajectory:
     ) -> tuple[tuple[int, ...], Floats, Floats, Floats, Floats]:
         """Return the shape of tau; flat: phase of the drive, direction, and z and v relative to the wall."""
         times, turns = np.broadcast_arrays(np.asarray(tau, dtype=np.float64), 0 if cycle is None else np.asarray(cycle))
-        local, turns = self._fold(times.ravel(), turns.ravel().astype(np.float64))
+        span = float(self.tau[0]), float((self.cycle[-1] - self.cycle[0]) * TURN + self.tau[-1] + self.duration[-1])
+        asked = times.ravel(), turns.ravel().astype(np.float64)
+        local, turns = fold(*asked, span, first=int(self.cycle[0]), periodic=self.periodic)
         begins = (self.cycle - self.cycle[0]) * TURN + self.tau
         index = np.searchsorted(begins, turns * TURN + local, side="right") - 1
         index = np.clip(index, 0, len(begins) - 1)
         within = np.clip(local - self.tau[index] + (turns + self.cycle[0] - self.cycle[index]) * TURN, 0.0, None)
         z, v = self._evaluate(index, within)
         return times.shape, local, self.side[index], z, v
-
-    def _fold(self, tau: Floats, turns: Floats) -> tuple[Floats, Floats]:
-        """Return times as a phase in the first cycle's frame and whole turns since then; periodic motions wrap."""
-        low = self.tau[0]
-        high = float((self.cycle[-1] - self.cycle[0]) * TURN + self.tau[-1] + self.duration[-1])
-        turns = turns - (0.0 if self.periodic else float(self.cycle[0]))
-        whole = np.floor((tau - low) / TURN)
-        local, turns = tau - whole * TURN, turns + whole
-        if self.periodic:
-            return local, np.mod(turns, max(1.0, float(np.round((high - low) / TURN))))
-        total = turns * TURN + local
-        slack = 1e-12 * (1.0 + abs(high) + np.abs(total))
-        if not np.all((total >= low - slack) & (total <= high + slack)):
-            first, last = np.min(tau, initial=np.inf), np.max(tau, initial=-np.inf)
-            raise SimulationError(
-                f"trajectory: at(tau); expected times between {self.start:.6g} and {self.end:.6g} rad; got times from "
-                f"{first:.6g} to {last:.6g}; do: ask within the motion, or simulate longer"
-            )
-        return local, turns
 
     def _evaluate(self, index: NDArray[np.intp], within: Floats) -> tuple[Floats, Floats]:
         """Return z and v at the given times within the given phases."""
@@ -177,6 +160,42 @@ class Trajectory:
         engine.kernel.evaluate(rig, force, flat, times, states)
         both = np.array(states, dtype=np.float64).reshape(-1, 2)
         return both[:, 0], both[:, 1]
+
+
+def fold(tau: Floats, turns: Floats, span: tuple[float, float], *, first: int, periodic: bool) -> tuple[Floats, Floats]:
+    """Return times as a phase of the drive in a motion's first cycle, and whole turns since then; a period repeats.
+
+    Parameters
+    ----------
+    tau, turns : ndarray
+        Times, rad, counted from the starts of cycles.
+    span : (float, float)
+        Begin and end of the motion, rad, counted from the start of its first cycle.
+    first : int
+        The cycle in which the motion begins.
+    periodic : bool
+
+    Raises
+    ------
+    SimulationError
+        If a time lies outside a motion that does not repeat.
+    """
+    low, high = span
+    turns = turns - (0.0 if periodic else float(first))
+    whole = np.floor((tau - low) / TURN)
+    local, turns = tau - whole * TURN, turns + whole
+    if periodic:
+        return local, np.mod(turns, max(1.0, float(np.round((high - low) / TURN))))
+    total = turns * TURN + local
+    slack = 1e-12 * (1.0 + abs(high) + np.abs(total))
+    if not np.all((total >= low - slack) & (total <= high + slack)):
+        begin, end = first * TURN + low, first * TURN + high
+        earliest, latest = np.min(tau, initial=np.inf), np.max(tau, initial=-np.inf)
+        raise SimulationError(
+            f"trajectory: at(tau); expected times between {begin:.6g} and {end:.6g} rad; got times from "
+            f"{earliest:.6g} to {latest:.6g}; do: ask within the motion, or simulate longer"
+        )
+    return local, turns
 
 
 def from_record(problem: Problem, record: Any, count: int, *, periodic: bool, mirror: bool) -> Trajectory:

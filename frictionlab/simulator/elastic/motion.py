@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from frictionlab.errors import SimulationError
 from frictionlab.simulator.elastic import engine as engines
 from frictionlab.simulator.elastic.layout import ELASTIC_PHASE
 from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.trajectory import fold
 
 __all__ = ["ElasticMotion", "from_phases"]
 
@@ -115,7 +115,9 @@ class ElasticMotion:
     def _states(self, tau: ArrayLike, cycle: ArrayLike | None) -> tuple[Floats, Floats, Floats, Floats]:
         """Return z, v, the sliders' force and the phase of the drive at times."""
         times, turns = np.broadcast_arrays(np.asarray(tau, dtype=np.float64), 0 if cycle is None else np.asarray(cycle))
-        local, turns = self._fold(times.ravel(), turns.ravel().astype(np.float64))
+        span = float(self.phases[0, 1]), float((self.cycle[-1] - self.cycle[0]) * TURN + self.phases[-1, 1:3].sum())
+        asked = times.ravel(), turns.ravel().astype(np.float64)
+        local, turns = fold(*asked, span, first=int(self.cycle[0]), periodic=self.periodic)
         begins = (self.cycle - self.cycle[0]) * TURN + self.phases[:, 1]
         index = np.clip(np.searchsorted(begins, turns * TURN + local, side="right") - 1, 0, len(begins) - 1)
         within = local - self.phases[index, 1] + (turns + self.cycle[0] - self.cycle[index]) * TURN
@@ -127,23 +129,6 @@ class ElasticMotion:
             states[:, 2].reshape(shape),
             local.reshape(shape),
         )
-
-    def _fold(self, tau: Floats, turns: Floats) -> tuple[Floats, Floats]:
-        """Return times as a phase in the first cycle's frame and whole turns since then; periodic motions wrap."""
-        low, high = float(self.phases[0, 1]), self.end - float(self.cycle[0]) * TURN
-        turns = turns - (0.0 if self.periodic else float(self.cycle[0]))
-        whole = np.floor((tau - low) / TURN)
-        local, turns = tau - whole * TURN, turns + whole
-        if self.periodic:
-            return local, np.mod(turns, max(1.0, float(np.round((high - low) / TURN))))
-        total = turns * TURN + local
-        slack = 1e-12 * (1.0 + abs(high) + np.abs(total))
-        if not np.all((total >= low - slack) & (total <= high + slack)):
-            raise SimulationError(
-                f"motion: at(tau); expected times between {self.start:.6g} and {self.end:.6g} rad; got times from "
-                f"{np.min(tau):.6g} to {np.max(tau):.6g}; do: ask within the motion, or simulate longer"
-            )
-        return local, turns
 
     def _evaluate(self, index: NDArray[np.intp], within: Floats) -> Floats:
         """Return z, v and the sliders' force at times within the phases of an index, a row each."""
