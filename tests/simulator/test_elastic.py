@@ -296,6 +296,16 @@ def test_bad_input_is_refused_by_name() -> None:
         run(jenkins(0.5, 0.4, 10.0), cycles=1).at(7.0)
 
 
+def test_a_contact_that_hardly_slips_any_more_is_solved() -> None:
+    # Newton's trials turn the mass round at the section; a slider that moves away from its limit holds
+    base = Base((1.0, -0.05245721561649713), (0.0, 0.0, 0.061263856394369154))
+    problem = jenkins(1.489346183764216, 1.0520595440064922, 7232.497023077279, base=base)
+    state = steady(problem.with_parameters({"frame_damping_ratio": 0.08998091632335406}))
+    assert state.outcome == "periodic"
+    assert state.closure_error is not None
+    assert state.closure_error < 1e-14
+
+
 def test_a_search_without_end_is_called_off() -> None:
     # break-away and a ringing contact: no orbit in reach, thousands of phases a cycle
     assert steady(jenkins(0.2, 0.6, 500.0, mu=1.45)).outcome in ("not found", "periodic")

@@ -257,6 +257,9 @@ def begin(rig: Rig, sliders: Sliders, room: ElasticRoom) -> None:
     columns = 2
     for i in range(len(sliders.force)):
         sliders.force[i], sliders.side[i], sliders.slips[i] = start[2 + 2 * i], start[3 + 2 * i], abs(start[3 + 2 * i])
+        along = start[3 + 2 * i] * sliders.stiffness[i] - sliders.strength[i] * rig.contact.gradient
+        if along * start[1] <= 0.0:
+            sliders.side[i] = 0.0  # moving away from its limit, as a trial of Newton's may, it holds
         columns += 1 if kinds[i] == FREE else 0
     tally[COLUMNS] = columns
     for i in range((2 + len(sliders.force)) * columns):
@@ -271,7 +274,7 @@ def begin(rig: Rig, sliders: Sliders, room: ElasticRoom) -> None:
         elif kinds[i] == OUTER:
             jacobian[own] = sliders.stiffness[i]
         else:
-            jacobian[own] = sliders.side[i] * sliders.strength[i] * rig.contact.gradient
+            jacobian[own] = start[3 + 2 * i] * sliders.strength[i] * rig.contact.gradient
 
 
 def carry_elastic(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> int:

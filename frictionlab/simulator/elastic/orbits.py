@@ -78,7 +78,7 @@ __all__ = [
 ]
 
 LONGEST_ORBIT = 8  # cycles of the longest orbit looked for
-ENOUGH_STEPS = 60.0  # Newton steps to the only orbit
+ENOUGH_STEPS = 200.0  # Newton steps to the only orbit
 NEAR_STEPS = 8.0  # Newton steps to one of several
 CYCLES_WAITED = 1024  # for an orbit where several may exist
 PHASES_WAITED = 1e5  # the same, where a cycle has many
