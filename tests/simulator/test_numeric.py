@@ -11,6 +11,7 @@ from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import Base, Problem, steady_state
 from frictionlab.simulator.numeric import NumericMotion, layout, machine, run, steady, tableau
 from frictionlab.simulator.numeric.layout import STAGES
+from frictionlab.simulator.numeric.shooting import propagate
 from tests.simulator.numeric_oracle import cycle
 
 LAWS: dict[str, dict[str, float]] = {
@@ -220,3 +221,19 @@ def test_rate_and_state_friction_makes_two_stops_where_coulombs_makes_six() -> N
     }
     assert steady_state(Problem(0.1, 0.4)).stops_per_cycle == 6.0
     assert stops == {0.03: 2.0, 0.09: 6.0}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_slopes_of_a_cycle_are_those_of_differences(law: str) -> None:
+    """Through slides, stops and releases; the multiplier of an orbit is made of them."""
+    asked = problem(law + "+place", 0.6, 0.5, parameters=LAWS[law] | {"gradient": 0.1})
+    rig = machine.machine_of(asked, 1e-10, fast=False)
+    start = propagate(rig, rig.rest_state(), 2.0)[0]
+    _, slopes = propagate(rig, start, 3.0, slopes=True)
+    steps = np.diag(1e-6 * np.array(rig.room[layout.SCALE][: rig.size]))
+    if rig.is_smooth and start[1] == 0.0:
+        steps[1] = 0.0
+    for step in steps:
+        if step.any():
+            apart = propagate(rig, start + step, 3.0)[0] - propagate(rig, start - step, 3.0)[0]
+            np.testing.assert_allclose(slopes @ step, 0.5 * apart, rtol=1e-4, atol=1e-5 * float(np.max(step)))

@@ -25,7 +25,8 @@ TURN = 2.0 * pi
 LONGEST = 8  # cycles of a period
 WAIT = 400  # cycles from rest before the answer is "not found"
 PATIENCE = 150_000  # steps of waiting; some seconds
-TRIES = (4, 16, 64, 256)  # cycles after which Newton is tried though nothing repeats yet
+TRIES = (2, 4, 16, 64, 256)  # cycles after which Newton is tried though nothing repeats yet
+HELD_AFTER = 16  # cycles after which a contact that holds is believed to hold
 NEWTON = 15  # maps of one search
 CLOSE = 1e-3  # a run has nearly repeated: Newton may finish it
 NEAR = 0.1  # how far Newton may move from there, over the size of the motion
@@ -144,7 +145,7 @@ def _wait(machine: Machine, is_held: Callable[[Floats], bool]) -> Orbit | None:
             found = _finish(machine, past[-1], cycles or 1)
             if found is not None:
                 return found
-        if waited in TRIES[1:] and misses[0] < CLOSE and is_held(past[-1]):
+        if waited >= HELD_AFTER and waited in TRIES and misses[0] < CLOSE and is_held(past[-1]):
             return _creeping(machine, past[-1], misses[0])
     return None
 
@@ -158,8 +159,9 @@ def _creeping(machine: Machine, state: Floats, miss: float) -> Orbit:
 def _finish(machine: Machine, state: Floats, cycles: int) -> Orbit | None:
     """The stable orbit close to a state, of as few cycles as it has; None if there is none."""
     counts = [n for n in range(1, cycles + 1) if cycles % n == 0]
-    for count in counts:
-        found = newton(machine, state, count, mirrored=False)
+    alike = cycles == 1 and has_two_alike_halves(machine.problem)
+    for count, mirrored in [(1, True)] * alike + [(n, False) for n in counts]:
+        found = newton(machine, state, count, mirrored=mirrored)
         if found is not None and found.is_stable and _distance(machine, found.state, state) < NEAR:
             return found
     return None

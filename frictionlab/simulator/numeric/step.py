@@ -254,8 +254,10 @@ def coarseness(rig: Rig, room: Room) -> float:
 
 
 def carry_slopes(table: Table, room: Room, h: float, size: int) -> None:
-    """Carry the slopes of the state over its start through the step just solved."""
+    """Carry the slopes of the state over its start through the step just solved, with the factors of its solution."""
     whole, right, slopes = STAGES * size, room[RIGHT], room[SLOPES]
+    fill_matrix(table, room, h, size)
+    factorise(room[MATRIX], room[PIVOT], STAGES * (size - 1))
     for column in range(size):
         for i in range(STAGES):
             for k in range(size):
