@@ -16,7 +16,6 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator import Base, Problem
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.numeric import machine, steady
-from frictionlab.simulator.problem import Wall
 
 NUMERIC = ("stribeck", "logarithm", "dahl", "bouc-wen", "lugre", "rate-state")
 SLOW = 0.5  # seconds
@@ -36,13 +35,19 @@ def random_problem(rng: np.random.Generator) -> Problem:
     """One problem."""
     name = "coulomb+" + str(rng.choice(NUMERIC)) + "+place" * (rng.random() < 0.3) + "+speed" * (rng.random() < 0.3)
     law = law_of(name)
-    wall: Wall = "base" if rng.random() < 0.3 else "fixed"
+    moves = rng.random() < 0.3
     harmonics = 0.03 * rng.normal(size=4) * (rng.random() < 0.3)
     base = Base((1.0, *map(float, harmonics[:2])), (0.0, *map(float, harmonics[2:])))
     r, beta = np.exp(rng.uniform(np.log((0.05, 0.05)), np.log((3.0, 0.95))))
     frame = float(rng.uniform(0.0, 0.02) * (rng.random() < 0.3))
     return Problem(
-        float(r), float(beta), 1.0, 0.0, wall, base, law=law, parameters=drawn(law, rng), frame_damping_ratio=frame
+        float(r),
+        float(beta),
+        wall="base" if moves else "fixed",
+        base=base,
+        law=law,
+        parameters=drawn(law, rng),
+        frame_damping_ratio=frame,
     )
 
 
