@@ -7,6 +7,7 @@ workbooks become text instead (`excel`, registered in `frictionlab.logs.unpack`)
 from collections.abc import Callable
 from pathlib import Path
 
+from frictionlab.errors import FrictionlabError, LogError
 from frictionlab.logs.binary.matlab import is_matlab, read_matlab
 from frictionlab.logs.binary.parquet import is_parquet, read_parquet
 from frictionlab.logs.binary.sheet import Sheet
@@ -34,8 +35,23 @@ def read_binary(path: Path) -> Sheet | None:
         return None  # whoever reads it as text says why
     for fits, read in READERS:
         if fits(first, path):
-            return read(path)
+            return _read(path, read)
     return None
+
+
+def _read(path: Path, read: Callable[[Path], Sheet]) -> Sheet:
+    """Read with an adapter; whatever it raises is said of the file."""
+    try:
+        return read(path)
+    except FrictionlabError as error:
+        raise LogError(f"{path.name}: {error}") from error
+    except MemoryError:
+        raise
+    except Exception as error:
+        kind = read.__name__.removeprefix("read_")
+        raise LogError(
+            f"{path.name}: a damaged {kind} file ({type(error).__name__}: {error}): save it again"
+        ) from error
 
 
 __all__ = ["READERS", "Sheet", "read_binary"]

@@ -12,7 +12,6 @@ from datetime import date, datetime, time, timedelta
 from io import BufferedReader
 from itertools import islice
 from typing import TYPE_CHECKING, Any
-from xml.etree.ElementTree import ParseError
 
 from frictionlab.errors import LogError
 
@@ -70,17 +69,18 @@ def rows_as_text(file: BufferedReader) -> Iterator[bytes]:
 @contextmanager
 def _opened(file: BufferedReader) -> "Iterator[Workbook]":
     from openpyxl import load_workbook  # noqa: PLC0415 - 0.2 s that other logs need not wait for
-    from openpyxl.utils.exceptions import InvalidFileException  # noqa: PLC0415
 
     file.seek(0)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # extensions of Excel that are of no use here
             yield load_workbook(file, read_only=True, data_only=True)
-    except (InvalidFileException, KeyError, ValueError, TypeError, ParseError, zipfile.BadZipFile) as error:
-        if isinstance(error, LogError):
-            raise
-        raise LogError(f"a damaged Excel workbook ({error}): save it again, or as .csv") from error
+    except (LogError, MemoryError):
+        raise
+    except Exception as error:
+        raise LogError(
+            f"a damaged Excel workbook ({type(error).__name__}: {error}): save it again, or as .csv"
+        ) from error
 
 
 def _with_numbers(book: "Workbook") -> Any:

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.errors import LogError, RecordingError
+from frictionlab.errors import LogError
 from frictionlab.hdf5 import arrays_inside, is_recording
-from frictionlab.logs.binary.sheet import Sheet, check_size, sheet_of_arrays
+from frictionlab.logs.binary.mat5 import check_elements
+from frictionlab.logs.binary.sheet import Sheet, check_size, most_bytes, sheet_of_arrays
 
 
 def is_matlab(first: bytes, path: Path) -> bool:
@@ -31,22 +32,17 @@ def read_matlab(path: Path) -> Sheet:
         first = file.read(1024)
     if b"\x89HDF" in first:
         return _read_hdf5(path)
-    try:
+    if not first.startswith(b"MATLAB 5.0"):
         return _read_plain(path)
-    except (ValueError, TypeError, OSError, NotImplementedError, KeyError, IndexError, OverflowError) as error:
-        if isinstance(error, LogError):
-            raise
-        raise LogError(f"{path.name}: a damaged MATLAB file ({error}): save it again") from error
+    check_elements(path, most_bytes(path.stat().st_size))
+    return _read_plain(path)
 
 
 def _read_hdf5(path: Path) -> Sheet:
     if is_recording(path):
-        raise LogError(f"{path.name}: a recording of frictionlab, not a log: give it to `frictionlab analyze`")
-    try:
-        arrays, scalars = arrays_inside(path, check_size)
-    except RecordingError as error:
-        raise LogError(f"{path.name}: {error}") from error
-    return _sheet(path, arrays, scalars, "no arrays of numbers")
+        raise LogError("a recording of frictionlab, not a log: give it to `frictionlab analyze`")
+    arrays, scalars = arrays_inside(path, check_size)
+    return _sheet(arrays, scalars, "no arrays of numbers")
 
 
 def _read_plain(path: Path) -> Sheet:
@@ -63,19 +59,16 @@ def _read_plain(path: Path) -> Sheet:
         if not name.startswith("__"):
             _gather(name, value, arrays, scalars, deep=True)
     others = ", ".join(f"{name} ({kind})" for name, _, kind in listed) or "nothing"
-    return _sheet(path, arrays, scalars, others)
+    return _sheet(arrays, scalars, others)
 
 
-def _sheet(path: Path, arrays: Mapping[str, NDArray[np.float64]], scalars: Mapping[str, float], others: str) -> Sheet:
+def _sheet(arrays: Mapping[str, NDArray[np.float64]], scalars: Mapping[str, float], others: str) -> Sheet:
     if not arrays:
         raise LogError(
-            f"{path.name}: expected vectors of numbers such as t, x, y; got {others}: tables, timetables, datetimes "
+            f"expected vectors of numbers such as t, x, y; got {others}: tables, timetables, datetimes "
             "and other objects cannot be read: save their columns as plain vectors (x = T.x; save log.mat t x y)"
         )
-    try:
-        return sheet_of_arrays("MATLAB", arrays, scalars)
-    except LogError as error:
-        raise LogError(f"{path.name}: {error}") from error
+    return sheet_of_arrays("MATLAB", arrays, scalars)
 
 
 def _gather(

@@ -26,18 +26,13 @@ def read_parquet(path: Path) -> Sheet:
     import pyarrow as pa  # noqa: PLC0415 - 0.1 s that other logs need not wait for
     import pyarrow.parquet as pq  # noqa: PLC0415
 
-    try:
-        file = pq.ParquetFile(path)
-        check_size(file.metadata.num_rows * file.metadata.num_columns, path.stat().st_size)
-        table = file.read()
-    except (pa.ArrowException, OSError, ValueError) as error:
-        if isinstance(error, LogError):
-            raise LogError(f"{path.name}: {error}") from error
-        raise LogError(f"{path.name}: a damaged Parquet file ({error}): write it again") from error
+    file = pq.ParquetFile(path)
+    check_size(file.metadata.num_rows * file.metadata.num_columns, path.stat().st_size)
+    table = file.read()
     columns = {name: _numbers(table.column(name), pa) for name in table.column_names}
     chosen = {name: found for name, found in columns.items() if found is not None}
     if not chosen:
-        raise LogError(f"{path.name}: no columns of numbers; got {', '.join(table.column_names) or 'none'}")
+        raise LogError(f"no columns of numbers; got {', '.join(table.column_names) or 'none'}")
     moments = frozenset(i for i, name in enumerate(chosen) if pa.types.is_timestamp(table.schema.field(name).type))
     return Sheet("Parquet", tuple(chosen), tuple(chosen.values()), moments=moments)
 

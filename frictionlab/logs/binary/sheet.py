@@ -39,6 +39,11 @@ class Sheet:
     facts: Mapping[str, float | str] = field(default_factory=dict)
 
 
+def most_bytes(packed: int) -> int:
+    """So many bytes of numbers may come out of a file of this size."""
+    return max(FREE_BYTES, MOST_EXPANSION * packed)
+
+
 def check_size(numbers: int, packed: int) -> None:
     """Refuse a file that asks for far more memory than a log of its size could.
 
@@ -54,7 +59,7 @@ def check_size(numbers: int, packed: int) -> None:
     LogError
         With the limit.
     """
-    most = max(FREE_BYTES, MOST_EXPANSION * packed)
+    most = most_bytes(packed)
     if 8 * numbers > most:
         raise LogError(
             f"a file of {packed} bytes that asks for {8 * numbers / 1e9:.3g} GB of numbers: accepted are "

@@ -27,19 +27,14 @@ def read_tdms(path: Path) -> Sheet:
     """
     if find_spec("nptdms") is None:
         raise LogError(
-            f"{path.name}: a TDMS log: reading it needs npTDMS: pip install npTDMS (or frictionlab[tdms]), or export "
-            "it as text"
+            "a TDMS log: reading it needs npTDMS: pip install npTDMS (or frictionlab[tdms]), or export it as text"
         )
     from nptdms import TdmsFile  # noqa: PLC0415 - optional
 
-    logging.getLogger("nptdms").setLevel(logging.CRITICAL)  # what it complains of is said here
-    try:
-        with path.open("rb") as handle, TdmsFile.open(handle) as file:
-            return _sheet(file, path)
-    except (ValueError, KeyError, OSError, TypeError, EOFError, NotImplementedError) as error:
-        if isinstance(error, LogError):
-            raise LogError(f"{path.name}: {error}") from error
-        raise LogError(f"{path.name}: a damaged TDMS log ({error}): export it again") from error
+    for logger in [name for name in logging.root.manager.loggerDict if name.startswith("nptdms")]:
+        logging.getLogger(logger).setLevel(logging.CRITICAL)  # what it complains of is said here
+    with path.open("rb") as handle, TdmsFile.open(handle) as file:
+        return _sheet(file, path)
 
 
 def _sheet(file: Any, path: Path) -> Sheet:
