@@ -237,3 +237,13 @@ def test_the_slopes_of_a_cycle_are_those_of_differences(law: str) -> None:
         if step.any():
             apart = propagate(rig, start + step, 3.0)[0] - propagate(rig, start - step, 3.0)[0]
             np.testing.assert_allclose(slopes @ step, 0.5 * apart, rtol=1e-4, atol=1e-5 * float(np.max(step)))
+
+
+def test_a_search_that_got_lost_leaves_nothing_behind() -> None:
+    """Newton once shrank the step to nothing, and the run that took over then began with it: steps "too short"."""
+    law = {"direct_effect": 0.0059, "evolution_effect": 0.0877, "slip_distance": 0.0064, "reference_speed": 0.0098}
+    asked = problem("coulomb+rate-state", 1.5, 0.19, parameters=law | {"stiffness_ratio": 93.8})
+    rig = machine.machine_of(asked, 1e-8, fast=False)
+    before = propagate(rig, rig.rest_state(), 1.0)[0]
+    rig.room[layout.TALLY][layout.LENGTH] = 1e-30
+    np.testing.assert_array_equal(propagate(rig, rig.rest_state(), 1.0)[0], before)

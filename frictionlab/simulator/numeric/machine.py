@@ -38,6 +38,7 @@ CODES = {
     ),
 }
 Floats = NDArray[np.float64]
+FIRST = 0.3  # rad of the faster of drive's harmonics and free vibration: first step tried
 CAP_PLAIN, CAP = 20_000, 3_000_000  # steps before plain Python, and before the compiled kernel, give up
 
 
@@ -67,7 +68,8 @@ class Machine:
         return int(self.rig[13])
 
     def put(self, state: Floats) -> None:
-        """Set the state; its slopes over itself are then 1."""
+        """Set the state; its slopes over itself are then 1, and steps begin as if nothing had gone before."""
+        self.room[layout.TALLY][layout.LENGTH] = FIRST * min(self.problem.r, 1.0) / self.problem.base.harmonics
         padded = (*state.tolist(), *((0.0,) * (layout.WIDTH - self.size)))
         self.room[layout.STATE][:] = self.buffer(padded)
         self.room[layout.SLOPES][:] = self.buffer(tuple(np.eye(layout.WIDTH).ravel().tolist()))
@@ -155,7 +157,7 @@ def machine_of(problem: Problem, rtol: float, *, fast: bool, rows: int = 0) -> M
     room = tuple(buffer((0.0,) * size) for size in sizes)
     room[layout.SCALE][:] = buffer(_scale(problem))
     tally = room[layout.TALLY]
-    tally[layout.TOLERANCE], tally[layout.LENGTH] = rtol, 0.3 * min(problem.r, 1.0) / problem.base.harmonics
+    tally[layout.TOLERANCE] = rtol
     tally[layout.BUDGET] = CAP if fast else CAP_PLAIN
     table = tuple(buffer(part) for part in (tableau.NODES, tableau.WEIGHTS, tableau.STAGES, tableau.BERNSTEIN))
     force = tuple(buffer(part) for part in _force(problem))
