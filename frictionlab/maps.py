@@ -13,7 +13,6 @@ from frictionlab.errors import SimulationError
 from frictionlab.files import check_replaceable
 from frictionlab.hdf5.maps import GrowingMap, finished_map, growing_map, is_map
 from frictionlab.schema import STEADY_STATES
-from frictionlab.simulator import engine
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.state import PLACES
@@ -25,6 +24,7 @@ from frictionlab.simulator.sweep import (
     named,
     sweep_points,
     table,
+    warm_up,
     worth_compiling,
 )
 from frictionlab.tables import Row, is_table, write_rows
@@ -246,9 +246,9 @@ def _solved(grid: Grid, file: GrowingMap, workers: int | None, scheduler: str | 
 
 def _prepared(grid: Grid, scheduler: str | None) -> bool:
     """Whether the compiled kernel is worth it; then it is compiled here once, and processes find the machine code."""
-    fast = scheduler is not None or worth_compiling(list(grid.axes().values()))
+    fast = scheduler is not None or worth_compiling(list(grid.axes().values()), grid.law)
     if fast and scheduler is None:
-        engine.compiled()
+        warm_up(grid.law)
     return fast
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from frictionlab.figures.motion import force_over_displacement, force_over_speed
 from frictionlab.figures.style import BASE, PAGE, PALETTE, look, new_figure, save
 from frictionlab.simulator import Problem, SteadyState, steady_state
 from frictionlab.simulator.numeric import steady
@@ -72,22 +73,6 @@ def solved(law: str, r: float, beta: float) -> SteadyState:
     return steady_state(problem) if problem.law.is_exact else steady(problem)
 
 
-def force_over_displacement(state: SteadyState, ax: Axes, color: str = PALETTE[0]) -> Axes:
-    """Draw the contact's force over the mass's displacement, over one period."""
-    x, _, n = _sampled(state)
-    ax.plot(x, n, color=color)
-    ax.set(xlabel="x / Y", ylabel="force n / (k Y)", title=state.problem.law.name)
-    return ax
-
-
-def force_over_speed(state: SteadyState, ax: Axes, color: str = PALETTE[0]) -> Axes:
-    """Draw the contact's force over the mass's speed, over one period."""
-    _, v, n = _sampled(state)
-    ax.plot(v, n, color=color)
-    ax.set(xlabel="x' / (ωY)", ylabel="force n / (k Y)")
-    return ax
-
-
 def stops_of(state: SteadyState, ax: Axes, color: str = PALETTE[0]) -> Axes:
     """Draw displacement over phase, the stops thick, and the base's motion behind."""
     phase = np.linspace(0.0, TURN, 2000)
@@ -124,14 +109,6 @@ def draw_slow(figures: LawFigures) -> Figure:
         for ax, state, color in zip(figure.subplots(1, 2, sharey=True), figures.slow, PALETTE, strict=False):
             stops_of(state, ax, color)
         return figure
-
-
-def _sampled(state: SteadyState) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Displacement, speed and contact force over one period."""
-    if state.orbit is None:
-        return np.zeros(0), np.zeros(0), np.zeros(0)
-    phase = np.linspace(state.orbit.start, state.orbit.end, 3000)
-    return (*state.orbit.at(phase), state.orbit.force(phase))
 
 
 def main(folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""One steady motion: displacement over a cycle with its stops, and the loop whose area is the energy."""
+"""One steady motion: displacement over a cycle with its stops, the loop whose area is the energy, the contact's law."""
 
 from typing import TYPE_CHECKING
 
@@ -15,12 +15,14 @@ SAMPLES = 2000  # per cycle: smooth in print
 
 
 def motion_figure(state: "SteadyState") -> Figure:
-    """Displacement over the period beside the hysteresis loop; the state has an orbit."""
+    """Displacement over the period beside the hysteresis loop, and the contact's force; the state has an orbit."""
     with look():
-        figure = new_figure(height=2.6)
-        left, right = figure.subplots(1, 2, width_ratios=(1.8, 1.0))
-        draw_motion(state, left)
-        draw_loop(state, right)
+        figure = new_figure(height=5.0)
+        grid = figure.add_gridspec(2, 4)
+        draw_motion(state, figure.add_subplot(grid[0, :3]))
+        draw_loop(state, figure.add_subplot(grid[0, 3]))
+        force_over_displacement(state, figure.add_subplot(grid[1, :2]))
+        force_over_speed(state, figure.add_subplot(grid[1, 2:]))
         figure.suptitle(state.verdict, fontsize=8.0)
     return figure
 
@@ -50,6 +52,22 @@ def draw_loop(state: "SteadyState", ax: Axes) -> Axes:
     return ax
 
 
+def force_over_displacement(state: "SteadyState", ax: Axes, color: str = PREDICTED) -> Axes:
+    """Draw the contact's force over the mass's displacement, over one period."""
+    x, _, n = _sampled(state)
+    ax.plot(x, n, color=color)
+    ax.set(xlabel="mass relative to the wall $z/Y$", ylabel="contact's force over $kY$")
+    return ax
+
+
+def force_over_speed(state: "SteadyState", ax: Axes, color: str = PREDICTED) -> Axes:
+    """Draw the contact's force over the mass's speed, over one period."""
+    _, v, n = _sampled(state)
+    ax.plot(v, n, color=color)
+    ax.set(xlabel=r"speed relative to the wall over $\omega Y$", ylabel="contact's force over $kY$")
+    return ax
+
+
 def _times(state: "SteadyState", periods: int) -> np.ndarray:
     """Times over a number of periods; one only where the motion does not repeat."""
     if state.orbit is None:
@@ -64,3 +82,14 @@ def _displacement(state: "SteadyState", tau: np.ndarray) -> np.ndarray:
     if state.orbit is None:
         raise ValueError("this steady state has no motion to draw")
     return state.orbit.at(tau)[0]
+
+
+def _sampled(state: "SteadyState") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Displacement and speed relative to the wall, and the contact's force, over one period."""
+    if state.orbit is None:
+        return np.zeros(0), np.zeros(0), np.zeros(0)
+    phase = np.linspace(state.orbit.start, state.orbit.end, 3000)
+    x, v = state.orbit.at(phase)
+    if state.problem.wall == "base":
+        x, v = x - state.problem.base.at(phase), v - state.problem.base.rate_at(phase)
+    return x, v, state.orbit.force(phase)

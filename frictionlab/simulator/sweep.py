@@ -19,10 +19,11 @@ from frictionlab.simulator.problem import COSINE, Base, Problem, Wall
 from frictionlab.simulator.solve import steady_state
 from frictionlab.simulator.state import KEYS, OUTCOMES, PLACES, SOLVERS, to_numbers
 
-__all__ = ["Family", "StateMap", "check_axes", "named", "sweep", "sweep_points", "table", "worth_compiling"]
+__all__ = ["Family", "StateMap", "check_axes", "named", "sweep", "sweep_points", "table", "warm_up", "worth_compiling"]
 
 Floats = NDArray[np.float64]
 FAILED = "failed"  # outcome of a point that could not be solved
+MANY = 100  # points of a law that is solved point by point, from which its compiled kernel is worth loading
 CHUNK = 500  # points a call: some 10 ms of work
 AXES = ("r", "beta", "mu", "zeta")
 MOST_PHASES = 1 << 22  # recorded per orbit, 200 MB: beyond that the point is given up by name
@@ -212,7 +213,7 @@ def sweep(
     axes = [*(np.array(values, dtype=np.float64).ravel() for values in (r, beta, mu, zeta)), *more.values()]
     check_axes(axes, family)
     points = _points(axes)
-    fast = worth_compiling(axes)
+    fast = worth_compiling(axes, law)
     chunks = [points[start : start + CHUNK] for start in range(0, len(points), CHUNK)]
     rows = np.concatenate([sweep_points(chunk, family, fast=fast) for chunk in chunks])
     return StateMap(axes[0], axes[1], axes[2], axes[3], wall, base, rows, law, more)
@@ -230,9 +231,11 @@ def check_axes(axes: Sequence[Floats], family: Family) -> None:
             family.problem(point)
 
 
-def worth_compiling(axes: Sequence[Floats]) -> bool:
+def worth_compiling(axes: Sequence[Floats], law: str = "coulomb") -> bool:
     """Tell whether the map over these axes is large enough for the compiled kernel."""
     others = float(np.prod([len(axis) for axis in axes[1:]]))
+    if law_of(law).kind != "rigid":
+        return others * len(axes[0]) > MANY
     return engines.is_worth_it(others * (10.0 * len(axes[0]) + float(np.sum(4.0 / axes[0]))))
 
 
@@ -240,9 +243,26 @@ def _points(axes: Sequence[Floats]) -> Floats:
     return np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")], axis=1)
 
 
+def warm_up(law: str) -> None:
+    """Load the compiled kernel that answers for a law, or compile it: its solver then takes it for every point."""
+    kind = law_of(law).kind
+    if kind == "rigid":
+        engines.compiled()
+    elif kind == "elastic":
+        from frictionlab.simulator.elastic.engine import compiled  # noqa: PLC0415 - what is not asked for is not loaded
+
+        compiled()
+    else:
+        from frictionlab.simulator.numeric.machine import compiled as compiled_machine  # noqa: PLC0415 - as above
+
+        compiled_machine()
+
+
 def sweep_points(points: Floats, family: Family, *, fast: bool) -> Floats:
     """Return the kernel's rows of points given as (n, coordinates). What a worker does."""
     if law_of(family.law).kind != "rigid":
+        if fast:
+            warm_up(family.law)
         return np.array([to_numbers(steady_state(family.problem(point))) for point in points.tolist()])
     engine = engines.compiled() if fast else engines.choose(0.0)
     phases = 64 + int(10 * (family.base.harmonics + 1.0 / float(points[:, 0].min())))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from frictionlab.figures import laws
+from frictionlab.figures.motion import force_over_displacement
 from frictionlab.figures.style import new_figure
 from frictionlab.simulator import Problem, steady_state
 
@@ -13,7 +14,7 @@ from frictionlab.simulator import Problem, steady_state
 def test_the_loop_of_force_over_displacement_has_the_energy_as_its_area() -> None:
     ax = new_figure().subplots()
     state = steady_state(Problem(0.5, 0.4))
-    laws.force_over_displacement(state, ax)
+    force_over_displacement(state, ax)
     x, n = (np.asarray(part, dtype=float) for part in ax.lines[0].get_data())
     assert np.sum(0.5 * (n[1:] + n[:-1]) * np.diff(x)) == pytest.approx(state.energy_per_cycle, rel=1e-3)
 
