@@ -58,8 +58,8 @@ def main(count: int) -> None:
         named = int(np.isin(rows[:, layout.OUTCOME], (layout.RUNAWAY, layout.PULLING)).sum())
         loose = int((off > 1e-11).sum())
         sys.stdout.write(
-            f"{law:32s} {taken / count * 1e6:7.1f} us ({taken / plain:4.1f})  closure: worst {off.max():.0e}, over 1e-11: "
-            f"{loose}  {dict(told)}, {named} declined by name\n"
+            f"{law:32s} {taken / count * 1e6:7.1f} us ({taken / plain:4.1f})  closure: worst {off.max():.0e}, "
+            f"over 1e-11: {loose}  {dict(told)}, {named} declined by name\n"
         )
 
 

@@ -179,3 +179,12 @@ def test_a_gradient_too_steep_is_declined_by_name() -> None:
         assert state.orbit is None
         assert words in state.warnings[0]
         assert "gradient" in state.verdict
+
+
+def test_the_closed_form_holds_only_where_neither_turn_stops() -> None:
+    uneven = {"static_ratio_up": 1.1926408799438506, "static_ratio_down": 1.0764467552437835}
+    problem = Problem(1.524802235908342, 0.6253508332094486, law="coulomb+breakaway", parameters=uneven)
+    state = steady_state(problem)
+    assert state.solver == "exact"
+    assert state.symmetric is False
+    closes(state)

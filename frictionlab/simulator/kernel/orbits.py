@@ -46,6 +46,7 @@ __all__ = [
     "shortest",
     "spectral_radius",
     "symmetric_force",
+    "turns_back",
 ]
 
 LONGEST = 32  # cycles of the longest orbit looked for
@@ -207,10 +208,17 @@ def continuous_orbit(rig: Rig, force: Force, room: Room) -> tuple[Leg, float, fl
     amplitude, middle, speed = continuous_state(rig, force, leg.tau)
     if amplitude * r * r <= rig.contact.beta * (1.0 - 1e-9) or amplitude == 0.0:  # friction would hold it at its turn
         return leg, 0.0, 0.0, False
-    z, v, code = carry(rig, force, Leg(turn, pi, 1.0, -1.0), amplitude, 0.0, room)
-    miss = hypot(z - amplitude, rig.plain.r * v) + abs(room.tally[PATH] - 2.0 * amplitude)
-    valid = code == DONE and room.tally[STUCK_TIME] == 0.0 and miss <= 1e-9 * amplitude
+    valid = turns_back(rig, force, Leg(turn, pi, 1.0, -1.0), amplitude, room)
+    if valid and not even_handed(rig):  # its lower turn may stop where its upper one does not
+        valid = turns_back(rig, force, Leg((turn + pi) % TURN, pi, 1.0, -1.0), -amplitude, room)
     return leg, middle, speed, valid
+
+
+def turns_back(rig: Rig, force: Force, leg: Leg, z: float, room: Room) -> bool:
+    """Tell whether a mass that turns at z comes back mirrored after a leg, on one straight way and without a stop."""
+    iz, iv, code = carry(rig, force, leg, z, 0.0, room)
+    miss = hypot(iz - z, rig.plain.r * iv) + abs(room.tally[PATH] - 2.0 * abs(z))
+    return code == DONE and room.tally[STUCK_TIME] == 0.0 and miss <= 1e-9 * abs(z)
 
 
 def braked(rig: Rig, force: Force) -> bool:
