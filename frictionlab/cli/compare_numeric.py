@@ -28,7 +28,7 @@ from frictionlab.schema import COMPARISONS, LAWS
 from frictionlab.tables import Row, check_output, write_rows
 
 if TYPE_CHECKING:
-    from frictionlab.identification import Comparison, WholeRecord
+    from frictionlab.identification import Comparison, ContactForce, WholeRecord
     from frictionlab.scene import Scene
 
 PARAMETERS = {
@@ -149,12 +149,13 @@ def _row(
     comparison = compare(path, scene, law=law, friction_ratio=beta, whole=whole, fit=fit)
     if plot is not None:
         _draw(comparison, plot / f"{path.stem}.comparison.png")
+        _draw(comparison.contact, plot / f"{path.stem}.contact.png", title=path.name)
         if comparison.record is not None:
             _draw(comparison.record, plot / f"{path.stem}.record.png", title=path.name)
     return {**comparison.row(), "source": str(path)}
 
 
-def _draw(result: "Comparison | WholeRecord", path: Path, title: str | None = None) -> None:
+def _draw(result: "Comparison | ContactForce | WholeRecord", path: Path, title: str | None = None) -> None:
     from frictionlab.verbs.plot import plot
 
     plot(result, path, title=title)

@@ -45,7 +45,9 @@ def comparison_figure(comparison: Comparison) -> Figure:
         draw_response(comparison, response).set_title(_response_title(comparison))
         draw_loop(comparison, loop).set_title(_loop_title(comparison))
         name = comparison.source.replace("\\", "/").rsplit("/", 1)[-1]
-        figure.suptitle(f"{name}: {comparison.model}", x=0.01, ha="left", fontsize=8, parse_math=False)
+        figure.suptitle(
+            f"{name}: {comparison.model}{_verdict(comparison)}", x=0.01, ha="left", fontsize=8, parse_math=False
+        )
         return figure
 
 
@@ -54,8 +56,13 @@ def _response_title(comparison: Comparison) -> str:
     beta = f"β = {comparison.friction_ratio:.4g}" + (f" ± {error:.1g}" if error else "")
     nrmse = comparison.response_nrmse
     fit = "no prediction" if nrmse is None else f"nrmse {100 * nrmse:.2g} %"
-    verdict = "" if comparison.verdict is None else f", {comparison.verdict} ({comparison.misfit:.2g} × noise)"
-    return f"r = {comparison.frequency_ratio:.5g}   {beta}   {fit}{verdict}"
+    return f"r = {comparison.frequency_ratio:.5g}   {beta}   {fit}"
+
+
+def _verdict(comparison: Comparison) -> str:
+    if comparison.verdict is None:
+        return ""
+    return f": {comparison.verdict}, misfit {comparison.misfit:.2g} times its standard error"
 
 
 def _loop_title(comparison: Comparison) -> str:

@@ -12,7 +12,7 @@ folder tells the method.
 
 from frictionlab.identification.compare import AUTO, compare, predict
 from frictionlab.identification.comparison import Comparison
-from frictionlab.identification.contact_force import contact_force
+from frictionlab.identification.contact_force import ContactForce, contact_force
 from frictionlab.identification.family import Family, family_of
 from frictionlab.identification.identify import Identified, ParameterEstimate, identify
 from frictionlab.identification.ladder import Ladder, Rung, climb
@@ -22,6 +22,7 @@ from frictionlab.identification.whole import Fitted, WholeRecord
 __all__ = [
     "AUTO",
     "Comparison",
+    "ContactForce",
     "Family",
     "Fitted",
     "Identified",

@@ -12,6 +12,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import UsageError
 from frictionlab.estimate import Estimate
 from frictionlab.identification.comparison import EXPLAINED, Comparison, Verdict
+from frictionlab.identification.contact_force import contact_of
 from frictionlab.identification.family import Family, family_of
 from frictionlab.identification.identify import Identified, ParameterEstimate, as_known, identify
 from frictionlab.identification.ladder import Ladder, climb
@@ -275,6 +276,14 @@ def _compared(
         base=cycle.base,
         measured=cycle.mass,
         predicted=prediction.cycle,
+        contact=contact_of(
+            measurement,
+            state,
+            predicted=prediction.cycle,
+            lag=found.fit.values.get("lag", 0.0),
+            floor=observed.floor * math.sqrt(observed.power),
+            laws={} if ladder is None else {r.law.name: r.told for r in ladder.rungs},
+        ),
     )
 
 

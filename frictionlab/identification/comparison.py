@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.estimate import Estimate, Flat, FlatKnown
+from frictionlab.identification.contact_force import ContactForce
 from frictionlab.identification.whole import WholeRecord
 from frictionlab.schema import COMPARISONS
 
@@ -70,6 +71,7 @@ class Comparison:
     base: FloatArray
     measured: FloatArray
     predicted: FloatArray | None
+    contact: ContactForce
 
     record_nrmse: float | None = None
     record_energy_difference: float | None = None

@@ -1,11 +1,14 @@
 """The force of the contact recovered from the motion: no law assumed."""
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.simulator import SteadyState
 
 FloatArray = NDArray[np.float64]
 FADE = 25.0  # harmonics above this fade out: noise times k^2 rules there
@@ -35,3 +38,70 @@ def contact_force(measurement: Measurement, frame_damping_ratio: float = 0.0) ->
     dashpot = 2.0j * frame_damping_ratio * r * k
     force = base * (1.0 + dashpot) - mass * (1.0 + dashpot - (r * k) ** 2)
     return np.asarray(np.fft.irfft(fade * force, len(cycle.tau)))
+
+
+@dataclass(frozen=True)
+class ContactForce:
+    """The contact's force over one cycle: recovered from the motion, and as the identified law has it.
+
+    Arrays (p,) on the phases of the mean cycle: ``displacement`` x/Y about its mean, ``velocity`` over omega Y,
+    ``force`` over k Y as recovered; ``law_displacement``, ``law_velocity``, ``law_force``: the same of the law, None
+    without a prediction; ``residual`` x/Y: measured minus predicted; ``floor``: what noise alone leaves of it, rms,
+    Y. ``law``: its name; ``laws``: the ladder's rungs, name -> (parameters, nrmse, logarithm of the evidence).
+    """
+
+    source: str
+    law: str
+    tau: FloatArray
+    displacement: FloatArray
+    velocity: FloatArray
+    force: FloatArray
+    law_displacement: FloatArray | None
+    law_velocity: FloatArray | None
+    law_force: FloatArray | None
+    residual: FloatArray | None
+    floor: float
+    laws: Mapping[str, tuple[int, float, float]]
+
+
+def contact_of(
+    measurement: Measurement,
+    state: SteadyState,
+    *,
+    predicted: FloatArray | None,
+    lag: float,
+    floor: float,
+    laws: Mapping[str, tuple[int, float, float]],
+) -> ContactForce:
+    """Return the force of a test's contact beside that of the law identified.
+
+    Parameters
+    ----------
+    measurement : Measurement
+    state : SteadyState
+        The prediction.
+    predicted : ndarray of shape (p,), optional
+        The predicted cycle as the sensors would show it.
+    lag : float
+        Lag between the channels that the fit found, rad.
+    floor : float
+        Standard error of the measured mean cycle, Y.
+    laws : mapping
+        The ladder's rungs.
+    """
+    cycle, orbit = measurement.cycle, state.orbit
+    x, v = (None, None) if orbit is None else orbit.at(cycle.tau + lag)
+    return ContactForce(
+        source=measurement.source,
+        law=state.problem.law.name,
+        tau=cycle.tau,
+        displacement=cycle.mass_smooth,
+        velocity=cycle.mass_velocity,
+        force=contact_force(measurement, state.problem.frame_damping_ratio),
+        law_displacement=None if x is None else x - x.mean(),
+        law_velocity=v,
+        law_force=None if orbit is None else orbit.force(cycle.tau + lag),
+        residual=None if predicted is None else cycle.mass - predicted,
+        floor=floor,
+        laws=laws,
+    )

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
+from scipy.special import log_ndtr
 
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import Coordinate, values_of
@@ -244,8 +245,6 @@ def log_evidence(found: Fit) -> float:
     A coordinate that may only grow from its bound is integrated over its half line: with slope g and curvature h of the
     misfit there, ``exp(g^2 / 2h) erfc(g / sqrt(2h)) / sqrt(h)``.
     """
-    from scipy.special import log_ndtr  # noqa: PLC0415 - beside its only use
-
     precision = found.precision
     _, determinant = np.linalg.slogdet(precision)
     noise = 2.0 * float(np.log(np.diag(found.observed.whitener)).sum())

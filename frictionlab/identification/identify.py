@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, ndtri
+from scipy.special import gammaincinv, ndtr, ndtri
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
@@ -293,7 +293,6 @@ def shares(found: Fit, errors: Errors) -> dict[str, float]:
 
 
 def misfit_is_noise(found: Fit) -> bool:
-    """Whether what a fit leaves is no more than noise would leave, at the 1 % level."""
-    from scipy.stats import chi2  # noqa: PLC0415 - beside its only use
-
-    return excess_of(found) <= float(chi2.ppf(0.99, len(found.residual))) / len(found.residual)
+    """Whether what a fit leaves is no more than noise would leave, at the 1 % level of chi-square."""
+    points = len(found.residual)
+    return excess_of(found) <= 2.0 * float(gammaincinv(0.5 * points, 0.99)) / points

@@ -66,6 +66,11 @@ class Rung:
         return self.identified.fit.nrmse
 
     @property
+    def told(self) -> tuple[int, float, float]:
+        """Number of parameters found, nrmse, logarithm of the evidence: a point of the ladder's figure."""
+        return len(self.identified.family.free), self.nrmse, self.log_evidence
+
+    @property
     def held_out_nrmse(self) -> float:
         """The same over the cycles left out."""
         return math.sqrt(float(np.mean(self.held_out**2)))

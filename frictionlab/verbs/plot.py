@@ -8,13 +8,14 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.base_motion import RecordResponse
 from frictionlab.errors import UsageError
 from frictionlab.figures.comparison import comparison_figure
+from frictionlab.figures.contact import contact_figure
 from frictionlab.figures.measurement import measurement_figure
 from frictionlab.figures.motion import motion_figure
 from frictionlab.figures.plan import plan_figure
 from frictionlab.figures.record import record_figure
 from frictionlab.figures.response import response_figure
 from frictionlab.figures.style import save
-from frictionlab.identification import Comparison, WholeRecord
+from frictionlab.identification import Comparison, ContactForce, WholeRecord
 from frictionlab.planning import Plan
 from frictionlab.simulator import SteadyState
 from frictionlab.verbs.given import FilePath
@@ -22,6 +23,7 @@ from frictionlab.verbs.given import FilePath
 FIGURES: dict[type, Callable[[Any, str | None], Any]] = {
     Measurement: lambda result, title: measurement_figure(result, title or result.source),
     Comparison: lambda result, _title: comparison_figure(result),
+    ContactForce: contact_figure,
     WholeRecord: lambda result, title: record_figure(result, title or "whole record"),
     SteadyState: lambda result, _title: motion_figure(result),
     RecordResponse: lambda result, _title: response_figure(result),
@@ -31,7 +33,7 @@ SUFFIXES = (".pdf", ".svg", ".png")
 
 
 def plot(
-    result: Measurement | Comparison | WholeRecord | SteadyState | RecordResponse | Plan,
+    result: Measurement | Comparison | ContactForce | WholeRecord | SteadyState | RecordResponse | Plan,
     path: FilePath,
     *,
     title: str | None = None,
@@ -40,7 +42,7 @@ def plot(
 
     Parameters
     ----------
-    result : Measurement, Comparison, WholeRecord, SteadyState, RecordResponse or Plan
+    result : Measurement, Comparison, ContactForce, WholeRecord, SteadyState, RecordResponse or Plan
     path : str or Path
         Ends in ``.pdf``, ``.svg`` or ``.png``; its folder is made if it is not there.
     title : str, optional
