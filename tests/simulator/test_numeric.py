@@ -247,3 +247,11 @@ def test_a_search_that_got_lost_leaves_nothing_behind() -> None:
     before = propagate(rig, rig.rest_state(), 1.0)[0]
     rig.room[layout.TALLY][layout.LENGTH] = 1e-30
     np.testing.assert_array_equal(propagate(rig, rig.rest_state(), 1.0)[0], before)
+
+
+def test_a_stable_orbit_that_rest_approaches_slowly_is_told_with_a_warning() -> None:
+    creeping = {"stiffness_ratio": 60.0, "gradient": 0.05}
+    asked = problem("coulomb+dahl+place", 0.15, 0.226, parameters=creeping, wall="base", base=Base((1.0, 0.03)))
+    found = steady(asked)
+    assert found.outcome in ("stuck", "periodic")
+    assert number(found.closure_error) < 1e-9

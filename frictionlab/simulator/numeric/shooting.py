@@ -1,7 +1,7 @@
 """Steady states of numeric laws: Newton on the map of a half, one or several cycles; waiting where Newton gets lost."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
@@ -51,6 +51,8 @@ class Orbit:
         By how much the state misses itself, over its size.
     slopes : ndarray of shape (n, n)
         Derivative of the map of a period.
+    awaited : bool
+        False if the run from rest was still far from it when waiting ended.
     """
 
     state: Floats
@@ -58,6 +60,7 @@ class Orbit:
     mirrored: bool
     residual: float
     slopes: Floats
+    awaited: bool = True
 
     @property
     def multiplier(self) -> float:
@@ -147,7 +150,8 @@ def _wait(machine: Machine, is_held: Callable[[Floats], bool]) -> Orbit | None:
                 return found
         if waited >= HELD_AFTER and waited in TRIES and misses[0] < CLOSE and is_held(past[-1]):
             return _creeping(machine, past[-1], misses[0])
-    return None
+    found = newton(machine, past[-1], 1, mirrored=False)
+    return replace(found, awaited=False) if found is not None and found.is_stable else None
 
 
 def _creeping(machine: Machine, state: Floats, miss: float) -> Orbit:

@@ -182,7 +182,7 @@ def _told(problem: Problem, found: shooting.Orbit, motion: NumericMotion, tally:
         floquet_multiplier=found.multiplier,
         closure_error=abs(put_in - dissipated),
         residual=found.residual,
-        warnings=() if stuck and found.is_exact else _warnings(problem, found),
+        warnings=_warnings(problem, found, stuck=stuck),
         orbit=motion,
     )
 
@@ -211,24 +211,42 @@ def _is_symmetric(found: shooting.Orbit, motion: NumericMotion) -> bool:
     return bool(np.max(np.abs(one + other)) < 1e-6 * np.max(np.abs(one)))
 
 
-def _warnings(problem: Problem, found: shooting.Orbit) -> tuple[str, ...]:
-    said = []
-    p = problem.parameters
-    if problem.law.has("lugre"):
-        needed = p["bristle_damping"] * (p["static_ratio"] - 1.0)
-        if 2.0 * problem.zeta * problem.r < needed:
-            said.append(
-                "LuGre friction is not passive here: it may give energy back; passive needs 2 contact_damping_ratio r "
-                f"> bristle_damping (static_ratio - 1) = {needed:.3g} (term speed, or a smaller bristle_damping)."
-            )
+def _warnings(problem: Problem, found: shooting.Orbit, *, stuck: bool) -> tuple[str, ...]:
+    """What the numbers do not say, a sentence each."""
+    said = [*_not_passive(problem)]
     if not found.is_exact:
         said.append(f"The contact holds but creeps: after a cycle the state misses itself by {found.residual:.1g}.")
-    elif 1.0 - abs(found.multiplier) < 1e-3:
+    if not found.awaited:
+        said.append(
+            f"This motion is stable, but the run from rest was still far from it after {shooting.WAIT} cycles: rest "
+            "may settle on another."
+        )
+    if stuck:
+        return tuple(said)
+    if 1.0 - abs(found.multiplier) < 1e-3:
         lasts = f"{1.0 / (1.0 - abs(found.multiplier)):.1g}" if abs(found.multiplier) < 1.0 else "endlessly many"
         said.append(f"The motion forgets its start slowly: a disturbance lasts {lasts} periods.")
-    if shooting.is_weakening(problem):
-        said.append("Friction that falls with speed may have other motions beside this one, which rest settles on.")
+    if found.awaited and shooting.is_weakening(problem):
+        said.append(
+            "Friction that falls with speed or varies along the path may have other motions beside this one, which "
+            "rest settles on."
+        )
     return tuple(said)
+
+
+def _not_passive(problem: Problem) -> tuple[str, ...]:
+    """Whether LuGre friction may give energy back."""
+    p = problem.parameters
+    if not problem.law.has("lugre"):
+        return ()
+    needed = p["bristle_damping"] * (p["static_ratio"] - 1.0)
+    if 2.0 * problem.zeta * problem.r >= needed:
+        return ()
+    said = (
+        "LuGre friction is not passive here: it may give energy back; passive needs 2 contact_damping_ratio r > "
+        f"bristle_damping (static_ratio - 1) = {needed:.3g} (term speed, or a smaller bristle_damping)."
+    )
+    return (said,)
 
 
 def _is_unbounded(problem: Problem) -> bool:
