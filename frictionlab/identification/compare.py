@@ -1,7 +1,7 @@
 """One measured cycle over its prediction, under a law that is given or under the one that the recording requires."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,17 +10,18 @@ from frictionlab.accuracy import accuracy_of
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import UsageError
-from frictionlab.estimate import Estimate
-from frictionlab.identification.comparison import EXPLAINED, Comparison, Verdict
-from frictionlab.identification.contact_force import contact_of
+from frictionlab.identification.comparison import Comparison
+from frictionlab.identification.contact_force import ContactForce, contact_of
 from frictionlab.identification.family import Family, family_of
+from frictionlab.identification.force import friction_of
 from frictionlab.identification.identify import Identified, ParameterEstimate, as_known, identify
 from frictionlab.identification.ladder import Ladder, climb
+from frictionlab.identification.seen import Judged, judge, seen
 from frictionlab.identification.track import track_of
 from frictionlab.identification.whole import Fitted, follow, identify_whole
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, Solver
-from frictionlab.simulator import SteadyState, observe, steady_state
+from frictionlab.simulator import SteadyState, steady_state
 from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
@@ -136,89 +137,6 @@ def model_words(scene: Scene, family: Family) -> str:
     return ", ".join(words)
 
 
-@dataclass(frozen=True)
-class _Prediction:
-    """What two sensors would show of the predicted state: the cycle (p,) about its mean, energy and amplitude."""
-
-    cycle: FloatArray | None
-    energy: float | None
-    amplitude: float | None
-
-
-def _seen(measurement: Measurement, found: Identified, state: SteadyState) -> _Prediction:
-    """The prediction as the sensors would show it: through the gain and the lag that the fit found."""
-    shown, values = observe(state), found.fit.values
-    gain, lag = 1.0 + values.get("gain", 0.0), values.get("lag", 0.0)
-    amplitude = None if shown.response_amplitude is None else gain * shown.response_amplitude
-    if state.orbit is None:
-        return _Prediction(None, shown.energy_per_cycle, amplitude)
-    tau, turns = measurement.cycle.tau, state.period_cycles or 1
-    whole = np.stack([state.orbit.at(tau + lag + 2.0 * math.pi * turn)[0] for turn in range(turns)])
-    cycle = gain * whole.mean(axis=0)
-    moved = 0.0
-    if gain != 1.0 or lag != 0.0:
-        still = np.stack([state.orbit.at(tau + 2.0 * math.pi * turn)[0] for turn in range(turns)]).mean(axis=0)
-        moved = _area(cycle, state) - _area(still, state)
-    energy = None if shown.energy_per_cycle is None else shown.energy_per_cycle + moved
-    return _Prediction(cycle - cycle.mean(), energy, amplitude)
-
-
-def _area(cycle: FloatArray, state: SteadyState) -> float:
-    """Loop area of a cycle (p,) over the simulated base: the integral of f dx, by their harmonics."""
-    base = state.problem.base
-    count = min(base.harmonics, len(cycle) // 2 - 1)
-    lines = np.fft.rfft(cycle)[1 : count + 1] * (2.0 / len(cycle))
-    f = np.array([complex(c, -s) for c, s in zip(base.cosine[:count], base.sine[:count], strict=True)])
-    return float(math.pi * np.sum(np.arange(1, count + 1) * (np.conj(f) * 1j * lines).real))
-
-
-def nrmse_of(measured: FloatArray, predicted: FloatArray) -> float:
-    """Rms of measured minus predicted, both about their means, over the rms of the measured."""
-    gap = measured - measured.mean() - (predicted - predicted.mean())
-    return float(np.sqrt(np.mean(gap**2) / np.mean((measured - measured.mean()) ** 2)))
-
-
-def _force(measurement: Measurement, scene: Scene, beta: Estimate, sources: Sources) -> Estimate:
-    """Friction force beta k Y (N): friction ratio and base amplitude count in both errors, stiffness and gain in u."""
-    base = measurement.base_amplitude
-    force = beta.scaled(scene.rig.stiffness).scaled(base.value)
-    if force.value is None or base.relative_se is None or beta.se is None or beta.u is None or not beta.value:
-        return Estimate(force.value)
-    by_scene = math.hypot(sources.stiffness, sources.base_gain)
-    relative_u = math.hypot(beta.u / beta.value, base.relative_se, by_scene)
-    relative_se = math.hypot(beta.se / beta.value, base.relative_se)
-    return Estimate(force.value, force.value * relative_se, force.value * relative_u)
-
-
-def _of_force(
-    force: Estimate, coefficient: Estimate, beta: ParameterEstimate, sources: Sources
-) -> dict[str, dict[str, float]]:
-    """What adds to the uncertainty of force and coefficient."""
-    budget = {}
-    for name, estimate, normal in (
-        ("friction_force_n", force, 0.0),
-        ("friction_coefficient", coefficient, sources.normal_force),
-    ):
-        if estimate.value is None or beta.u is None or not beta.value:
-            continue
-        relative = {
-            "friction ratio": beta.u / beta.value,
-            "stiffness": sources.stiffness,
-            "gain of the base sensor": sources.base_gain,
-            "normal force": normal,
-        }
-        budget[name] = {cause: estimate.value * share for cause, share in relative.items() if share}
-    return budget
-
-
-def _coefficient(force: Estimate, normal: float | None, relative: float) -> Estimate:
-    """Friction coefficient: force over a normal force that is known to a relative uncertainty."""
-    plain = force.over(normal)
-    if plain.u is None or plain.value is None:
-        return plain
-    return plain.with_u(math.hypot(plain.u, relative * plain.value))
-
-
 def _compared(
     measurement: Measurement,
     scene: Scene,
@@ -227,16 +145,9 @@ def _compared(
     sources: Sources,
     ladder: Ladder | None,
 ) -> Comparison:
-    cycle, observed = measurement.cycle, found.fit.observed
-    prediction = _seen(measurement, found, state)
-    nrmse = None if prediction.cycle is None else nrmse_of(cycle.mass, prediction.cycle)
-    misfit = None if nrmse is None else nrmse / observed.floor
-    verdict: Verdict | None = None if misfit is None else "explained" if misfit <= EXPLAINED else "misfit"
-    beta = found.parameters["beta"]
-    friction = Estimate(beta.value, beta.se, beta.u)
-    force = _force(measurement, scene, friction, sources)
-    coefficient = _coefficient(force, measurement.normal_force_n, sources.normal_force)
-    said = [*measurement.warnings, *found.warnings, *state.warnings, *_of_verdict(found, misfit, verdict, ladder)]
+    cycle, prediction = measurement.cycle, seen(measurement, found, state)
+    judged = judge(cycle.mass, prediction.cycle, found.fit.observed.floor)
+    said = [*measurement.warnings, *found.warnings, *state.warnings, *_of_verdict(found, judged, ladder)]
     if prediction.cycle is None:
         said.append(f"no prediction: {state.outcome}")
     return Comparison(
@@ -250,24 +161,20 @@ def _compared(
         stops_per_cycle=measurement.stops_per_cycle,
         regime=measurement.regime,
         law=found.family.law.name,
-        friction=friction,
-        force=force,
-        coefficient=coefficient,
         predicted_energy_per_cycle=prediction.energy,
         predicted_response_amplitude=prediction.amplitude,
         predicted_stops_per_cycle=state.stops_per_cycle,
         predicted_regime=state.regime,
         energy_difference=None if prediction.energy is None else prediction.energy / measurement.energy_per_cycle - 1,
-        response_nrmse=nrmse,
-        response_floor=observed.floor,
-        misfit=misfit,
-        verdict=verdict,
+        response_nrmse=judged.nrmse,
+        response_floor=judged.floor,
+        misfit=judged.misfit,
+        verdict=judged.verdict,
         parameters={name: _parameter_row(e) for name, e in found.parameters.items()},
         model=model_words(scene, found.family),
         solver=state.solver,
         closure_error=state.closure_error,
         nuisances={n: {"value": v, "u": u, "known_to": p} for n, (v, u, p) in found.nuisances.items()},
-        budget={**measurement.budget, "friction_ratio": found.shares, **_of_force(force, coefficient, beta, sources)},
         laws=None if ladder is None else tuple(_rung_rows(ladder)),
         accuracy=accuracy_of(scene),
         material=measurement.material,
@@ -276,14 +183,26 @@ def _compared(
         base=cycle.base,
         measured=cycle.mass,
         predicted=prediction.cycle,
-        contact=contact_of(
-            measurement,
-            state,
-            predicted=prediction.cycle,
-            lag=found.fit.values.get("lag", 0.0),
-            floor=observed.floor * math.sqrt(observed.power),
-            laws={} if ladder is None else {r.law.name: r.told for r in ladder.rungs},
-        ),
+        contact=_contact(measurement, found, state, prediction.cycle, ladder),
+        **friction_of(measurement, scene, found, sources),
+    )
+
+
+def _contact(
+    measurement: Measurement,
+    found: Identified,
+    state: SteadyState,
+    predicted: FloatArray | None,
+    ladder: Ladder | None,
+) -> ContactForce:
+    observed = found.fit.observed
+    return contact_of(
+        measurement,
+        state,
+        predicted=predicted,
+        lag=found.fit.values.get("lag", 0.0),
+        floor=observed.floor * math.sqrt(observed.power),
+        laws={} if ladder is None else {rung.law.name: rung.told for rung in ladder.rungs},
     )
 
 
@@ -306,10 +225,10 @@ def _rung_rows(ladder: Ladder) -> list[dict[str, object]]:
     ]
 
 
-def _of_verdict(found: Identified, misfit: float | None, verdict: Verdict | None, ladder: Ladder | None) -> list[str]:
+def _of_verdict(found: Identified, judged: Judged, ladder: Ladder | None) -> list[str]:
     """What a reader must know of a law that does not explain the cycle."""
-    if verdict != "misfit" or misfit is None:
+    if judged.verdict != "misfit" or judged.misfit is None:
         return []
     next_step = "no law on the ladder explains it" if ladder is not None else "try --law auto"
-    missed = f"what it misses is {misfit:.2g} times the standard error of the measured mean cycle"
+    missed = f"what it misses is {judged.misfit:.2g} times the standard error of the measured mean cycle"
     return [f"verdict: {found.family.law.name} does not explain this cycle: {missed}; {next_step}"]

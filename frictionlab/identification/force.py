@@ -1,0 +1,65 @@
+"""From the friction ratio to newtons and to a coefficient, each with its errors and its budget."""
+
+import math
+from typing import Any
+
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.estimate import Estimate
+from frictionlab.identification.identify import Identified, ParameterEstimate
+from frictionlab.scene import Scene
+from frictionlab.uncertainty import Sources
+
+
+def friction_of(measurement: Measurement, scene: Scene, found: Identified, sources: Sources) -> dict[str, Any]:
+    """Return friction ratio, force (N) and coefficient as estimates, and what adds to their uncertainty.
+
+    By the names of a comparison's fields: ``friction``, ``force``, ``coefficient``, ``budget``.
+    """
+    beta = found.parameters["beta"]
+    friction = Estimate(beta.value, beta.se, beta.u)
+    force = friction_force(measurement, scene, friction, sources)
+    coefficient = coefficient_of(force, measurement.normal_force_n, sources.normal_force)
+    shares = force_budget(force, coefficient, beta, sources)
+    budget = {**measurement.budget, "friction_ratio": found.shares, **shares}
+    return {"friction": friction, "force": force, "coefficient": coefficient, "budget": budget}
+
+
+def friction_force(measurement: Measurement, scene: Scene, beta: Estimate, sources: Sources) -> Estimate:
+    """Friction force beta k Y (N): friction ratio and base amplitude count in both errors, stiffness and gain in u."""
+    base = measurement.base_amplitude
+    force = beta.scaled(scene.rig.stiffness).scaled(base.value)
+    if force.value is None or base.relative_se is None or beta.se is None or beta.u is None or not beta.value:
+        return Estimate(force.value)
+    by_scene = math.hypot(sources.stiffness, sources.base_gain)
+    relative_u = math.hypot(beta.u / beta.value, base.relative_se, by_scene)
+    relative_se = math.hypot(beta.se / beta.value, base.relative_se)
+    return Estimate(force.value, force.value * relative_se, force.value * relative_u)
+
+
+def force_budget(
+    force: Estimate, coefficient: Estimate, beta: ParameterEstimate, sources: Sources
+) -> dict[str, dict[str, float]]:
+    """What adds to the uncertainty of force and coefficient."""
+    budget = {}
+    for name, estimate, normal in (
+        ("friction_force_n", force, 0.0),
+        ("friction_coefficient", coefficient, sources.normal_force),
+    ):
+        if estimate.value is None or beta.u is None or not beta.value:
+            continue
+        relative = {
+            "friction ratio": beta.u / beta.value,
+            "stiffness": sources.stiffness,
+            "gain of the base sensor": sources.base_gain,
+            "normal force": normal,
+        }
+        budget[name] = {cause: estimate.value * share for cause, share in relative.items() if share}
+    return budget
+
+
+def coefficient_of(force: Estimate, normal: float | None, relative: float) -> Estimate:
+    """Friction coefficient: force over a normal force that is known to a relative uncertainty."""
+    plain = force.over(normal)
+    if plain.u is None or plain.value is None:
+        return plain
+    return plain.with_u(math.hypot(plain.u, relative * plain.value))
