@@ -303,7 +303,7 @@ def attract(rig: Rig, force: Force, z: float, v: float, room: Room) -> Found:
     it nearly repeats, Newton finishes it, and only a stable orbit close by is accepted.
     """
     past = [(0.0, 0.0)] * (LONGEST + 1)
-    wait = 16
+    wait = 4
     leg = Leg(0.0, TURN, 1.0, 1.0)
     for cycle in range(1, PATIENCE + 1):
         z, v, code = carry(rig, force, leg, z, v, room)
@@ -316,7 +316,8 @@ def attract(rig: Rig, force: Force, z: float, v: float, room: Room) -> Found:
         size = hypot(z, rig.plain.r * v) + room.tally[PATH]
         for k in range(1, min(LONGEST, cycle) + 1):
             old = past[(cycle - k) % (LONGEST + 1)]
-            if hypot(z - old[0], rig.plain.r * (v - old[1])) > 0.01 * size:
+            close = 0.01 if cycle >= 16 and k <= 8 else 0.001  # early, and of long periods, chance comes as close
+            if hypot(z - old[0], rig.plain.r * (v - old[1])) > close * size:
                 continue
             trial = Leg(0.0, TURN, float(k), 1.0)
             oz, ov, miss, code = shoot(rig, force, trial, z, v, room, FEW_STEPS)
