@@ -2,7 +2,8 @@
 
 What the law leaves of a record hangs together over many samples, so a sample counts only as much as the residual's own
 correlation allows: its variance is multiplied by the integrated autocorrelation time. Beside the curvature, errors are
-taken from the scores of single cycles (a sandwich over cycles), and the larger counts.
+taken from the scores of single cycles (a sandwich over cycles), and the larger counts. The noise of the base's sensor
+is added to them: the simulation is driven by the measured base, so its noise shakes the mass, near resonance much.
 """
 
 import math
@@ -23,6 +24,7 @@ FloatArray = NDArray[np.float64]
 ROUNDS = 3  # of weighing the residual by what it is
 MOST_STEPS = 40
 RUNS = 150  # simulated for one fit, about
+SHAKES = 30  # simulated with noise on the base: errors are known to a seventh
 FAR = 10.0  # residual of values without a motion, over the record's rms
 SMALLEST = 1e-9  # of the record's rms: no sensor is better
 
@@ -132,8 +134,10 @@ def together(about: FloatArray) -> float:
     return max(1.0, 1.0 + 2.0 * float(rho[1:end].sum()))
 
 
-def errors_of_record(found: Fit, per_period: int) -> Errors:
-    """Return how sure the coordinates are: by the curvature, and by the scores of single cycles."""
+def errors_of_record(found: Fit, forward: RecordForward) -> Errors:
+    """Return how sure the coordinates are: by the curvature, the scores of single cycles, and the base's noise."""
+    per_period = forward.track.per_period
+    shaken = forward.shaken(found.point, SHAKES) / max(forward.track.noise, SMALLEST * forward.track.rms)
     names = [c.name for c in found.coordinates]
     law = np.array([c.law for c in found.coordinates])
     own = law | np.isin(names, ("start_displacement", "start_velocity", "offset"))
@@ -142,6 +146,8 @@ def errors_of_record(found: Fit, per_period: int) -> Errors:
     if found.excess > 1.0:
         joint = _larger(joint, _by_cycles(found, joint, np.ones(len(own), dtype=bool), per_period))
         held = _larger(held, _by_cycles(found, held, own, per_period))
+    joint = joint + _by_base(found, np.ones(len(own), dtype=bool), shaken)
+    held = held + _by_base(found, own, shaken)
     statistical = np.zeros(len(own))
     statistical[own] = np.sqrt(np.diag(held))
     return Errors(np.where(law, statistical, 0.0), _larger(joint, np.diag(statistical**2)))
@@ -158,6 +164,16 @@ def _by_cycles(found: Fit, covariance: FloatArray, used: NDArray[np.bool_], per_
     each = scores.reshape(blocks, per_period, -1).sum(axis=1)
     few = blocks / (blocks - 1.0) * (blocks - 1.0) / max(blocks - 3.0, 1.0)
     return np.asarray(covariance @ (each.T @ each * few) @ covariance)
+
+
+def _by_base(found: Fit, used: NDArray[np.bool_], shaken: FloatArray) -> FloatArray:
+    """Covariance by what the base's noise does to the record: mean square of the shifts it makes in the fit."""
+    count = int(used.sum())
+    if not len(shaken):
+        return np.zeros((count, count))
+    covariance = np.linalg.inv(found.precision[np.ix_(used, used)])
+    shifts = shaken @ found.jacobian[:, used] @ covariance / found.excess
+    return np.asarray(shifts.T @ shifts / len(shaken))
 
 
 def _larger(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 
 from frictionlab.analysis.denoise import denoised
 from frictionlab.analysis.measurement import Measurement
@@ -35,11 +36,13 @@ class Track:
     base, mass : ndarray of shape (n,)
         Over Y: the base without its noise about its mean, the mass as measured about its mean.
     noise : float
-        Rms of the mass sensor's white noise over Y.
+        Rms over Y of one sample's noise: of the mass's sensor, and of the base's as the motion passes it on.
     scale : float
         Y [m]: the amplitude of the base's fundamental in the steady cycles, so that beta means the same there and here.
     period : float
         Of the drive, s.
+    base_noise : float
+        Rms of the white noise of the base's sensor over Y, of one sample.
     natural_frequency : float
         As it is known, Hz.
     start : float
@@ -52,6 +55,7 @@ class Track:
     noise: float
     scale: float
     period: float
+    base_noise: float
     natural_frequency: float
     start: float
 
@@ -81,15 +85,18 @@ def track_of(recording: Recording, measurement: Measurement, natural_frequency: 
     time = (part.time - part.time[0])[::thin]
     mass = part.mass_displacement[::thin]
     scale = measurement.base_amplitude_m
-    whole = max(1, int(float(time[-1]) * drive))  # periods: the mean of the base is that of whole ones
+    passed = max(1.0, float(np.std(mass) / np.std(base)))  # what the frame makes of the base's noise, near the drive
+    steady = max(float(time[-1]) - measurement.transient_s, 1.0 / drive)
+    whole = max(1, int(steady * drive))  # periods: the mean of the base is that of whole, settled ones
     last = time >= time[-1] - whole / drive
     track = Track(
         time=time,
         base=(base - base[last].mean()) / scale,
         mass=(mass - mass.mean()) / scale,
-        noise=measurement.mass_noise_m / scale,
+        noise=math.hypot(measurement.mass_noise_m, passed * measurement.base_noise_m) / scale,
         scale=scale,
         period=1.0 / drive,
+        base_noise=measurement.base_noise_m / scale,
         natural_frequency=natural_frequency,
         start=float(part.time[0]),
     )
@@ -153,8 +160,23 @@ class RecordForward:
         """A motion through the sensors: gain, a lag of the base's channel behind the mass's, an offset."""
         frequency = self.track.natural_frequency * (1.0 + values.get("natural_frequency", 0.0))
         late = values.get("lag", 0.0) * self.track.period * frequency  # rad of the drive -> rad of the frame
-        moved = response.displacement + late * response.velocity
+        moved = response.displacement
+        if late != 0.0:
+            moved = CubicHermiteSpline(response.time, moved, response.velocity)(response.time + late)
         return np.asarray((1.0 + values.get("gain", 0.0)) * moved + values.get("offset", 0.0))
+
+    def shaken(self, point: FloatArray, runs: int) -> FloatArray:
+        """Changes (runs, n) of the record at a point when the base is as noisy as its sensor."""
+        here, rng = self.predict(point), np.random.default_rng(runs)
+        if here is None:
+            return np.zeros((0, len(self.track.time)))
+        changes = []
+        for _ in range(runs):
+            noise = self.track.base_noise * rng.standard_normal(len(self.track.base))
+            noisy = replace(self.track, base=self.track.base + noise)
+            there = replace(self, track=noisy).predict(point)
+            changes += [] if there is None else [there - here]
+        return np.array(changes).reshape(-1, len(here))
 
     def jacobian(self, point: FloatArray, here: FloatArray) -> FloatArray:
         """Derivatives (n, m) by the coordinates, by differences; zero where neither neighbour has a motion."""

@@ -103,7 +103,7 @@ def identify_whole(track: Track, measurement: Measurement, found: Identified, so
     best = fit_record(forward, found.fit.observed, starts)
     moved = replace(family, base=measured_base(measurement, len(measurement.cycle.base_cosine)))
     best = replace(best, forward=replace(best.forward, family=moved))
-    return with_errors(moved, best, errors=errors_of_record(best, track.per_period))
+    return with_errors(moved, best, errors=errors_of_record(best, forward))
 
 
 def follow(track: Track, found: Identified) -> WholeRecord:
