@@ -21,6 +21,7 @@ from frictionlab.identification.track import (
     start_values,
     without_second_harmonic,
 )
+from frictionlab.simulator.laws import Law
 from frictionlab.simulator.record import can_follow
 from frictionlab.uncertainty import Sources
 
@@ -93,7 +94,7 @@ def identify_whole(track: Track, measurement: Measurement, found: Identified, so
         The law cannot be followed through a record, or no values tried have a motion.
     """
     family = found.family
-    _refuse(found)
+    refuse_unfollowed(family.law)
     known = without_second_harmonic(coordinates_of(family, measurement, sources))
     forward = RecordForward(family, (*known, *start_coordinates(track)), track)
     middle = {name: value for name, value in found.fit.values.items() if not name.startswith("second_")}
@@ -114,7 +115,7 @@ def follow(track: Track, found: Identified) -> WholeRecord:
     AnalysisError
         The law cannot be followed through a record.
     """
-    _refuse(found)
+    refuse_unfollowed(found.family.law)
     values = {name: value for name, value in found.fit.values.items() if not name.startswith("second_")}
     unknown = tuple(c for c in start_coordinates(track) if c.name not in values)
     forward = RecordForward(found.family, unknown, track, fixed=values)
@@ -127,10 +128,11 @@ def follow(track: Track, found: Identified) -> WholeRecord:
     return _over(track, predicted)
 
 
-def _refuse(found: Identified) -> None:
-    if not can_follow(found.family.law):
+def refuse_unfollowed(law: Law) -> None:
+    """Raise `AnalysisError` for a law that cannot be followed through a record."""
+    if not can_follow(law):
         raise AnalysisError(
-            f"record: law {found.family.law.name} is not simulated under a measured base: only laws with exact phases"
+            f"record: law {law.name} is not simulated under a measured base: only laws with exact phases"
             " are; do: leave --whole out, or give another --law"
         )
 
