@@ -7,6 +7,7 @@ their step. Nothing here is measured, and every log says so in its first lines.
 
 import json
 import math
+import re
 import zlib
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import ParameterError, SceneError
-from frictionlab.files import write_whole
+from frictionlab.files import check_replaceable, write_whole
 from frictionlab.scene import Scene, VirtualTests
 from frictionlab.simulator import Motion, Problem, observe, simulate, steady_state
 
@@ -26,6 +27,8 @@ HOUR = 3600.0
 PHASES = 64  # points per cycle of the true irregularity
 MILLIMETRES = 1e3  # the logs are written in the sensor's unit
 MARK = b"# SYNTHETIC: "
+_FIRST = ("log", "material", "normal_force_n", "frequency_ratio", "friction_ratio")  # keys of a truth, in order
+_NAME = re.compile(r'[^/\\:*?"<>|\x00-\x1f\x7f-\x9f\ud800-\udfff]{1,100}')
 PREAMBLE = (
     "# SYNTHETIC: simulated by frictionlab, not measured\n"
     "# material {material}, normal force {force:g} N, r {ratio:g}; its truth is in truth.jsonl\n"
@@ -101,6 +104,8 @@ def virtual_tests(scene: Scene) -> tuple[VirtualTest, ...]:
             "rig: a virtual rig needs natural frequency and stiffness: give two of natural_frequency_hz, mass_kg and"
             " stiffness_n_per_m"
         )
+    for number, group in enumerate(synthetic.tests):
+        _check_words(group, number)
     tests = tuple(
         _checked(_virtual_test(scene, group, force, ratio), group, number)
         for number, group in enumerate(synthetic.tests)
@@ -112,6 +117,16 @@ def virtual_tests(scene: Scene) -> tuple[VirtualTest, ...]:
     if twice:
         raise SceneError(f"synthetic.tests: the same test stands twice: {', '.join(twice)}; leave one out")
     return tests
+
+
+def _check_words(group: VirtualTests, number: int) -> None:
+    """Refuse a material or label that cannot stand in the name of a log."""
+    for key, word in (("material", group.material), ("label", group.label)):
+        if word is not None and not _NAME.fullmatch(word):
+            raise SceneError(
+                f"synthetic.tests.{number}.{key}: expected a word that can name a file (1 to 100 characters, none of"
+                f' / \\ : * ? " < > | and no control characters); got {word!r}'
+            )
 
 
 def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float) -> VirtualTest:
@@ -186,13 +201,27 @@ def synthesize(scene: Scene, folder: Path) -> Iterator[VirtualTest]:
     """
     tests = virtual_tests(scene)
     folder.mkdir(parents=True, exist_ok=True)
+    check_replaceable(folder / "truth.jsonl", replace=is_truth)
+    for test in tests:
+        check_replaceable(folder / test.log, replace=is_synthetic)
     truths = []
     for test in tests:
         text, more = _log_and_behaviour(test, scene)
-        write_whole(folder / test.log, text.encode("ascii"), replace=is_synthetic)
+        write_whole(folder / test.log, text.encode(), replace=is_synthetic)
         truths.append(json.dumps({**truth(test), **more}) + "\n")
         yield test
-    write_whole(folder / "truth.jsonl", "".join(truths).encode())
+    write_whole(folder / "truth.jsonl", "".join(truths).encode(), replace=is_truth)
+
+
+def is_truth(path: Path) -> bool:
+    """Whether a file tells the truth of synthetic logs: its first line has the numbers that `truth` gives."""
+    with path.open("rb") as file:
+        first = file.readline(1 << 20)
+    try:
+        row = json.loads(first)
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(row, dict) and tuple(row)[: len(_FIRST)] == _FIRST
 
 
 def is_synthetic(log: Path) -> bool:

@@ -62,6 +62,7 @@ def analyze(
 
     Example: frictionlab analyze build/recordings/*.h5 --scene configs/sample_data.toml -o build/measurements.csv
     """
+    from frictionlab.figures.mark import check_figures
     from frictionlab.verbs.each import rows_of
     from frictionlab.verbs.given import scene_given
 
@@ -69,7 +70,9 @@ def analyze(
     tell_assumed(what, quiet=quiet or as_json)
     if output is not None:
         check_output(output, MEASUREMENTS, force=force, inputs=recordings)
-    job = partial(_row, scene=what, plot=plot, with_series=output is not None and output.suffix == ".h5")
+    if plot is not None:
+        check_figures([_figure(plot, path) for path in recordings], force=force, inputs=recordings)
+    job = partial(_row, scene=what, plot=plot, force=force, with_series=output is not None and output.suffix == ".h5")
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
     series: dict[str, object] = {}
     watched = track(_put_apart(made, series), total=len(recordings), title="analyze", quiet=quiet)
@@ -83,12 +86,12 @@ def analyze(
     exit_status(rows)
 
 
-def _row(path: Path, *, scene: "Scene", plot: Path | None, with_series: bool) -> Row:
+def _row(path: Path, *, scene: "Scene", plot: Path | None, force: bool, with_series: bool) -> Row:
     from frictionlab.verbs.analyze import analyze
 
     measurement = analyze(path, scene)
     if plot is not None:
-        _draw(measurement, path, plot)
+        _draw(measurement, path, _figure(plot, path), force=force)
     series = {SERIES: _series(measurement)} if with_series else {}
     return {**measurement.row(), "source": str(path), **series}
 
@@ -101,10 +104,14 @@ def _put_apart(rows: Iterable[Row], series: dict[str, object]) -> Iterator[Row]:
         yield {key: value for key, value in row.items() if key != SERIES}
 
 
-def _draw(measurement: "Measurement", path: Path, folder: Path) -> None:
+def _figure(folder: Path, recording: Path) -> Path:
+    return folder / f"{recording.stem}.measurement.png"
+
+
+def _draw(measurement: "Measurement", path: Path, figure: Path, *, force: bool) -> None:
     from frictionlab.verbs.plot import plot
 
-    plot(measurement, folder / f"{path.stem}.measurement.png", title=path.name)
+    plot(measurement, figure, title=path.name, force=force)
 
 
 def _series(measurement: "Measurement") -> dict[str, object]:

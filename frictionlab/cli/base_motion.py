@@ -34,6 +34,7 @@ SETTINGS = (
 FIGURES = (".pdf", ".svg", ".png")
 SERIES = (".h5", ".csv")
 HEAD = ("time [s]", "base [m]", "mass [m]")
+FORCE = "contact force"
 
 
 def one_of_both(
@@ -58,7 +59,7 @@ def one_of_both(
         if r is None:
             raise UsageError("expected --r R (a steady state) or --base-motion FILE (the response to it); got neither")
         return r
-    stray = [name for name, value in others.items() if value not in (None, "auto", "exact")]
+    stray = [name for name, value in others.items() if value not in (None, False, "auto", "exact")]
     if r is not None:
         raise UsageError("expected --r R or --base-motion FILE; got both: a recorded base has its own times")
     if stray:
@@ -89,7 +90,7 @@ class Ride:
         if self.plot is not None:
             from frictionlab.verbs.plot import plot
 
-            plot(answer, self.plot)
+            plot(answer, self.plot, force=self.force)
         return row
 
 
@@ -106,12 +107,15 @@ def ride(path: Path, job: Ride, *, as_json: bool, quiet: bool) -> None:
 
 def _check(job: Ride, path: Path) -> None:
     """Refuse outputs that could not be written before the work."""
+    from frictionlab.figures.mark import check_figures
     from frictionlab.files import check_replaceable
     from frictionlab.hdf5 import check_writable
 
     plot, output = job.plot, job.output
     if plot is not None and plot.suffix not in FIGURES:
         raise UsageError(f"{plot}: expected a figure ending in {', '.join(FIGURES)}; got {plot.suffix!r}")
+    if plot is not None:
+        check_figures([plot], force=job.force, inputs=[path])
     if output is None:
         return
     if output.suffix not in SERIES:
@@ -128,14 +132,15 @@ def _is_series(path: Path) -> bool:
     """Whether a file is a log that this command wrote."""
     try:
         with path.open(encoding="utf-8") as file:
-            return file.readline().startswith(",".join(HEAD))
+            head, _, last = file.readline(1000).rpartition(",")
     except (OSError, UnicodeDecodeError):
         return False
+    return head == ",".join(HEAD) and last.startswith(FORCE)
 
 
 def _write(answer: "RecordResponse", output: Path, *, force: bool) -> None:
     force_, unit = answer.contact_force
-    name = "contact force" if unit == "N" else "contact force over stiffness"
+    name = FORCE if unit == "N" else f"{FORCE} over stiffness"
     if output.suffix == ".h5":
         from frictionlab.hdf5 import Extra, write_recording
 

@@ -12,11 +12,14 @@ from frictionlab.cli.options import AsJson, Quiet, SceneFile, Scheduler, Workers
 from frictionlab.cli.output import complain, printable
 from frictionlab.cli.progress import track
 from frictionlab.cli.show import show
-from frictionlab.tables import Row
+from frictionlab.schema import COMPARISONS
+from frictionlab.tables import Row, check_output
 
 if TYPE_CHECKING:
     from frictionlab.scene import Scene
     from frictionlab.verbs.batch import Batch
+
+TABLE = "comparisons.jsonl"
 
 
 def batch(
@@ -43,12 +46,23 @@ def batch(
 
     what = scene_of(scene, beside=logs[0], quiet=quiet)
     work = plan(logs, what, output=output, compare=not campaign, again=again)
+    _check(work, output, campaign=campaign)
     rows = _do(work, workers=workers, scheduler=scheduler, as_json=as_json, quiet=quiet)
     if campaign:
         _evaluate(work, what, output, quiet=quiet or as_json)
     else:
         _tell(work, output, quiet=quiet or as_json)
     exit_status(rows)
+
+
+def _check(work: "Batch", output: Path, *, campaign: bool) -> None:
+    """Refuse, before the work, a folder that holds other files where results go."""
+    if campaign:
+        from frictionlab.campaign.output import check_folder
+
+        check_folder(output, inputs=work.logs)
+    else:
+        check_output(output / TABLE, COMPARISONS, inputs=work.logs)
 
 
 def _do(work: "Batch", *, workers: int | None, scheduler: str | None, as_json: bool, quiet: bool) -> Rows:
@@ -78,9 +92,9 @@ def _tell(work: "Batch", output: Path, *, quiet: bool) -> None:
     """Put all comparisons in one table and show it."""
     from frictionlab.tables import write_rows
 
-    write_rows(work.rows(), output / "comparisons.jsonl")
+    write_rows(work.rows(), output / TABLE)
     if not quiet:
-        show(output / "comparisons.jsonl")
+        show(output / TABLE)
         for path in work.missing():
             complain(f"failed: {path} (the reason stands above)")
         typer.echo(

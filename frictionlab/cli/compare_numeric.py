@@ -89,6 +89,7 @@ def compare_numeric(
 
     Example: frictionlab compare-numeric build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
     """
+    from frictionlab.figures.mark import check_figures
     from frictionlab.verbs.each import rows_of
     from frictionlab.verbs.given import scene_given
 
@@ -99,9 +100,13 @@ def compare_numeric(
     )
     check_law(law)
     tell_assumed(what, quiet=quiet or as_json)
-    job = partial(_row, scene=what, law=law, beta=beta, plot=plot, whole=whole, fit=fit)
+    job = partial(_row, scene=what, law=law, beta=beta, plot=plot, whole=whole, fit=fit, force=force)
     if output is not None:
         check_output(output, COMPARISONS, force=force, inputs=recordings)
+    if plot is not None:
+        kinds = ("comparison", "contact", *(("record",) if whole else ()))
+        figures = [_figure(plot, path, kind) for path in recordings for kind in kinds]
+        check_figures(figures, force=force, inputs=recordings)
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
     rows = report_rows(track(made, total=len(recordings), title="compare", quiet=quiet), as_json=as_json, quiet=quiet)
     if output is not None:
@@ -143,19 +148,26 @@ def _row(
     plot: Path | None,
     whole: bool,
     fit: Literal["cycle", "whole"],
+    force: bool,
 ) -> Row:
     from frictionlab.verbs.compare import compare
 
     comparison = compare(path, scene, law=law, friction_ratio=beta, whole=whole, fit=fit)
     if plot is not None:
-        _draw(comparison, plot / f"{path.stem}.comparison.png")
-        _draw(comparison.contact, plot / f"{path.stem}.contact.png", title=path.name)
+        _draw(comparison, _figure(plot, path, "comparison"), force=force)
+        _draw(comparison.contact, _figure(plot, path, "contact"), title=path.name, force=force)
         if comparison.record is not None:
-            _draw(comparison.record, plot / f"{path.stem}.record.png", title=path.name)
+            _draw(comparison.record, _figure(plot, path, "record"), title=path.name, force=force)
     return {**comparison.row(), "source": str(path)}
 
 
-def _draw(result: "Comparison | ContactForce | WholeRecord", path: Path, title: str | None = None) -> None:
+def _figure(folder: Path, recording: Path, kind: str) -> Path:
+    return folder / f"{recording.stem}.{kind}.png"
+
+
+def _draw(
+    result: "Comparison | ContactForce | WholeRecord", path: Path, title: str | None = None, *, force: bool
+) -> None:
     from frictionlab.verbs.plot import plot
 
-    plot(result, path, title=title)
+    plot(result, path, title=title, force=force)

@@ -48,13 +48,16 @@ def free_vibration(
 
     Example: frictionlab free-vibration tap1.csv tap2.csv tap3.csv
     """
+    from frictionlab.figures.mark import check_figures
     from frictionlab.verbs.each import rows_of
 
     what = scene_of(scene, beside=inputs[0], quiet=quiet)
+    inputs = expanded(inputs, recordings=True)
     if output is not None:
         check_output(output, FREE_VIBRATIONS, force=force, inputs=inputs)
-    inputs = expanded(inputs, recordings=True)
-    rows = list(rows_of(inputs, partial(_row, scene=what, plot=plot)))
+    if plot is not None:
+        check_figures([_figure(plot, path) for path in inputs], force=force, inputs=inputs)
+    rows = list(rows_of(inputs, partial(_row, scene=what, plot=plot, force=force)))
     means = _means([tap for row in rows for tap in _taps(row)])
     shown = report_rows((_told(row, means) for row in rows), as_json=as_json, quiet=quiet)
     if output is not None:
@@ -64,7 +67,7 @@ def free_vibration(
     exit_status(shown)
 
 
-def _row(path: Path, *, scene: "Scene", plot: Path | None) -> Row:
+def _row(path: Path, *, scene: "Scene", plot: Path | None, force: bool) -> Row:
     from frictionlab.analysis.free_vibration import averages
     from frictionlab.verbs.free_vibration import decay_of, free_vibration
 
@@ -73,7 +76,7 @@ def _row(path: Path, *, scene: "Scene", plot: Path | None) -> Row:
     taps = free_vibration(recording, scene)
     means = averages(taps)
     if plot is not None:
-        _draw(taps, path, plot)
+        _draw(taps, path, plot, force=force)
     return {
         "source": str(path),
         "status": "ok",
@@ -112,12 +115,16 @@ def _force(friction: "Average", natural_frequency: float, scene: "Scene") -> Row
     }
 
 
-def _draw(taps: "Sequence[FreeVibration]", path: Path, folder: Path) -> None:
+def _figure(folder: Path, path: Path) -> Path:
+    return folder / f"{path.stem}.free_vibration.png"
+
+
+def _draw(taps: "Sequence[FreeVibration]", path: Path, folder: Path, *, force: bool) -> None:
     from frictionlab.figures.free_vibration import free_vibration_figure
     from frictionlab.figures.style import save
 
     folder.mkdir(parents=True, exist_ok=True)
-    save(free_vibration_figure(taps, path.name), folder / f"{path.stem}.free_vibration.png")
+    save(free_vibration_figure(taps, path.name), _figure(folder, path), force=force)
 
 
 def _taps(row: Row) -> "Sequence[FreeVibration]":

@@ -41,14 +41,17 @@ def plan(
 
     Example: frictionlab plan --scene my_rig.toml --law coulomb+place+speed --tests 6 -o tests.csv
     """
+    from frictionlab.figures.mark import check_figures
     from frictionlab.verbs.plan import plan
 
+    if plot is not None:
+        check_figures([plot], force=force, inputs=measured or ())
     found = plan(scene_of(scene, quiet=quiet), law=law, tests=tests, measured=measured or (), sheet=output, force=force)
     for note in () if quiet else found.notes:
         complain(note)
     told = [*found.tests, *(found.others if everything else ())]
     if plot is not None:
-        _draw(found, plot)
+        _draw(found, plot, force=force)
     if as_json:
         for test in told:
             typer.echo(json_line(test.row()))
@@ -73,7 +76,7 @@ def _flat(test: "PlannedTest") -> Row:
     return {**test.row(), **{f"u({name})": error for name, error in after.items()}}
 
 
-def _draw(found: "Plan", path: Path) -> None:
+def _draw(found: "Plan", path: Path, *, force: bool) -> None:
     from frictionlab.verbs.plot import plot
 
-    plot(found, path)
+    plot(found, path, force=force)

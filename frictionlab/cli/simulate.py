@@ -107,7 +107,7 @@ def simulate(
     if output is not None:
         _write(state, row, output, force=force)
     if plot is not None:
-        _draw(state, plot)
+        _draw(state, plot, force=force)
 
 
 def _refuse_beside_all(others: Mapping[str, object]) -> None:
@@ -125,6 +125,10 @@ def _check(output: Path | None, plot: Path | None, *, force: bool) -> None:
         raise UsageError(f"{plot}: expected a figure ending in .pdf, .svg or .png; got {plot.suffix!r}")
     if plot is not None and not plot.parent.is_dir():
         raise UsageError(f"{plot}: there is no folder {plot.parent}: make it first")
+    if plot is not None:
+        from frictionlab.figures.mark import check_figures
+
+        check_figures([plot], force=force)
 
 
 def _write(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None:
@@ -146,10 +150,10 @@ def _write(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None
     write_tree(tree, output, kind=MOTIONS.format, force=force, columns=MOTIONS.column)
 
 
-def _draw(state: "SteadyState", path: Path) -> None:
+def _draw(state: "SteadyState", path: Path, *, force: bool) -> None:
     if state.orbit is None:
         raise UsageError(f"{path}: there is no motion to draw (outcome {state.outcome}, solver {state.solver})")
     from frictionlab.figures.motion import motion_figure
     from frictionlab.figures.style import save
 
-    save(motion_figure(state), path)
+    save(motion_figure(state), path, force=force)

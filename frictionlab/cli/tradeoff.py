@@ -29,11 +29,13 @@ def tradeoff(
 
     Example: frictionlab tradeoff -o build/tradeoff
     """
+    from frictionlab.figures.mark import check_figures
     from frictionlab.tradeoff import FAMILIES, measure_trade
 
     if output is not None:
         output.mkdir(parents=True, exist_ok=True)
         check_output(output / "tradeoff.csv", TRADES, force=force)
+        check_figures([_figure(output, family) for family in FAMILIES], force=force)
     families: dict[str, list[tuple[Setting, ...]]] = defaultdict(list)
     total = sum(len(knobs) for knobs in FAMILIES.values())
     for family, settings in track(measure_trade(), total=total, title="tradeoff", quiet=quiet or as_json):
@@ -45,12 +47,16 @@ def tradeoff(
         print_table(rows, TRADES)
     if output is not None:
         write_rows(rows, output / "tradeoff.csv", TRADES, force=force)
-        _draw(families, output)
+        _draw(families, output, force=force)
 
 
-def _draw(families: "dict[str, list[tuple[Setting, ...]]]", folder: Path) -> None:
+def _figure(folder: Path, family: str) -> Path:
+    return folder / f"tradeoff_{family}.png"
+
+
+def _draw(families: "dict[str, list[tuple[Setting, ...]]]", folder: Path, *, force: bool) -> None:
     from frictionlab.figures.style import save
     from frictionlab.figures.tradeoff import family_figure
 
     for family, knobs in families.items():
-        save(family_figure(knobs), folder / f"tradeoff_{family}.png")
+        save(family_figure(knobs), _figure(folder, family), force=force)

@@ -25,7 +25,11 @@ class Plate:
     caption: str
     draw: Callable[[], Figure]
 
-    def save(self, folder: Path) -> tuple[Path, ...]:
+    def files(self, folder: Path) -> tuple[Path, ...]:
+        """Where its files stand in a folder."""
+        return tuple(folder / f"{self.name}{suffix}" for suffix in SUFFIXES)
+
+    def save(self, folder: Path, *, force: bool = False) -> tuple[Path, ...]:
         """Draw it and write it as vector (SVG, PDF) and PNG.
 
         Raises
@@ -35,7 +39,7 @@ class Plate:
         """
         with look(), rc_context({"text.parse_math": False}):  # a material may well be called "$5"
             figure = self.draw()
-        return tuple(save(figure, folder / f"{self.name}{suffix}") for suffix in SUFFIXES)
+        return tuple(save(figure, path, force=force) for path in self.files(folder))
 
 
 def plates(campaign: Campaign) -> tuple[Plate, ...]:

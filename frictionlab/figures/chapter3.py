@@ -317,7 +317,11 @@ def draw_all(folder: Path) -> list[Path]:
             "figure_3.7_viscous": draw_viscous(),
             "map_of_stops": draw_map(chapter),
         }
-    return [save(figure, folder / f"{name}{suffix}") for name, figure in figures.items() for suffix in (".pdf", ".png")]
+    return [
+        save(figure, folder / f"{name}{suffix}", force=True)
+        for name, figure in figures.items()
+        for suffix in (".pdf", ".png")
+    ]
 
 
 if __name__ == "__main__":

@@ -115,8 +115,8 @@ def main(folder: Path) -> None:
     """Draw all figures into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     figures = compute()
-    save(draw_loops(figures), folder / "laws_force.png")
-    save(draw_slow(figures), folder / "laws_slow.png")
+    save(draw_loops(figures), folder / "laws_force.png", force=True)
+    save(draw_slow(figures), folder / "laws_slow.png", force=True)
 
 
 if __name__ == "__main__":

@@ -46,7 +46,7 @@ def main(folder: Path) -> None:
 
     folder.mkdir(parents=True, exist_ok=True)
     panels = (stability.over_cycles(), stability.towards_resonance(), stability.with_noise())
-    save(stability_figure(panels), folder / "stability.png")
+    save(stability_figure(panels), folder / "stability.png", force=True)
 
 
 if __name__ == "__main__":

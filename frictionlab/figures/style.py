@@ -9,6 +9,7 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from frictionlab.figures.mark import METADATA, is_figure
 from frictionlab.files import write_whole
 
 # Okabe and Ito, "Color universal design" (2008): told apart with any common colour blindness, and in grey.
@@ -39,11 +40,6 @@ LOOK: dict[Any, Any] = {  # matplotlib spells out every key in its type
     "svg.hashsalt": "frictionlab",
     "svg.fonttype": "path",
 }
-TIMELESS = {
-    ".png": {"Software": None},
-    ".pdf": {"CreationDate": None, "Producer": None, "Creator": None},
-    ".svg": {"Date": None, "Creator": None},
-}
 
 
 def look() -> AbstractContextManager[None]:
@@ -58,16 +54,18 @@ def new_figure(width: float = PAGE, height: float = 3.0) -> Figure:
     return figure
 
 
-def save(figure: Figure, path: Path) -> Path:
+def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
     """Write a figure whole or not at all; the suffix (.png, .pdf, .svg) says how. Same figure, same bytes.
+
+    An earlier figure of this tool is replaced, any other file only with ``force``.
 
     Raises
     ------
     OutputError
-        The file cannot be written.
+        The file cannot be written, or another kind of file stands there.
     """
     image = io.BytesIO()
     with look():
-        figure.savefig(image, format=path.suffix.lstrip("."), metadata=TIMELESS[path.suffix])
-    write_whole(path, image.getvalue())
+        figure.savefig(image, format=path.suffix.lstrip("."), metadata=METADATA[path.suffix])
+    write_whole(path, image.getvalue(), replace=force or is_figure)
     return path

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from frictionlab.errors import UsageError
 from frictionlab.planning import Plan, plan_tests, sheet_rows
-from frictionlab.tables import read_rows, write_rows
+from frictionlab.tables import check_output, read_rows, write_rows
 from frictionlab.verbs.given import AnyScene, FilePath, scene_given
 
 TABLES = ("plan", "model", "rig", "sensors")
@@ -48,8 +49,18 @@ def plan(
         The law cannot be, or nothing tells anything about it.
     """
     known = scene_given(scene, settings, TABLES)
-    rows = [row for path in measured for row in read_rows(Path(path))]
+    inputs = [Path(path) for path in measured]
+    if sheet is not None:
+        _check_sheet(Path(sheet), inputs, force=force)
+    rows = [row for path in inputs for row in read_rows(Path(path))]
     found = plan_tests(known, law=law, tests=tests, measured=rows)
     if sheet is not None:
-        write_rows(sheet_rows(found, known), Path(sheet), force=force)
+        write_rows(sheet_rows(found, known), Path(sheet), force=True, inputs=inputs)
     return found
+
+
+def _check_sheet(sheet: Path, inputs: Sequence[Path], *, force: bool) -> None:
+    """Refuse a sheet that could not be written, or that stands there: the laboratory may have filled it in."""
+    check_output(sheet, force=force, inputs=inputs)
+    if sheet.exists() and not force:
+        raise UsageError(f"{sheet}: exists, and may hold what was filled in: choose another output, or give --force")

@@ -37,6 +37,7 @@ def plot(
     path: FilePath,
     *,
     title: str | None = None,
+    force: bool = False,
 ) -> Path:
     """Draw a measurement, a comparison, a whole record, a steady state or a response into a file, and return its path.
 
@@ -47,11 +48,15 @@ def plot(
         Ends in ``.pdf``, ``.svg`` or ``.png``; its folder is made if it is not there.
     title : str, optional
         Of a measurement's or a record's figure; by default its source.
+    force : bool
+        Replace whatever file stands there; else only a figure of this tool.
 
     Raises
     ------
     UsageError
         Another suffix, another kind of result, or a steady state without a motion.
+    OutputError
+        The file cannot be written, or another kind of file stands there.
     """
     place = Path(path)
     if place.suffix not in SUFFIXES:
@@ -62,5 +67,5 @@ def plot(
     if isinstance(result, SteadyState) and result.orbit is None:
         raise UsageError(f"{place}: there is no motion to draw (outcome {result.outcome}, solver {result.solver})")
     place.parent.mkdir(parents=True, exist_ok=True)
-    save(FIGURES[type(result)](result, title), place)
+    save(FIGURES[type(result)](result, title), place, force=force)
     return place

@@ -6,6 +6,7 @@ from pathlib import Path
 from frictionlab.campaign import Campaign
 from frictionlab.campaign.output import REPORT, check_folder, write_tables
 from frictionlab.figures.campaign import Plate, plates
+from frictionlab.figures.mark import check_figures
 from frictionlab.report import write_report
 from frictionlab.verbs.given import FilePath
 
@@ -36,9 +37,10 @@ def publish(
     """
     place = Path(folder)
     check_folder(place, force=force)
-    write_tables(campaign, place)
     drawn = plates(campaign)
+    check_figures([path for plate in drawn for path in plate.files(place / "figures")], force=force)
+    write_tables(campaign, place)
     for plate in watch(drawn):
-        plate.save(place / "figures")
+        plate.save(place / "figures", force=force)
     write_report(campaign, drawn, place)
     return place / REPORT

@@ -1,0 +1,46 @@
+"""How a figure of this tool is known again: by who made it, as its file says; a photo is never replaced by a plot."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from frictionlab.errors import UsageError
+from frictionlab.files import identities
+
+MAKER = "frictionlab"
+METADATA = {
+    ".png": {"Software": MAKER},
+    ".pdf": {"CreationDate": None, "Producer": None, "Creator": MAKER},
+    ".svg": {"Date": None, "Creator": MAKER},
+}
+"""What a file says of itself, without the time: same figure, same bytes."""
+_MARKS = {
+    ".png": b"tEXtSoftware\0frictionlab",
+    ".pdf": b"/Creator (frictionlab)",
+    ".svg": b"<dc:title>frictionlab</dc:title>",
+}
+_LARGEST = 1 << 27
+
+
+def is_figure(path: Path) -> bool:
+    """Whether this file is a figure that this tool has drawn."""
+    mark = _MARKS.get(path.suffix)
+    if mark is None or not path.is_file() or path.stat().st_size > _LARGEST:
+        return False
+    return mark in path.read_bytes()
+
+
+def check_figures(paths: Iterable[Path], *, force: bool = False, inputs: Iterable[Path] = ()) -> None:
+    """Refuse figures that would replace a file of another kind or an input, before the work.
+
+    Raises
+    ------
+    UsageError
+        One of them would.
+    """
+    ours = [(path, identities(path)) for path in inputs]
+    for path in paths:
+        for other, known in ours:
+            if known & identities(path):
+                raise UsageError(f"{path}: is the input {other}: an output never replaces an input: choose another")
+        if path.exists() and not (force or is_figure(path)):
+            raise UsageError(f"{path}: exists and is no figure of frictionlab: draw elsewhere, or move it away")
