@@ -131,10 +131,15 @@ def follow(track: Track, found: Identified) -> WholeRecord:
 def refuse_unfollowed(law: Law) -> None:
     """Raise `AnalysisError` for a law that cannot be followed through a record."""
     if not can_follow(law):
-        raise AnalysisError(
-            f"record: law {law.name} is not simulated under a measured base: only laws with exact phases"
-            " are; do: leave --whole out, or give another --law"
-        )
+        raise AnalysisError(unfollowed(law))
+
+
+def unfollowed(law: Law) -> str:
+    """Say that a law cannot be followed through a record, and what to do."""
+    return (
+        f"record: law {law.name} is not simulated under a measured base: only laws with exact phases are; do: leave"
+        " --whole out, or give another --law"
+    )
 
 
 def _over(track: Track, predicted: FloatArray) -> WholeRecord:
