@@ -42,7 +42,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "synthetic": {"__init__", "errors", "files", "scene", "simulator"},
     "campaign": {
         *("tables", "errors", "scene", "analysis", "simulator", "files", "hdf5", "recording", "schema"),
-        "estimate",
+        *("estimate", "identification", "uncertainty"),
     },
     "tradeoff": {
         *(

@@ -1,7 +1,7 @@
 """Many measurements become friction, Amontons' test, ranking and drift of a whole campaign (thesis chapter 4).
 
 - ``trials``: one row of measurements, one `Trial`, failed ones too
-- ``prediction``: what Coulomb's law says of a test
+- ``prediction``: what the model says of a test; ``sharing``: what tests share in error
 - ``friction``: all tests of a material and normal force, one `FrictionFit`
 - ``amontons``: is a material's coefficient the same under every force?
 - ``drift``: long tests; ``ranking``: which material is best, and how sure that is
@@ -20,13 +20,14 @@ from frictionlab.analysis.measure import measure
 from frictionlab.campaign.amontons import AmontonsTest, amontons
 from frictionlab.campaign.drift import Drift, drift_of
 from frictionlab.campaign.friction import FrictionFit, Verdict, fit_group
-from frictionlab.campaign.prediction import Curve, Law, curve, law_of, prepare
+from frictionlab.campaign.prediction import Curve, Model, curve, model_of, prepare
 from frictionlab.campaign.ranking import CRITERIA, Rank, rank_all
 from frictionlab.campaign.reading import read_measurements
 from frictionlab.campaign.responses import Response, envelope, examples, last_cycles, recording_of
 from frictionlab.campaign.trials import LONG_S, Trial, in_order, trial_of
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.scene import Scene
+from frictionlab.uncertainty import Sources, sources_of
 
 __all__ = [
     "CRITERIA",
@@ -35,7 +36,7 @@ __all__ = [
     "Curve",
     "Drift",
     "FrictionFit",
-    "Law",
+    "Model",
     "Rank",
     "Response",
     "Trial",
@@ -47,15 +48,17 @@ __all__ = [
 
 FloatArray = NDArray[np.float64]
 CURVE_POINTS = 160
+SLOWEST_HZ = 100.0  # sampling rate that is taken where no measurement tells it
 NO_STIFFNESS = (
     "The scene gives no stiffness ([rig] stiffness_n_per_m, or mass and natural frequency): friction ratios are known,"
     " forces and coefficients are not."
 )
 NO_RECORDINGS = "The recordings are not at hand at the measurements' sources: no example responses are drawn."
 SHARED_ERRORS = (
-    "Standard errors hold the scatter from test to test; they do not hold the errors of the stiffness and of the normal"
-    " forces, which all tests share."
+    "Standard errors (_se) hold the scatter from test to test; combined uncertainties (_u) and 95 % intervals also hold"
+    " what all tests share: gain, lag, natural frequency, stiffness, normal force."
 )
+ASSUMED = "Assumed, for nobody has declared them in the scene: {}."
 Watch = Callable[[Sequence[tuple[str, float]]], Iterable[tuple[str, float]]]
 
 
@@ -77,7 +80,7 @@ class Campaign:
     curves: tuple[Curve, ...]
     responses: tuple[Response, ...]
     notes: tuple[str, ...]
-    law: Law
+    model: Model
     scene: Scene
 
     def __repr__(self) -> str:
@@ -122,12 +125,12 @@ def evaluate(trials: Sequence[Trial], scene: Scene, *, folders: Sequence[Path] =
     if not trials:
         raise UsageError("campaign: expected at least one measurement; got none")
     tests = in_order(trials)
-    law = law_of(scene)
+    model = model_of(scene)
     groups = _groups(tests)
     prepare(20 * len(tests) + CURVE_POINTS * len(groups))
-    fits = tuple(fit_group(groups[group], law, scene.rig.stiffness) for group in watch(sorted(groups)))
+    fits = tuple(_fit(groups[group], model, scene) for group in watch(sorted(groups)))
     materials = sorted({fit.material for fit in fits})
-    drifts = tuple(drift_of(t, _trend(t, scene, folders), law, fits) for t in tests if t.is_long and not t.failed)
+    drifts = tuple(drift_of(t, _trend(t, scene, folders), model, fits) for t in tests if t.is_long and not t.failed)
     responses = _responses(tests, folders)
     return Campaign(
         trials=tests,
@@ -135,10 +138,10 @@ def evaluate(trials: Sequence[Trial], scene: Scene, *, folders: Sequence[Path] =
         amontons=tuple(amontons(m, [f for f in fits if f.material == m]) for m in materials),
         ranking=rank_all(fits, drifts, materials),
         drifts=drifts,
-        curves=_curves(fits, law),
+        curves=_curves(fits, model),
         responses=responses,
         notes=_notes(tests, fits, drifts, responses, scene),
-        law=law,
+        model=model,
         scene=scene,
     )
 
@@ -149,6 +152,16 @@ def _groups(trials: Sequence[Trial]) -> dict[tuple[str, float], list[Trial]]:
         if not trial.failed:
             groups.setdefault(trial.group, []).append(trial)
     return groups
+
+
+def _fit(trials: Sequence[Trial], model: Model, scene: Scene) -> FrictionFit:
+    return fit_group(trials, model, scene.rig.stiffness, sources=_sources(trials, scene))
+
+
+def _sources(trials: Sequence[Trial], scene: Scene) -> Sources:
+    """What sensors, clock and rig may do to the tests of one group."""
+    rates = [rate for t in trials if isinstance(rate := t.row.get("sampling_rate_hz"), (int, float)) and rate > 0]
+    return sources_of(scene, min(rates, default=SLOWEST_HZ), normal_force_n=trials[0].group[1])
 
 
 def _trend(trial: Trial, scene: Scene, folders: Sequence[Path]) -> Trend | None:
@@ -175,13 +188,13 @@ def _responses(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[Respon
     return tuple(found)
 
 
-def _curves(fits: Sequence[FrictionFit], law: Law) -> tuple[Curve, ...]:
+def _curves(fits: Sequence[FrictionFit], model: Model) -> tuple[Curve, ...]:
     ratios = [v.trial.r for f in fits for v in f.verdicts]
     if not ratios:
         return ()
     r = _grid(min(ratios), max(ratios))
     return tuple(
-        curve(law, f.material, f.normal_force_n, f.friction_ratio, r) for f in fits if f.friction_ratio is not None
+        curve(model, f.material, f.normal_force_n, f.friction_ratio, r) for f in fits if f.friction_ratio is not None
     )
 
 
@@ -201,6 +214,7 @@ def _notes(
 ) -> tuple[str, ...]:
     failed = sum(t.failed for t in trials)
     left = sum(v.excluded is not None and not v.trial.is_long for f in fits for v in f.verdicts)
+    assumed = sources_of(scene, SLOWEST_HZ).assumed
     said: tuple[tuple[object, str], ...] = (
         (failed, f"{failed} of {len(trials)} tests failed; each is listed with its reason."),
         (left, f"{left} short tests are left out of the friction fits; each is listed with its reason."),
@@ -208,5 +222,6 @@ def _notes(
         (not drifts, f"No test lasts {LONG_S:g} s or longer: nothing is said of drift."),
         (not responses, NO_RECORDINGS),
         (True, SHARED_ERRORS),
+        (assumed, ASSUMED.format(", ".join(assumed))),
     )
     return tuple(sentence for holds, sentence in said if holds)

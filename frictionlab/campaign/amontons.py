@@ -8,6 +8,7 @@ import numpy as np
 from scipy import stats
 
 from frictionlab.campaign.friction import FrictionFit
+from frictionlab.campaign.sharing import RIG
 
 SIGNIFICANT = 0.05
 
@@ -50,20 +51,43 @@ def amontons(material: str, fits: Sequence[FrictionFit]) -> AmontonsTest:
         why = "no coefficient is known"
         return AmontonsTest(material, 0, None, None, None, 0, None, None, None, f"{material}: {why}.")
     value = np.array([f.friction_coefficient for f in known], dtype=float)
-    error = np.array([f.friction_coefficient_se for f in known], dtype=float)
+    error = _apart(known, value)
     force = np.array([f.normal_force_n for f in known])
     weight = error**-2.0
     mean = float(np.sum(weight * value) / weight.sum())
     square = float(np.sum(weight * (value - mean) ** 2))
     freedom = len(known) - 1
     stretch = max(1.0, math.sqrt(square / freedom)) if freedom else 1.0
-    mean_error = stretch / math.sqrt(float(weight.sum()))
+    mean_error = math.hypot(stretch / math.sqrt(float(weight.sum())), _common_uncertainty(known))
     p = _welch(square, weight, np.array([max(f.freedom, 1) for f in known])) if freedom else None
     exponent, exponent_error = _exponent(force, value, error) if freedom else (None, None)
     words = _words(material, mean, mean_error, square, freedom, p, exponent, exponent_error)
     return AmontonsTest(
         material, len(known), mean, mean_error, square if freedom else None, freedom, p, exponent, exponent_error, words
     )
+
+
+def _apart(fits: Sequence[FrictionFit], value: np.ndarray) -> np.ndarray:
+    """Errors that make coefficients differ from force to force.
+
+    Their own, the normal force's (each is set for itself), and what shared sources do to one force more than to others.
+    """
+    shifts = np.array([[f.shares.get(source, 0.0) for source in RIG] for f in fits])
+    uneven = np.square(shifts - shifts.mean(axis=0)).sum(axis=1)
+    own = np.array([f.friction_coefficient_se for f in fits], dtype=float)
+    normal = np.array([f.normal_force_u for f in fits])
+    return np.asarray(np.sqrt(own**2 + value**2 * (normal**2 + uneven)))
+
+
+def _common_uncertainty(fits: Sequence[FrictionFit]) -> float:
+    """What sensors and rig do to all coefficients alike; the normal forces' errors are in each already."""
+    beyond = [
+        (f.coefficient.u or 0.0) ** 2
+        - (f.friction_coefficient_se or 0.0) ** 2
+        - (f.normal_force_u * (f.friction_coefficient or 0.0)) ** 2
+        for f in fits
+    ]
+    return math.sqrt(max(0.0, math.fsum(beyond) / len(beyond)))
 
 
 def _welch(square: float, weight: np.ndarray, freedom: np.ndarray) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from frictionlab.analysis.drift import Trend
 from frictionlab.campaign.friction import FrictionFit
-from frictionlab.campaign.prediction import Law, local
+from frictionlab.campaign.prediction import Model, local
 from frictionlab.campaign.trials import Trial
 
 HOUR = 3600.0
@@ -47,7 +47,7 @@ class Drift:
         return None if error is None else abs(error)
 
     def _over_energy(self, value: float | None) -> float | None:
-        level = self.trend.level if self.trend is not None else self.trial.energy
+        level = self.trend.level if self.trend is not None else self.trial.energy.value
         return None if value is None or not level else value / level
 
     @property
@@ -60,7 +60,7 @@ class Drift:
         return "rises" if self.low > 0 else "falls"
 
 
-def drift_of(trial: Trial, trend: Trend | None, law: Law, fits: Sequence[FrictionFit]) -> Drift:
+def drift_of(trial: Trial, trend: Trend | None, model: Model, fits: Sequence[FrictionFit]) -> Drift:
     """The drift of a long test, from its trend or, without that, from the measurement's own slope.
 
     Parameters
@@ -71,7 +71,7 @@ def drift_of(trial: Trial, trend: Trend | None, law: Law, fits: Sequence[Frictio
         Where the friction ratio of the test's group is looked up.
     """
     slope, error, low, high = _slope(trial, trend)
-    friction, friction_error = _friction_slope(trial, law, fits, slope, error)
+    friction, friction_error = _friction_slope(trial, model, fits, slope, error)
     if slope is None:
         note = "no slope: its recording is not at hand and its measurement holds no energy_trend_per_hour"
     elif friction is None:
@@ -91,24 +91,25 @@ def _slope(trial: Trial, trend: Trend | None) -> tuple[float, float, float, floa
 
 
 def _friction_slope(
-    trial: Trial, law: Law, fits: Sequence[FrictionFit], slope: float | None, error: float | None
+    trial: Trial, model: Model, fits: Sequence[FrictionFit], slope: float | None, error: float | None
 ) -> tuple[float, float] | tuple[None, None]:
     """Relative change of the friction force per hour: the energy's over its elasticity d ln E / d ln beta."""
     beta = next((f.friction_ratio for f in fits if (f.material, f.normal_force_n) == trial.group), None)
-    if slope is None or error is None or not beta or not trial.energy:
+    energy = trial.energy.value
+    if slope is None or error is None or not beta or not energy:
         return None, None
-    middle = _elasticity(trial.r, beta, law)
+    middle = _elasticity(trial.r, beta, model)
     if abs(middle) < INSENSITIVE or not math.isfinite(middle):
         return None, None
-    change = abs(slope) * trial.duration_s / HOUR / trial.energy / abs(middle)
+    change = abs(slope) * trial.duration_s / HOUR / energy / abs(middle)
     reach = min(max(change, LEAST_CHANGE), MOST_CHANGE)
-    ends = [_elasticity(trial.r, beta * (1 + side * reach), law) for side in (-0.5, 0.5)]
+    ends = [_elasticity(trial.r, beta * (1 + side * reach), model) for side in (-0.5, 0.5)]
     if not all(0.5 < end / middle < 2.0 for end in ends):
         return None, None
-    return slope / trial.energy / middle, error / trial.energy / abs(middle)
+    return slope / energy / middle, error / energy / abs(middle)
 
 
-def _elasticity(r: float, beta: float, law: Law) -> float:
+def _elasticity(r: float, beta: float, model: Model) -> float:
     """Relative change of the energy over that of beta, d ln E / d ln beta; nan where there is no steady state."""
-    here = local(law, r, beta)
+    here = local(model, r, beta)
     return float(here.by_beta[0]) * beta / here.here.energy if here is not None and here.here.energy else math.nan

@@ -4,27 +4,28 @@ Each test i gives an energy E_i and an amplitude X_i. Coulomb's law says E(r_i, 
 friction ratio of the whole group. The fit is a least-squares one (Gauss-Newton) in which test i counts by its own error
 and by the scatter from test to test, ``s_i^2 + scatter^2``, where the scatter makes chi-square equal to its degrees of
 freedom [Paule and Mandel 1982]. A test's own error comes from its measured errors, from that of its r (so that the
-neighbourhood of resonance counts by its *shape*, the ratio E / X, rather than by its level), and from a floor of model
-error. The group's standard error is never below what the scatter of its tests says [Hartung and Knapp 2001].
+neighbourhood of resonance counts by its *shape*, the ratio E / X, rather than by its level), from a floor of model
+error, and from what energy and amplitude say against each other. The group's standard error is never below what the
+scatter of its tests says [Hartung and Knapp 2001]; its combined uncertainty holds what all tests share (``sharing``).
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
 from frictionlab.analysis.pooling import scatter_beyond, weighted_mean
-from frictionlab.campaign.prediction import Law, Local, Prediction, local
-from frictionlab.campaign.trials import Trial
+from frictionlab.campaign.prediction import Local, Model, Prediction, local
+from frictionlab.campaign.sharing import Own, own_estimate, pooled_shifts
+from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
 from frictionlab.campaign.verdicts import JUDGED_ANEW, SCREENED, SOFT, Cause, LeftOut
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
+from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
-MODEL_FLOOR = 0.002  # relative: no model and no sensor gain is better known than this
-RATIO_FLOOR = 0.0005  # relative: how well a natural frequency is known
 UNSTEADY = 0.2  # excess irregularity above which one steady state cannot stand for the test
 ASYMMETRIC = 0.1  # asymmetry above which a symmetric law cannot stand for the test
 OUTLIER = 4.0  # robust standard deviations
@@ -32,6 +33,7 @@ NOTHING = 1e-9  # energy or amplitude below which the mass does not move
 UNSETTLED = 0.01  # what may be left of the transient, by Coulomb's own memory
 STEPS = 30
 CLOSE = 1e-7
+NORMAL = 1.959964
 
 
 @dataclass(frozen=True)
@@ -39,13 +41,17 @@ class Verdict:
     """What the fit says of one test.
 
     ``alone``: the friction ratio that this test alone would give (scatter not included in its error); ``predicted``:
-    the group's prediction; ``residual``: measured over predicted energy - 1; ``excluded``: why it is left out, or None.
+    the group's prediction; ``residual``: measured over predicted energy - 1; ``excluded``: why it is left out, or None;
+    ``elasticity``: relative change of the energy over that of the friction ratio; ``misfit``: by which factor energy
+    and amplitude contradict each other beyond their errors, at least 1.
     """
 
     trial: Trial
     excluded: LeftOut | None
     alone: Estimate = NOT_KNOWN
     predicted: Prediction | None = None
+    elasticity: float = 0.0
+    misfit: float | None = None
 
     friction_ratio = Flat("alone")
     friction_ratio_se = Flat("alone", "se")
@@ -64,8 +70,9 @@ class FrictionFit:
 
     ``ratio`` (beta), ``force`` = beta k Y in N, ``coefficient`` = force / normal force are estimates, with the
     contract's columns as flat names; ``low``, ``high``: 95 % confidence of the ratio, by Student's t with ``freedom``
-    degrees; ``scatter``: relative standard deviation from test to test beyond measurement error. ``None`` is not known,
-    and ``note`` says why.
+    degrees, and what the tests share; ``scatter``: relative standard deviation from test to test beyond measurement
+    error; ``shares``: relative shift of the ratio by one standard uncertainty of each source that all tests share;
+    ``normal_force_u``: relative. ``None`` is not known, and ``note`` says why.
     """
 
     material: str
@@ -79,6 +86,8 @@ class FrictionFit:
     freedom: int
     scatter: float | None
     note: str
+    shares: Mapping[str, float] = field(default_factory=dict)
+    normal_force_u: float = 0.0
 
     friction_ratio = Flat("ratio")
     friction_ratio_se = Flat("ratio", "se")
@@ -93,10 +102,10 @@ class FrictionFit:
     @property
     def coefficient_interval(self) -> tuple[float | None, float | None]:
         """95 % confidence of the friction coefficient."""
-        if self.friction_coefficient is None or not self.friction_ratio or self.low is None or self.high is None:
+        if self.friction_coefficient is None or self.friction_coefficient_se is None:
             return None, None
-        unit = self.friction_coefficient / self.friction_ratio
-        return self.low * unit, self.high * unit
+        reach = _reach(self.coefficient, self.freedom)
+        return self.friction_coefficient - reach, self.friction_coefficient + reach
 
     @property
     def used(self) -> tuple[Verdict, ...]:
@@ -106,49 +115,69 @@ class FrictionFit:
 
 @dataclass(frozen=True)
 class _Estimates:
-    """Each test's own estimate of the group's friction ratio about the present one: ``value``, ``error`` (n,)."""
+    """Each test's own estimate of the group's friction ratio about the present one.
+
+    ``value``; ``error``: its own; ``whole``: with what tests share, and without misfit ``plain``; all (n,).
+    """
 
     value: FloatArray
     error: FloatArray
+    whole: FloatArray
+    plain: FloatArray
+    owns: tuple[Own | None, ...]
     locals: tuple[Local | None, ...]
 
 
-def fit_group(trials: Sequence[Trial], law: Law, stiffness: float | None) -> FrictionFit:
+@dataclass(frozen=True)
+class _Known:
+    """What a fit takes as known: the model, the stiffness (N/m), the uncertainties of the rig."""
+
+    model: Model
+    stiffness: float | None
+    sources: Sources | None
+
+
+def fit_group(
+    trials: Sequence[Trial], model: Model, stiffness: float | None, *, sources: Sources | None = None
+) -> FrictionFit:
     """Fit one friction ratio to the tests of one material under one normal force.
 
     Parameters
     ----------
     trials : sequence of Trial
         At least one, none failed, all of one group.
-    law : Law
+    model : Model
         What the prediction includes.
     stiffness : float or None
         N/m; without it there is a friction ratio but no force and no coefficient.
+    sources : Sources, optional
+        Of the rig and the normal force; of the sensors where the measurements tell no combined uncertainty.
     """
-    found = _fit(trials, law, stiffness, strict=True)
+    known = _Known(model, stiffness, sources)
+    found = _fit(trials, known, strict=True)
     if not found.ratio.known and any(v.excluded and v.excluded.cause in SOFT for v in found.verdicts):
-        found = _fit(trials, law, stiffness, strict=False)
+        found = _fit(trials, known, strict=False)
         said = "rests on tests that Coulomb's law explains badly, for there are no others"
         found = replace(found, note="; ".join(filter(None, (said, found.note))))
     return found
 
 
-def _fit(trials: Sequence[Trial], law: Law, stiffness: float | None, *, strict: bool) -> FrictionFit:
+def _fit(trials: Sequence[Trial], known: _Known, *, strict: bool) -> FrictionFit:
     short = any(not t.is_long for t in trials)
     reasons = [_screen(t, leave_long=short, strict=strict) for t in trials]
     beta, spread = _start(trials, reasons)
     for _ in range(STEPS):
-        estimates = _estimate(trials, law, beta, reasons)
+        estimates = _estimate(trials, known, beta, reasons)
         reasons = _judge(trials, estimates, reasons, spread, strict=strict)
         good = np.array([reason is None for reason in reasons])
         if not good.any():
             break
-        spread = scatter_beyond(estimates.value[good], estimates.error[good])
-        moved = weighted_mean(estimates.value[good], estimates.error[good], spread)
+        spread = scatter_beyond(estimates.value[good], estimates.whole[good])
+        moved = weighted_mean(estimates.value[good], estimates.whole[good], spread)
         step, beta = moved - beta, float(np.clip(moved, 0.7 * beta, 1.4 * beta))
         if abs(step) < CLOSE * beta:
             break
-    return _fit_of(trials, law, beta, spread, reasons, stiffness)
+    return _fit_of(trials, known, beta, spread, reasons)
 
 
 def _screen(trial: Trial, *, leave_long: bool, strict: bool) -> LeftOut | None:
@@ -185,34 +214,22 @@ def _amplitude_scales(trials: Sequence[Trial]) -> FloatArray:
     return np.where(np.isfinite(amplitude), amplitude / mean, 1.0)
 
 
-def _estimate(trials: Sequence[Trial], law: Law, beta: float, reasons: Sequence[LeftOut | None]) -> _Estimates:
+def _estimate(trials: Sequence[Trial], known: _Known, beta: float, reasons: Sequence[LeftOut | None]) -> _Estimates:
     """Linearize every test about the present friction ratio of the group."""
-    value, error = np.full(len(trials), math.nan), np.full(len(trials), math.nan)
     found: list[Local | None] = []
-    for i, (trial, scale) in enumerate(zip(trials, _amplitude_scales(trials), strict=True)):
-        here = local(law, trial.r, beta / scale) if _may_predict(reasons[i]) else None
+    owns: list[Own | None] = []
+    for trial, scale, reason in zip(trials, _amplitude_scales(trials), reasons, strict=True):
+        here = local(known.model, trial.r, beta / scale) if _may_predict(reason) else None
+        own = None if here is None else own_estimate(trial, here, known.sources)
         found.append(here)
-        if here is not None:
-            step, error[i] = _own_estimate(trial, here)
-            value[i], error[i] = beta + step * scale, error[i] * scale
-    return _Estimates(value, error, tuple(found))
+        owns.append(None if own is None else own.scaled(float(scale)))
+    table = np.array([(math.nan,) * 4 if o is None else (o.step, o.error, o.whole, o.misfit) for o in owns])
+    step, error, whole, misfit = table.T
+    return _Estimates(beta + step, error, whole, whole / misfit, tuple(owns), tuple(found))
 
 
 def _may_predict(reason: LeftOut | None) -> bool:
     return reason is None or reason.cause not in SCREENED
-
-
-def _own_estimate(trial: Trial, here: Local) -> tuple[float, float]:
-    """Step from the present beta to the test's own, and its standard error: generalized least squares of E and X."""
-    measured = np.array(trial.mean)
-    errors = np.hypot(trial.mean_se, MODEL_FLOOR * measured)
-    ratio_error = math.hypot(trial.frequency_ratio_se, RATIO_FLOOR * trial.r)
-    weight = np.linalg.inv(np.diag(errors**2) + np.outer(here.by_r, here.by_r) * ratio_error**2)
-    information = float(here.by_beta @ weight @ here.by_beta)
-    if information <= 0.0:
-        return math.nan, math.nan
-    gap = measured - np.array([here.here.energy, here.here.amplitude])
-    return float(here.by_beta @ weight @ gap) / information, 1.0 / math.sqrt(information)
 
 
 def _judge(
@@ -228,7 +245,7 @@ def _judge(
         return fresh
     middle = float(np.median(estimates.value[good]))
     width = 1.4826 * float(np.median(np.abs(estimates.value[good] - middle)))
-    limit = OUTLIER * np.sqrt(estimates.error**2 + max(width, 0.5 * spread) ** 2)
+    limit = OUTLIER * np.sqrt(estimates.plain**2 + max(width, 0.5 * spread) ** 2)
     far = good & (np.abs(estimates.value - middle) > limit)
     for i in map(int, np.flatnonzero(far)):
         fresh[i] = Cause.UNEXPLAINED.because(float(estimates.value[i]), middle)
@@ -245,57 +262,87 @@ def _by_prediction(trial: Trial, here: Local | None, *, strict: bool) -> LeftOut
 
 
 def _fit_of(
-    trials: Sequence[Trial],
-    law: Law,
-    beta: float,
-    spread: float,
-    reasons: Sequence[LeftOut | None],
-    stiffness: float | None,
+    trials: Sequence[Trial], known: _Known, beta: float, spread: float, reasons: Sequence[LeftOut | None]
 ) -> FrictionFit:
-    material, force = trials[0].group
-    estimates = _estimate(trials, law, beta, reasons)
+    material, normal = trials[0].group
+    estimates = _estimate(trials, known, beta, reasons)
     verdicts = tuple(
-        _verdict(trial, reason, estimates, i) for i, (trial, reason) in enumerate(zip(trials, reasons, strict=True))
+        _verdict(trial, reason, estimates, i, beta)
+        for i, (trial, reason) in enumerate(zip(trials, reasons, strict=True))
     )
     good = np.array([v.excluded is None and v.friction_ratio is not None for v in verdicts])
     if not good.any():
-        return _no_fit(material, force, verdicts, _why_none(verdicts))
-    error = _group_error(estimates.value[good], estimates.error[good], beta, spread)
-    known = [t.base_amplitude_m for t in trials if math.isfinite(t.base_amplitude_m)]
-    newtons = stiffness * float(np.mean(known)) if stiffness is not None and known else None
+        return _no_fit(material, normal, verdicts, _why_none(verdicts))
+    ratio, shares = _pooled(estimates, good, beta, spread)
     freedom = int(good.sum()) - 1
-    ratio = Estimate(beta, error)
-    reach = float(stats.t.ppf(0.975, freedom)) if freedom else 1.959964
+    reach = _reach(ratio, freedom)
+    force, coefficient = _in_newtons(ratio, trials, known, normal)
     return FrictionFit(
         material=material,
-        normal_force_n=force,
+        normal_force_n=normal,
         verdicts=verdicts,
         ratio=ratio,
-        force=ratio.scaled(newtons),
-        coefficient=ratio.scaled(newtons).over(force),
-        low=beta - reach * error,
-        high=beta + reach * error,
+        force=force,
+        coefficient=coefficient,
+        low=beta - reach,
+        high=beta + reach,
         freedom=freedom,
         scatter=spread / beta if freedom else None,
-        note=_note(int(good.sum()), sum(not v.trial.is_long for v in verdicts) or len(verdicts), newtons, stiffness),
+        note=_note(trials, good, known.stiffness, has_force=force.known),
+        shares={source: shift / beta for source, shift in shares.items()},
+        normal_force_u=0.0 if known.sources is None else known.sources.normal_force,
     )
 
 
-def _verdict(trial: Trial, reason: LeftOut | None, estimates: _Estimates, i: int) -> Verdict:
-    here = estimates.locals[i]
-    if here is None or not math.isfinite(estimates.value[i]):
+def _reach(number: Estimate, freedom: int) -> float:
+    """Half of the 95 % interval: Student's for the tests' own scatter, normal for what they share."""
+    own, whole = number.se or 0.0, number.u or number.se or 0.0
+    t = float(stats.t.ppf(0.975, freedom)) if freedom else NORMAL
+    return math.hypot(t * own, NORMAL * math.sqrt(max(whole**2 - own**2, 0.0)))
+
+
+def _in_newtons(
+    ratio: Estimate, trials: Sequence[Trial], known: _Known, normal_force: float
+) -> tuple[Estimate, Estimate]:
+    """Friction force beta k Y and coefficient: stiffness, base sensor's gain and normal force are in their u."""
+    amplitudes = [t.base_amplitude_m for t in trials if math.isfinite(t.base_amplitude_m)]
+    if known.stiffness is None or not amplitudes:
+        return NOT_KNOWN, NOT_KNOWN
+    force = ratio.scaled(known.stiffness * float(np.mean(amplitudes)))
+    coefficient = force.over(normal_force)
+    if known.sources is None:
+        return force, coefficient
+    by_rig = math.hypot(known.sources.stiffness, known.sources.base_gain)
+    return _widened(force, by_rig), _widened(coefficient, math.hypot(by_rig, known.sources.normal_force))
+
+
+def _widened(number: Estimate, relative: float) -> Estimate:
+    return number.with_u(math.hypot(number.u or 0.0, relative * (number.value or 0.0)))
+
+
+def _verdict(trial: Trial, reason: LeftOut | None, estimates: _Estimates, i: int, beta: float) -> Verdict:
+    here, own = estimates.locals[i], estimates.owns[i]
+    if here is None or own is None or not math.isfinite(own.step):
         return Verdict(trial, reason or Cause.UNPREDICTED.because())
-    return Verdict(trial, reason, Estimate(float(estimates.value[i]), float(estimates.error[i])), here.here)
+    alone = Estimate(beta + own.step, own.error, math.hypot(own.error, *own.shifts.values()))
+    elasticity = float(here.by_beta[0]) * beta / here.here.energy if here.here.energy else 0.0
+    return Verdict(trial, reason, alone, here.here, elasticity, own.misfit)
 
 
-def _group_error(value: FloatArray, error: FloatArray, beta: float, spread: float) -> float:
-    """Standard error of the group's friction ratio: errors and scatter, and never below what the scatter shows."""
-    weight = 1.0 / (error**2 + spread**2)
-    stated = 1.0 / math.sqrt(float(weight.sum()))
-    if len(value) < 2:
-        return stated
-    shown = float(np.sum(weight * (value - beta) ** 2)) / (len(value) - 1)
-    return stated * math.sqrt(max(1.0, shown))
+def _pooled(
+    estimates: _Estimates, good: NDArray[np.bool_], beta: float, spread: float
+) -> tuple[Estimate, dict[str, float]]:
+    """The group's friction ratio and its shifts by shared sources.
+
+    Its standard error holds the tests' own errors and their scatter, and is never below what the scatter shows.
+    """
+    value, error = estimates.value[good], estimates.error[good]
+    weight = 1.0 / (estimates.whole[good] ** 2 + spread**2)
+    stated = float(np.sum(weight**2 * (error**2 + spread**2)) / weight.sum() ** 2)
+    shown = float(np.sum(weight * (value - beta) ** 2) / weight.sum()) / max(len(value) - 1, 1)
+    shares = pooled_shifts([o.shifts for o, used in zip(estimates.owns, good, strict=True) if used and o], weight)
+    se = math.sqrt(max(stated, shown))
+    return Estimate(beta, se, math.hypot(se, *shares.values())), shares
 
 
 def _no_fit(material: str, force: float, verdicts: tuple[Verdict, ...], note: str) -> FrictionFit:
@@ -308,9 +355,13 @@ def _why_none(verdicts: Sequence[Verdict]) -> str:
     return f"no friction ratio: every test was left out ({', '.join(kinds)})"
 
 
-def _note(used: int, tests: int, newtons: float | None, stiffness: float | None) -> str:
+def _note(trials: Sequence[Trial], good: NDArray[np.bool_], stiffness: float | None, *, has_force: bool) -> str:
+    used = int(good.sum())
+    tests = sum(not t.is_long for t in trials) or len(trials)
+    silent = sum(not t.tells_errors for t, is_used in zip(trials, good, strict=True) if is_used)
     parts = [] if used > 1 else ["one test only: its scatter from test to test is not known"]
     parts += [f"{tests - used} of {tests} tests left out"] if used < tests else []
+    parts += [f"{silent} tests tell no standard error: {UNKNOWN_ERROR:.0%} is taken"] if silent else []
     missing = "the scene gives no stiffness" if stiffness is None else "no test tells its base amplitude"
-    parts += [] if newtons is not None else [f"no force: {missing}"]
+    parts += [] if has_force else [f"no force: {missing}"]
     return "; ".join(parts)

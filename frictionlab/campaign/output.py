@@ -93,6 +93,8 @@ def _judged(verdict: Verdict | None) -> Row:
     return {
         "test_friction_ratio": verdict.friction_ratio,
         "test_friction_ratio_se": verdict.friction_ratio_se,
+        "test_friction_ratio_u": verdict.alone.u,
+        "test_misfit": verdict.misfit,
         "predicted_energy_per_cycle": predicted.energy if predicted else None,
         "predicted_response_amplitude": predicted.amplitude if predicted else None,
         "predicted_stops_per_cycle": predicted.stops if predicted else None,

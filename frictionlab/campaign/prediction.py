@@ -1,20 +1,23 @@
-"""What Coulomb's law says of one test, and how fast that changes with the friction ratio and the frequency ratio."""
+"""What the contact law says of one test, and how fast that changes with the friction ratio and the frequency ratio."""
 
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.errors import SimulationError
-from frictionlab.scene import Scene
-from frictionlab.simulator import Problem, observe, steady_state
+from frictionlab.errors import SimulationError, UsageError
+from frictionlab.identification.compare import model_words
+from frictionlab.identification.family import Family, law_and_held
+from frictionlab.scene import Scene, Solver
+from frictionlab.simulator import observe, steady_state
 from frictionlab.simulator.engine import choose
+from frictionlab.simulator.laws import Law, law_of
+from frictionlab.simulator.problem import Wall
 
 FloatArray = NDArray[np.float64]
-WALLS = {"fixed": "fixed wall", "base": "wall moving with the base"}
+COULOMB = law_of("coulomb")
 STEP = 0.005  # relative step of the slopes: wide enough to see past the small steps where a stop appears
 
 
@@ -27,27 +30,51 @@ def prepare(predictions: int) -> None:
 
 
 @dataclass(frozen=True)
-class Law:
-    """The friction model of a campaign: ``mu`` static over kinetic, ``zeta`` viscous damping ratio, ``wall``."""
+class Model:
+    """The physics of a campaign's predictions: all but the friction ratio is known.
 
-    mu: float = 1.0
-    zeta: float = 0.0
-    wall: Literal["fixed", "base"] = "fixed"
+    ``law``; ``held``: names and values of its parameters that the scene holds; ``wall``; ``solver``.
+    """
+
+    law: Law = COULOMB
+    held: tuple[tuple[str, float], ...] = ()
+    wall: Wall = "fixed"
+    solver: Solver = "auto"
+
+    def family(self, r: float) -> Family:
+        """All problems that a test at one frequency ratio may be."""
+        return Family(r, self.law, dict(self.held), self.wall)
 
     @property
     def words(self) -> str:
-        """The law as a reader would say it."""
-        parts = ["Coulomb friction", WALLS[self.wall]]
-        if self.mu > 1:
-            parts.append(f"static over kinetic friction {self.mu:g}")
-        parts.append(f"viscous damping ratio {self.zeta:g}" if self.zeta else "no other damping")
-        return ", ".join(parts)
+        """The model as a reader would say it."""
+        solver = "" if self.solver == "auto" else f", solver {self.solver}"
+        return model_words(self.family(1.0)) + solver
 
 
-def law_of(scene: Scene) -> Law:
-    """The law that a scene's ``[model]`` switches on."""
-    zeta = (scene.rig.damping_ratio or 0.0) if scene.model.damping else 0.0
-    return Law(scene.model.static_ratio, zeta, scene.model.wall)
+def model_of(scene: Scene) -> Model:
+    """The model that a scene switches on, by the same translation as a single comparison's.
+
+    Raises
+    ------
+    UsageError
+        It asks for what rows of measurements cannot give: base harmonics, or the fit of more than the friction ratio.
+    """
+    if scene.model.base_harmonics > 1:
+        raise UsageError(
+            f"model.base_harmonics = {scene.model.base_harmonics}: a campaign predicts with a pure cosine base, because"
+            " rows of measurements hold no harmonics: leave it out here; compare-numeric uses it"
+        )
+    law, held = law_and_held(scene)
+    open_ones = [p.name for p in law.own if p.name not in held and p.name != "beta" and p.default is None]
+    if open_ones:
+        raise UsageError(
+            f"model.law = {law.name}: a campaign fits the friction ratio alone: hold the law's other parameters"
+            f" fixed in [model.parameters]: {', '.join(open_ones)}; compare-numeric finds them"
+        )
+    if "beta" in held:
+        raise UsageError("model.parameters.beta: a campaign fits the friction ratio: leave it out here")
+    return Model(law, tuple(sorted(held.items())), scene.model.wall, scene.model.solver)
 
 
 @dataclass(frozen=True)
@@ -64,10 +91,10 @@ class Prediction:
 
 
 @lru_cache(maxsize=65536)
-def predict(law: Law, r: float, beta: float) -> Prediction | None:
+def predict(model: Model, r: float, beta: float) -> Prediction | None:
     """The steady state at (r, beta), or None where there is none (unbounded, or not found)."""
     try:
-        state = steady_state(Problem(r, beta, mu=law.mu, zeta=law.zeta, wall=law.wall))
+        state = steady_state(model.family(r).problem({"beta": beta}), solver=model.solver)
     except SimulationError:
         return None
     seen = observe(state)
@@ -87,10 +114,10 @@ class Local:
     by_r: FloatArray
 
 
-def local(law: Law, r: float, beta: float) -> Local | None:
+def local(model: Model, r: float, beta: float) -> Local | None:
     """Prediction and central differences at (r, beta); None where a neighbour has no steady state."""
     h, g = STEP * beta, STEP * r * min(1.0, max(abs(r - 1.0), 0.02))
-    points = [predict(law, *p) for p in ((r, beta), (r, beta - h), (r, beta + h), (r - g, beta), (r + g, beta))]
+    points = [predict(model, *p) for p in ((r, beta), (r, beta - h), (r, beta + h), (r - g, beta), (r + g, beta))]
     if any(p is None for p in points):
         return None
     here, low, high, slow, fast = (p for p in points if p is not None)
@@ -103,7 +130,7 @@ def _pair(prediction: Prediction) -> FloatArray:
 
 @dataclass(frozen=True)
 class Curve:
-    """Coulomb's prediction over frequency of one friction ratio; arrays (n,), nan where there is no steady state."""
+    """The model's prediction over frequency of one friction ratio; arrays (n,), nan where there is no steady state."""
 
     material: str
     normal_force_n: float
@@ -113,9 +140,9 @@ class Curve:
     stops: FloatArray
 
 
-def curve(law: Law, material: str, normal_force_n: float, beta: float, r: FloatArray) -> Curve:
+def curve(model: Model, material: str, normal_force_n: float, beta: float, r: FloatArray) -> Curve:
     """Predict one friction ratio over frequency ratios."""
-    states = [predict(law, float(value), beta) for value in r]
+    states = [predict(model, float(value), beta) for value in r]
     energy = np.array([math.nan if s is None else s.energy for s in states])
     stops = np.array([math.nan if s is None else s.stops for s in states])
     return Curve(material, normal_force_n, beta, r, energy, stops)

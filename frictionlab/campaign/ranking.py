@@ -15,6 +15,7 @@ from scipy import stats
 
 from frictionlab.campaign.drift import Drift
 from frictionlab.campaign.friction import FrictionFit, Verdict
+from frictionlab.campaign.sharing import GAIN, LAG, RIG
 from frictionlab.campaign.trials import levels, nearest
 from frictionlab.campaign.verdicts import TRANSIENT
 
@@ -22,6 +23,9 @@ FloatArray = NDArray[np.float64]
 SURE = 0.05
 CRITERIA = ("energy", "consistency", "drift")
 Cell = tuple[float, float]
+SURVIVES = (
+    "what gain, lag and rig do to all alike falls out of the comparison, each material's own normal force does not"
+)
 UNITS = {
     "energy": "mean energy per cycle, kY²",
     "consistency": "irregularity index beyond noise, geometric mean",
@@ -38,6 +42,7 @@ class Rank:
     material: str
     value: float | None
     value_se: float | None
+    value_u: float | None
     tied_with: tuple[str, ...]
     evidence: str
 
@@ -49,12 +54,52 @@ class Rank:
 
 @dataclass(frozen=True)
 class _Standing:
-    """Value and error of each material, and how sure it is that one is better than another (p of a tie)."""
+    """Value and errors of each material, and how sure it is that one is better than another (p of a tie).
+
+    ``u``: combined standard uncertainty; None where sensors and rig do to all materials alike what they do.
+    """
 
     value: Mapping[str, float]
     error: Mapping[str, float | None]
     tie: Callable[[str, str], float]
     evidence: str
+    u: Mapping[str, float | None] | None = None
+
+
+@dataclass(frozen=True)
+class _Level:
+    """A mean of one material: ``value``, its own ``error`` (None: not known), and what sensors and rig do to it.
+
+    ``shared``: shifts by one standard uncertainty of sources that are the same for all materials, with their signs, so
+    that they fall out of a difference; ``apart``: what each material has for itself (its normal force, set anew).
+    """
+
+    value: float
+    error: float | None
+    shared: FloatArray
+    apart: float
+
+    @property
+    def u(self) -> float | None:
+        """Combined standard uncertainty."""
+        return None if self.error is None else math.hypot(self.error, self.apart, *self.shared)
+
+    def tie(self, other: "_Level") -> float:
+        """How often two equal materials would look at least this different."""
+        if self.error is None or other.error is None:
+            return 1.0
+        shared = self.shared - other.shared
+        return _normal_p(self.value - other.value, self.error, other.error, self.apart, other.apart, *shared)
+
+
+def _standing(levels_of: Mapping[str, _Level], evidence: str) -> _Standing:
+    return _Standing(
+        {m: level.value for m, level in levels_of.items()},
+        {m: level.error for m, level in levels_of.items()},
+        lambda a, b: levels_of[a].tie(levels_of[b]),
+        evidence,
+        {m: level.u for m, level in levels_of.items()},
+    )
 
 
 def rank_all(fits: Sequence[FrictionFit], drifts: Sequence[Drift], materials: Sequence[str]) -> tuple[Rank, ...]:
@@ -78,6 +123,7 @@ def _ranks(criterion: str, materials: Sequence[str], standing: _Standing, *, bes
             material=m,
             value=value[m],
             value_se=standing.error.get(m),
+            value_u=(standing.error if standing.u is None else standing.u).get(m),
             tied_with=tuple(o for o in known if o != m and o not in better[m] and m not in better[o]),
             evidence=standing.evidence,
         )
@@ -85,7 +131,7 @@ def _ranks(criterion: str, materials: Sequence[str], standing: _Standing, *, bes
     ]
     unknown = [m for m in sorted(materials) if m not in value]
     lines.sort(key=lambda line: line.rank or 0)
-    return [*lines, *(Rank(criterion, None, m, None, None, (), standing.evidence) for m in unknown)]
+    return [*lines, *(Rank(criterion, None, m, None, None, None, (), standing.evidence) for m in unknown)]
 
 
 def _cells(fits: Sequence[FrictionFit]) -> dict[str, dict[Cell, list[tuple[Verdict, FrictionFit]]]]:
@@ -113,40 +159,58 @@ def _by_energy(
     common = _common(cells, materials)
     if not common:
         return _by_coefficient(fits, materials)
-    value: dict[str, float] = {}
-    error: dict[str, float | None] = {}
-    for m in materials:
-        means = [_cell_energy(cells[m][cell]) for cell in common]
-        value[m] = math.fsum(mean for mean, _ in means) / len(means)
-        error[m] = math.sqrt(math.fsum(e**2 for _, e in means)) / len(means)
-    evidence = f"mean over {_count(common)} that all materials have in common"
-    return _Standing(value, error, lambda a, b: _normal_p(value[a] - value[b], error[a], error[b]), evidence)
+    found = {m: _mean_level([_cell_energy(cells[m][cell]) for cell in common]) for m in materials}
+    return _standing(found, f"mean over {_count(common)} that all materials have in common; {SURVIVES}")
 
 
-def _cell_energy(tests: Sequence[tuple[Verdict, FrictionFit]]) -> tuple[float, float]:
-    energies = [v.trial.mean[0] if v.trial.regime != "stuck" else 0.0 for v, _ in tests]
-    squares = [_test_variance(v, f) for v, f in tests]
-    return math.fsum(energies) / len(energies), math.sqrt(math.fsum(squares)) / len(squares)
+def _mean_level(each: Sequence[_Level]) -> _Level:
+    """The mean: own errors fall with the number, what is shared and the normal force's do not."""
+    n = len(each)
+    errors = [level.error for level in each if level.error is not None]
+    return _Level(
+        math.fsum(level.value for level in each) / n,
+        math.hypot(*errors) / n if len(errors) == n else None,
+        np.sum([level.shared for level in each], axis=0) / n,
+        math.fsum(level.apart for level in each) / n,
+    )
 
 
-def _test_variance(verdict: Verdict, fit: FrictionFit) -> float:
-    """Variance of one test's energy: its own, and the scatter from test to test carried over from the friction."""
+def _cell_energy(tests: Sequence[tuple[Verdict, FrictionFit]]) -> _Level:
+    return _mean_level([_test_energy(v, f) for v, f in tests])
+
+
+def _test_energy(verdict: Verdict, fit: FrictionFit) -> _Level:
+    """One test's energy: its own error, and the scatter from test to test carried over from the friction."""
     trial = verdict.trial
-    scatter = (fit.scatter or 0.0) * (trial.energy or 0.0)
-    return trial.mean_se[0] ** 2 + scatter**2
+    if trial.regime == "stuck":
+        return _Level(0.0, 0.0, np.zeros(2), 0.0)
+    energy = trial.mean[0]
+    by_sensors, by_gain = trial.systematic
+    gain = abs(fit.shares.get(GAIN, 0.0)) if by_gain is None else by_gain
+    late = abs(fit.shares.get(LAG, 0.0)) if by_sensors is None else math.sqrt(max(by_sensors**2 - gain**2, 0.0))
+    return _Level(
+        energy,
+        math.hypot(trial.mean_se[0], (fit.scatter or 0.0) * energy),
+        energy * np.array([gain, late]),
+        abs(verdict.elasticity * energy) * fit.normal_force_u,
+    )
 
 
 def _by_coefficient(fits: Sequence[FrictionFit], materials: Sequence[str]) -> _Standing:
     """Without common cells, the friction coefficient stands for the energy: it governs it (thesis 4.3.2)."""
-    value: dict[str, float] = {}
-    error: dict[str, float | None] = {}
+    found: dict[str, _Level] = {}
     for m in materials:
-        own = [f for f in fits if f.material == m and f.friction_coefficient and f.friction_coefficient_se]
+        own = [_coefficient(f) for f in fits if f.material == m and f.coefficient.known]
         if own:
-            value[m] = math.fsum(f.friction_coefficient or 0.0 for f in own) / len(own)
-            error[m] = math.sqrt(math.fsum((f.friction_coefficient_se or 0.0) ** 2 for f in own)) / len(own)
+            found[m] = _mean_level(own)
     evidence = "no test is common to all materials: friction coefficient instead, mean over their normal forces"
-    return _Standing(value, error, lambda a, b: _normal_p(value[a] - value[b], error[a], error[b]), evidence)
+    return _standing(found, f"{evidence}; {SURVIVES}")
+
+
+def _coefficient(fit: FrictionFit) -> _Level:
+    value = fit.friction_coefficient or 0.0
+    shared = value * np.array([fit.shares.get(source, 0.0) for source in RIG])
+    return _Level(value, fit.friction_coefficient_se, shared, value * fit.normal_force_u)
 
 
 def _by_consistency(
@@ -200,17 +264,17 @@ def _by_drift(drifts: Sequence[Drift]) -> _Standing:
     if not known:
         return _Standing({}, {}, lambda _a, _b: 1.0, "no long test with a known slope")
     value: dict[str, float] = {}
-    error: dict[str, float | None] = {}
+    error: dict[str, float] = {}
     for m in {d.trial.group[0] for d in known}:
         own = [d for d in known if d.trial.group[0] == m]
         value[m] = math.fsum(abs(d.relative_per_hour or 0.0) for d in own) / len(own)
-        error[m] = math.sqrt(math.fsum((d.relative_per_hour_se or 0.0) ** 2 for d in own)) / len(own)
-    evidence = f"{len(known)} long tests; the sign of each drift is in drift.csv"
+        error[m] = math.hypot(*(d.relative_per_hour_se or 0.0 for d in own)) / len(own)
+    evidence = f"{len(known)} long tests; the sign of each drift is in drift.csv; no gain changes a relative slope"
     return _Standing(value, error, lambda a, b: _normal_p(value[a] - value[b], error[a], error[b]), evidence)
 
 
-def _normal_p(difference: float, *errors: float | None) -> float:
-    size = math.sqrt(math.fsum((e or 0.0) ** 2 for e in errors))
+def _normal_p(difference: float, *errors: float) -> float:
+    size = math.hypot(*errors)
     return 2.0 * float(stats.norm.sf(abs(difference) / size)) if size > 0 else float(difference == 0)
 
 

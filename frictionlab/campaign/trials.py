@@ -9,10 +9,12 @@ from types import MappingProxyType
 
 from frictionlab.analysis.drift import Trend
 from frictionlab.errors import UsageError
+from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
 from frictionlab.tables import Row, plain
 
 MOST = sys.float_info.max
 CUT = 0.01  # relative: what cutting and sampling the cycles a little differently does to an irregularity index
+UNKNOWN_ERROR = 0.05  # relative: of an energy or amplitude whose measurement tells no error; wide, and said
 NEARLY_NONE = 0.01  # kY^2: an energy below minus this and five errors is no contact's
 TURNED = (
     "energy_per_cycle is {:.3g} kY^2: a contact takes energy: a channel is inverted, or mass and base are swapped: read"
@@ -29,6 +31,9 @@ POSSIBLE: Mapping[str, tuple[float, float]] = {
     "frequency_ratio_se": (0.0, 1.0),
     "energy_per_cycle": (-1e4, 1e4),
     "energy_per_cycle_se": (0.0, 1e4),
+    "energy_per_cycle_u": (0.0, 1e4),
+    "response_amplitude_u": (0.0, 1e4),
+    "frequency_ratio_u": (0.0, 1.0),
     "response_amplitude": (0.0, 1e4),
     "response_amplitude_se": (0.0, 1e4),
     "steady_energy_per_cycle": (-1e4, 1e4),
@@ -51,7 +56,7 @@ LONG_S = 300.0  # from this duration on a test is a long one: it tells drift, an
 class Trial:
     """One test as its measurement tells it; ``None`` is not known. Units as the contract's keys; ``row`` is all of it.
 
-    ``frequency_ratio``, ``energy`` (k Y^2 per cycle), ``amplitude`` (Y) dimensionless, each with its standard error;
+    ``ratio`` (the frequency ratio), ``energy`` (k Y^2 per cycle), ``amplitude`` (Y) are estimates, dimensionless;
     ``steady_energy``, ``steady_amplitude``: the same over all settled cycles, where ``energy`` is of the last only;
     ``nominal_frequency_ratio``: what the test was set to, where its facts say so.
     """
@@ -68,16 +73,11 @@ class Trial:
     settled_s: float | None = None
     drive_frequency_hz: float = math.nan
     base_amplitude_m: float = math.nan
-    frequency_ratio: float | None = None
-    frequency_ratio_se: float = 0.0
-    energy: float | None = None
-    energy_se: float = 0.0
-    amplitude: float | None = None
-    amplitude_se: float = 0.0
-    steady_energy: float | None = None
-    steady_energy_se: float = 0.0
-    steady_amplitude: float | None = None
-    steady_amplitude_se: float = 0.0
+    ratio: Estimate = NOT_KNOWN
+    energy: Estimate = NOT_KNOWN
+    amplitude: Estimate = NOT_KNOWN
+    steady_energy: Estimate = NOT_KNOWN
+    steady_amplitude: Estimate = NOT_KNOWN
     irregularity: float | None = None
     irregularity_floor: float = 0.0
     base_irregularity: float = 0.0
@@ -86,6 +86,9 @@ class Trial:
     asymmetry: float = 0.0
     trend: Trend | None = field(default=None, repr=False)
     row: Row = field(default_factory=dict, repr=False)
+
+    frequency_ratio = Flat("ratio")
+    frequency_ratio_se = Flat("ratio", "se")
 
     @property
     def failed(self) -> bool:
@@ -100,20 +103,37 @@ class Trial:
     @property
     def is_averaged(self) -> bool:
         """Whether its energy and amplitude over all settled cycles are known."""
-        return self.steady_energy is not None and self.steady_amplitude is not None
+        return self.steady_energy.known and self.steady_amplitude.known
 
     @property
     def mean(self) -> tuple[float, float]:
         """Energy and amplitude over all settled cycles, or else as the measurement's rule has them; nan if unknown."""
-        pair = (self.steady_energy, self.steady_amplitude) if self.is_averaged else (self.energy, self.amplitude)
-        return pair[0] or math.nan, pair[1] or math.nan
+        energy, amplitude = self.means
+        return energy.value or math.nan, amplitude.value or math.nan
+
+    @property
+    def means(self) -> tuple[Estimate, Estimate]:
+        """Energy and amplitude that the campaign rests on; `mean` is their values."""
+        if self.is_averaged:
+            return self.steady_energy, self.steady_amplitude
+        return self.energy, self.amplitude
 
     @property
     def mean_se(self) -> tuple[float, float]:
-        """Standard errors of `mean`."""
-        if self.is_averaged:
-            return self.steady_energy_se, self.steady_amplitude_se
-        return self.energy_se, self.amplitude_se
+        """Standard errors of `mean`; where the measurement tells none, `UNKNOWN_ERROR` of the number."""
+        energy, amplitude = (UNKNOWN_ERROR * abs(e.value or math.nan) if e.se is None else e.se for e in self.means)
+        return energy, amplitude
+
+    @property
+    def tells_errors(self) -> bool:
+        """Whether its measurement says how sure energy and amplitude are."""
+        return all(e.se is not None for e in self.means)
+
+    @property
+    def systematic(self) -> tuple[float | None, float | None]:
+        """Relative uncertainty of energy and amplitude by what their cycles share: sensors, clock; None: not told."""
+        energy, amplitude = (_beyond_scatter(e) for e in (self.energy, self.amplitude))
+        return energy, amplitude
 
     @property
     def cycles_before(self) -> float:
@@ -128,7 +148,7 @@ class Trial:
     @property
     def r(self) -> float:
         """Frequency ratio, nan if not known."""
-        return math.nan if self.frequency_ratio is None else self.frequency_ratio
+        return math.nan if self.ratio.value is None else self.ratio.value
 
     @property
     def group(self) -> tuple[str, float]:
@@ -194,16 +214,11 @@ def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
         settled_s=number.known("settled_s"),
         drive_frequency_hz=number("drive_frequency_hz", math.nan),
         base_amplitude_m=number("base_amplitude_m", math.nan),
-        frequency_ratio=number.positive("frequency_ratio"),
-        frequency_ratio_se=number("frequency_ratio_se", 0.0),
-        energy=number.known("energy_per_cycle"),
-        energy_se=number("energy_per_cycle_se", 0.0),
-        amplitude=number.known("response_amplitude"),
-        amplitude_se=number("response_amplitude_se", 0.0),
-        steady_energy=number.known("steady_energy_per_cycle"),
-        steady_energy_se=number("steady_energy_per_cycle_se", 0.0),
-        steady_amplitude=number.known("steady_response_amplitude"),
-        steady_amplitude_se=number("steady_response_amplitude_se", 0.0),
+        ratio=number.estimate("frequency_ratio"),
+        energy=number.estimate("energy_per_cycle"),
+        amplitude=number.estimate("response_amplitude"),
+        steady_energy=number.estimate("steady_energy_per_cycle"),
+        steady_amplitude=number.estimate("steady_response_amplitude"),
         irregularity=number.known("irregularity_index"),
         irregularity_floor=number("irregularity_floor", 0.0),
         base_irregularity=number("base_irregularity_index", 0.0),
@@ -227,6 +242,11 @@ class _Numbers:
             return None
         return float(value) if math.isfinite(value) else None
 
+    def estimate(self, key: str) -> Estimate:
+        """A number with its errors; one below zero is no error."""
+        errors = (error if (error := self.known(key + end)) is None or error >= 0 else None for end in ("_se", "_u"))
+        return Estimate(self.known(key), *errors)
+
     def positive(self, key: str) -> float | None:
         value = self.known(key)
         return value if value is not None and value > 0 else None
@@ -234,6 +254,13 @@ class _Numbers:
     def __call__(self, key: str, default: float) -> float:
         value = self.known(key)
         return default if value is None else value
+
+
+def _beyond_scatter(number: Estimate) -> float | None:
+    """What the combined uncertainty holds beyond the standard error, over the number."""
+    if number.u is None or not number.value:
+        return None
+    return math.sqrt(max(number.u**2 - (number.se or 0.0) ** 2, 0.0)) / abs(number.value)
 
 
 def _reason(merged: Row, number: _Numbers) -> str | None:

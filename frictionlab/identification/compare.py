@@ -1,6 +1,7 @@
 """One measured cycle over its prediction, under a law that is given or under the one that the recording requires."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -131,16 +132,23 @@ def _state(found: Identified, solver: Solver) -> SteadyState:
     return steady_state(problem, solver=solver)
 
 
-def model_words(scene: Scene, family: Family) -> str:
+def model_words(family: Family) -> str:
     """The physics that was switched on, as words."""
     words = [family.law.words, f"{family.wall} wall"]
-    if scene.model.static_ratio > 1:
-        words.append(f"static ratio {scene.model.static_ratio:g}")
-    if family.held.get("frame_damping_ratio"):
-        words.append(f"frame damping {family.held['frame_damping_ratio']:g}")
+    words += [f"{name} {value:g}" for name, value in _held_words(family.held).items()]
     count = family.base.harmonics
     words.append(f"{count} base harmonics" if count > 1 else "cosine base")
     return ", ".join(words)
+
+
+def _held_words(held: Mapping[str, float]) -> dict[str, float]:
+    """Parameters that were held at a value, by the words for them; the friction ratio is told elsewhere."""
+    named = {name: value for name, value in held.items() if name != "beta"}
+    frame = named.pop("frame_damping_ratio", 0.0)
+    if "static_ratio_up" in named and named["static_ratio_up"] == named.get("static_ratio_down"):
+        named = {"static ratio": named.pop("static_ratio_up")} | named
+        del named["static_ratio_down"]
+    return named | ({"frame damping": frame} if frame else {})
 
 
 def _compared(
@@ -177,7 +185,7 @@ def _compared(
         misfit=judged.misfit,
         verdict=judged.verdict,
         parameters={name: _parameter_row(e) for name, e in found.parameters.items()},
-        model=model_words(scene, found.family),
+        model=model_words(found.family),
         solver=state.solver,
         closure_error=state.closure_error,
         nuisances={n: {"value": v, "u": u, "known_to": p} for n, (v, u, p) in found.nuisances.items()},

@@ -110,7 +110,7 @@ def law_and_held(scene: Scene, law: str | Law | None = None) -> tuple[Law, dict[
         chosen = law_of(f"{chosen.name}+breakaway")
         held |= dict.fromkeys(("static_ratio_up", "static_ratio_down"), model.static_ratio)
     if scene.rig.damping_ratio is not None:
-        held.setdefault("frame_damping_ratio", scene.rig.damping_ratio)
+        held.setdefault("frame_damping_ratio", scene.frame_damping_ratio)
     strangers = sorted(set(held) - {p.name for p in chosen.parameters})
     if strangers:
         known = ", ".join(p.name for p in chosen.parameters)

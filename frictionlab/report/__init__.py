@@ -85,7 +85,7 @@ def _summary(campaign: Campaign) -> str:
     long = sum(t.is_long and not t.failed for t in campaign.trials)
     count = (
         f"{len(campaign.trials)} tests: {len(campaign.trials) - len(campaign.failures) - long} short, {long} long,"
-        f" {len(campaign.failures)} failed; {len(campaign.materials)} materials. Predictions: {campaign.law.words}."
+        f" {len(campaign.failures)} failed; {len(campaign.materials)} materials. Predictions: {campaign.model.words}."
     )
     return paragraph(count) + listing([*(_in_words(campaign, c) for c in CRITERIA), *campaign.notes])
 

@@ -235,7 +235,7 @@ def _test(trial: Trial, verdict: Verdict | None) -> str:
         with_error(trial.mean[0], trial.mean_se[0]),
         number(predicted),
         number(_percent(verdict.residual) if verdict is not None else None, 2),
-        number(trial.amplitude),
+        number(trial.amplitude.value),
         number(trial.irregularity, 2),
         number(trial.stops, 3),
         words(trial.regime),

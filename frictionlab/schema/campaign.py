@@ -32,6 +32,8 @@ TESTS = Table(
         number("energy_residual", "", "residual", "Measured over predicted energy per cycle - 1."),
         text("left_out_of_fit", "left out", "Why the fit leaves this test out; empty where it uses it."),
         text("left_out_code", "code", "The same in one word, for programs: `long`, `stuck`, `unsteady` ..."),
+        u_of(_TEST_RATIO),
+        number("test_misfit", "", "test misfit", "How many errors energy and amplitude are apart; 1: none."),
     ),
     lead=6,
     shown=(
@@ -88,6 +90,7 @@ RANKING = Table(
         text("unit", "unit", "What the value is."),
         text("tied_with", "tied with", "Materials that the evidence does not tell apart from this one."),
         text("evidence", "evidence", "What the comparison rests on."),
+        u_of(VALUE),
     ),
     lead=5,
     shown=("criterion", "rank", "material", "value", "value_se"),

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.campaign.friction import MODEL_FLOOR, RATIO_FLOOR
+from frictionlab.campaign.sharing import MODEL_FLOOR, RATIO_FLOOR
 from frictionlab.campaign.trials import Trial
 from frictionlab.simulator import Problem, steady_state
 
@@ -21,7 +21,7 @@ def chi_square(trials: list[Trial], beta: float) -> float:
     for trial in trials:
         measured = np.array(trial.mean)
         errors = np.hypot(trial.mean_se, MODEL_FLOOR * measured)
-        ratio_error = np.hypot(trial.frequency_ratio_se, RATIO_FLOOR * trial.r)
+        ratio_error = np.hypot(trial.frequency_ratio_se or 0.0, RATIO_FLOOR * trial.r)
         step = 1e-4
         by_r = (prediction(trial.r + step, beta) - prediction(trial.r - step, beta)) / (2 * step)
         covariance = np.diag(errors**2) + np.outer(by_r, by_r) * ratio_error**2

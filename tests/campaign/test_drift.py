@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from frictionlab.analysis.drift import linear_trend
-from frictionlab.campaign import Campaign, Law, trial_of
+from frictionlab.campaign import Campaign, Model, trial_of
 from frictionlab.campaign.drift import drift_of
 from frictionlab.campaign.friction import fit_group
 from frictionlab.simulator import Problem, steady_state
 from tests.campaign.fabricate import AMPLITUDE, STIFFNESS, row
 
-LAW = Law()
+LAW = Model()
 
 
 def test_the_energys_drift_gives_back_the_frictions() -> None:

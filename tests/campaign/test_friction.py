@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionlab.analysis.pooling import scatter_beyond
-from frictionlab.campaign import FrictionFit, Law, Trial, trial_of
+from frictionlab.campaign import FrictionFit, Model, Trial, trial_of
 from frictionlab.campaign.friction import fit_group
+from frictionlab.estimate import Estimate
 from tests.campaign import naive
 from tests.campaign.fabricate import AMPLITUDE, STIFFNESS, row
 
@@ -24,7 +25,11 @@ def trials_of(*, noise: float = 0.0, seed: int = 0, ratios: tuple[float, ...] = 
 
 
 def fit(trials: list[Trial], stiffness: float | None = STIFFNESS) -> FrictionFit:
-    return fit_group(trials, Law(), stiffness)
+    return fit_group(trials, Model(), stiffness)
+
+
+def wider(number: Estimate, factor: float) -> Estimate:
+    return Estimate(number.value, factor * known(number.se))
 
 
 def known(value: float | None) -> float:
@@ -44,7 +49,7 @@ def test_exact_measurements_give_the_exact_friction_and_its_three_names() -> Non
 
 def test_the_fit_is_the_lowest_point_of_chi_square() -> None:
     plain = trials_of(noise=0.003, seed=4, ratios=(0.3, 0.6, 1.2, 1.6))
-    trials = [replace(t, energy_se=3 * t.energy_se, amplitude_se=2 * t.amplitude_se) for t in plain]  # no scatter
+    trials = [replace(t, energy=wider(t.energy, 3), amplitude=wider(t.amplitude, 2)) for t in plain]  # no scatter
     found = fit(trials)
     assert found.scatter == 0.0
     assert known(found.friction_ratio) == pytest.approx(
@@ -123,7 +128,7 @@ def test_what_coulomb_cannot_explain_is_left_out_and_said(change: dict[str, obje
 def test_two_bad_tests_of_seven_do_not_move_the_fit() -> None:
     trials = trials_of(noise=0.002)
     for i in (1, 4):
-        trials[i] = replace(trials[i], energy=2.0 * known(trials[i].energy))
+        trials[i] = replace(trials[i], energy=trials[i].energy.scaled(2.0))
     assert known(fit(trials).friction_coefficient) == pytest.approx(TRUE, rel=0.005)
 
 

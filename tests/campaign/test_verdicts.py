@@ -2,7 +2,7 @@
 
 import pytest
 
-from frictionlab.campaign import FrictionFit, Law, Rank, Trial, trial_of
+from frictionlab.campaign import FrictionFit, Model, Rank, Trial, trial_of
 from frictionlab.campaign.friction import fit_group
 from frictionlab.campaign.ranking import rank_all
 from frictionlab.campaign.verdicts import JUDGED_ANEW, SCREENED, SOFT, TRANSIENT, Cause
@@ -25,7 +25,7 @@ def mixed(*, usable: bool) -> list[Trial]:
 
 
 def told(*, usable: bool) -> tuple[FrictionFit, tuple[Rank, ...]]:
-    fit = fit_group(mixed(usable=usable), Law(), STIFFNESS)
+    fit = fit_group(mixed(usable=usable), Model(), STIFFNESS)
     return fit, rank_all([fit], [], ["steel"])
 
 
