@@ -162,6 +162,8 @@ def _compared(
     cycle, prediction = measurement.cycle, seen(measurement, found, state)
     judged = judge(cycle.mass, prediction.cycle, found.fit.observed.floor)
     said = [*measurement.warnings, *found.warnings, *state.warnings, *_of_verdict(found, judged, ladder)]
+    if ladder is not None:
+        said += [f"law {name}: not compared: {why}" for name, why in ladder.left_out.items()]
     if prediction.cycle is None:
         said.append(f"no prediction: {state.outcome}")
     return Comparison(

@@ -25,8 +25,8 @@ STRONGEST = 12.0  # deviations: farther from its prior no coordinate may go
 class Coordinate:
     """One unknown: its value is ``middle + width * c``, or e to that on a logarithmic scale.
 
-    ``low``: least value of c; ``law``: whether it belongs to the law (else it is a nuisance); ``words``: what it is;
-    ``folded``: whether its prior is the upper half of the normal curve.
+    ``low``, ``high``: bounds of c; ``law``: whether it belongs to the law (else it is a nuisance); ``words``: what it
+    is; ``folded``: whether its prior is the upper half of the normal curve.
     """
 
     name: str
@@ -35,6 +35,7 @@ class Coordinate:
     width: float = 1.0
     is_log: bool = False
     low: float = -STRONGEST
+    high: float = math.inf
     law: bool = False
     folded: bool = False
 
@@ -58,7 +59,9 @@ def of_parameter(parameter: Parameter) -> Coordinate:
     low, high = parameter.usual
     named = Coordinate(parameter.name, parameter.words, law=True)
     if parameter.scale == "log":
-        return replace(named, middle=0.5 * math.log(low * high), width=math.log(high / low) / WIDE, is_log=True)
+        middle, width = 0.5 * math.log(low * high), math.log(high / low) / WIDE
+        end = (math.log(high) - middle) / width if parameter.neutral == math.inf else math.inf  # stiffer tells nothing
+        return replace(named, middle=middle, width=width, is_log=True, high=end)
     if parameter.neutral is not None and parameter.neutral == parameter.low == low:
         return replace(named, middle=low, width=2.0 * (high - low) / WIDE, low=0.0, folded=True)
     middle, width = 0.5 * (low + high), (high - low) / WIDE

@@ -18,12 +18,13 @@ from scipy.special import log_ndtr
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import Coordinate, values_of
 from frictionlab.identification.forward import Forward
-from frictionlab.identification.observed import Observed
+from frictionlab.identification.observed import Observed, together
 
 FloatArray = NDArray[np.float64]
 FAR = 1e3  # residual of values that have no steady state, over the measured cycle
 ROUNDS = 3  # of weighing down what the law cannot explain
 MOST_STEPS = 60
+STEPS_NOT_RIGID = 15  # of laws that cost more a state, and whose misfit is rough: stiff contacts ring
 
 
 @dataclass(frozen=True)
@@ -170,9 +171,15 @@ def _fitted(forward: Forward, observed: Observed, start: FloatArray, excess: flo
             return np.vstack([np.zeros((len(far), len(point))), np.eye(len(point))])
         return np.vstack([-weight * (whitener @ forward.jacobian(point, here)), np.eye(len(point))])
 
-    low = np.array([c.low for c in forward.coordinates])
+    low, high = (np.array(side) for side in zip(*((c.low, c.high) for c in forward.coordinates), strict=True))
+    most = MOST_STEPS if forward.family.law.kind == "rigid" else STEPS_NOT_RIGID
     found = least_squares(
-        residuals, np.maximum(start, low + 1e-9), slopes, bounds=(low - 1e-12, np.inf), max_nfev=MOST_STEPS, xtol=1e-10
+        residuals,
+        np.clip(start, low + 1e-9, high - 1e-9),
+        slopes,
+        bounds=(low - 1e-12, high),
+        max_nfev=most,
+        xtol=1e-10,
     )
     point = np.maximum(np.where(found.x - low < 1e-6, low, found.x), low)
     predicted = forward.predict(point)
@@ -227,7 +234,8 @@ def _by_cycles(found: Fit, gain: FloatArray) -> FloatArray:
         return np.zeros(len(gain))
     moved = (observed.each - observed.each.mean(axis=0)) @ (gain @ observed.whitener).T
     few = (n - 1.0) / max(n - 3.0, 1.0)  # Student: the scatter of few cycles is itself not well known
-    return np.asarray((moved**2).sum(axis=0) / (n - 1.0) / observed.used * few)
+    hang = np.array([together(series) for series in moved.T])
+    return np.asarray((moved**2).sum(axis=0) / (n - 1.0) / observed.used * few * hang)
 
 
 def _by_misfit(found: Fit, gain: FloatArray) -> FloatArray:

@@ -15,6 +15,7 @@ from frictionlab.identification.fit import Errors, Fit, cost, errors_of, excess_
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.loop import loop_friction_ratio
 from frictionlab.identification.observed import Observed, observe_cycle
+from frictionlab.simulator.elastic import engine as elastic_engine
 from frictionlab.simulator.engine import choose
 from frictionlab.uncertainty import Sources
 
@@ -25,6 +26,7 @@ TOLD = 0.5  # a parameter is told if its variance has fallen below this share of
 SURE = 2.0  # ... and it lies so many errors from where its term does nothing
 LEVEL = 0.95  # of a limit
 STATES, WAITED = 150, 20.0  # simulated for one fit, and how much longer each takes where rest's motion is waited for
+ELASTIC_PHASES = 200.0  # of one steady state of an elastic contact of usual stiffness, times r
 VAGUE = 0.1  # relative standard error from which a friction ratio is called vague
 PRESSED = 3.0  # deviations from what is known of the rig at which a nuisance is told
 FIRST_GUESSES = {"contact_damping_ratio": 0.02, "stiffness_ratio": 100.0}  # values at which a new term is tried first
@@ -110,6 +112,8 @@ def prepare(family: Family, states: int) -> None:
     """Load the compiled simulator if so many steady states are worth it; it changes nothing but their time."""
     waits = WAITED if family.law.has("breakaway") else 1.0
     choose(states * waits * (10.0 + 4.0 / family.r))
+    if family.law.kind == "elastic":
+        elastic_engine.choose(states * ELASTIC_PHASES / family.r)
 
 
 def as_known(measurement: Measurement, family: Family, sources: Sources) -> Identified:
@@ -186,7 +190,7 @@ def _estimate(family: Family, c: Coordinate, found: Fit, errors: Errors, i: int)
     from_neutral = math.inf
     if neutral is not None and math.isfinite(neutral) and not c.is_log:
         from_neutral = abs(point - c.at(neutral)) / spread
-    told = spread**2 < TOLD and from_neutral > SURE and found.jacobian[:, i].any()
+    told = spread**2 < TOLD and from_neutral > SURE and point < c.high - 1e-3 and found.jacobian[:, i].any()
     lower, upper = _limits(c, point, spread, told=bool(told))
     return ParameterEstimate(
         c.value(point), slope * float(errors.statistical[i]), slope * spread, bool(told), lower, upper

@@ -7,14 +7,15 @@ taken for a property of the contact.
 
 import math
 import time
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.errors import AnalysisError, ParameterError
+from frictionlab.errors import AnalysisError, ParameterError, SimulationError, UsageError
 from frictionlab.identification.coordinates import Coordinate
 from frictionlab.identification.family import Family
 from frictionlab.identification.fit import Fit, fit, log_evidence
@@ -35,18 +36,21 @@ from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
 EXACT = ("place", "speed", "breakaway", "compliance")
+CHEAP = EXACT[:3]  # a rigid contact: some ten microseconds a steady state
 NUMERIC = ("logarithm", "stribeck", "dahl", "bouc-wen", "lugre", "rate-state")
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 FEW_CYCLES = 15  # below so many they are left out in two halves, else in five parts
 TRIALS = (1.0, -1.0, 0.0)  # deviations from its prior's middle at which a new parameter is tried
+SCALES = (-1.5, -1.0, -0.5, 0.0, 0.5)  # the same for one on a logarithmic scale: where it does most, first
 
 
 @dataclass(frozen=True)
 class Rung:
     """One law on the ladder.
 
-    ``held_out``: nrmse of the cycles left out, part by part, each by a fit to the others; ``required``: whether the
-    recording requires this law over the simpler one it was tried from; ``seconds``: what it took.
+    ``held_out`` (2, parts): of the cycles left out, part by part, each by a fit to the others, the nrmse and the sum of
+    squares over the noise's; ``required``: whether the recording requires this law over the simpler ones;
+    ``seconds``: what it took.
     """
 
     identified: Identified
@@ -73,15 +77,19 @@ class Rung:
     @property
     def held_out_nrmse(self) -> float:
         """The same over the cycles left out."""
-        return math.sqrt(float(np.mean(self.held_out**2)))
+        return math.sqrt(float(np.mean(self.held_out[0] ** 2)))
 
 
 @dataclass(frozen=True)
 class Ladder:
-    """All laws tried, in the order climbed; ``chosen``: the one that the recording requires."""
+    """All laws fitted, in the order climbed.
+
+    ``chosen``: the one that the recording requires; ``left_out``: law -> why it could not be fitted.
+    """
 
     rungs: tuple[Rung, ...]
     chosen: Rung
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
 
 def climb(measurement: Measurement, family: Family, sources: Sources) -> Ladder:
@@ -103,7 +111,7 @@ def climb(measurement: Measurement, family: Family, sources: Sources) -> Ladder:
     if top.law.name != first.family.law.name:
         first = identify(measurement, family.under(top.law), sources)
     top = replace(top, identified=first)
-    return Ladder(tuple(replace(r, required=True) if r is bottom else r for r in ladder.rungs), top)
+    return Ladder(tuple(replace(r, required=True) if r is bottom else r for r in ladder.rungs), top, ladder.left_out)
 
 
 class _Climb:
@@ -112,29 +120,35 @@ class _Climb:
     def __init__(self, measurement: Measurement, family: Family, sources: Sources) -> None:
         self.measurement, self.family, self.sources = measurement, family, sources
         self.rungs: list[Rung] = []
+        self.left_out: dict[str, str] = {}
 
     def upward(self, here: Rung, terms: tuple[str, ...]) -> Rung:
         """Climb from a rung, one term at a time (or two where no single one helps), as far as it is required."""
         while True:
-            tried = [rung for name in _above(here.law, terms, 1) if (rung := self._try(here, name)) is not None]
-            good = [rung for rung in tried if rung.required]
+            worth = _worth(here, terms)
+            good = self._required(here, worth, 1)
             if not good and terms is EXACT and not misfit_is_noise(here.identified.fit):
-                tried = [rung for name in _above(here.law, terms, 2) if (rung := self._try(here, name)) is not None]
-                good = [rung for rung in tried if rung.required]
+                good = self._required(here, worth, 2)
             if not good:
                 return here
             here = max(good, key=lambda rung: rung.log_evidence)
 
+    def _required(self, here: Rung, terms: tuple[str, ...], count: int) -> list[Rung]:
+        """The rungs with so many more terms that the recording requires over this one."""
+        tried = [self._try(here, name) for name in _above(here.law, terms, count)]
+        return [rung for rung in tried if rung is not None and rung.required]
+
     def _try(self, below: Rung, name: str) -> Rung | None:
-        """The rung of a law fitted from the one below; None where it has been tried, or has no steady state."""
-        if any(rung.law.name == name for rung in self.rungs):
+        """The rung of a law fitted from the one below; None where it has been tried, or cannot be fitted."""
+        if name in self.left_out or any(rung.law.name == name for rung in self.rungs):
             return None
         begin = time.perf_counter()
         try:
             found = self._fitted(below, law_of(name))
-        except AnalysisError:
-            return None  # no steady state near: no candidate
-        return self.rung(found, begin, below)
+            return self.rung(found, begin, below)
+        except (AnalysisError, SimulationError, UsageError, np.linalg.LinAlgError) as fault:
+            self.left_out[name] = str(fault)
+            return None
 
     def _fitted(self, below: Rung, law: Law) -> Fit:
         family = self.family.under(law)
@@ -143,18 +157,27 @@ class _Climb:
         )
         known = below.identified.fit.values
         new = [c for c in forward.coordinates if c.law and c.name not in known]
-        starts = [start_at(forward, known | _shifted(new, trial)) for trial in TRIALS]
-        found = [fit(forward, below_observed(below), [start], excess=1.0) for start in _few(starts, new)]
+        prepare(family, STATES)
+        starts = [start_at(forward, known | _shifted(new, trial)) for trial in _trials(new)]
+        if any(c.is_log for c in new):
+            return fit(forward, below_observed(below), starts, excess=1.0)
+        found = [fit(forward, below_observed(below), [start], excess=1.0) for start in starts]
         return min(found, key=lambda f: f.chi_square + float(f.point @ f.point))
+
+    def _simpler(self, found: Fit, below: Rung) -> float:
+        """Best evidence of the laws with fewer terms that were tried: two terms must beat each alone."""
+        terms = {t.name for t in found.forward.family.law.terms}
+        fewer = [r.log_evidence for r in self.rungs if {t.name for t in r.law.terms} < terms]
+        return max(fewer, default=below.log_evidence)
 
     def rung(self, found: Fit, begin: float, below: Rung | None) -> Rung:
         """Put a fit on the ladder."""
         if found.excess != 1.0:
             found = fit(found.forward, found.observed, [found.point], excess=1.0)
         evidence, left_out = log_evidence(found), held_out(found)
-        required = below is not None and evidence - below.log_evidence > REQUIRED
+        required = below is not None and evidence - self._simpler(found, below) > REQUIRED
         if below is not None and required:
-            better = below.held_out**2 - left_out**2
+            better = below.held_out[1] - left_out[1]
             required = float(better.mean()) > float(better.std(ddof=1)) / math.sqrt(len(better))
         identified = with_errors(found.forward.family, found)
         made = Rung(identified, evidence, left_out, required, time.perf_counter() - begin)
@@ -172,9 +195,16 @@ def _shifted(new: list[Coordinate], trial: float) -> dict[str, float]:
     return {c.name: c.value(max(trial if not c.folded else 0.5 * abs(trial), c.low + 0.01)) for c in new}
 
 
-def _few(starts: list[FloatArray], new: list[Coordinate]) -> list[FloatArray]:
-    """The starts worth following: both signs of a gradient, both ends of a range; one for what only grows."""
-    return starts[:1] if all(c.folded for c in new) else starts[:2] if len(new) == 1 else starts
+def _trials(new: list[Coordinate]) -> tuple[float, ...]:
+    """Where new parameters are tried: many places on a scale, both signs of a gradient; one for what only grows."""
+    if any(c.is_log for c in new):
+        return SCALES
+    return TRIALS[:1] if all(c.folded for c in new) else TRIALS[:2] if len(new) == 1 else TRIALS
+
+
+def _worth(here: Rung, terms: tuple[str, ...]) -> tuple[str, ...]:
+    """The terms worth a trial above a rung: those that cost much are tried only where it leaves more than noise."""
+    return tuple(t for t in terms if t in CHEAP) if misfit_is_noise(here.identified.fit) else terms
 
 
 def _above(law: Law, terms: tuple[str, ...], count: int) -> list[str]:
@@ -192,8 +222,10 @@ def _above(law: Law, terms: tuple[str, ...], count: int) -> list[str]:
 
 
 def held_out(found: Fit) -> FloatArray:
-    """Nrmse (parts,) of parts of the cycles, each predicted by the fit to the others; nan where there are too few.
+    """Misfit (2, parts) of parts of the cycles, each predicted by the fit to the others; nan where there are too few.
 
+    The first row is the nrmse; the second weighs each harmonic by its noise, as the fit does: what all cycles of a part
+    have in common by chance, a friction a little higher than in the rest, would else hide what the law explains.
     Every second (or fifth) cycle is a part, so that a drift is in all of them. The fit to the others is one
     Gauss-Newton step from the fit to all: they differ by little.
     """
@@ -201,7 +233,7 @@ def held_out(found: Fit) -> FloatArray:
     n = len(observed.each)
     count = 2 if n < FEW_CYCLES else 5
     if n < count:
-        return np.full(count, math.nan)
+        return np.full((2, count), math.nan)
     blocks = [np.arange(first, n, count) for first in range(count)]
     gain = np.linalg.solve(found.precision, found.jacobian.T / found.excess) @ observed.whitener
     slopes = np.linalg.solve(observed.whitener, found.jacobian)
@@ -211,5 +243,6 @@ def held_out(found: Fit) -> FloatArray:
         others = np.delete(observed.each, block, axis=0).mean(axis=0)
         there = predicted + slopes @ (gain @ (others - observed.cosine_sine))
         gap = observed.each[block].mean(axis=0) - there
-        left.append(math.sqrt(0.5 * float(gap @ gap) / observed.power))
-    return np.array(left)
+        white = observed.whitener @ gap
+        left.append((math.sqrt(0.5 * float(gap @ gap) / observed.power), float(white @ white)))
+    return np.array(left).T

@@ -100,6 +100,7 @@ def observe_cycle(measurement: Measurement) -> Observed:
         covariance, freedom = np.eye(2 * count) * least / used, math.inf
     else:
         covariance, freedom = shrunk(single, least) * (_togetherness(single) / used), float(len(single) - 1)
+    covariance = covariance + _by_base(mean, measurement)
     return Observed(mean, single, covariance, sensor / used, used, freedom, power, beyond)
 
 
@@ -151,17 +152,34 @@ def _variance_of_correlation(unit: FloatArray, correlation: FloatArray) -> Float
 
 
 def _togetherness(single: FloatArray) -> float:
-    """By how much neighbours that hang together raise the variance of a mean: (1 + rho) / (1 - rho).
-
-    rho is the lag-one correlation of the cycles' main direction; what is not significant counts as nothing.
-    """
+    """By how much neighbours that hang together raise the variance of a mean, by the cycles' main direction."""
     about = single - single.mean(axis=0)
-    n = len(about)
-    if n < 12:
-        return 1.0
-    main = np.linalg.svd(about, full_matrices=False)[0][:, 0]
-    rho = lag_one(main)
-    if rho < 1.64 / math.sqrt(n):
+    return together(np.linalg.svd(about, full_matrices=False)[0][:, 0])
+
+
+def together(values: FloatArray) -> float:
+    """By how much neighbours that hang together raise the variance of the mean of a series: (1 + rho) / (1 - rho).
+
+    rho is its lag-one correlation; what is not significant counts as nothing.
+
+    Examples
+    --------
+    >>> together(np.tile([1.0, -1.0], 50))
+    1.0
+    >>> together(np.repeat([1.0, -1.0], 50)) > 30
+    True
+    """
+    n, rho = len(values), lag_one(values)
+    if n < 12 or rho < 1.64 / math.sqrt(n):
         return 1.0
     rho = min(rho + (1.0 + 4.0 * rho) / n, 0.95)
     return (1.0 + rho) / (1.0 - rho)
+
+
+def _by_base(mean: FloatArray, measurement: Measurement) -> FloatArray:
+    """Covariance (2 K, 2 K) that the noise of the base sensor adds: all is over its amplitude, from its phase on."""
+    relative = measurement.base_amplitude_m_se / measurement.base_amplitude_m
+    order = np.arange(1, len(mean) // 2 + 1)
+    cosine, sine = np.split(mean, 2)
+    later = np.concatenate([order * sine, -order * cosine])
+    return np.asarray(relative**2 * (np.outer(mean, mean) + np.outer(later, later)))

@@ -36,6 +36,23 @@ def test_the_law_that_made_a_recording_is_the_one_it_requires(law: str, paramete
     assert again.parameters == found.parameters  # two commands, one answer
 
 
+def test_friction_that_scatters_does_not_hide_a_dashpot_from_the_cycles_left_out() -> None:
+    """Beyond resonance the scatter moves a cycle more than the dashpot does: weighed by the noise, it shows."""
+    truth = Problem(1.3, 0.3, law="coulomb+speed", parameters={"contact_damping_ratio": 0.02})
+    found = compare(recorded(truth, np.random.default_rng([20261122, 0])), scene(), law="auto")
+    assert found.law == "coulomb+speed"
+    assert found.verdict == "explained"
+
+
+def test_a_contact_too_stiff_to_be_told_has_a_least_stiffness() -> None:
+    found = compare(recorded(Problem(1.3, 0.3), np.random.default_rng(3)), scene(), law="coulomb+compliance")
+    stiffness = found.parameters["stiffness_ratio"]
+    assert not stiffness["told"]
+    assert stiffness["lower"] is not None
+    assert stiffness["upper"] is None
+    assert any(w.startswith("stiffness_ratio: this test does not tell it; at least") for w in found.warnings)
+
+
 @pytest.mark.parametrize(("log", "nrmse"), [("frame_250g.csv", 0.012), ("frame_450g.csv", 0.010)])
 def test_the_frames_recordings_are_explained_by_two_or_three_parameters(log: str, nrmse: float) -> None:
     if not DATA.is_dir():

@@ -1,0 +1,114 @@
+"""Is the law that made a recording the one that the ladder finds, and do its errors hold?
+
+Run: ``python -m tests.benchmarks.law_recovery [DRAWS]``; the result goes to results/law_recovery.txt. Every draw is one
+test of 60 s at 250 Hz through the optoNCDT's noise (0.8 um) and step, friction scattering by 0.3 % from cycle to cycle.
+"""
+
+import math
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from frictionlab.identification import compare
+from frictionlab.identification.comparison import Comparison
+from frictionlab.simulator import Problem
+from frictionlab.simulator.elastic import engine as elastic
+from frictionlab.simulator.engine import compiled
+from frictionlab.simulator.laws import law_of
+from tests.identification.contacts import recorded, scene
+
+RESULT = Path(__file__).parent / "results" / "law_recovery.txt"
+POINTS = ((0.35, 0.4), (0.7, 0.3), (1.3, 0.3))
+TRUTHS: dict[str, Mapping[str, float]] = {
+    "coulomb": {},
+    "coulomb+place": {"gradient": 0.05},
+    "coulomb+speed": {"contact_damping_ratio": 0.02},
+    "coulomb+breakaway": {"static_ratio_up": 1.2, "static_ratio_down": 1.2},
+    "coulomb+compliance": {"stiffness_ratio": 40.0},
+}
+
+
+@dataclass
+class Tally:
+    """What came of the draws of one truth: counts, scores (error over stated error) and seconds."""
+
+    right: int = 0
+    richer: int = 0
+    other: int = 0
+    explained: int = 0
+    gains: list[float] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+    scores: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
+    laws: dict[str, int] = field(default_factory=dict)
+
+    def add(self, found: Comparison, truth: Problem, seconds: float) -> None:
+        """Count one draw."""
+        self.seconds.append(seconds)
+        self.laws[found.law] = self.laws.get(found.law, 0) + 1
+        self.explained += found.verdict == "explained"
+        right, terms = truth.law, {t.name for t in law_of(found.law).terms}
+        self.right += found.law == right.name
+        self.richer += terms > {t.name for t in right.terms}
+        self.other += not terms >= {t.name for t in right.terms}
+        evidence = {str(rung["law"]): float(str(rung["log_evidence"])) for rung in found.laws or ()}
+        if right.name in evidence:
+            self.gains.append(evidence[right.name] - evidence["coulomb"])
+        if found.law != right.name:
+            return
+        for name, told in found.parameters.items():
+            se, u, value = told["se"], told["u"], told["value"]
+            if se and u and value is not None:
+                error = float(value) - {"beta": truth.beta, **truth.parameters}[name]
+                self.scores.setdefault(name, []).append((error / float(se), error / float(u)))
+
+
+def study(truth: Problem, draws: int) -> Tally:
+    """Identify so many recordings of one contact."""
+    tally = Tally()
+    for seed in range(draws):
+        recording = recorded(truth, np.random.default_rng([20261122, seed]))
+        begin = time.perf_counter()
+        found = compare(recording, scene(), law="auto")
+        tally.add(found, truth, time.perf_counter() - begin)
+    return tally
+
+
+def lines_of(r: float, beta: float, law: str, tally: Tally, draws: int) -> list[str]:
+    """The table's lines of one truth."""
+    gain = f"{np.median(tally.gains):9.1f}" if tally.gains else "        -"
+    counts = (tally.right, tally.richer, tally.other, tally.explained)
+    shares = "".join(f"{100 * count / draws:8.0f}" for count in counts)
+    head = f"{r:5g}{beta:6g}  {law:20s}{shares}{gain}{np.median(tally.seconds):8.2f}"
+    wrong = {name: n for name, n in tally.laws.items() if name != law}
+    found = [head + ("  found: " + ", ".join(f"{name} {n}" for name, n in wrong.items()) if wrong else "")]
+    for name, scores in tally.scores.items():
+        both = np.array(scores)
+        inside = [100 * float(np.mean(np.abs(both[:, k]) < limit)) for k in (0, 1) for limit in (1.0, 1.96)]
+        rms = [math.sqrt(float(np.mean(both[:, k] ** 2))) for k in (0, 1)]
+        shown = "".join(f"{share:8.0f}" for share in inside)
+        found.append(f"{'':13s}{name:24s}{shown}   rms {rms[0]:.2f} by se, {rms[1]:.2f} by u")
+    return found
+
+
+def main(draws: int) -> None:
+    """Write the table."""
+    compiled()
+    elastic.compiled()
+    lines = [f"{draws} draws a contact; shares in %, median gain of log evidence over coulomb, median seconds"]
+    lines.append(f"{'r':>5s}{'beta':>6s}  {'truth':20s}{'right':>8s}{'richer':>8s}{'other':>8s}{'explained':>8s}")
+    lines.append(f"{'':13s}{'parameter':24s}{'se 68':>8s}{'se 95':>8s}{'u 68':>8s}{'u 95':>8s}")
+    for law, parameters in TRUTHS.items():
+        for r, beta in POINTS:
+            tally = study(Problem(r, beta, law=law, parameters=parameters), draws)
+            lines += lines_of(r, beta, law, tally, draws)
+            sys.stdout.write("\n".join(lines_of(r, beta, law, tally, draws)) + "\n")
+            sys.stdout.flush()
+    RESULT.write_text("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 24)
