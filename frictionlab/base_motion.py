@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.analysis.denoise import denoised
 from frictionlab.analysis.noise import white_noise
 from frictionlab.errors import RecordingError
 from frictionlab.recording import Quality, Recording, Source
@@ -19,6 +20,7 @@ FloatArray = NDArray[np.float64]
 FAR = 10.0  # times the steps around it: such a step is a jump ...
 LARGE = 0.05  # ... if it is this share of the whole range
 AROUND = 5  # steps looked at on either side
+QUIET = 1e-7  # of the base's range: a motion whose noise is less is clean
 COARSE = 1e-3  # sampling error over Y from which it is told
 ORDER_LEFT = 15.0  # 2^4 - 1: what a spline of every other sample errs more
 
@@ -127,7 +129,7 @@ def respond_to(
     """
     part, warnings = sound_base(recording)
     tau = 2.0 * math.pi * natural_frequency_hz * (part.time - part.time[0])
-    base = BaseRecord(tau, part.base_displacement)
+    base = BaseRecord(tau, _driving(part, problem, warnings))
     response = respond(problem, base)
     error = _sampling_error(problem, base, response)
     if error > COARSE:
@@ -146,6 +148,19 @@ def respond_to(
         ),
     )
     return RecordResponse(source, response, made, natural_frequency_hz, stiffness_n_per_m, error, tuple(warnings))
+
+
+def _driving(part: Recording, problem: Problem, warnings: list[str]) -> FloatArray:
+    """The base's displacement as it drives; smoothed, and told so, where a moving wall would feel its noise."""
+    y = part.base_displacement
+    noise = white_noise(y) if problem.wall == "base" and len(y) >= 16 else 0.0
+    if not noise > QUIET * float(y.max() - y.min()):
+        return y
+    warnings.append(
+        f"base: its noise of {1e6 * noise:.3g} um rms was smoothed away: a wall that moves with the base feels the"
+        " base's acceleration, and noise would drown it"
+    )
+    return denoised(y, noise)
 
 
 def sound_base(recording: Recording) -> tuple[Recording, list[str]]:

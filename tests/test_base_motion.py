@@ -132,6 +132,16 @@ def test_a_shock_is_no_jump_and_a_coarse_sampling_is_told() -> None:
     assert any("sample faster than 8 Hz" in sentence for sentence in answer.warnings)
 
 
+def test_a_moving_wall_does_not_feel_the_noise_of_the_bases_sensor() -> None:
+    t, y = base_of(cycles=30)
+    noisy = y + 1e-6 * np.random.default_rng(1).standard_normal(len(t))
+    wall = Problem(1.0, 0.1, wall="base")
+    clean = fl.respond(Recording(t, 0 * t, y), wall, natural_frequency_hz=FN)
+    seen = fl.respond(Recording(t, 0 * t, noisy), wall, natural_frequency_hz=FN)
+    assert seen.response.energy == pytest.approx(clean.response.energy, rel=0.02)
+    assert any("um rms was smoothed away" in sentence for sentence in seen.warnings)
+
+
 def test_a_base_at_rest_and_an_unknown_frequency_are_refused() -> None:
     t, y = base_of()
     with pytest.raises(SimulationError, match="a base at rest drives nothing"):
