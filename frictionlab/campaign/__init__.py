@@ -8,8 +8,8 @@
 - ``responses``: examples from the recordings; ``output``: the tables as files
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +20,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.campaign.amontons import AmontonsTest, amontons
 from frictionlab.campaign.drift import Drift, drift_of
 from frictionlab.campaign.friction import FrictionFit, Verdict, fit_group
+from frictionlab.campaign.laws import LawEvidence, is_comparison, laws_of
 from frictionlab.campaign.prediction import Curve, Model, curve, model_of, prepare
 from frictionlab.campaign.ranking import CRITERIA, Rank, rank_all
 from frictionlab.campaign.reading import read_measurements
@@ -27,6 +28,7 @@ from frictionlab.campaign.responses import Response, envelope, examples, last_cy
 from frictionlab.campaign.trials import LONG_S, Trial, in_order, trial_of
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.scene import Scene
+from frictionlab.tables import Row
 from frictionlab.uncertainty import Sources, sources_of
 
 __all__ = [
@@ -36,12 +38,14 @@ __all__ = [
     "Curve",
     "Drift",
     "FrictionFit",
+    "LawEvidence",
     "Model",
     "Rank",
     "Response",
     "Trial",
     "Verdict",
     "evaluate",
+    "is_comparison",
     "read_measurements",
     "trial_of",
 ]
@@ -69,7 +73,8 @@ class Campaign:
     ``trials``: all tests, failed ones last; ``fits``: one per material and normal force; ``amontons``: one per
     material; ``ranking``: the contract's criteria in order, best first; ``drifts``: one per long test; ``curves``: the
     prediction of each fit over frequency; ``responses``: examples, where the recordings are at hand; ``notes``:
-    sentences about the campaign as a whole.
+    sentences about the campaign as a whole; ``laws``: the joint evidence of the laws tried, one per material and law;
+    ``comparisons``: the row of `compare-numeric` by source, where it is given.
     """
 
     trials: tuple[Trial, ...]
@@ -82,6 +87,8 @@ class Campaign:
     notes: tuple[str, ...]
     model: Model
     scene: Scene
+    laws: tuple[LawEvidence, ...] = ()
+    comparisons: Mapping[str, Row] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
         tests = f"{len(self.trials)} tests, {len(self.failures)} failed"
@@ -103,7 +110,14 @@ class Campaign:
         return tuple(t for t in self.trials if t.failed)
 
 
-def evaluate(trials: Sequence[Trial], scene: Scene, *, folders: Sequence[Path] = (), watch: Watch = iter) -> Campaign:
+def evaluate(
+    trials: Sequence[Trial],
+    scene: Scene,
+    *,
+    folders: Sequence[Path] = (),
+    comparisons: Sequence[Row] = (),
+    watch: Watch = iter,
+) -> Campaign:
     """Evaluate a campaign.
 
     Parameters
@@ -114,6 +128,8 @@ def evaluate(trials: Sequence[Trial], scene: Scene, *, folders: Sequence[Path] =
         ``[rig]`` stiffness turns friction ratios into forces and coefficients; ``[model]`` is what predictions hold.
     folders : sequence of Path
         Where recordings are looked for beside their ``source``: they give the long tests' points and the examples.
+    comparisons : sequence of rows
+        Of `compare-numeric`; those with ``laws`` tell which law each material requires.
     watch : callable
         Wraps the sequence of groups to show progress.
 
@@ -143,6 +159,8 @@ def evaluate(trials: Sequence[Trial], scene: Scene, *, folders: Sequence[Path] =
         notes=_notes(tests, fits, drifts, responses, scene),
         model=model,
         scene=scene,
+        laws=laws_of(comparisons, {t.source: t.material for t in tests if t.material}),
+        comparisons={str(row.get("source")): row for row in comparisons},
     )
 
 

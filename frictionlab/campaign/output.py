@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from frictionlab.campaign import Campaign, Drift, FrictionFit, Rank, Trial, Verdict
+from frictionlab.campaign import Campaign, Drift, FrictionFit, LawEvidence, Rank, Trial, Verdict
 from frictionlab.errors import OutputError
-from frictionlab.schema import DRIFTS, FRICTION, RANKING, TESTS, Table
+from frictionlab.schema import DRIFTS, FRICTION, MATERIAL_LAWS, RANKING, TESTS, Table
 from frictionlab.tables import Row, is_table, refuse_inputs, write_rows
 
 TABLES: Mapping[str, Table] = {
@@ -13,6 +13,7 @@ TABLES: Mapping[str, Table] = {
     "friction.csv": FRICTION,
     "ranking.csv": RANKING,
     "drift.csv": DRIFTS,
+    "laws.csv": MATERIAL_LAWS,
 }
 REPORT = "report.html"
 MARK = '<meta name="generator" content="frictionlab'
@@ -53,7 +54,7 @@ def _is_ours(path: Path) -> bool:
 
 
 def write_tables(campaign: Campaign, folder: Path) -> tuple[Path, ...]:
-    """Write ``measurements.csv``, ``friction.csv``, ``ranking.csv`` and ``drift.csv`` into a folder.
+    """Write ``measurements.csv``, ``friction.csv``, ``ranking.csv``, ``drift.csv``, ``laws.csv`` into a folder.
 
     Raises
     ------
@@ -66,6 +67,7 @@ def write_tables(campaign: Campaign, folder: Path) -> tuple[Path, ...]:
         "friction.csv": [{**friction_row(f), "amontons_p": p[f.material]} for f in campaign.fits],
         "ranking.csv": [ranking_row(rank) for rank in campaign.ranking],
         "drift.csv": [drift_row(drift) for drift in campaign.drifts],
+        "laws.csv": [law_row(law) for law in campaign.laws],
     }
     for name, table in TABLES.items():
         write_rows(rows[name], folder / name, table, force=True)
@@ -122,6 +124,11 @@ def ranking_row(rank: Rank) -> Row:
     """One row of ``ranking.csv``."""
     row = {key: getattr(rank, key) for key in RANKING.names}
     return {**row, "tied_with": ", ".join(rank.tied_with) or None}
+
+
+def law_row(law: LawEvidence) -> Row:
+    """One row of ``laws.csv``."""
+    return {key: getattr(law, key) for key in MATERIAL_LAWS.names}
 
 
 def drift_row(drift: Drift) -> Row:

@@ -7,11 +7,17 @@ from typing import Any
 import numpy as np
 
 from frictionlab.analysis.drift import Trend
+from frictionlab.campaign.laws import is_comparison
 from frictionlab.errors import UsageError
-from frictionlab.hdf5 import read_tree
+from frictionlab.hdf5 import is_recording, read_tree
 from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import SUFFIXES, Row, read_rows
 from frictionlab.tables.tree import rows_of
+
+IS_RECORDING = (
+    "a recording; campaign evaluates measurements: `frictionlab analyze RECORDING... -o measurements.jsonl`, then"
+    " `frictionlab campaign measurements.jsonl -o FOLDER`"
+)
 
 
 def read_measurements(path: Path) -> list[Row]:
@@ -20,7 +26,7 @@ def read_measurements(path: Path) -> list[Row]:
     Raises
     ------
     UsageError
-        The file is not there, is of another kind, is empty, or a line of it is damaged.
+        It is a recording, the file is not there, is of another kind, is empty, or a line of it is damaged.
     RecordingError
         An ``.h5`` file that holds no measurements, a recording for example.
     """
@@ -28,6 +34,8 @@ def read_measurements(path: Path) -> list[Row]:
         raise UsageError(f"{path}: expected measurements as {', '.join(SUFFIXES)}; got {path.suffix or 'no suffix'}")
     if not path.is_file():
         raise UsageError(f"{path}: there is no such file: expected what `frictionlab analyze -o` wrote")
+    if is_recording(path):
+        raise UsageError(f"{path}: {IS_RECORDING}")
     rows: list[Row] = [*(_rows_of_tree(path) if path.suffix.lower() == ".h5" else read_rows(path))]
     if not rows:
         raise UsageError(f"{path}: expected at least one measurement; got none")
@@ -36,6 +44,8 @@ def read_measurements(path: Path) -> list[Row]:
         raise UsageError(
             f"{path}: row {strange[0]}: expected a measurement with a source; got none: is it another table?"
         )
+    if any(is_comparison(row) for row in rows):
+        return [{"law": None, **row} for row in rows]  # a failed comparison is one too
     return rows
 
 

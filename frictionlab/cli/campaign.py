@@ -10,9 +10,10 @@ from frictionlab.cli.inputs import exit_status, tell_warnings
 from frictionlab.cli.options import Force, Quiet, SceneFile, scene_of
 from frictionlab.cli.output import complain, print_table, printable
 from frictionlab.cli.progress import track
-from frictionlab.schema import FRICTION, RANKING
+from frictionlab.errors import UsageError
+from frictionlab.schema import FRICTION, MATERIAL_LAWS, RANKING
 from frictionlab.tables import Row
-from frictionlab.verbs.failures import failure
+from frictionlab.verbs.failures import FAILED, failure
 
 if TYPE_CHECKING:
     from frictionlab.campaign import Campaign
@@ -29,7 +30,9 @@ class Watch(Protocol):
 
 
 def campaign(
-    measurements: Annotated[list[Path], typer.Argument(metavar="MEASUREMENTS...", help="Files that analyze wrote.")],
+    measurements: Annotated[
+        list[Path], typer.Argument(metavar="MEASUREMENTS...", help="Files that analyze (and compare-numeric) wrote.")
+    ],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Tables, figures and report.")],
     *,
     scene: SceneFile = None,
@@ -44,11 +47,12 @@ def campaign(
 
     what = scene_of(scene, beside=measurements[0], quiet=quiet)
     check_folder(output, force=force, inputs=measurements)
+    _refuse_recordings(measurements)
     rows, unread = _rows_of(measurements)
     write_campaign(rows, what, output, folders=[path.parent for path in measurements], force=force, quiet=quiet)
     for row in () if quiet else rows:
         tell_warnings(row)
-    exit_status(unread)
+    exit_status(unread or (rows if all(row.get("status") == FAILED for row in rows) else []))
 
 
 def write_campaign(
@@ -71,6 +75,17 @@ def _watch(title: str, *, quiet: bool) -> "Watch":
     return watch
 
 
+def _refuse_recordings(paths: Sequence[Path]) -> None:
+    """One sentence for any number of recordings."""
+    from frictionlab.campaign.reading import IS_RECORDING
+    from frictionlab.hdf5 import is_recording
+
+    found = [path for path in paths if path.is_file() and is_recording(path)]
+    if found:
+        more = f" and {len(found) - 1} others" if len(found) > 1 else ""
+        raise UsageError(f"{found[0]}{more}: {IS_RECORDING}")
+
+
 def _rows_of(paths: Sequence[Path]) -> tuple[list[Row], list[Row]]:
     """The rows of all files, and the failures of those that cannot be read (they are rows too: none goes missing)."""
     from frictionlab.campaign import read_measurements
@@ -88,12 +103,15 @@ def _rows_of(paths: Sequence[Path]) -> tuple[list[Row], list[Row]]:
 
 
 def _tell(result: "Campaign", folder: Path) -> None:
-    from frictionlab.campaign.output import friction_row, ranking_row
+    from frictionlab.campaign.output import friction_row, law_row, ranking_row
 
     print_table([friction_row(fit) for fit in result.fits], FRICTION)
     typer.echo()
     print_table([ranking_row(rank) for rank in result.ranking], RANKING)
     typer.echo()
+    if result.laws:
+        print_table([law_row(law) for law in result.laws], MATERIAL_LAWS)
+        typer.echo()
     for test in result.amontons:
         typer.echo(printable(test.verdict))
     for note in result.notes:

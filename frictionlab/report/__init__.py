@@ -72,6 +72,7 @@ def _section(name: str, body: str) -> str:
 def _sections(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes]) -> Iterator[tuple[str, str]]:
     yield "Ranking", tables.ranking(campaign)
     yield "Friction", tables.friction(campaign)
+    yield "Contact laws", tables.laws(campaign)
     yield "Figures", "\n".join(_figure(n, plate, images[plate.name]) for n, plate in enumerate(plates, 1))
     yield "Long tests", tables.drift(campaign)
     yield "Tests", tables.tests(campaign)

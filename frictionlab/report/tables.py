@@ -4,11 +4,19 @@ import math
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from frictionlab.campaign import CRITERIA, Campaign, Drift, FrictionFit, Rank, Trial, Verdict
+from frictionlab.campaign import CRITERIA, Campaign, Drift, FrictionFit, LawEvidence, Rank, Trial, Verdict
 from frictionlab.campaign.trials import short_name
-from frictionlab.schema import DRIFTS, FRICTION, TESTS, Column, Table
+from frictionlab.schema import DRIFTS, FRICTION, MATERIAL_LAWS, TESTS, Column, Table
 
 DASH = "–"
+NO_LAWS = (
+    "Not asked: give the table of `frictionlab compare-numeric RECORDING... --law auto -o laws.jsonl` to the campaign"
+    " beside the measurements."
+)
+LAWS_RULE = (
+    "Log evidence of all tests of a material together, over plain Coulomb friction; each test has its own parameters."
+    " Required is the simplest law within 5 of the best. A column says how many tests require a law on their own."
+)
 
 
 def words(text: object) -> str:
@@ -107,7 +115,7 @@ def ranking(campaign: Campaign) -> str:
         if ranks:
             parts += [f"<h3>By {criterion}</h3>", paragraph(f"{_capital(ranks[0].unit)}; {ranks[0].evidence}.")]
         if any(rank.rank for rank in ranks):
-            parts.append(table(("#rank", "material", "#value ± standard error", "tied with"), map(_rank, ranks)))
+            parts.append(table(("#rank", "material", "#value ± uncertainty", "tied with"), map(_rank, ranks)))
     return "\n".join(parts)
 
 
@@ -119,7 +127,7 @@ def _rank(rank: Rank) -> str:
     return _row(
         number(rank.rank),
         words(rank.material),
-        with_error(rank.value, rank.value_se),
+        with_error(rank.value, rank.value_u),
         words(", ".join(rank.tied_with)),
     )
 
@@ -145,12 +153,33 @@ def _friction(fit: FrictionFit) -> str:
         number(fit.normal_force_n),
         number(len(short)),
         number(len(fit.used)),
-        with_error(fit.friction_ratio, fit.friction_ratio_se),
-        with_error(fit.friction_force_n, fit.friction_force_n_se),
-        with_error(fit.friction_coefficient, fit.friction_coefficient_se),
+        with_error(fit.friction_ratio, fit.ratio.error),
+        with_error(fit.friction_force_n, fit.force.error),
+        with_error(fit.friction_coefficient, fit.coefficient.error),
         f'<td class="n">{interval}</td>',
         number(None if fit.scatter is None else 100 * fit.scatter, 2),
         sentence(fit.note),
+    )
+
+
+def laws(campaign: Campaign) -> str:
+    """Which contact law each material requires, by the evidence of all its tests."""
+    if not campaign.laws:
+        return paragraph(NO_LAWS)
+    heads = columns(MATERIAL_LAWS, "material", "law", "tests", "gain", "response_nrmse", "chosen_in")
+    head: tuple[str | Column, ...] = (*heads[:3], "required", *heads[3:])
+    return paragraph(LAWS_RULE) + table(head, map(_law, campaign.laws))
+
+
+def _law(law: LawEvidence) -> str:
+    return _row(
+        words(law.material),
+        words(law.law),
+        number(law.tests),
+        words("required" if law.required else ""),
+        number(law.gain),
+        number(law.response_nrmse, 2),
+        number(law.chosen_in),
     )
 
 

@@ -6,7 +6,7 @@ the commands print, and the list of columns in this folder's README. Nothing but
 
 from collections.abc import Sequence
 
-from frictionlab.schema.campaign import DRIFTS, FRICTION, RANKING, TESTS
+from frictionlab.schema.campaign import DRIFTS, FRICTION, MATERIAL_LAWS, RANKING, TESTS
 from frictionlab.schema.column import Column, Table, Type
 from frictionlab.schema.measured import COMPARISONS, FREE_VIBRATIONS, LAWS, MEASUREMENTS, OUTCOME
 from frictionlab.schema.simulated import MOTIONS, PLANS, RESPONSES, STEADY_STATES, TRADES
@@ -17,6 +17,7 @@ __all__ = [
     "FREE_VIBRATIONS",
     "FRICTION",
     "LAWS",
+    "MATERIAL_LAWS",
     "MEASUREMENTS",
     "MOTIONS",
     "OUTCOME",
@@ -36,7 +37,7 @@ __all__ = [
 ]
 
 TABLES = (
-    *(MEASUREMENTS, COMPARISONS, LAWS, FREE_VIBRATIONS, TESTS, FRICTION, RANKING, DRIFTS),
+    *(MEASUREMENTS, COMPARISONS, LAWS, FREE_VIBRATIONS, TESTS, FRICTION, RANKING, DRIFTS, MATERIAL_LAWS),
     *(STEADY_STATES, MOTIONS, RESPONSES, PLANS, TRADES),
 )
 

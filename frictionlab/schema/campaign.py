@@ -1,11 +1,12 @@
 """The columns of a campaign's tables."""
 
-from frictionlab.schema.column import Table, number, se_of, text, u_of, whole
+from frictionlab.schema.column import Table, number, se_of, text, u_of, whole, yes_no
 from frictionlab.schema.measured import (
     COEFFICIENT,
     DURATION,
     FRICTION_FORCE,
     FRICTION_RATIO,
+    LAW,
     MATERIAL,
     MEASUREMENT,
     NORMAL_FORCE,
@@ -71,6 +72,25 @@ FRICTION = Table(
         *("material", "normal_force_n", "tests", "friction_ratio", "friction_ratio_se"),
         *("friction_coefficient", "friction_coefficient_se"),
     ),
+)
+
+MATERIAL_LAWS = Table(
+    kind="material laws",
+    sentence="One contact law for one material, by the evidence of all its tests (`laws.csv`).",
+    columns=(
+        MATERIAL,
+        LAW,
+        whole("tests", "tests", "Tests with a ladder of laws; every law listed was tried in all of them."),
+        number(
+            "log_evidence", "", "log evidence", "Sum of the tests' log evidence; only differences between laws count."
+        ),
+        yes_no("required", "required", "Whether it is the simplest law within 5 of the best joint log evidence."),
+        number("gain", "", "over coulomb", "The log evidence less that of plain Coulomb friction."),
+        number("response_nrmse", "", "nrmse", "The nrmse of the fitted cycles, rms over the tests."),
+        whole("chosen_in", "chosen in", "Tests that require this law on their own."),
+    ),
+    lead=5,
+    shown=("material", "law", "tests", "gain", "response_nrmse", "chosen_in", "required"),
 )
 
 VALUE = number("value", "", "value", "What the material is ranked by; `unit` says what that is.")

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.campaign import Campaign, Watch, read_measurements, trial_of
+from frictionlab.campaign import Campaign, Watch, is_comparison, read_measurements, trial_of
 from frictionlab.campaign import evaluate as evaluate_trials
 from frictionlab.experiment import facts_of
 from frictionlab.tables import Row
@@ -26,7 +26,8 @@ def evaluate(
     Parameters
     ----------
     measurements : iterable
-        Measurements, rows of measurements (failed ones too), or files that `frictionlab analyze` wrote, in any mixture.
+        Measurements, rows of measurements (failed ones too), or files that `frictionlab analyze` wrote, in any mixture;
+        comparisons or files of them too: their ``laws`` tell which law each material requires.
     scene : Scene, str, Path or None
         ``[rig]`` stiffness turns friction ratios into forces and coefficients; ``[model]`` is what predictions hold;
         ``[experiment]`` gives the facts of each test by the name of its source.
@@ -53,5 +54,9 @@ def evaluate(
         else:
             rows += read_measurements(Path(what))
             places.add(Path(what).parent)
-    trials = [trial_of(row, facts_of(known, Path(str(row["source"]))).values) for row in rows]
-    return evaluate_trials(trials, known, folders=sorted(places), watch=watch)
+    comparisons = [row for row in rows if is_comparison(row)]
+    measured = [row for row in rows if not is_comparison(row)]
+    sources = {str(row["source"]) for row in measured}
+    alone = [row for row in comparisons if str(row["source"]) not in sources]
+    trials = [trial_of(row, facts_of(known, Path(str(row["source"]))).values) for row in (*measured, *alone)]
+    return evaluate_trials(trials, known, folders=sorted(places), comparisons=comparisons, watch=watch)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from frictionlab.hdf5 import write_tree
 from frictionlab.tables import write_rows
 from tests.campaign.fabricate import COEFFICIENTS, small_campaign
 
@@ -103,3 +104,17 @@ def test_a_virtual_campaign_gives_back_its_truth(run: Run, tmp_path: Path) -> No
     assert [m for c, m in ranks if c == "energy"] == ["rubber", "steel", "aramid"]
     assert [m for c, m in ranks if c == "consistency"] == ["aramid", "rubber", "steel"]
     assert (tmp_path / "out" / "figures" / "responses.png").exists()
+
+
+def test_recordings_are_answered_in_one_sentence(run: Run, tmp_path: Path) -> None:
+    for name in ("a.h5", "b.h5", "c.h5"):
+        write_tree({}, tmp_path / name, kind="frictionlab recording")
+    done = run("campaign", "a.h5", "b.h5", "c.h5", "-o", "out")
+    assert done.returncode == 2
+    assert "a.h5 and 2 others: a recording; campaign evaluates measurements: `frictionlab analyze" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_when_all_tests_failed_the_status_is_1(run: Run, tmp_path: Path) -> None:
+    write_rows([{"source": "a.csv", "status": "failed", "reason": "no drive"}], tmp_path / "m.jsonl")
+    assert run("campaign", "m.jsonl", "-o", "out").returncode == 1
