@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from frictionlab.cli.budget import Budget, print_budgets, tell_assumed
+from frictionlab.cli.drawing import Figures, figure_places
 from frictionlab.cli.inputs import exit_status, report_rows
 from frictionlab.cli.options import (
     ANALYSIS,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from frictionlab.analysis.measurement import Measurement
     from frictionlab.scene import Scene
 
+FIGURE = "measurement"
 SERIES = "series"  # travels with a row from its worker and is taken off before anybody sees the row
 
 
@@ -62,17 +64,15 @@ def analyze(
 
     Example: frictionlab analyze build/recordings/*.h5 --scene configs/sample_data.toml -o build/measurements.csv
     """
-    from frictionlab.figures.mark import check_figures
     from frictionlab.verbs.each import rows_of
     from frictionlab.verbs.given import scene_given
 
     what = scene_given(scene_of(scene, accuracy, beside=recordings[0], quiet=quiet), settings, ("analysis", "rig"))
-    tell_assumed(what, quiet=quiet or as_json)
     if output is not None:
         check_output(output, MEASUREMENTS, force=force, inputs=recordings)
-    if plot is not None:
-        check_figures([_figure(plot, path) for path in recordings], force=force, inputs=recordings)
-    job = partial(_row, scene=what, plot=plot, force=force, with_series=output is not None and output.suffix == ".h5")
+    plots = figure_places(plot, recordings, (FIGURE,), force=force)
+    job = partial(_row, scene=what, plots=plots, force=force, with_series=output is not None and output.suffix == ".h5")
+    tell_assumed(what, quiet=quiet or as_json)
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
     series: dict[str, object] = {}
     watched = track(_put_apart(made, series), total=len(recordings), title="analyze", quiet=quiet)
@@ -86,12 +86,12 @@ def analyze(
     exit_status(rows)
 
 
-def _row(path: Path, *, scene: "Scene", plot: Path | None, force: bool, with_series: bool) -> Row:
+def _row(path: Path, *, scene: "Scene", plots: Figures | None, force: bool, with_series: bool) -> Row:
     from frictionlab.verbs.analyze import analyze
 
     measurement = analyze(path, scene)
-    if plot is not None:
-        _draw(measurement, path, _figure(plot, path), force=force)
+    if plots is not None:
+        _draw(measurement, path, plots[path][FIGURE], force=force)
     series = {SERIES: _series(measurement)} if with_series else {}
     return {**measurement.row(), "source": str(path), **series}
 
@@ -102,10 +102,6 @@ def _put_apart(rows: Iterable[Row], series: dict[str, object]) -> Iterator[Row]:
         if SERIES in row:
             series[str(number)] = row[SERIES]
         yield {key: value for key, value in row.items() if key != SERIES}
-
-
-def _figure(folder: Path, recording: Path) -> Path:
-    return folder / f"{recording.stem}.measurement.png"
 
 
 def _draw(measurement: "Measurement", path: Path, figure: Path, *, force: bool) -> None:

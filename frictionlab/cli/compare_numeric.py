@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from frictionlab.cli.budget import Budget, print_budgets, tell_assumed
+from frictionlab.cli.drawing import Figures, figure_places
 from frictionlab.cli.inputs import exit_status, report_rows
 from frictionlab.cli.options import (
     ANALYSIS,
@@ -89,7 +90,6 @@ def compare_numeric(
 
     Example: frictionlab compare-numeric build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
     """
-    from frictionlab.figures.mark import check_figures
     from frictionlab.verbs.each import rows_of
     from frictionlab.verbs.given import scene_given
 
@@ -99,14 +99,12 @@ def compare_numeric(
         ("model", "analysis", "rig"),
     )
     check_law(law)
-    tell_assumed(what, quiet=quiet or as_json)
-    job = partial(_row, scene=what, law=law, beta=beta, plot=plot, whole=whole, fit=fit, force=force)
+    kinds = ("comparison", "contact", *(("record",) if whole else ()))
+    plots = figure_places(plot, recordings, kinds, force=force)
+    job = partial(_row, scene=what, law=law, beta=beta, plots=plots, whole=whole, fit=fit, force=force)
     if output is not None:
         check_output(output, COMPARISONS, force=force, inputs=recordings)
-    if plot is not None:
-        kinds = ("comparison", "contact", *(("record",) if whole else ()))
-        figures = [_figure(plot, path, kind) for path in recordings for kind in kinds]
-        check_figures(figures, force=force, inputs=recordings)
+    tell_assumed(what, quiet=quiet or as_json)
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
     rows = report_rows(track(made, total=len(recordings), title="compare", quiet=quiet), as_json=as_json, quiet=quiet)
     if output is not None:
@@ -145,7 +143,7 @@ def _row(
     scene: "Scene",
     law: str | None,
     beta: float | None,
-    plot: Path | None,
+    plots: Figures | None,
     whole: bool,
     fit: Literal["cycle", "whole"],
     force: bool,
@@ -153,21 +151,17 @@ def _row(
     from frictionlab.verbs.compare import compare
 
     comparison = compare(path, scene, law=law, friction_ratio=beta, whole=whole, fit=fit)
-    if plot is not None:
-        _draw(comparison, _figure(plot, path, "comparison"), force=force)
-        _draw(comparison.contact, _figure(plot, path, "contact"), title=path.name, force=force)
-        if comparison.record is not None:
-            _draw(comparison.record, _figure(plot, path, "record"), title=path.name, force=force)
+    if plots is not None:
+        drawn = {"comparison": comparison, "contact": comparison.contact, "record": comparison.record}
+        for kind, place in plots[path].items():
+            _draw(drawn[kind], place, title=None if kind == "comparison" else path.name, force=force)
     return {**comparison.row(), "source": str(path)}
 
 
-def _figure(folder: Path, recording: Path, kind: str) -> Path:
-    return folder / f"{recording.stem}.{kind}.png"
-
-
 def _draw(
-    result: "Comparison | ContactForce | WholeRecord", path: Path, title: str | None = None, *, force: bool
+    result: "Comparison | ContactForce | WholeRecord | None", path: Path, title: str | None, *, force: bool
 ) -> None:
     from frictionlab.verbs.plot import plot
 
-    plot(result, path, title=title, force=force)
+    if result is not None:
+        plot(result, path, title=title, force=force)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from frictionlab.cli.drawing import Figures, figure_places
 from frictionlab.cli.inputs import exit_status, report_rows
 from frictionlab.cli.logs import expanded, on_disk
 from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, scene_of
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from frictionlab.analysis.pooling import Average
     from frictionlab.scene import Scene
 
+FIGURE = "free_vibration"
 TAPS = "taps"
 Means = dict[str, "Average"]
 
@@ -34,7 +36,8 @@ def free_vibration(
     *,
     scene: SceneFile = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FILE", help="Write a row per tap: .csv or .jsonl.")
+        Path | None,
+        typer.Option("--output", "-o", metavar="FILE", help="A row per tap: .csv .jsonl .xlsx .parquet .h5"),
     ] = None,
     plot: PlotFolder = None,
     as_json: AsJson = False,
@@ -48,16 +51,14 @@ def free_vibration(
 
     Example: frictionlab free-vibration tap1.csv tap2.csv tap3.csv
     """
-    from frictionlab.figures.mark import check_figures
     from frictionlab.verbs.each import rows_of
 
     what = scene_of(scene, beside=inputs[0], quiet=quiet)
     inputs = expanded(inputs, recordings=True)
     if output is not None:
         check_output(output, FREE_VIBRATIONS, force=force, inputs=inputs)
-    if plot is not None:
-        check_figures([_figure(plot, path) for path in inputs], force=force, inputs=inputs)
-    rows = list(rows_of(inputs, partial(_row, scene=what, plot=plot, force=force)))
+    plots = figure_places(plot, inputs, (FIGURE,), force=force)
+    rows = list(rows_of(inputs, partial(_row, scene=what, plots=plots, force=force)))
     means = _means([tap for row in rows for tap in _taps(row)])
     shown = report_rows((_told(row, means) for row in rows), as_json=as_json, quiet=quiet)
     if output is not None:
@@ -67,7 +68,7 @@ def free_vibration(
     exit_status(shown)
 
 
-def _row(path: Path, *, scene: "Scene", plot: Path | None, force: bool) -> Row:
+def _row(path: Path, *, scene: "Scene", plots: Figures | None, force: bool) -> Row:
     from frictionlab.analysis.free_vibration import averages
     from frictionlab.verbs.free_vibration import decay_of, free_vibration
 
@@ -75,8 +76,8 @@ def _row(path: Path, *, scene: "Scene", plot: Path | None, force: bool) -> Row:
         recording = decay_of(file, scene)
     taps = free_vibration(recording, scene)
     means = averages(taps)
-    if plot is not None:
-        _draw(taps, path, plot, force=force)
+    if plots is not None:
+        _draw(taps, path, plots[path][FIGURE], force=force)
     return {
         "source": str(path),
         "status": "ok",
@@ -115,16 +116,12 @@ def _force(friction: "Average", natural_frequency: float, scene: "Scene") -> Row
     }
 
 
-def _figure(folder: Path, path: Path) -> Path:
-    return folder / f"{path.stem}.free_vibration.png"
-
-
-def _draw(taps: "Sequence[FreeVibration]", path: Path, folder: Path, *, force: bool) -> None:
+def _draw(taps: "Sequence[FreeVibration]", path: Path, place: Path, *, force: bool) -> None:
     from frictionlab.figures.free_vibration import free_vibration_figure
     from frictionlab.figures.style import save
 
-    folder.mkdir(parents=True, exist_ok=True)
-    save(free_vibration_figure(taps, path.name), _figure(folder, path), force=force)
+    place.parent.mkdir(parents=True, exist_ok=True)
+    save(free_vibration_figure(taps, path.name), place, force=force)
 
 
 def _taps(row: Row) -> "Sequence[FreeVibration]":

@@ -34,7 +34,10 @@ Accuracy = Annotated[
     Literal["fast", "balanced", "exact"] | None,
     typer.Option("--accuracy", help="Set the knobs that trade speed for accuracy (see `frictionlab tradeoff`)."),
 ]
-PlotFolder = Annotated[Path | None, typer.Option("--plot", metavar="FOLDER", help="Draw figures into this folder.")]
+PlotFolder = Annotated[
+    Path | None,
+    typer.Option("--plot", metavar="PLACE", help="Draw figures into this folder; of one input, a .pdf .svg .png."),
+]
 
 
 _UNITS = ("HZ", "S", "M")

@@ -41,8 +41,8 @@ def cell(value: object) -> str:
     Examples
     --------
     >>> import math
-    >>> [cell(v) for v in (None, math.nan, 2.12604226639334, 0, True, "steel", ["a", "b"])]
-    ['-', '-', '2.12604', '0', 'yes', 'steel', 'a; b']
+    >>> [cell(v) for v in (None, math.nan, 2.12604226639334, 0, True, "steel", ["a", "b"], {"beta": 0.4})]
+    ['-', '-', '2.12604', '0', 'yes', 'steel', 'a; b', 'beta = 0.4']
     """
     value = plain(value)
     if value is None:
@@ -53,6 +53,8 @@ def cell(value: object) -> str:
         return f"{value:.6g}"
     if isinstance(value, list) and all(isinstance(item, str) for item in value):
         return printable("; ".join(map(str, value))) or "-"
+    if isinstance(value, dict):
+        return ", ".join(f"{printable(str(key))} = {cell(item)}" for key, item in value.items()) or "-"
     return printable(str(value))
 
 
@@ -143,7 +145,7 @@ def _frame(columns: int) -> int:
 
 
 def _is_text(key: str, rows: Sequence[Row]) -> bool:
-    return all(isinstance(plain(row.get(key)), (str, list, type(None))) for row in rows)
+    return all(isinstance(plain(row.get(key)), (str, list, dict, type(None))) for row in rows)
 
 
 def _print_lines(heads: Mapping[str, str], rows: Sequence[Row], widths: Sequence[int]) -> None:

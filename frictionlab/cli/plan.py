@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from frictionlab.cli.drawing import check_figure_name
 from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, scene_of
 from frictionlab.cli.output import complain, print_table
 from frictionlab.schema import PLANS
@@ -45,6 +46,7 @@ def plan(
     from frictionlab.verbs.plan import plan
 
     if plot is not None:
+        check_figure_name(plot)
         check_figures([plot], force=force, inputs=measured or ())
     found = plan(scene_of(scene, quiet=quiet), law=law, tests=tests, measured=measured or (), sheet=output, force=force)
     for note in () if quiet else found.notes:

@@ -9,6 +9,7 @@ import typer
 
 from frictionlab.cli.all_states import All, print_all
 from frictionlab.cli.base_motion import SETTINGS, BaseMotion, Ride, one_of_both, ride
+from frictionlab.cli.drawing import check_figure_name
 from frictionlab.cli.inputs import tell_warnings
 from frictionlab.cli.law_options import LawName, Parameters, numbers
 from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, takes
@@ -121,11 +122,8 @@ def _check(output: Path | None, plot: Path | None, *, force: bool) -> None:
     """Refuse outputs that could not be written before the work."""
     if output is not None:
         check_output(output, MOTIONS, force=force)
-    if plot is not None and plot.suffix not in (".pdf", ".svg", ".png"):
-        raise UsageError(f"{plot}: expected a figure ending in .pdf, .svg or .png; got {plot.suffix!r}")
-    if plot is not None and not plot.parent.is_dir():
-        raise UsageError(f"{plot}: there is no folder {plot.parent}: make it first")
     if plot is not None:
+        check_figure_name(plot)
         from frictionlab.figures.mark import check_figures
 
         check_figures([plot], force=force)
@@ -156,4 +154,5 @@ def _draw(state: "SteadyState", path: Path, *, force: bool) -> None:
     from frictionlab.figures.motion import motion_figure
     from frictionlab.figures.style import save
 
+    path.parent.mkdir(parents=True, exist_ok=True)
     save(motion_figure(state), path, force=force)

@@ -186,9 +186,16 @@ COMPARISONS = Table(
     shown=(
         *("source", "frequency_ratio", "energy_per_cycle", "friction_ratio", "friction_ratio_u"),
         *("predicted_energy_per_cycle", "response_nrmse", "misfit", "verdict", "friction_force_n"),
-        *("friction_coefficient", "stops_per_cycle", "predicted_stops_per_cycle", "regime"),
+        *(
+            "friction_coefficient",
+            "record_nrmse",
+            "record_energy_difference",
+            "stops_per_cycle",
+            "predicted_stops_per_cycle",
+            "regime",
+        ),
     ),
-    shown_where_known=("friction_force_n", "friction_coefficient"),
+    shown_where_known=("friction_force_n", "friction_coefficient", "record_nrmse", "record_energy_difference"),
 )
 
 LAWS = Table(
