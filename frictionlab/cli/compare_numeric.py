@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from frictionlab.identification import Comparison, ContactForce, WholeRecord
     from frictionlab.scene import Scene
 
+    Drawable = Comparison | ContactForce | WholeRecord | None
+
 PARAMETERS = {
     "parameter": "parameter",
     "value": "value",
@@ -152,15 +154,17 @@ def _row(
 
     comparison = compare(path, scene, law=law, friction_ratio=beta, whole=whole, fit=fit)
     if plots is not None:
-        drawn = {"comparison": comparison, "contact": comparison.contact, "record": comparison.record}
+        drawn: dict[str, Drawable] = {
+            "comparison": comparison,
+            "contact": comparison.contact,
+            "record": comparison.record,
+        }
         for kind, place in plots[path].items():
             _draw(drawn[kind], place, title=None if kind == "comparison" else path.name, force=force)
     return {**comparison.row(), "source": str(path)}
 
 
-def _draw(
-    result: "Comparison | ContactForce | WholeRecord | None", path: Path, title: str | None, *, force: bool
-) -> None:
+def _draw(result: "Drawable", path: Path, title: str | None, *, force: bool) -> None:
     from frictionlab.verbs.plot import plot
 
     if result is not None:

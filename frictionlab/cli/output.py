@@ -106,8 +106,14 @@ def _heads(columns: Table | Sequence[str] | Mapping[str, str], rows: Sequence[Ro
     if isinstance(columns, Table):
         known = {key for row in rows for key, value in row.items() if plain(value) is not None}
         names = (name for name in columns.shown if name in known or name not in columns.shown_where_known)
-        return {name: _head(name, columns) for name in names}
+        return {name: _head(name, columns) for name in (*_own_axes(columns, rows), *names)}
     return dict(columns) if isinstance(columns, Mapping) else {key: key for key in columns}
+
+
+def _own_axes(table: Table, rows: Sequence[Row]) -> Iterable[str]:
+    """Columns that a map has beside those of the schema: the parameters of its law."""
+    known = {column.name for column in table.columns}
+    return dict.fromkeys(key for row in rows for key in row if table.kind == "map" and key not in known)
 
 
 def _turned_heads(columns: Table | Mapping[str, str], row: Row) -> dict[str, str]:

@@ -27,7 +27,9 @@ def show(file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording,
     suffix = file.suffix.lower()
     if suffix not in readers:
         raise UsageError(f"{file}: expected one of {', '.join(readers)}; got {file.suffix or 'no suffix'}")
-    if file.exists() and not file.is_file():
+    if not file.exists():
+        raise UsageError(f"{file}: there is no such file: give the path of a recording, scene or result")
+    if not file.is_file():
         raise UsageError(f"{file}: expected a file; got a folder or a device: give the path of a file")
     try:
         readers[suffix](file)
