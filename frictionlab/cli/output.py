@@ -113,7 +113,7 @@ def _heads(columns: Table | Sequence[str] | Mapping[str, str], rows: Sequence[Ro
 def _own_axes(table: Table, rows: Sequence[Row]) -> Iterable[str]:
     """Columns that a map has beside those of the schema: the parameters of its law."""
     known = {column.name for column in table.columns}
-    return dict.fromkeys(key for row in rows for key in row if table.kind == "map" and key not in known)
+    return dict.fromkeys(key for row in rows for key in row if table.kind in ("map", "motion") and key not in known)
 
 
 def _turned_heads(columns: Table | Mapping[str, str], row: Row) -> dict[str, str]:
