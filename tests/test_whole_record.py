@@ -96,6 +96,31 @@ def test_where_the_prediction_leaves_the_measurement_is_told() -> None:
     assert np.all(np.abs(grown - 1.0) > 0.05)
 
 
+def test_friction_that_drifts_is_followed_with_its_error() -> None:
+    """From 0.40 to 0.44 in forty seconds, in steps of half a second."""
+    t = np.arange(8000) / 200.0
+    y = Y * np.sin(2 * math.pi * 0.4 * FN * t)
+    tau, drifting = 2 * math.pi * FN * t, 0.40 + 0.04 * (t // 0.5) / 80
+    x, start = np.zeros(len(t)), {"x0": 0.0, "v0": 0.0}
+    for first in range(0, len(t), 100):
+        part = slice(first, min(first + 101, len(t)))
+        law = Problem(1.0, float(drifting[first]), frame_damping_ratio=0.01)
+        run = respond(law, BaseRecord(tau[part], y[part], rest=0.0, scale=Y), **start)
+        x[part] = Y * run.displacement
+        start = {"x0": float(run.displacement[-1]), "v0": float(run.velocity[-1])}
+    noise = NOISE * np.random.default_rng(2).standard_normal((2, len(t)))
+    seen = fl.compare(Recording(t, x + noise[0], y + noise[1]), SCENE, fit="whole")
+    assert seen.record is not None
+    at = seen.record.cycle_time + 0.4
+    found, error = seen.record.cycle_friction[3:], seen.record.cycle_friction_se[3:]
+    off = found - np.interp(at, t, drifting)[3:]
+    assert np.abs(off - off.mean()).max() < 0.001  # of changes; the level is as sure as the friction ratio itself
+    assert np.all(error < 0.002)
+    assert seen.friction_ratio_u is not None
+    assert abs(off.mean()) < 2.0 * seen.friction_ratio_u
+    assert any("record: friction wanders between" in sentence for sentence in seen.warnings)
+
+
 def test_a_given_friction_ratio_is_followed_as_it_is() -> None:
     recording = virtual(0.4, 25.0, Problem(1.0, 0.4, frame_damping_ratio=0.01))
     right, wrong = (fl.compare(recording, SCENE, friction_ratio=b, whole=True).record_nrmse for b in (0.4, 0.44))

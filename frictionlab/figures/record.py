@@ -15,10 +15,11 @@ def record_figure(record: WholeRecord, title: str) -> Figure:
     """The record, a zoom of its worst periods, energy per cycle measured against predicted, misfit over time."""
     with look():
         figure = new_figure(PAGE, 5.6)
-        axes = figure.subplot_mosaic([["all", "all"], ["zoom", "zoom"], ["energy", "misfit"]])
+        axes = figure.subplot_mosaic([["all"] * 3, ["zoom"] * 3, ["energy", "friction", "misfit"]])
         draw_overlay(record, axes["all"])
         draw_zoom(record, axes["zoom"])
         draw_energy(record, axes["energy"])
+        draw_friction(record, axes["friction"])
         draw_misfit(record, axes["misfit"])
         numbers = f"record nrmse {100 * record.nrmse:.2g} %, energy {100 * record.energy_difference:+.2g} %"
         figure.suptitle(f"{title}: {numbers}", x=0.01, ha="left", fontsize=8, parse_math=False)
@@ -61,6 +62,16 @@ def draw_energy(record: WholeRecord, ax: Axes) -> Axes:
     ax.plot(record.cycle_time, record.cycle_predicted, "-", lw=1.0, color=PREDICTED, label="predicted")
     ax.set(xlabel="time [s]", ylabel="energy per period [kY²]")
     ax.legend()
+    return ax
+
+
+def draw_friction(record: WholeRecord, ax: Axes) -> Axes:
+    """Friction ratio of each period as a random walk, with its standard error."""
+    error = np.nan_to_num(record.cycle_friction_se)
+    low, high = record.cycle_friction - error, record.cycle_friction + error
+    ax.fill_between(record.cycle_time, low, high, color=PREDICTED, alpha=0.2, lw=0)
+    ax.plot(record.cycle_time, record.cycle_friction, color=PREDICTED, lw=1.0)
+    ax.set(xlabel="time [s]", ylabel="friction ratio")
     return ax
 
 

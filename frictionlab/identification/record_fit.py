@@ -48,7 +48,7 @@ def fit_record(forward: RecordForward, observed: Observed, starts: Sequence[Mapp
     for _ in range(ROUNDS):
         best = _followed(forward, best, max(noise, spread))
         residual = _residual(forward, best)
-        before, spread = spread, _spread(residual, noise)
+        before, spread = spread, spread_of(residual, noise)
         if abs(spread / before - 1.0) < 0.05:
             break
     here = forward.track.mass - residual
@@ -105,7 +105,7 @@ def _followed(forward: RecordForward, start: FloatArray, spread: float) -> Float
     return np.asarray(np.maximum(np.where(found.x - low < 1e-6, low, found.x), low))
 
 
-def _spread(residual: FloatArray, noise: float) -> float:
+def spread_of(residual: FloatArray, noise: float) -> float:
     """Standard deviation that one sample counts with: the noise's, or the residual's times what hangs together."""
     about = residual - residual.mean()
     variance = float(np.mean(about**2))

@@ -13,7 +13,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.family import measured_base
 from frictionlab.identification.identify import Identified, coordinates_of, with_errors
-from frictionlab.identification.record_fit import errors_of_record, fit_record
+from frictionlab.identification.record_fit import errors_of_record, fit_record, spread_of
 from frictionlab.identification.track import (
     RecordForward,
     Track,
@@ -21,6 +21,7 @@ from frictionlab.identification.track import (
     start_values,
     without_second_harmonic,
 )
+from frictionlab.identification.wander import changes, walk
 from frictionlab.simulator.laws import Law
 from frictionlab.simulator.record import can_follow
 from frictionlab.uncertainty import Sources
@@ -29,6 +30,8 @@ FloatArray = NDArray[np.float64]
 Fitted = Literal["cycle", "whole"]
 LEAVES = 2.0  # times the usual misfit of a period at which the prediction has left the measurement
 NOISE = 3.0  # times the sensor's noise, at least
+SURE = 4.0  # errors between the least and the largest friction from which it is said to wander
+SMALL = 1e-3  # relative change of beta for its derivative
 SHOWN = 5  # stretches told one by one
 SEARCH = (0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0)  # friction ratios tried, over the cycle's
 
@@ -49,6 +52,9 @@ class WholeRecord:
         Predicted / measured - 1, of the loop's area over the whole record, eq. (2.18).
     cycle_time, cycle_measured, cycle_predicted, cycle_nrmse : ndarray of shape (c,)
         Start of each period of the drive; its energy (k Y^2) as measured and as predicted; its own nrmse.
+    cycle_friction, cycle_friction_se : ndarray of shape (c,)
+        Friction ratio of each period as a random walk about the fitted one, and the standard error of its changes;
+        their common level is as sure as the friction ratio itself.
     left : tuple of (float, float, float)
         Where the prediction leaves the measurement: from, to (s), and the largest nrmse of a period there.
     """
@@ -63,6 +69,8 @@ class WholeRecord:
     cycle_measured: FloatArray
     cycle_predicted: FloatArray
     cycle_nrmse: FloatArray
+    cycle_friction: FloatArray
+    cycle_friction_se: FloatArray
     left: tuple[tuple[float, float, float], ...]
 
     @property
@@ -78,8 +86,19 @@ class WholeRecord:
                 f" of the response there, {usual:.2g} % in the usual cycle: friction that wanders, a jump, or a start"
                 " that the law does not know"
             )
+        yield from self._wanders()
         if len(self.left) > SHOWN:
             yield f"record: the prediction leaves the measurement in {len(self.left) - SHOWN} more places"
+
+    def _wanders(self) -> Iterator[str]:
+        """Say between which values friction wanders, where that is sure."""
+        friction, error, time = self.cycle_friction, self.cycle_friction_se, self.cycle_time
+        if len(friction) < 2:
+            return
+        low, high = int(np.argmin(friction)), int(np.argmax(friction))
+        if friction[high] - friction[low] > SURE * math.hypot(float(error[low]), float(error[high])):
+            least, most = (f"{friction[i]:.4g} +- {error[i]:.1g} at {time[i]:.4g} s" for i in (low, high))
+            yield f"record: friction wanders between {least} and {most}"
 
 
 def identify_whole(track: Track, measurement: Measurement, found: Identified, sources: Sources) -> Identified:
@@ -125,7 +144,16 @@ def follow(track: Track, found: Identified) -> WholeRecord:
     predicted = forward.predict(point)
     if predicted is None:
         raise AnalysisError(f"record: law {found.family.law.name} has no motion at the values found")
-    return _over(track, predicted)
+    return _over(track, predicted, *_slope(forward, point, predicted))
+
+
+def _slope(forward: RecordForward, point: FloatArray, predicted: FloatArray) -> tuple[float, FloatArray]:
+    """Friction ratio, and the derivative of the record by it (n,); zero where there is no neighbour."""
+    beta = forward.problem(forward.values(point)).beta
+    there = replace(forward, fixed={**forward.fixed, "beta": beta * (1.0 + SMALL)}).predict(point)
+    if there is None or beta == 0.0:
+        return beta, np.zeros(len(predicted))
+    return beta, (there - predicted) / (SMALL * beta)
 
 
 def refuse_unfollowed(law: Law) -> None:
@@ -142,7 +170,7 @@ def unfollowed(law: Law) -> str:
     )
 
 
-def _over(track: Track, predicted: FloatArray) -> WholeRecord:
+def _over(track: Track, predicted: FloatArray, beta: float, slope: FloatArray) -> WholeRecord:
     """Measured over predicted, as a whole and period by period."""
     gap = track.mass - predicted
     area, area_predicted = loop_areas(track.base, track.mass), loop_areas(track.base, predicted)
@@ -150,6 +178,7 @@ def _over(track: Track, predicted: FloatArray) -> WholeRecord:
     edges = np.minimum(track.period * np.arange(count + 1), track.time[-1])
     power = np.concatenate([[0.0], np.cumsum(0.5 * (gap[1:] ** 2 + gap[:-1] ** 2) * np.diff(track.time))])
     each = np.sqrt(np.diff(np.interp(edges, track.time, power)) / np.diff(edges)) / track.rms
+    friction, error = _friction(track, gap, beta, slope, count)
     return WholeRecord(
         time=track.start + track.time,
         base=track.base,
@@ -161,8 +190,25 @@ def _over(track: Track, predicted: FloatArray) -> WholeRecord:
         cycle_measured=np.diff(np.interp(edges, track.time, area)),
         cycle_predicted=np.diff(np.interp(edges, track.time, area_predicted)),
         cycle_nrmse=each,
+        cycle_friction=friction,
+        cycle_friction_se=error,
         left=tuple(_left(each, track, edges)),
     )
+
+
+def _friction(
+    track: Track, gap: FloatArray, beta: float, slope: FloatArray, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """Friction ratio of each period, and its error; the fitted one where the record does not tell it."""
+    inside = track.time < count * track.period
+    periods = (track.time[inside] / track.period).astype(np.intp)
+    if count < 2 or not slope.any():
+        return np.full(count, beta), np.full(count, np.nan)
+    change, weight = changes(gap[inside], slope[inside], periods)
+    left = gap[inside] - change[periods] * slope[inside]
+    error = spread_of(left, track.noise) / np.sqrt(np.maximum(weight, 1e-6 * float(weight.max())))
+    walked, se = walk(change, error, beta)
+    return beta + walked, se
 
 
 def loop_areas(base: FloatArray, mass: FloatArray) -> FloatArray:
