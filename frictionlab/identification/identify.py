@@ -1,6 +1,7 @@
 """Which values of a law a measured cycle asks for, how sure each is, and what the cycle does not tell."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,6 +26,8 @@ RIVAL = 9.0  # a second valley within so much of chi-square is a rival
 TOLD = 0.5  # a parameter is told if its variance has fallen below this share of its prior's ...
 SURE = 2.0  # ... and it lies so many errors from where its term does nothing
 LEVEL = 0.95  # of a limit
+STIFFNESSES = np.linspace(3.2, 31.0, 48) ** 2  # tried: a contact rings by the root of its stiffness
+FOLLOWED = 3  # valleys over the stiffness
 STATES, WAITED = 150, 20.0  # simulated for one fit, and how much longer each takes where rest's motion is waited for
 ELASTIC_PHASES = 200.0  # of one steady state of an elastic contact of usual stiffness, times r
 VAGUE = 0.1  # relative standard error from which a friction ratio is called vague
@@ -92,7 +95,7 @@ def identify(measurement: Measurement, family: Family, sources: Sources) -> Iden
     prepare(family, STATES)
     observed = observe_cycle(measurement)
     forward = forward_of(family, measurement, sources, observed)
-    starts = _valleys(measurement, forward, observed)[:2] if "beta" in family.free else [start_at(forward, {})]
+    starts = starts_of(measurement, forward, observed)
     plain = replace(forward, coordinates=tuple(c for c in forward.coordinates if c.law))
     fits = _by_cost([fit(plain, observed, [start[: len(plain.coordinates)]]) for start in starts])
     if misfit_is_noise(fits[0]):
@@ -130,6 +133,20 @@ def as_known(measurement: Measurement, family: Family, sources: Sources) -> Iden
     return with_errors(family, unfitted(Forward(family, (), observed.harmonics), observed))
 
 
+def starts_of(
+    measurement: Measurement, forward: Forward, observed: Observed, known: Mapping[str, float] | None = None
+) -> list[FloatArray]:
+    """Starting points worth following, best first; values of the law that are known about stand where they are."""
+    known, free = {} if known is None else known, forward.family.free
+    if "stiffness_ratio" in free:
+        loop = {"beta": loop_friction_ratio(measurement, forward.family.wall)} if "beta" in free else {}
+        starts = [start_at(forward, {**known, **loop, "stiffness_ratio": float(k)}) for k in STIFFNESSES]
+        return (
+            _bottoms(starts, np.array([cost(forward, observed, start, 1.0) for start in starts]))[:FOLLOWED] or starts
+        )
+    return _valleys(measurement, forward, observed)[:2] if "beta" in free else [start_at(forward, dict(known))]
+
+
 def _valleys(measurement: Measurement, forward: Forward, observed: Observed) -> list[FloatArray]:
     """Starting points at the bottoms of the misfit over the friction ratio, best first."""
     tried = loop_friction_ratio(measurement, forward.family.wall) * SEARCH
@@ -141,6 +158,11 @@ def _valleys(measurement: Measurement, forward: Forward, observed: Observed) -> 
             f" r = {forward.family.r:g}: near resonance the motion may have no bound; check the natural frequency"
             " (rig.natural_frequency_hz, --natural-frequency)"
         )
+    return _bottoms(starts, costs)
+
+
+def _bottoms(starts: list[FloatArray], costs: FloatArray) -> list[FloatArray]:
+    """The starting points whose neighbours cost more, best first."""
     padded = np.concatenate([[math.inf], costs, [math.inf]])
     lower = (padded[1:-1] <= padded[:-2]) & (padded[1:-1] < padded[2:]) & np.isfinite(costs)
     bottoms = sorted(np.flatnonzero(lower), key=lambda i: costs[i])

@@ -28,6 +28,7 @@ from frictionlab.identification.identify import (
     misfit_is_noise,
     prepare,
     start_at,
+    starts_of,
     with_errors,
 )
 from frictionlab.identification.observed import Observed
@@ -159,7 +160,10 @@ class _Climb:
         new = [c for c in forward.coordinates if c.law and c.name not in known]
         prepare(family, STATES)
         starts = [start_at(forward, known | _shifted(new, trial)) for trial in _trials(new)]
-        if any(c.is_log for c in new):
+        if any(c.name == "stiffness_ratio" for c in new):
+            guessed = _shifted(new, 0.0) | below.identified.fit.law_values
+            starts = starts_of(self.measurement, forward, below_observed(below), guessed)
+        elif any(c.is_log for c in new):
             return fit(forward, below_observed(below), starts, excess=1.0)
         found = [fit(forward, below_observed(below), [start], excess=1.0) for start in starts]
         return min(found, key=lambda f: f.chi_square + float(f.point @ f.point))

@@ -68,3 +68,14 @@ def test_the_frames_recordings_are_explained_by_two_or_three_parameters(log: str
     chosen = next(rung for rung in found.laws if rung["law"] == found.law)
     assert isinstance(chosen["held_out_nrmse"], float)
     assert chosen["held_out_nrmse"] <= 0.016
+
+
+def test_an_elastic_contact_is_found_among_the_valleys_of_its_ringing() -> None:
+    """A contact that rings fits in every valley a whole ring apart; the right one is far from the first guess."""
+    truth = Problem(0.35, 0.4, law="coulomb+compliance", parameters={"stiffness_ratio": 40.0})
+    found = compare(recorded(truth, np.random.default_rng(21)), scene(), law="coulomb+compliance")
+    stiffness = found.parameters["stiffness_ratio"]
+    assert found.verdict == "explained"
+    assert isinstance(stiffness["u"], float)
+    assert stiffness["value"] == pytest.approx(40.0, abs=3.5 * stiffness["u"])
+    assert stiffness["u"] < 0.4

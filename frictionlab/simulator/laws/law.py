@@ -1,5 +1,6 @@
 """What a contact law is made of: parameters, terms, and their sum; validated by name, then frozen."""
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import inf, isfinite
@@ -139,12 +140,12 @@ class Law:
         """The sum in words."""
         return ", ".join(term.words for term in self.terms)
 
-    @property
+    @functools.cached_property
     def own(self) -> tuple[Parameter, ...]:
         """The parameters of its terms, in order: those that say what the contact does."""
         return tuple(parameter for term in self.terms for parameter in term.parameters)
 
-    @property
+    @functools.cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """All parameters: its terms' and those that go with every law."""
         return (*self.own, *self.common)

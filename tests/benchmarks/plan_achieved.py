@@ -1,0 +1,117 @@
+"""Do planned tests achieve the errors that the plan promises, and what does a plan cost?
+
+Run: ``python -m tests.benchmarks.plan_achieved [REPEATS]``; the result goes to results/plan_achieved.txt. Every repeat
+is one recording of a planned test, each with its own noise and friction that scatters from cycle to cycle.
+"""
+
+import math
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from frictionlab.analysis.measure import measure
+from frictionlab.identification import predict
+from frictionlab.planning import PlannedTest, plan_tests
+from frictionlab.scene import Scene, scene_from_tables
+from frictionlab.simulator import Problem, steady_state
+from frictionlab.simulator.engine import compiled
+from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded
+
+RESULT = Path(__file__).parent / "results" / "plan_achieved.txt"
+STIFFNESS, COEFFICIENT = 1191.0, 0.6
+LAWS: dict[str, dict[str, float]] = {
+    "coulomb": {},
+    "coulomb+place+speed": {"gradient": 0.03, "contact_damping_ratio": 0.03},
+}
+TESTS = 5  # of each law
+
+
+def rig(law: str, ratios: list[float], forces: list[float]) -> Scene:
+    """A laboratory that may set these frequency ratios and normal forces."""
+    return scene_from_tables(
+        {
+            "rig": {"natural_frequency_hz": NATURAL_HZ, "stiffness_n_per_m": STIFFNESS, "damping_ratio": 0.0},
+            "model": {"law": law},
+            "analysis": {"transient_s": 2.0, "cycles": "all"},
+            "plan": {
+                "frequency_ratios": ratios,
+                "normal_forces_n": forces,
+                "base_amplitudes_m": [BASE_M],
+                "friction_coefficient": [COEFFICIENT, 0.1],
+                "step_m": 1.02 * 0.05 / 65520,
+            },
+        }
+    )
+
+
+def tests_of(law: str) -> list[PlannedTest]:
+    """The best tests of a plan, and others that tell anything, spread over its candidates."""
+    plan = plan_tests(rig(law, [0.3, 0.5, 0.7, 1.4], [0.5, 1.0, 1.5]), tests=2)
+    others = [t for t in plan.others if all(t.expected.values())]
+    spread = others[:: max(1, len(others) // (TESTS - 2))]
+    best = {(t.frequency_ratio, t.normal_force_n): t for t in (*plan.tests, *spread)}
+    return list(best.values())[:TESTS]
+
+
+def scatter(law: str, test: PlannedTest, repeats: int) -> dict[str, float]:
+    """Achieved scatter of each parameter over repeats of one planned test."""
+    beta = COEFFICIENT * test.normal_force_n / (STIFFNESS * BASE_M)
+    truth = Problem(test.frequency_ratio, beta, law=law, parameters=LAWS[law])
+    what, found = rig(law, [test.frequency_ratio], [test.normal_force_n]), []
+    for seed in range(repeats):
+        measured = measure(recorded(truth, np.random.default_rng([17, seed])), what)
+        found.append({name: e["value"] for name, e in predict(measured, what).parameters.items() if e["se"]})
+    names = set.intersection(*(set(one) for one in found))
+    return {
+        name: float(np.std([float(str(one[name])) for one in found], ddof=1)) for name in test.expected if name in names
+    }
+
+
+def promises(repeats: int) -> list[str]:
+    """Lines: achieved scatter over promised error, of each parameter of each test."""
+    chance = 100.0 / math.sqrt(2 * repeats - 2)
+    lines = [f"{repeats} repeats a test: achieved scatter over promised error, itself known to {chance:.0f} %"]
+    lines.append(f"{'law':22s}{'r':>6s}{'N':>6s}  {'parameter':24s}{'promised':>12s}{'achieved':>12s}{'ratio':>8s}")
+    for law in LAWS:
+        for test in tests_of(law):
+            for name, achieved in scatter(law, test, repeats).items():
+                promised = test.expected[name] or math.nan
+                lines.append(
+                    f"{law:22s}{test.frequency_ratio:6g}{test.normal_force_n:6g}  {name:24s}{promised:12.3g}"
+                    f"{achieved:12.3g}{achieved / promised:8.2f}"
+                )
+                sys.stdout.write(lines[-1] + "\n")
+    return lines
+
+
+def cost() -> list[str]:
+    """Lines: a thousand candidates of each law, over a thousand steady states in the same run."""
+    lines = ["", f"{'law':22s}{'candidates':>12s}{'seconds':>10s}{'over as many steady states':>28s}"]
+    ratios, forces = np.linspace(0.2, 1.8, 40).tolist(), np.linspace(0.3, 1.5, 25).tolist()
+    for law, parameters in LAWS.items():
+        what = rig(law, ratios, forces)
+        plan_tests(rig(law, ratios[:2], forces[:2]), tests=1)
+        begin = time.perf_counter()
+        plan_tests(what, tests=10)
+        taken, begin = time.perf_counter() - begin, time.perf_counter()
+        for r in ratios:
+            for force in forces:
+                beta = COEFFICIENT * force / (STIFFNESS * BASE_M)
+                steady_state(Problem(r, beta, law=law, parameters=parameters))
+        states = time.perf_counter() - begin
+        lines.append(f"{law:22s}{len(ratios) * len(forces):12d}{taken:10.2f}{taken / states:28.1f}")
+    return lines
+
+
+def main(repeats: int) -> None:
+    """Write the table."""
+    compiled()
+    shown = cost()
+    sys.stdout.write("\n".join(shown) + "\n")
+    RESULT.write_text("\n".join([*promises(repeats), *shown]) + "\n")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 30)
