@@ -9,6 +9,7 @@ import typer
 
 from frictionlab.cli.inputs import STOPPED
 from frictionlab.cli.law_options import LawName, Parameters, named_values
+from frictionlab.cli.map_picture import MapPicture
 from frictionlab.cli.options import AsJson, Force, Quiet, Scheduler, Workers
 from frictionlab.cli.output import complain
 from frictionlab.cli.progress import count
@@ -48,6 +49,10 @@ def sweep(
     scheduler: Scheduler = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue a sweep that was stopped, if one was.")] = False,
     as_json: AsJson = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option("--plot", metavar="FILE", help="Draw the map, over one axis or two (.pdf .svg .png)."),
+    ] = None,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
@@ -67,11 +72,14 @@ def sweep(
     more = tuple((name, tuple(values_of(text, f"--parameter {name}"))) for name, text in said.items())
     grid = maps.Grid(**axes, wall=wall, law=law, parameters=more)
     check_output(output, STEADY_STATES, force=force, rows=len(grid))
+    picture = None if plot is None else MapPicture(grid, plot, force=force)
     steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, resume=resume, force=force)
-    outcomes = _follow(grid, steps, output, as_json=as_json, quiet=quiet)
+    outcomes = _follow(grid, steps if picture is None else picture.seen(steps), output, as_json=as_json, quiet=quiet)
     if not (as_json or quiet):
         told = ", ".join(f"{number} {outcome}" for outcome, number in outcomes.most_common())
         typer.echo(f"{len(grid)} steady states ({told}) are in {output}")
+    if picture is not None:
+        picture.draw()
     if outcomes[maps.FAILED]:
         raise typer.Exit(1)
 
