@@ -94,7 +94,10 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "chain": {"__init__", "errors", "experiment", "files", "scene", "tables", "analysis", "verbs"},
     "__main__": {"cli"},
-    "report": {"schema", "tables", "__init__", "errors", "files", "scene", "campaign", "figures"},
+    "report": {
+        *("schema", "tables", "__init__", "errors", "files", "scene", "campaign", "figures"),
+        *("analysis", "estimate", "identification", "recording"),
+    },
 }
 KERNELS = {
     "uncertainty",

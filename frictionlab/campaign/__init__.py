@@ -74,7 +74,7 @@ class Campaign:
     material; ``ranking``: the contract's criteria in order, best first; ``drifts``: one per long test; ``curves``: the
     prediction of each fit over frequency; ``responses``: examples, where the recordings are at hand; ``notes``:
     sentences about the campaign as a whole; ``laws``: the joint evidence of the laws tried, one per material and law;
-    ``comparisons``: the row of `compare-numeric` by source, where it is given.
+    ``comparisons``: the row of `compare-numeric` by source, where it is given; ``folders``: where recordings stand.
     """
 
     trials: tuple[Trial, ...]
@@ -89,6 +89,7 @@ class Campaign:
     scene: Scene
     laws: tuple[LawEvidence, ...] = ()
     comparisons: Mapping[str, Row] = field(default_factory=dict, repr=False)
+    folders: tuple[Path, ...] = ()
 
     def __repr__(self) -> str:
         tests = f"{len(self.trials)} tests, {len(self.failures)} failed"
@@ -160,6 +161,7 @@ def evaluate(
         model=model,
         scene=scene,
         laws=laws_of(comparisons, {t.source: t.material for t in tests if t.material}),
+        folders=tuple(folders),
         comparisons={str(row.get("source")): row for row in comparisons},
     )
 

@@ -6,6 +6,7 @@ from html import escape
 
 from frictionlab.campaign import CRITERIA, Campaign, Drift, FrictionFit, LawEvidence, Rank, Trial, Verdict
 from frictionlab.campaign.trials import short_name
+from frictionlab.report.sheet import sheet_name
 from frictionlab.schema import DRIFTS, FRICTION, MATERIAL_LAWS, TESTS, Column, Table
 
 DASH = "–"
@@ -221,13 +222,14 @@ def tests(campaign: Campaign) -> str:
     heads: tuple[str | Column, ...] = (
         *("test", "status"),
         *columns(TESTS, "material", "normal_force_n", "frequency_ratio", "energy_per_cycle"),
+        "#energy [mJ]",
         *columns(TESTS, "predicted_energy_per_cycle"),
         "#residual [%]",
         *columns(TESTS, "response_amplitude", "irregularity_index", "stops_per_cycle", "regime", "test_friction_ratio"),
         "remark",
     )
     verdicts = campaign.verdicts
-    rows = (_test(trial, verdicts.get(trial.source)) for trial in campaign.trials)
+    rows = (_test(n, trial, verdicts.get(trial.source), campaign) for n, trial in enumerate(campaign.trials, 1))
     return _controls(campaign) + table(heads, rows, sortable=True)
 
 
@@ -251,17 +253,19 @@ def status(trial: Trial, verdict: Verdict | None) -> str:
     return "used" if verdict is not None and verdict.excluded is None else "left out"
 
 
-def _test(trial: Trial, verdict: Verdict | None) -> str:
+def _test(place: int, trial: Trial, verdict: Verdict | None, campaign: Campaign) -> str:
     state = status(trial, verdict)
     predicted = verdict.predicted.energy if verdict is not None and verdict.predicted is not None else None
     remark = trial.reason or (str(verdict.excluded) if verdict is not None and verdict.excluded else None)
     return _row(
-        f'<td title="{escape(trial.source)}">{escape(short_name(trial.source))}</td>',
+        f'<td title="{escape(trial.source)}"><a href="tests/{sheet_name(place, trial)}">'
+        f"{escape(short_name(trial.source))}</a></td>",
         words(state),
         words(trial.material),
         number(trial.normal_force_n),
         number(trial.frequency_ratio),
         with_error(trial.mean[0], trial.mean_se[0]),
+        number(_millijoules(trial, campaign)),
         number(predicted),
         number(_percent(verdict.residual) if verdict is not None else None, 2),
         number(trial.amplitude.value),
@@ -272,6 +276,12 @@ def _test(trial: Trial, verdict: Verdict | None) -> str:
         sentence(remark),
         kind=' class="failed"' if trial.failed else "",
     )
+
+
+def _millijoules(trial: Trial, campaign: Campaign) -> float | None:
+    """Energy per cycle in mJ, where stiffness and base amplitude are known."""
+    stiffness, amplitude = campaign.scene.rig.stiffness, trial.base_amplitude_m
+    return None if stiffness is None else 1e3 * stiffness * amplitude**2 * trial.mean[0]
 
 
 def left_out(campaign: Campaign) -> str:

@@ -1,13 +1,18 @@
 """Campaign -> tables, figures and report in one folder."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
+from frictionlab.analysis.measure import measure
 from frictionlab.campaign import Campaign
 from frictionlab.campaign.output import REPORT, check_folder, write_tables
+from frictionlab.campaign.responses import recording_of
+from frictionlab.errors import AnalysisError
 from frictionlab.figures.campaign import Plate, plates
 from frictionlab.figures.mark import check_figures
 from frictionlab.report import write_report
+from frictionlab.report.sheet import Sheet, sheet_name, sheets_of, write_sheet
 from frictionlab.verbs.given import FilePath
 
 
@@ -43,4 +48,25 @@ def publish(
     for plate in watch(drawn):
         plate.save(place / "figures", force=force)
     write_report(campaign, drawn, place)
+    _write_sheets(campaign, place / "tests", force=force)
     return place / REPORT
+
+
+def _write_sheets(campaign: Campaign, folder: Path, *, force: bool) -> None:
+    """A page per test, with what its recording shows where that is at hand."""
+    folder.mkdir(exist_ok=True)
+    plain = sheets_of(campaign.trials, campaign.verdicts, campaign.comparisons, campaign.scene)
+    for number, sheet in enumerate(plain, 1):
+        path = folder / sheet_name(number, sheet.trial)
+        write_sheet(_with_recording(sheet, campaign), path, back="../report.html#tests", force=force)
+
+
+def _with_recording(sheet: Sheet, campaign: Campaign) -> Sheet:
+    recording = None if sheet.trial.failed else recording_of(sheet.trial, campaign.folders)
+    if recording is None:
+        return sheet
+    try:
+        measured = measure(recording, campaign.scene)
+    except AnalysisError:
+        return sheet  # measured under another scene, it was possible: the page says that nothing is drawn
+    return replace(sheet, measurement=measured, recording=recording)

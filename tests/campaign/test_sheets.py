@@ -1,0 +1,83 @@
+"""A page per test: linked, whole, escaped, with what the recording shows where it is at hand."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictionlab.analysis.measure import measure
+from frictionlab.campaign import Campaign, evaluate, trial_of
+from frictionlab.report import page
+from frictionlab.report.chart import Line, chart
+from frictionlab.report.sheet import Sheet, sheet_name, sheet_page, sheets_of, write_sheet
+from frictionlab.scene import Scene
+from tests.campaign.fabricate import row
+from tests.campaign.recorded import steady_recording
+
+EVIL = "<img src=x onerror=alert(1)>"
+
+
+def test_every_test_has_a_page_and_the_table_links_it(campaign: Campaign) -> None:
+    text = page(campaign, (), {})
+    for number, trial in enumerate(campaign.trials, 1):
+        assert f'href="tests/{sheet_name(number, trial)}"' in text
+
+
+def test_a_page_without_a_recording_tells_numbers_and_joules(campaign: Campaign) -> None:
+    pages = sheets_of(campaign.trials, campaign.verdicts, campaign.comparisons, campaign.scene)
+    text = sheet_page(pages[0], back="../report.html")
+    assert str(pages[0].trial.energy.scaled(1e3 * 1191.0 * 1.8e-3**2)) in text
+    assert "mJ" in text
+    assert "The recording is not at hand" in text
+    assert "in the fit of its group" in text
+    assert 'href="../report.html"' in text
+    failed = sheet_page(pages[-1])
+    assert "<b>Failed:</b> no drive &amp; &lt;b&gt;nothing" in failed
+
+
+def test_what_stood_in_a_log_is_escaped(scene: Scene) -> None:
+    trial = trial_of({**row("steel", 1.5, 0.5, 0.6), "material": EVIL, "source": f"{EVIL}.h5", "warnings": [EVIL]})
+    text = sheet_page(Sheet(trial, scene, comparison={"law": EVIL, "warnings": [EVIL + "2"]}))
+    assert "<img" not in text
+    assert text.count("&lt;img") >= 5
+    assert "default-src 'none'" in text
+    assert sheet_name(3, trial).replace("-", "").replace(".", "").replace("_", "").isalnum()
+
+
+def test_a_page_replaces_its_own_kind_alone(scene: Scene, tmp_path: Path) -> None:
+    sheet = Sheet(trial_of(row("steel", 1.5, 0.5, 0.6)), scene)
+    write_sheet(sheet, tmp_path / "a.html")
+    write_sheet(sheet, tmp_path / "a.html")
+    (tmp_path / "b.html").write_text("mine")
+    with pytest.raises(OSError, match=r"b\.html"):
+        write_sheet(sheet, tmp_path / "b.html")
+
+
+def test_a_chart_shows_its_lines_between_round_ticks() -> None:
+    x = np.linspace(0.0, 1.0, 5001)
+    text = chart([Line(x, 10.0 * x - 5.0, "a < b")], "time [s]", "x & y")
+    assert "a &lt; b" in text
+    assert "x &amp; y" in text
+    for tick in (">0.2<", ">0.8<", ">\N{MINUS SIGN}4<", ">4<"):
+        assert tick in text
+    assert text.count("L") < 2000
+    assert chart([Line(x, np.full_like(x, np.nan), "nothing")], "x", "y") == ""
+    assert "NaN" not in chart([Line(x, np.zeros_like(x), "level")], "x", "y")
+
+
+def test_the_recording_is_drawn(scene: Scene) -> None:
+    recording = steady_recording()
+    measured = measure(recording, scene)
+    trial = trial_of({**measured.row(), "material": "steel", "normal_force_n": 1.5})
+    verdict = evaluate([trial], scene).verdicts[trial.source]
+    text = sheet_page(Sheet(trial, scene, verdict, measurement=measured, recording=recording))
+    assert text.count("<svg") == 5
+    for words in (
+        "Time response",
+        "Loop",
+        "Force over displacement",
+        "Force over speed",
+        "Cycles",
+        "friction force [N]",
+    ):
+        assert words in text
