@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from frictionlab.cli import app
+from frictionlab.figures.style import caution, new_figure
 
 ROOT = Path(__file__).parents[1]
 SCENE = ROOT / "configs" / "sample_data.toml"
@@ -81,6 +82,17 @@ def test_a_named_figure_is_that_file_and_several_inputs_need_a_folder(tmp_path: 
         done = CliRunner().invoke(app, [*words, str(ROOT / "other.h5"), "--plot", str(tmp_path / wrong)])
         assert done.exit_code == 2
         assert fault in done.stderr
+
+
+def test_what_warns_of_a_number_stands_below_its_figure() -> None:
+    figure = new_figure()
+    caution(figure, ["base: noise", "energy_per_cycle: of a passing state", "a", "b", "c"])
+    told = figure.get_supxlabel()
+    assert told.startswith("! base: noise\n! energy_per_cycle: of a passing state")
+    assert told.endswith("and 2 more, in the table")
+    quiet = new_figure()
+    caution(quiet, ())
+    assert not quiet.get_supxlabel()
 
 
 def test_like_named_inputs_keep_figures_of_their_own(tmp_path: Path) -> None:

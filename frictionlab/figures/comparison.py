@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from frictionlab.figures.style import BASE, MEASURED, PAGE, PREDICTED, look, new_figure
+from frictionlab.figures.style import BASE, MEASURED, PAGE, PREDICTED, caution, look, new_figure
 from frictionlab.identification import Comparison
 
 TURN = 2 * math.pi
@@ -48,6 +48,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
         figure.suptitle(
             f"{name}: {comparison.model}{_verdict(comparison)}", x=0.01, ha="left", fontsize=8, parse_math=False
         )
+        caution(figure, comparison.warnings)
         return figure
 
 

@@ -4,7 +4,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.figures.style import BASE, GREY, MEASURED, ORANGE, PAGE, VERMILION, look, new_figure
+from frictionlab.figures.style import BASE, GREY, MEASURED, ORANGE, PAGE, VERMILION, caution, look, new_figure
 
 
 def draw_response(measurement: Measurement, ax: Axes) -> Axes:
@@ -57,6 +57,7 @@ def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
         draw_spectrum(measurement, figure.add_subplot(grid[1, 0])).set_title(_spectrum_title(measurement))
         draw_loops(measurement, figure.add_subplot(grid[1, 1])).set_title(_loop_title(measurement))
         figure.suptitle(name or measurement.source, x=0.01, ha="left", fontsize=8, parse_math=False)
+        caution(figure, measurement.warnings)
         return figure
 
 

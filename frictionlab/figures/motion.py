@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from frictionlab.figures.style import BASE, GREY, PREDICTED, look, new_figure
+from frictionlab.figures.style import BASE, GREY, PREDICTED, caution, look, new_figure
 
 if TYPE_CHECKING:
     from frictionlab.simulator import SteadyState
@@ -24,6 +24,7 @@ def motion_figure(state: "SteadyState") -> Figure:
         force_over_displacement(state, figure.add_subplot(grid[1, :2]))
         force_over_speed(state, figure.add_subplot(grid[1, 2:]))
         figure.suptitle(state.verdict, fontsize=8.0)
+        caution(figure, state.warnings)
     return figure
 
 

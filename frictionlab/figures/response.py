@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from frictionlab.figures.style import BASE, GREY, PREDICTED, look, new_figure
+from frictionlab.figures.style import BASE, GREY, PREDICTED, caution, look, new_figure
 
 if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
@@ -24,6 +24,7 @@ def response_figure(answer: "RecordResponse") -> Figure:
         draw_displacements(answer, axes["motion"])
         draw_force(answer, axes["force"])
         draw_loop(answer, axes["loop"])
+        caution(figure, answer.warnings)
     return figure
 
 

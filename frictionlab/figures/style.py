@@ -1,6 +1,8 @@
 """One look for every figure: sizes for print, a colour-blind safe palette, files that are the same bytes each time."""
 
 import io
+import textwrap
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
@@ -20,6 +22,7 @@ GREY = "#8A8A8A"
 MEASURED, PREDICTED, BASE = BLUE, VERMILION, GREY
 PALETTE = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
 COLUMN, PAGE = 3.5, 7.2  # widths in inches: one column and the whole page of a journal
+MOST_WARNINGS, LETTERS, FORE = 3, 150, 40  # below a figure: how many, letters a line, where a number's name ends
 
 LOOK: dict[Any, Any] = {  # matplotlib spells out every key in its type
     "font.size": 8.0,
@@ -52,6 +55,20 @@ def new_figure(width: float = PAGE, height: float = 3.0) -> Figure:
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
+
+
+def caution(figure: Figure, warnings: Sequence[str]) -> None:
+    """Write the first warnings below a figure, in small: a figure travels without its table.
+
+    What begins with the name of a number comes first: it says what that number is worth.
+    """
+    if not warnings:
+        return
+    first = sorted(warnings, key=lambda sentence: ":" not in sentence[:FORE])[:MOST_WARNINGS]
+    rest = len(warnings) - len(first)
+    lines = [line for sentence in first for line in textwrap.wrap(f"! {sentence}", LETTERS)]
+    lines += [f"and {rest} more, in the table"] if rest else []
+    figure.supxlabel("\n".join(lines), x=0.01, ha="left", fontsize=6.0, color=VERMILION, parse_math=False)
 
 
 def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
