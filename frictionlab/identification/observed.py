@@ -100,7 +100,7 @@ def observe_cycle(measurement: Measurement) -> Observed:
         covariance, freedom = np.eye(2 * count) * least / used, math.inf
     else:
         covariance, freedom = shrunk(single, least) * (_togetherness(single) / used), float(len(single) - 1)
-    covariance = covariance + _by_base(mean, measurement)
+    covariance = covariance + by_base(mean, measurement.base_amplitude_m_se / measurement.base_amplitude_m)
     return Observed(mean, single, covariance, sensor / used, used, freedom, power, beyond)
 
 
@@ -176,9 +176,11 @@ def together(values: FloatArray) -> float:
     return (1.0 + rho) / (1.0 - rho)
 
 
-def _by_base(mean: FloatArray, measurement: Measurement) -> FloatArray:
-    """Covariance (2 K, 2 K) that the noise of the base sensor adds: all is over its amplitude, from its phase on."""
-    relative = measurement.base_amplitude_m_se / measurement.base_amplitude_m
+def by_base(mean: FloatArray, relative: float) -> FloatArray:
+    """Covariance (2 K, 2 K) that the noise of the base sensor adds: all is over its amplitude, from its phase on.
+
+    `relative` is the standard error of the base's amplitude over it, which is also that of its phase in rad.
+    """
     order = np.arange(1, len(mean) // 2 + 1)
     cosine, sine = np.split(mean, 2)
     later = np.concatenate([order * sine, -order * cosine])

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, point_of, values_of
 from frictionlab.identification.forward import Forward
-from frictionlab.identification.observed import FEW, parts
+from frictionlab.identification.observed import FEW, by_base, parts
 from frictionlab.planning.candidates import Candidate, Laboratory
 
 FloatArray = NDArray[np.float64]
@@ -68,7 +68,9 @@ def prospect(lab: Laboratory, candidate: Candidate, shared: tuple[Coordinate, ..
         return Prospect(candidate, state.regime, response, nothing, shared)
     here = parts(forward.seen(lines, values))
     jacobian = forward.jacobian(point, here)
-    covariance = _covariance(lab, candidate, jacobian[:, 0], shared[0].width)
+    covariance = _covariance(lab, candidate, jacobian[:, 0], shared[0].width) + by_base(
+        here, _base_error(lab, candidate)
+    )
     whitened = np.linalg.solve(np.linalg.cholesky(covariance), jacobian)
     scaled = whitened * _to_shared(candidate, reference, shared)
     return Prospect(candidate, state.regime, response, scaled.T @ scaled, shared)
@@ -105,6 +107,13 @@ def _to_shared(candidate: Candidate, reference: Candidate, shared: tuple[Coordin
         for c in shared
     ]
     return np.array(factors)
+
+
+def _base_error(lab: Laboratory, candidate: Candidate) -> float:
+    """Standard error to expect of the base's amplitude, over it: white noise and steps over all samples."""
+    plan = lab.scene.plan
+    samples = max(1.0, (plan.duration_s - lab.scene.analysis.transient_s) * plan.sampling_rate_hz)
+    return math.sqrt(2.0 * (plan.noise_m**2 + plan.step_m**2 / 12.0) / samples) / candidate.base_amplitude_m
 
 
 def _covariance(lab: Laboratory, candidate: Candidate, by_friction: FloatArray, width: float) -> FloatArray:

@@ -79,7 +79,7 @@ def study(truth: Problem, draws: int) -> Tally:
 
 def lines_of(r: float, beta: float, law: str, tally: Tally, draws: int) -> list[str]:
     """The table's lines of one truth."""
-    gain = f"{np.median(tally.gains):9.1f}" if tally.gains else "        -"
+    gain = f"{np.median(tally.gains):11.1f}" if tally.gains else f"{'-':>11s}"
     counts = (tally.right, tally.richer, tally.other, tally.explained)
     shares = "".join(f"{100 * count / draws:8.0f}" for count in counts)
     head = f"{r:5g}{beta:6g}  {law:20s}{shares}{gain}{np.median(tally.seconds):8.2f}"

@@ -24,17 +24,20 @@ def recorded(
     rate: float = 250.0,
     lag_s: float = 0.0,
     gain: float = 1.0,
+    tuned: float = 1.0,
 ) -> Recording:
     """A steady motion through two lasers; friction scatters by a relative rms from cycle to cycle.
 
-    The motion of each cycle is that of its own friction, to first order; the mass is seen `lag_s` early.
+    The motion of each cycle is that of its own friction, to first order; the mass is seen `lag_s` early. The
+    frame's true natural frequency is `tuned` times NATURAL_HZ.
     """
     here, there = (steady_state(p).orbit for p in (problem, _stronger(problem)))
     assert here is not None
     assert there is not None
     t = np.arange(round(seconds * rate)) / rate
-    tau = 2 * math.pi * problem.r * NATURAL_HZ * t + 0.7
-    early = tau + 2 * math.pi * problem.r * NATURAL_HZ * lag_s
+    drive = problem.r * tuned * NATURAL_HZ
+    tau = 2 * math.pi * drive * t + 0.7
+    early = tau + 2 * math.pi * drive * lag_s
     cycle = np.floor(early / (2 * math.pi)).astype(int)
     change = scatter * generator.standard_normal(cycle.max() + 1)[cycle]
     phase = np.mod(early, 2 * math.pi)
