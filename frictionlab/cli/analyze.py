@@ -25,6 +25,7 @@ from frictionlab.cli.options import (
 )
 from frictionlab.cli.output import print_table
 from frictionlab.cli.progress import track
+from frictionlab.errors import UsageError
 from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import Row, check_output, write_rows
 
@@ -52,6 +53,9 @@ def analyze(
     ] = None,
     as_json: AsJson = False,
     plot: PlotFolder = None,
+    report: Annotated[
+        Path | None, typer.Option("--report", metavar="FOLDER", help="Write a page of each recording into this folder.")
+    ] = None,
     budget: Budget = False,
     settings: Mapping[str, object],
     workers: Workers = None,
@@ -71,7 +75,9 @@ def analyze(
     if output is not None:
         check_output(output, MEASUREMENTS, force=force, inputs=recordings)
     plots = figure_places(plot, recordings, (FIGURE,), force=force)
-    job = partial(_row, scene=what, plots=plots, force=force, with_series=output is not None and output.suffix == ".h5")
+    pages = {} if report is None else _pages(report, recordings)
+    with_series = output is not None and output.suffix == ".h5"
+    job = partial(_row, scene=what, plots=plots, pages=pages, force=force, with_series=with_series)
     tell_assumed(what, quiet=quiet or as_json)
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
     series: dict[str, object] = {}
@@ -86,12 +92,32 @@ def analyze(
     exit_status(rows)
 
 
-def _row(path: Path, *, scene: "Scene", plots: Figures | None, force: bool, with_series: bool) -> Row:
+def _pages(folder: Path, recordings: list[Path]) -> dict[Path, Path]:
+    """The page of each recording; refuses two of one name before the work."""
+    pages = {path: folder / f"{path.stem}.html" for path in recordings}
+    if len(set(pages.values())) < len(pages):
+        raise UsageError(f"--report {folder}: two recordings have the same name: write their pages one after the other")
+    return pages
+
+
+def _row(
+    path: Path,
+    *,
+    scene: "Scene",
+    plots: Figures | None,
+    pages: Mapping[Path, Path],
+    force: bool,
+    with_series: bool,
+) -> Row:
     from frictionlab.verbs.analyze import analyze
 
     measurement = analyze(path, scene)
     if plots is not None:
         _draw(measurement, path, plots[path][FIGURE], force=force)
+    if path in pages:
+        from frictionlab.verbs.sheet import sheet
+
+        sheet(measurement, path, pages[path], scene, force=force)
     series = {SERIES: _series(measurement)} if with_series else {}
     return {**measurement.row(), "source": str(path), **series}
 
