@@ -71,15 +71,7 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         sliding = smoother(slid, noise=noise, samples=layout.samples, shared=shared, period=period)
     thresholds = stops.thresholds(sliding.v_noise, sliding.resolution)
     n = len(layout)
-    slide, whole, parts, firsts = np.empty(n), np.empty(n), [], []
-    for part in smoothed(slid, sliding, points):
-        pauses = stops.pauses(part.v, thresholds.still)
-        stands = stops.stops_of(pauses, thresholds, points)
-        slide[part.cycles] = half_range(levelled(part.x, stands, sliding.resolution))
-        whole[part.cycles] = half_range(part.x)
-        parts.append(pauses)
-        firsts.append(part.cycles.start)
-    found = stops.stops_of(stops.joined(parts, firsts, n, points), thresholds, points)
+    slide, whole, found = _slides(slid, sliding, thresholds, points)
     if period == 1 and n >= FEW:
         rough = math.hypot(noise / math.sqrt(n), shared)
         found = slips.parted(found, slid.mean(axis=0), noise=rough, dwell=thresholds.dwell, cycles=n)
@@ -101,11 +93,7 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         stuck=np.ones(n) if is_stuck else stuck,
         found=found,
         energy_noise=_energy_noise(layout, how, layout.mass_noise, layout.base_noise),
-        energy_shared=math.hypot(
-            _energy_noise(layout, how, layout.mass_shared, layout.base_shared),
-            layout.mass_rounding * _way_of_the_base(found, n),
-            float(np.mean(areas)) * gain,
-        ),
+        energy_shared=_energy_shared(layout, how, found, float(np.mean(areas)) * gain),
         amplitude_noise=math.hypot(
             size.x_noise / math.sqrt(2.0),
             size.x_tail,
@@ -120,6 +108,31 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         how=how,
         shortest_stop=1.0 if is_blurred else 2.0 * thresholds.dwell / (2.0 * math.pi),
         slowest_slip=2.0 * thresholds.still,
+    )
+
+
+def _slides(
+    slid: FloatArray, sliding: Smoother, thresholds: stops.Thresholds, points: int
+) -> tuple[FloatArray, FloatArray, Stops]:
+    """Return each cycle's half range (n,) with its stops levelled, the same as it is, and the stops."""
+    n = len(slid)
+    slide, whole, parts, firsts = np.empty(n), np.empty(n), [], []
+    for part in smoothed(slid, sliding, points):
+        pauses = stops.pauses(part.v, thresholds.still)
+        stands = stops.stops_of(pauses, thresholds, points)
+        slide[part.cycles] = half_range(levelled(part.x, stands, sliding.resolution))
+        whole[part.cycles] = half_range(part.x)
+        parts.append(pauses)
+        firsts.append(part.cycles.start)
+    return slide, whole, stops.stops_of(stops.joined(parts, firsts, n, points), thresholds, points)
+
+
+def _energy_shared(layout: Layout, how: Smoother, found: Stops, growth: float) -> float:
+    """Return the standard error of energy (k Y^2) that all cycles have in common; `growth`: that of the drive."""
+    return math.hypot(
+        _energy_noise(layout, how, layout.mass_shared, layout.base_shared),
+        layout.mass_rounding * _way_of_the_base(found, len(layout)),
+        growth,
     )
 
 

@@ -68,7 +68,7 @@ class SteadyState:
     solver : str
         What answered: "closed-form", "exact", "numeric" or "thesis".
     outcome : str
-        "periodic", "stuck" (never moves), "unbounded" (no steady state), "not settled" or "not found".
+        "periodic", "stuck" (the contact never slips), "unbounded" (no steady state), "not settled" or "not found".
     energy_per_cycle : float or None
         Energy per cycle over k Y^2: friction beta * path, plus the dashpot's (2.18, 3.7); of a motion that has not
         settled, the energy put in (2.18).
@@ -121,6 +121,8 @@ class SteadyState:
             return "No orbit is told: " + (self.warnings[0] if self.warnings else "none was found from rest.")
         if self.outcome == "not found":
             return f"No orbit of up to {LONGEST} cycles was found that the motion from rest settles on."
+        if self.outcome == "stuck" and self.problem.law.kind in ("elastic", "inner"):
+            return "The contact never slips: it only yields elastically, and holds at the largest force on it."
         if self.outcome == "stuck" and self.problem.beta * min(self.problem.static_ratios) < self.problem.force_size:
             return (
                 "The mass comes to rest displaced, where static friction holds it against the force in both directions."

@@ -4,15 +4,9 @@ from math import inf, nan, pi
 
 from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.layout import CONTACT, ELASTIC_PHASE, ElasticRoom, Sliders
-from frictionlab.simulator.elastic.orbits import (
-    at_once_elastic,
-    elastic_multiplier,
-    is_even_handed,
-    search_elastic,
-    span_of,
-    verdict,
-)
+from frictionlab.simulator.elastic.orbits import at_once_elastic, is_even_handed, search_elastic, verdict
 from frictionlab.simulator.elastic.phases import stiffened
+from frictionlab.simulator.elastic.shooting import elastic_multiplier, span_of
 from frictionlab.simulator.kernel.accounts import frame_work, slide_range, slide_work
 from frictionlab.simulator.kernel.layout import (
     AMPLITUDE,

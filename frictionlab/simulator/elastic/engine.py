@@ -5,7 +5,7 @@ from math import sqrt
 from typing import Any
 
 from frictionlab.simulator import engine as engines
-from frictionlab.simulator.elastic import accounts, events, layout, orbits, phases
+from frictionlab.simulator.elastic import accounts, events, holding, layout, orbits, phases, shooting
 from frictionlab.simulator.elastic.sliders import sliders_of
 from frictionlab.simulator.engine import Engine
 from frictionlab.simulator.kernel.layout import Contact, Force, Rig
@@ -13,7 +13,8 @@ from frictionlab.simulator.problem import Problem
 
 __all__ = ["MODULES", "choose", "make_elastic_room", "phases_per_cycle", "plain", "set_up"]
 
-MODULES = (phases, events, orbits, accounts)  # each uses only those before it, and the rigid kernel
+# Each uses only those before it, and the rigid kernel.
+MODULES = (phases, events, holding, shooting, orbits, accounts)
 COMPILED = (*engines.MODULES, *MODULES)
 WORTH_LOADING = 2e4  # phases; in plain Python they take about as long (1 s) as loading the compiled kernel
 WORTH_COMPILING = 1e6  # the same for compiling it, once per machine and version

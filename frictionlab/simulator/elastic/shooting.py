@@ -1,0 +1,265 @@
+"""Newton steps in mass and sliders to the motion that repeats, and the multiplier of what it finds."""
+
+from math import exp, hypot, log, sqrt
+
+from frictionlab.simulator.elastic.events import carry_elastic
+from frictionlab.simulator.elastic.layout import (
+    COLUMNS,
+    FREE,
+    OUTER,
+    SLIDING,
+    ElasticRoom,
+    Sliders,
+)
+from frictionlab.simulator.kernel.layout import (
+    DONE,
+    HIGH,
+    LOW,
+    Force,
+    Leg,
+    Rig,
+)
+from frictionlab.simulator.kernel.orbits import spectral_radius
+
+__all__ = [
+    "adopt",
+    "back_to_start",
+    "classify",
+    "distance",
+    "elastic_multiplier",
+    "follow",
+    "give_up",
+    "keeps_kinds",
+    "newton_step",
+    "product",
+    "reduced",
+    "shoot_elastic",
+    "sign_of_growth",
+    "solve",
+    "span_of",
+    "step_towards",
+]
+
+SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
+
+
+def distance(rig: Rig, sliders: Sliders, room: ElasticRoom) -> float:
+    """Return by how much the image misses the start: in the norm that dry friction never lets grow (README)."""
+    start, image = room.start, room.image
+    total = (image[0] - start[0]) ** 2 + (rig.plain.r * (image[1] - start[1])) ** 2
+    for i in range(len(sliders.force)):
+        if room.kinds[i] == FREE:
+            total += (image[2 + 2 * i] - start[2 + 2 * i]) ** 2 / max(sliders.stiffness[i], 1e-300)
+    return sqrt(total)
+
+
+def span_of(rig: Rig, room: ElasticRoom) -> float:
+    """Return the size of a motion, against which its miss is judged."""
+    return hypot(room.start[0], rig.plain.r * room.start[1]) + max(0.0, room.tally[HIGH] - room.tally[LOW])
+
+
+def classify(sliders: Sliders, room: ElasticRoom) -> None:
+    """Say of each slider what its force is at the section, from the leg just run: SLIDING, OUTER or FREE."""
+    for i in range(len(sliders.force)):
+        if room.image[3 + 2 * i] != 0.0:
+            room.kinds[i] = SLIDING
+        else:
+            room.kinds[i] = FREE if sliders.slips[i] > 0.0 else OUTER
+
+
+def keeps_kinds(sliders: Sliders, room: ElasticRoom) -> bool:
+    """Tell whether the leg bore out what was assumed of the sliders at its start, so that Newton may use it."""
+    for i in range(len(sliders.force)):
+        side = room.start[3 + 2 * i] if room.kinds[i] == SLIDING else 0.0
+        if room.image[3 + 2 * i] != side or (room.kinds[i] == OUTER and sliders.slips[i] > 0.0):
+            return False
+    return True
+
+
+def back_to_start(rig: Rig, sliders: Sliders, leg: Leg, room: ElasticRoom) -> None:
+    """Take the image as the new start; in a mirrored leg a slider that never slips is relaxed at z = 0."""
+    for i in range(2 + 2 * len(sliders.force)):
+        room.start[i] = room.image[i]
+    for i in range(len(sliders.force)):
+        if room.kinds[i] == OUTER and leg.sign < 0.0:
+            limit = sliders.strength[i] * (1.0 + rig.contact.gradient * room.start[0])
+            room.start[2 + 2 * i] = max(-limit, min(limit, sliders.stiffness[i] * room.start[0]))
+
+
+def reduced(sliders: Sliders, room: ElasticRoom, row: int) -> int:
+    """Return which row of the jacobian the unknown number `row` of Newton's equations is."""
+    if row < 2:
+        return row
+    free = 2
+    for i in range(len(sliders.force)):
+        if room.kinds[i] == FREE:
+            if free == row:
+                return 2 + i
+            free += 1
+    return -1
+
+
+def solve(matrix: list[float], size: int) -> bool:
+    """Solve size linear equations in place, right side in the last column; False where they have no one solution."""
+    width = size + 1
+    for k in range(size):
+        best = k
+        for i in range(k + 1, size):
+            if abs(matrix[i * width + k]) > abs(matrix[best * width + k]):
+                best = i
+        if matrix[best * width + k] == 0.0:
+            return False
+        for j in range(width):
+            matrix[k * width + j], matrix[best * width + j] = matrix[best * width + j], matrix[k * width + j]
+        for i in range(size):
+            if i != k:
+                share = matrix[i * width + k] / matrix[k * width + k]
+                for j in range(k, width):
+                    matrix[i * width + j] -= share * matrix[k * width + j]
+    for k in range(size):
+        matrix[k * width + size] /= matrix[k * width + k]
+    return True
+
+
+def newton_step(sliders: Sliders, room: ElasticRoom) -> bool:
+    """Write Newton's correction of the unknowns into the last column of the matrix; False if there is none."""
+    size = int(room.tally[COLUMNS])
+    width = size + 1
+    for i in range(size):
+        row = reduced(sliders, room, i)
+        for j in range(size):
+            room.matrix[i * width + j] = (1.0 if i == j else 0.0) - room.jacobian[row * size + j]
+        at = row if row < 2 else 2 * row - 2
+        room.matrix[i * width + size] = room.image[at] - room.start[at]
+    return solve(room.matrix, size)
+
+
+def step_towards(rig: Rig, sliders: Sliders, room: ElasticRoom, share: float) -> None:
+    """Move the start by a share of Newton's correction, from `trial`; sliders that are no unknowns follow."""
+    size = int(room.tally[COLUMNS])
+    correction = room.matrix
+    dz, dv = share * correction[size], share * correction[2 * size + 1]
+    room.start[0], room.start[1] = room.trial[0] + dz, room.trial[1] + dv
+    load = 1.0 + rig.contact.gradient * room.start[0]
+    free = 2
+    for i in range(len(sliders.force)):
+        at = 2 + 2 * i
+        room.start[at + 1] = room.trial[at + 1]
+        if room.kinds[i] == FREE:
+            force = room.trial[at] + share * correction[free * (size + 1) + size]
+            room.start[at] = max(-sliders.strength[i] * load, min(sliders.strength[i] * load, force))
+            free += 1
+        elif room.kinds[i] == OUTER:
+            room.start[at] = room.trial[at] + sliders.stiffness[i] * dz
+        else:
+            room.start[at] = room.trial[at + 1] * sliders.strength[i] * load
+
+
+def give_up(sliders: Sliders, room: ElasticRoom) -> None:
+    """Go back to the start from which Newton's correction was taken."""
+    for i in range(2 + 2 * len(sliders.force)):
+        room.start[i] = room.trial[i]
+
+
+def adopt(sliders: Sliders, room: ElasticRoom) -> None:
+    """Remember the start, from which Newton's correction is taken."""
+    for i in range(2 + 2 * len(sliders.force)):
+        room.trial[i] = room.start[i]
+
+
+def follow(rig: Rig, sliders: Sliders, force: Force, leg: Leg, times: float, room: ElasticRoom) -> int:
+    """Apply the leg's map so many times; return how the motion ended."""
+    code = DONE
+    for _ in range(int(times)):
+        code = carry_elastic(rig, sliders, force, leg, room)
+        if code != DONE:
+            break
+        classify(sliders, room)
+        back_to_start(rig, sliders, leg, room)
+    return code
+
+
+def shoot_elastic(
+    rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, steps: float
+) -> tuple[float, int]:
+    """Bring the room's start to the fixed point of the leg's map; return its miss and how the last motion ended.
+
+    Newton with the exact derivative, shortened until the miss shrinks; where that does not help, or sliders do other
+    than was assumed, the map itself is applied. The last motion carried is that from the start.
+    """
+    patience, floor = 1.0, 1e-15 * rig.plain.rate
+    code = carry_elastic(rig, sliders, force, leg, room)
+    for _ in range(int(steps)):
+        miss, size = distance(rig, sliders, room), span_of(rig, room)
+        as_assumed = keeps_kinds(sliders, room)
+        if code != DONE or (as_assumed and miss <= 2e-16 * size):
+            break
+        adopt(sliders, room)
+        share = 1.0 if as_assumed and newton_step(sliders, room) else 0.0
+        while share > 0.01:
+            step_towards(rig, sliders, room, share)
+            code = carry_elastic(rig, sliders, force, leg, room)
+            less = distance(rig, sliders, room)
+            if code == DONE and keeps_kinds(sliders, room) and less < (1.0 - 0.5 * share) * miss:
+                break
+            share *= 0.25
+        if share > 0.01:
+            continue
+        give_up(sliders, room)
+        if not as_assumed or miss > 1e-13 * size + floor:
+            follow(rig, sliders, force, leg, patience, room)
+            patience = min(2.0 * patience, 64.0)
+        code = carry_elastic(rig, sliders, force, leg, room)
+        if as_assumed and miss <= 1e-13 * size + floor:
+            break
+    return distance(rig, sliders, room), code
+
+
+def elastic_multiplier(sliders: Sliders, room: ElasticRoom) -> float:
+    """Return the multiplier of largest modulus of the leg last carried: signed if real, else the modulus.
+
+    By squaring the map's derivative over and over: its 2^m-th root is what remains of the norm.
+    """
+    size = int(room.tally[COLUMNS])
+    if size == 2:
+        return spectral_radius(room.jacobian)
+    first, power = [0.0] * (size * size), [0.0] * (size * size)
+    for i in range(size):
+        row = reduced(sliders, room, i)
+        for j in range(size):
+            first[i * size + j] = room.jacobian[row * size + j]
+            power[i * size + j] = first[i * size + j]
+    grown, weight = 0.0, 1.0
+    for _ in range(SQUARINGS):
+        norm = 0.0
+        for i in range(size * size):
+            norm = max(norm, abs(power[i]))
+        if norm == 0.0:
+            return 0.0
+        grown += weight * log(norm)
+        weight *= 0.5
+        for i in range(size * size):
+            power[i] /= norm
+        power = product(power, power, size)
+    return exp(grown) * sign_of_growth(first, power, size)
+
+
+def product(left: list[float], right: list[float], size: int) -> list[float]:
+    """Return the product of two square matrices, row by row."""
+    out = [0.0] * (size * size)
+    for i in range(size):
+        for j in range(size):
+            for k in range(size):
+                out[i * size + j] += left[i * size + k] * right[k * size + j]
+    return out
+
+
+def sign_of_growth(first: list[float], power: list[float], size: int) -> float:
+    """Return the sign by which a matrix turns its own high power round; 1 where it turns it some other way."""
+    turned = product(first, power, size)
+    same, length, other = 0.0, 0.0, 0.0
+    for i in range(size * size):
+        same += turned[i] * power[i]
+        other += turned[i] * turned[i]
+        length += power[i] * power[i]
+    return -1.0 if same < 0.0 and same * same > 0.999999 * length * other else 1.0
