@@ -198,9 +198,15 @@ def _of_settling(layout: Layout, response: Response, settled: float | None, tran
     if response.is_stuck or len(layout) < FEW_CYCLES:
         return
     if settled is None:
-        yield "transient_s: the motion had not settled by the end of the recording; the numbers are of a passing state"
+        yield (
+            "transient_s: the motion had not settled by the end of the recording; the numbers are of a passing state:"
+            " record longer"
+        )
     elif settled > transient + 1.0 / layout.drive.frequency:
-        yield f"transient_s: the motion settled only {settled:.3g} s after the start; the cut is at {transient:g} s"
+        yield (
+            f"transient_s: the motion settled only {settled:.3g} s after the start; the cut is at {transient:g} s:"
+            f" --transient {settled:.3g} cuts there"
+        )
 
 
 def _of_growth(response: Response, settled: float | None, r: float | None) -> Iterator[str]:
