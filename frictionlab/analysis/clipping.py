@@ -8,6 +8,7 @@ LEVELS = (0.01, 0.04, 0.16)  # depths below an extreme, as shares of the whole s
 SCALES = {1.0: 2.5, 1 / 4: 2.3, 1 / 16: 2.35}  # of the levels, and the sharpness no motion has
 FINE = {1 / 4: 2.6, 1 / 16: 2.6}  # near enough to the extreme that stops on the way there do not count
 """2 for any motion whose speed passes through zero (2.2 at most for 1,900 motions of the simulator), 4 for a corner."""
+POINTS = 20.0  # of a cycle over the root of the scale; below it the levels lie within a point of the extreme
 
 
 def is_clipped(cycle: FloatArray, *, noise: float, stops_on_its_way: bool = False) -> bool:
@@ -16,7 +17,8 @@ def is_clipped(cycle: FloatArray, *, noise: float, stops_on_its_way: bool = Fals
     Near a true extreme, a stop included, the depth grows with the square of the time, so that from 4 to 16 % of the
     stroke takes twice as long as from 1 to 4 %; where the signal is cut off it arrives with its full speed and takes up
     to four times as long. Both flanks of the extreme must have the corner. A signal of which little is cut off shows it
-    only close to its extreme: the same is asked at a quarter and a sixteenth of these depths.
+    only close to its extreme: the same is asked at a quarter and a sixteenth of these depths, where the cycle has
+    points enough to tell (40 and 80).
 
     Parameters
     ----------
@@ -37,7 +39,9 @@ def is_clipped(cycle: FloatArray, *, noise: float, stops_on_its_way: bool = Fals
     if not stroke > 0.0:
         return False
     asked = [
-        pair for pair in (FINE if stops_on_its_way else SCALES).items() if 8.0 * noise <= pair[0] * LEVELS[0] * stroke
+        (scale, sharpest)
+        for scale, sharpest in (FINE if stops_on_its_way else SCALES).items()
+        if 8.0 * noise <= scale * LEVELS[0] * stroke and cycle.size * scale**0.5 >= POINTS
     ]
     sides = [[_depths(flank) for flank in (side, side[::-1])] for side in (cycle / stroke, -cycle / stroke)]
     return any(

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from frictionlab.analysis.clipping import is_clipped
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.slips import parted
 from frictionlab.analysis.stops import Stops
@@ -250,3 +251,11 @@ def test_a_stop_in_which_the_mass_creeps_is_one(creep: float) -> None:
     place = np.where(tau < 2.0, creep * np.maximum(tau - 1.3, 0.0) / 0.7, creep + 0.5 * (tau - 2.0) ** 2)
     one = Stops(np.array([0.0]), np.array([2.0]))
     assert len(parted(one, place, noise=1e-5, dwell=0.047, cycles=1).begin) == 1
+
+
+@pytest.mark.parametrize("points", [40, 50, 63, 79, 80, 120])
+def test_a_sine_of_few_points_is_not_taken_for_clipped(points: int) -> None:
+    for shift in np.linspace(0.0, 1.0, 41):
+        sine = np.sin(2 * np.pi * (np.arange(points) + shift) / points)
+        assert not is_clipped(sine, noise=0.0)
+        assert points < 63 or is_clipped(np.minimum(sine, 0.8), noise=0.0)  # fewer points do not always show it
