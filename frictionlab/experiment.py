@@ -3,12 +3,14 @@
 import csv
 import io
 import math
+import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from frictionlab.errors import SceneError
+from frictionlab.files import check_regular
 from frictionlab.scene import Experiment, Scene
 
 Fact = str | float
@@ -126,19 +128,30 @@ def _from_sheet(scene: Scene, log: Path, warnings: list[str]) -> dict[str, Fact]
     return {key: _sheet_fact(key, text, where) for key, text in row.items() if key not in ("log", "") and text}
 
 
-def _sheet(folder: Path, name: str) -> dict[int, dict[str, str]]:
-    """The rows of a sheet by their number, the head being row 1."""
-    path = (folder / name).resolve()
-    if not path.is_relative_to(folder.resolve()):
+def _sheet_text(folder: Path, name: str) -> str:
+    """What stands in a sheet: a file of bounded size beside its scene."""
+    try:
+        path = Path(os.path.realpath(folder / name))
+    except ValueError as error:
+        raise SceneError(f"experiment.sheet: {name!r}: cannot be the name of a file ({error})") from error
+    if not path.is_relative_to(os.path.realpath(folder)):
         raise SceneError(f"experiment.sheet: {name!r} lies outside the scene's folder: put it beside the scene")
     try:
-        if path.stat().st_size > _SHEET_LIMIT:
-            raise SceneError(f"experiment.sheet: {name}: larger than {_SHEET_LIMIT} bytes")
-        text = path.read_text(encoding="utf-8-sig")
+        check_regular(path)
+        size = path.stat().st_size
+        text = path.read_text(encoding="utf-8-sig") if size <= _SHEET_LIMIT else None
     except OSError as error:
         raise SceneError(f"experiment.sheet: {name}: cannot be read ({error.strerror})") from error
     except UnicodeDecodeError as error:
         raise SceneError(f"experiment.sheet: {name}: expected UTF-8 text; byte {error.start} is not") from error
+    if text is None:
+        raise SceneError(f"experiment.sheet: {name}: larger than {_SHEET_LIMIT} bytes")
+    return text
+
+
+def _sheet(folder: Path, name: str) -> dict[int, dict[str, str]]:
+    """The rows of a sheet by their number, the head being row 1."""
+    text = _sheet_text(folder, name)
     title = text.partition("\n")[0]
     separator = max(",;\t", key=title.count)
     reader = csv.reader(io.StringIO(text), delimiter=separator)

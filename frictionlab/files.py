@@ -84,6 +84,19 @@ def check_replaceable(path: Path, *, replace: bool | Callable[[Path], bool]) -> 
         raise OutputError(f"{path}: exists and is not a file of this kind: choose another output, or give --force")
 
 
+def check_regular(path: Path) -> None:
+    """Raise `OSError` for a folder, a pipe or a device, whose reading may never end, or if nothing is there.
+
+    Examples
+    --------
+    >>> check_regular(Path(os.devnull))
+    Traceback (most recent call last):
+    OSError: [Errno 22] a folder, a pipe or a device, not a file: '/dev/null'
+    """
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise OSError(errno.EINVAL, "a folder, a pipe or a device, not a file", str(path))
+
+
 def identities(path: Path) -> set[object]:
     """What tells a file from others: its true path and, where it stands, its number on the disk (links share it).
 

@@ -27,6 +27,7 @@ HOUR = 3600.0
 PHASES = 64  # points per cycle of the true irregularity
 MILLIMETRES = 1e3  # the logs are written in the sensor's unit
 MARK = b"# SYNTHETIC: "
+MOST_SAMPLES = 100_000_000  # of a log: some 3 GB of text
 _FIRST = ("log", "material", "normal_force_n", "frequency_ratio", "friction_ratio")  # keys of a truth, in order
 _NAME = re.compile(r'[^/\\:*?"<>|\x00-\x1f\x7f-\x9f\ud800-\udfff]{1,100}')
 PREAMBLE = (
@@ -106,6 +107,7 @@ def virtual_tests(scene: Scene) -> tuple[VirtualTest, ...]:
         )
     for number, group in enumerate(synthetic.tests):
         _check_words(group, number)
+        _check_length(group.duration_s or synthetic.duration_s, synthetic.sampling_rate_hz, number)
     tests = tuple(
         _checked(_virtual_test(scene, group, force, ratio), group, number)
         for number, group in enumerate(synthetic.tests)
@@ -127,6 +129,15 @@ def _check_words(group: VirtualTests, number: int) -> None:
                 f"synthetic.tests.{number}.{key}: expected a word that can name a file (1 to 100 characters, none of"
                 f' / \\ : * ? " < > | and no control characters); got {word!r}'
             )
+
+
+def _check_length(duration_s: float, rate: float, number: int) -> None:
+    """Refuse a log that no memory holds."""
+    if duration_s * rate > MOST_SAMPLES:
+        raise SceneError(
+            f"synthetic.tests.{number}: {duration_s:g} s at {rate:g} Hz are {duration_s * rate:.3g} samples: expected"
+            f" at most {MOST_SAMPLES}: shorten duration_s, or lower sampling_rate_hz"
+        )
 
 
 def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float) -> VirtualTest:

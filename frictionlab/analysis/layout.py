@@ -29,7 +29,8 @@ class Stretch:
 
     def after(self, time: float) -> "Stretch":
         """The part from a time on; empty if there is none."""
-        first = min(max(0, math.ceil((time - self.time) / self.step - 1e-6)), len(self.mass))
+        passed = min((time - self.time) / self.step, float(len(self.mass)))
+        first = min(max(0, math.ceil(passed - 1e-6)), len(self.mass))
         return Stretch(self.time + first * self.step, self.step, self.mass[first:], self.base[first:])
 
     def without(self, role: str, found: tuple[Line, ...], cut: cycles.Cut) -> "Stretch":

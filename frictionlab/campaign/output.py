@@ -49,6 +49,8 @@ def check_folder(folder: Path, *, force: bool = False, inputs: Iterable[Path] = 
 def _is_ours(path: Path) -> bool:
     if path.name in TABLES:
         return is_table(path, TABLES[path.name])
+    if not path.is_file():
+        return False
     with path.open("rb") as file:
         return MARK in file.read(4000).decode(errors="replace")
 

@@ -1,5 +1,6 @@
 """Which files of a folder are logs, and a name for the results of each that no other has."""
 
+import os
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -30,10 +31,10 @@ def logs_of(inputs: Iterable[Path], *, beside: Sequence[Path] = ()) -> list[Path
     UsageError
         An input is not there, or is a folder without logs.
     """
-    others = {path.resolve() for path in beside}
+    others = {os.path.realpath(path) for path in beside}
     found: dict[Path, None] = {}
     for place in map(Path, inputs):
-        logs = [log for log in _logs_at(place) if log.resolve() not in others]
+        logs = [log for log in _logs_at(place) if os.path.realpath(log) not in others]
         if not logs:
             raise UsageError(f"no logs in {place}: {_EXPECTED}")
         found |= dict.fromkeys(logs)

@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 
 from frictionlab.errors import RecordingError
+from frictionlab.files import check_regular
 from frictionlab.recording import Fact
 
 FORMAT_VERSION = 1
@@ -18,7 +19,8 @@ NO_FILE = (OSError, RuntimeError, ValueError, KeyError)
 """What h5py raises on a file that is none of ours, or damaged."""
 _SHAPES = {1: "(n,)", 2: "(n, m)"}
 _LONGEST_TEXT = 8000
-_MOST_EXPANSION = 2000  # deflate cannot do better than about 1030
+_DEFLATE = 1100  # times smaller than what it holds: deflate cannot do better than about 1030
+_FREE, _MOST_EXPANSION = 1 << 28, 100  # an array may claim so many bytes, or so many times those of the whole file
 
 
 @contextmanager
@@ -31,6 +33,7 @@ def opened(path: Path, kind: str, remedy: str) -> Iterator[tuple[h5py.File, int]
         If it is of another kind or a newer format, or is damaged, whether that shows here or while it is read.
     """
     try:
+        check_regular(path)
         size = path.stat().st_size
         with h5py.File(path, "r") as file:
             _check_format(file, kind, remedy)
@@ -55,6 +58,7 @@ def _check_format(file: h5py.File, kind: str, remedy: str) -> None:
 def root_attribute(path: Path, name: str) -> str:
     """An attribute of a file's root as text; empty if there is none, or no such file."""
     try:
+        check_regular(path)
         with h5py.File(path, "r") as file:
             return text(file.attrs.get(name, ""))
     except NO_FILE:
@@ -113,8 +117,9 @@ def dataset_inside(group: h5py.Group, name: str, size: int, *, dimensions: int |
         raise RecordingError(f"{name}: expected an array stored in this file; got something else")
     if dimensions is not None and dataset.ndim != dimensions:
         raise RecordingError(f"{name}: expected shape {_SHAPES[dimensions]}; got {dataset.shape}")
-    if dataset.nbytes > _MOST_EXPANSION * size:
-        raise RecordingError(f"{name}: claims {dataset.nbytes} bytes in a file of {size}")
+    stored = int(dataset.id.get_storage_size())
+    if dataset.nbytes > max(_FREE, _MOST_EXPANSION * size) or dataset.nbytes > _DEFLATE * stored:
+        raise RecordingError(f"{name}: claims {dataset.nbytes} bytes in a file of {size} that stores {stored} of it")
     return dataset
 
 

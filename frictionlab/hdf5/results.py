@@ -7,6 +7,7 @@ from typing import Any
 import h5py
 import numpy as np
 
+from frictionlab.errors import RecordingError
 from frictionlab.files import write_whole
 from frictionlab.hdf5.image import Image
 from frictionlab.hdf5.nodes import (
@@ -80,7 +81,7 @@ def read_tree(path: Path, *, kind: str) -> dict[str, Any]:
         If the file is of another kind, or damaged. Links out of the file are not followed.
     """
     with opened(path, kind, "make it again") as (file, size):
-        return _read_branch(file, size)
+        return _read_branch(file, size, set())
 
 
 def _bytes_of(tree: Mapping[str, object]) -> int:
@@ -117,11 +118,15 @@ def _write_column(group: h5py.Group, name: str, values: object, column: Column |
         write_dataset(group, name, values, units=column.units, long_name=column.sentence)
 
 
-def _read_branch(group: h5py.Group, size: int) -> dict[str, Any]:
+def _read_branch(group: h5py.Group, size: int, seen: set[int]) -> dict[str, Any]:
+    at = h5py.h5o.get_info(group.id).addr
+    if at in seen:
+        raise RecordingError(f"{group.name}: is the same group as one above: expected a tree")
+    seen.add(at)
     tree: dict[str, Any] = dict(facts_of(group))
     for name in group:
         if isinstance(node_inside(group, name), h5py.Group):
-            tree[name] = _read_branch(group_inside(group, name), size)
+            tree[name] = _read_branch(group_inside(group, name), size, seen)
             continue
         dataset = dataset_inside(group, name, size, dimensions=None)
         is_text = h5py.check_string_dtype(dataset.dtype) is not None

@@ -8,6 +8,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from frictionlab.errors import SceneError
+from frictionlab.files import check_regular
 from frictionlab.scene.faults import Lines, check_hidden, lines_of, refusal
 from frictionlab.scene.tables import Scene
 
@@ -35,13 +36,16 @@ def read_scene(path: str | PathLike[str]) -> Scene:
     """
     path = Path(path)
     try:
+        check_regular(path)
         text = path.read_text(encoding="utf-8")
         tables = tomllib.loads(text)
+    except RecursionError as error:
+        raise SceneError(f"scene {path}: nested too deep: expected the tables of a scene") from error
     except OSError as error:
         raise SceneError(f"scene {path}: cannot be read ({error.strerror}): give the path of a TOML file") from error
     except UnicodeDecodeError as error:
         raise SceneError(f"scene {path}: expected UTF-8 text; byte {error.start} is not") from error
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:  # tomllib's own among them; Python's, of a number of more than 4300 digits
         raise SceneError(f"scene {path}: expected TOML: {error}") from error
     return _validated(tables, name=f"scene {path}", folder=path.parent, lines=lines_of(text))
 

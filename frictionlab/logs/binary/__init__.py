@@ -28,6 +28,8 @@ def read_binary(path: Path) -> Sheet | None:
     LogError
         It is of such a kind and cannot be read.
     """
+    if not path.is_file():  # a pipe or a device is never read: it may not end
+        return None
     try:
         with path.open("rb") as file:
             first = file.read(1024)

@@ -35,7 +35,7 @@ def is_workbook(file: BufferedReader) -> bool:
             if "xl/workbook.xml" not in names:
                 return False
             _check_size(archive)
-    except (zipfile.BadZipFile, OSError, EOFError):
+    except (zipfile.BadZipFile, OSError, EOFError, NotImplementedError):  # the last of a version or method not known
         return False
     return True
 

@@ -1,0 +1,70 @@
+"""Files that lead a reader astray: pipes, groups inside themselves, arrays of which nothing is stored, deep scenes."""
+
+import os
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from frictionlab.errors import RecordingError, SceneError
+from frictionlab.experiment import facts_of
+from frictionlab.hdf5 import describe, is_recording, read_recording, read_tree, write_recording
+from frictionlab.recording import Recording
+from frictionlab.scene import read_scene, scene_from_tables
+
+
+def test_a_pipe_is_no_recording(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "a.h5")
+    with pytest.raises(RecordingError, match="a folder, a pipe or a device, not a file"):
+        read_recording(tmp_path / "a.h5")
+    assert not is_recording(tmp_path / "a.h5")
+
+
+def test_a_group_inside_itself_is_told_and_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs.update({"format": "x", "format_version": 1})
+        file.create_group("a")["b"] = file["/"]
+    assert "  b/ (the same group as one above)" in describe(path)
+    with pytest.raises(RecordingError, match="is the same group as one above"):
+        read_tree(path, kind="x")
+
+
+def test_an_array_of_which_nothing_is_stored_costs_no_memory(tmp_path: Path) -> None:
+    path, t = tmp_path / "a.h5", np.arange(1000.0)
+    write_recording(Recording(t, t, t), path)
+    with h5py.File(path, "r+") as file:
+        del file["time"]
+        file.create_dataset("time", (1 << 22,), "f8", chunks=(1 << 16,), fillvalue=1.0)
+    with pytest.raises(RecordingError, match=r"claims 33554432 bytes in a file of .* that stores 0 of it"):
+        read_recording(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a = " + "[" * 5000 + "]" * 5000, "nested too deep"),
+        ("a = " + "9" * 5000, "expected TOML: Exceeds the limit"),
+    ],
+)
+def test_a_scene_that_is_too_much_is_refused(text: str, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "s.toml"
+    path.write_text(text)
+    with pytest.raises(SceneError, match=words):
+        read_scene(path)
+
+
+@pytest.mark.parametrize("kind", ["pipe", "loop", "folder"])
+def test_scene_and_sheet_are_files(kind: str, tmp_path: Path) -> None:
+    place = tmp_path / "t.csv"
+    {"pipe": os.mkfifo, "loop": lambda p: p.symlink_to(p), "folder": Path.mkdir}[kind](place)
+    with pytest.raises(SceneError, match="cannot be read"):
+        read_scene(place)
+    with pytest.raises(SceneError, match="cannot be read"):
+        facts_of(scene_from_tables({"experiment": {"sheet": "t.csv"}}, folder=tmp_path), Path("a.csv"))
+
+
+def test_a_sheets_name_with_a_nul_is_refused() -> None:
+    with pytest.raises(SceneError, match="cannot be the name of a file"):
+        facts_of(scene_from_tables({"experiment": {"sheet": "a\0b.csv"}}), Path("a.csv"))
