@@ -54,7 +54,7 @@ def line(name: str, triples: Iterable[Triple]) -> str:
     """One line of the table; the error is that of the truths that are a tenth of the largest and more."""
     all_of = list(triples)
     inside = sum(low <= truth <= high for truth, _, low, high in all_of)
-    least = 0.1 * max(abs(truth) for truth, *_ in all_of)
+    least = 0.1 * max((abs(truth) for truth, *_ in all_of), default=0.0)
     errors = [abs(value / truth - 1.0) for truth, value, *_ in all_of if abs(truth) > least]
     return f"{name:22s}{inside:5d} of {len(all_of):4d} inside   largest error {max(errors, default=0.0):8.2%}"
 
