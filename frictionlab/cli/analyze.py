@@ -78,11 +78,11 @@ def analyze(
     pages = {} if report is None else _pages(report, recordings)
     with_series = output is not None and output.suffix == ".h5"
     job = partial(_row, scene=what, plots=plots, pages=pages, force=force, with_series=with_series)
-    tell_assumed(what, quiet=quiet or as_json)
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
     series: dict[str, object] = {}
     watched = track(_put_apart(made, series), total=len(recordings), title="analyze", quiet=quiet)
     rows = report_rows(watched, as_json=as_json, quiet=quiet)
+    tell_assumed(what, rows, quiet=quiet or as_json)
     if output is not None:
         write_rows(rows, output, MEASUREMENTS, force=force, inputs=recordings, series=series)
     if not (as_json or quiet):

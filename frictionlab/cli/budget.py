@@ -32,9 +32,9 @@ def _lines(budget: Mapping[str, Mapping[str, float]]) -> Iterable[Row]:
             yield {"quantity": quantity, "cause": cause, "uncertainty": size, "share": float(f"{share:.3g}")}
 
 
-def tell_assumed(scene: "Scene", *, quiet: bool) -> None:
-    """Say once that the lag between the channels is assumed, where nobody has declared it."""
-    if not quiet and scene.sensors.lag_s_u is None:
+def tell_assumed(scene: "Scene", rows: Iterable[Row], *, quiet: bool) -> None:
+    """Say once, of numbers that there are, that the lag between the channels is assumed and not declared."""
+    if not quiet and scene.sensors.lag_s_u is None and any(row.get("status") == "ok" for row in rows):
         complain(
             "note: the lag between the channels is not declared: half a sampling interval either way is assumed in the"
             " uncertainties; say what is known in lag_s_u of [sensors]"

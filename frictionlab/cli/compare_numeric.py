@@ -106,9 +106,9 @@ def compare_numeric(
     job = partial(_row, scene=what, law=law, beta=beta, plots=plots, whole=whole, fit=fit, force=force)
     if output is not None:
         check_output(output, COMPARISONS, force=force, inputs=recordings)
-    tell_assumed(what, quiet=quiet or as_json)
     made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
     rows = report_rows(track(made, total=len(recordings), title="compare", quiet=quiet), as_json=as_json, quiet=quiet)
+    tell_assumed(what, rows, quiet=quiet or as_json)
     if output is not None:
         write_rows(rows, output, COMPARISONS, force=force, inputs=recordings)
     if not (as_json or quiet):

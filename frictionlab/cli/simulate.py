@@ -137,7 +137,8 @@ def _write(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None
 
     from frictionlab.hdf5 import write_tree
 
-    tree: dict[str, object] = {key: value for key, value in row.items() if value is not None}
+    timeless = {key: value for key, value in row.items() if key != "wall_s"}  # the same input gives the same bytes
+    tree: dict[str, object] = {key: value for key, value in timeless.items() if value is not None}
     if state.orbit is not None:
         begin = state.orbit.start
         tau = np.linspace(begin, state.orbit.end, SAMPLES * (state.period_cycles or 1) + 1)

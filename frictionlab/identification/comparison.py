@@ -13,7 +13,6 @@ from frictionlab.identification.whole import WholeRecord
 from frictionlab.schema import COMPARISONS
 
 FloatArray = NDArray[np.float64]
-EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own scatter is known to a factor of 2 at most
 
 Verdict = Literal["explained", "misfit"]
 

@@ -15,14 +15,16 @@ from frictionlab.identification.family import Family
 from frictionlab.identification.fit import Errors, Fit, cost, errors_of, excess_of, fit, released, unfitted
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.loop import loop_friction_ratio
-from frictionlab.identification.observed import Observed, observe_cycle
+from frictionlab.identification.observed import EXPLAINED, Observed, observe_cycle
 from frictionlab.simulator.elastic import engine as elastic_engine
 from frictionlab.simulator.engine import choose
+from frictionlab.simulator.laws import law_of
 from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
 SEARCH = np.geomspace(0.05, 3.0, 49)  # friction ratios tried, over the loop's
 RIVAL = 9.0  # a second valley within so much of chi-square is a rival
+RICHER = ("place", "speed")  # what a law that leaves a misfit is held against
 TOLD = 0.5  # a parameter is told if its variance has fallen below this share of its prior's ...
 SURE = 2.0  # ... and it lies so many errors from where its term does nothing
 LEVEL = 0.95  # of a limit
@@ -102,7 +104,26 @@ def identify(measurement: Measurement, family: Family, sources: Sources) -> Iden
         fits = [released(found, forward) for found in fits]
     else:
         fits = _by_cost([fit(forward, observed, [start]) for start in starts])
-    return with_errors(family, fits[0], rivals=_rivals(fits))
+    richer = _under_a_richer_law(measurement, sources, fits[0])
+    return with_errors(family, fits[0], rivals=_rivals(fits), richer=richer)
+
+
+def _under_a_richer_law(measurement: Measurement, sources: Sources, found: Fit) -> float | None:
+    """The friction ratio of the same cycle with place and speed in the law as well, where the law leaves a misfit.
+
+    Friction that the law does not know of moves the friction ratio that it finds: the two tell by how much. None where
+    the law explains the cycle, or the richer one does not explain it better.
+    """
+    law, more = found.forward.family.law, [term for term in RICHER if not found.forward.family.law.has(term)]
+    if found.nrmse <= EXPLAINED * found.observed.floor or law.kind != "rigid" or not more:
+        return None
+    family = found.forward.family.under(law_of("+".join((law.name, *more))))
+    forward = forward_of(family, measurement, sources, found.observed)
+    try:
+        other = fit(forward, found.observed, [start_at(forward, found.values)])
+    except AnalysisError:
+        return None  # no steady state near under that law: it tells nothing
+    return other.values["beta"] if other.nrmse < 0.7 * found.nrmse else None
 
 
 def _by_cost(fits: list[Fit]) -> list[Fit]:
@@ -186,9 +207,17 @@ def _rivals(fits: list[Fit]) -> tuple[float, ...]:
 
 
 def with_errors(
-    family: Family, found: Fit, *, rivals: tuple[float, ...] = (), errors: Errors | None = None
+    family: Family,
+    found: Fit,
+    *,
+    rivals: tuple[float, ...] = (),
+    richer: float | None = None,
+    errors: Errors | None = None,
 ) -> Identified:
-    """Return a fit with the errors, limits and caveats of its values; its errors are found unless they are given."""
+    """Return a fit with the errors, limits and caveats of its values; its errors are found unless they are given.
+
+    ``rivals``: friction ratios that fit nearly as well; ``richer``: what a richer law would say, where this one misses.
+    """
     errors = errors_of(found) if errors is None else errors
     parameters, known = {}, {}
     for i, c in enumerate(found.coordinates):
@@ -200,9 +229,10 @@ def with_errors(
             known[c.name] = (value, spread, c.width)
     values = found.forward.family.problem(found.law_values).parameters
     own = {p.name: parameters.get(p.name, ParameterEstimate(values[p.name])) for p in family.law.parameters}
-    own = {name: _widened(e, rivals) if name == "beta" else e for name, e in own.items()}
-    said = (*_caveats(own, rivals), *_pressed(known, family), *_bounded(own))
-    return Identified(family, found, errors, own, known, shares(found, errors), said)
+    own["beta"] = _with_law(_widened(own["beta"], rivals), richer)
+    by_law = {} if richer is None else {"the law itself": abs(richer - own["beta"].value)}
+    said = (*_caveats(own, rivals, richer), *_pressed(known, family), *_bounded(own))
+    return Identified(family, found, errors, own, known, shares(found, errors) | by_law, said)
 
 
 def _estimate(family: Family, c: Coordinate, found: Fit, errors: Errors, i: int) -> ParameterEstimate:
@@ -247,8 +277,30 @@ def _widened(estimate: ParameterEstimate, rivals: tuple[float, ...]) -> Paramete
     )
 
 
-def _caveats(own: dict[str, ParameterEstimate], rivals: tuple[float, ...]) -> tuple[str, ...]:
+def _with_law(estimate: ParameterEstimate, richer: float | None) -> ParameterEstimate:
+    """The friction ratio with an error that holds what a richer law would say, in quadrature."""
+    if richer is None or estimate.se is None or estimate.u is None:
+        return estimate
+    gap, reach = abs(richer - estimate.value), float(ndtri(0.5 + 0.5 * LEVEL))
+    u = math.hypot(estimate.u, gap)
+    return replace(
+        estimate,
+        se=math.hypot(estimate.se, gap),
+        u=u,
+        lower=max(0.0, estimate.value - reach * u),
+        upper=estimate.value + reach * u,
+    )
+
+
+def _caveats(
+    own: dict[str, ParameterEstimate], rivals: tuple[float, ...], richer: float | None = None
+) -> tuple[str, ...]:
     beta, said = own["beta"], []
+    if richer is not None:
+        said.append(
+            f"friction_ratio: {beta.value:.4g} under this law, {richer:.4g} if friction may vary with place and speed;"
+            " its error holds the difference: choose the law with --law auto"
+        )
     if rivals:
         told = " and ".join(f"{rival:.4g}" for rival in rivals)
         said.append(f"friction_ratio: not unique: {told} fits nearly as well as {beta.value:.4g}; its error spans them")

@@ -19,6 +19,7 @@ ComplexArray = NDArray[np.complex128]
 
 FEWEST_CYCLES = 3  # below so many the cycles say nothing of their own scatter
 MOST_HARMONICS = 128
+EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own scatter is known to a factor of 2 at most
 FEW = 3.0  # over the number of cycles: the share of the mean variance below which no variance is known
 POINTS = 4.0  # of a cycle for each harmonic: with fewer, interpolation takes part of it away
 ROUNDING = 1e-6  # of the response: interpolation between samples is no better

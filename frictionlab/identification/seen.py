@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.identification.comparison import EXPLAINED, Verdict
+from frictionlab.identification.comparison import Verdict
 from frictionlab.identification.identify import Identified
+from frictionlab.identification.observed import EXPLAINED
 from frictionlab.simulator import SteadyState, observe
 
 FloatArray = NDArray[np.float64]

@@ -10,6 +10,7 @@ import hashlib
 import importlib
 import importlib.util
 import os
+import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -112,9 +113,15 @@ def machine_code_folder(names: ModuleType = layout, modules: tuple[ModuleType, .
     digest = hashlib.sha256()
     for module in (names, *modules):
         digest.update(Path(str(module.__file__)).read_bytes())
+    return _cache_root() / "frictionlab" / f"kernel-{digest.hexdigest()[:16]}"
+
+
+def _cache_root() -> Path:
     home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
-    root = Path(home) if home else Path("~/.cache").expanduser()
-    return root / "frictionlab" / f"kernel-{digest.hexdigest()[:16]}"
+    try:
+        return Path(home) if home else Path("~/.cache").expanduser()
+    except RuntimeError:  # a user without a home folder
+        return Path(tempfile.gettempdir())
 
 
 @contextlib.contextmanager

@@ -127,7 +127,7 @@ class Trajectory:
         --------
         >>> from frictionlab.simulator import Problem, steady_state
         >>> steady_state(Problem(r=0.7, beta=0.5)).orbit.force([0.0, 3.0]).tolist()
-        [-0.5, 0.5]
+        [0.5, -0.5]
         """
         shape, local, side, z, v = self._relative(tau, cycle)
         problem = self.problem
