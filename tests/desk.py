@@ -10,6 +10,11 @@ ROOT = Path(__file__).parents[1]
 BIN = Path(sys.executable).parent
 MAKE = ("make", f"BIN={BIN}", f"FRICTIONLAB={BIN / 'frictionlab'}")
 """With the environment that runs the tests: nothing is installed."""
+OF_MAKE = {
+    *("MAKEFLAGS", "MAKELEVEL", "MFLAGS"),
+    *("LOGS", "SCENE", "OUT", "CAMPAIGN", "CAMPAIGN_SCENE", "CAMPAIGN_LOGS"),
+}
+"""What a make that runs the tests puts into their environment."""
 
 
 def set_up(folder: Path, *names: str) -> Path:
@@ -23,5 +28,5 @@ def set_up(folder: Path, *names: str) -> Path:
 
 def run_in(folder: Path, words: Sequence[str]) -> "subprocess.CompletedProcess[str]":
     """Run a command there; not as a child of the make that may be running the tests."""
-    alone = {key: value for key, value in os.environ.items() if key not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")}
+    alone = {key: value for key, value in os.environ.items() if key not in OF_MAKE}
     return subprocess.run(words, cwd=folder, env=alone, capture_output=True, text=True, check=False, timeout=170)
