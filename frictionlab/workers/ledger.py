@@ -36,11 +36,12 @@ class Batch(Generic[S]):
 
 @dataclass(frozen=True)
 class Task:
-    """Cases ``start`` up to ``stop`` and how many workers died over them."""
+    """Cases ``start`` up to ``stop`` and how many workers died over them; ``alone``: with nothing else in work."""
 
     start: int
     stop: int
     deaths: int = 0
+    alone: bool = False
 
 
 class Ledger(Generic[S]):
@@ -61,6 +62,7 @@ class Ledger(Generic[S]):
         self._back: dict[int, Batch[S] | BaseException] = {}
         self._next = start
         self._out = 0
+        self._alone_out = False
 
     @property
     def finished(self) -> bool:
@@ -79,6 +81,8 @@ class Ledger(Generic[S]):
 
     def take(self, *, workers: int) -> Task | None:
         """The next batch to hand out, or None if all are out."""
+        if self._alone_out or (self._due and self._due[-1].alone and self._out):
+            return None
         if self._due:
             task = self._due.pop()
         elif self._fresh < self._pace.total:
@@ -87,11 +91,13 @@ class Ledger(Generic[S]):
         else:
             return None
         self._out += 1
+        self._alone_out = task.alone
         return task
 
     def book(self, task: Task, outcome: S | BaseException) -> None:
         """Note what came back for a batch; an error is raised when its turn comes, as it would be without workers."""
         self._out -= 1
+        self._alone_out = False
         if isinstance(outcome, BaseException):
             self._back[task.start] = outcome
         else:
@@ -100,15 +106,20 @@ class Ledger(Generic[S]):
     def book_death(self, task: Task, *, deaths: int) -> None:
         """Note that so many workers died over this batch: it is due again, then halved, then given up.
 
-        None, if the worker died over another one while this one waited.
+        None, if the worker died over another one while this one waited. A cluster tells several deaths at once and not
+        which of the cases there caused them: then a single case is tried once more, alone, before it is given up.
         """
         self._out -= 1
+        self._alone_out = False
+        unsure = deaths > 1 and not task.alone
         deaths += task.deaths
         middle = (task.start + task.stop) // 2
         if task.stop - task.start > 1 and deaths >= SPLIT:
             self._put_back(Task(middle, task.stop, SPLIT - 1), Task(task.start, middle, SPLIT - 1))
+        elif unsure:
+            self._put_back(Task(task.start, task.stop, deaths, alone=True))
         elif deaths < GIVEN_UP:
-            self._put_back(Task(task.start, task.stop, deaths))
+            self._put_back(Task(task.start, task.stop, deaths, alone=task.alone))
         else:
             reason = f"its worker died each time, {deaths} times: out of memory, or a crash in a library"
             self._back[task.start] = Batch(task.start, task.stop, None, lost=reason)

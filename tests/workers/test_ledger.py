@@ -90,3 +90,21 @@ def test_an_error_is_raised_when_its_turn_comes() -> None:
     assert next(handed_on).results == [0]
     with pytest.raises(ArithmeticError, match="second"):
         next(handed_on)
+
+
+def test_a_case_that_a_cluster_blames_is_tried_alone_before_it_is_given_up() -> None:
+    """Two cases share a worker that one of them kills: the cluster blames both, and the other is not lost."""
+    ledger: Ledger[list[int]] = Ledger(0, Pace(2, seconds_per_batch=0.0))
+    both = [ledger.take(workers=2), ledger.take(workers=2)]
+    for task in both:
+        assert task is not None
+        ledger.book_death(task, deaths=2)
+    first = ledger.take(workers=2)
+    assert first is not None
+    assert first.alone
+    assert ledger.take(workers=2) is None
+    ledger.book(first, [0])
+    second = ledger.take(workers=2)
+    assert second is not None
+    ledger.book_death(second, deaths=2)
+    assert [flat(batch) for batch in ledger.in_order()] == [[0], [None]]
