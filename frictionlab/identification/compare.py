@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from frictionlab.identification.comparison import Comparison
 from frictionlab.identification.contact_force import ContactForce, contact_of
 from frictionlab.identification.family import Family, family_of, law_and_held
 from frictionlab.identification.force import friction_of
-from frictionlab.identification.identify import Identified, ParameterEstimate, as_known, identify
+from frictionlab.identification.identify import Identified, as_known, identify
 from frictionlab.identification.ladder import Ladder, climb
 from frictionlab.identification.seen import Judged, judge, seen
 from frictionlab.identification.track import track_of
@@ -186,7 +186,7 @@ def _compared(
         response_floor=judged.floor,
         misfit=judged.misfit,
         verdict=judged.verdict,
-        parameters={name: _parameter_row(e) for name, e in found.parameters.items()},
+        parameters={name: asdict(e) for name, e in found.parameters.items()},
         model=model_words(found.family),
         solver=state.solver,
         closure_error=state.closure_error,
@@ -222,15 +222,11 @@ def _contact(
     )
 
 
-def _parameter_row(e: ParameterEstimate) -> dict[str, float | bool | None]:
-    return {"value": e.value, "se": e.se, "u": e.u, "told": e.told, "lower": e.lower, "upper": e.upper}
-
-
 def _rung_rows(ladder: Ladder) -> list[dict[str, object]]:
     return [
         {
             "law": rung.law.name,
-            "parameters": {name: _parameter_row(e) for name, e in rung.identified.parameters.items()},
+            "parameters": {name: asdict(e) for name, e in rung.identified.parameters.items()},
             "log_evidence": rung.log_evidence,
             "response_nrmse": rung.nrmse,
             "held_out_nrmse": rung.held_out_nrmse,

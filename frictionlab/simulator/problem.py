@@ -201,10 +201,6 @@ class Problem:
         """
         return self._but(numbers=self.law.complete(self.parameters | dict(changes)))
 
-    def with_base(self, base: Base) -> Self:
-        """Return the problem under another motion of the base."""
-        return self._but(base=base)
-
     def with_r(self, r: float) -> Self:
         """Return the problem at another frequency ratio."""
         checked = Problem(r, self.beta)
