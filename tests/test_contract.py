@@ -1,72 +1,179 @@
 """The contract's keys and habits, command by command: one table of what a script may rely on."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
+import h5py
 import pytest
 from typer.testing import CliRunner
 
 from frictionlab.cli import app
 from frictionlab.figures.style import caution, new_figure
+from frictionlab.tables import read_rows
 
 ROOT = Path(__file__).parents[1]
 SCENE = ROOT / "configs" / "sample_data.toml"
 LOG = ROOT / "sample_data" / "aramid_N1.25_r1.2.csv"
-MEASUREMENT = (
+
+
+def words(text: str) -> list[str]:
+    return text.split()
+
+
+MEASUREMENT = words(
     "source status reason warnings material normal_force_n sampling_rate_hz duration_s transient_s drive_frequency_hz"
     " drive_frequency_hz_se natural_frequency_hz frequency_ratio frequency_ratio_se base_amplitude_m"
     " base_amplitude_m_se base_distortion cycles energy_per_cycle energy_per_cycle_se energy_per_cycle_j energy_rule"
     " response_amplitude response_amplitude_se irregularity_index irregularity_floor base_irregularity_index"
     " stops_per_cycle stuck_fraction regime asymmetry"
-    " frequency_ratio_u base_amplitude_m_u energy_per_cycle_u response_amplitude_u budget"
 )
-COMPARISON = (
+MEASURED_TOO = ["frequency_ratio_u", "base_amplitude_m_u", "energy_per_cycle_u", "response_amplitude_u", "budget"]
+COMPARISON = words(
     "source status reason warnings frequency_ratio energy_per_cycle response_amplitude stops_per_cycle regime"
     " friction_ratio friction_ratio_se friction_force_n friction_coefficient predicted_energy_per_cycle"
     " predicted_response_amplitude predicted_stops_per_cycle predicted_regime energy_difference response_nrmse model"
-    " solver closure_error law parameters response_floor misfit verdict friction_ratio_u friction_force_n_u"
-    " friction_coefficient_u budget"
+    " solver closure_error"
 )
-STATE = (
+COMPARED_TOO = words(
+    "law parameters response_floor misfit verdict laws record_nrmse record_energy_difference friction_ratio_u"
+    " friction_force_n_u friction_coefficient_u budget"
+)
+STATE = words(
     "r beta mu zeta wall solver outcome energy_per_cycle response_amplitude stops_per_cycle stuck_fraction regime"
     " symmetric period_cycles floquet_multiplier closure_error"
 )
-SWEPT = ("sweep", "--r", "0.5,1.5", "--beta", "0.4", "-o", "TMP/map.h5")
-KEYS: Mapping[tuple[str, ...], str] = {
-    ("analyze", str(LOG), "--scene", str(SCENE)): MEASUREMENT,
-    ("compare-numeric", str(LOG), "--scene", str(SCENE)): COMPARISON,
-    ("compare-numeric", str(LOG), "--scene", str(SCENE), "--whole"): (
-        f"{COMPARISON} record_nrmse record_energy_difference"
-    ),
-    ("simulate", "--r", "0.5", "--beta", "0.4"): f"{STATE} wall_s law parameters",
-    ("simulate", "--r", "1", "--beta", "0.2"): f"{STATE} wall_s law parameters",
-    SWEPT: STATE,
+SIMULATED_TOO = ["wall_s", "law", "parameters"]
+RUNG = words("law parameters log_evidence response_nrmse held_out_nrmse required seconds")
+VALUE = ["value", "se", "told", "lower", "upper"]
+TYPES: Mapping[str, type | tuple[type, ...]] = {
+    **dict.fromkeys(["source", "status", "reason", "material", "energy_rule", "regime", "predicted_regime"], str),
+    **dict.fromkeys(["model", "solver", "law", "verdict", "wall", "outcome"], str),
+    **dict.fromkeys(["parameters", "budget", "nuisances"], dict),
+    **dict.fromkeys(["warnings", "laws"], list),
+    **dict.fromkeys(["cycles", "period_cycles"], int),
+    "symmetric": bool,
+    "accuracy": str,
 }
+"""What a value is, unless it is null; a number where nothing else is said."""
+SCENED = ("--scene", str(SCENE))
+SWEPT = ("sweep", "--r", "0.5,1", "--beta", "0.4", "-o", "TMP/map.h5")
+KEYS: Mapping[tuple[str, ...], tuple[list[str], list[str]]] = {
+    ("analyze", str(LOG), *SCENED): (MEASUREMENT, MEASURED_TOO),
+    ("compare-numeric", str(LOG), *SCENED): (COMPARISON, COMPARED_TOO),
+    ("compare-numeric", str(LOG), *SCENED, "--whole"): (COMPARISON, COMPARED_TOO),
+    ("simulate", "--r", "0.5", "--beta", "0.4"): (STATE, SIMULATED_TOO),
+    ("simulate", "--r", "1", "--beta", "0.2"): (STATE, SIMULATED_TOO),
+    SWEPT: (STATE, []),
+}
+UNBOUNDED = STATE[STATE.index("outcome") + 1 :]
 
 
 def refuse(constant: str) -> NoReturn:
     raise ValueError(f"{constant} is no JSON")
 
 
+def run_json(command: Sequence[str], status: int = 0) -> list[dict[str, Any]]:
+    """The rows that a command prints; nothing else may be on its standard output."""
+    told = CliRunner().invoke(app, [*command, "--json"])
+    assert told.exit_code == status, told.stderr
+    return [json.loads(line, parse_constant=refuse) for line in told.stdout.splitlines()]
+
+
 @pytest.mark.parametrize(
-    ("words", "keys"), KEYS.items(), ids=lambda x: " ".join(x)[:14] if isinstance(x, tuple) else ""
+    ("command", "keys"), KEYS.items(), ids=lambda x: " ".join(x)[:14] if isinstance(x[0], str) else ""
 )
-def test_json_has_the_contracts_keys_and_no_nan(words: tuple[str, ...], keys: str, tmp_path: Path) -> None:
-    told = CliRunner().invoke(app, [*(word.replace("TMP", str(tmp_path)) for word in words), "--json"])
-    assert told.exit_code == 0, told.stderr
-    for line in told.stdout.splitlines():
-        row = json.loads(line, parse_constant=refuse)
-        assert not [key for key in keys.split() if key not in row]
+def test_json_has_the_contracts_keys_in_its_order_each_of_its_type(
+    command: tuple[str, ...], keys: tuple[list[str], list[str]], tmp_path: Path
+) -> None:
+    first, too = keys
+    for row in run_json([word.replace("TMP", str(tmp_path)) for word in command]):
+        assert list(row)[: len(first)] == first
+        assert not [key for key in too if key not in row]
+        for key, value in row.items():
+            kind = TYPES.get(key, (int, float))
+            assert value is None or (isinstance(value, kind) and (kind is bool or not isinstance(value, bool))), key
+
+
+def test_parameters_and_the_ladder_are_objects_of_the_contract() -> None:
+    (row,) = run_json(["compare-numeric", str(LOG), *SCENED])
+    assert row["laws"] is None
+    assert [key for key in row["parameters"]["beta"] if key in VALUE] == VALUE
+    assert row["parameters"]["beta"]["told"] is True
+    assert row["parameters"]["beta"]["value"] == row["friction_ratio"]
+    assert row["misfit"] == pytest.approx(row["response_nrmse"] / row["response_floor"], rel=1e-12)
+    assert row["verdict"] in ("explained", "misfit")
+    assert row["energy_difference"] == pytest.approx(
+        row["predicted_energy_per_cycle"] / row["energy_per_cycle"] - 1.0, abs=1e-14
+    )
+    assert {"friction_ratio", "friction_force_n", "friction_coefficient"} <= set(row["budget"])
+
+
+def test_the_ladder_is_told_in_the_order_climbed() -> None:
+    (row,) = run_json(["compare-numeric", str(LOG), *SCENED, "--law", "auto"])
+    assert [list(rung) for rung in row["laws"]] == [RUNG] * len(row["laws"])
+    assert row["laws"][0]["law"] == "coulomb"
+    assert {type(rung["required"]) for rung in row["laws"]} == {bool}
+
+
+def test_a_motion_without_bound_has_nulls_for_numbers() -> None:
+    (row,) = run_json(["simulate", "--r", "1", "--beta", "0.2"])
+    assert row["outcome"] == "unbounded"
+    assert {row[key] for key in UNBOUNDED} == {None}
+
+
+def test_a_failed_input_is_its_source_and_reason_and_the_others_go_on(tmp_path: Path) -> None:
+    bad = tmp_path / "bad.h5"
+    bad.write_bytes(b"no recording")
+    for command in ("analyze", "compare-numeric"):
+        first, second = run_json([command, str(bad), str(LOG), *SCENED], status=1)
+        assert list(first) == ["source", "status", "reason"]
+        assert first["status"] == "failed"
+        assert second["status"] == "ok"
+    (alone,) = run_json(["free-vibration", str(bad)], status=1)
+    assert list(alone) == ["source", "status", "reason"]
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".jsonl", ".h5", ".xlsx", ".parquet"])
+def test_a_table_of_any_suffix_begins_with_the_contracts_columns(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"new/table{suffix}"
+    done = CliRunner().invoke(app, ["analyze", str(LOG), *SCENED, "-q", "-o", str(path)])
+    assert done.exit_code == 0, done.stderr
+    assert not done.stdout
+    (row,) = read_rows(path)
+    assert [key for key in row if key in MEASUREMENT] == [key for key in MEASUREMENT if key in row]
+    assert row["cycles"] == 149
+    if suffix == ".csv":
+        head, line = path.read_text().splitlines()
+        assert head.split(",")[: len(MEASUREMENT)] == MEASUREMENT
+        assert line.split(",")[2:4] == ["", ""]
+    if suffix == ".h5":
+        with h5py.File(path) as file:
+            assert file["rows/base_amplitude_m"].attrs["units"] == "m"
+            assert file["rows/energy_per_cycle"].attrs["long_name"]
+
+
+def test_a_map_is_a_dataset_per_key_over_the_axes(tmp_path: Path) -> None:
+    path = tmp_path / "map.h5"
+    rows = run_json(["sweep", "--r", "0.5,1,1.5", "--beta", "0.2:0.4:0.2", "-o", str(path), "--wall", "base"])
+    assert [(row["r"], row["beta"]) for row in rows[:3]] == [(0.5, 0.2), (0.5, 0.4), (1.0, 0.2)]
+    with h5py.File(path) as file:
+        for key in STATE:
+            assert "units" in file[key].attrs
+            assert file[key].attrs["long_name"]
+        assert {file[key].shape for key in STATE[4:]} == {(3, 2, 1, 1)}
+        assert [dimension.keys()[0] for dimension in file["wall"].dims] == STATE[:4]
+        assert set(file["wall"][...].ravel()) == {b"base"}
+        assert file["energy_per_cycle"][2, 0, 0, 0] == rows[4]["energy_per_cycle"]
 
 
 def test_a_map_is_drawn_over_one_axis_and_two_and_refused_over_three(tmp_path: Path) -> None:
     place = tmp_path / "new" / "map.svg"
     one = ["sweep", "--r", "0.5:1.5:0.25", "--beta", "0.4", "-o", f"{tmp_path}/a.csv", "--plot", str(place)]
     two = ["sweep", "--r", "0.5,1", "--beta", "0.2,0.4", "-o", f"{tmp_path}/b.h5", "--plot", f"{tmp_path}/b.pdf"]
-    for words in (one, two):
-        done = CliRunner().invoke(app, words)
+    for command in (one, two):
+        done = CliRunner().invoke(app, command)
         assert done.exit_code == 0, done.stderr
     assert b"<dc:title>frictionlab</dc:title>" in place.read_bytes()
     three = CliRunner().invoke(app, [*two, "--mu", "1,2", "--force"])
@@ -75,11 +182,11 @@ def test_a_map_is_drawn_over_one_axis_and_two_and_refused_over_three(tmp_path: P
 
 
 def test_a_named_figure_is_that_file_and_several_inputs_need_a_folder(tmp_path: Path) -> None:
-    words = ["analyze", str(LOG), "--scene", str(SCENE), "--quiet"]
-    assert CliRunner().invoke(app, [*words, "--plot", f"{tmp_path}/new/x.svg"]).exit_code == 0
+    command = ["analyze", str(LOG), "--scene", str(SCENE), "--quiet"]
+    assert CliRunner().invoke(app, [*command, "--plot", f"{tmp_path}/new/x.svg"]).exit_code == 0
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["x.svg"]
     for wrong, fault in (("x.docx", "ending in .pdf"), ("x.pdf", "expected a folder")):
-        done = CliRunner().invoke(app, [*words, str(ROOT / "other.h5"), "--plot", str(tmp_path / wrong)])
+        done = CliRunner().invoke(app, [*command, str(ROOT / "other.h5"), "--plot", str(tmp_path / wrong)])
         assert done.exit_code == 2
         assert fault in done.stderr
 
@@ -107,8 +214,8 @@ def test_like_named_inputs_keep_figures_of_their_own(tmp_path: Path) -> None:
 
 def test_a_maps_own_axes_are_shown(tmp_path: Path) -> None:
     path = str(tmp_path / "map.csv")
-    words = ["sweep", "--r", "0.5", "--beta", "0.4", "--law", "coulomb+place", "--parameter", "gradient=0,0.1"]
-    assert CliRunner().invoke(app, [*words, "-o", path]).exit_code == 0
+    command = ["sweep", "--r", "0.5", "--beta", "0.4", "--law", "coulomb+place", "--parameter", "gradient=0,0.1"]
+    assert CliRunner().invoke(app, [*command, "-o", path]).exit_code == 0
     assert CliRunner().invoke(app, ["show", path]).stdout.split()[0] == "gradient"
 
 

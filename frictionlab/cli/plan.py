@@ -74,7 +74,7 @@ def _names(told: "list[PlannedTest]") -> list[str]:
 
 
 def _flat(test: "PlannedTest") -> Row:
-    after = test.cumulative or test.expected_u
+    after = test.cumulative_u or test.expected_u
     return {**test.row(), **{f"u({name})": error for name, error in after.items()}}
 
 

@@ -9,7 +9,7 @@ from typing import TypeVar
 T = TypeVar("T")
 
 
-LINE_S = 10.0  # between two plain lines; shorter work prints none
+LINE_S = 60.0  # between two plain lines; shorter work prints none
 
 
 def track(items: Iterable[T], *, total: int, title: str, quiet: bool = False) -> Iterator[T]:
@@ -71,7 +71,7 @@ class Rate:
 
 
 class Lines:
-    """Progress as plain lines, one every ten seconds; for a log file or a batch system.
+    """Progress as plain lines, one a minute; for a log file or a batch system.
 
     Examples
     --------

@@ -5,6 +5,7 @@ The tree, format version 1::
     /               attrs: format, format_version, frictionlab_version, identity, and what holds for the whole map
     /r, /beta ...   (n,) float64, dimension scales
     /KEY            over all axes; float64 (NaN: not known) or ASCII text of fixed length (empty: not known)
+    /wall           over all axes, the same at each point: stored once, as the value of what is not written
     (each with units and long_name, from `frictionlab.schema`)
 
 All datasets are contiguous and get their place in the file before the first point is solved. Points are solved in the
@@ -18,7 +19,7 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -253,12 +254,20 @@ def _lay_out(
             axis = tree.create_dataset(name, data=np.asarray(values, dtype=np.float64))
             axis.make_scale(name)
             axis.attrs.update(_described(name))
+        shape = tuple(len(values) for values in axes.values())
         for key, kind in kinds.items():
-            data = tree.create_dataset(key, tuple(len(v) for v in axes.values()), np.dtype(kind), dcpl=placed_at_once())
-            for dimension, name in zip(data.dims, axes, strict=True):
-                dimension.attach_scale(tree[name])
-            data.attrs.update(_described(key))
+            _give_axes(tree.create_dataset(key, shape, np.dtype(kind), dcpl=placed_at_once()), tree, axes)
+        for key in (name for name in attributes if STEADY_STATES.column(name) is not None):
+            word = attributes[key].encode()
+            _give_axes(tree.create_dataset(key, shape, f"S{len(word)}", fillvalue=word), tree, axes)
     _reserve(file)
+
+
+def _give_axes(data: h5py.Dataset, tree: h5py.File, axes: Iterable[str]) -> None:
+    """Say what its dimensions are, and what it holds."""
+    for dimension, name in zip(data.dims, axes, strict=True):
+        dimension.attach_scale(tree[name])
+    data.attrs.update(_described(data.name.lstrip("/")))
 
 
 def _described(name: str) -> dict[str, str]:

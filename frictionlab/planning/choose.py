@@ -24,7 +24,7 @@ class PlannedTest:
     """One test of a plan, or a candidate that was not chosen (``rank`` None).
 
     ``expected``: law parameter -> standard error of this test alone, sensors and rig as they are known; ``expected_u``:
-    the same with what is not known of them; ``cumulative``: ``expected_u`` after this and all better ones;
+    the same with what is not known of them; ``cumulative`` and ``cumulative_u``: both after this and all better ones;
     ``log_bayes``: logarithm of the Bayes factor to expect, from this test alone, for the law over plain Coulomb
     friction. The friction coefficient is told as ``beta`` of this test.
     """
@@ -39,6 +39,7 @@ class PlannedTest:
     expected: Mapping[str, float | None]
     expected_u: Mapping[str, float | None]
     cumulative: Mapping[str, float | None] | None
+    cumulative_u: Mapping[str, float | None] | None
     log_bayes: float | None
 
     def row(self) -> dict[str, object]:
@@ -153,10 +154,8 @@ def _test(
     rank: int | None = None,
     total: FloatArray | None = None,
 ) -> PlannedTest:
-    candidate, law = found.candidate, _law_rows(shared)
-    rows = np.flatnonzero(law)
+    candidate, told = found.candidate, found.tells
     alone = known + found.information
-    held = np.sqrt(np.diag(np.linalg.inv(alone[np.ix_(rows, rows)])))
     return PlannedTest(
         rank=rank,
         frequency_ratio=candidate.frequency_ratio,
@@ -165,13 +164,23 @@ def _test(
         duration_s=candidate.duration_s,
         regime=found.regime,
         response_m=found.response_m,
-        expected=_errors(candidate, shared, held, told=found.tells),
-        expected_u=_errors(candidate, shared, np.sqrt(np.diag(np.linalg.inv(alone)))[rows], told=found.tells),
-        cumulative=None
-        if total is None
-        else _errors(candidate, shared, np.sqrt(np.diag(np.linalg.inv(total)))[rows], told=True),
-        log_bayes=_log_bayes(candidate, alone, shared) if found.tells else None,
+        expected=_errors(candidate, shared, _held(alone, shared), told=told),
+        expected_u=_errors(candidate, shared, _free(alone, shared), told=told),
+        cumulative=None if total is None else _errors(candidate, shared, _held(total, shared), told=True),
+        cumulative_u=None if total is None else _errors(candidate, shared, _free(total, shared), told=True),
+        log_bayes=_log_bayes(candidate, alone, shared) if told else None,
     )
+
+
+def _held(precision: FloatArray, shared: tuple[Coordinate, ...]) -> FloatArray:
+    """Spread of the law's coordinates with the rig and the sensors as they are known."""
+    rows = np.flatnonzero(_law_rows(shared))
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(precision[np.ix_(rows, rows)]))))
+
+
+def _free(precision: FloatArray, shared: tuple[Coordinate, ...]) -> FloatArray:
+    """Spread of the law's coordinates with what is not known of the rig and the sensors."""
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(precision)))[_law_rows(shared)])
 
 
 def _errors(

@@ -118,6 +118,7 @@ PLANS = Table(
         thing("cumulative", "cumulative", "Law parameter -> standard error to expect after this and all better ones."),
         number("response_m", "m", "response", "Amplitude of the mass to expect."),
         thing("expected_u", "expected u", "Law parameter -> combined uncertainty to expect from this test alone."),
+        thing("cumulative_u", "cumulative u", "Law parameter -> combined uncertainty after this and all better ones."),
         number("log_bayes", "", "log Bayes", "Evidence to expect for the law over Coulomb friction, as a logarithm."),
     ),
     lead=7,

@@ -58,6 +58,9 @@ def test_each_further_test_leaves_less_unknown(coulomb: Plan) -> None:
     assert len(left) == 3
     assert left == sorted(left, reverse=True)
     assert [t.rank for t in coulomb.tests] == [1, 2, 3]
+    first = coulomb.tests[0]
+    assert first.cumulative == first.expected
+    assert first.cumulative_u == first.expected_u
 
 
 def test_the_errors_promised_are_those_achieved() -> None:
