@@ -76,7 +76,7 @@ class RecordResponse:
             "wall": r.problem.wall,
             "law": r.problem.law.name,
             "parameters": r.problem.parameters,
-            "solver": "exact",
+            "solver": r.solver,
             "samples": len(r.time),
             "duration_s": self.recording.duration_s,
             "energy": r.energy,
@@ -125,7 +125,7 @@ def respond_to(
     RecordingError
         The base has a gap or jumps.
     SimulationError
-        The base does not move, or the law has no exact phases.
+        The base does not move, or the law cannot be integrated.
     """
     part, warnings = sound_base(recording)
     tau = 2.0 * math.pi * natural_frequency_hz * (part.time - part.time[0])

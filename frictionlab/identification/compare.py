@@ -13,17 +13,16 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import UsageError
 from frictionlab.identification.comparison import Comparison
 from frictionlab.identification.contact_force import ContactForce, contact_of
-from frictionlab.identification.family import Family, family_of, law_and_held
+from frictionlab.identification.family import Family, family_of
 from frictionlab.identification.force import friction_of
 from frictionlab.identification.identify import Identified, as_known, identify
 from frictionlab.identification.ladder import Ladder, climb
 from frictionlab.identification.seen import Judged, judge, seen
 from frictionlab.identification.track import track_of
-from frictionlab.identification.whole import Fitted, follow, identify_whole, refuse_unfollowed, unfollowed
+from frictionlab.identification.whole import Fitted, follow, identify_whole
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import SteadyState, steady_state
-from frictionlab.simulator.record import can_follow
 from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
@@ -70,13 +69,8 @@ def compare(
     measurement = measure(recording, scene)
     if not whole and fit == "cycle":
         return predict(measurement, scene, law=law, friction_ratio=friction_ratio, solver=solver)
-    if law != AUTO:
-        refuse_unfollowed(law_and_held(scene, law)[0])
     sources = measurement.sources
     found, ladder = _identified(measurement, scene, sources, law, friction_ratio)
-    if not can_follow(found.family.law):
-        comparison = _compared(measurement, scene, found, _state(found, solver or scene.model.solver), sources, ladder)
-        return replace(comparison, warnings=(*comparison.warnings, unfollowed(found.family.law)))
     track, said = track_of(recording, measurement, measurement.drive_frequency_hz / found.family.r)
     if fit == "whole":
         found = identify_whole(track, measurement, found, sources)

@@ -22,8 +22,6 @@ from frictionlab.identification.track import (
     without_second_harmonic,
 )
 from frictionlab.identification.wander import changes, walk
-from frictionlab.simulator.laws import Law
-from frictionlab.simulator.record import can_follow
 from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
@@ -110,10 +108,9 @@ def identify_whole(track: Track, measurement: Measurement, found: Identified, so
     Raises
     ------
     AnalysisError
-        The law cannot be followed through a record, or no values tried have a motion.
+        No values tried have a motion.
     """
     family = found.family
-    refuse_unfollowed(family.law)
     known = without_second_harmonic(coordinates_of(family, measurement, sources))
     forward = RecordForward(family, (*known, *start_coordinates(track)), track)
     middle = {name: value for name, value in found.fit.values.items() if not name.startswith("second_")}
@@ -132,9 +129,8 @@ def follow(track: Track, found: Identified) -> WholeRecord:
     Raises
     ------
     AnalysisError
-        The law cannot be followed through a record.
+        The law has no motion under the measured base with the values found.
     """
-    refuse_unfollowed(found.family.law)
     values = {name: value for name, value in found.fit.values.items() if not name.startswith("second_")}
     unknown = tuple(c for c in start_coordinates(track) if c.name not in values)
     forward = RecordForward(found.family, unknown, track, fixed=values)
@@ -154,20 +150,6 @@ def _slope(forward: RecordForward, point: FloatArray, predicted: FloatArray) -> 
     if there is None or beta == 0.0:
         return beta, np.zeros(len(predicted))
     return beta, (there - predicted) / (SMALL * beta)
-
-
-def refuse_unfollowed(law: Law) -> None:
-    """Raise `AnalysisError` for a law that cannot be followed through a record."""
-    if not can_follow(law):
-        raise AnalysisError(unfollowed(law))
-
-
-def unfollowed(law: Law) -> str:
-    """Say that a law cannot be followed through a record, and what to do."""
-    return (
-        f"record: law {law.name} is not simulated under a measured base: only laws with exact phases are; do: leave"
-        " --whole out, or give another --law"
-    )
 
 
 def _over(track: Track, predicted: FloatArray, beta: float, slope: FloatArray) -> WholeRecord:

@@ -36,7 +36,7 @@ def respond(what: Recording | FilePath, problem: Problem, scene: AnyScene = None
     LogError, RecordingError
         The base cannot be read, is an acceleration, has a gap or jumps.
     SimulationError
-        The base does not move, or the law has no exact phases.
+        The base does not move, or the law cannot be integrated.
     SceneError
         The scene or a setting is refused.
     """

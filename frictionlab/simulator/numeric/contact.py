@@ -31,8 +31,13 @@ Inner = tuple[float, float, float, float, float, float, float, float, float, flo
 
 
 def series(cosine: Buffer, sine: Buffer, t: float) -> tuple[float, float]:
-    """Value and rate of a Fourier series at t."""
+    """Value and rate at t of a Fourier series; without sine parts, of the polynomial with these coefficients."""
     value, rate = 0.0, 0.0
+    if len(sine) == 0:
+        for i in range(len(cosine)):
+            rate = rate * t + value
+            value = value * t + cosine[len(cosine) - 1 - i]
+        return value, rate
     for i in range(len(cosine)):
         k = i + 1.0
         c, s = cos(k * t), sin(k * t)

@@ -48,3 +48,28 @@ ROWS, STEPS, BUDGET, TOLERANCE, LENGTH, LAST = range(6)
 WORK, FRAME, INPUT, HIGH, LOW = range(6, 11)
 
 FINE, TOO_MANY, STALLED, NEGATIVE = range(4)  # how a motion ended
+
+# What is seen of a motion along a record: integrals (n v, v^2, frame's dashpot, work of F), path, extremes, stops; then
+# how the watch for stops stands: slow or not, a stop not yet judged, its begin, end and place, direction of slip before
+# and after it, the last node's time and slip.
+(
+    SEEN_WORK,
+    SEEN_SQUARED,
+    SEEN_FRAME,
+    SEEN_INPUT,
+    SEEN_PATH,
+    SEEN_STUCK,
+    SEEN_STOPS,
+    SEEN_EVENTS,
+    IS_SLOW,
+    IS_OPEN,
+    SINCE,
+    UNTIL,
+    PLACE,
+    WAY,
+    NEXT_WAY,
+    LAST_TIME,
+    LAST_SLIP,
+) = range(17)
+SEEN = 17
+EVENT = 3  # a recorded event: time, what begins (slip up 1, slip down -1, stop 0), displacement relative to the wall

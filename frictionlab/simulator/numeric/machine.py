@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.engine import Engine, as_it_stands, compile_modules, machine_code_folder
 from frictionlab.simulator.laws import bouc_wen, dahl, logarithm, lugre, rate_state, stribeck
-from frictionlab.simulator.numeric import accounts, contact, layout, phases, step, tableau
+from frictionlab.simulator.numeric import accounts, contact, layout, phases, step, tableau, travel
 from frictionlab.simulator.problem import Problem
 
 __all__ = ["LostError", "Machine", "Spent", "compiled", "forces_of", "is_ready", "machine_of", "plain"]
@@ -25,7 +25,7 @@ FORMULAS = {
     lugre: ("lugre_curve", "lugre_flow"),
     rate_state: ("rate_state_slip", "rate_state_age"),
 }
-MODULES = (contact, step, phases, accounts)  # each uses only those before it
+MODULES = (contact, step, phases, accounts, travel)  # each uses only those before it
 CODES = {
     "stribeck": (layout.STRIBECK, ("static_ratio", "stribeck_speed", "stribeck_exponent")),
     "logarithm": (layout.LOGARITHM, ("rate_strength", "rate_speed")),

@@ -3,10 +3,12 @@
 BaseRecord --respond(problem, record)--> Response
 
 Between samples the base is a polynomial, and between events the mass a linear oscillator: its motion is a closed form.
+Laws that have none are integrated over the same pieces.
 The mathematics, and how good it is, stand in the README of this folder.
 """
 
 from frictionlab.simulator.record.base import BaseRecord, Interpolation
-from frictionlab.simulator.record.respond import Response, can_follow, prepare, respond
+from frictionlab.simulator.record.respond import prepare, respond
+from frictionlab.simulator.record.response import Response
 
-__all__ = ["BaseRecord", "Interpolation", "Response", "can_follow", "prepare", "respond"]
+__all__ = ["BaseRecord", "Interpolation", "Response", "prepare", "respond"]

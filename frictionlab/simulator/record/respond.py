@@ -1,4 +1,4 @@
-"""A sampled base motion in, the motion of the mass out: exact between samples, event by event."""
+"""A sampled base motion in, the motion of the mass out: exact between samples, event by event, where the law allows."""
 
 import functools
 from dataclasses import dataclass
@@ -17,8 +17,10 @@ from frictionlab.simulator.laws import Law
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.record import events, layout, piece, spline, travel
 from frictionlab.simulator.record.base import BaseRecord
+from frictionlab.simulator.record.integrate import integrate, load
+from frictionlab.simulator.record.response import Response
 
-__all__ = ["Response", "can_follow", "prepare", "respond"]
+__all__ = ["prepare", "respond"]
 
 Floats = NDArray[np.float64]
 MODULES: tuple[ModuleType, ...] = (piece, spline, events, travel)
@@ -28,86 +30,12 @@ WORTH_LOADING = 5e4  # steps; in plain Python they take about as long (1 s) as l
 WORTH_COMPILING = 5e5  # the same for compiling it, once per machine and version
 
 
-@dataclass(frozen=True)
-class Response:
-    """The motion of the mass under a sampled motion of the base, from its first sample to its last.
-
-    Lengths are over Y = `base.scale`, times are tau = omega_n t in rad, forces over k Y, energies over k Y^2.
-
-    Parameters
-    ----------
-    problem : Problem
-    base : BaseRecord
-    displacement, velocity : ndarray of shape (n,)
-        Absolute displacement x of the mass from where the spring is relaxed, and dx/dtau, at the samples.
-    contact_force : ndarray of shape (n,)
-        Force of the contact on the mass, n, at the samples.
-    events : ndarray of shape (m, 3)
-        What begins, when, where: tau; 1 (slip up), -1 (slip down) or 0 (a stop); displacement relative to the wall.
-    energy : float
-        All that is dissipated: by friction, by the contact's dashpot and by the frame's.
-    friction_energy : float
-        By dry friction alone.
-    energy_input : float
-        Work of the force that drives the motion relative to the wall, by an independent integral.
-    closure_error : float
-        |energy put in - energy dissipated - energy stored|.
-    path : float
-        Way of the mass along the wall while the contact slips.
-    stops : int
-        Times that the slipping contact came to hold.
-    time_stuck : float
-        Time in which the contact does not slip, rad.
-    """
-
-    problem: Problem
-    base: BaseRecord
-    displacement: Floats
-    velocity: Floats
-    contact_force: Floats
-    events: Floats
-    energy: float
-    friction_energy: float
-    energy_input: float
-    closure_error: float
-    path: float
-    stops: int
-    time_stuck: float
-
-    @property
-    def time(self) -> Floats:
-        """Times of the samples, tau in rad."""
-        return self.base.time
-
-    @property
-    def stuck_fraction(self) -> float:
-        """Share of the time in which the contact does not slip."""
-        return self.time_stuck / float(self.time[-1] - self.time[0])
-
-    @property
-    def peaks(self) -> dict[str, float]:
-        """Largest sizes at the samples: displacement, velocity, displacement from the base, contact force."""
-        return {
-            "displacement": _largest(self.displacement),
-            "velocity": _largest(self.velocity),
-            "relative_displacement": _largest(self.displacement - self.base.values),
-            "contact_force": _largest(self.contact_force),
-        }
-
-    @property
-    def intervals_stuck(self) -> Floats:
-        """Begin and end of each time in which the contact does not slip, rad, shape (k, 2)."""
-        begins = self.events[:, 0]
-        ends = np.append(begins[1:], self.time[-1])
-        held = self.events[:, 1] == 0.0
-        return np.column_stack((begins[held], ends[held]))
-
-
 def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 0.0) -> Response:
     """Simulate the mass under a sampled motion of the base.
 
     Between samples the base is a polynomial and the mass, between events, a linear oscillator: its motion is a closed
-    form, and what interpolation makes of the samples is the only approximation (README, "How good").
+    form, and what interpolation makes of the samples is the only approximation (README, "How good"). Laws without exact
+    phases are integrated by the numeric engine, piece by piece.
 
     Parameters
     ----------
@@ -121,8 +49,8 @@ def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 
     Raises
     ------
     SimulationError
-        The law has no exact phases, r is not 1, friction would have to be negative or to outgrow the spring, or events
-        do not end.
+        r is not 1, friction would have to be negative or to outgrow the spring, events do not end, or the law is too
+        stiff to be integrated.
 
     Examples
     --------
@@ -132,6 +60,13 @@ def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 
     >>> response.stops, round(response.energy, 3)
     (6, 2.442)
     """
+    if problem.r != 1.0:
+        raise SimulationError(
+            f"simulation of a record: r; expected 1 (time is counted in omega_n t); got {problem.r!r}"
+        )
+    if not _is_exact(problem.law):
+        slopes, _ = _slopes(choose(len(base.time)), base)
+        return integrate(problem, base, np.asarray(slopes), (x0, v0))
     rig, fine = _rig_of(problem), _steps_per_rad(problem)
     engine = choose(_steps(base, fine))
     room = 256 + len(base.time) // 64
@@ -144,7 +79,10 @@ def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 
 
 def prepare(problem: Problem, base: BaseRecord, runs: int) -> None:
     """Load the compiled kernel if so many responses are worth it; it changes nothing but their time."""
-    choose(runs * _steps(base, _steps_per_rad(problem)))
+    if _is_exact(problem.law):
+        choose(runs * _steps(base, _steps_per_rad(problem)))
+    else:
+        load(runs * len(base.time))
 
 
 def _steps_per_rad(problem: Problem) -> float:
@@ -232,12 +170,17 @@ def _column(engine: Engine, values: Floats) -> Any:
 
 def _samples(engine: Engine, base: BaseRecord) -> tuple[Any, Any, Any, float]:
     """Return the kernel's times, values and slopes (none for straight lines), and the base's speed at the start."""
+    return _column(engine, base.time), _column(engine, base.values), *_slopes(engine, base)
+
+
+def _slopes(engine: Engine, base: BaseRecord) -> tuple[Any, float]:
+    """The spline's slopes at the samples (none for straight lines), and the base's speed at the start."""
     times, values = _column(engine, base.time), _column(engine, base.values)
     if base.interpolation == "linear":
-        return times, values, _column(engine, np.zeros(0)), float((values[1] - values[0]) / (times[1] - times[0]))
+        return _column(engine, np.zeros(0)), float((values[1] - values[0]) / (times[1] - times[0]))
     slopes = _column(engine, np.zeros(len(base.time)))
     engine.kernel.spline_slopes(times, values, slopes, _column(engine, np.zeros(len(base.time))))
-    return times, values, slopes, float(slopes[0])
+    return slopes, float(slopes[0])
 
 
 def _sliders_of(problem: Problem) -> tuple[list[float], list[float], list[float], list[float]]:
@@ -249,23 +192,13 @@ def _sliders_of(problem: Problem) -> tuple[list[float], list[float], list[float]
     return list(stiffness), list(strength), none, list(none)
 
 
-def can_follow(law: Law) -> bool:
-    """Whether the motion under a sampled base is known for a law: whether all its phases are exact."""
+def _is_exact(law: Law) -> bool:
+    """Whether all phases of a law are exact under a sampled base."""
     return all(term.name in FOLLOWED for term in law.terms)
 
 
 def _rig_of(problem: Problem) -> layout.Rig:
-    """Return the kernel's numbers, or refuse what it does not know."""
-    if problem.r != 1.0:
-        raise SimulationError(
-            f"simulation of a record: r; expected 1 (time is counted in omega_n t); got {problem.r!r}"
-        )
-    if not can_follow(problem.law):
-        strange = next(term.name for term in problem.law.terms if term.name not in FOLLOWED)
-        raise SimulationError(
-            f"simulation of a record: law {problem.law.name}: {strange} is not simulated under a sampled base motion; "
-            f"expected a sum of {', '.join(FOLLOWED)}"
-        )
+    """Return the exact kernel's numbers."""
     up, down = problem.static_ratios
     wall = 1.0 if problem.wall == "base" else 0.0
     gradient = problem.parameter("gradient")
@@ -334,7 +267,3 @@ def _response(problem: Problem, base: BaseRecord, rig: layout.Rig, run: _Run) ->
         stops=int(tally[layout.STOPS]),
         time_stuck=float(tally[layout.STUCK_TIME]),
     )
-
-
-def _largest(values: Floats) -> float:
-    return float(max(values.max(), -values.min()))

@@ -1,0 +1,97 @@
+"""What a sampled motion of the base does to the mass: the motion at the samples, events, energies, stops."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.record.base import BaseRecord
+
+__all__ = ["Response"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Response:
+    """The motion of the mass under a sampled motion of the base, from its first sample to its last.
+
+    Lengths are over Y = `base.scale`, times are tau = omega_n t in rad, forces over k Y, energies over k Y^2.
+
+    Parameters
+    ----------
+    problem : Problem
+    base : BaseRecord
+    displacement, velocity : ndarray of shape (n,)
+        Absolute displacement x of the mass from where the spring is relaxed, and dx/dtau, at the samples.
+    contact_force : ndarray of shape (n,)
+        Force of the contact on the mass, n, at the samples.
+    events : ndarray of shape (m, 3)
+        What begins, when, where: tau; 1 (slip up), -1 (slip down) or 0 (a stop); displacement relative to the wall.
+    energy : float
+        All that is dissipated: by friction, by the contact's dashpot and by the frame's.
+    friction_energy : float
+        By dry friction alone.
+    energy_input : float
+        Work of the force that drives the motion relative to the wall, by an independent integral.
+    closure_error : float
+        |energy put in - energy dissipated - energy stored|.
+    path : float
+        Way of the mass along the wall while the contact slips.
+    stops : int
+        Times that the slipping contact came to hold.
+    time_stuck : float
+        Time in which the contact does not slip, rad.
+    solver : {"exact", "numeric"}
+        Closed forms, or numerical integration for the laws that have none. A contact with an inner state always creeps:
+        a stop is then slow slip (`frictionlab.simulator.numeric.motion.stop_speed`), and `path` is the way slipped.
+    """
+
+    problem: Problem
+    base: BaseRecord
+    displacement: Floats
+    velocity: Floats
+    contact_force: Floats
+    events: Floats
+    energy: float
+    friction_energy: float
+    energy_input: float
+    closure_error: float
+    path: float
+    stops: int
+    time_stuck: float
+    solver: Literal["exact", "numeric"] = "exact"
+
+    @property
+    def time(self) -> Floats:
+        """Times of the samples, tau in rad."""
+        return self.base.time
+
+    @property
+    def stuck_fraction(self) -> float:
+        """Share of the time in which the contact does not slip."""
+        return self.time_stuck / float(self.time[-1] - self.time[0])
+
+    @property
+    def peaks(self) -> dict[str, float]:
+        """Largest sizes at the samples: displacement, velocity, displacement from the base, contact force."""
+        return {
+            "displacement": _largest(self.displacement),
+            "velocity": _largest(self.velocity),
+            "relative_displacement": _largest(self.displacement - self.base.values),
+            "contact_force": _largest(self.contact_force),
+        }
+
+    @property
+    def intervals_stuck(self) -> Floats:
+        """Begin and end of each time in which the contact does not slip, rad, shape (k, 2)."""
+        begins = self.events[:, 0]
+        ends = np.append(begins[1:], self.time[-1])
+        held = self.events[:, 1] == 0.0
+        return np.column_stack((begins[held], ends[held]))
+
+
+def _largest(values: Floats) -> float:
+    return float(max(values.max(), -values.min()))
