@@ -63,7 +63,7 @@ def one_of_both(
     if r is not None:
         raise UsageError("expected --r R or --base-motion FILE; got both: a recorded base has its own times")
     if stray:
-        raise UsageError(f"{stray[0]}: a recorded base is followed once, by exact phases: leave it out")
+        raise UsageError(f"{stray[0]}: a recorded base is followed once, by the solver that its law has: leave it out")
     return 1.0
 
 

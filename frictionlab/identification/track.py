@@ -135,7 +135,8 @@ class RecordForward:
     def problem(self, values: Mapping[str, float]) -> Problem:
         """The problem at some values, its time counted in omega_n t."""
         names = {p.name for p in self.family.law.parameters}
-        return self.family.problem({n: v for n, v in values.items() if n in names}).with_r(1.0)
+        own = {n: v for n, v in values.items() if n in names}
+        return self.family.problem(own, detuning=values.get("natural_frequency", 0.0)).in_frame_time()
 
     def base(self, values: Mapping[str, float]) -> BaseRecord:
         """The record's base in the time of the frame."""

@@ -206,6 +206,18 @@ class Problem:
         checked = Problem(r, self.beta)
         return self._but(r=checked.r)
 
+    def in_frame_time(self) -> Self:
+        """Return the same oscillator with time counted in omega_n t (r = 1): what its law says of speeds is scaled.
+
+        Examples
+        --------
+        >>> law = {"rate_strength": 0.1, "rate_speed": 0.2}
+        >>> Problem(r=0.5, beta=0.4, law="coulomb+logarithm", parameters=law).in_frame_time().parameter("rate_speed")
+        0.1
+        """
+        numbers = (n * self.r**p.speeds for p, n in zip(self.law.parameters, self.numbers, strict=True))
+        return self._but(r=1.0, numbers=tuple(numbers))
+
     def _but(self, **changes: object) -> Self:
         twin = object.__new__(type(self))
         names = ("r", "law", "numbers", "wall", "base")

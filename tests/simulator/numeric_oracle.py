@@ -10,6 +10,7 @@ from frictionlab.simulator import Problem
 
 TURN = 2.0 * pi
 State = Any
+Drive = Callable[[float], float] | None
 
 
 def force_of(problem: Problem) -> Callable[[float], float]:
@@ -25,9 +26,9 @@ def height(p: dict[str, float], speed: float) -> float:
     return 1.0 + (p["static_ratio"] - 1.0) * exp(-((max(speed, 0.0) / p["stribeck_speed"]) ** p["stribeck_exponent"]))
 
 
-def rates(problem: Problem, side: float) -> Callable[[float, State], list[float]]:
-    """Rates of z, v, inner states, and of the energy dissipated."""
-    p, force, r = problem.parameters, force_of(problem), problem.r
+def rates(problem: Problem, side: float, drive: Drive = None) -> Callable[[float, State], list[float]]:
+    """Rates of z, v, inner states, and of the energy dissipated; under another force than the problem's if given."""
+    p, force, r = problem.parameters, drive or force_of(problem), problem.r
     name = problem.law.terms[1].name
     lead = 2.0 * problem.frame_damping_ratio * r
 
@@ -64,43 +65,65 @@ def rates(problem: Problem, side: float) -> Callable[[float, State], list[float]
 
 def cycle(problem: Problem, start: State, **options: Any) -> np.ndarray:
     """State after one cycle from tau = 0, and the energy dissipated (wall "base" or no frame damping), by solve_ivp."""
-    smooth = problem.law.kind == "smooth"
-    y, t = np.append(start, 0.0), 0.0
-    force, p = force_of(problem), problem.parameters
-    hold = p.get("static_ratio", 1.0)
-    while t < TURN:
+    return _carried(problem, force_of(problem), np.append(start, 0.0), (0.0, TURN), **options)
+
+
+def along(problem: Problem, force: Callable[[float], float], knots: np.ndarray, start: State) -> np.ndarray:
+    """States (n, size) at the knots of a force that is smooth between them, by solve_ivp from knot to knot."""
+    states = [np.append(start, 0.0)]
+    for span in zip(knots[:-1].tolist(), knots[1:].tolist(), strict=True):
+        states.append(_carried(problem, force, states[-1], span, rtol=1e-12))
+    return np.array(states)[:, :-1]
+
+
+def _carried(
+    problem: Problem, force: Callable[[float], float], y: State, span: tuple[float, float], **options: Any
+) -> np.ndarray:
+    """State, and energy dissipated, at the end of a span of time."""
+    smooth, (t, end) = problem.law.kind == "smooth", span
+    hold = problem.parameters.get("static_ratio", 1.0)
+    while t < end:
         side = float(np.sign(y[1]))
         if smooth and y[1] == 0.0:
-            t, side = _stay(problem, force, (y[0], t, hold))
-            if t >= TURN:
+            t, side = _stay(problem, force, (y[0], t, end, hold))
+            if t >= end:
                 break
-        t, y = _slide(problem, (t, y, side), smooth=smooth, **options)
+        t, y = _slide(problem, force, (t, end, y, side), smooth=smooth, **options)
     return np.asarray(y)
 
 
-def _stay(problem: Problem, force: Callable[[float], float], held: tuple[float, float, float]) -> tuple[float, float]:
+def _stay(
+    problem: Problem, force: Callable[[float], float], held: tuple[float, float, float, float]
+) -> tuple[float, float]:
     from scipy.optimize import brentq  # noqa: PLC0415
 
-    z, t, hold = held
+    z, t, end, hold = held
     top = hold * problem.beta * (1.0 + problem.parameter("gradient") * z)
 
     def excess(tau: float) -> float:
         return abs(force(tau) - z) - top
 
-    grid = np.linspace(t, TURN, 20001)
+    grid = np.linspace(t, end, 20001 if end - t > 1.0 else 201)
     over = next((i for i, tau in enumerate(grid) if excess(tau) > 1e-13), None)
     if over is None:
-        return TURN, 0.0
+        return end, 0.0
     go = float(brentq(excess, grid[over - 1], grid[over], xtol=1e-15)) if over else t
     return go, float(np.sign(force(go) - z))
 
 
 def _slide(
-    problem: Problem, at: tuple[float, State, float], *, smooth: bool, method: str = "Radau", rtol: float = 1e-12
+    problem: Problem,
+    force: Callable[[float], float],
+    at: tuple[float, float, State, float],
+    *,
+    smooth: bool,
+    method: str = "Radau",
+    rtol: float = 1e-12,
 ) -> tuple[float, State]:
     from scipy.integrate import solve_ivp  # noqa: PLC0415
 
-    t, y, side = at
+    t, end, y, side = at
+    flow = rates(problem, side, force)
 
     def turn(_t: float, state: State) -> float:
         return float(state[1])
@@ -110,11 +133,11 @@ def _slide(
     solve: Any = solve_ivp
     begun = t
     if smooth and y[1] == 0.0:  # past the corner: the event must not see its own start
-        answer = solve(rates(problem, side), (t, t + 1e-7), y, method=method, rtol=rtol, atol=1e-16)
+        answer = solve(flow, (t, t + 1e-7), y, method=method, rtol=rtol, atol=1e-16)
         begun, y = t + 1e-7, answer.y[:, -1]
     events = turned if smooth else None
-    answer = solve(rates(problem, side), (begun, TURN), y, method=method, rtol=rtol, atol=1e-14, events=events)
-    end = np.array(answer.y[:, -1])
+    answer = solve(flow, (begun, end), y, method=method, rtol=rtol, atol=1e-14, events=events)
+    last = np.array(answer.y[:, -1])
     if answer.status == 1:
-        end[1] = 0.0
-    return float(answer.t[-1]), end
+        last[1] = 0.0
+    return float(answer.t[-1]), last

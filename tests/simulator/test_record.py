@@ -212,7 +212,6 @@ def test_plain_and_compiled_kernels_give_the_same_bits(name: str, monkeypatch: p
         (Problem(0.5, 0.4), "expected 1"),
         (Problem(1.0, 0.4, law="coulomb+place", parameters={"gradient": 3.0}), "run away"),
         (Problem(1.0, 0.1, law="coulomb+place", parameters={"gradient": 2.0}), "never below 0"),
-        (Problem(1.0, 0.4, law="coulomb+dahl", parameters={"stiffness_ratio": 50.0}), "dahl is not simulated"),
     ],
 )
 def test_what_cannot_be_simulated_is_refused(problem: Problem, match: str) -> None:

@@ -41,6 +41,8 @@ class Parameter:
     scale : {"linear", "log"}
     whole : bool
         Whether it must be a whole number.
+    speeds : int
+        Power of the speed omega Y in its unit: 1 for a speed, -1 for a damping over k / omega.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Parameter:
     default: float | None = None
     neutral: float | None = None
     whole: bool = False
+    speeds: int = 0
 
     @property
     def domain(self) -> str:

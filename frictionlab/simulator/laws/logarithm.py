@@ -27,6 +27,7 @@ LOGARITHM = Term(
             open_low=True,
             usual=(0.001, 1.0),
             scale="log",
+            speeds=1,
         ),
     ),
     kind="smooth",

@@ -22,6 +22,7 @@ STRIBECK_SPEED = Parameter(
     open_low=True,
     usual=(0.01, 1.0),
     scale="log",
+    speeds=1,
 )
 
 STRIBECK = Term(

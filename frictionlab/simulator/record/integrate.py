@@ -1,7 +1,7 @@
 """A sampled base motion under a law without exact phases: the numeric engine, piece by piece."""
 
 from dataclasses import dataclass, replace
-from math import inf
+from math import inf, sqrt
 from typing import Any
 
 import numpy as np
@@ -106,13 +106,14 @@ def _machine(problem: Problem, pieces: _Pieces, *, fast: bool) -> Machine:
 def _limits(problem: Problem, pieces: _Pieces) -> tuple[float, float, float]:
     """Slip slower than this is a stop, the shortest one, and the longest slip that is part of one (rad).
 
-    As in a steady cycle (`numeric.motion.stop_speed`), the drive's own time being its largest force over that force's
-    largest rate.
+    As in a steady cycle (`numeric.motion.stop_speed`), where the drive's amplitudes are the root of 2 times its rms:
+    its force, and that force's rate, whose ratio is the drive's own time.
     """
     if problem.law.kind != "inner" or problem.beta == 0.0:
         return 0.5, TOUCH, 0.0
     share = max(STOP_SHARE, 1.0 / (1.0 + problem.parameter("stiffness_ratio", inf)))
-    push, rate = (float(np.abs(pieces.pull[:, k]).max()) for k in (0, 1))
+    span = float(pieces.lengths.sum())
+    push, rate = (sqrt(2.0 * float(pieces.lengths @ pieces.pull[:, k] ** 2) / span) for k in (0, 1))
     return share * rate, DWELL * share * push / rate, ringing(problem)
 
 

@@ -1,0 +1,137 @@
+"""Laws without exact phases under a sampled base: against scipy knot by knot, the steady state, the exact kernel."""
+
+import importlib
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionlab.errors import SimulationError
+from frictionlab.simulator import Problem, steady_state
+from frictionlab.simulator.record import BaseRecord, respond
+from tests.simulator import numeric_oracle as oracle
+from tests.simulator.test_record import cosine_record, some_base
+
+integrator = importlib.import_module("frictionlab.simulator.record.integrate")
+LAWS = {
+    "stribeck": {"static_ratio": 1.3, "stribeck_speed": 0.2},
+    "logarithm": {"rate_strength": 0.1, "rate_speed": 0.2},
+    "dahl": {"stiffness_ratio": 30.0},
+    "bouc-wen": {"stiffness_ratio": 30.0, "exponent": 2.0},
+    "lugre": {"stiffness_ratio": 30.0, "bristle_damping": 0.2, "static_ratio": 1.2, "stribeck_speed": 0.3},
+    "rate-state": {
+        "direct_effect": 0.06,
+        "evolution_effect": 0.03,
+        "slip_distance": 0.1,
+        "reference_speed": 0.2,
+        "stiffness_ratio": 20.0,
+    },
+}
+
+
+def problem_of(law: str, wall: Any = "fixed") -> Problem:
+    more = {"contact_damping_ratio": 0.02}
+    if law != "rate-state":  # where friction depends on place, the twin's age is another than the law's
+        more["gradient"] = 0.05
+    name = f"coulomb+{law}+speed" + "+place" * (law != "rate-state")
+    return Problem(1.0, 0.15, wall=wall, law=name, parameters=LAWS[law] | more, frame_damping_ratio=0.03)
+
+
+def drive_of(problem: Problem, base: BaseRecord) -> Any:
+    """F of the equation in z, by scipy's spline."""
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415
+
+    f: Any = CubicSpline(base.time, base.values)
+    if problem.wall == "base":
+        return lambda t: -float(f(t, 2))
+    return lambda t: float(f(t) + 2.0 * problem.frame_damping_ratio * f(t, 1))
+
+
+@pytest.mark.parametrize(("law", "wall"), [*((law, "fixed") for law in LAWS), ("stribeck", "base"), ("dahl", "base")])
+def test_it_is_scipys_from_knot_to_knot(law: str, wall: str) -> None:
+    problem = problem_of(law, wall)
+    base = BaseRecord(*some_base(7, 9, even=False))
+    start = np.zeros(2 + (problem.law.kind == "inner") + (law == "rate-state"))
+    start[:2] = (0.1, 0.3)
+    first = (base.values[0], base.speeds[0]) if wall == "base" else (0.0, 0.0)
+    if law == "rate-state":
+        start[3] = problem.beta  # the twin's age is not over beta
+    seen = respond(problem, base, x0=0.1 + first[0], v0=0.3 + first[1])
+    slow = oracle.along(problem, drive_of(problem, base), base.time, start)
+    moved = base.values if wall == "base" else 0.0
+    assert seen.solver == "numeric"
+    assert seen.displacement - moved == pytest.approx(slow[:, 0], abs=1e-8)
+    assert seen.closure_error < 1e-11
+
+
+@pytest.mark.parametrize("law", ["stribeck", "lugre"])
+def test_it_reaches_the_steady_state(law: str) -> None:
+    """An orbit that forgets its start: what is left is the steady state, to its own tolerance."""
+    more = LAWS[law] | {"contact_damping_ratio": 0.1}
+    r, base = 0.5, cosine_record(0.5, 16, 300)
+    over_drive = {
+        "stribeck_speed": r,
+        "bristle_damping": 1.0 / r,
+    }  # a speed over omega_n Y is r times that over omega Y
+    own = {name: value * over_drive.get(name, 1.0) for name, value in more.items()}
+    steady = steady_state(Problem(r, 0.4, law=f"coulomb+{law}+speed", parameters=more))
+    assert steady.orbit is not None
+    last = slice(-401, None)
+    seen = respond(Problem(1.0, 0.4, law=f"coulomb+{law}+speed", parameters=own), base)
+    assert seen.displacement[last] == pytest.approx(steady.orbit.at(r * base.time[last])[0], abs=1e-8)
+    assert seen.contact_force[last] == pytest.approx(steady.orbit.force(r * base.time[last]), abs=1e-6)
+
+
+@pytest.mark.parametrize("wall", ["fixed", "base"])
+def test_plain_friction_is_the_exact_kernels(wall: Any) -> None:
+    base = BaseRecord(*some_base(3, 60, even=True))
+    more = {"gradient": 0.05, "contact_damping_ratio": 0.02}
+    problem = Problem(1.0, 0.2, wall=wall, law="coulomb+place+speed", parameters=more, frame_damping_ratio=0.03)
+    exact = respond(problem, base, x0=0.2, v0=0.1)
+    numeric = integrator.integrate(problem, base, base.speeds, (0.2, 0.1))
+    for key in ("displacement", "velocity", "contact_force", "intervals_stuck"):
+        assert getattr(numeric, key) == pytest.approx(getattr(exact, key), abs=1e-9), key
+    assert numeric.events == pytest.approx(exact.events, abs=1e-8)
+    for key in ("energy", "friction_energy", "energy_input", "path", "stops", "time_stuck"):
+        assert getattr(numeric, key) == pytest.approx(getattr(exact, key), abs=1e-8), key
+
+
+def test_straight_lines_between_samples() -> None:
+    base = BaseRecord(*some_base(4, 40, even=True), interpolation="linear")
+    problem = Problem(1.0, 0.2, frame_damping_ratio=0.05)
+    exact = respond(problem, base)
+    numeric = integrator.integrate(problem, base, np.zeros(0), (0.0, 0.0))
+    assert numeric.displacement == pytest.approx(exact.displacement, abs=1e-9)
+    assert numeric.closure_error < 1e-11
+
+
+def test_a_contact_that_creeps_has_the_stops_of_the_rigid_one() -> None:
+    """Dahl's contact, stiff: as many stops as the rigid contact, nearly as long; its slip is the rigid one's way."""
+    base = cosine_record(0.3, 6, 60)
+    rigid = respond(Problem(1.0, 0.6), base)
+    stiff = respond(Problem(1.0, 0.6, law="coulomb+dahl", parameters={"stiffness_ratio": 3e4}), base)
+    assert stiff.stops == rigid.stops
+    assert stiff.stuck_fraction == pytest.approx(rigid.stuck_fraction, abs=0.005)
+    assert stiff.path == pytest.approx(rigid.path, rel=1e-3)
+    assert stiff.friction_energy == pytest.approx(rigid.friction_energy, rel=1e-3)
+
+
+@pytest.mark.timeout(300)  # compiles once on a new machine
+@pytest.mark.parametrize("law", ["stribeck", "rate-state"])
+def test_plain_and_compiled_kernels_give_the_same_bits(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    base, problem = BaseRecord(*some_base(7, 60, even=True)), problem_of(law)
+    monkeypatch.setattr(integrator, "load", lambda _: False)
+    slow = respond(problem, base)
+    monkeypatch.setattr(integrator, "load", lambda _: True)
+    fast = respond(problem, base)
+    for key in ("displacement", "velocity", "contact_force", "events", "energy", "closure_error"):
+        np.testing.assert_array_equal(getattr(slow, key), getattr(fast, key))
+
+
+def test_what_cannot_be_integrated_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    base = BaseRecord(*some_base(5, 20, even=True))
+    with pytest.raises(SimulationError, match="friction turns negative"):
+        respond(Problem(1.0, 0.1, law="coulomb+stribeck+place", parameters=LAWS["stribeck"] | {"gradient": 2.0}), base)
+    monkeypatch.setattr(integrator, "ALLOWED", 3.0)
+    with pytest.raises(SimulationError, match=r"expected fewer than 4000 steps.* too stiff"):
+        respond(Problem(1.0, 0.1, law="coulomb+dahl", parameters={"stiffness_ratio": 1e5}), base)
