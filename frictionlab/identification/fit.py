@@ -71,13 +71,17 @@ class Fit:
     @property
     def nrmse(self) -> float:
         """Rms of measured minus predicted over the rms of the measured, in the harmonics kept."""
-        gap = np.linalg.solve(self.observed.whitener, self.residual)
-        return math.sqrt(0.5 * float(gap @ gap) / self.observed.power)
+        return self.observed.nrmse(np.linalg.solve(self.observed.whitener, self.residual))
 
     @property
     def chi_square(self) -> float:
         """Sum of squares of the whitened residual."""
         return float(self.residual @ self.residual)
+
+    @property
+    def cost(self) -> float:
+        """What was made least: chi-square, and what the priors add."""
+        return self.chi_square / self.excess + float(self.point @ self.point)
 
     @property
     def precision(self) -> FloatArray:

@@ -1,7 +1,6 @@
 """Which values of a law a measured cycle asks for, how sure each is, and what the cycle does not tell."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,31 +9,27 @@ from scipy.special import gammaincinv, ndtr, ndtri
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
-from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, point_of, second_harmonic
+from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, second_harmonic
 from frictionlab.identification.family import Family
-from frictionlab.identification.fit import Errors, Fit, cost, errors_of, excess_of, fit, released, unfitted
+from frictionlab.identification.fit import Errors, Fit, errors_of, excess_of, fit, released, unfitted
 from frictionlab.identification.forward import Forward
-from frictionlab.identification.loop import loop_friction_ratio
 from frictionlab.identification.observed import EXPLAINED, Observed, observe_cycle
+from frictionlab.identification.valleys import start_at, starts_of
 from frictionlab.simulator.elastic import engine as elastic_engine
 from frictionlab.simulator.engine import choose
 from frictionlab.simulator.laws import law_of
 from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
-SEARCH = np.geomspace(0.05, 3.0, 49)  # friction ratios tried, over the loop's
 RIVAL = 9.0  # a second valley within so much of chi-square is a rival
 RICHER = ("place", "speed")  # what a law that leaves a misfit is held against
 TOLD = 0.5  # a parameter is told if its variance has fallen below this share of its prior's ...
 SURE = 2.0  # ... and it lies so many errors from where its term does nothing
 LEVEL = 0.95  # of a limit
-STIFFNESSES = np.linspace(3.2, 31.0, 48) ** 2  # tried: a contact rings by the root of its stiffness
-FOLLOWED = 3  # valleys over the stiffness
 STATES, WAITED = 150, 20.0  # simulated for one fit, and how much longer each takes where rest's motion is waited for
 ELASTIC_PHASES = 200.0  # of one steady state of an elastic contact of usual stiffness, times r
 VAGUE = 0.1  # relative standard error from which a friction ratio is called vague
 PRESSED = 3.0  # deviations from what is known of the rig at which a nuisance is told
-FIRST_GUESSES = {"contact_damping_ratio": 0.02, "stiffness_ratio": 100.0}  # values at which a new term is tried first
 
 
 @dataclass(frozen=True)
@@ -152,47 +147,6 @@ def as_known(measurement: Measurement, family: Family, sources: Sources) -> Iden
         return identify(measurement, family, sources)
     observed = observe_cycle(measurement)
     return with_errors(family, unfitted(Forward(family, (), observed.harmonics), observed))
-
-
-def starts_of(
-    measurement: Measurement, forward: Forward, observed: Observed, known: Mapping[str, float] | None = None
-) -> list[FloatArray]:
-    """Starting points worth following, best first; values of the law that are known about stand where they are."""
-    known, free = {} if known is None else known, forward.family.free
-    if "stiffness_ratio" in free:
-        loop = {"beta": loop_friction_ratio(measurement, forward.family.wall)} if "beta" in free else {}
-        starts = [start_at(forward, {**known, **loop, "stiffness_ratio": float(k)}) for k in STIFFNESSES]
-        return (
-            _bottoms(starts, np.array([cost(forward, observed, start, 1.0) for start in starts]))[:FOLLOWED] or starts
-        )
-    return _valleys(measurement, forward, observed)[:2] if "beta" in free else [start_at(forward, dict(known))]
-
-
-def _valleys(measurement: Measurement, forward: Forward, observed: Observed) -> list[FloatArray]:
-    """Starting points at the bottoms of the misfit over the friction ratio, best first."""
-    tried = loop_friction_ratio(measurement, forward.family.wall) * SEARCH
-    starts = [start_at(forward, {"beta": float(beta)}) for beta in tried]
-    costs = np.array([cost(forward, observed, start, 1.0) for start in starts])
-    if not np.isfinite(costs).any():
-        raise AnalysisError(
-            f"no friction ratio between {tried[0]:.3g} and {tried[-1]:.3g} has a steady state at"
-            f" r = {forward.family.r:g}: near resonance the motion may have no bound; check the natural frequency"
-            " (rig.natural_frequency_hz, --natural-frequency)"
-        )
-    return _bottoms(starts, costs)
-
-
-def _bottoms(starts: list[FloatArray], costs: FloatArray) -> list[FloatArray]:
-    """The starting points whose neighbours cost more, best first."""
-    padded = np.concatenate([[math.inf], costs, [math.inf]])
-    lower = (padded[1:-1] <= padded[:-2]) & (padded[1:-1] < padded[2:]) & np.isfinite(costs)
-    bottoms = sorted(np.flatnonzero(lower), key=lambda i: costs[i])
-    return [starts[int(i)] for i in bottoms]
-
-
-def start_at(forward: Forward, values: dict[str, float]) -> FloatArray:
-    """Starting point: these values, a first guess for what else the law has, nuisances as they are known."""
-    return point_of(forward.coordinates, FIRST_GUESSES | values)
 
 
 def _rivals(fits: list[Fit]) -> tuple[float, ...]:

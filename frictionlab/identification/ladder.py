@@ -27,11 +27,10 @@ from frictionlab.identification.identify import (
     identify,
     misfit_is_noise,
     prepare,
-    start_at,
-    starts_of,
     with_errors,
 )
 from frictionlab.identification.observed import Observed
+from frictionlab.identification.valleys import start_at, starts_of
 from frictionlab.simulator.laws import TERMS, Law, law_of
 from frictionlab.uncertainty import Sources
 
@@ -41,6 +40,7 @@ CHEAP = EXACT[:3]  # a rigid contact: some ten microseconds a steady state
 NUMERIC = ("logarithm", "stribeck", "dahl", "bouc-wen", "lugre", "rate-state")
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 FEW_CYCLES = 15  # below so many they are left out in two halves, else in five parts
+HOPELESS = 4.0  # chi-square over the best rung's from which no other start of a law that costs much is followed
 TRIALS = (1.0, -1.0, 0.0)  # deviations from its prior's middle at which a new parameter is tried
 SCALES = (-1.5, -1.0, -0.5, 0.0, 0.5)  # the same for one on a logarithmic scale: where it does most, first
 
@@ -165,8 +165,17 @@ class _Climb:
             starts = starts_of(self.measurement, forward, below_observed(below), guessed)
         elif any(c.is_log for c in new):
             return fit(forward, below_observed(below), starts, excess=1.0)
-        found = [fit(forward, below_observed(below), [start], excess=1.0) for start in starts]
-        return min(found, key=lambda f: f.chi_square + float(f.point @ f.point))
+        return self._best_of(starts, forward, below_observed(below))
+
+    def _best_of(self, starts: list[FloatArray], forward: Forward, observed: Observed) -> Fit:
+        """The best fit from some starts; where even the first misses much more than a rung does, it is enough."""
+        enough = HOPELESS * min(rung.identified.fit.chi_square for rung in self.rungs)
+        found = fit(forward, observed, starts[:1], excess=1.0)
+        for start in starts[1:]:
+            if forward.family.law.kind != "rigid" and found.chi_square > enough:
+                break
+            found = min(found, fit(forward, observed, [start], excess=1.0), key=lambda f: f.cost)
+        return found
 
     def _simpler(self, found: Fit, below: Rung) -> float:
         """Best evidence of the laws with fewer terms that were tried: two terms must beat each alone."""

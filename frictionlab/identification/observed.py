@@ -73,6 +73,10 @@ class Observed:
         """Standard error of the mean cycle over its rms: what no model can undercut."""
         return math.sqrt((0.5 * float(np.trace(self.covariance)) + self.beyond) / self.power)
 
+    def nrmse(self, gap: FloatArray) -> float:
+        """Rms of a misfit (2 K,) over the rms of the measured mean cycle."""
+        return math.sqrt(0.5 * float(gap @ gap) / self.power)
+
 
 def parts(coefficients: ComplexArray) -> FloatArray:
     """Cosine and sine parts (..., 2 K) of complex harmonics (..., K)."""

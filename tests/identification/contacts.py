@@ -52,9 +52,10 @@ def _stronger(problem: Problem) -> Problem:
 
 
 def scene(**tables: Mapping[str, object]) -> Scene:
-    """The rig of these recordings: its sensors and its frame are known unless a test says otherwise."""
+    """The rig of these recordings: its sensors and its frame are known unless a test says otherwise (None: unknown)."""
     known: dict[str, Mapping[str, object]] = {
         "rig": {"natural_frequency_hz": NATURAL_HZ, "damping_ratio": 0.0, "natural_frequency_hz_u": 0.003},
         "analysis": {"transient_s": 2.0, "cycles": "all"},
     }
-    return scene_from_tables({name: {**known.get(name, {}), **tables.get(name, {})} for name in {*known, *tables}})
+    both = {name: {**known.get(name, {}), **tables.get(name, {})} for name in {*known, *tables}}
+    return scene_from_tables({name: {k: v for k, v in table.items() if v is not None} for name, table in both.items()})

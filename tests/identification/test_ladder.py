@@ -70,12 +70,14 @@ def test_the_frames_recordings_are_explained_by_two_or_three_parameters(log: str
     assert chosen["held_out_nrmse"] <= 0.016
 
 
-def test_an_elastic_contact_is_found_among_the_valleys_of_its_ringing() -> None:
+@pytest.mark.parametrize(("r", "stiffness"), [(0.35, 40.0), (0.3, 3.0), (0.2, 120.0)])
+def test_an_elastic_contact_is_found_among_the_valleys_of_its_ringing(r: float, stiffness: float) -> None:
     """A contact that rings fits in every valley a whole ring apart; the right one is far from the first guess."""
-    truth = Problem(0.35, 0.4, law="coulomb+compliance", parameters={"stiffness_ratio": 40.0})
-    found = compare(recorded(truth, np.random.default_rng(21)), scene(), law="coulomb+compliance")
-    stiffness = found.parameters["stiffness_ratio"]
+    truth = Problem(r, 0.4, law="coulomb+compliance", parameters={"stiffness_ratio": stiffness})
+    free = scene(rig={"damping_ratio": None})  # the frame's damping is found beside it, and may not help a wrong valley
+    found = compare(recorded(truth, np.random.default_rng(21)), free, law="coulomb+compliance")
+    told = found.parameters["stiffness_ratio"]
     assert found.verdict == "explained"
-    assert isinstance(stiffness["u"], float)
-    assert stiffness["value"] == pytest.approx(40.0, abs=3.5 * stiffness["u"])
-    assert stiffness["u"] < 0.4
+    assert isinstance(told["u"], float)
+    assert told["value"] == pytest.approx(stiffness, abs=3.5 * told["u"])
+    assert told["u"] < 0.01 * stiffness
