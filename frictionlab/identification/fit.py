@@ -71,7 +71,7 @@ class Fit:
     @property
     def nrmse(self) -> float:
         """Rms of measured minus predicted over the rms of the measured, in the harmonics kept."""
-        return self.observed.nrmse(np.linalg.solve(self.observed.whitener, self.residual))
+        return self.observed.nrmse(np.asarray(np.linalg.solve(self.observed.whitener, self.residual)))
 
     @property
     def chi_square(self) -> float:
