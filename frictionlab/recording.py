@@ -367,11 +367,18 @@ def _check_lengths(recording: Recording) -> None:
         raise RecordingError(f"recording: expected four arrays of one length, at least 2 samples; got {lengths}")
 
 
+_FARTHEST_M = 1e9
+"""No displacement: what is beyond has overflown its unit, and would overflow the analysis."""
+_LATEST_S = 1e12
+
+
 def _check_time(time: NDArray[np.float64], quality: NDArray[np.uint8]) -> None:
-    if step_range(time)[0] > 0.0 and np.isfinite(time[0]) and np.isfinite(time[-1]):
+    if step_range(time)[0] > 0.0 and max(-time[0], time[-1]) < _LATEST_S:
         return
     if not np.isfinite(time).all():
         raise RecordingError("time: expected finite stamps; got nan or infinity")
+    if np.abs(time).max() >= _LATEST_S:
+        raise RecordingError(f"time: expected seconds; got {np.abs(time).max():g}: damaged, or in another unit")
     steps = np.diff(time)
     wrong = (steps < 0.0) | ((steps == 0.0) & ((quality[1:] & np.uint8(Quality.DUPLICATED)) == 0))
     if wrong.any():
@@ -380,8 +387,12 @@ def _check_time(time: NDArray[np.float64], quality: NDArray[np.uint8]) -> None:
 
 
 def _check_finite(values: NDArray[np.float64], quality: NDArray[np.uint8], name: str) -> None:
-    if np.isfinite(values.sum()):  # one pass, no temporary; a sum of finite metres does not overflow
-        return
+    with np.errstate(over="ignore", invalid="ignore"):
+        if np.dot(values, values) < _FARTHEST_M**2:  # one pass, no temporary
+            return
+    far = np.isfinite(values) & (np.abs(values) >= _FARTHEST_M)
+    if far.any():
+        raise RecordingError(f"{name}: expected metres; got {values[np.argmax(far)]:g}: damaged, or in another unit")
     loose = ~np.isfinite(values) & ((quality & np.uint8(Quality.NOT_BRIDGED)) == 0)
     if loose.any():
         raise RecordingError(f"{name}: expected finite values; got {values[np.argmax(loose)]} unflagged")

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import FrictionlabError, RecordingError
 from frictionlab.hdf5.nodes import NO_FILE
+from frictionlab.hdf5.opening import to_read
 
 Arrays = dict[str, NDArray[np.float64]]
 
@@ -29,7 +30,7 @@ def arrays_inside(path: Path, check_size: Callable[[int, int], None]) -> tuple[A
         If it is no HDF5 file, or damaged. Links out of the file are not followed.
     """
     try:
-        with h5py.File(path, "r") as file:
+        with to_read(path) as file:
             found = dict(_datasets(file))
             check_size(sum(int(d.size) for d in found.values()), path.stat().st_size)
             arrays = {name: np.asarray(d[()], dtype=np.float64) for name, d in found.items() if d.size > 1}

@@ -6,8 +6,8 @@ from pathlib import Path
 import h5py
 
 from frictionlab.errors import RecordingError
-from frictionlab.files import check_regular
 from frictionlab.hdf5.nodes import NO_FILE, text
+from frictionlab.hdf5.opening import to_read
 
 
 def describe(path: Path) -> list[str]:
@@ -21,9 +21,10 @@ def describe(path: Path) -> list[str]:
         If the file is not HDF5, or is damaged.
     """
     try:
-        check_regular(path)
-        with h5py.File(path, "r") as file:
+        with to_read(path) as file:
             return [*_attribute_lines(file, ""), *_tree_lines(file, "", set())]
+    except RecordingError as error:
+        raise RecordingError(f"{path}: {error}") from error
     except NO_FILE as error:
         reason = getattr(error, "strerror", None) or "not an HDF5 file, or damaged"
         raise RecordingError(f"{path}: cannot be read ({reason})") from error

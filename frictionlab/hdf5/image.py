@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab import __version__
+from frictionlab.hdf5.seal import Seal
 
 _ROOM = 1 << 28
 """Bytes for all but the arrays; memory that is not written to costs nothing."""
@@ -48,13 +49,17 @@ class Image:
         return dataset
 
     def pieces(self) -> Iterator[memoryview]:
-        """The bytes of the file, in order."""
-        at, memory = 0, memoryview(self._memory)
+        """The bytes of the file, in order, its seal last."""
+        at, memory, seal = 0, memoryview(self._memory), Seal()
         for offset, values in sorted(self._placed, key=lambda placed: placed[0]):
+            seal.add(memory[at:offset])
+            seal.leave_out(offset, values.nbytes)
             yield memory[at:offset]
             yield values.reshape(-1).view(np.uint8).data
             at = offset + values.nbytes
+        seal.add(memory[at : self._memory.end])
         yield memory[at : self._memory.end]
+        yield memoryview(seal.bytes())
 
 
 def placed_at_once() -> Any:

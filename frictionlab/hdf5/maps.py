@@ -33,6 +33,7 @@ from frictionlab.errors import OutputError, UsageError
 from frictionlab.files import OPEN_FLAGS, check_replaceable, put_in_place, remove_part, take_lock, write_whole
 from frictionlab.hdf5.image import placed_at_once
 from frictionlab.hdf5.nodes import root_attribute
+from frictionlab.hdf5.seal import seal_of
 from frictionlab.schema import STEADY_STATES
 
 FORMAT = "frictionlab map"
@@ -82,7 +83,10 @@ class GrowingMap:
         write_whole(_note_of(self.path), json.dumps(note).encode())
 
     def finish(self, *, force: bool) -> None:
-        """Give the whole map its final name."""
+        """Give the whole map its seal and its final name."""
+        end = self._file.seek(0, os.SEEK_END)
+        arrays = [(place, dtype.itemsize * self.done) for dtype, place in self._places.values() if self.done]
+        _write_at(self._file, seal_of(self._file, end, arrays), end)
         self.checkpoint()
         check_replaceable(self.path, replace=force or is_map)
         put_in_place(self._file, part_of(self.path), self.path)

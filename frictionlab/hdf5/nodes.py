@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 from frictionlab.errors import RecordingError
-from frictionlab.files import check_regular
+from frictionlab.hdf5.opening import to_read
 from frictionlab.recording import Fact
 
 FORMAT_VERSION = 1
@@ -33,11 +33,9 @@ def opened(path: Path, kind: str, remedy: str) -> Iterator[tuple[h5py.File, int]
         If it is of another kind or a newer format, or is damaged, whether that shows here or while it is read.
     """
     try:
-        check_regular(path)
-        size = path.stat().st_size
-        with h5py.File(path, "r") as file:
+        with to_read(path) as file:
             _check_format(file, kind, remedy)
-            yield file, size
+            yield file, path.stat().st_size
     except RecordingError as error:
         raise RecordingError(f"{path}: {error}") from error
     except OSError as error:
@@ -58,8 +56,7 @@ def _check_format(file: h5py.File, kind: str, remedy: str) -> None:
 def root_attribute(path: Path, name: str) -> str:
     """An attribute of a file's root as text; empty if there is none, or no such file."""
     try:
-        check_regular(path)
-        with h5py.File(path, "r") as file:
+        with to_read(path) as file:
             return text(file.attrs.get(name, ""))
     except NO_FILE:
         return ""

@@ -19,6 +19,8 @@ The tree, format version 1::
         /options          attrs: what the user had said
     /experiment           attrs: material, normal_force (N), and whatever else is known of this test
     /entry                NXentry with hard links to the arrays in /entry/data (NXdata), for NeXus readers
+
+Behind the HDF5 part, where other programs do not look, stands its seal (`frictionlab.hdf5.seal`).
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,0 +1,96 @@
+"""Read files as somebody who may die of it: run by `frictionlab.hdf5.trial` as a program of its own.
+
+It hears a path and a size a line and answers what is wrong with the file, an empty text where nothing is. Where the
+HDF5 library loops or crashes, it dies, and its silence is the answer. It imports nothing of the package: it shall start
+fast.
+"""
+
+import faulthandler
+import json
+import os
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+TOO_LONG = 1
+"""Exit status after the time was up."""
+_LONGEST_S = 20.0  # by the clock: a disk may be slow
+_LONGEST_CPU_S = 1  # of computing, where the system counts it (in whole seconds)
+_BYTES_PER_S = 10_000_000
+_ROOM = 1 << 30  # bytes of memory, beside what the file has
+_FULLY = 1 << 26  # bytes of packed numbers that are read; of more, only where they lie
+
+
+def main() -> None:
+    """Answer until nobody asks any more."""
+    with Path(os.devnull).open("w", encoding="ascii") as silent:
+        for line in sys.stdin:
+            path, size = json.loads(line)
+            faulthandler.dump_traceback_later(_LONGEST_S + size / _BYTES_PER_S, exit=True, file=silent)
+            fault = _fault_of(path, size)
+            faulthandler.cancel_dump_traceback_later()
+            sys.stdout.write(json.dumps(fault) + "\n")
+            sys.stdout.flush()
+
+
+def _fault_of(path: str, size: int) -> str:
+    """What is wrong with a file beyond what an exception tells, which whoever opens it next will see too."""
+    _bound(size)
+    try:
+        _try(lambda: _read(path))
+    except MemoryError:
+        return "reading it takes far more memory than it holds"
+    return ""
+
+
+def _bound(size: int) -> None:
+    """Let this process have no more time and memory than the file can need, where the system knows such limits."""
+    try:
+        import resource  # noqa: PLC0415 - not on Windows
+    except ImportError:
+        return
+    seconds = int(time.process_time()) + 1 + _LONGEST_CPU_S + size // _BYTES_PER_S
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    with suppress(OSError):  # only Linux tells it there
+        used = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (used + _ROOM + 4 * size, resource.getrlimit(resource.RLIMIT_AS)[1]))
+
+
+def _try(step: Callable[[], object]) -> None:
+    """Do it; what Python can say of it the next reader will find and say, but for memory that is given out."""
+    try:
+        step()
+    except MemoryError:
+        raise
+    except Exception:  # noqa: BLE001, S110 - what matters here is that it ended
+        pass
+
+
+def _read(path: str) -> None:
+    with h5py.File(path, "r", locking=False) as file:
+        names = ["/"]
+        _try(lambda: file.visit(names.append))
+        for name in names:
+            _try(lambda at=name: _read_node(file[at]))  # type: ignore[misc] # mypy takes no default for an argument
+
+
+def _read_node(node: Any) -> None:
+    for key in node.attrs:
+        _try(lambda at=key: node.attrs[at])  # type: ignore[misc] # as above
+    if not isinstance(node, h5py.Dataset) or node.is_virtual or node.external:
+        return
+    is_plain = node.dtype.kind in "iufb"
+    if is_plain and (node.chunks is None or node.nbytes > _FULLY):
+        _try(node.id.get_num_chunks)
+    elif node.nbytes <= _ROOM // 4:
+        _try(lambda: node[()])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,185 @@
+"""Mutated files of every kind that is read: a result or a clear error, never a traceback, a hang or a full memory.
+
+    python -m tests.armour.fuzz --count 20000 [--kinds recording scene ...] [--seed 1] [--workers 2] [--keep build/fuzz]
+
+Each case runs in a child that is killed after `LONGEST_S` and has `MEMORY` bytes: the HDF5 library can loop for ever,
+or end the process. A case that fails is kept as a file; its number makes it again. `tests.logs.fuzz` does text logs.
+"""
+
+import argparse
+import contextlib
+import os
+import resource
+import select
+import signal
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+from collections import Counter
+from collections.abc import Callable, Generator, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from itertools import repeat
+from multiprocessing import get_context
+from pathlib import Path
+
+from frictionlab.errors import FrictionlabError
+from frictionlab.experiment import facts_of
+from frictionlab.hdf5 import describe, is_recording, read_recording
+from frictionlab.logs import LogOptions, read_log
+from frictionlab.scene import read_scene, scene_from_tables
+from frictionlab.tables import is_table, read_rows
+from frictionlab.verbs.analyze import analyze
+from frictionlab.verbs.evaluate import evaluate
+from tests.armour.sound import MAKE, case, sound
+from tests.campaign.fabricate import SCENE
+
+LONGEST_S = 20.0
+MEMORY = 3 << 30
+PART = 250
+
+
+def read(kind: str, path: Path) -> None:
+    """Read a file as commands do, and go on with what it holds."""
+    if kind == "scene":
+        read_scene(path)
+    elif kind == "sheet":
+        scene = scene_from_tables({"experiment": {"sheet": path.name}}, folder=path.parent)
+        facts_of(scene, Path("a3.csv"))
+    elif kind.startswith("log."):
+        read_log(path, LogOptions(unit="mm"))
+    elif kind.startswith("map"):
+        is_recording(path), is_table(path)
+        describe(path)
+    elif kind.startswith("rows"):
+        is_table(path)
+        _each(path, read_rows, _evaluated)
+    else:
+        is_table(path)
+        _each(path, describe, _analyzed)
+
+
+def _analyzed(path: Path) -> None:
+    analyze(read_recording(path), natural_frequency_hz=6.0, transient_s=0.5)
+
+
+def _evaluated(path: Path) -> None:
+    evaluate([path], scene_from_tables(SCENE))
+
+
+def _each(path: Path, *readers: Callable[[Path], object]) -> None:
+    """All readers have their turn; the first refusal is told at the end."""
+    said: list[FrictionlabError] = []
+    for reader in readers:
+        try:
+            reader(path)
+        except FrictionlabError as error:
+            said.append(error)
+    if said:
+        raise said[0]
+
+
+def check(kind: str, seed: int, number: int, folder: Path) -> str:
+    """The outcome of a case in a word, or the traceback of a fault."""
+    path = folder / MAKE[kind][0]
+    path.write_bytes(case(kind, seed, number))
+    try:
+        read(kind, path)
+    except FrictionlabError as error:
+        return "refused" if str(error).strip() else "FAULT an error without words"
+    except BaseException:  # noqa: BLE001 - every fault of every kind is what is looked for
+        return "FAULT " + traceback.format_exc()
+    return "read"
+
+
+def outcomes(kind: str, seed: int, numbers: range, folder: Path) -> Iterator[tuple[int, str]]:
+    """The outcome of each case; a child that hangs or dies over one is replaced."""
+    sound(kind)
+    done = numbers.start
+    while done < numbers.stop:
+        reading, writing = os.pipe()
+        child = os.fork()
+        if child == 0:
+            _serve(kind, seed, range(done, numbers.stop), folder, writing)
+        os.close(writing)
+        late = False
+        with contextlib.closing(_lines(reading)) as told:
+            for line in told:
+                late = line is None
+                if line is not None:
+                    yield done, line
+                    done += 1
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        if done < numbers.stop:
+            yield done, f"FAULT hangs: longer than {LONGEST_S:g} s" if late else "FAULT the process died"
+            done += 1
+
+
+def _lines(reading: int) -> Generator[str | None]:
+    """The lines that a child writes into a pipe; None at last where the next takes too long."""
+    held = b""
+    try:
+        while select.select([reading], [], [], LONGEST_S)[0]:
+            more = os.read(reading, 1 << 16)
+            *whole, held = (held + more).split(b"\n")
+            yield from (line.decode("unicode_escape") for line in whole)
+            if not more:
+                return
+        yield None
+    finally:
+        os.close(reading)
+
+
+def _serve(kind: str, seed: int, numbers: range, folder: Path, writing: int) -> None:
+    try:
+        warnings.simplefilter("error")
+        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))
+        for number in numbers:
+            os.write(writing, check(kind, seed, number, folder)[-3000:].encode("unicode_escape") + b"\n")
+    finally:
+        os._exit(0)
+
+
+def run(kind: str, seed: int, numbers: range, keep: Path) -> tuple[str, Counter[str], list[str]]:
+    """Check some cases; how often each outcome was seen, and what is to be said of those that failed."""
+    seen, faults = Counter[str](), []
+    with tempfile.TemporaryDirectory() as folder:
+        for number, outcome in outcomes(kind, seed, numbers, Path(folder)):
+            seen[outcome.split()[0]] += 1
+            if outcome not in ("read", "refused"):
+                keep.mkdir(parents=True, exist_ok=True)
+                (keep / f"{kind}_{seed}_{number}").write_bytes(case(kind, seed, number))
+                faults.append(f"{kind} {number}: {outcome}")
+    return kind, seen, faults
+
+
+def main() -> int:
+    """Run the cases, print what became of them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=20000)
+    parser.add_argument("--kinds", nargs="*", default=list(MAKE), choices=list(MAKE))
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=os.cpu_count())
+    parser.add_argument("--keep", type=Path, default=Path("build/fuzz"))
+    given = parser.parse_args()
+    seen, begin = {kind: Counter[str]() for kind in given.kinds}, time.perf_counter()
+    parts = [
+        (kind, range(at, min(at + PART, given.count))) for kind in given.kinds for at in range(0, given.count, PART)
+    ]
+    kinds, numbers = zip(*parts, strict=True)
+    with ProcessPoolExecutor(given.workers, mp_context=get_context("spawn")) as pool:
+        for kind, more, faults in pool.map(run, kinds, repeat(given.seed), numbers, repeat(given.keep)):
+            seen[kind] += more
+            sys.stdout.write("".join(f"{fault}\n" for fault in faults))
+            sys.stdout.flush()
+    for kind, counts in seen.items():
+        sys.stdout.write(f"{kind}: {given.count} mutated files: {dict(counts)}\n")
+    sys.stdout.write(f"{time.perf_counter() - begin:.0f} s\n")
+    return 1 if any(counts["FAULT"] for counts in seen.values()) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

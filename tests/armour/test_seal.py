@@ -1,0 +1,147 @@
+"""A file that is not as it was written is refused before the library sees it; one that nobody vouches for is tried."""
+
+import io
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from frictionlab.errors import RecordingError
+from frictionlab.files import take_lock
+from frictionlab.hdf5 import arrays_inside, describe, is_recording, read_recording, trial, twin
+from frictionlab.hdf5.seal import Seal, is_whole, seal_of
+from frictionlab.recording import Recording
+from tests.armour.sound import case, sound
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    found = tmp_path / "a.h5"
+    found.write_bytes(sound("recording"))
+    return found
+
+
+@pytest.mark.parametrize("kind", ["recording", "map", "rows.h5"])
+def test_what_this_package_writes_is_sealed(kind: str, path: Path) -> None:
+    path.write_bytes(sound(kind))
+    assert is_whole(path) is True
+    path.write_bytes(sound(f"{kind}.bare"))
+    assert is_whole(path) is None
+
+
+def test_the_seal_is_the_same_from_pieces_and_from_the_file() -> None:
+    data = bytes(range(256)) * 10
+    seal = Seal()
+    for piece in (data[:100], data[300:2000], data[2050:]):
+        seal.add(piece)
+    seal.leave_out(100, 200)
+    seal.leave_out(2000, 50)
+    assert seal_of(io.BytesIO(data), len(data), [(2000, 50), (100, 200)]) == seal.bytes()
+
+
+def test_no_byte_changes_unseen_but_those_of_the_numbers(path: Path) -> None:
+    raw = path.read_bytes()
+    unseen = []
+    for at in range(0, len(raw) - 24, 101):
+        path.write_bytes(raw[:at] + bytes([raw[at] ^ 0x41]) + raw[at + 1 :])
+        if is_whole(path):
+            unseen.append(at)
+    assert len(unseen) == pytest.approx(800 * 25 / 101, abs=8)  # three arrays of doubles and one of bytes
+
+
+def test_a_broken_seal_is_told(path: Path) -> None:
+    raw = bytearray(path.read_bytes())
+    raw[400] ^= 1
+    path.write_bytes(raw)
+    for reader in (read_recording, describe):
+        with pytest.raises(RecordingError, match=r"a\.h5: damaged: its bytes are not those that were written"):
+            reader(path)
+    assert not is_recording(path)
+
+
+@pytest.mark.parametrize("said", [b"\xff" * 8, bytes(8)])
+def test_a_seal_that_claims_nonsense_is_broken(said: bytes, path: Path) -> None:
+    raw = path.read_bytes()
+    path.write_bytes(raw[:-24] + said + raw[-16:])
+    assert is_whole(path) is False
+
+
+def test_a_recording_that_others_have_changed_is_tried_and_read(path: Path) -> None:
+    with h5py.File(path, "r+") as file:
+        file["experiment"].attrs["material"] = "brass"
+    assert is_whole(path) is None
+    assert read_recording(path).experiment["material"] == "brass"
+
+
+def test_a_file_that_makes_the_library_loop_is_refused_in_seconds(path: Path) -> None:
+    """Bytes found by the fuzz: an address among the root's attributes leads the library round in C for ever."""
+    path.write_bytes(case("recording.bare", 1, 118))
+    start = time.monotonic()
+    for reader in (read_recording, describe, lambda p: arrays_inside(p, lambda *_: None)):
+        with pytest.raises(RecordingError, match="damaged"):
+            reader(path)
+    assert not is_recording(path)
+    assert time.monotonic() - start < 60
+
+
+@pytest.mark.parametrize(
+    ("does", "words"),
+    [
+        ("os._exit(1)", "does not end"),
+        ("os.abort()", "ends the process"),
+        ("print('\"takes all\"', flush=True)", "all"),
+    ],
+)
+def test_what_the_twin_dies_of_is_told(
+    does: str, words: str, path: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    script = tmp_path / "twin.py"
+    script.write_text(f"import os, sys\nfor line in sys.stdin:\n    {does}\n")
+    monkeypatch.setattr(twin, "__file__", str(script))
+    monkeypatch.setattr(trial._Twin, "_one", None)
+    path.write_bytes(sound("recording.bare"))
+    os.utime(path, ns=(1, len(does)))  # as no other test has tried it
+    with pytest.raises(RecordingError, match=words):
+        read_recording(path)
+
+
+def test_a_twin_in_a_damaged_file_does_not_outlive_its_master_for_long(path: Path) -> None:
+    path.write_bytes(case("recording.bare", 1, 118))
+    code = "import sys; from pathlib import Path; from frictionlab.hdf5 import describe; describe(Path(sys.argv[1]))"
+    with subprocess.Popen([sys.executable, "-c", code, path], stderr=subprocess.DEVNULL) as master:
+        twin = _child_of(master.pid)
+        os.kill(master.pid, signal.SIGKILL)
+    late = time.monotonic() + 30
+    while Path(f"/proc/{twin}").exists() and time.monotonic() < late:
+        time.sleep(0.05)
+    assert not Path(f"/proc/{twin}").exists()
+
+
+def _child_of(pid: int) -> int:
+    children = Path(f"/proc/{pid}/task/{pid}/children")
+    late = time.monotonic() + 30
+    while not (found := children.read_text().split()) and time.monotonic() < late:
+        time.sleep(0.01)
+    return int(found[0])
+
+
+def test_a_writers_lock_does_not_keep_readers_out(path: Path) -> None:
+    """The lock of a file that is being replaced outlives the moment it takes its name."""
+    with path.open("r+b", buffering=0) as writer:
+        assert take_lock(writer)
+        assert len(read_recording(path)) == 800
+
+
+@pytest.mark.parametrize(("values", "words"), [([0, 1e9], "expected metres; got 1e"), ([0, -1e300], "another unit")])
+def test_numbers_that_are_no_displacements_are_refused(values: list[float], words: str) -> None:
+    t = np.arange(2.0)
+    with pytest.raises(RecordingError, match=f"mass_displacement: .*{words}"):
+        Recording(t, np.array(values), t)
+    with pytest.raises(RecordingError, match="time: expected seconds; got 1e"):
+        Recording(np.array([0.0, 1e300]), t, t)
