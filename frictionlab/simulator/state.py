@@ -5,7 +5,7 @@ from math import nan
 from typing import Any, Literal
 
 from frictionlab.simulator.kernel import layout
-from frictionlab.simulator.kernel.orbits import LONGEST
+from frictionlab.simulator.kernel.settle import LONGEST, PATIENCE
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import Problem
 
@@ -23,6 +23,7 @@ OUTCOMES: dict[int, Outcome] = {
     layout.CHATTERED: "not found",
     layout.RUNAWAY: "not found",
     layout.PULLING: "not found",
+    layout.PARTING: "not found",
 }
 SOLVERS = ("exact", "closed-form", "numeric")  # what the number CLOSED_FORM of a row says
 DECLINED = {
@@ -117,10 +118,8 @@ class SteadyState:
         """What was found, as a sentence."""
         if self.outcome == "unbounded":
             return "There is no steady state: the drive is exactly at resonance and friction too weak to bound it."
-        if self.outcome == "not found" and self.problem.parameter("gradient"):
-            return "No orbit is told: " + (self.warnings[0] if self.warnings else "none was found from rest.")
         if self.outcome == "not found":
-            return f"No orbit of up to {LONGEST} cycles was found that the motion from rest settles on."
+            return "No orbit is told: " + (self.warnings[0] if self.warnings else "none was found from rest.")
         if self.outcome == "stuck" and self.problem.law.kind in ("elastic", "inner"):
             return "The contact never slips: it only yields elastically, and holds at the largest force on it."
         if self.outcome == "stuck" and self.problem.beta * min(self.problem.static_ratios) < self.problem.force_size:
@@ -165,9 +164,7 @@ def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyStat
     """Turn a kernel's row into a steady state."""
     outcome = outcome_of(row)
     if outcome not in ("periodic", "stuck"):
-        declined = DECLINED.get(int(row[layout.OUTCOME]))
-        said = (declined,) if declined else warnings_of(problem, outcome, None)
-        return SteadyState(problem, "exact", outcome, warnings=said)
+        return SteadyState(problem, "exact", outcome, warnings=why_none(problem, row))
     multiplier = float(row[layout.MULTIPLIER])
     said = warnings_of(problem, outcome, multiplier)
     off = float(row[layout.CLOSURE]) / float(row[layout.ENERGY]) if row[layout.ENERGY] else 0.0
@@ -192,6 +189,23 @@ def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyStat
         warnings=said,
         orbit=orbit,
     )
+
+
+def why_none(problem: Problem, row: Any) -> tuple[str, ...]:
+    """Return why there are no numbers, a sentence each."""
+    code = int(row[layout.OUTCOME])
+    if code in DECLINED:
+        return (DECLINED[code],)
+    if code == layout.PARTING:
+        said = (
+            "the motion does not repeat: motions beside it move apart, in the mean by a factor of "
+            f"{float(row[layout.MISS]):.3g} in each cycle (chaos). --cycles N tells the last of N cycles, and --all "
+            "whether other starts settle."
+        )
+        return (said,)
+    if code == layout.NOT_FOUND and (problem.mu > 1.0 or problem.parameter("gradient")):
+        return (f"within {PATIENCE} cycles the motion has not settled on an orbit of up to {LONGEST} cycles.",)
+    return ()
 
 
 def to_numbers(state: SteadyState) -> list[float]:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionlab.simulator import Base, Problem, coexisting, simulate, steady_state
+from frictionlab.simulator import Base, Problem, SteadyState, coexisting, simulate, steady_state
 
 
 def test_a_mass_that_rests_displaced_is_stuck() -> None:
@@ -65,6 +65,55 @@ def test_an_orbit_of_nine_cycles_is_found() -> None:
     state = steady_state(Problem(0.23875384, 0.04104896, 3.80918095))
     assert state.period_cycles == 9
     assert state.closure_error == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("r", "beta", "up", "down", "cycles"), [(0.41673743, 0.16038866, 1.46966014, 1.03045729, 56)])
+def test_an_orbit_of_many_cycles_is_found(r: float, beta: float, up: float, down: float, cycles: int) -> None:
+    uneven = {"static_ratio_up": up, "static_ratio_down": down}
+    problem = Problem(r, beta, law="coulomb+breakaway", parameters=uneven)
+    state = steady_state(problem)
+    assert state.period_cycles == cycles
+    assert settles_on(state, 1000)
+
+
+def settles_on(state: SteadyState, cycles: int, within: float = 1e-6) -> bool:
+    """Whether the run from rest is on the orbit after so many cycles."""
+    x, v = simulate(state.problem, cycles=cycles, keep=1).at(2 * pi * cycles)
+    assert state.orbit is not None
+    starts, rates = state.orbit.at(2 * pi * np.arange(state.period_cycles or 1))
+    return bool(np.hypot(starts - x, state.problem.r * (rates - v)).min() < within)
+
+
+@pytest.mark.parametrize(
+    ("r", "beta", "mu", "solver", "period"),
+    [
+        (0.5121197761124843, 0.07441647649423469, 3.6826938397865323, "exact", 1),  # Den Hartog's motion is one as well
+        (0.6234660581699062, 0.20550050936337488, 3.0411110863917155, "exact", 3),
+        (0.3167453932053987, 0.18109537586196128, 2.2410659501989008, "exact", 1),
+        (0.7, 0.5, 1.5, "closed-form", 1),
+    ],
+)
+def test_with_static_friction_the_orbit_told_is_the_one_that_rest_settles_on(
+    r: float, beta: float, mu: float, solver: str, period: int
+) -> None:
+    state = steady_state(Problem(r, beta, mu))
+    assert (state.solver, state.period_cycles) == (solver, period)
+    assert settles_on(state, 600)
+
+
+def test_near_an_orbit_of_22_cycles_the_motion_is_followed_to_where_it_goes() -> None:
+    state = steady_state(Problem(0.38250899937296645, 0.1415393568670356, 3.023029111229053))
+    assert state.period_cycles == 51  # it comes within 7e-4 of one of 22 cycles again and again, and leaves it
+    assert settles_on(state, 1500)
+
+
+def test_a_motion_that_does_not_repeat_is_named_with_how_fast_its_neighbours_part() -> None:
+    uneven = {"static_ratio_up": 1.22424753, "static_ratio_down": 1.49454725}
+    state = steady_state(Problem(0.4689669, 0.20974344, law="coulomb+breakaway", parameters=uneven))
+    assert state.outcome == "not found"
+    assert "does not repeat" in state.verdict
+    growth = float(state.verdict.split("factor of ")[1].split()[0])
+    assert growth == pytest.approx(1.2055, abs=0.03)  # exp(0.187), over 19,000 cycles
 
 
 def test_motions_that_coexist_are_found_with_their_shares() -> None:

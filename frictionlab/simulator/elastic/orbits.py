@@ -18,6 +18,7 @@ from frictionlab.simulator.elastic.shooting import (
     shoot_elastic,
     span_of,
 )
+from frictionlab.simulator.kernel.continuous import continuous_state, damped_turn, den_hartog
 from frictionlab.simulator.kernel.layout import (
     CHATTERED,
     DONE,
@@ -34,12 +35,7 @@ from frictionlab.simulator.kernel.layout import (
     Rig,
 )
 from frictionlab.simulator.kernel.motion import gap
-from frictionlab.simulator.kernel.orbits import (
-    continuous_state,
-    damped_turn,
-    den_hartog,
-    symmetric_force,
-)
+from frictionlab.simulator.kernel.shooting import symmetric_force
 
 __all__ = [
     "apart",

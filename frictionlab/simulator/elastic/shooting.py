@@ -19,7 +19,7 @@ from frictionlab.simulator.kernel.layout import (
     Leg,
     Rig,
 )
-from frictionlab.simulator.kernel.orbits import spectral_radius
+from frictionlab.simulator.kernel.shooting import spectral_radius
 
 __all__ = [
     "adopt",

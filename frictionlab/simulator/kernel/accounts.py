@@ -9,7 +9,6 @@ from frictionlab.simulator.kernel.layout import (
     CLOSED_FORM,
     CLOSURE,
     CROSS,
-    DONE,
     ENERGY,
     FIRST,
     HIGH,
@@ -27,7 +26,6 @@ from frictionlab.simulator.kernel.layout import (
     PHASE,
     PHASES,
     POINT,
-    PULLING,
     ROW,
     SIGN,
     SPAN,
@@ -56,7 +54,9 @@ from frictionlab.simulator.kernel.layout import (
     State,
 )
 from frictionlab.simulator.kernel.motion import local_force, make_rig, slide_at
-from frictionlab.simulator.kernel.orbits import attract, find_orbit, pulls, spectral_radius, symmetric_force
+from frictionlab.simulator.kernel.orbits import find_orbit, settled, verdict
+from frictionlab.simulator.kernel.outlook import even_handed
+from frictionlab.simulator.kernel.shooting import spectral_radius, symmetric_force
 
 __all__ = [
     "account",
@@ -222,7 +222,7 @@ def tell(rig: Rig, force: Force, found: tuple[int, Leg, float, float, float, boo
     if outcome == UNBOUNDED or outcome >= NOT_FOUND:
         return
     row[SYMMETRIC] = 1.0 if leg.sign < 0.0 or (outcome == STUCK and z == 0.0) else 0.0
-    if outcome == PERIODIC and leg.turns == 1.0 and leg.sign == 1.0 and symmetric_force(force):
+    if outcome == PERIODIC and leg.turns == 1.0 and leg.sign == 1.0 and symmetric_force(force) and even_handed(rig):
         row[SYMMETRIC] = mirrored(rig, force, z, v, room)
     carry(rig, force, leg, z, v, room)
     if PHASE * int(room.tally[PHASES]) > len(room.phases):
@@ -244,12 +244,10 @@ def steady(rig: Rig, force: Force, closed: int, room: Room, row: Buffer) -> None
 
 def steady_from(rig: Rig, force: Force, z: float, v: float, room: Room, row: Buffer) -> None:
     """As `steady`, of the orbit that the motion from z and v at tau = 0 settles on."""
-    leg, oz, ov, miss, code = attract(rig, force, z, v, room)
-    size = hypot(oz, rig.plain.r * ov) + room.tally[PATH]
-    outcome = PERIODIC if code == DONE and miss <= 1e-9 * size + 1e-14 * rig.plain.rate else NOT_FOUND
-    if code == DONE and room.tally[PATH] == 0.0:
-        outcome = STUCK
-    tell(rig, force, (PULLING if pulls(rig, room) else outcome, leg, oz, ov, miss, False), room, row)
+    found, _ = settled(rig, force, z, v, room)
+    leg, oz, ov, miss, _ = found
+    outcome = verdict(rig, found, room)
+    tell(rig, force, (outcome, leg, oz, ov, miss, False), room, row)
 
 
 def set_force(r: float, frame: float, cosine: Buffer, sine: Buffer, force: Force, wall: Force) -> None:

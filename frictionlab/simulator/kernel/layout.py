@@ -74,9 +74,26 @@ class Leg(NamedTuple):
     sign: float
 
 
+class Home(NamedTuple):
+    """The orbit without a stop at tau = 0, and how near to it a motion does not stop any more; 0: there is none."""
+
+    z: float
+    v: float
+    near: float
+
+
+class Past(NamedTuple):
+    """A motion after one of its legs, the logarithm of what a neighbour's distance grew by, and the phases passed."""
+
+    z: float
+    v: float
+    grown: float
+    passed: float
+
+
 Found = tuple[Leg, float, float, float, int]  # leg, z, v, miss, code
 
-DONE, CHATTER = 0, 1  # how a motion ended
+DONE, CHATTER, WANDERS = 0, 1, 2  # how a motion ended; WANDERS: it does not repeat, and motions beside it part
 
 # A recorded phase: direction (0: stuck), tau, duration, z, v, a.
 PHASE = 6
@@ -92,8 +109,9 @@ OUTCOME, ENERGY, AMPLITUDE, STOPS, STUCK_SHARE, SYMMETRIC, PERIOD, MULTIPLIER, C
 START, SPAN, TURNS, SIGN, START_Z, START_V = range(11, 17)
 ROW = 17
 
-# Outcomes; RUNAWAY: a slide's stiffness is not positive, PULLING: friction would turn into a pull on the orbit.
-PERIODIC, STUCK, UNBOUNDED, NOT_FOUND, CHATTERED, RUNAWAY, PULLING, OVERFULL = range(8)
+# Outcomes; RUNAWAY: a slide's stiffness is not positive, PULLING: friction would turn into a pull on the orbit,
+# PARTING: the motion does not repeat, and its MISS is the factor by which a neighbour's distance grows in a cycle.
+PERIODIC, STUCK, UNBOUNDED, NOT_FOUND, CHATTERED, RUNAWAY, PULLING, PARTING, OVERFULL = range(9)
 
 # A point of a map: r, then the contact's numbers.
 POINT = 7
