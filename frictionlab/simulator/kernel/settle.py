@@ -181,11 +181,12 @@ def attract(rig: Rig, force: Force, z: float, v: float, home: Home, room: Room) 
     r, each = rig.plain.r, 2 if symmetric_force(force) and even_handed(rig) else 1
     leg, most = whole(1, each), LONGEST * each
     ring, tried = [Past(z, v, 0.0, -1.0)] * (2 * most + 1), [NEAR] * (most + 1)
-    dz, dv, grown, spent = 1.0, 0.0, 0.0, 0.0
+    dz, dv, grown, spent, held = 1.0, 0.0, 0.0, 0.0, 0
     for at in range(1, PATIENCE * each + 1):
         z, v, code = carry(rig, force, leg, z, v, room)
-        if code != DONE or room.tally[PATH] == 0.0:
-            return leg, z, v, 0.0, code
+        held = held + 1 if room.tally[PATH] == 0.0 else 0
+        if code != DONE or held == each:
+            return Leg(0.0, TURN, 1.0, 1.0), -z if each == 2 and at % 2 == 1 else z, v, 0.0, code
         if hypot(z - home.z, r * (v - home.v)) < home.near:
             return leg, home.z, home.v, 0.0, DONE
         dz, dv, more = stretch(room.jacobian, dz, dv, r)
