@@ -1,60 +1,81 @@
-"""The tests that a laboratory could run: frequency ratio x normal force x base amplitude, inside its bounds."""
+"""The tests that a laboratory could run: frequency ratio x normal force x amplitude x length, inside its bounds."""
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 
-from frictionlab.errors import SceneError
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import ParameterError, SceneError, UsageError
 from frictionlab.identification.family import Family, law_and_held
 from frictionlab.scene import Scene
-from frictionlab.simulator.laws import Law
+from frictionlab.simulator.laws import Law, Parameter, law_of
 from frictionlab.uncertainty import Sources, sources_of
 
+FloatArray = NDArray[np.float64]
 ASSUMED_COEFFICIENT = (0.4, 0.2)  # dry contacts lie about here; said where it is assumed
 FIRST_VALUES = {"contact_damping_ratio": 0.03, "gradient": 0.03, "static_ratio_up": 1.1, "static_ratio_down": 1.1}
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """One possible test.
-
-    ``frequency_ratio``; ``normal_force_n`` N; ``base_amplitude_m`` m; ``duration_s`` s; ``family``: what it may be;
-    ``values``: the law's parameters as they are expected (beta by the friction coefficient).
-    """
+    """One possible test: ``normal_force_n`` N; ``base_amplitude_m`` m; ``duration_s`` s, its transient included."""
 
     frequency_ratio: float
     normal_force_n: float
     base_amplitude_m: float
     duration_s: float
-    family: Family
-    values: Mapping[str, float]
-
-    def turn(self, natural_frequency_hz: float) -> float:
-        """Drive's angular frequency, rad/s."""
-        return 2.0 * math.pi * self.frequency_ratio * natural_frequency_hz
 
 
 @dataclass(frozen=True)
 class Laboratory:
-    """What all candidates share: the rig, the law, what is known before, and how well it is measured."""
+    """What all candidates share: the rig, the law, what is known before, and how well it is measured.
+
+    ``expected``: the law's parameters other than beta, dimensionless at the middle of the candidates' amplitudes and
+    frequency ratios; ``coefficient``: the friction coefficient and its standard error.
+    """
 
     scene: Scene
     law: Law
+    held: Mapping[str, float]
     natural_frequency_hz: float
     stiffness_n_per_m: float
     coefficient: tuple[float, float]
+    expected: Mapping[str, float]
     sources: Sources
     notes: tuple[str, ...]
 
+    @property
+    def free(self) -> tuple[str, ...]:
+        """The law's parameters that are to be found, beta first."""
+        return self.family(1.0).free
 
-def laboratory(scene: Scene, law: str | None = None) -> Laboratory:
-    """Return what a scene says of its laboratory.
+    def family(self, r: float) -> Family:
+        """What a test at a frequency ratio may be."""
+        return Family(r, self.law, dict(self.held), self.scene.model.wall)
+
+    def under(self, law: str) -> "Laboratory":
+        """The same laboratory with another law in mind; nothing of it is held but the frame's damping.
+
+        Raises
+        ------
+        UsageError
+            The law cannot be.
+        """
+        other = law_of(law)
+        held = {name: value for name, value in self.held.items() if name == "frame_damping_ratio"}
+        return replace(self, law=other, held=held, expected=_expected(self.scene, other, held))
+
+
+def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Mapping[str, object]] = ()) -> Laboratory:
+    """Return what a scene says of its laboratory, and what comparisons at hand say of the contact.
 
     Raises
     ------
     SceneError
-        The rig's natural frequency or stiffness is not known.
+        The rig's natural frequency or stiffness is not known, or ``[plan.expected]`` names what the law lacks.
     UsageError
         The law cannot be.
     """
@@ -64,13 +85,73 @@ def laboratory(scene: Scene, law: str | None = None) -> Laboratory:
             "rig: a plan needs natural frequency and stiffness: give two of natural_frequency_hz, mass_kg and"
             " stiffness_n_per_m"
         )
-    chosen, _ = law_and_held(scene, law)
+    chosen, held = law_and_held(scene, law)
     given = scene.plan.friction_coefficient
-    coefficient = (given[0], given[1]) if given is not None else ASSUMED_COEFFICIENT
-    value, error = coefficient
+    value, error = (given[0], given[1]) if given is not None else ASSUMED_COEFFICIENT
     notes = () if given is not None else (f"plan.friction_coefficient: not given: {value:g} +- {error:g} is assumed",)
     sources = sources_of(scene, scene.plan.sampling_rate_hz)
-    return Laboratory(scene, chosen, frequency, stiffness, coefficient, sources, notes)
+    told, expected = _means(measured), _expected(scene, chosen, held)
+    if "friction_coefficient" in told:
+        value, notes = told["friction_coefficient"], ()
+    expected |= {name: told[name] for name in expected if name in told and name not in held}
+    lab = Laboratory(scene, chosen, held, frequency, stiffness, (value, error), expected, sources, notes)
+    _check_expected(lab)
+    return lab
+
+
+def _check_expected(lab: Laboratory) -> None:
+    """Refuse expected values that the law lacks, or that lie outside their domain."""
+    names = [p.name for p in lab.law.own if p.name != "beta"]
+    for name, value in lab.scene.plan.expected.items():
+        if name == "beta":
+            raise SceneError("plan.expected.beta: it follows from friction_coefficient and each test's normal force")
+        if name in names:
+            try:
+                lab.law.parameter(name).checked(value)
+            except ParameterError as error:
+                raise SceneError(f"plan.expected.{name}: {error}") from error
+
+
+def _expected(scene: Scene, law: Law, held: Mapping[str, float]) -> dict[str, float]:
+    """The law's parameters other than beta as they are expected: held ones, the scene's, else a first value of each."""
+    said = {**scene.model.parameters, **scene.plan.expected, **held}
+    return {p.name: said.get(p.name, _first_value(p)) for p in law.own if p.name != "beta"}
+
+
+def _first_value(p: Parameter) -> float:
+    if p.default is not None:
+        return p.default
+    low, high = p.usual
+    middle = math.sqrt(low * high) if p.scale == "log" else 0.5 * (low + high)
+    return FIRST_VALUES.get(p.name, middle)
+
+
+def _means(measured: Sequence[Mapping[str, object]]) -> dict[str, float]:
+    """What comparisons at hand say of the contact: means weighed by their uncertainties."""
+    sums: dict[str, list[tuple[float, float]]] = {}
+    for row in measured:
+        for name, (value, error) in told_values(row).items():
+            sums.setdefault(name, []).append((value, error))
+    return {name: _weighed(pairs) for name, pairs in sums.items()}
+
+
+def _weighed(pairs: list[tuple[float, float]]) -> float:
+    values, errors = np.array(pairs).T
+    return float(np.average(values, weights=errors**-2.0))
+
+
+def told_values(row: Mapping[str, object]) -> dict[str, tuple[float, float]]:
+    """What a row of `compare-numeric` tells: name -> (value, combined uncertainty); the coefficient under its name."""
+    parameters, found = row.get("parameters"), {}
+    for name, told in (parameters if isinstance(parameters, Mapping) else {}).items():
+        if isinstance(told, Mapping) and told.get("told"):
+            value, error = told.get("value"), told.get("u") or told.get("se")
+            if isinstance(value, int | float) and isinstance(error, int | float) and error > 0.0:
+                found[str(name)] = (float(value), float(error))
+    coefficient, beta = row.get("friction_coefficient"), found.get("beta")
+    if isinstance(coefficient, int | float) and beta is not None and beta[0] > 0.0:
+        found["friction_coefficient"] = (float(coefficient), float(coefficient) * beta[1] / beta[0])
+    return found
 
 
 def candidates(lab: Laboratory) -> tuple[Candidate, ...]:
@@ -79,9 +160,9 @@ def candidates(lab: Laboratory) -> tuple[Candidate, ...]:
     Raises
     ------
     SceneError
-        A range is empty, or the band forbids all.
+        A range is empty, the band forbids all, or no test outlasts its transient.
     """
-    plan = lab.scene.plan
+    plan, transient = lab.scene.plan, lab.scene.analysis.transient_s
     forces = plan.normal_forces_n or ([f] if (f := lab.scene.experiment.normal_force_n) is not None else [])
     ranges = {
         "frequency_ratios": plan.frequency_ratios,
@@ -91,6 +172,20 @@ def candidates(lab: Laboratory) -> tuple[Candidate, ...]:
     for name, values in ranges.items():
         if not values:
             raise SceneError(f"plan.{name}: expected at least one value; got none: list what the rig can set")
+    durations = plan.durations_s or [plan.duration_s]
+    if max(durations) <= transient:
+        key = "durations_s" if plan.durations_s else "duration_s"
+        raise SceneError(
+            f"plan.{key}: {max(durations):g} s are over before the transient (analysis.transient_s ="
+            f" {transient:g} s): lengthen the test, or shorten the transient"
+        )
+    points = product(_outside(lab), forces, plan.base_amplitudes_m, [t for t in durations if t > transient])
+    return tuple(Candidate(*point) for point in points)
+
+
+def _outside(lab: Laboratory) -> list[float]:
+    """Frequency ratios outside the band to avoid."""
+    plan = lab.scene.plan
     low, high = plan.avoid_frequency_ratios or (math.inf, -math.inf)
     ratios = [r for r in plan.frequency_ratios if not low <= r <= high]
     if not ratios:
@@ -98,25 +193,13 @@ def candidates(lab: Laboratory) -> tuple[Candidate, ...]:
             f"plan.avoid_frequency_ratios: {low:g} to {high:g} forbids all of frequency_ratios; give others or a"
             " narrower band"
         )
-    return tuple(_candidate(lab, *point) for point in product(ratios, forces, plan.base_amplitudes_m))
+    return ratios
 
 
-def _candidate(lab: Laboratory, r: float, force: float, amplitude: float) -> Candidate:
-    beta = lab.coefficient[0] * force / (lab.stiffness_n_per_m * amplitude)
-    held = {"frame_damping_ratio": lab.scene.frame_damping_ratio} if lab.scene.frame_damping_ratio else {}
-    family = Family(r, lab.law, held, lab.scene.model.wall)
-    return Candidate(r, force, amplitude, lab.scene.plan.duration_s, family, {**_expected(lab), "beta": beta})
-
-
-def _expected(lab: Laboratory) -> dict[str, float]:
-    """The law's parameters other than beta as they are expected: the scene's, else a first value of each."""
-    said = lab.scene.model.parameters
-    expected = {}
-    for p in lab.law.own:
-        if p.name == "beta":
-            continue
-        low, high = p.usual
-        middle = math.sqrt(low * high) if p.scale == "log" else 0.5 * (low + high)
-        usual = FIRST_VALUES.get(p.name, middle) if p.default is None else p.default
-        expected[p.name] = said.get(p.name, usual)
-    return expected
+def check_free(lab: Laboratory, aim: Sequence[str]) -> None:
+    """Refuse a law of which nothing is to be found, and an aim that is not among its unknowns."""
+    if not lab.free:
+        raise UsageError(f"law {lab.law.name}: the scene holds all of its parameters: there is nothing to find out")
+    for name in aim:
+        if name not in lab.free:
+            raise UsageError(f"law {lab.law.name} has no parameter {name!r} to find: expected {', '.join(lab.free)}")

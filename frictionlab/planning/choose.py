@@ -1,226 +1,283 @@
-"""Which tests to run: one after the other, the one that takes most from what is still not known."""
+"""Which tests to run: one after the other, the one that tells most for its laboratory time beside those before it."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import SceneError, UsageError
-from frictionlab.identification.coordinates import Coordinate
-from frictionlab.planning.candidates import Candidate, Laboratory, candidates, laboratory
-from frictionlab.planning.information import Prospect, prospect, shared_coordinates
+from frictionlab.planning.apart import Apart, apart_of
+from frictionlab.planning.candidates import candidates, check_free, laboratory, told_values
+from frictionlab.planning.hours import LaboratoryTime, laboratory_time
+from frictionlab.planning.information import Told, told_by
+from frictionlab.planning.outlook import Outlook, outlook_of
+from frictionlab.planning.plan import Plan, PlannedTest
 from frictionlab.scene import Scene
-from frictionlab.schema import PLANS
 from frictionlab.simulator.engine import choose
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.sweep import named
 
 FloatArray = NDArray[np.float64]
-SLIDES = 300.0  # simulated for one candidate, roughly
-
-
-@dataclass(frozen=True)
-class PlannedTest:
-    """One test of a plan, or a candidate that was not chosen (``rank`` None).
-
-    ``expected``: law parameter -> standard error of this test alone, sensors and rig as they are known; ``expected_u``:
-    the same with what is not known of them; ``cumulative`` and ``cumulative_u``: both after this and all better ones;
-    ``log_bayes``: logarithm of the Bayes factor to expect, from this test alone, for the law over plain Coulomb
-    friction. The friction coefficient is told as ``beta`` of this test.
-    """
-
-    rank: int | None
-    frequency_ratio: float
-    normal_force_n: float
-    base_amplitude_m: float
-    duration_s: float
-    regime: str | None
-    response_m: float | None
-    expected: Mapping[str, float | None]
-    expected_u: Mapping[str, float | None]
-    cumulative: Mapping[str, float | None] | None
-    cumulative_u: Mapping[str, float | None] | None
-    log_bayes: float | None
-
-    def row(self) -> dict[str, object]:
-        """The contract's keys: a line of JSON or of a table."""
-        return PLANS.row(self)
-
-
-@dataclass(frozen=True)
-class Plan:
-    """A plan: ``tests``, best first; ``others``: candidates that were not chosen; ``notes``: what was assumed."""
-
-    law: str
-    tests: tuple[PlannedTest, ...]
-    others: tuple[PlannedTest, ...]
-    notes: tuple[str, ...]
+SLIDES = 100.0  # simulated for one candidate, roughly
+ROUNDS = 3  # of a choice between two laws
+AGAIN = 1e-9  # of what a test tells: a tie goes to one not chosen yet
+HOUR = 3600.0
 
 
 def plan_tests(
-    scene: Scene, *, law: str | None = None, tests: int = 10, measured: Sequence[Mapping[str, object]] = ()
+    scene: Scene,
+    *,
+    law: str | None = None,
+    against: str | None = None,
+    tests: int = 10,
+    hours: float | None = None,
+    aim: Sequence[str] = (),
+    measured: Sequence[Mapping[str, object]] = (),
+    everything: bool = False,
 ) -> Plan:
-    """Return the tests that tell most about a law's parameters, best first.
+    """Return the tests that tell most about a law's parameters, or most between two laws, best first.
 
-    Each next test is the one that, with all before it, leaves the least product of the parameters' uncertainties
-    (D-optimality), nuisances counted. A test may be chosen again where nothing else tells more.
+    Each next test is the one that, with all before it, takes most from what is not known for the laboratory time it
+    adds: from the product of the parameters' uncertainties (D-optimality), or in expected evidence between two laws.
+    A test may be chosen again where nothing else tells more.
 
     Parameters
     ----------
     scene : Scene
-        ``[plan]``: candidates, sensors, what is known of the friction coefficient; ``[rig]``; ``[model]``: the law and
-        its expected parameters.
+        ``[plan]``: candidates, sensors, laboratory time, what is known before; ``[rig]``; ``[model]``: the law.
     law : str, optional
         In place of the scene's.
+    against : str, optional
+        Another law: tests are chosen to tell the two apart.
     tests : int
-        How many.
+        How many at most.
+    hours : float, optional
+        Laboratory time there is.
+    aim : sequence of str
+        Parameters of the law whose errors count; by default all.
     measured : sequence of mappings, optional
         Comparisons at hand (rows of `compare-numeric`): what they told is known before the first test.
+    everything : bool
+        Whether candidates that are not chosen are judged between two laws as well, each by a fit of its own (seconds).
 
     Raises
     ------
     SceneError
         A range is empty, or the bounds forbid all candidates.
     UsageError
-        The law cannot be, or no candidate tells anything about it.
+        The law cannot be, no candidate tells anything about it, or no test fits the time.
     """
     if tests < 1:
         raise UsageError(f"tests: expected at least 1; got {tests}")
-    lab = laboratory(scene, law)
+    lab = laboratory(scene, law, measured)
+    check_free(lab, aim)
     possible = candidates(lab)
     choose(SLIDES * len(possible))
-    reference = possible[len(possible) // 2]
-    shared = shared_coordinates(lab, reference)
-    if not any(c.law for c in shared):
-        raise UsageError(f"law {lab.law.name}: the scene holds all of its parameters: there is nothing to find out")
-    prospects = _allowed(lab, [prospect(lab, candidate, shared, reference) for candidate in possible])
-    known = np.eye(len(shared)) + _told_before(measured, shared)
-    order = _greedy([p.information for p in prospects], known, _law_rows(shared), tests)
-    return _plan(lab, prospects, order, known, shared)
+    outlook, time = outlook_of(lab, possible), laboratory_time(scene, possible)
+    told = told_by(outlook)
+    allowed = _allowed(outlook, told)
+    known = np.eye(len(outlook.coordinates)) + _told_before(measured, outlook)
+    limits = _Limits(time, allowed, tests, math.inf if hours is None else hours * HOUR, scene.plan.most_repeats)
+    if against is None:
+        order = _pick(_least_error(told, known, _aimed(outlook, aim)), limits)
+        return _plan(outlook, told, limits, known, order)
+    between, order = _decide(apart_of(outlook, told, against), limits, everything=everything)
+    return _plan(outlook, told, limits, known, order, between)
 
 
-def _law_rows(shared: tuple[Coordinate, ...]) -> NDArray[np.bool_]:
-    return np.array([c.law for c in shared])
+def _decide(between: Apart, limits: "_Limits", *, everything: bool) -> tuple[Apart, list[int]]:
+    """Tests between two laws: chosen about first values, and again about those that fit the tests chosen."""
+    order: list[int] = []
+    for _ in range(ROUNDS):
+        before, order = order, _pick(between.gain, limits)
+        if order == before:
+            break
+        between = between.settled(order)
+    some = np.flatnonzero(limits.allowed & between.tells) if everything else np.unique(order)
+    return between.judged(some), order
 
 
-def _allowed(lab: Laboratory, prospects: list[Prospect]) -> list[Prospect]:
-    """The candidates whose motion the rig allows, and which tell anything."""
-    largest = lab.scene.plan.largest_response_m
-    inside = [p for p in prospects if largest is None or (p.response_m or 0.0) <= largest]
-    if not inside:
-        least = min((p.response_m for p in prospects if p.response_m is not None), default=math.nan)
+def _aimed(outlook: Outlook, aim: Sequence[str]) -> NDArray[np.bool_]:
+    return np.array([c.law and (not aim or c.name in aim) for c in outlook.coordinates])
+
+
+def _allowed(outlook: Outlook, told: Told) -> NDArray[np.bool_]:
+    """Which candidates the rig allows, if any of them tells anything."""
+    largest, law = outlook.lab.scene.plan.largest_response_m, outlook.lab.law.name
+    response = _responses(outlook, told)
+    inside = np.ones(len(response), dtype=bool) if largest is None else ~(response > largest)
+    if not inside.any():
         raise SceneError(
             f"plan.largest_response_m: {largest:g} m forbids all candidates; the least response expected is"
-            f" {least:.3g} m"
+            f" {np.nanmin(response):.3g} m"
         )
-    if not any(p.tells for p in inside):
+    if not (inside & told.tells).any():
         raise UsageError(
-            f"law {lab.law.name}: no candidate tells anything: the mass stands still or has no steady state in all of"
-            " them; change normal_forces_n, base_amplitudes_m or frequency_ratios of [plan]"
+            f"law {law}: no candidate tells anything: the mass stands still or has no steady state in all of them, or"
+            " would if friction were one standard error higher; change normal_forces_n, base_amplitudes_m or"
+            " frequency_ratios of [plan], or narrow friction_coefficient"
         )
     return inside
 
 
-def _greedy(informations: list[FloatArray], known: FloatArray, law: NDArray[np.bool_], count: int) -> list[int]:
-    """Indices of the tests chosen, in order."""
+def _responses(outlook: Outlook, told: Told) -> FloatArray:
+    return np.asarray(told.here.rows[:, layout.AMPLITUDE] * outlook.columns.amplitude)
+
+
+Gain = Callable[[Sequence[int]], FloatArray]
+
+
+def _least_error(told: Told, known: FloatArray, aim: NDArray[np.bool_]) -> Gain:
+    """What each candidate adds to tests chosen: the fall of the logarithm of the parameters' joint uncertainty."""
+
+    def gain(order: Sequence[int]) -> FloatArray:
+        total = known + told.information[np.asarray(order, dtype=np.intp)].sum(axis=0)
+        return _spread(total, aim) - _spread(total + told.information, aim)
+
+    return gain
+
+
+def _spread(precision: FloatArray, aim: NDArray[np.bool_]) -> FloatArray:
+    """Half the log determinant of the covariance's block that counts."""
+    left = np.linalg.inv(precision)[..., aim, :][..., aim]
+    return np.asarray(0.5 * np.linalg.slogdet(left)[1])
+
+
+@dataclass(frozen=True)
+class _Limits:
+    """What a choice keeps to: laboratory time, bounds of the rig, ``tests`` and ``budget`` (s) at most."""
+
+    time: LaboratoryTime
+    allowed: NDArray[np.bool_]
+    tests: int
+    budget: float
+    most_repeats: int | None
+
+    def free(self, order: Sequence[int]) -> NDArray[np.bool_]:
+        """Which candidates may follow tests chosen."""
+        fits = self.time.total(order) + self.time.more(order) <= self.budget
+        return np.asarray(self.allowed & fits & (self.often(order) < (self.most_repeats or math.inf)))
+
+    def often(self, order: Sequence[int]) -> NDArray[np.intp]:
+        """How often each candidate is chosen."""
+        return np.bincount(np.asarray(order, dtype=np.intp), minlength=len(self.allowed))
+
+
+def _pick(gain: Gain, limits: _Limits) -> list[int]:
+    """Indices of the tests chosen, in order: each the one that tells most for the time it adds."""
     order: list[int] = []
-    total = known.copy()
-    stack = np.stack(informations)
-    for _ in range(count):
-        left = np.linalg.inv(total + stack)[:, law][:, :, law]
-        size = np.linalg.slogdet(left)[1]
-        best = int(np.argmin(size + 1e-9 * np.array([order.count(i) for i in range(len(size))])))
-        order.append(best)
-        total = total + stack[best]
+    while len(order) < limits.tests and (free := limits.free(order)).any():
+        more, told = limits.time.more(order), gain(order) * (1.0 - AGAIN * limits.often(order))
+        rate = np.where(told > 0.0, told / more, told * more)
+        order.append(int(np.argmax(np.where(free, rate, -math.inf))))
+    if not order:
+        least = float(limits.time.more([])[limits.allowed].min()) / HOUR
+        raise UsageError(f"hours: {limits.budget / HOUR:g} are less than any test takes: expected at least {least:.3g}")
     return order
 
 
 def _plan(
-    lab: Laboratory, prospects: list[Prospect], order: list[int], known: FloatArray, shared: tuple[Coordinate, ...]
+    outlook: Outlook, told: Told, limits: _Limits, known: FloatArray, order: list[int], between: Apart | None = None
 ) -> Plan:
-    total, chosen = known, []
-    for rank, i in enumerate(order, 1):
-        total = total + prospects[i].information
-        chosen.append(_test(prospects[i], known, shared, rank=rank, total=total))
-    others = [_test(p, known, shared) for i, p in enumerate(prospects) if i not in order]
-    return Plan(lab.law.name, tuple(chosen), tuple(others), lab.notes)
+    rest = [int(i) for i in np.flatnonzero(limits.allowed) if i not in set(order)]
+    every = _Every(outlook, told, limits.time, known, between)
+    chosen = tuple(every.test(i, order[: rank + 1]) for rank, i in enumerate(order))
+    others = tuple(every.test(i) for i in rest)
+    against = None if between is None else between.against
+    return Plan(outlook.lab.law.name, against, chosen, others, _notes(outlook, len(order)))
 
 
-def _test(
-    found: Prospect,
-    known: FloatArray,
-    shared: tuple[Coordinate, ...],
-    *,
-    rank: int | None = None,
-    total: FloatArray | None = None,
-) -> PlannedTest:
-    candidate, told = found.candidate, found.tells
-    alone = known + found.information
-    return PlannedTest(
-        rank=rank,
-        frequency_ratio=candidate.frequency_ratio,
-        normal_force_n=candidate.normal_force_n,
-        base_amplitude_m=candidate.base_amplitude_m,
-        duration_s=candidate.duration_s,
-        regime=found.regime,
-        response_m=found.response_m,
-        expected=_errors(candidate, shared, _held(alone, shared), told=told),
-        expected_u=_errors(candidate, shared, _free(alone, shared), told=told),
-        cumulative=None if total is None else _errors(candidate, shared, _held(total, shared), told=True),
-        cumulative_u=None if total is None else _errors(candidate, shared, _free(total, shared), told=True),
-        log_bayes=_log_bayes(candidate, alone, shared) if told else None,
-    )
+def _notes(outlook: Outlook, count: int) -> tuple[str, ...]:
+    plan, notes = outlook.lab.scene.plan, outlook.lab.notes
+    if count == 1 or plan.repeatability or plan.drift_per_hour:
+        return notes
+    return (*notes, "plan.repeatability: not given: friction is taken to be the same in every test")
 
 
-def _held(precision: FloatArray, shared: tuple[Coordinate, ...]) -> FloatArray:
-    """Spread of the law's coordinates with the rig and the sensors as they are known."""
-    rows = np.flatnonzero(_law_rows(shared))
-    return np.asarray(np.sqrt(np.diag(np.linalg.inv(precision[np.ix_(rows, rows)]))))
+class _Every:
+    """Candidates as rows of a plan; what they share is computed once."""
+
+    def __init__(
+        self, outlook: Outlook, told: Told, time: LaboratoryTime, known: FloatArray, between: Apart | None
+    ) -> None:
+        self.outlook, self.told, self.time, self.known, self.between = outlook, told, time, known, between
+        self.names = [c.name for c in outlook.coordinates if c.law]
+        self.units = _units(outlook)
+        law, alone = np.flatnonzero(outlook.law), np.eye(len(known)) + told.own
+        self.expected = _deviations(alone[:, law[:, None], law]) * self.units
+        self.expected_u = _deviations(alone)[:, law] * self.units
+        self.tells, self.law = told.tells, law
+        self.regimes = named(told.here.rows)["regime"]
+        self.responses = _responses(outlook, told)
+        self.more = time.more([])
+        self.log_bayes = _over_coulomb(outlook, alone)
+
+    def test(self, i: int, order: Sequence[int] | None = None) -> PlannedTest:
+        """One candidate as a row; `order`: the tests up to it, if it is chosen."""
+        columns, tells = self.outlook.columns, bool(self.tells[i])
+        evidence = {} if self.between is None else self.between.row(i, order)
+        log_bayes = float(self.log_bayes[i]) if tells and len(self.law) > 1 else None
+        return PlannedTest(
+            rank=None if order is None else len(order),
+            frequency_ratio=float(columns.r[i]),
+            normal_force_n=float(columns.force[i]),
+            base_amplitude_m=float(columns.amplitude[i]),
+            duration_s=float(columns.duration[i]),
+            regime=str(self.regimes[i]) or None,
+            response_m=float(self.responses[i]) if math.isfinite(self.responses[i]) else None,
+            expected=self._named(self.expected[i], tells=tells),
+            expected_u=self._named(self.expected_u[i], tells=tells),
+            cumulative=None if order is None else self._after(i, order, held=True),
+            cumulative_u=None if order is None else self._after(i, order, held=False),
+            laboratory_s=float(self.more[i] if order is None else self.time.more(order[:-1])[i]),
+            total_s=None if order is None else self.time.total(order),
+            **{"log_bayes": log_bayes, **evidence},
+        )
+
+    def _named(self, errors: FloatArray, *, tells: bool) -> dict[str, float | None]:
+        return {name: float(e) if tells else None for name, e in zip(self.names, errors, strict=True)}
+
+    def _after(self, i: int, order: Sequence[int], *, held: bool) -> dict[str, float | None]:
+        total = self.known + self.told.information[np.asarray(order)].sum(axis=0)
+        spread = _deviations(total[np.ix_(self.law, self.law)]) if held else _deviations(total)[self.law]
+        return self._named(spread * self.units[i], tells=True)
 
 
-def _free(precision: FloatArray, shared: tuple[Coordinate, ...]) -> FloatArray:
-    """Spread of the law's coordinates with what is not known of the rig and the sensors."""
-    return np.asarray(np.sqrt(np.diag(np.linalg.inv(precision)))[_law_rows(shared)])
+def _units(outlook: Outlook) -> FloatArray:
+    """Change (n, l) of the law's parameters, in each test's own units, by one deviation of their coordinates."""
+    values = outlook.values(outlook.expected)
+    law = [(i, c) for i, c in enumerate(outlook.coordinates) if c.law]
+    return np.stack([c.width * (values[c.name] if c.is_log else outlook.scales[:, i]) for i, c in law], axis=1)
 
 
-def _errors(
-    candidate: Candidate, shared: tuple[Coordinate, ...], spread: FloatArray, *, told: bool
-) -> dict[str, float | None]:
-    """Standard errors of the law's parameters, in their own units at this test."""
-    law = [c for c in shared if c.law]
-    values = candidate.values
-    slopes = [c.width * (values[c.name] if c.is_log else 1.0) for c in law]
-    return {c.name: float(s * w) if told else None for c, s, w in zip(law, spread, slopes, strict=True)}
+def _deviations(precision: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(np.diagonal(np.linalg.inv(precision), axis1=-2, axis2=-1)))
 
 
-def _log_bayes(candidate: Candidate, precision: FloatArray, shared: tuple[Coordinate, ...]) -> float | None:
-    """Expected evidence of the law's terms over Coulomb friction: half of chi-square less what their priors cost."""
-    more = [i for i, c in enumerate(shared) if c.law and i > 0]
-    if not more:
-        return None
-    covariance = np.linalg.inv(precision)[np.ix_(more, more)]
-    away = np.array([_from_neutral(shared[i], candidate) for i in more])
-    gain = 0.5 * float(away @ np.linalg.solve(covariance, away))
-    return gain + 0.5 * float(np.linalg.slogdet(covariance)[1])
+def _over_coulomb(outlook: Outlook, precision: FloatArray) -> FloatArray:
+    """Evidence (n,) to expect of the law's further terms: half of chi-square less what their priors cost."""
+    more = np.array([i for i, c in enumerate(outlook.coordinates) if c.law and i > 0], dtype=np.intp)
+    covariance = np.linalg.inv(precision)[:, more[:, None], more]
+    away = np.array([_from_neutral(outlook, i) for i in more])
+    gain = 0.5 * away @ np.linalg.solve(covariance, np.broadcast_to(away[:, None], (len(covariance), len(more), 1)))
+    return np.asarray(gain[:, 0] + 0.5 * np.linalg.slogdet(covariance)[1])
 
 
-def _from_neutral(c: Coordinate, candidate: Candidate) -> float:
+def _from_neutral(outlook: Outlook, i: int) -> float:
     """Coordinate of the expected value, counted from where its term does nothing."""
-    return c.at(candidate.values[c.name]) - (c.low if c.folded else 0.0 if not c.is_log else -3.0)
+    c, expected = outlook.coordinates[i], float(outlook.expected[i])
+    return expected - (c.low if c.folded else 0.0 if not c.is_log else -3.0)
 
 
-def _told_before(measured: Sequence[Mapping[str, object]], shared: tuple[Coordinate, ...]) -> FloatArray:
+def _told_before(measured: Sequence[Mapping[str, object]], outlook: Outlook) -> FloatArray:
     """Information of comparisons at hand, by the uncertainties that they state; nuisances are left out."""
-    known = np.zeros((len(shared), len(shared)))
+    known = np.zeros((len(outlook.coordinates), len(outlook.coordinates)))
     for row in measured:
-        parameters = row.get("parameters")
-        if not isinstance(parameters, Mapping):
-            continue
-        for i, c in enumerate(shared):
-            told = parameters.get(c.name)
-            error = told.get("u") if c.law and isinstance(told, Mapping) and told.get("told") else None
-            value = told.get("value") if isinstance(told, Mapping) else None
-            if isinstance(error, float) and isinstance(value, float) and error > 0.0 and value != 0.0:
-                scale = c.width * (abs(value) if c.is_log else 1.0)
-                known[i, i] += (scale / error) ** 2
+        told = told_values(row)
+        for i, c in enumerate(outlook.coordinates):
+            if c.law and c.name in told and told[c.name][0] != 0.0:
+                value, error = told[c.name]
+                known[i, i] += (c.width * (abs(value) if c.is_log else 1.0) / error) ** 2
     return known

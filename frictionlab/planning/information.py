@@ -1,127 +1,128 @@
-"""What a test would tell: Fisher's information on the law's parameters, nuisances beside them, as the fit counts it.
+"""What each candidate would tell: Fisher's information on the shared coordinates, nuisances beside the law.
 
-All tests share one set of coordinates: the friction coefficient (beta is proportional to it), the law's other
-parameters at a reference amplitude, and the rig's nuisances (gain, lag, natural frequency, frame damping), each in
-deviations of what is known before. So the information of several tests adds up.
+The noise of a test's mean cycle has the form ``a 1 + U U^T``: white noise and steps of the mass sensor in a, and what
+no law explains; in the columns of U the base sensor's noise, friction that scatters from cycle to cycle, and friction
+that differs from test to test.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, point_of, values_of
-from frictionlab.identification.forward import Forward
-from frictionlab.identification.observed import FEW, by_base, parts
-from frictionlab.planning.candidates import Candidate, Laboratory
+from frictionlab.identification.observed import harmonics_of, parts
+from frictionlab.planning.outlook import HARMONICS, SAMPLES, Outlook, Shown, later
 
 FloatArray = NDArray[np.float64]
-HARMONICS = 24
-OVER_AMPLITUDE = {"gradient": 1, "slip_distance": -1, "stribeck_speed": -1, "rate_speed": -1, "reference_speed": -1}
-OVER_FREQUENCY = {"bristle_damping": 1, "stribeck_speed": -1, "rate_speed": -1, "reference_speed": -1}
+HOUR = 3600.0
+CUTS = 8  # phases of the drive at which friction may change from one cycle's to the next's
 
 
 @dataclass(frozen=True)
-class Prospect:
-    """What one candidate would tell.
+class Noise:
+    """Covariance of mean cycles: ``white`` (n,) times 1, and ``columns`` (n, 2 K, q) times their transpose."""
 
-    ``regime``, ``response_m``: its expected motion, None where there is no steady state; ``information`` (n, n): on the
-    shared coordinates, zero where it tells nothing; ``coordinates``: their names and scales.
+    white: FloatArray
+    columns: FloatArray
+
+    def within(self, one: FloatArray, other: FloatArray) -> FloatArray:
+        """``one^T C^-1 other`` for each test: (n, 2 K, p) and (n, 2 K, s) give (n, p, s)."""
+        turned = np.swapaxes(self.columns, 1, 2)
+        inner = turned @ self.columns + self.white[:, None, None] * np.eye(self.columns.shape[2])
+        left, right = turned @ one, turned @ other
+        found = np.swapaxes(one, 1, 2) @ other - np.swapaxes(left, 1, 2) @ np.linalg.solve(inner, right)
+        return np.asarray(found / self.white[:, None, None])
+
+
+def noise_of(outlook: Outlook, here: Shown, by_friction: FloatArray, *, repeated: bool = True) -> Noise:
+    """Return the noise to expect of each test's mean cycle.
+
+    Parameters
+    ----------
+    outlook, here
+        The tests, and what they show.
+    by_friction : ndarray of shape (n, 2 K)
+        Change of the cycle by the relative friction.
+    repeated : bool
+        Whether friction that differs from test to test counts: it does for the contact, not for this test's own.
+    """
+    plan, columns = outlook.lab.scene.plan, outlook.columns
+    cycles, samples = np.maximum(columns.cycles, 1.0), plan.sampling_rate_hz / columns.drive_hz
+    one = (plan.noise_m**2 + plan.step_m**2 / 12.0) / columns.amplitude**2
+    base = np.sqrt(2.0 * one / (samples * cycles))[:, None, None]
+    scatter = (plan.cycle_scatter / np.sqrt(cycles))[:, None, None]
+    directions = [
+        base * np.stack([here.mean, later(here.mean)], axis=2),
+        scatter * by_friction[:, :, None],
+        scatter * np.sqrt(2.0 / (CUTS * cycles))[:, None, None] * _cut(by_friction),
+    ]
+    if repeated and (plan.repeatability or plan.drift_per_hour):
+        directions.append(_between(outlook)[:, None, None] * by_friction[:, :, None])
+    unexplained = plan.model_error**2 * (here.mean**2).sum(axis=1) / here.mean.shape[1]
+    return Noise(2.0 * one / (samples * cycles) + unexplained, np.concatenate(directions, axis=2))
+
+
+def _between(outlook: Outlook) -> FloatArray:
+    """Relative rms by which the friction of a test is off the contact's: it differs, and it drifts on the way."""
+    plan = outlook.lab.scene.plan
+    drifted = 0.5 * plan.drift_per_hour * outlook.columns.duration / HOUR
+    return np.hypot(plan.repeatability, drifted)
+
+
+def _cut(by_friction: FloatArray) -> FloatArray:
+    """The part of a cycle's change by friction that stands after a cut at each of some phases: (n, 2 K, cuts).
+
+    Friction changes somewhere in a cycle, so that the first and the last one are partly of others.
+    """
+    count, lines = HARMONICS, np.zeros((len(by_friction), SAMPLES // 2 + 1), dtype=np.complex128)
+    lines[:, 1 : count + 1] = 0.5 * SAMPLES * (by_friction[:, :count] - 1j * by_friction[:, count:])
+    cycle = np.fft.irfft(lines, SAMPLES, axis=1)
+    after = np.arange(SAMPLES) >= (np.arange(CUTS)[:, None] + 0.5) * SAMPLES / CUTS
+    return np.swapaxes(parts(harmonics_of(cycle[:, None, :] * after, count)), 1, 2)
+
+
+@dataclass(frozen=True)
+class Told:
+    """What each test tells on the shared coordinates; zero where it tells nothing.
+
+    ``information`` (n, m, m): of the contact; ``own`` (n, m, m): of the friction that this very test has.
     """
 
-    candidate: Candidate
-    regime: str | None
-    response_m: float | None
+    here: Shown
+    slopes: FloatArray
+    noise: Noise
     information: FloatArray
-    coordinates: tuple[Coordinate, ...]
+    own: FloatArray
 
     @property
-    def tells(self) -> bool:
-        """Whether it tells anything."""
-        return bool(self.information.any())
+    def tells(self) -> NDArray[np.bool_]:
+        """Whether each test tells anything."""
+        return np.asarray(self.information.any(axis=(1, 2)))
 
 
-def shared_coordinates(lab: Laboratory, reference: Candidate) -> tuple[Coordinate, ...]:
-    """The coordinates that all tests share: the law's free parameters, then the nuisances."""
-    value, error = lab.coefficient
-    beta = Coordinate(
-        "beta", "friction coefficient", middle=math.log(value), width=error / value, is_log=True, law=True
-    )
-    own = [of_parameter(lab.law.parameter(name)) for name in reference.family.free if name != "beta"]
-    turn = reference.turn(lab.natural_frequency_hz)
-    return (beta, *own, *nuisances(reference.family, lab.sources, turn=turn))
+def told_by(outlook: Outlook) -> Told:
+    """Return what each candidate would tell at the values that are expected."""
+    here = outlook.show(outlook.expected)
+    usable = here.moves & ~_may_stand(outlook) & (outlook.columns.cycles >= 1.0)
+    slopes = outlook.slopes(outlook.expected, here) * usable[:, None, None]
+    mean = np.where(usable[:, None], here.mean, 0.0)
+    by_friction = friction_slope(outlook, slopes)
+    shown = Shown(here.rows, mean)
+    noise, single = (noise_of(outlook, shown, by_friction, repeated=way) for way in (True, False))
+    return Told(here, slopes, noise, noise.within(slopes, slopes), single.within(slopes, slopes))
 
 
-def prospect(lab: Laboratory, candidate: Candidate, shared: tuple[Coordinate, ...], reference: Candidate) -> Prospect:
-    """Return what a candidate would tell, at the values that are expected."""
-    forward = Forward(candidate.family, _own_coordinates(lab, candidate, shared), HARMONICS)
-    point = point_of(forward.coordinates, dict(candidate.values))
-    values = values_of(forward.coordinates, point)
-    state = forward.state(values)
-    nothing = np.zeros((len(shared), len(shared)))
-    if state is None or state.orbit is None or state.response_amplitude is None:
-        return Prospect(candidate, None if state is None else state.regime, None, nothing, shared)
-    response = state.response_amplitude * candidate.base_amplitude_m
-    lines = forward.lines_of(state)
-    if lines is None or _may_stand(lab, candidate):
-        return Prospect(candidate, state.regime, response, nothing, shared)
-    here = parts(forward.seen(lines, values))
-    jacobian = forward.jacobian(point, here)
-    covariance = _covariance(lab, candidate, jacobian[:, 0], shared[0].width) + by_base(
-        here, _base_error(lab, candidate)
-    )
-    whitened = np.linalg.solve(np.linalg.cholesky(covariance), jacobian)
-    scaled = whitened * _to_shared(candidate, reference, shared)
-    return Prospect(candidate, state.regime, response, scaled.T @ scaled, shared)
+def friction_slope(outlook: Outlook, slopes: FloatArray) -> FloatArray:
+    """Change (n, 2 K) of the cycle by the relative friction; zero where the friction ratio is held."""
+    first = outlook.coordinates[0]
+    return slopes[:, :, 0] / first.width if first.name == "beta" else np.zeros(slopes.shape[:2])
 
 
-def _may_stand(lab: Laboratory, candidate: Candidate) -> bool:
+def _may_stand(outlook: Outlook) -> NDArray[np.bool_]:
     """Whether the mass would stand still if friction were one standard error higher: then a test may tell nothing."""
-    value, error = lab.coefficient
-    more = candidate.values["beta"] * (1.0 + error / value)
-    problem = candidate.family.problem({**candidate.values, "beta": more})
-    return problem.mu * problem.beta >= problem.force_size
-
-
-def _own_coordinates(lab: Laboratory, candidate: Candidate, shared: tuple[Coordinate, ...]) -> tuple[Coordinate, ...]:
-    """The shared coordinates as they act on one test: beta about its own value, the lag in its own angle."""
-    own = {c.name: c for c in nuisances(candidate.family, lab.sources, turn=candidate.turn(lab.natural_frequency_hz))}
-    beta = Coordinate(
-        "beta",
-        "friction ratio",
-        middle=math.log(candidate.values["beta"]),
-        width=shared[0].width,
-        is_log=True,
-        law=True,
-    )
-    return (beta, *(own.get(c.name, c) for c in shared[1:]))
-
-
-def _to_shared(candidate: Candidate, reference: Candidate, shared: tuple[Coordinate, ...]) -> FloatArray:
-    """Change of each of the test's own coordinates by the shared one: dimensionless numbers scale with Y and omega."""
-    amplitude = candidate.base_amplitude_m / reference.base_amplitude_m
-    frequency = candidate.frequency_ratio / reference.frequency_ratio
-    factors = [
-        1.0 if c.is_log else amplitude ** OVER_AMPLITUDE.get(c.name, 0) * frequency ** OVER_FREQUENCY.get(c.name, 0)
-        for c in shared
-    ]
-    return np.array(factors)
-
-
-def _base_error(lab: Laboratory, candidate: Candidate) -> float:
-    """Standard error to expect of the base's amplitude, over it: white noise and steps over all samples."""
-    plan = lab.scene.plan
-    samples = max(1.0, (plan.duration_s - lab.scene.analysis.transient_s) * plan.sampling_rate_hz)
-    return math.sqrt(2.0 * (plan.noise_m**2 + plan.step_m**2 / 12.0) / samples) / candidate.base_amplitude_m
-
-
-def _covariance(lab: Laboratory, candidate: Candidate, by_friction: FloatArray, width: float) -> FloatArray:
-    """Covariance of the mean cycle to expect: white noise and steps of the sensors, and friction that scatters."""
-    plan, drive = lab.scene.plan, candidate.frequency_ratio * lab.natural_frequency_hz
-    cycles = max(1.0, math.floor(max(0.0, plan.duration_s - lab.scene.analysis.transient_s) * drive))
-    white = (plan.noise_m**2 + plan.step_m**2 / 12.0) / candidate.base_amplitude_m**2
-    one = 2.0 * white * drive / plan.sampling_rate_hz
-    scatter = plan.cycle_scatter * by_friction / width
-    least = FEW / cycles * (one + float(np.mean(scatter**2)))
-    return np.asarray(((one + least) * np.eye(len(by_friction)) + np.outer(scatter, scatter)) / cycles)
+    value, error = outlook.lab.coefficient
+    more = outlook.values(outlook.expected)
+    beta = more.get("beta", np.zeros(len(outlook.scales))) * (1.0 + error / value)
+    static = max(1.0, *(v for n, v in outlook.lab.expected.items() if n.startswith("static_ratio")), 1.0)
+    force = outlook.columns.r**2 if outlook.lab.scene.model.wall == "base" else np.ones(len(beta))
+    return np.asarray(static * beta >= force)

@@ -3,7 +3,7 @@
 ``[experiment] sheet`` reads the same file after the tests.
 """
 
-from frictionlab.planning.choose import Plan
+from frictionlab.planning.plan import Plan
 from frictionlab.scene import Scene
 
 

@@ -210,7 +210,23 @@ class Plan(Table):
     base_amplitudes_m: list[Positive] = Field(default=[1.8e-3])
     """Amplitudes of the base that the rig can set."""
     duration_s: Positive = 60.0
-    """Length of a test."""
+    """Length of a test, its transient included."""
+    durations_s: list[Positive] = Field(default=[])
+    """Lengths to choose from, in place of duration_s."""
+    setup_s: NonNegative = 0.0
+    """Laboratory time that each test costs beside its length: to start, to store."""
+    change_force_s: NonNegative = 0.0
+    """Laboratory time to set another normal force."""
+    change_drive_s: NonNegative = 0.0
+    """Laboratory time to set another frequency or amplitude of the base."""
+    repeatability: NonNegative = 0.0
+    """Relative rms by which the friction of a test differs from that of the next: more cycles do not average it out."""
+    drift_per_hour: NonNegative = 0.0
+    """Relative change of friction in an hour of rubbing, of unknown sign."""
+    most_repeats: Annotated[int, Field(ge=1)] | None = None
+    """How often the same test may be planned at most; by default as often as it tells most."""
+    expected: dict[str, float] = Field(default={})
+    """What to expect of the law's other parameters, at the middle of the amplitudes: {gradient = 0.03}."""
     sampling_rate_hz: Positive = 250.0
     """Samples per second."""
     noise_m: NonNegative = 0.8e-6
@@ -219,6 +235,8 @@ class Plan(Table):
     """Smallest step of the sensors."""
     cycle_scatter: NonNegative = 0.003
     """Relative rms of the friction force from cycle to cycle."""
+    model_error: NonNegative = 0.0
+    """Share of the cycle (relative rms) that no law is thought to explain; more cycles do not average it out."""
     friction_coefficient: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None
     """What is known of the friction coefficient before: [value, standard error]."""
     largest_response_m: Positive | None = None

@@ -20,7 +20,18 @@ from typing import Any
 import numpy as np
 
 from frictionlab.errors import SimulationError
-from frictionlab.simulator.kernel import accounts, continuous, events, layout, motion, orbits, outlook, settle, shooting
+from frictionlab.simulator.kernel import (
+    accounts,
+    continuous,
+    cycles,
+    events,
+    layout,
+    motion,
+    orbits,
+    outlook,
+    settle,
+    shooting,
+)
 from frictionlab.simulator.problem import Problem
 
 __all__ = [
@@ -38,7 +49,7 @@ __all__ = [
     "set_up",
 ]
 
-MODULES = (motion, events, outlook, continuous, shooting, settle, orbits, accounts)  # each uses only those before it
+MODULES = (motion, events, outlook, continuous, shooting, settle, orbits, accounts, cycles)  # each uses those before
 WORTH_LOADING = 2e4  # slides; in plain Python they take about as long (1 s) as loading the compiled kernel
 WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version (15 s)
 

@@ -1,0 +1,56 @@
+"""A plan: the tests chosen, with what to expect of each."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from frictionlab.schema import PLANS
+
+
+@dataclass(frozen=True)
+class PlannedTest:
+    """One test of a plan, or a candidate that was not chosen (``rank`` None).
+
+    ``expected``: law parameter -> standard error of this test alone, sensors and rig as they are known; ``expected_u``:
+    the same with what is not known of them; ``cumulative`` and ``cumulative_u``: both after this and all better ones,
+    and with friction that differs from test to test; ``log_bayes``: logarithm of the Bayes factor to expect, from this test alone, for the law
+    over plain Coulomb friction, or over the law it is to be told from; ``log_bayes_against``: for that law, if it is
+    the one that holds; ``log_bayes_after``: for the one of the two that holds after this and all
+    better tests, the lesser of both ways.
+    ``laboratory_s``: laboratory time this test adds; ``total_s``: of the plan so far. The friction coefficient is told
+    as ``beta`` of this test.
+    """
+
+    rank: int | None
+    frequency_ratio: float
+    normal_force_n: float
+    base_amplitude_m: float
+    duration_s: float
+    regime: str | None
+    response_m: float | None
+    expected: Mapping[str, float | None]
+    expected_u: Mapping[str, float | None]
+    cumulative: Mapping[str, float | None] | None
+    cumulative_u: Mapping[str, float | None] | None
+    laboratory_s: float
+    total_s: float | None
+    log_bayes: float | None = None
+    log_bayes_against: float | None = None
+    log_bayes_after: float | None = None
+
+    def row(self) -> dict[str, object]:
+        """The contract's keys: a line of JSON or of a table."""
+        return PLANS.row(self)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A plan: ``tests``, best first; ``others``: candidates that were not chosen; ``notes``: what was assumed.
+
+    ``against``: the law from which ``law`` is to be told, if that was asked.
+    """
+
+    law: str
+    against: str | None
+    tests: tuple[PlannedTest, ...]
+    others: tuple[PlannedTest, ...]
+    notes: tuple[str, ...]
