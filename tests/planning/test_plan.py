@@ -18,6 +18,7 @@ from frictionlab.identification import predict
 from frictionlab.planning import Plan, plan_tests
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem
+from frictionlab.simulator.engine import compiled
 from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded
 
 LINE = [
@@ -65,6 +66,7 @@ def test_each_further_test_leaves_less_unknown(coulomb: Plan) -> None:
 
 def test_the_errors_promised_are_those_achieved() -> None:
     """The scatter of the friction ratio over repeats of the best test, each with its own noise and cycles."""
+    compiled()
     best = plan_tests(scene(), tests=1).tests[0]
     beta = 0.6 * best.normal_force_n / (1191.0 * BASE_M)
     found = []
