@@ -12,12 +12,13 @@ class PlannedTest:
 
     ``expected``: law parameter -> standard error of this test alone, sensors and rig as they are known; ``expected_u``:
     the same with what is not known of them; ``cumulative`` and ``cumulative_u``: both after this and all better ones,
-    and with friction that differs from test to test; ``log_bayes``: logarithm of the Bayes factor to expect, from this test alone, for the law
-    over plain Coulomb friction, or over the law it is to be told from; ``log_bayes_against``: for that law, if it is
-    the one that holds; ``log_bayes_after``: for the one of the two that holds after this and all
-    better tests, the lesser of both ways.
-    ``laboratory_s``: laboratory time this test adds; ``total_s``: of the plan so far. The friction coefficient is told
-    as ``beta`` of this test.
+    and with friction that differs from test to test. The friction coefficient is told as ``beta`` of this test.
+
+    ``log_bayes``: logarithm of the Bayes factor to expect, from this test alone, for the law over plain Coulomb
+    friction, or over the law it is to be told from; ``log_bayes_against``: for that law, if it is the one that holds;
+    ``log_bayes_after``: for the one of the two that holds after this and all better tests, the lesser of both ways.
+
+    ``laboratory_s``: laboratory time that this test adds; ``total_s``: of the plan so far.
     """
 
     rank: int | None
