@@ -16,7 +16,7 @@ def drawn(names: tuple[str, ...]) -> list[list[float]]:
     generator = np.random.default_rng(7)
     own = [generator.uniform(0.0, 0.06, 12) + (1.0 if name.startswith("static") else 0.0) for name in names]
     columns = [generator.uniform(0.1, 2.0, 12), generator.uniform(0.05, 0.9, 12), np.ones(12), np.zeros(12), *own]
-    return np.column_stack(columns).tolist()
+    return [list(map(float, row)) for row in np.column_stack(columns)]
 
 
 @pytest.mark.parametrize("wall", ["fixed", "base"])
