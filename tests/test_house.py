@@ -40,7 +40,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "base_motion",
         *("accuracy", "errors", "estimate", "recording", "scene", "schema", "analysis", "simulator", "uncertainty"),
     },
-    "synthetic": {"errors", "files", "scene", "simulator"},
+    "synthetic": {"base_motion", "errors", "files", "hdf5", "logs", "recording", "scene", "simulator"},
     "campaign": {
         *("tables", "errors", "scene", "analysis", "simulator", "hdf5", "recording", "schema"),
         *("estimate", "identification", "uncertainty"),

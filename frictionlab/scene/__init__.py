@@ -3,7 +3,8 @@
 A scene is read once, validated, and frozen. Every key is optional. An unknown key, a wrong type or an impossible value
 is refused with its key path, all faults at once.
 
-- ``tables``: the keys, their types, defaults and sentences; ``log_table``: ``[log]``, the reader's options
+- ``tables``: the keys, their types, defaults and sentences; ``log_table``: ``[log]``, the reader's options;
+  ``virtual``: ``[synthetic]``
 - ``read``: files and tables of a notebook -> `Scene`; ``faults``: what is wrong, where, and what was meant
 - ``words``: each key with its sentence; ``toml``: scenes as text
 """
@@ -18,9 +19,8 @@ from frictionlab.scene.tables import (
     Rig,
     Scene,
     Solver,
-    Synthetic,
-    VirtualTests,
 )
+from frictionlab.scene.virtual import Synthetic, VirtualBase, VirtualTests
 
 __all__ = [
     "SCENE_NAME",
@@ -32,6 +32,7 @@ __all__ = [
     "Scene",
     "Solver",
     "Synthetic",
+    "VirtualBase",
     "VirtualTests",
     "find_scene",
     "keys_of",

@@ -13,11 +13,9 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from frictionlab.log_options import LogOptions
 from frictionlab.scene.faults import check_hidden, refusal
 from frictionlab.scene.log_table import log_options
-from frictionlab.scene.table import Table
+from frictionlab.scene.table import NonNegative, Positive, Table
+from frictionlab.scene.virtual import Synthetic
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-FrictionCoefficient = NonNegative
 CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 
@@ -243,59 +241,6 @@ class Plan(Table):
     """Displacement of the mass that the rig allows."""
     avoid_frequency_ratios: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None
     """Frequency ratios to keep away from: [low, high]."""
-
-
-class VirtualTests(Table):
-    """``[[synthetic.tests]]``: one material over normal forces x frequency ratios, and how it behaves.
-
-    The friction force is ``friction_coefficient * normal_force``; the behaviours below default to plain Coulomb.
-    """
-
-    material: str
-    """Material of these tests; it names their logs."""
-    normal_forces_n: Annotated[list[Positive], Field(min_length=1)]
-    """Normal forces, each with each frequency ratio."""
-    frequency_ratios: Annotated[list[Positive], Field(min_length=1)]
-    """Frequency ratios, each with each normal force."""
-    friction_coefficient: FrictionCoefficient
-    """True friction coefficient."""
-    law: str | None = None
-    """True contact law of this material, like "coulomb+place"; by default [model] law and [model.parameters]."""
-    parameters: dict[str, float] = Field(default={})
-    """Parameters of that law other than beta, dimensionless: {gradient = 0.05}."""
-    label: str | None = None
-    """Ends the log's name, to tell apart tests of the same material, force and ratio."""
-    duration_s: Positive | None = None
-    """Length of these tests; by default [synthetic] duration_s."""
-    friction_drift_per_hour: float = 0.0
-    """Relative change of the friction force in an hour of running."""
-    friction_scatter: NonNegative = 0.0
-    """Relative rms of the friction force from cycle to cycle."""
-    jump_s: Positive | None = None
-    """At this time the friction force changes for good."""
-    jump_factor: NonNegative = 1.0
-    """By this factor it changes then."""
-
-
-class Synthetic(Table):
-    """``[synthetic]``: a virtual rig watched by two virtual lasers."""
-
-    seed: Annotated[int, Field(ge=0)] = 0
-    """Of the random numbers; the same seed gives the same bytes."""
-    sampling_rate_hz: Positive = 250.0
-    """Samples per second."""
-    duration_s: Positive = 60.0
-    """Length of a test."""
-    base_amplitude_m: Positive = 1.8e-3
-    """Amplitude of the base."""
-    noise_m: NonNegative = 0.8e-6
-    """Noise of each sensor, rms."""
-    step_m: NonNegative = 1.02 * 0.05 / 65520
-    """Smallest step of the sensors (optoNCDT 1420 at 50 mm measuring range: 0.778 um)."""
-    start: Literal["rest", "steady"] = "rest"
-    """"rest", or "steady": from the steady state."""
-    tests: list[VirtualTests] = Field(default=[])
-    """The tests, as [[synthetic.tests]]."""
 
 
 class Scene(Table):

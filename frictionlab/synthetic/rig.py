@@ -1,0 +1,190 @@
+"""The tests of a virtual rig: what each of them is, all numbers known."""
+
+import re
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from frictionlab.errors import ParameterError, SceneError
+from frictionlab.scene import Scene, VirtualBase, VirtualTests
+from frictionlab.simulator import Problem
+
+MOST_SAMPLES = 100_000_000  # of a log: some 3 GB of text
+_NAME = re.compile(r'[^/\\:*?"<>|\x00-\x1f\x7f-\x9f\ud800-\udfff]{1,100}')
+
+
+@dataclass(frozen=True)
+class VirtualTest:
+    """One test of the virtual rig, all numbers known.
+
+    A base that is no sine has no frequency ratio: 1 stands for it, and what its law says of speeds is over omega_n Y.
+
+    ``friction_ratio`` (beta), ``frequency_ratio`` (r), ``damping_ratio`` (the frame's own) and the law's ``parameters``
+    dimensionless; the behaviours as in ``[[synthetic.tests]]``.
+    """
+
+    log: str
+    material: str
+    normal_force_n: float
+    frequency_ratio: float
+    friction_ratio: float
+    friction_coefficient: float
+    natural_frequency_hz: float
+    base_amplitude_m: float
+    stiffness_n_per_m: float
+    static_ratio: float
+    damping_ratio: float
+    wall: Literal["fixed", "base"]
+    law: str
+    parameters: Mapping[str, float]
+    duration_s: float
+    friction_drift_per_hour: float
+    friction_scatter: float
+    jump_s: float | None
+    jump_factor: float
+    friction_wander: float | None = None
+    friction_wander_s: float | None = None
+    base: VirtualBase = field(default=VirtualBase(name=""))
+
+    @property
+    def drive_frequency_hz(self) -> float:
+        """Frequency of the base in Hz, eq. (2.7)."""
+        return self.frequency_ratio * self.natural_frequency_hz
+
+    @property
+    def is_plain_coulomb(self) -> bool:
+        """Whether the friction force is the same in every cycle."""
+        changes = (self.friction_drift_per_hour, self.friction_scatter, self.friction_wander)
+        return not any(changes) and self.jump_s is None
+
+    @property
+    def is_periodic(self) -> bool:
+        """Whether its base moves at one frequency, be it that a motor starts up and wanders."""
+        return self.base.motion == "sine"
+
+    def draws(self, scene: Scene, purpose: str) -> np.random.Generator:
+        """A stream of random numbers of its own for each test and purpose: adding a test changes no other."""
+        return np.random.default_rng([scene.synthetic.seed, zlib.crc32(f"{self.log}/{purpose}".encode())])
+
+    def problem(self, friction_ratio: float | None = None) -> Problem:
+        """The dimensionless problem (eq. 2.9) of this test, or of it with another friction ratio."""
+        beta = self.friction_ratio if friction_ratio is None else friction_ratio
+        return Problem(
+            self.frequency_ratio,
+            beta,
+            mu=self.static_ratio,
+            wall=self.wall,
+            law=self.law,
+            parameters=self.parameters,
+            frame_damping_ratio=self.damping_ratio,
+        )
+
+
+def virtual_tests(scene: Scene) -> tuple[VirtualTest, ...]:
+    """All tests that a scene's ``[[synthetic.tests]]`` asks for, in its order.
+
+    Raises
+    ------
+    SceneError
+        No tests, no natural frequency or no stiffness in the scene, or a law that cannot be.
+    """
+    rig, synthetic = scene.rig, scene.synthetic
+    if not synthetic.tests:
+        raise SceneError("synthetic.tests: expected at least one [[synthetic.tests]] table; got none")
+    if rig.natural_frequency is None or rig.stiffness is None:
+        raise SceneError(
+            "rig: a virtual rig needs natural frequency and stiffness: give two of natural_frequency_hz, mass_kg and"
+            " stiffness_n_per_m"
+        )
+    for number, group in enumerate(synthetic.tests):
+        _check_words(group, number)
+        _check_length(group.duration_s or synthetic.duration_s, synthetic.sampling_rate_hz, number)
+    tests = tuple(
+        _checked(_virtual_test(scene, group, force, ratio), group, number)
+        for number, group in enumerate(synthetic.tests)
+        for force in group.normal_forces_n
+        for ratio in group.frequency_ratios or [1.0]
+    )
+    names = [test.log for test in tests]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise SceneError(f"synthetic.tests: the same test stands twice: {', '.join(twice)}; leave one out")
+    return tests
+
+
+def _check_words(group: VirtualTests, number: int) -> None:
+    """Refuse a material or label that cannot stand in the name of a log."""
+    for key, word in (("material", group.material), ("label", group.label), ("base", group.base)):
+        if word is not None and not _NAME.fullmatch(word):
+            raise SceneError(
+                f"synthetic.tests.{number}.{key}: expected a word that can name a file (1 to 100 characters, none of"
+                f' / \\ : * ? " < > | and no control characters); got {word!r}'
+            )
+
+
+def _check_length(duration_s: float, rate: float, number: int) -> None:
+    """Refuse a log that no memory holds."""
+    if duration_s * rate > MOST_SAMPLES:
+        raise SceneError(
+            f"synthetic.tests.{number}: {duration_s:g} s at {rate:g} Hz are {duration_s * rate:.3g} samples: expected"
+            f" at most {MOST_SAMPLES}: shorten duration_s, or lower sampling_rate_hz"
+        )
+
+
+def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float) -> VirtualTest:
+    rig, model, synthetic = scene.rig, scene.model, scene.synthetic
+    stiffness, natural_frequency = rig.stiffness or 0.0, rig.natural_frequency or 0.0
+    beta = group.friction_coefficient * force / (stiffness * synthetic.base_amplitude_m)
+    duration = group.duration_s or synthetic.duration_s
+    return VirtualTest(
+        log=f"{group.material}_N{force:g}{_of_motion(group, ratio)}{_label(group)}.csv",
+        material=group.material,
+        normal_force_n=force,
+        frequency_ratio=ratio,
+        friction_ratio=beta,
+        friction_coefficient=group.friction_coefficient,
+        natural_frequency_hz=natural_frequency,
+        base_amplitude_m=synthetic.base_amplitude_m,
+        stiffness_n_per_m=stiffness,
+        static_ratio=model.static_ratio,
+        damping_ratio=scene.frame_damping_ratio,
+        wall=model.wall,
+        law=group.law or ("coulomb" if model.law == "auto" else model.law),
+        parameters=dict(group.parameters) if group.law else dict(model.parameters) | dict(group.parameters),
+        duration_s=duration,
+        friction_drift_per_hour=group.friction_drift_per_hour,
+        friction_scatter=group.friction_scatter,
+        jump_s=group.jump_s,
+        jump_factor=group.jump_factor,
+        friction_wander=group.friction_wander or None,
+        friction_wander_s=group.friction_wander_s if group.friction_wander else None,
+        base=synthetic.base_of(group),
+    )
+
+
+def _of_motion(group: VirtualTests, ratio: float) -> str:
+    """What the name of a log says of its base: the frequency ratio, and the motion's name."""
+    return (f"_r{ratio:g}" if group.frequency_ratios else "") + (f"_{group.base}" if group.base else "")
+
+
+def _checked(test: VirtualTest, group: VirtualTests, number: int) -> VirtualTest:
+    """The test, if its law and parameters make sense and its friction may change as it is said to."""
+    place = f"synthetic.tests.{number}.{'law' if group.law else 'parameters'}"
+    place = place if group.law or group.parameters else "model.law"
+    try:
+        law = test.problem().law
+    except ParameterError as error:
+        raise SceneError(f"{place}: {error}") from error
+    if law.kind in ("elastic", "inner") and not test.is_plain_coulomb:
+        raise SceneError(
+            f"{place}: law {law.name} remembers more than where the mass is: its friction cannot drift, scatter,"
+            " wander or jump here; expected a law without memory, or friction that stays the same"
+        )
+    return test
+
+
+def _label(group: VirtualTests) -> str:
+    return f"_{group.label}" if group.label else ""

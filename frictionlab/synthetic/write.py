@@ -1,0 +1,137 @@
+"""Logs of virtual tests, each through two virtual lasers, and their truth beside them."""
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.files import check_replaceable, write_whole
+from frictionlab.scene import Scene
+from frictionlab.synthetic.friction import cycle_friction_ratios
+from frictionlab.synthetic.motion import driven, motion, motion_at, phase_times, plain_base, sample_times
+from frictionlab.synthetic.rig import VirtualTest, virtual_tests
+from frictionlab.synthetic.truth import energy_slope, irregularity_index, truth, twelve_digits
+
+FloatArray = NDArray[np.float64]
+MILLIMETRES = 1e3  # the logs are written in the sensor's unit
+MARK = b"# SYNTHETIC: "
+_FIRST = ("log", "material", "normal_force_n", "frequency_ratio", "friction_ratio")  # keys of a truth, in order
+PREAMBLE = (
+    "# SYNTHETIC: simulated by frictionlab, not measured\n"
+    "# material {material}, normal force {force:g} N, {motion}; its truth is in truth.jsonl\n"
+    "time [s],mass [mm],base [mm]\n"
+)
+
+
+def synthesize(scene: Scene, folder: Path) -> Iterator[VirtualTest]:
+    """Write one log per virtual test into a folder, and their truth beside them (``truth.jsonl``, last).
+
+    Parameters
+    ----------
+    scene : Scene
+        Its ``[rig]``, ``[model]`` and ``[synthetic]`` tables say all; the same scene gives the same bytes.
+    folder : Path
+        Made if it is not there. Synthetic logs of the same names are replaced, measured ones never.
+
+    Yields
+    ------
+    VirtualTest
+        Each test when its log stands.
+
+    Raises
+    ------
+    SceneError
+        As :func:`virtual_tests`.
+    OutputError
+        The folder cannot be written, or a log that is not synthetic stands there.
+    """
+    tests = virtual_tests(scene)
+    folder.mkdir(parents=True, exist_ok=True)
+    check_replaceable(folder / "truth.jsonl", replace=is_truth)
+    for test in tests:
+        check_replaceable(folder / test.log, replace=is_synthetic)
+    truths = []
+    for test in tests:
+        text, more = _log_and_behaviour(test, scene)
+        write_whole(folder / test.log, text.encode(), replace=is_synthetic)
+        truths.append(json.dumps({**truth(test), **more}) + "\n")
+        yield test
+    write_whole(folder / "truth.jsonl", "".join(truths).encode(), replace=is_truth)
+
+
+def is_truth(path: Path) -> bool:
+    """Whether a file tells the truth of synthetic logs: its first line has the numbers that `truth` gives."""
+    with path.open("rb") as file:
+        first = file.readline(1 << 20)
+    try:
+        row = json.loads(first)
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(row, dict) and tuple(row)[: len(_FIRST)] == _FIRST
+
+
+def is_synthetic(log: Path) -> bool:
+    """Whether a log says in its first line that it is synthetic."""
+    with log.open("rb") as file:
+        return file.readline(len(MARK) + 1).startswith(MARK)
+
+
+def log_text(test: VirtualTest, scene: Scene) -> str:
+    """The log of one test: preamble, header, one line per sample; time in s, displacements in mm."""
+    if not test.base.is_plain:
+        return _driven_log(test, scene)[0]
+    time = sample_times(test, scene)
+    return _lines(test, scene, time, motion(test, time, scene), plain_base(test, time))
+
+
+def _log_and_behaviour(test: VirtualTest, scene: Scene) -> tuple[str, dict[str, object]]:
+    """The log of one test, and what is true of it beyond `truth` where its friction or its base changes."""
+    if not test.base.is_plain:
+        return _driven_log(test, scene)
+    if test.is_plain_coulomb:
+        return log_text(test, scene), {}
+    transient = scene.analysis.transient_s
+    time, phases = sample_times(test, scene), phase_times(test, transient)
+    mass, exact = motion_at(test, scene, time, phases.ravel())
+    behaviour: dict[str, object] = {
+        "irregularity_index": irregularity_index(exact.reshape(phases.shape)),
+        "energy_slope_per_hour": energy_slope(test, transient),
+    }
+    return _lines(test, scene, time, mass, plain_base(test, time)), behaviour | _over_time(test, scene)
+
+
+def _over_time(test: VirtualTest, scene: Scene) -> dict[str, object]:
+    """The friction ratio of each cycle, where it wanders."""
+    if not test.friction_wander:
+        return {}
+    return {"friction_ratio_of_cycles": [float(f"{beta:.8g}") for beta in cycle_friction_ratios(test, scene)]}
+
+
+def _driven_log(test: VirtualTest, scene: Scene) -> tuple[str, dict[str, object]]:
+    """The log of a test whose base is no plain sine, and the totals of its motion."""
+    run, every, base = driven(test, scene)
+    time, mass = sample_times(test, scene), test.base_amplitude_m * run.displacement[::every]
+    omega = 2 * math.pi * test.natural_frequency_hz
+    totals = run.totals(test.base_amplitude_m, omega, test.stiffness_n_per_m)
+    told = {key: twelve_digits(value) for key, value in totals.items()}
+    return _lines(test, scene, time, mass, base[::every]), told | _over_time(test, scene)
+
+
+def _lines(test: VirtualTest, scene: Scene, time: FloatArray, mass: FloatArray, base: FloatArray) -> str:
+    """The text of a log: ``time`` (n,) s, ``mass`` and ``base`` (n,) m before any sensor."""
+    synthetic = scene.synthetic
+    noise = test.draws(scene, "noise")
+    seen = [_through_laser(signal, synthetic.noise_m, synthetic.step_m, noise) for signal in (mass, base)]
+    table = np.column_stack([time, *(MILLIMETRES * signal for signal in seen)])
+    words = f"r {test.frequency_ratio:g}" if test.is_periodic else f"base {test.base.motion}"
+    head = PREAMBLE.format(material=test.material, force=test.normal_force_n, motion=words)
+    return head + ("%.6f,%.6f,%.6f\n" * len(time)) % tuple(table.ravel().tolist())
+
+
+def _through_laser(signal: FloatArray, noise: float, step: float, generator: np.random.Generator) -> FloatArray:
+    """What a sensor makes of a displacement (m): noise of the given rms, then rounding to its step."""
+    noisy = signal + noise * generator.standard_normal(len(signal))
+    return np.round(noisy / step) * step if step else noisy
