@@ -1,12 +1,13 @@
 # frictionlab: `make` runs the main job on sample_data, `make test` the tests, `make help` lists the rest.
 #
-# Your own logs:  make LOGS=folder SCENE=scene.toml OUT=folder   (without SCENE: a frictionlab.toml here or in LOGS)
+# Your own logs:  make LOGS=folder SCENE=scene.toml OUT=folder   (without SCENE: a frictionlab.toml here or in LOGS;
+# never the scene of sample_data, which is of another rig)
 #
 # One log, one recording, one measurement, one comparison with its figure: touch one log and that chain alone is redone.
 # `frictionlab batch` does it, so Windows needs no make: frictionlab batch my_logs --scene my_scene.toml -o my_results
 
 LOGS  ?= sample_data
-SCENE ?= configs/sample_data.toml
+SCENE ?=
 OUT   ?= build
 
 CAMPAIGN       ?= build/campaign
@@ -27,8 +28,10 @@ WORKERS = $(patsubst -j%,--workers=%,$(filter-out -j,$(filter -j%,$(MAKEFLAGS)))
 .PHONY: all campaign chapter3 help sample-data tradeoff stability test fuzz check format clean
 
 all: $(FRICTIONLAB)  ## ingest, analyze and compare all logs, then print the table (the default)
-	@if $(if $(filter file,$(origin SCENE)),test -e frictionlab.toml || test -e "$$LOGS/frictionlab.toml",false); \
-	then set --; else set -- --scene "$$SCENE"; fi; \
+	@case "$$LOGS" in sample_data|sample_data/|./sample_data|./sample_data/) own=configs/sample_data.toml;; *) own=;; esac; \
+	if test -n "$$SCENE"; then set -- --scene "$$SCENE"; \
+	elif test -e frictionlab.toml || test -e "$$LOGS/frictionlab.toml" || test -z "$$own"; then set --; \
+	else set -- --scene "$$own"; fi; \
 	$(FRICTIONLAB) batch "$$@" -o "$$OUT" $(WORKERS) -- "$$LOGS"
 
 # A whole campaign: only logs that are new or changed are ingested and measured again.

@@ -10,7 +10,6 @@ import pytest
 from typer.testing import CliRunner
 
 from frictionlab.cli import app
-from frictionlab.figures.style import caution, new_figure
 from frictionlab.tables import read_rows
 
 ROOT = Path(__file__).parents[1]
@@ -191,25 +190,16 @@ def test_a_named_figure_is_that_file_and_several_inputs_need_a_folder(tmp_path: 
         assert fault in done.stderr
 
 
-def test_what_warns_of_a_number_stands_below_its_figure() -> None:
-    figure = new_figure()
-    caution(figure, ["base: noise", "energy_per_cycle: of a passing state", "a", "b", "c"])
-    told = figure.get_supxlabel()
-    assert told.startswith("! base: noise\n! energy_per_cycle: of a passing state")
-    assert told.endswith("and 2 more, in the table")
-    quiet = new_figure()
-    caution(quiet, ())
-    assert not quiet.get_supxlabel()
-
-
 def test_like_named_inputs_keep_figures_of_their_own(tmp_path: Path) -> None:
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "log.csv").write_bytes(LOG.read_bytes())
     logs = [str(tmp_path / name / "log.csv") for name in ("a", "b")]
-    done = CliRunner().invoke(app, ["analyze", *logs, "--scene", str(SCENE), "-q", "--plot", f"{tmp_path}/figures"])
+    places = ["--plot", f"{tmp_path}/figures", "--report", f"{tmp_path}/pages"]
+    done = CliRunner().invoke(app, ["analyze", *logs, "--scene", str(SCENE), "-q", *places])
     assert done.exit_code == 0, done.stderr
-    assert len(list((tmp_path / "figures").iterdir())) == 2
+    for folder in ("figures", "pages"):
+        assert len(list((tmp_path / folder).iterdir())) == 2
 
 
 def test_a_maps_own_axes_are_shown(tmp_path: Path) -> None:

@@ -52,6 +52,10 @@ def desk(tmp_path: Path) -> Path:
 
 
 def make(desk: Path, *words: str) -> "CompletedProcess[str]":
+    return make_without_scene(desk, "SCENE=configs/sample_data.toml", *words)
+
+
+def make_without_scene(desk: Path, *words: str) -> "CompletedProcess[str]":
     return run_in(desk, [*MAKE, "LOGS=logs", "OUT=out", *words])
 
 
@@ -113,7 +117,8 @@ def test_make_runs_nothing_that_stands_in_a_name(desk: Path) -> None:
     for name in HOSTILE:
         (desk / "logs" / name).write_text("")
     (desk / "logs").rename(desk / "my `touch PWNED` logs")
-    done = run_in(desk, [*MAKE, "LOGS=my `touch PWNED` logs", "OUT=out of $$(touch PWNED)"])
+    words = ["LOGS=my `touch PWNED` logs", "OUT=out of $$(touch PWNED)", "SCENE=configs/sample_data.toml"]
+    done = run_in(desk, [*MAKE, *words])
     assert not list(desk.rglob("PWNED"))
     assert done.returncode != 0
     assert done.stderr.count("the reason stands above") == len(HOSTILE)
@@ -232,7 +237,15 @@ def test_what_is_no_log_is_said(tmp_path: Path) -> None:
 
 def test_make_takes_the_scene_beside_the_logs_unless_one_is_given(desk: Path) -> None:
     (desk / "logs" / "frictionlab.toml").write_text("[rigs]\n")
-    done = make(desk)
+    done = make_without_scene(desk)
     assert done.returncode == 2
     assert "scene logs/frictionlab.toml, line 1: rigs: unknown key; did you mean rig?" in done.stderr
     assert "nowhere.toml: cannot be read" in make(desk, "SCENE=nowhere.toml").stderr
+
+
+def test_make_takes_no_other_rigs_scene_for_logs_that_have_none(desk: Path) -> None:
+    (desk / "logs" / LOGS[1]).unlink()
+    done = make_without_scene(desk)
+    assert done.returncode == 2
+    assert "no scene: there is no frictionlab.toml" in done.stderr
+    assert "the natural frequency is not known" in done.stderr

@@ -25,7 +25,6 @@ from frictionlab.cli.options import (
 )
 from frictionlab.cli.output import print_table
 from frictionlab.cli.progress import track
-from frictionlab.errors import UsageError
 from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import Row, check_output, write_rows
 
@@ -93,11 +92,10 @@ def analyze(
 
 
 def _pages(folder: Path, recordings: list[Path]) -> dict[Path, Path]:
-    """The page of each recording; refuses two of one name before the work."""
-    pages = {path: folder / f"{path.stem}.html" for path in recordings}
-    if len(set(pages.values())) < len(pages):
-        raise UsageError(f"--report {folder}: two recordings have the same name: write their pages one after the other")
-    return pages
+    """The page of each recording, under a name that no other has."""
+    from frictionlab.chain.names import names_of
+
+    return {path: folder / f"{name}.html" for path, name in names_of(list(dict.fromkeys(recordings))).items()}
 
 
 def _row(

@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from frictionlab.verbs.batch import Batch
 
 TABLE = "comparisons.jsonl"
+NO_SCENE = (
+    "no scene: there is no frictionlab.toml in the working folder or beside the logs, and none is given (--scene FILE;"
+    " make: SCENE=FILE): all settings are defaults and the rig is not known; `frictionlab init` writes one to fill in"
+)
 
 
 def batch(
@@ -42,9 +46,12 @@ def batch(
 
     Example: frictionlab batch my_logs --scene my_scene.toml -o my_results
     """
+    from frictionlab.scene import find_scene
     from frictionlab.verbs.batch import batch as plan
 
     what = scene_of(scene, beside=logs[0], quiet=quiet)
+    if scene is None and find_scene(logs[0]) is None and not quiet:
+        complain(NO_SCENE)
     work = plan(logs, what, output=output, compare=not campaign, again=again)
     _check(work, output, campaign=campaign)
     rows = _do(work, workers=workers, scheduler=scheduler, as_json=as_json, quiet=quiet)

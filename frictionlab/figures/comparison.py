@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from frictionlab.figures.style import BASE, MEASURED, PAGE, PREDICTED, caution, look, new_figure
+from frictionlab.figures.style import BASE, MEASURED, PAGE, PREDICTED, caution, headline, look, new_figure
 from frictionlab.identification import Comparison
 
 TURN = 2 * math.pi
@@ -45,9 +45,7 @@ def comparison_figure(comparison: Comparison) -> Figure:
         draw_response(comparison, response).set_title(_response_title(comparison))
         draw_loop(comparison, loop).set_title(_loop_title(comparison))
         name = comparison.source.replace("\\", "/").rsplit("/", 1)[-1]
-        figure.suptitle(
-            f"{name}: {comparison.model}{_verdict(comparison)}", x=0.01, ha="left", fontsize=8, parse_math=False
-        )
+        headline(figure, f"{name}: {comparison.model}{_verdict(comparison)}")
         caution(figure, comparison.warnings)
         return figure
 
@@ -63,7 +61,8 @@ def _response_title(comparison: Comparison) -> str:
 def _verdict(comparison: Comparison) -> str:
     if comparison.verdict is None:
         return ""
-    return f": {comparison.verdict}, misfit {comparison.misfit:.2g} times its standard error"
+    said = "explained" if comparison.verdict == "explained" else "not explained"
+    return f": {said}, what is left is {comparison.misfit:.2g} times the measurement's error"
 
 
 def _loop_title(comparison: Comparison) -> str:

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from frictionlab.figures.style import BASE, MEASURED, PAGE, PREDICTED, look, new_figure
+from frictionlab.figures.style import BASE, MEASURED, PAGE, PREDICTED, headline, look, new_figure
 from frictionlab.identification import ContactForce
 
 TURN = 2.0 * np.pi
@@ -57,7 +57,7 @@ def contact_figure(contact: ContactForce, title: str | None = None) -> Figure:
         if contact.laws:
             draw_ladder(contact, panels["ladder"])
         name = (title or contact.source).replace("\\", "/").rsplit("/", 1)[-1]
-        figure.suptitle(f"{name}: {contact.law}", x=0.01, ha="left", fontsize=8, parse_math=False)
+        headline(figure, f"{name}: {contact.law}")
         return figure
 
 

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from frictionlab.analysis.free_vibration import FreeVibration
-from frictionlab.figures.style import MEASURED, PAGE, PREDICTED, look, new_figure
+from frictionlab.figures.style import MEASURED, PAGE, PREDICTED, headline, look, new_figure
 
 
 def draw_decays(taps: Sequence[FreeVibration], ax: Axes) -> Axes:
@@ -36,7 +36,7 @@ def free_vibration_figure(taps: Sequence[FreeVibration], name: str = "") -> Figu
         shown = "\n".join(_title(tap) for tap in taps[:3]) + (f"\n... {len(taps)} taps" if len(taps) > 3 else "")
         draw_decays(taps, figure.add_subplot(grid[0])).set_title(shown)
         draw_residuals(taps, figure.add_subplot(grid[1]))
-        figure.suptitle(name, x=0.01, ha="left", fontsize=8, parse_math=False)
+        headline(figure, name)
         return figure
 
 

@@ -1,10 +1,24 @@
 """One measurement in one figure: time response with its stops, hysteresis loops, spectrum with the drive marked."""
 
+import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.figures.style import BASE, GREY, MEASURED, ORANGE, PAGE, VERMILION, caution, look, new_figure
+from frictionlab.figures.style import (
+    BASE,
+    GREY,
+    MEASURED,
+    ORANGE,
+    PAGE,
+    VERMILION,
+    caution,
+    headline,
+    look,
+    new_figure,
+    plain_decades,
+)
 
 
 def draw_response(measurement: Measurement, ax: Axes) -> Axes:
@@ -24,8 +38,9 @@ def draw_loops(measurement: Measurement, ax: Axes) -> Axes:
     """Hysteresis loops of the cycles used, base over mass: their area is the energy per cycle, eq. (2.18)."""
     traces = measurement.traces
     fade = max(0.15, 1.0 / len(traces.loop_mass))
-    for mass, base in zip(traces.loop_mass, traces.loop_base, strict=True):
-        ax.plot(mass, base, color=MEASURED, lw=0.8, alpha=fade)
+    loops = [np.column_stack(pair) for pair in zip(traces.loop_mass, traces.loop_base, strict=True)]
+    ax.add_collection(LineCollection(loops, colors=MEASURED, linewidths=0.8, alpha=fade))
+    ax.autoscale_view()
     ax.set(xlabel="displacement of the mass, x / Y", ylabel="displacement of the base, y / Y")
     return ax
 
@@ -44,6 +59,7 @@ def draw_spectrum(measurement: Measurement, ax: Axes) -> Axes:
         xlim=(0, traces.base_frequency[-1]),
         ylim=(1e-2 * 1e-3, 3e3 * top),
     )
+    plain_decades(ax)
     ax.legend(loc="upper right")
     return ax
 
@@ -56,7 +72,7 @@ def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
         draw_response(measurement, figure.add_subplot(grid[0, :])).set_title(_response_title(measurement))
         draw_spectrum(measurement, figure.add_subplot(grid[1, 0])).set_title(_spectrum_title(measurement))
         draw_loops(measurement, figure.add_subplot(grid[1, 1])).set_title(_loop_title(measurement))
-        figure.suptitle(name or measurement.source, x=0.01, ha="left", fontsize=8, parse_math=False)
+        headline(figure, name or measurement.source)
         caution(figure, measurement.warnings)
         return figure
 

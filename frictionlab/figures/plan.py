@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from frictionlab.figures.style import MEASURED, PAGE, PREDICTED, look, new_figure
+from frictionlab.figures.style import MEASURED, PAGE, PREDICTED, headline, look, new_figure
 from frictionlab.planning import Plan, PlannedTest
 
 MOST = 4  # parameters drawn
@@ -45,10 +45,7 @@ def plan_figure(plan: Plan) -> Figure:
             draw_parameter(plan, name, ax)
         for ax in panels[len(names) :]:
             ax.set_axis_off()
-        figure.suptitle(
-            f"{plan.law}: what each candidate tells alone; larger marks: larger normal force; rings: the plan",
-            x=0.01,
-            ha="left",
-            fontsize=8,
+        headline(
+            figure, f"{plan.law}: what each candidate tells alone; larger marks: larger normal force; rings: the plan"
         )
         return figure

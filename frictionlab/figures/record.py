@@ -5,7 +5,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from frictionlab.figures.response import thinned
-from frictionlab.figures.style import BASE, GREY, MEASURED, PAGE, PREDICTED, VERMILION, caution, look, new_figure
+from frictionlab.figures.style import (
+    BASE,
+    GREY,
+    MEASURED,
+    PAGE,
+    PREDICTED,
+    VERMILION,
+    caution,
+    headline,
+    look,
+    new_figure,
+)
 from frictionlab.identification import WholeRecord
 
 ZOOM = 3  # periods of the drive that the zoom shows
@@ -22,7 +33,7 @@ def record_figure(record: WholeRecord, title: str) -> Figure:
         draw_friction(record, axes["friction"])
         draw_misfit(record, axes["misfit"])
         numbers = f"record nrmse {100 * record.nrmse:.2g} %, energy {100 * record.energy_difference:+.2g} %"
-        figure.suptitle(f"{title}: {numbers}", x=0.01, ha="left", fontsize=8, parse_math=False)
+        headline(figure, f"{title}: {numbers}")
         caution(figure, record.warnings)
         return figure
 

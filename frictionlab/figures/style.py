@@ -1,6 +1,7 @@
 """One look for every figure: sizes for print, a colour-blind safe palette, files that are the same bytes each time."""
 
 import io
+import math
 import textwrap
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -8,10 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.image import imsave
+from matplotlib.ticker import FuncFormatter
 
-from frictionlab.figures.mark import METADATA, is_figure
+from frictionlab.figures.mark import MAKER, METADATA, is_figure
 from frictionlab.files import write_whole
 
 # Okabe and Ito, "Color universal design" (2008): told apart with any common colour blindness, and in grey.
@@ -22,12 +26,16 @@ GREY = "#8A8A8A"
 MEASURED, PREDICTED, BASE = BLUE, VERMILION, GREY
 PALETTE = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
 COLUMN, PAGE = 3.5, 7.2  # widths in inches: one column and the whole page of a journal
+HEADLINE = 105  # letters a line above a figure of the whole page
 MOST_WARNINGS, LETTERS, FORE = 3, 150, 40  # below a figure: how many, letters a line, where a number's name ends
 
+SQUEEZE = {"compress_level": 3}  # of 1 to 9: files 8 % larger than at 6, in three quarters of the time
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LOOK: dict[Any, Any] = {  # matplotlib spells out every key in its type
     "font.size": 8.0,
     "axes.titlesize": 8.0,
     "axes.titlelocation": "left",
+    "axes.titley": 1.0,  # where a title goes anyway: not said, it is looked for at each drawing, a tenth of the time
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
@@ -57,6 +65,21 @@ def new_figure(width: float = PAGE, height: float = 3.0) -> Figure:
     return figure
 
 
+def headline(figure: Figure, text: str) -> None:
+    """Say above a figure what it shows, in as many lines as it takes; a file's name is never read as mathematics."""
+    lines = textwrap.wrap(text, HEADLINE)
+    figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=8, parse_math=False)
+
+
+def plain_decades(ax: Axes) -> None:
+    """Number the decades of a logarithmic upright axis in plain text, and nothing between them: a fifth of the time.
+
+    By default each number is set as mathematics, and eight ticks a decade are as dear as those with a number.
+    """
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"10{f'{math.log10(value):.0f}'.translate(RAISED)}"))
+    ax.minorticks_off()
+
+
 def caution(figure: Figure, warnings: Sequence[str]) -> None:
     """Write the first warnings below a figure, in small: a figure travels without its table.
 
@@ -83,6 +106,18 @@ def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
     """
     image = io.BytesIO()
     with look():
-        figure.savefig(image, format=path.suffix.lstrip("."), metadata=METADATA[path.suffix])
+        if path.suffix == ".png":
+            _draw_once(figure, image)
+        else:
+            figure.savefig(image, format=path.suffix.lstrip("."), metadata=METADATA[path.suffix])
     write_whole(path, image.getvalue(), replace=force or is_figure)
     return path
+
+
+def _draw_once(figure: Figure, image: io.BytesIO) -> None:
+    """What ``savefig`` does, which draws twice: once for the layout alone and once more for the picture."""
+    canvas: Any = FigureCanvasAgg(figure)  # untyped in matplotlib
+    dpi = LOOK["savefig.dpi"]
+    figure.set_dpi(dpi)
+    canvas.draw()
+    imsave(image, canvas.buffer_rgba(), format="png", dpi=dpi, metadata={"Software": MAKER}, pil_kwargs=SQUEEZE)

@@ -235,6 +235,15 @@ def _of_verdict(found: Identified, judged: Judged, ladder: Ladder | None) -> lis
     """What a reader must know of a law that does not explain the cycle."""
     if judged.verdict != "misfit" or judged.misfit is None:
         return []
-    next_step = "no law on the ladder explains it" if ladder is not None else "try --law auto"
     missed = f"what it misses is {judged.misfit:.2g} times the standard error of the measured mean cycle"
-    return [f"verdict: {found.family.law.name} does not explain this cycle: {missed}; {next_step}"]
+    return [f"verdict: {found.family.law.name} does not explain this cycle: {missed}; {_next_step(found, ladder)}"]
+
+
+def _next_step(found: Identified, ladder: Ladder | None) -> str:
+    """What may explain a cycle that a law does not."""
+    if ladder is not None:
+        return "no law that --law auto tries explains it"
+    if "beta" in found.family.held:
+        beta = found.family.held["beta"]
+        return f"the friction ratio is held at {beta:g}: leave out --beta, and beta of [model.parameters], to fit it"
+    return "try --law auto"
