@@ -29,6 +29,7 @@ from frictionlab.simulator.kernel import (
     motion,
     orbits,
     outlook,
+    resonance,
     settle,
     shooting,
 )
@@ -49,7 +50,18 @@ __all__ = [
     "set_up",
 ]
 
-MODULES = (motion, events, outlook, continuous, shooting, settle, orbits, accounts, cycles)  # each uses those before
+MODULES = (
+    motion,
+    events,
+    outlook,
+    continuous,
+    shooting,
+    resonance,
+    settle,
+    orbits,
+    accounts,
+    cycles,
+)  # each uses only those before it
 WORTH_LOADING = 2e4  # slides; in plain Python they take about as long (1 s) as loading the compiled kernel
 WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version (15 s)
 

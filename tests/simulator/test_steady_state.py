@@ -244,6 +244,7 @@ def test_below_the_limit_continuous_and_above_it_stops() -> None:
 
 
 def test_where_rounding_adds_up_the_size_of_the_error_is_said() -> None:
-    state = steady_state(Problem(1.0 + 1e-8, 0.3, base=Base((1.0, 0.0, 0.1))))
+    uneven = {"gradient": 1e-9}
+    state = steady_state(Problem(1.0 + 1e-8, 0.3, base=Base((1.0, 0.0, 0.1)), law="coulomb+place", parameters=uneven))
     assert state.outcome == "periodic"
     assert any("good to about" in warning for warning in state.warnings)

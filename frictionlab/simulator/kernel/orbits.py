@@ -26,6 +26,7 @@ from frictionlab.simulator.kernel.layout import (
     Room,
 )
 from frictionlab.simulator.kernel.outlook import at_once, even_handed
+from frictionlab.simulator.kernel.resonance import resonant_orbit
 from frictionlab.simulator.kernel.settle import attract, calm
 from frictionlab.simulator.kernel.shooting import pulls, shoot, spectral_radius, symmetric_force
 
@@ -51,6 +52,9 @@ def only_orbit(rig: Rig, force: Force, room: Room) -> Found:
     The map has a kink where the mass comes to rest just at the section, and Newton may stall there: then the section is
     shifted.
     """
+    resonates, found = resonant_orbit(rig, force, room)
+    if resonates:
+        return found
     span, sign = (pi, -1.0) if symmetric_force(force) and even_handed(rig) else (TURN, 1.0)
     leg, z, v, miss, code = orbit_from(rig, force, Leg(0.0, span, 1.0, sign), room)
     for section in range(1, SECTIONS):

@@ -21,7 +21,7 @@ def spectral_radius(jacobian: Buffer) -> float:
     half = 0.5 * (jacobian[0] + jacobian[3])
     det = jacobian[0] * jacobian[3] - jacobian[1] * jacobian[2]
     inside = half * half - det
-    if inside < 0.0:
+    if inside < 4e-16 * half * half:  # also of a pair that only rounding parts
         return sqrt(det)
     return half + sqrt(inside) if half >= 0.0 else half - sqrt(inside)
 
