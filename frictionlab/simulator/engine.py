@@ -50,18 +50,8 @@ __all__ = [
     "set_up",
 ]
 
-MODULES = (
-    motion,
-    events,
-    outlook,
-    continuous,
-    shooting,
-    resonance,
-    settle,
-    orbits,
-    accounts,
-    cycles,
-)  # each uses only those before it
+# Each uses only those before it.
+MODULES = (motion, events, outlook, continuous, shooting, resonance, settle, orbits, accounts, cycles)
 WORTH_LOADING = 2e4  # slides; in plain Python they take about as long (1 s) as loading the compiled kernel
 WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version (15 s)
 
