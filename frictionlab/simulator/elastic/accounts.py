@@ -7,6 +7,7 @@ from frictionlab.simulator.elastic.layout import CONTACT, ELASTIC_PHASE, Elastic
 from frictionlab.simulator.elastic.orbits import at_once_elastic, is_even_handed, search_elastic, verdict
 from frictionlab.simulator.elastic.phases import stiffened
 from frictionlab.simulator.elastic.shooting import elastic_multiplier, span_of
+from frictionlab.simulator.elastic.works import is_long_ring, ring_range, ring_work
 from frictionlab.simulator.kernel.accounts import frame_work, slide_range, slide_work
 from frictionlab.simulator.kernel.layout import (
     AMPLITUDE,
@@ -62,13 +63,19 @@ def account_elastic(rig: Rig, force: Force, room: ElasticRoom) -> None:
     plain_room = Room(room.jacobian, tally, phases, room.wall)
     tally[TOP], tally[BOTTOM] = (-inf, inf) if moving else (tally[HIGH], tally[LOW])
     for at in range(0, ELASTIC_PHASE * int(tally[PHASES]), ELASTIC_PHASE):
-        tau, span = phases[at + 1], phases[at + 2]
+        held, tau, span = phases[at] == 0.0, phases[at + 1], phases[at + 2]
         start = State(phases[at + 3], phases[at + 4], phases[at + 5])
         slide = stiffened(rig.plain, phases[at + 6])
         local_force(tau, force)
-        slide_work(Rig(rig.contact, rig.plain, slide, slide), force, start, 1.0, span, tally)
-        if moving:
-            local_force(tau, room.wall)
+        local_force(tau, room.wall)
+        long = is_long_ring(slide, force, phases[at], span)
+        if long:
+            ring_work(rig, slide, (force, room.slow), start, span, tally)
+        else:
+            slide_work(Rig(rig.contact, rig.plain, slide, slide), force, start, 1.0, span, tally)
+        if long:
+            ring_range(slide, (force, room.slow, room.wall), start, span, tally)
+        elif moving or held:
             slide_range(slide, force, plain_room, start, 1.0, span)
 
 
@@ -119,7 +126,8 @@ def steady_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, 
     row[START_Z], row[START_V] = room.start[0], room.start[1]
     if outcome == UNBOUNDED or outcome >= NOT_FOUND:
         return
-    carry_elastic(rig, sliders, force, leg, room)
+    if outcome == STUCK:  # a search ends with the motion from the start that it found
+        carry_elastic(rig, sliders, force, leg, room)
     if ELASTIC_PHASE * int(room.tally[PHASES]) > len(room.phases):
         row[OUTCOME] = OVERFULL
         return

@@ -5,7 +5,7 @@ from math import sqrt
 from typing import Any
 
 from frictionlab.simulator import engine as engines
-from frictionlab.simulator.elastic import accounts, events, holding, layout, orbits, phases, shooting
+from frictionlab.simulator.elastic import accounts, events, holding, layout, orbits, phases, ringing, shooting, works
 from frictionlab.simulator.elastic.sliders import sliders_of
 from frictionlab.simulator.engine import Engine
 from frictionlab.simulator.kernel.layout import Contact, Force, Rig
@@ -14,7 +14,7 @@ from frictionlab.simulator.problem import Problem
 __all__ = ["MODULES", "choose", "make_elastic_room", "phases_per_cycle", "plain", "set_up"]
 
 # Each uses only those before it, and the rigid kernel.
-MODULES = (phases, events, holding, shooting, orbits, accounts)
+MODULES = (phases, ringing, events, holding, shooting, orbits, works, accounts)
 COMPILED = (*engines.MODULES, *MODULES)
 WORTH_LOADING = 2e4  # phases; in plain Python they take about as long (1 s) as loading the compiled kernel
 WORTH_COMPILING = 1e6  # the same for compiling it, once per machine and version
@@ -60,7 +60,8 @@ def make_elastic_room(engine: Engine, problem: Problem, phases: int) -> Any:
     start, image, trial = (engine.buffer((0.0,) * (2 + 2 * count)) for _ in range(3))
     matrix, kinds = engine.buffer((0.0,) * (size * (size + 1))), engine.buffer((0.0,) * count)
     moved = engines.make_force(engine, *wall)
-    return layout.ElasticRoom(jacobian, tally, recorded, moved, kinds, start, image, trial, matrix)
+    slow = engines.make_force(engine, *problem.force)
+    return layout.ElasticRoom(jacobian, tally, recorded, moved, slow, kinds, start, image, trial, matrix)
 
 
 def phases_per_cycle(problem: Problem) -> float:

@@ -17,6 +17,7 @@ from frictionlab.simulator.elastic.layout import (
     Sliders,
 )
 from frictionlab.simulator.elastic.phases import phase_end, stiffened
+from frictionlab.simulator.elastic.ringing import held_end
 from frictionlab.simulator.kernel.layout import (
     CHATTER,
     DONE,
@@ -34,6 +35,7 @@ from frictionlab.simulator.kernel.layout import (
 from frictionlab.simulator.kernel.motion import free_motion, local_force
 
 __all__ = [
+    "all_hold",
     "begin",
     "book",
     "carry_elastic",
@@ -150,6 +152,14 @@ def hold_all(sliders: Sliders) -> None:
         sliders.side[i] = 0.0
 
 
+def all_hold(sliders: Sliders) -> bool:
+    """Tell whether every slider holds."""
+    for i in range(len(sliders.side)):
+        if sliders.side[i] != 0.0:
+            return False
+    return True
+
+
 def yield_along(rig: Rig, sliders: Sliders, z: float, way: float) -> None:
     """Move the sliders' forces along a way that ends at z: springs stretch, limits rise or sink."""
     load = 1.0 + rig.contact.gradient * z
@@ -231,7 +241,14 @@ def run_on(
             continue
         added = contact_stiffness(rig, sliders)
         slide, start, rest = stiffened(rig.plain, 1.0 + added), State(z, v, a), end - tau
-        span, made, v, _, what = phase_end(slide, force, start, way, rate, left, rest, tally)
+        if all_hold(sliders):
+            back, other, behind = nearest(rig, sliders, z, -way)
+            limits = (left, -max(0.0, back)) if way > 0.0 else (max(0.0, back), -left)
+            span, made, v, _, what, last = held_end(slide, (force, room.slow), start, way, rate, limits, rest, tally)
+            if last != way:
+                which, side = other, behind
+        else:
+            span, made, v, _, what = phase_end(slide, force, start, way, rate, left, rest, tally)
         z += made
         book(sliders, tau, span, start, 1.0 + added, pull, room)
         tally[CONTACT] += (pull + 0.5 * added * made) * made

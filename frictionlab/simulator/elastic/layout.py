@@ -18,6 +18,7 @@ __all__ = [
     "SLIDING",
     "TURNED",
     "ElasticRoom",
+    "Ring",
     "Sliders",
 ]
 
@@ -53,8 +54,16 @@ class ElasticRoom(NamedTuple):
     tally: Buffer
     phases: Buffer  # recorded
     wall: Force  # motion of the wall; empty: it stands
+    slow: Force  # what a held, ringing contact moves about
     kinds: Buffer  # of the sliders at the section
     start: Buffer  # z, v, then force and side of each slider
     image: Buffer
     trial: Buffer
     matrix: Buffer  # of Newton's equations, with the right side
+
+
+class Ring(NamedTuple):
+    """What is constant while every slider holds: see `frictionlab.simulator.elastic.ringing`."""
+
+    offset: float
+    curve: float  # bound of the forced motion's acceleration

@@ -1,6 +1,6 @@
 """What repeats: the outcome that needs no search, and the orbit that rest settles on."""
 
-from math import atan2, hypot, inf, pi
+from math import hypot, inf, pi
 
 from frictionlab.simulator.elastic.holding import never_slips, start_at_rest
 from frictionlab.simulator.elastic.layout import (
@@ -18,12 +18,15 @@ from frictionlab.simulator.elastic.shooting import (
     shoot_elastic,
     span_of,
 )
-from frictionlab.simulator.kernel.continuous import continuous_state, damped_turn, den_hartog
+from frictionlab.simulator.kernel.events import carry
 from frictionlab.simulator.kernel.layout import (
     CHATTERED,
     DONE,
+    HIGH,
+    LOW,
     NOT_FOUND,
     PERIODIC,
+    PHASE,
     PHASES,
     PULLING,
     RUNAWAY,
@@ -33,25 +36,31 @@ from frictionlab.simulator.kernel.layout import (
     Force,
     Leg,
     Rig,
+    Room,
+    State,
 )
-from frictionlab.simulator.kernel.motion import gap
+from frictionlab.simulator.kernel.motion import gap, local_force, slide_at
+from frictionlab.simulator.kernel.orbits import find_orbit
 from frictionlab.simulator.kernel.shooting import symmetric_force
 
 __all__ = [
+    "any_stable",
     "apart",
     "at_once_elastic",
     "best_section",
     "from_rest",
     "is_even_handed",
+    "is_stable",
     "resonates",
     "search_elastic",
     "settle",
     "spread",
     "start_from",
-    "start_sliding",
+    "start_rigid",
     "verdict",
 ]
 
+YIELDING = 3.0  # times a slider's own yield: a motion that small is not like the rigid contact's
 LONGEST_ORBIT = 8  # cycles of the longest orbit looked for
 ENOUGH_STEPS = 200.0  # Newton steps to the only orbit
 NEAR_STEPS = 8.0  # Newton steps to one of several
@@ -82,23 +91,33 @@ def from_rest(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticR
     return Leg(section, leg.span, leg.turns, leg.sign), code
 
 
-def start_sliding(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, bool]:
-    """Start on Den Hartog's orbit of the rigid contact, halfway between its turns; False where there is none."""
-    if len(force.cosine) > 1 or rig.plain.zeta >= 1.0 or rig.contact.beta == 0.0:
+def start_rigid(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, bool]:
+    """Start on the orbit of the rigid contact, in the middle of its longest slide; False where it is of no help."""
+    plain, phases, beta = Room(room.jacobian, room.tally, room.phases, room.wall), room.phases, rig.contact.beta
+    if beta == 0.0:
         return leg, False
-    size = hypot(force.cosine[0], force.sine[0])
-    beta = rig.contact.beta / size
-    _, phase = den_hartog(rig.plain.r, beta) if rig.plain.zeta == 0.0 else damped_turn(rig, beta)
-    tau = (phase + atan2(force.sine[0], force.cosine[0]) + 0.5 * pi) % TURN
-    amplitude, z, v = continuous_state(rig, force, tau)
-    room.start[0], room.start[1] = z, v
-    load, side = 1.0 + rig.contact.gradient * z, 1.0 if v > 0.0 else -1.0
+    outcome, own, z, v, _, _ = find_orbit(rig, force, 0, plain)
+    if outcome != PERIODIC:
+        return leg, False
+    carry(rig, force, own, z, v, plain)
+    longest, at = 0.0, 0
+    for i in range(0, PHASE * min(int(room.tally[PHASES]), len(phases) // PHASE), PHASE):
+        if phases[i] != 0.0 and phases[i + 2] > longest:
+            longest, at = phases[i + 2], i
+    side, tau = phases[at], phases[at + 1]
+    local_force(tau, force)
+    start, slide = State(phases[at + 3], phases[at + 4], phases[at + 5]), rig.rising if side > 0.0 else rig.falling
+    way, speed, _ = slide_at(0.5 * longest, slide, force, start)
+    moved = 0.5 * (room.tally[HIGH] - room.tally[LOW]) if own.sign > 0.0 else max(room.tally[HIGH], -room.tally[LOW])
+    z = start.z + way
+    room.start[0], room.start[1] = z, speed
+    load = 1.0 + rig.contact.gradient * z
     for i in range(len(sliders.force)):
         room.start[2 + 2 * i], room.start[3 + 2 * i] = side * sliders.strength[i] * load, side
         room.kinds[i] = SLIDING
-        if amplitude * sliders.stiffness[i] < 3.0 * sliders.strength[i]:
+        if moved * sliders.stiffness[i] < YIELDING * sliders.strength[i]:
             return leg, False
-    return Leg(tau, leg.span, leg.turns, leg.sign), load > 0.0
+    return Leg(tau + 0.5 * longest, leg.span, leg.turns, leg.sign), longest > 0.0 and load > 0.0
 
 
 def spread(rig: Rig, room: ElasticRoom, miss: float) -> bool:
@@ -107,7 +126,7 @@ def spread(rig: Rig, room: ElasticRoom, miss: float) -> bool:
 
 
 def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
-    """Return leg, miss and code of the orbit that a search from Den Hartog's, else from rest, comes down to.
+    """Return leg, miss and code of the orbit that a search from the rigid contact's, else from rest, comes down to.
 
     Without break-away and gradient there is only one. Where friction varies along the path it may be unstable: then,
     and with break-away, the orbit that the motion from rest settles on is looked for.
@@ -115,14 +134,15 @@ def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) 
     leg = Leg(0.0, pi, 1.0, -1.0) if is_even_handed(rig, force) else Leg(0.0, TURN, 1.0, 1.0)
     if max(rig.contact.static_up, rig.contact.static_down) > 1.0:
         return settle(rig, sliders, force, room)
-    ahead, there = start_sliding(rig, sliders, force, leg, room)
-    miss, code = inf, DONE
+    ahead, there, miss, code = leg, False, inf, DONE
+    if leg.sign < 0.0 or len(sliders.force) == 1:  # else sliders that never slip keep what the way from rest leaves
+        ahead, there = start_rigid(rig, sliders, force, leg, room)
     if there:
-        miss, code = shoot_elastic(rig, sliders, force, ahead, room, NEAR_STEPS)
+        miss, code = shoot_elastic(rig, sliders, force, ahead, room, NEAR_STEPS, False)
     if code != DONE or not spread(rig, room, miss):
         ahead, code = from_rest(rig, sliders, force, leg, room)
         if code == DONE:
-            miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS)
+            miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS, True)
     if rig.contact.gradient == 0.0 or (
         code == DONE and spread(rig, room, miss) and abs(elastic_multiplier(sliders, room)) <= 1.0 + 1e-9
     ):
@@ -133,35 +153,57 @@ def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) 
 def settle(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
     """Return the orbit of up to LONGEST_ORBIT cycles that the motion from rest settles on, if it is stable.
 
-    The motion is waited for until it nearly repeats, and Newton finishes it; only an orbit close by is taken.
+    The motion is waited for until it nearly repeats, and Newton finishes it; only an orbit close by is taken. Where it
+    takes too long, a stable orbit that Newton comes to from there is.
     """
-    leg, waited, wait, size = Leg(0.0, TURN, 1.0, 1.0), 0.0, 16.0, 2 + 2 * len(sliders.force)
-    past, now = [0.0] * (2 * LONGEST_ORBIT), [0.0] * size
+    leg, wait, size, passed = Leg(0.0, TURN, 1.0, 1.0), 4, 2 + 2 * len(sliders.force), 0.0
+    past, now = [0.0] * (2 * LONGEST_ORBIT + 2), [0.0] * size
     start_at_rest(sliders, room)
-    while wait <= CYCLES_WAITED:
-        code = follow(rig, sliders, force, leg, wait - waited - LONGEST_ORBIT, room)
-        for k in range(LONGEST_ORBIT):
-            past[2 * k], past[2 * k + 1] = room.start[0], room.start[1]
-            if code == DONE:
-                code = follow(rig, sliders, force, leg, 1.0, room)
+    for cycle in range(1, CYCLES_WAITED + 1):
+        code = follow(rig, sliders, force, leg, 1.0, room)
         if code != DONE:
             return leg, inf, code
-        extent = span_of(rig, room)
+        at, extent = 2 * (cycle % (LONGEST_ORBIT + 1)), span_of(rig, room)
+        past[at], past[at + 1] = room.start[0], room.start[1]
+        passed += room.tally[PHASES]
+        if cycle < wait and passed < PHASES_WAITED:
+            continue
+        wait *= 2
         for i in range(size):
             now[i] = room.start[i]
-        for k in range(LONGEST_ORBIT - 1, -1, -1):
-            if apart(rig, now, past[2 * k], past[2 * k + 1]) > 0.01 * extent:
+        for k in range(1, min(LONGEST_ORBIT, cycle) + 1):
+            old = 2 * ((cycle - k) % (LONGEST_ORBIT + 1))
+            if apart(rig, now, past[old], past[old + 1]) > (0.01 if cycle >= 16 else 0.001) * extent:
                 continue
             start_from(now, room)
-            trial = Leg(0.0, TURN, float(LONGEST_ORBIT - k), 1.0)
-            miss, code = shoot_elastic(rig, sliders, force, trial, room, NEAR_STEPS)
-            near = apart(rig, now, room.start[0], room.start[1]) < 0.1 * extent and spread(rig, room, miss)
-            if code == DONE and near and abs(elastic_multiplier(sliders, room)) <= 1.0 + 1e-9:
+            trial = Leg(0.0, TURN, float(k), 1.0)
+            miss, code = shoot_elastic(rig, sliders, force, trial, room, NEAR_STEPS, True)
+            near = apart(rig, now, room.start[0], room.start[1]) < 0.1 * extent
+            if near and is_stable(rig, sliders, room, miss, code):
                 return trial, miss, DONE
         start_from(now, room)
-        waited, wait = wait, 2.0 * wait
-        if wait * room.tally[PHASES] > PHASES_WAITED:
+        if passed >= PHASES_WAITED:
             break
+    return any_stable(rig, sliders, force, now, room)
+
+
+def is_stable(rig: Rig, sliders: Sliders, room: ElasticRoom, miss: float, code: int) -> bool:
+    """Tell whether a search has come to an orbit, and a stable one."""
+    return code == DONE and spread(rig, room, miss) and abs(elastic_multiplier(sliders, room)) <= 1.0 + 1e-9
+
+
+def any_stable(
+    rig: Rig, sliders: Sliders, force: Force, now: list[float], room: ElasticRoom
+) -> tuple[Leg, float, int]:
+    """Return a stable orbit of few cycles to which Newton comes from a state, however far it lies."""
+    leg = Leg(0.0, TURN, 1.0, 1.0)
+    for turns in range(1, LONGEST_ORBIT + 1):
+        start_from(now, room)
+        follow(rig, sliders, force, leg, 1.0, room)  # what slips at the section is read from a cycle
+        trial = Leg(0.0, TURN, float(turns), 1.0)
+        miss, code = shoot_elastic(rig, sliders, force, trial, room, 4.0 * NEAR_STEPS, True)
+        if is_stable(rig, sliders, room, miss, code):
+            return trial, miss, code
     return leg, inf, DONE
 
 

@@ -180,12 +180,13 @@ def follow(rig: Rig, sliders: Sliders, force: Force, leg: Leg, times: float, roo
 
 
 def shoot_elastic(
-    rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, steps: float
+    rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, steps: float, patient: bool
 ) -> tuple[float, int]:
     """Bring the room's start to the fixed point of the leg's map; return its miss and how the last motion ended.
 
     Newton with the exact derivative, shortened until the miss shrinks; where that does not help, or sliders do other
-    than was assumed, the map itself is applied. The last motion carried is that from the start.
+    than was assumed, the map itself is applied, or without patience the search given up. The last motion carried is
+    that from the start.
     """
     patience, floor = 1.0, 1e-15 * rig.plain.rate
     code = carry_elastic(rig, sliders, force, leg, room)
@@ -206,6 +207,8 @@ def shoot_elastic(
         if share > 0.01:
             continue
         give_up(sliders, room)
+        if not patient and (not as_assumed or miss > 1e-13 * size + floor):
+            return miss, code
         if not as_assumed or miss > 1e-13 * size + floor:
             follow(rig, sliders, force, leg, patience, room)
             patience = min(2.0 * patience, 64.0)
