@@ -9,6 +9,7 @@ import functools
 import hashlib
 import importlib
 import importlib.util
+import inspect
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
@@ -38,6 +39,7 @@ from frictionlab.simulator.problem import Problem
 __all__ = [
     "Engine",
     "as_it_stands",
+    "borrowed",
     "choose",
     "compile_modules",
     "compiled",
@@ -101,20 +103,29 @@ def compile_modules(
             f"simulation: the compiled kernel; expected the package numba; got: {error}; "
             "do: pip install numba, or keep the work small enough for plain Python"
         ) from error
-    functions: dict[str, Any] = {}
+    functions: dict[tuple[str, str], Any] = {}  # by module and name: two modules may use a name for their own
     sources = formulas or {}
     with _cached_in(machine_code_folder(names, (*sources, *modules)), numba.config) as cache:
         compiler = numba.njit(cache=cache, error_model="numpy", nogil=True)
         for module, listed in sources.items():
-            functions.update({name: compiler(getattr(module, name)) for name in listed})
+            functions.update({(module.__name__, name): compiler(getattr(module, name)) for name in listed})
         for module in modules:
             twin = _fresh(module)
-            vars(twin).update({name: fast for name, fast in functions.items() if hasattr(twin, name)})
+            vars(twin).update({name: functions[home] for name, home in borrowed(twin).items() if home in functions})
             for name in module.__all__:
                 fast = compiler(getattr(twin, name))
                 setattr(twin, name, fast)
-                functions[name] = fast
-    return Engine(SimpleNamespace(**functions), lambda values: np.array(values, dtype=np.float64))
+                functions[module.__name__, name] = fast
+    return Engine(
+        SimpleNamespace(**{name: fast for (_, name), fast in functions.items()}),
+        lambda values: np.array(values, dtype=np.float64),
+    )
+
+
+def borrowed(module: ModuleType) -> dict[str, tuple[str, str]]:
+    """Return the functions that a module uses from others: name -> their module and name there."""
+    used = {name: thing for name, thing in vars(module).items() if inspect.isfunction(thing)}
+    return {name: (f.__module__, f.__name__) for name, f in used.items() if f.__module__ != module.__name__}
 
 
 def machine_code_folder(names: ModuleType = layout, modules: tuple[ModuleType, ...] = MODULES) -> Path:

@@ -4,12 +4,15 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 from frictionlab.errors import UsageError
 from frictionlab.simulator import engine, steady_state, sweep
+from frictionlab.simulator.elastic import engine as elastic
+from frictionlab.simulator.elastic import events
 from frictionlab.simulator.problem import COSINE, Base, Wall
 from frictionlab.simulator.state import to_numbers
 from frictionlab.simulator.sweep import Family, sweep_points
@@ -28,6 +31,17 @@ POINTS = np.array(
         (0.6, 1.1, 1.0, 0.0),
     ]
 )
+
+
+def test_a_name_that_two_modules_of_the_kernel_use_stays_each_ones_own() -> None:
+    taken = engine.borrowed(events)
+    assert "nearest" not in taken  # nor does the rigid kernel's function of that name replace it
+    assert taken["local_force"][0] == "frictionlab.simulator.kernel.motion"
+    assert borrowed_names(events) <= {name for module in elastic.COMPILED for name in module.__all__}
+
+
+def borrowed_names(module: ModuleType) -> set[str]:
+    return {name for _, name in engine.borrowed(module).values()}
 
 
 LAWS = np.array(

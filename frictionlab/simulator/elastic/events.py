@@ -1,6 +1,6 @@
 """What ends a phase and what follows: sliders that give way and hold again; and the loop that strings phases."""
 
-from math import inf
+from math import inf, sqrt
 
 from frictionlab.simulator.elastic.layout import (
     COLUMNS,
@@ -46,6 +46,7 @@ __all__ = [
     "hold_all",
     "nearest",
     "onward",
+    "phases_allowed",
     "propagate_elastic",
     "run_on",
     "static_ratio",
@@ -154,10 +155,10 @@ def hold_all(sliders: Sliders) -> None:
 
 def all_hold(sliders: Sliders) -> bool:
     """Tell whether every slider holds."""
+    slipping = 0.0
     for i in range(len(sliders.side)):
-        if sliders.side[i] != 0.0:
-            return False
-    return True
+        slipping += abs(sliders.side[i])
+    return slipping == 0.0
 
 
 def yield_along(rig: Rig, sliders: Sliders, z: float, way: float) -> None:
@@ -211,6 +212,15 @@ def book(
         phases[at + 6], phases[at + 7] = stiffness, pull
 
 
+def phases_allowed(rig: Rig, sliders: Sliders, force: Force, span: float) -> float:
+    """Return more phases than a motion over a span has: some hundred for each period of the held contact."""
+    stiffest = 1.0
+    for i in range(len(sliders.force)):
+        stiffest += sliders.stiffness[i]
+    busy = span * (len(force.p) + sqrt(stiffest) / rig.plain.r)
+    return 1000.0 + (200.0 + 20.0 * len(sliders.force)) * busy
+
+
 def run_on(
     rig: Rig, sliders: Sliders, force: Force, tau: float, end: float, z: float, v: float, room: ElasticRoom
 ) -> tuple[float, float, int]:
@@ -220,11 +230,7 @@ def run_on(
     where the mass moves on, and whether a slider is at its limit already.
     """
     r, thick, tally = rig.plain.r, 2.0 * rig.plain.zeta * rig.plain.r, room.tally
-    stiffest = 1.0
-    for i in range(len(sliders.force)):
-        stiffest += sliders.stiffness[i]
-    busy = (end - tau) * (len(force.p) + stiffest**0.5 / r)
-    budget = 1000.0 + (200.0 + 20.0 * len(sliders.force)) * busy
+    budget = phases_allowed(rig, sliders, force, end - tau)
     while tau < end:
         budget -= 1.0
         if budget < 0.0:
@@ -245,8 +251,7 @@ def run_on(
             back, other, behind = nearest(rig, sliders, z, -way)
             limits = (left, -max(0.0, back)) if way > 0.0 else (max(0.0, back), -left)
             span, made, v, _, what, last = held_end(slide, (force, room.slow), start, way, rate, limits, rest, tally)
-            if last != way:
-                which, side = other, behind
+            which, side = (which, side) if last == way else (other, behind)
         else:
             span, made, v, _, what = phase_end(slide, force, start, way, rate, left, rest, tally)
         z += made

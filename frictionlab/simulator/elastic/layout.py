@@ -10,9 +10,11 @@ __all__ = [
     "ELASTIC_PHASE",
     "ELASTIC_TALLY",
     "FREE",
+    "HASTY",
     "HELD_FOR",
     "LIMIT",
     "OUTER",
+    "PATIENT",
     "PULLED",
     "REACHED",
     "SLIDING",
@@ -35,6 +37,9 @@ ELASTIC_TALLY = TALLY + 3
 
 # What a slider's force is at the section of a map: tied to its limit, to a spring that never slips, or an unknown.
 SLIDING, OUTER, FREE = 0.0, 1.0, 2.0
+
+# What a search does where Newton's step does not help: it gives up, or applies the map itself.
+HASTY, PATIENT = 0, 1
 
 
 class Sliders(NamedTuple):

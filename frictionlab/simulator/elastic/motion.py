@@ -22,7 +22,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ElasticMotion:
-    """A motion of one problem, phase by phase: in a phase the same sliders slip, and the mass moves one way or none slips.
+    """A motion of one problem, phase by phase: in each the same sliders slip; the mass moves one way, or none slips.
 
     Parameters
     ----------

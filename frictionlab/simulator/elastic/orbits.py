@@ -2,17 +2,23 @@
 
 from math import hypot, inf, pi
 
+from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.holding import never_slips, start_at_rest
 from frictionlab.simulator.elastic.layout import (
     ELASTIC_PHASE,
     FREE,
+    HASTY,
     OUTER,
+    PATIENT,
     PULLED,
     SLIDING,
     ElasticRoom,
     Sliders,
 )
 from frictionlab.simulator.elastic.shooting import (
+    back_to_start,
+    classify,
+    distance,
     elastic_multiplier,
     follow,
     shoot_elastic,
@@ -25,6 +31,7 @@ from frictionlab.simulator.kernel.layout import (
     HIGH,
     LOW,
     NOT_FOUND,
+    PATH,
     PERIODIC,
     PHASE,
     PHASES,
@@ -40,7 +47,7 @@ from frictionlab.simulator.kernel.layout import (
     State,
 )
 from frictionlab.simulator.kernel.motion import gap, local_force, slide_at
-from frictionlab.simulator.kernel.orbits import find_orbit
+from frictionlab.simulator.kernel.orbits import only_orbit
 from frictionlab.simulator.kernel.shooting import symmetric_force
 
 __all__ = [
@@ -61,6 +68,7 @@ __all__ = [
 ]
 
 YIELDING = 3.0  # times a slider's own yield: a motion that small is not like the rigid contact's
+RESIDUES_WAITED = 64.0  # cycles until what sliders that never slip hold no longer changes
 LONGEST_ORBIT = 8  # cycles of the longest orbit looked for
 ENOUGH_STEPS = 200.0  # Newton steps to the only orbit
 NEAR_STEPS = 8.0  # Newton steps to one of several
@@ -80,15 +88,29 @@ def best_section(room: ElasticRoom, leg: Leg) -> float:
 
 
 def from_rest(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, int]:
-    """Run from rest for two cycles; leave the state at the best section in the room's start, return the leg from it."""
+    """Run from rest for two cycles; leave the state at the best section in the room's start, return the leg from it.
+
+    Sliders that never slip in the orbit keep what the way to it leaves in them: where that is not relaxed at z = 0, as
+    in a mirrored leg, and there are several, the motion is followed until it repeats.
+    """
     start_at_rest(sliders, room)
     code = follow(rig, sliders, force, leg, 4.0 if leg.sign < 0.0 else 2.0, room)
+    waited = 0.0 if leg.sign < 0.0 or len(sliders.force) == 1 else RESIDUES_WAITED
+    while code == DONE and waited > 0.0:
+        code = carry_elastic(rig, sliders, force, leg, room)
+        near = distance(rig, sliders, room) <= 1e-9 * span_of(rig, room)
+        classify(sliders, room)
+        back_to_start(rig, sliders, leg, room)
+        waited = 0.0 if near else waited - 1.0
     section = best_section(room, leg)
+    ahead = Leg(section, leg.span, leg.turns, leg.sign)
     if code == DONE:
         code = follow(rig, sliders, force, Leg(leg.tau, section - leg.tau, 1.0, 1.0), 1.0, room)
     for i in range(len(sliders.force)):  # so short a leg does not tell which sliders never slip
         room.kinds[i] = FREE if room.kinds[i] == OUTER else room.kinds[i]
-    return Leg(section, leg.span, leg.turns, leg.sign), code
+    if code == DONE and leg.sign > 0.0 and len(sliders.force) > 1:
+        code = follow(rig, sliders, force, ahead, 1.0, room)
+    return ahead, code
 
 
 def start_rigid(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, bool]:
@@ -96,8 +118,8 @@ def start_rigid(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: Elasti
     plain, phases, beta = Room(room.jacobian, room.tally, room.phases, room.wall), room.phases, rig.contact.beta
     if beta == 0.0:
         return leg, False
-    outcome, own, z, v, _, _ = find_orbit(rig, force, 0, plain)
-    if outcome != PERIODIC:
+    own, z, v, _, code = only_orbit(rig, force, plain)
+    if code != DONE or room.tally[PATH] == 0.0:
         return leg, False
     carry(rig, force, own, z, v, plain)
     longest, at = 0.0, 0
@@ -138,11 +160,11 @@ def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) 
     if leg.sign < 0.0 or len(sliders.force) == 1:  # else sliders that never slip keep what the way from rest leaves
         ahead, there = start_rigid(rig, sliders, force, leg, room)
     if there:
-        miss, code = shoot_elastic(rig, sliders, force, ahead, room, NEAR_STEPS, False)
+        miss, code = shoot_elastic(rig, sliders, force, ahead, room, NEAR_STEPS, HASTY)
     if code != DONE or not spread(rig, room, miss):
         ahead, code = from_rest(rig, sliders, force, leg, room)
         if code == DONE:
-            miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS, True)
+            miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS, PATIENT)
     if rig.contact.gradient == 0.0 or (
         code == DONE and spread(rig, room, miss) and abs(elastic_multiplier(sliders, room)) <= 1.0 + 1e-9
     ):
@@ -177,7 +199,7 @@ def settle(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple
                 continue
             start_from(now, room)
             trial = Leg(0.0, TURN, float(k), 1.0)
-            miss, code = shoot_elastic(rig, sliders, force, trial, room, NEAR_STEPS, True)
+            miss, code = shoot_elastic(rig, sliders, force, trial, room, NEAR_STEPS, PATIENT)
             near = apart(rig, now, room.start[0], room.start[1]) < 0.1 * extent
             if near and is_stable(rig, sliders, room, miss, code):
                 return trial, miss, DONE
@@ -192,16 +214,14 @@ def is_stable(rig: Rig, sliders: Sliders, room: ElasticRoom, miss: float, code: 
     return code == DONE and spread(rig, room, miss) and abs(elastic_multiplier(sliders, room)) <= 1.0 + 1e-9
 
 
-def any_stable(
-    rig: Rig, sliders: Sliders, force: Force, now: list[float], room: ElasticRoom
-) -> tuple[Leg, float, int]:
+def any_stable(rig: Rig, sliders: Sliders, force: Force, now: list[float], room: ElasticRoom) -> tuple[Leg, float, int]:
     """Return a stable orbit of few cycles to which Newton comes from a state, however far it lies."""
     leg = Leg(0.0, TURN, 1.0, 1.0)
     for turns in range(1, LONGEST_ORBIT + 1):
         start_from(now, room)
         follow(rig, sliders, force, leg, 1.0, room)  # what slips at the section is read from a cycle
         trial = Leg(0.0, TURN, float(turns), 1.0)
-        miss, code = shoot_elastic(rig, sliders, force, trial, room, 4.0 * NEAR_STEPS, True)
+        miss, code = shoot_elastic(rig, sliders, force, trial, room, 4.0 * NEAR_STEPS, PATIENT)
         if is_stable(rig, sliders, room, miss, code):
             return trial, miss, code
     return leg, inf, DONE

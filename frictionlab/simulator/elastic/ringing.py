@@ -6,7 +6,7 @@ Held, the way is ``w = s(t) - c + y(t)``: s the forced motion, whose rates are t
 
 from math import acos, atan2, cos, exp, hypot, pi, sin, sqrt
 
-from frictionlab.simulator.elastic.layout import LIMIT, REACHED, Ring
+from frictionlab.simulator.elastic.layout import LIMIT, REACHED, TURNED, Ring
 from frictionlab.simulator.elastic.phases import crossing, time_to
 from frictionlab.simulator.kernel.events import jerk_bound, safe_step, slide_start
 from frictionlab.simulator.kernel.layout import EVALUATIONS, TURN, Buffer, Force, Oscillator, State
@@ -23,13 +23,15 @@ __all__ = [
     "rings",
     "slow_motion",
     "stays_within",
+    "step_ahead",
 ]
 
+PAST_TURN = 3  # what ends a step, beside TURNED and REACHED
 SLOWEST = 0.5  # the drive's highest harmonic over the ring's frequency: above it every turn is followed
 
 
 def rings(slide: Oscillator, force: Force) -> bool:
-    """Tell whether the free vibration is faster than the drive and lightly damped, so that there is something to skip."""
+    """Tell whether the free vibration is faster than the drive and lightly damped: then leaps are worth it."""
     return slide.r * len(force.p) < SLOWEST and slide.zeta < 0.9
 
 
@@ -138,6 +140,29 @@ def over_the_crest(speed: float, gain: float, jerk: float, near: float, reach: f
     return turned if 2.0 * speed < -gain * turned else 0.0
 
 
+def step_ahead(
+    slide: Oscillator, start: State, now: State, t: float, side: float, rate: float, near: float
+) -> tuple[float, int]:
+    """Return a step that passes nothing unseen, and what lies at its end: maybe a turn, the limit, surely past a turn.
+
+    `now` is the way made, v and a at t; `near` what is left of the way to the limit on the side to which the mass
+    moves.
+    """
+    reach, jerk = min(slide.r, 1.0), jerk_bound(slide, now.v, now.a)
+    speed, gain = side * now.v, side * now.a
+    leap = over_the_crest(speed, gain, jerk, near, reach)
+    if leap > 0.0:
+        return leap, PAST_TURN
+    if now.v == 0.0 and t == 0.0:
+        safe = slide_start(slide, start, side, slide.share * rate)
+    else:
+        safe = min(reach, safe_step(max(0.0, speed), gain, jerk))
+    if safe == 0.0:
+        safe = 1e-3 * reach  # force and speed and their rates are all zero: the third derivative decides
+    towards = time_to(near, speed, gain)
+    return (towards, REACHED) if towards <= safe else (safe, TURNED)
+
+
 def held_end(
     slide: Oscillator,
     forces: tuple[Force, Force],
@@ -151,49 +176,39 @@ def held_end(
     """Return the time at which the way of a mass on held sliders first reaches one of two limits, or `end`.
 
     With it the way, v, a, what ended it, and the side of the limit. Between turns the march of `phase_end` proves that
-    the velocity keeps its sign, so no limit is passed; over rings that cannot reach one it leaps (`calm_past`). `forces`
-    are the drive and, to be written, the forced motion.
+    the velocity keeps its sign, so no limit is passed; over rings that cannot reach one it leaps (`calm_past`).
+    `forces` are the drive and, to be written, the forced motion.
     """
     force, slow = forces
-    high, low = limits
     leaps, ring = rings(slide, force), Ring(0.0, 0.0)
     if leaps:
         forced_part(slide, force, slow)
         ring = ring_of(slide, force, slow, start)
-    reach, t, way, v, a, leapt = min(slide.r, 1.0), 0.0, 0.0, start.v, start.a, False
-    while True:
-        near, jerk = (high - way if side > 0.0 else way - low), jerk_bound(slide, v, a)
-        if v == 0.0 and t == 0.0:
-            safe = slide_start(slide, start, side, slide.share * rate)
-        else:
-            safe = min(reach, safe_step(max(0.0, side * v), side * a, jerk))
-        if safe == 0.0:
-            safe = 1e-3 * reach  # force and speed and their rates are all zero: the third derivative decides
-        towards, leap = time_to(near, side * v, side * a), over_the_crest(side * v, side * a, jerk, near, reach)
-        past, t = t, min(end, t + (leap if leap > 0.0 else min(safe, towards)))
-        if leap == 0.0 and min(safe, towards) <= 2e-16 * past:
-            if towards <= safe:
-                return t, high if side > 0.0 else low, v, a, REACHED, side
+    t, now, leapt = 0.0, State(0.0, start.v, start.a), False
+    while t < end:
+        left = limits[0] if side > 0.0 else -limits[1]
+        step, what = step_ahead(slide, start, now, t, side, rate, left - side * now.z)
+        past, t = t, min(end, t + step)
+        if what != PAST_TURN and step <= 2e-16 * past:
+            if what == REACHED:
+                return t, side * left, now.v, now.a, REACHED, side
             side, leapt = -side, False  # a turn, met to rounding
             continue
         way, v, a = slide_at(t, slide, force, start)
         tally[EVALUATIONS] += 1.0
-        if side * v <= 0.0 and leap > 0.0:
+        now = State(way, v, a)
+        if what == PAST_TURN and side * v <= 0.0:
             side, leapt = -side, False
-        left = high if side > 0.0 else -low
-        near = left - side * way
-        if near < 0.0 or abs(near) <= 4e-16 * left:
+            left = limits[0] if side > 0.0 else -limits[1]
+        if side * way > left - 4e-16 * abs(left):
             t, v, a = crossing(slide, force, start, side, left, past, t)
             return t, side * left, v, a, REACHED, side
-        if t >= end:
-            return t, way, v, a, LIMIT, side
         if side * v <= 0.0:
             side, leapt = -side, False
         calm = calm_past(t, way, v, slide, slow, ring, limits, end) if leaps and not leapt else t
         if calm > t:  # as far as can be known before the next turn
             t, leapt = calm, True
-            way, v, a = slide_at(t, slide, force, start)
+            now = State(*slide_at(t, slide, force, start))
             tally[EVALUATIONS] += 1.0
-            side = 1.0 if v > 0.0 or (v == 0.0 and a > 0.0) else -1.0
-            if t >= end:
-                return t, way, v, a, LIMIT, side
+            side = 1.0 if now.v > 0.0 or (now.v == 0.0 and now.a > 0.0) else -1.0
+    return t, now.z, now.v, now.a, LIMIT, side

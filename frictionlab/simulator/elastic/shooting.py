@@ -6,6 +6,7 @@ from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.layout import (
     COLUMNS,
     FREE,
+    HASTY,
     OUTER,
     SLIDING,
     ElasticRoom,
@@ -180,7 +181,7 @@ def follow(rig: Rig, sliders: Sliders, force: Force, leg: Leg, times: float, roo
 
 
 def shoot_elastic(
-    rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, steps: float, patient: bool
+    rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, steps: float, patience: int
 ) -> tuple[float, int]:
     """Bring the room's start to the fixed point of the leg's map; return its miss and how the last motion ended.
 
@@ -188,7 +189,7 @@ def shoot_elastic(
     than was assumed, the map itself is applied, or without patience the search given up. The last motion carried is
     that from the start.
     """
-    patience, floor = 1.0, 1e-15 * rig.plain.rate
+    turns, floor = 1.0, 1e-15 * rig.plain.rate
     code = carry_elastic(rig, sliders, force, leg, room)
     for _ in range(int(steps)):
         miss, size = distance(rig, sliders, room), span_of(rig, room)
@@ -207,11 +208,11 @@ def shoot_elastic(
         if share > 0.01:
             continue
         give_up(sliders, room)
-        if not patient and (not as_assumed or miss > 1e-13 * size + floor):
+        if patience == HASTY and (not as_assumed or miss > 1e-13 * size + floor):
             return miss, code
         if not as_assumed or miss > 1e-13 * size + floor:
-            follow(rig, sliders, force, leg, patience, room)
-            patience = min(2.0 * patience, 64.0)
+            follow(rig, sliders, force, leg, turns, room)
+            turns = min(2.0 * turns, 64.0)
         code = carry_elastic(rig, sliders, force, leg, room)
         if as_assumed and miss <= 1e-13 * size + floor:
             break

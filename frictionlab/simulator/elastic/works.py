@@ -65,7 +65,9 @@ def speed_integral(a: complex, p: complex, slow: Force, ring: complex, s: comple
     return total
 
 
-def ring_work(rig: Rig, slide: Oscillator, forces: tuple[Force, Force], start: State, span: float, tally: Buffer) -> None:
+def ring_work(
+    rig: Rig, slide: Oscillator, forces: tuple[Force, Force], start: State, span: float, tally: Buffer
+) -> None:
     """Add the work of F and of both dashpots over a held phase: integrals of products of exponentials.
 
     From forces and velocities alone, as `slide_work` by nodes: what the sliders took is not looked at.
@@ -113,8 +115,8 @@ def range_between(
 ) -> None:
     """Widen the tally's range by the displacement from begin to end; leap over rings that stay within it.
 
-    Marched as in `slide_end`: every point visited counts, so the zeros of the velocity are met to rounding. `forces` are
-    the drive, the slow motion and the wall's.
+    Marched as in `slide_end`: every point visited counts, so the zeros of the velocity are met to rounding. `forces`
+    are the drive, the slow motion and the wall's.
     """
     force, slow, wall = forces
     third, reach, t = 0.0, min(slide.r, 1.0), begin
@@ -138,9 +140,7 @@ def range_between(
         t = min(end, max(calm, t + max(1e-8 * reach, min(step, reach))))
 
 
-def ring_range(
-    slide: Oscillator, forces: tuple[Force, Force, Force], start: State, span: float, tally: Buffer
-) -> None:
+def ring_range(slide: Oscillator, forces: tuple[Force, Force, Force], start: State, span: float, tally: Buffer) -> None:
     """Widen the tally's range by a held phase; `forces` are the drive, the slow motion, to be written, the wall's.
 
     First about the slow motion's ends and extremes: then most other rings stay within what has been seen.
