@@ -4,8 +4,6 @@ Each command is one module of this folder. Heavy imports (pandas, scipy, matplot
 functions, so that ``frictionlab --help`` answers at once.
 """
 
-import errno
-import io
 import sys
 from collections.abc import Callable
 from functools import wraps
@@ -21,11 +19,11 @@ from frictionlab.cli.compare_numeric import compare_numeric
 from frictionlab.cli.free_vibration import free_vibration
 from frictionlab.cli.ingest import ingest
 from frictionlab.cli.init import init
-from frictionlab.cli.inputs import LostOutputError, drop_output, standard_output
 from frictionlab.cli.output import complain
 from frictionlab.cli.plan import plan
 from frictionlab.cli.show import show
 from frictionlab.cli.simulate import simulate
+from frictionlab.cli.standard_output import LostOutputError, guard_standard_output, standard_output
 from frictionlab.cli.sweep import sweep
 from frictionlab.cli.synthesize import synthesize
 from frictionlab.cli.tradeoff import tradeoff
@@ -74,6 +72,9 @@ def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
             command(*args, **kwargs)
             with standard_output():
                 pass  # what was printed reaches its place now, or is told to be lost
+        except LostOutputError as error:
+            _tell_lost(error)
+            raise typer.Exit(error.status) from error
         except (typer.Exit, typer.Abort, typer.BadParameter):
             raise
         except (SceneError, UsageError) as error:
@@ -87,16 +88,14 @@ def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
     return run
 
 
+def _tell_lost(error: LostOutputError) -> None:
+    if not error.is_closed:
+        complain(str(error))
+
+
 def _reason(error: Exception) -> str:
-    if isinstance(error, (FrictionlabError, LostOutputError)):
+    if isinstance(error, FrictionlabError):
         return str(error)
-    if (
-        isinstance(error, OSError)
-        and error.filename is None
-        and error.errno in (errno.EPIPE, errno.ENOSPC, errno.EBADF)
-    ):
-        drop_output()
-        return f"standard output: {error.strerror}"
     return f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else reason_of(error)
 
 
@@ -122,10 +121,12 @@ for _command in COMMANDS:
 
 def main() -> None:
     """Entry point of the ``frictionlab`` command."""
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="backslashreplace")  # a file name need not be text that can be printed
+    guard_standard_output()
     use_one_thread()
     keep_freed_memory()
     collect_rarely()
-    app()
+    try:
+        app()
+    except LostOutputError as error:  # of what no command prints: --help and --version
+        _tell_lost(error)
+        sys.exit(error.status)

@@ -1,13 +1,11 @@
 """What is told of several inputs while they are done one by one, and the exit status that follows from it."""
 
-import contextlib
-import os
-import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import typer
 
 from frictionlab.cli.output import complain
+from frictionlab.cli.standard_output import LostOutputError, standard_output
 from frictionlab.tables import Row, json_line
 from frictionlab.verbs.failures import FAILED
 
@@ -18,7 +16,7 @@ class Rows(list[Row]):
     """The rows of the inputs that are done."""
 
     stopped = False  # whether Ctrl-C came before the last
-    lost = False  # whether standard output took no more before the last
+    lost: LostOutputError | None = None  # why standard output took no more before the last
 
 
 def report_rows(rows: Iterable[Row], *, as_json: bool, quiet: bool = False) -> Rows:
@@ -36,8 +34,9 @@ def report_rows(rows: Iterable[Row], *, as_json: bool, quiet: bool = False) -> R
         seen.stopped = True
         complain(f"stopped: {len(seen)} inputs are done, the others are not")
     except LostOutputError as error:
-        seen.lost = True
-        complain(f"{error}: {len(seen)} inputs are done, the others are not")
+        seen.lost = error
+        if not error.is_closed:
+            complain(f"{error}: {len(seen)} inputs are done, the others are not")
     return seen
 
 
@@ -59,32 +58,11 @@ def tell_warnings(row: Row) -> None:
         complain(f"{source}warning: {sentence}")
 
 
-class LostOutputError(Exception):
-    """Standard output takes no more."""
-
-
-@contextlib.contextmanager
-def standard_output() -> Iterator[None]:
-    """Turn what the system says of standard output into `LostOutputError`; what was not printed is dropped."""
-    try:
-        yield
-        sys.stdout.flush()
-    except OSError as error:
-        drop_output()
-        raise LostOutputError(f"standard output: {error.strerror or error}") from error
-
-
-def drop_output() -> None:
-    """Let what is still to be printed go nowhere, so that nothing is raised again when Python leaves."""
-    with contextlib.suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
 def exit_status(rows: Iterable[Row]) -> None:
-    """Leave with status 1 if some input failed (contract: 0 all well, 1 some input failed), 130 after Ctrl-C."""
+    """Leave with status 1 if some input failed (contract: 0 all well, 1 some input failed), as shells do if stopped."""
     if isinstance(rows, Rows) and rows.stopped:
         raise typer.Exit(STOPPED)
-    if isinstance(rows, Rows) and rows.lost:
-        raise typer.Exit(1)
+    if isinstance(rows, Rows) and rows.lost is not None:
+        raise typer.Exit(rows.lost.status)
     if any(row.get("status") == FAILED for row in rows):
         raise typer.Exit(1)

@@ -34,7 +34,7 @@ def show(file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording,
     try:
         readers[suffix](file)
     except OSError as error:
-        if isinstance(error, (FrictionlabError, BrokenPipeError)):
+        if isinstance(error, FrictionlabError):
             raise
         raise UsageError(f"{file}: cannot be read ({error.strerror}): give the path of an existing file") from error
 
