@@ -174,9 +174,9 @@ def main() -> int:
         for kind, more, faults in pool.map(run, kinds, repeat(given.seed), numbers, repeat(given.keep)):
             seen[kind] += more
             sys.stdout.write("".join(f"{fault}\n" for fault in faults))
+            if seen[kind].total() == given.count:
+                sys.stdout.write(f"{kind}: {given.count} mutated files: {dict(sorted(seen[kind].items()))}\n")
             sys.stdout.flush()
-    for kind, counts in seen.items():
-        sys.stdout.write(f"{kind}: {given.count} mutated files: {dict(counts)}\n")
     sys.stdout.write(f"{time.perf_counter() - begin:.0f} s\n")
     return 1 if any(counts["FAULT"] for counts in seen.values()) else 0
 

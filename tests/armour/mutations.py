@@ -75,7 +75,7 @@ def hurt(raw: bytes, rng: np.random.Generator) -> bytes:
             names: list[str] = []
             file.visit(names.append)
             name = names[int(rng.integers(len(names)))]
-            with contextlib.suppress(KeyError):  # gone by the change before
+            with contextlib.suppress(KeyError, OSError):  # gone or there by the change before
                 HURTS[int(rng.integers(len(HURTS)))](file, name, rng)
     return file_.getvalue()
 
