@@ -8,11 +8,14 @@ import typer
 from frictionlab.cli.drawing import check_figure_name
 from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, scene_of
 from frictionlab.cli.output import complain, print_table
-from frictionlab.schema import PLANS
 from frictionlab.tables import Row, json_line
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from frictionlab.planning import Plan, PlannedTest
+
+HOUR = 3600.0
 
 
 def plan(
@@ -21,7 +24,18 @@ def plan(
     law: Annotated[
         str | None, typer.Option("--law", metavar="LAW", help="Contact law, in place of the scene's.")
     ] = None,
-    tests: Annotated[int, typer.Option("--tests", metavar="N", min=1, help="How many tests to plan.")] = 10,
+    against: Annotated[
+        str | None,
+        typer.Option("--against", metavar="LAW", help="Another law: choose the tests that tell the two apart."),
+    ] = None,
+    aim: Annotated[
+        list[str] | None,
+        typer.Option("--for", metavar="NAME", help="Parameter whose error counts (several times); else all."),
+    ] = None,
+    tests: Annotated[int, typer.Option("--tests", metavar="N", min=1, help="How many tests to plan at most.")] = 10,
+    hours: Annotated[
+        float | None, typer.Option("--hours", metavar="H", min=0.0, help="Laboratory time there is.")
+    ] = None,
     measured: Annotated[
         list[Path] | None,
         typer.Option("--measured", metavar="FILE", help="Comparisons at hand (compare-numeric -o): they are known."),
@@ -41,6 +55,8 @@ def plan(
     """Plan the next tests: which frequency ratios and forces tell most about a contact law, with the errors to expect.
 
     Example: frictionlab plan --scene my_rig.toml --law coulomb+place+speed --tests 6 -o tests.csv
+
+    Two laws: frictionlab plan --scene my_rig.toml --law coulomb+place --against coulomb+speed --hours 2
     """
     from frictionlab.figures.mark import check_figures
     from frictionlab.verbs.plan import plan
@@ -48,7 +64,18 @@ def plan(
     if plot is not None:
         check_figure_name(plot)
         check_figures([plot], force=force, inputs=measured or ())
-    found = plan(scene_of(scene, quiet=quiet), law=law, tests=tests, measured=measured or (), sheet=output, force=force)
+    found = plan(
+        scene_of(scene, quiet=quiet),
+        law=law,
+        against=against,
+        tests=tests,
+        hours=hours,
+        aim=aim or (),
+        measured=measured or (),
+        sheet=output,
+        force=force,
+        everything=everything or plot is not None,
+    )
     for note in () if quiet else found.notes:
         complain(note)
     told = [*found.tests, *(found.others if everything else ())]
@@ -61,21 +88,72 @@ def plan(
         _print(found, told, output)
 
 
-def _print(found: "Plan", told: "list[PlannedTest]", output: Path | None) -> None:
-    typer.echo(f"law {found.law}: {len(found.tests)} of {len(found.tests) + len(found.others)} candidates, best first")
-    print_table([_flat(test) for test in told], [*PLANS.shown, *_names(told)])
-    typer.echo("the last columns: standard uncertainty to expect after this test and all better ones")
+def _print(found: "Plan", told: "Sequence[PlannedTest]", output: Path | None) -> None:
+    """The table, what its last columns mean, and what to do in the laboratory."""
+    from frictionlab.planning import steps
+
+    apart = "" if found.against is None else f" against {found.against}"
+    count = len({(t.frequency_ratio, t.normal_force_n, t.base_amplitude_m, t.duration_s) for t in found.tests})
+    typer.echo(
+        f"law {found.law}{apart}: {len(found.tests)} tests, of {count + len(found.others)} candidates, best first"
+    )
+    print_table([_flat(test) for test in told], _heads(found))
+    typer.echo(_meaning(found))
+    typer.echo("\nIn the laboratory, in the order that saves changes:")
+    for line in steps(found):
+        typer.echo(line)
     if output is not None:
-        typer.echo(f"the sheet is {output}: name the logs as it says, then give it as [experiment] sheet")
+        typer.echo(f"\nthe sheet is {output}: name the logs as it says, then give it as [experiment] sheet")
 
 
-def _names(told: "list[PlannedTest]") -> list[str]:
-    return [f"u({name})" for name in told[0].expected] if told else []
+def _heads(found: "Plan") -> dict[str, str]:
+    names = [] if found.against is not None else list(found.tests[0].expected)
+    return {
+        "rank": "test",
+        "frequency_ratio": "r",
+        "normal_force_n": "force N",
+        "base_amplitude_mm": "base mm",
+        "duration_s": "length s",
+        "regime": "expect",
+        "total_h": "total h",
+        **{f"u({name})": "friction %" if name == "beta" else f"u({name})" for name in names},
+        **(
+            {}
+            if found.against is None
+            else {"log_bayes": "if it holds", "log_bayes_against": "if not", "after": "after"}
+        ),
+    }
+
+
+def _meaning(found: "Plan") -> str:
+    if found.against is not None:
+        return (
+            f"if it holds: logarithm of the Bayes factor to expect from the test alone if {found.law} holds; if not: if"
+            f" {found.against} does; after: after this test and all better ones, the lesser of both; 5 decides"
+        )
+    return (
+        "the last columns: standard uncertainty to expect after this test and all better ones, of friction in per cent"
+        " of it"
+    )
 
 
 def _flat(test: "PlannedTest") -> Row:
     after = test.cumulative_u or test.expected_u
-    return {**test.row(), **{f"u({name})": error for name, error in after.items()}}
+    known = {
+        f"u({name})": _short(error if name != "beta" or error is None else 100.0 * error / test.values[name])
+        for name, error in after.items()
+    }
+    evidence = {"log_bayes": test.log_bayes, "log_bayes_against": test.log_bayes_against, "after": test.log_bayes_after}
+    more = {
+        "base_amplitude_mm": 1e3 * test.base_amplitude_m,
+        "total_h": None if test.total_s is None else _short(test.total_s / HOUR, 3),
+        **{key: _short(value) for key, value in evidence.items()},
+    }
+    return {**test.row(), **more, **known}
+
+
+def _short(value: float | None, digits: int = 2) -> float | None:
+    return None if value is None else float(f"{value:.{digits}g}")
 
 
 def _draw(found: "Plan", path: Path, *, force: bool) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import SceneError, UsageError
+from frictionlab.identification.identify import SURE, TOLD
 from frictionlab.planning.apart import Apart, apart_of
 from frictionlab.planning.candidates import candidates, check_free, laboratory, told_values
 from frictionlab.planning.hours import LaboratoryTime, laboratory_time
@@ -204,15 +205,24 @@ class _Every:
     ) -> None:
         self.outlook, self.told, self.time, self.known, self.between = outlook, told, time, known, between
         self.names = [c.name for c in outlook.coordinates if c.law]
-        self.units = _units(outlook)
-        law, alone = np.flatnonzero(outlook.law), np.eye(len(known)) + told.own
+        self.units, self.values = _units(outlook), outlook.values(outlook.expected)
+        self.law = law = np.flatnonzero(outlook.law)
+        alone = np.eye(len(known)) + told.own
         self.expected = _deviations(alone[:, law[:, None], law]) * self.units
+        self.is_told = self._sure(_deviations(alone)[:, law])
         self.expected_u = _deviations(alone)[:, law] * self.units
-        self.tells, self.law = told.tells, law
+        self.tells = told.tells
         self.regimes = named(told.here.rows)["regime"]
         self.responses = _responses(outlook, told)
         self.more = time.more([])
         self.log_bayes = _over_coulomb(outlook, alone)
+
+    def _sure(self, spread: FloatArray) -> NDArray[np.bool_]:
+        """Whether tests tell the law's parameters, by the rule of a fit: known better, and away from doing nothing."""
+        outlook, law = self.outlook, self.law
+        away = np.array([_from_neutral(outlook, int(i)) for i in law])
+        at_all = np.array([outlook.coordinates[i].name == "beta" or outlook.coordinates[i].is_log for i in law])
+        return np.asarray((spread**2 < TOLD) & (at_all | (np.abs(away) > SURE * spread)))
 
     def test(self, i: int, order: Sequence[int] | None = None) -> PlannedTest:
         """One candidate as a row; `order`: the tests up to it, if it is chosen."""
@@ -233,6 +243,9 @@ class _Every:
             cumulative_u=None if order is None else self._after(i, order, held=False),
             laboratory_s=float(self.more[i] if order is None else self.time.more(order[:-1])[i]),
             total_s=None if order is None else self.time.total(order),
+            drive_frequency_hz=float(columns.drive_hz[i]),
+            values={name: float(self.values[name][i]) for name in self.names},
+            told={name: bool(told) for name, told in zip(self.names, self.is_told[i], strict=True)},
             **{"log_bayes": log_bayes, **evidence},
         )
 

@@ -18,7 +18,8 @@ class PlannedTest:
     friction, or over the law it is to be told from; ``log_bayes_against``: for that law, if it is the one that holds;
     ``log_bayes_after``: for the one of the two that holds after this and all better tests, the lesser of both ways.
 
-    ``laboratory_s``: laboratory time that this test adds; ``total_s``: of the plan so far.
+    ``laboratory_s``: laboratory time that this test adds; ``total_s``: of the plan so far; ``values``: the law's
+    parameters that are to be found, as they are expected in this test; ``told``: whether this test alone tells them.
     """
 
     rank: int | None
@@ -34,6 +35,9 @@ class PlannedTest:
     cumulative_u: Mapping[str, float | None] | None
     laboratory_s: float
     total_s: float | None
+    drive_frequency_hz: float
+    values: Mapping[str, float]
+    told: Mapping[str, bool]
     log_bayes: float | None = None
     log_bayes_against: float | None = None
     log_bayes_after: float | None = None

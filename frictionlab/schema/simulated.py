@@ -3,6 +3,7 @@
 from frictionlab.schema.column import Table, number, text, thing, whole, yes_no
 from frictionlab.schema.measured import (
     CLOSURE,
+    DRIVE,
     DURATION,
     LAW,
     NORMAL_FORCE,
@@ -134,9 +135,12 @@ PLANS = Table(
         ),
         number("laboratory_s", "s", "laboratory", "Laboratory time that this test adds: length, start, changes."),
         number("total_s", "s", "total", "Laboratory time of this and all better tests."),
+        DRIVE,
+        thing("values", "values", "Law parameter -> its value to expect in this test."),
+        thing("told", "told", "Law parameter -> whether this test alone would tell it, as `compare-numeric` says so."),
     ),
     lead=7,
-    shown=("rank", "frequency_ratio", "normal_force_n", "base_amplitude_m", "duration_s", "regime"),
+    shown=("rank", "frequency_ratio", "normal_force_n", "base_amplitude_m", "duration_s", "regime", "total_s"),
 )
 
 TRADES = Table(

@@ -15,13 +15,17 @@ def plan(
     scene: AnyScene,
     *,
     law: str | None = None,
+    against: str | None = None,
     tests: int = 10,
+    hours: float | None = None,
+    aim: Sequence[str] = (),
     measured: Sequence[FilePath] = (),
     sheet: FilePath | None = None,
     force: bool = False,
+    everything: bool = False,
     **settings: object,
 ) -> Plan:
-    """Return the tests that tell most about a contact law, best first.
+    """Return the tests that tell most about a contact law, or most between two, best first.
 
     Parameters
     ----------
@@ -30,14 +34,22 @@ def plan(
         ``[model]``: the law and its expected parameters.
     law : str, optional
         In place of the scene's.
+    against : str, optional
+        Another law: the tests are to tell the two apart.
     tests : int
-        How many.
+        How many at most.
+    hours : float, optional
+        Laboratory time there is.
+    aim : sequence of str
+        Parameters of the law whose errors count; by default all.
     measured : sequence of str or Path
         Tables of comparisons at hand: what they told is known before.
     sheet : str or Path, optional
         Write the plan here as a sheet (CSV) for the laboratory, which ``[experiment] sheet`` reads after the tests.
     force : bool
         Replace a file that stands there.
+    everything : bool
+        Judge candidates that are not chosen between two laws as well.
     **settings
         Keys of ``[plan]``, ``[model]``, ``[rig]`` and ``[sensors]`` that win over the scene's: ``duration_s=90.0``.
 
@@ -53,7 +65,9 @@ def plan(
     if sheet is not None:
         _check_sheet(Path(sheet), inputs, force=force)
     rows = [row for path in inputs for row in read_rows(Path(path))]
-    found = plan_tests(known, law=law, tests=tests, measured=rows)
+    found = plan_tests(
+        known, law=law, against=against, tests=tests, hours=hours, aim=aim, measured=rows, everything=everything
+    )
     if sheet is not None:
         write_rows(sheet_rows(found, known), Path(sheet), force=True, inputs=inputs)
     return found
