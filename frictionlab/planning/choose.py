@@ -22,6 +22,7 @@ from frictionlab.simulator.sweep import named
 
 FloatArray = NDArray[np.float64]
 SLIDES = 100.0  # simulated for one candidate, roughly
+SWEEPS = 2  # through the tests chosen, each put to the test again
 ROUNDS = 3  # of a choice between two laws
 AGAIN = 1e-9  # of what a test tells: a tie goes to one not chosen yet
 HOUR = 3600.0
@@ -167,15 +168,47 @@ class _Limits:
 
 
 def _pick(gain: Gain, limits: _Limits) -> list[int]:
-    """Indices of the tests chosen, in order: each the one that tells most for the time it adds."""
-    order: list[int] = []
-    while len(order) < limits.tests and (free := limits.free(order)).any():
-        more, told = limits.time.more(order), gain(order) * (1.0 - AGAIN * limits.often(order))
-        rate = np.where(told > 0.0, told / more, told * more)
-        order.append(int(np.argmax(np.where(free, rate, -math.inf))))
+    """Indices of the tests chosen, best first.
+
+    Each is the one that tells most for the time it adds. What the first tell beside nothing is no measure of what they
+    tell beside the rest: so each is put to the test again beside all others, and the set is ranked once more.
+    """
+    order = _filled([], gain, limits)
     if not order:
         least = float(limits.time.more([])[limits.allowed].min()) / HOUR
         raise UsageError(f"hours: {limits.budget / HOUR:g} are less than any test takes: expected at least {least:.3g}")
+    for _ in range(SWEEPS):
+        before = list(order)
+        for k in range(len(order)):
+            rest = [*order[:k], *order[k + 1 :]]
+            order[k] = _next(rest, gain, limits, limits.free(rest))
+        order = _filled(order, gain, limits)
+        if sorted(order) == sorted(before):
+            break
+    return _ranked(order, gain, limits)
+
+
+def _filled(order: list[int], gain: Gain, limits: _Limits) -> list[int]:
+    """Tests chosen, and more as long as number and time allow."""
+    order = list(order)
+    while len(order) < limits.tests and (free := limits.free(order)).any():
+        order.append(_next(order, gain, limits, free))
+    return order
+
+
+def _next(order: list[int], gain: Gain, limits: _Limits, free: NDArray[np.bool_]) -> int:
+    """The candidate that tells most beside tests chosen, for the time it adds."""
+    more, told = limits.time.more(order), gain(order) * (1.0 - AGAIN * limits.often(order))
+    rate = np.where(told > 0.0, told / more, told * more)
+    return int(np.argmax(np.where(free, rate, -math.inf)))
+
+
+def _ranked(chosen: list[int], gain: Gain, limits: _Limits) -> list[int]:
+    """The tests chosen, best first."""
+    order: list[int] = []
+    while len(order) < len(chosen):
+        left = limits.often(chosen) > limits.often(order)
+        order.append(_next(order, gain, limits, left))
     return order
 
 

@@ -20,6 +20,7 @@ from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem
 from frictionlab.simulator.engine import compiled
 from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded
+from tests.planning.rig import scene
 
 LINE = [
     "rank",
@@ -31,22 +32,6 @@ LINE = [
     "expected",
     "cumulative",
 ]
-
-
-def scene(**plan: object) -> Scene:
-    tables: dict[str, Mapping[str, object]] = {
-        "rig": {"natural_frequency_hz": NATURAL_HZ, "stiffness_n_per_m": 1191.0, "damping_ratio": 0.0},
-        "analysis": {"transient_s": 2.0, "cycles": "all"},
-        "plan": {
-            "frequency_ratios": [0.3, 0.5, 0.8, 1.4],
-            "normal_forces_n": [0.5, 1.0, 1.5],
-            "base_amplitudes_m": [BASE_M],
-            "friction_coefficient": [0.6, 0.1],
-            "step_m": 1.02 * 0.05 / 65520,
-            **plan,
-        },
-    }
-    return scene_from_tables(tables)
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,172 @@
+"""Which tests are chosen: laboratory time, repeats against length, two laws apart."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from frictionlab.errors import SceneError, UsageError
+from frictionlab.identification.coordinates import Coordinate
+from frictionlab.identification.fit import fit
+from frictionlab.identification.forward import Forward
+from frictionlab.identification.observed import Observed
+from frictionlab.planning import plan_tests, running_order, sheet_rows, steps
+from frictionlab.planning.apart import apart_of
+from frictionlab.planning.candidates import Candidate, laboratory
+from frictionlab.planning.hours import laboratory_time
+from frictionlab.planning.information import told_by
+from frictionlab.planning.outlook import Outlook, outlook_of
+from tests.identification.contacts import BASE_M
+from tests.planning.rig import scene
+
+
+def test_laboratory_time_counts_each_change_once() -> None:
+    tests = [Candidate(r, n, 1e-3, 60.0) for n in (1.0, 2.0) for r in (0.3, 0.5)]
+    time = laboratory_time(scene(setup_s=30.0, change_force_s=600.0, change_drive_s=120.0), tests)
+    assert time.total([0]) == 60 + 30 + 600 + 120
+    assert time.total([0, 0]) == time.total([0]) + 90
+    assert time.total([0, 1]) == time.total([0]) + 90 + 120
+    assert time.total([0, 1, 2, 3]) == 4 * (90 + 120) + 2 * 600
+    for order in ([0], [0, 3], [0, 1, 2]):
+        more = [time.total([*order, i]) - time.total(order) for i in range(4)]
+        assert time.more(order).tolist() == more
+
+
+def test_changes_that_cost_time_are_saved() -> None:
+    free = plan_tests(scene(), law="coulomb+place", tests=6)
+    dear = plan_tests(scene(change_force_s=36000.0), law="coulomb+place", tests=6)
+    assert len({t.normal_force_n for t in dear.tests}) < len({t.normal_force_n for t in free.tests})
+    assert dear.tests[0].total_s == 36060.0
+
+
+def test_repeats_beat_length_once_friction_differs_from_test_to_test() -> None:
+    """A cycle's scatter averages over cycles, a test's own friction over tests only."""
+    choice = {"durations_s": [30.0, 240.0], "setup_s": 60.0, "frequency_ratios": [0.5], "normal_forces_n": [1.0]}
+
+    def lengths(**more: object) -> set[float]:
+        return {t.duration_s for t in plan_tests(scene(**choice, **more), tests=6).tests}
+
+    assert lengths(cycle_scatter=0.02) == {240.0}
+    assert lengths(cycle_scatter=0.02, repeatability=0.05) == {30.0}
+
+
+def test_friction_that_differs_from_test_to_test_limits_what_one_test_tells() -> None:
+    def left(**more: object) -> list[float]:
+        tests = plan_tests(scene(frequency_ratios=[0.5], normal_forces_n=[1.0], **more), tests=4).tests
+        return [(t.cumulative["beta"] or math.nan) / t.values["beta"] for t in tests if t.cumulative is not None]
+
+    assert left(repeatability=0.05) == pytest.approx([0.05 / math.sqrt(n) for n in (1, 2, 3, 4)], rel=0.06)
+    one, two = left(drift_per_hour=0.5)[0], left()[0]
+    assert one == pytest.approx(math.hypot(two, 0.5 * 0.5 / 60.0), rel=1e-3)
+
+
+def test_hours_are_kept_and_repeats_are_bounded() -> None:
+    plan = plan_tests(scene(setup_s=60.0, most_repeats=2), tests=50, hours=0.2)
+    assert len(plan.tests) == 6
+    assert plan.tests[-1].total_s == 720.0
+    settings = [(t.frequency_ratio, t.normal_force_n) for t in plan.tests]
+    assert max(settings.count(one) for one in settings) <= 2
+
+
+def test_an_aim_lowers_its_own_error() -> None:
+    def left(*aim: str) -> float:
+        last = plan_tests(scene(), law="coulomb+place+speed", tests=2, aim=aim).tests[-1]
+        assert last.cumulative_u is not None
+        return last.cumulative_u["gradient"] or math.inf
+
+    assert left("gradient") <= left()
+
+
+@pytest.mark.parametrize(
+    ("options", "fault"),
+    [
+        ({"hours": 0.01}, r"hours: 0\.01 are less than any test takes: expected at least 0\.0167"),
+        ({"aim": ["gradient"]}, r"law coulomb has no parameter 'gradient' to find: expected beta"),
+        ({"against": "coulomb"}, r"against: law coulomb is the one that is planned for"),
+        ({"law": "coulomb+place", "against": "coulomb+nothing"}, r"nothing"),
+    ],
+)
+def test_a_choice_that_cannot_be_is_refused_by_name(options: Mapping[str, object], fault: str) -> None:
+    with pytest.raises(UsageError, match=fault):
+        plan_tests(scene(), **options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        (
+            {"duration_s": 1.5},
+            r"plan\.duration_s: 1\.5 s are over before the transient \(analysis\.transient_s = 2 s\)",
+        ),
+        ({"expected": {"beta": 0.3}}, r"plan\.expected\.beta: it follows from friction_coefficient"),
+    ],
+)
+def test_a_plan_that_makes_no_sense_is_refused_by_key(change: Mapping[str, object], fault: str) -> None:
+    with pytest.raises(SceneError, match=fault):
+        plan_tests(scene(**change))
+
+
+def test_the_running_order_sets_each_force_once_and_says_it_in_words() -> None:
+    what = scene(setup_s=10.0)
+    plan = plan_tests(what, law="coulomb+place", tests=6)
+    forces = [t.normal_force_n for t in running_order(plan)]
+    assert forces == sorted(forces)
+    lines = steps(plan)
+    assert sum(line.startswith("Set a normal force of") for line in lines) == len(set(forces))
+    assert "Hz with 1.8 mm, record 60 s; the mass should swing" in "\n".join(lines)
+    logs = [str(row["log"]) for row in sheet_rows(plan, what)]
+    assert logs[0].startswith("01_contact_N")
+    assert len(set(logs)) == 6
+
+
+PLACE, SPEED = "coulomb+place", "coulomb+speed"
+SMALL = {"gradient": 5e-4, "contact_damping_ratio": 2e-3}
+
+
+def test_sums_give_the_best_fit_of_the_other_law() -> None:
+    """The twin: the fit of an identification, to the cycle that the law that holds shows, under the same noise."""
+    tests = [Candidate(0.7, 1.0, BASE_M, 60.0)]
+    outlook = outlook_of(laboratory(scene(expected=SMALL), PLACE), tests)
+    apart = apart_of(outlook, told_by(outlook), SPEED).settled([0])
+    for way in apart.ways:
+        noise, mean = way.told.noise, way.told.here.mean[0]
+        covariance = noise.white[0] * np.eye(len(mean)) + noise.columns[0] @ noise.columns[0].T
+        seen = Observed(mean, mean[None, :], covariance, 0.0, 1, math.inf, 1.0, 0.0)
+        forward = Forward(way.rival.lab.family(0.7), _own(way.rival), len(mean) // 2)
+        found = fit(forward, seen, [way.point], excess=1.0)
+        cost = found.chi_square + float(found.point @ found.point)
+        assert float(way.sums.cost(way.point)[0]) == pytest.approx(cost, rel=0.01, abs=0.05)
+
+
+def _own(outlook: Outlook) -> tuple[Coordinate, ...]:
+    """The shared coordinates as they act on the one test."""
+    return tuple(
+        replace(c, middle=c.middle + math.log(s)) if c.is_log else replace(c, middle=c.middle * s, width=c.width * s)
+        for c, s in zip(outlook.coordinates, outlook.scales[0], strict=True)
+    )
+
+
+def test_tests_between_two_laws_tell_more_than_those_for_small_errors() -> None:
+    """Of the evidence, the lesser way counts."""
+    what = scene(expected=SMALL, model_error=0.003)
+    apart = plan_tests(what, law=PLACE, against=SPEED, tests=2)
+    assert apart.against == SPEED
+    for test in apart.tests:
+        assert test.log_bayes is not None
+        assert test.log_bayes_against is not None
+    every = plan_tests(what, law=PLACE, against=SPEED, tests=1, everything=True)
+    best = max(min(t.log_bayes or 0.0, t.log_bayes_against or 0.0) for t in (*every.tests, *every.others))
+    first = every.tests[0]
+    assert min(first.log_bayes or 0.0, first.log_bayes_against or 0.0) > 0.3 * best
+    after = [t.log_bayes_after or 0.0 for t in apart.tests]
+    assert after[1] > after[0] > 5.0
+
+
+def test_a_law_inside_another_gains_only_what_its_simplicity_is_worth() -> None:
+    test = plan_tests(scene(expected={"gradient": 0.03}), law="coulomb", against=PLACE, tests=1).tests[0]
+    assert test.log_bayes is not None
+    assert test.log_bayes_against is not None
+    assert 3.0 < test.log_bayes < 30.0
+    assert test.log_bayes_against > 1000.0
