@@ -197,13 +197,15 @@ def why_none(problem: Problem, row: Any) -> tuple[str, ...]:
     if code in DECLINED:
         return (DECLINED[code],)
     if code == layout.PARTING:
+        others = ", and --all whether other starts settle" if problem.law.kind == "rigid" else ""
         said = (
             "the motion does not repeat: motions beside it move apart, in the mean by a factor of "
-            f"{float(row[layout.MISS]):.3g} in each cycle (chaos). --cycles N tells the last of N cycles, and --all "
-            "whether other starts settle."
+            f"{float(row[layout.MISS]):.3g} in each cycle (chaos). --cycles N tells the last of N cycles{others}."
         )
         return (said,)
     if code == layout.NOT_FOUND and (problem.mu > 1.0 or problem.parameter("gradient")):
+        if problem.law.kind != "rigid":
+            return ("the motion from rest was not seen to settle on an orbit; --cycles N tells the last of N cycles.",)
         return (f"within {PATIENCE} cycles the motion has not settled on an orbit of up to {LONGEST} cycles.",)
     return ()
 

@@ -25,7 +25,7 @@ __all__ = [
 ]
 
 LIMIT, TURNED, REACHED = 0, 1, 2  # what ended a phase: the time, a zero of the velocity, a slider's limit
-PULLED = 2  # how a motion ended (beside DONE, CHATTER): where friction would turn into a pull
+PULLED = 3  # how a motion ended (beside DONE, CHATTER, WANDERS): where friction would turn into a pull
 
 # A recorded phase: how many sliders slip, tau, duration, z, v, a, stiffness, force of the sliders at its start.
 ELASTIC_PHASE = 8

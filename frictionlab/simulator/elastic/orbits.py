@@ -1,6 +1,6 @@
 """What repeats: the outcome that needs no search, and the orbit that rest settles on."""
 
-from math import hypot, inf, pi
+from math import exp, hypot, inf, log, pi, sqrt
 
 from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.holding import never_slips, start_at_rest
@@ -31,6 +31,7 @@ from frictionlab.simulator.kernel.layout import (
     HIGH,
     LOW,
     NOT_FOUND,
+    PARTING,
     PATH,
     PERIODIC,
     PHASE,
@@ -40,6 +41,7 @@ from frictionlab.simulator.kernel.layout import (
     STUCK,
     TURN,
     UNBOUNDED,
+    WANDERS,
     Force,
     Leg,
     Rig,
@@ -56,6 +58,7 @@ __all__ = [
     "at_once_elastic",
     "best_section",
     "from_rest",
+    "growth_of_distance",
     "is_even_handed",
     "is_stable",
     "resonates",
@@ -69,10 +72,14 @@ __all__ = [
 
 YIELDING = 3.0  # times a slider's own yield: a motion that small is not like the rigid contact's
 RESIDUES_WAITED = 64.0  # cycles until what sliders that never slip hold no longer changes
-LONGEST_ORBIT = 8  # cycles of the longest orbit looked for
+LONGEST_ORBIT = 128  # cycles of the longest orbit looked for
+SHORT_ORBIT = 8  # cycles of an orbit that Newton may finish; a longer one must have closed already
+LIKELY_ORBIT = 2  # cycles of an orbit that Newton may find from afar
 ENOUGH_STEPS = 200.0  # Newton steps to the only orbit
 NEAR_STEPS = 8.0  # Newton steps to one of several
 CYCLES_WAITED = 1024  # for an orbit where several may exist
+PARTED = 1.02  # growth of the distance in a cycle from which motions move apart
+CYCLES_COMPARED = 200.0
 PHASES_WAITED = 1e5  # the same, where a cycle has many
 
 
@@ -195,18 +202,58 @@ def settle(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple
             now[i] = room.start[i]
         for k in range(1, min(LONGEST_ORBIT, cycle) + 1):
             old = 2 * ((cycle - k) % (LONGEST_ORBIT + 1))
-            if apart(rig, now, past[old], past[old + 1]) > (0.01 if cycle >= 16 else 0.001) * extent:
+            near = (0.01 if cycle >= 16 else 0.001) if k <= SHORT_ORBIT else 1e-6
+            if apart(rig, now, past[old], past[old + 1]) > near * extent:
                 continue
             start_from(now, room)
             trial = Leg(0.0, TURN, float(k), 1.0)
             miss, code = shoot_elastic(rig, sliders, force, trial, room, NEAR_STEPS, PATIENT)
-            near = apart(rig, now, room.start[0], room.start[1]) < 0.1 * extent
-            if near and is_stable(rig, sliders, room, miss, code):
+            close = apart(rig, now, room.start[0], room.start[1]) < 0.1 * extent
+            if close and is_stable(rig, sliders, room, miss, code):
                 return trial, miss, DONE
         start_from(now, room)
         if passed >= PHASES_WAITED:
             break
+    growth = growth_of_distance(rig, sliders, force, now, room)
+    if growth > PARTED:
+        return leg, growth, WANDERS
     return any_stable(rig, sliders, force, now, room)
+
+
+def growth_of_distance(rig: Rig, sliders: Sliders, force: Force, now: list[float], room: ElasticRoom) -> float:
+    """Return by what factor two motions close by move apart in a cycle, in the geometric mean over CYCLES_COMPARED.
+
+    Both are carried; after each cycle the second is drawn close again, along the line between them.
+    """
+    leg, size, grown, cycles = Leg(0.0, TURN, 1.0, 1.0), len(now), 0.0, 0.0
+    first, second = [0.0] * size, [0.0] * size
+    for i in range(size):
+        first[i], second[i] = now[i], now[i]
+    tiny = 1e-8 * (abs(now[0]) + rig.plain.rate)
+    second[0] += tiny
+    while cycles < CYCLES_COMPARED:
+        start_from(second, room)
+        code = carry_elastic(rig, sliders, force, leg, room)
+        for i in range(size):
+            second[i] = room.image[i]
+        start_from(first, room)
+        if carry_elastic(rig, sliders, force, leg, room) != DONE or code != DONE:
+            break
+        for i in range(size):
+            first[i] = room.image[i]
+        gone = (second[0] - first[0]) ** 2 + (rig.plain.r * (second[1] - first[1])) ** 2
+        for i in range(len(sliders.force)):
+            gone += (second[2 + 2 * i] - first[2 + 2 * i]) ** 2 / max(sliders.stiffness[i], 1e-300)
+        if gone == 0.0:
+            return 0.0
+        share = tiny / sqrt(gone)
+        grown -= log(share)
+        cycles += 1.0
+        for i in range(size):
+            second[i] = first[i] + share * (second[i] - first[i])
+        for i in range(len(sliders.force)):
+            second[3 + 2 * i] = first[3 + 2 * i]
+    return exp(grown / max(cycles, 1.0))
 
 
 def is_stable(rig: Rig, sliders: Sliders, room: ElasticRoom, miss: float, code: int) -> bool:
@@ -217,7 +264,7 @@ def is_stable(rig: Rig, sliders: Sliders, room: ElasticRoom, miss: float, code: 
 def any_stable(rig: Rig, sliders: Sliders, force: Force, now: list[float], room: ElasticRoom) -> tuple[Leg, float, int]:
     """Return a stable orbit of few cycles to which Newton comes from a state, however far it lies."""
     leg = Leg(0.0, TURN, 1.0, 1.0)
-    for turns in range(1, LONGEST_ORBIT + 1):
+    for turns in range(1, LIKELY_ORBIT + 1):
         start_from(now, room)
         follow(rig, sliders, force, leg, 1.0, room)  # what slips at the section is read from a cycle
         trial = Leg(0.0, TURN, float(turns), 1.0)
@@ -266,6 +313,8 @@ def verdict(rig: Rig, room: ElasticRoom, miss: float, code: int) -> int:
     """Return the outcome of a search."""
     if code == PULLED:
         return PULLING
+    if code == WANDERS:
+        return PARTING
     if code != DONE:
         return CHATTERED
     return PERIODIC if miss <= 1e-9 * span_of(rig, room) + 1e-14 * rig.plain.rate else NOT_FOUND
