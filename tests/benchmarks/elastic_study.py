@@ -16,7 +16,9 @@ from frictionlab.simulator import Base, Problem, engine
 from frictionlab.simulator.elastic import engine as elastic
 from frictionlab.simulator.kernel import layout
 
-OUTCOMES = ["periodic", "stuck", "unbounded", "not found", "endless", "runs away", "pulls", "does not repeat", "overfull"]
+OUTCOMES = (
+    *("periodic", "stuck", "unbounded", "not found", "endless", "runs away", "pulls", "does not repeat", "full"),
+)
 TERMS = ("", "+place", "+speed", "+breakaway", "+place+speed+breakaway")
 LAWS = tuple(kind + terms for kind in ("compliance", "iwan") for terms in TERMS)
 REFERENCE = Path(__file__).parent / "results" / "elastic_study.md"
