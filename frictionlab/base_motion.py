@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.denoise import denoised
 from frictionlab.analysis.noise import white_noise
+from frictionlab.analysis.twice import displacement_of, noise_of_displacement
 from frictionlab.errors import RecordingError
 from frictionlab.recording import Quality, Recording, Source
 from frictionlab.simulator import Problem
 from frictionlab.simulator.record import BaseRecord, Response, respond
 
-__all__ = ["RecordResponse", "respond_to", "sound_base"]
+__all__ = ["RecordResponse", "respond_to", "respond_to_acceleration", "sound_base"]
 
 FloatArray = NDArray[np.float64]
 FAR = 10.0  # times the steps around it: such a step is a jump ...
@@ -39,6 +40,8 @@ class RecordResponse:
         The base as it was given, and the mass as simulated, in SI units.
     natural_frequency_hz : float
     stiffness_n_per_m : float or None
+    base_u_m : float or None
+        Rms displacement that an accelerometer's noise is integrated to, where the base was one; None: it was not.
     sampling_error : float
         Rms error of the response over Y by what the base may do between its samples: a fifteenth of the difference to
         the response under every other sample (a spline errs with the fourth power of the interval).
@@ -52,6 +55,7 @@ class RecordResponse:
     stiffness_n_per_m: float | None
     sampling_error: float
     warnings: tuple[str, ...]
+    base_u_m: float | None = None
 
     @property
     def contact_force(self) -> tuple[FloatArray, str]:
@@ -72,6 +76,7 @@ class RecordResponse:
             "warnings": self.warnings,
             "natural_frequency_hz": self.natural_frequency_hz,
             "base_largest_m": scale,
+            "base_u_m": self.base_u_m,
             "beta": r.problem.beta,
             "wall": r.problem.wall,
             "law": r.problem.law.name,
@@ -130,12 +135,92 @@ def respond_to(
     part, warnings = sound_base(recording)
     tau = 2.0 * math.pi * natural_frequency_hz * (part.time - part.time[0])
     base = BaseRecord(tau, _driving(part, problem, warnings))
+    return _answer(part, problem, base, warnings, (natural_frequency_hz, stiffness_n_per_m, source))
+
+
+def respond_to_acceleration(
+    recording: Recording,
+    problem: Problem,
+    *,
+    natural_frequency_hz: float,
+    highpass_hz: float | None = None,
+    stiffness_n_per_m: float | None = None,
+    source: str = "",
+) -> RecordResponse:
+    """Simulate the mass, from rest, under a base whose acceleration was recorded.
+
+    A wall that moves with the base feels the acceleration itself: nothing is integrated, Y is its largest size over
+    omega_n^2, and the mass's displacement is that from the base. A fixed wall needs the base's displacement: it is
+    integrated twice, without what is slower than `highpass_hz`.
+
+    Parameters
+    ----------
+    recording : Recording
+        Its ``base_displacement`` holds the acceleration, m/s^2.
+    problem : Problem
+        With r = 1; beta is over k Y.
+    natural_frequency_hz : float
+    highpass_hz : float, optional
+        Needed with a fixed wall.
+    stiffness_n_per_m : float, optional
+    source : str
+
+    Raises
+    ------
+    RecordingError
+        The base has a gap; or the wall is fixed and no high-pass is given.
+    SimulationError
+        The base does not move, or the law cannot be integrated.
+    """
+    part, warnings = sound_base(recording, jumps=True)
+    omega = 2.0 * math.pi * natural_frequency_hz
+    known = natural_frequency_hz, stiffness_n_per_m, source
+    a = part.base_displacement
+    tau = omega * (part.time - part.time[0])
+    if problem.wall == "base":
+        still = replace(part, base_displacement=np.zeros(len(a)))
+        warnings.append(
+            f"base: an acceleration, up to {np.abs(a).max():.4g} m/s^2, drives the wall as it is: Y is that over"
+            " omega_n^2, and the mass's displacement is that from the base"
+        )
+        return _answer(still, problem, BaseRecord(tau, a / omega**2, quantity="acceleration"), warnings, known)
+    y, u = _integrated(part, highpass_hz, warnings)
+    answer = _answer(replace(part, base_displacement=y), problem, BaseRecord(tau, y), warnings, known)
+    return replace(answer, base_u_m=u)
+
+
+def _integrated(part: Recording, highpass_hz: float | None, warnings: list[str]) -> tuple[FloatArray, float]:
+    """The base's displacement (n,) from its acceleration, and the rms that the sensor's noise makes of it [m]."""
+    a, rate = part.base_displacement, part.sampling_rate_hz
+    if highpass_hz is None or not 0.0 < highpass_hz < 0.25 * rate:
+        raise RecordingError(
+            "base: an acceleration; a fixed wall needs the base's displacement, and so it is integrated twice; expected"
+            f" --highpass HZ, the slowest motion that is kept (more than 0, less than {0.25 * rate:.4g}); got"
+            f" {highpass_hz or 'none'}; do: give one well below the base's slowest motion and above 1 over the record's"
+            f" length ({1.0 / max(part.duration_s, 1e-300):.3g} Hz), or --wall base, which needs no integration"
+        )
+    y = displacement_of(a, rate, highpass_hz)
+    u = noise_of_displacement(white_noise(a) if len(a) >= 16 else 0.0, rate, highpass_hz)
+    share = 100.0 * u / max(float(np.std(y)), 1e-300)
+    warnings.append(
+        f"base: an acceleration, integrated twice: what moves slower than {highpass_hz:g} Hz is gone, the first and"
+        f" last {1.0 / highpass_hz:.3g} s are doubtful, and its sensor's noise makes {1e6 * u:.3g} um rms of"
+        f" displacement ({share:.2g} % of the base's)"
+    )
+    return y, u
+
+
+def _answer(
+    part: Recording, problem: Problem, base: BaseRecord, warnings: list[str], known: tuple[float, float | None, str]
+) -> RecordResponse:
+    """Simulate, and put the units on; `known`: natural frequency [Hz], stiffness [N/m], what the base is called."""
+    natural_frequency_hz, stiffness_n_per_m, source = known
     response = respond(problem, base)
     error = _sampling_error(problem, base, response)
     if error > COARSE:
         warnings.append(
             f"base: between its samples it may do what changes the response by {error:.2g} Y rms; do: sample faster "
-            f"than {recording.sampling_rate_hz:.4g} Hz, or smooth its noise"
+            f"than {part.sampling_rate_hz:.4g} Hz, or smooth its noise"
         )
     made = replace(
         part,
@@ -163,8 +248,10 @@ def _driving(part: Recording, problem: Problem, warnings: list[str]) -> FloatArr
     return denoised(y, noise)
 
 
-def sound_base(recording: Recording) -> tuple[Recording, list[str]]:
+def sound_base(recording: Recording, *, jumps: bool = False) -> tuple[Recording, list[str]]:
     """Return a recording whose base can drive a simulation from its first sample to its last, and what to say of it.
+
+    `jumps`: whether it may jump, as an acceleration may.
 
     Raises
     ------
@@ -182,7 +269,8 @@ def sound_base(recording: Recording) -> tuple[Recording, list[str]]:
     if not parts:
         raise RecordingError("base: no two sound samples follow each other")
     part, lost = parts[0], len(recording) - len(parts[0])
-    _refuse_jumps(part.time, part.base_displacement)
+    if not jumps:
+        _refuse_jumps(part.time, part.base_displacement)
     return part, list(_doubts(part, lost))
 
 
@@ -216,7 +304,7 @@ def _sampling_error(problem: Problem, base: BaseRecord, response: Response) -> f
     """Rms error of the response over Y, by the response under every other sample."""
     if len(base.time) < 9:
         return 0.0
-    half = BaseRecord(base.time[::2], base.displacement[::2], rest=base.rest, scale=base.scale)
+    half = BaseRecord(base.time[::2], base.displacement[::2], rest=base.rest, scale=base.scale, quantity=base.quantity)
     start = (float(response.displacement[0]), float(response.velocity[0]))
     coarse = respond(problem, half, x0=start[0], v0=start[1])
     gap = coarse.displacement - response.displacement[::2]

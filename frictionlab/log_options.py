@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from frictionlab.errors import UsageError
-from frictionlab.units import LENGTH, TIME, known_unit
+from frictionlab.units import ACCELERATION, LENGTH, TIME, known_unit
 
 SEPARATORS = {
     ",": ",", "comma": ",", ";": ";", "semicolon": ";", "\t": "\t", "tab": "\t", "\\t": "\t", "|": "|", "pipe": "|",
@@ -180,7 +180,7 @@ _CHECKS: Mapping[str, Callable[[Any], str | None]] = {
     "time": _column,
     "mass": _column,
     "base": _column,
-    "unit": _unit(LENGTH, "displacement"),
+    "unit": _unit({**LENGTH, **ACCELERATION}, "displacement"),
     "time_unit": _unit(TIME, "time"),
     "sampling_rate_hz": _positive,
     "measuring_range_m": _positive,

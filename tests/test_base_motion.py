@@ -3,10 +3,12 @@
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline, make_interp_spline
 from typer.testing import CliRunner, Result
 
 import frictionlab as fl
@@ -18,6 +20,7 @@ from frictionlab.hdf5 import Extra, describe, read_recording, write_recording
 from frictionlab.recording import Quality, Recording
 from frictionlab.schema import RESPONSES
 from frictionlab.simulator import Problem, steady_state
+from frictionlab.simulator.record import BaseRecord, respond
 
 FN = 3.0
 PLAIN = Problem(1.0, 0.4)
@@ -83,14 +86,65 @@ def test_what_is_written_is_a_recording_that_analyze_reads(tmp_path: Path) -> No
     assert any("contact_force" in line for line in describe(tmp_path / "a.h5"))
 
 
-def test_an_acceleration_is_refused_with_what_to_do(tmp_path: Path) -> None:
+def shaken(rate: float = 200.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A base that starts and ends at rest, 1.4 Hz, and its acceleration: t [s], y [m], a [m/s^2]."""
+    t = np.arange(int(20.0 * rate) + 1) / rate
+    inside = np.clip(t - 1.0, 0.0, 18.0)
+    size = 2e-3 * np.sin(np.pi * inside / 18.0) ** 4
+    fine: Any = CubicSpline(t, size * np.sin(2 * np.pi * 1.4 * t))
+    exact = make_interp_spline(t, size * np.sin(2 * np.pi * 1.4 * t), k=7)
+    return t, fine(t), exact.derivative(2)(t)
+
+
+def test_a_wall_that_moves_with_the_base_feels_its_acceleration_itself(tmp_path: Path) -> None:
+    """Nothing is integrated: the motion from the base is that under the displacement, over another Y."""
+    t, y, a = shaken()
+    law = Problem(1.0, 0.04, wall="base", frame_damping_ratio=0.02)
+    moved = fl.respond(Recording(t, 0 * t, y), law, natural_frequency_hz=FN)
+    largest = float(np.abs(a).max()) / (2 * np.pi * FN) ** 2
+    same = law.with_parameters({"beta": 0.04 * moved.response.base.scale / largest})
+    for name, column in (("acc [m/s^2]", a), ("acceleration [g]", a / 9.80665)):
+        log = log_of(tmp_path / "a.csv", {"time [s]": t, name: column})
+        felt = fl.respond(log, same, natural_frequency_hz=FN)
+        assert felt.response.base.scale == pytest.approx(largest, rel=1e-6)
+        z = moved.recording.mass_displacement - (y - y[0])
+        assert felt.recording.mass_displacement == pytest.approx(z, abs=1e-4 * float(np.abs(z).max()))
+        assert felt.response.energy * largest**2 == pytest.approx(
+            moved.response.energy * moved.response.base.scale**2, rel=1e-4
+        )
+        assert any("drives the wall as it is" in sentence for sentence in felt.warnings)
+        assert not felt.recording.base_displacement.any()
+
+
+def test_an_acceleration_is_integrated_with_its_cost_told(tmp_path: Path) -> None:
+    t, y, a = shaken()
+    noise, offset = 0.01 * np.random.default_rng(2).standard_normal(len(t)), 0.3 + 0.01 * t
+    clean = log_of(tmp_path / "a.csv", {"time [s]": t, "acc [m/s^2]": a + offset})
+    noisy = log_of(tmp_path / "b.csv", {"time [s]": t, "acc [mm/s^2]": 1e3 * (a + noise + offset)})
+    law = Problem(1.0, 0.3)
+    answer = fl.respond(clean, law, natural_frequency_hz=FN, highpass_hz=0.3)
+    assert answer.recording.base_displacement == pytest.approx(y, abs=2e-5)
+    rough = fl.respond(noisy, law, natural_frequency_hz=FN, highpass_hz=0.3)
+    off = rough.recording.base_displacement - answer.recording.base_displacement
+    assert rough.base_u_m is not None
+    assert 0.5 < float(np.std(off)) / rough.base_u_m < 2.0
+    assert any("slower than 0.3 Hz is gone" in s and "um rms of displacement" in s for s in rough.warnings)
+    assert rough.row()["base_u_m"] == rough.base_u_m
+
+
+def test_what_an_acceleration_needs_is_asked_for(tmp_path: Path) -> None:
     t, y = base_of()
     alone = log_of(tmp_path / "a.csv", {"time [s]": t, "acc [m/s^2]": y})
-    with pytest.raises(LogError, match=r"is an acceleration: expected a displacement.*integrate twice"):
+    with pytest.raises(RecordingError, match=r"integrated twice; expected --highpass HZ.*or --wall base"):
         fl.respond(alone, PLAIN, natural_frequency_hz=FN)
     named = log_of(tmp_path / "b.csv", {"time [s]": t, "x [mm]": y, "shaker acceleration": y})
-    with pytest.raises(LogError, match="is an acceleration"):
+    with pytest.raises(LogError, match=r"an acceleration by its name; expected its unit, one of m/s.* got m:"):
         fl.respond(named, PLAIN, natural_frequency_hz=FN, base="3", unit="m")
+    assert fl.respond(named, PLAIN, natural_frequency_hz=FN, base="3", unit="g", highpass_hz=0.2).base_u_m is not None
+    with pytest.raises(UsageError, match="belongs to a base that is an acceleration"):
+        fl.respond(named, PLAIN, natural_frequency_hz=FN, base="2", highpass_hz=0.2)
+    with pytest.raises(SimulationError, match="expected a wall that moves with the base"):
+        respond(PLAIN, BaseRecord(t, y, quantity="acceleration"))
 
 
 def test_a_unit_that_is_not_said_is_asked_for(tmp_path: Path) -> None:

@@ -27,6 +27,14 @@ BaseMotion = Annotated[
         help="The response, from rest, to the base of a recording, a log, or one column of any table.",
     ),
 ]
+Highpass = Annotated[
+    float | None,
+    typer.Option(
+        "--highpass",
+        metavar="HZ",
+        help="A base given as an acceleration is integrated twice, without what is slower (fixed wall).",
+    ),
+]
 SETTINGS = (
     *(s for s in ANALYSIS if s.key == "natural_frequency_hz"),
     *(s for s in LOG if s.key in ("time", "base", "unit", "time_unit", "sampling_rate_hz", "separator", "decimal")),
@@ -77,13 +85,14 @@ class Ride:
     output: Path | None
     plot: Path | None
     force: bool
+    highpass_hz: float | None = None
 
     def __call__(self, path: Path) -> Row:
         """Simulate, write and draw; the row of the file."""
         from frictionlab.verbs.respond import respond
 
         start = time.perf_counter()
-        answer = respond(path, self.problem, self.scene, **self.settings)
+        answer = respond(path, self.problem, self.scene, highpass_hz=self.highpass_hz, **self.settings)
         row = answer.row() | {"wall_s": time.perf_counter() - start}
         if self.output is not None:
             _write(answer, self.output, force=self.force)

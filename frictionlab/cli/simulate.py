@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from frictionlab.cli.all_states import All, print_all
-from frictionlab.cli.base_motion import SETTINGS, BaseMotion, Ride, one_of_both, ride
+from frictionlab.cli.base_motion import SETTINGS, BaseMotion, Highpass, Ride, one_of_both, ride
 from frictionlab.cli.drawing import check_figure_name
 from frictionlab.cli.inputs import tell_warnings
 from frictionlab.cli.law_options import LawName, Parameters, numbers
@@ -30,6 +30,7 @@ def simulate(
     r: Annotated[float | None, typer.Option("--r", help="Frequency ratio, drive over natural frequency.")] = None,
     beta: Annotated[float, typer.Option("--beta", help="Friction ratio, friction force over k Y.")],
     base_motion: BaseMotion = None,
+    highpass: Highpass = None,
     settings: Mapping[str, object],
     scene: SceneFile = None,
     law: LawName = "coulomb",
@@ -80,13 +81,15 @@ def simulate(
     ratio = one_of_both(
         r, base_motion, settings, scene, others={"--cycles": cycles, "--solver": solver, "--all": every}
     )
+    if base_motion is None and highpass is not None:
+        raise UsageError("--highpass: belongs to --base-motion FILE; got none")
     try:
         values = numbers(parameter, {"mu": mu, "zeta": zeta})
         problem = Problem(ratio, beta, mu, zeta, wall, law=law, parameters=values)
     except SimulationError as error:
         raise UsageError(str(error)) from error
     if base_motion is not None:
-        ride(base_motion, Ride(problem, scene, settings, output, plot, force), as_json=as_json, quiet=quiet)
+        ride(base_motion, Ride(problem, scene, settings, output, plot, force, highpass), as_json=as_json, quiet=quiet)
         return
     if every:
         _refuse_beside_all({"--cycles": cycles, "--plot": plot, "--solver": None if solver == "auto" else solver})

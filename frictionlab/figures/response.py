@@ -33,7 +33,7 @@ def draw_displacements(answer: "RecordResponse", ax: Axes) -> Axes:
     part = answer.recording
     time = part.time
     some = thinned(part.base_displacement)
-    ax.plot(time[some], 1e3 * (part.base_displacement - answer.response.base.rest)[some], color=BASE, label="base")
+    ax.plot(time[some], 1e3 * (part.base_displacement - part.base_displacement[0])[some], color=BASE, label="base")
     some = thinned(part.mass_displacement)
     ax.plot(time[some], 1e3 * part.mass_displacement[some], color=PREDICTED, label="mass, simulated")
     stops = answer.response.intervals_stuck / (2.0 * np.pi * answer.natural_frequency_hz) + time[0]
@@ -58,7 +58,7 @@ def draw_force(answer: "RecordResponse", ax: Axes) -> Axes:
 def draw_loop(answer: "RecordResponse", ax: Axes) -> Axes:
     """Force of the contact over the way along the wall: its area is what friction dissipates."""
     response = answer.response
-    way = response.displacement - (response.base.values if response.problem.wall == "base" else 0.0)
+    way = response.relative_displacement if response.problem.wall == "base" else response.displacement
     last = slice(max(0, len(way) - MOST_POINTS), None)
     ax.plot(way[last], response.contact_force[last], color=PREDICTED, linewidth=0.6)
     ax.set_xlabel("mass over $Y$")

@@ -14,8 +14,8 @@ from frictionlab.logs.options import LogOptions
 from frictionlab.logs.sensor import Channel, bridge, examine, unit_by_step
 from frictionlab.logs.table import KEEP, Table
 from frictionlab.logs.timing import Timing, timing_of
-from frictionlab.logs.units import LENGTH, VOLTS, to_si
-from frictionlab.recording import Fact, QuarantinedLine, Replaced
+from frictionlab.logs.units import ACCELERATION, LENGTH, VOLTS, to_si
+from frictionlab.recording import Fact, Quality, QuarantinedLine, Replaced
 
 
 @dataclass(frozen=True)
@@ -44,8 +44,8 @@ class SensorLog:
         return [*self.table.evidence, *self.timing.evidence, *(e for c in self.channels.values() for e in c.evidence)]
 
 
-def examined(table: Table, options: LogOptions, roles: Sequence[str]) -> SensorLog:
-    """Convert a log to SI units, and examine clock and values."""
+def examined(table: Table, options: LogOptions, roles: Sequence[str], *, accelerations: bool = False) -> SensorLog:
+    """Convert a log to SI units, and examine clock and values: displacements, unless they are accelerations."""
     timing = timing_of(table, options)
     if timing.stamps is None:
         base = counted(table.samples, timing.interval, options.bridge_s)
@@ -54,7 +54,7 @@ def examined(table: Table, options: LogOptions, roles: Sequence[str]) -> SensorL
     table = _without_stray(table, base)
     channels, replaced = {}, {}
     for role in roles:
-        channel = _channel(table, role, options)
+        channel = (_acceleration if accelerations else _channel)(table, role, options)
         replaced[role] = bridge(base.time, channel, base.bridge, role)
         channels[role] = channel
     return SensorLog(table, timing, base, channels, replaced)
@@ -100,6 +100,19 @@ def _channel(table: Table, role: str, options: LogOptions) -> Channel:
     channel.warnings[:0] = warnings
     _check_unit(channel, unit, role)
     return channel
+
+
+def _acceleration(table: Table, role: str, options: LogOptions) -> Channel:
+    """The values of an accelerometer in m/s^2, those that are none flagged."""
+    column, values = table.columns[role], table.values.pop(role)
+    unit = options.unit or column.unit
+    if unit not in ACCELERATION:
+        raise LogError(
+            f"{table.name}: column {column} is an acceleration by its name; expected its unit, one of"
+            f" {', '.join(ACCELERATION)}; got {unit or 'none'}: give --unit, such as --unit m/s^2"
+        )
+    flags = np.where(np.isnan(values), np.uint8(Quality.NO_VALUE), np.uint8(0)).astype(np.uint8)
+    return Channel(to_si(values, unit), flags)
 
 
 def _calibrated(

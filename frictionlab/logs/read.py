@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.errors import LogError
 from frictionlab.logs.align import Aligned, align
 from frictionlab.logs.channels import SensorLog, absolute, dialect_facts, examined, replaced_samples, with_still_one
 from frictionlab.logs.columns import Column, by_option
@@ -15,6 +14,7 @@ from frictionlab.logs.lines import Progress
 from frictionlab.logs.options import LogOptions
 from frictionlab.logs.table import Table, displacements, layout_in, read_table
 from frictionlab.recording import Recording, Source
+from frictionlab.units import ACCELERATION
 
 _ACCELERATION = re.compile(
     r"(.*[\W_])?(acc|accel|acceleration|accelerometer|beschleunigung)([\W_\d].*)?", re.IGNORECASE
@@ -84,10 +84,9 @@ def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
     Raises
     ------
     LogError
-        As `read_log`; or the base is given as an acceleration.
+        As `read_log`; or the base is given as an acceleration (`read_base_acceleration`).
     """
     options = options or LogOptions()
-    _refuse_acceleration(path, options)
     if options.base is None and len(displacements(path, options)) > 1:
         return read_log(path, options)
     return _recording(
@@ -95,20 +94,35 @@ def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
     )
 
 
-def _refuse_acceleration(path: Path, options: LogOptions) -> None:
-    """Say what to do with an acceleration where there is no displacement, or where it was named as the base."""
+def read_base_acceleration(path: Path, options: LogOptions | None = None) -> Recording | None:
+    """Read the motion of a base that is given as an acceleration; None where it is a displacement.
+
+    The recording's ``base_displacement`` then holds m/s^2: it is for whoever integrates it, and for nobody else.
+
+    Raises
+    ------
+    LogError
+        As `read_log`.
+    """
+    options = options or LogOptions()
+    column = _acceleration_in(path, options)
+    if column is None:
+        return None
+    options = replace(options, base=column.index + 1)
+    sensors = examined(read_table(path, options, ("base",)), options, ("base",), accelerations=True)
+    return _recording(with_still_one(sensors, "mass"), options)
+
+
+def _acceleration_in(path: Path, options: LogOptions) -> Column | None:
+    """The column of the base's acceleration, where there is no displacement, or where it was named as the base."""
     columns = layout_in(path, options).columns
     if options.base is not None:
         columns = (by_option(columns, options.base, "base", path.name),)
     elif displacements(path, options) and not all(map(_is_acceleration, displacements(path, options))):
-        return
-    found = [column for column in columns if _is_acceleration(column)]
-    if found:
-        raise LogError(
-            f"{path.name}: column {found[0]} is an acceleration: expected a displacement of the base in m, mm or um; "
-            "do: record the displacement, or integrate twice (take the mean off, high-pass below the slowest motion of "
-            "interest before each integration, look for drift) and give that column by --base with its --unit"
-        )
+        return None
+    if options.unit in ACCELERATION and options.base is not None:
+        return columns[0]
+    return next((column for column in columns if _is_acceleration(column)), None)
 
 
 def _is_acceleration(column: Column) -> bool:

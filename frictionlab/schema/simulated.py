@@ -71,6 +71,7 @@ RESPONSES = Table(
         WARNINGS,
         number("natural_frequency_hz", "Hz", "natural", "Natural frequency of the frame."),
         number("base_largest_m", "m", "Y", "Largest displacement of the base from its first value; all lengths in Y."),
+        number("base_u_m", "m", "base u", "What an accelerometer's noise is integrated to, rms."),
         _BETA,
         text("wall", "wall", "What the mass rubs against: `fixed`, or `base` (a wall that moves with the base)."),
         LAW,

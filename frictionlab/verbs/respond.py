@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from frictionlab.base_motion import RecordResponse, respond_to
+from frictionlab.base_motion import RecordResponse, respond_to, respond_to_acceleration
 from frictionlab.errors import UsageError
 from frictionlab.hdf5 import read_recording
-from frictionlab.logs import read_base_log
+from frictionlab.logs import read_base_acceleration, read_base_log
 from frictionlab.recording import Recording
 from frictionlab.simulator import Problem
 from frictionlab.verbs.given import AnyScene, FilePath, is_recording_name, scene_given
@@ -13,7 +13,14 @@ from frictionlab.verbs.given import AnyScene, FilePath, is_recording_name, scene
 TABLES = ("rig", "log")
 
 
-def respond(what: Recording | FilePath, problem: Problem, scene: AnyScene = None, **settings: object) -> RecordResponse:
+def respond(
+    what: Recording | FilePath,
+    problem: Problem,
+    scene: AnyScene = None,
+    *,
+    highpass_hz: float | None = None,
+    **settings: object,
+) -> RecordResponse:
     """Simulate the mass, from rest, under any recorded motion of the base.
 
     Parameters
@@ -26,6 +33,8 @@ def respond(what: Recording | FilePath, problem: Problem, scene: AnyScene = None
     scene : Scene, str, Path or None
         ``[rig]`` gives natural frequency, stiffness and, where the problem has none, the frame's damping ratio;
         ``[log]`` what the log does not say itself.
+    highpass_hz : float, optional
+        A base that is given as an acceleration, with a fixed wall: it is integrated twice, without what is slower.
     **settings
         Keys of ``[rig]`` and ``[log]`` that win over the scene's: ``natural_frequency_hz=3.13``, ``unit="mm"``.
 
@@ -34,7 +43,7 @@ def respond(what: Recording | FilePath, problem: Problem, scene: AnyScene = None
     UsageError
         The natural frequency is not known.
     LogError, RecordingError
-        The base cannot be read, is an acceleration, has a gap or jumps.
+        The base cannot be read, has a gap or jumps, or is an acceleration and needs `highpass_hz`.
     SimulationError
         The base does not move, or the law cannot be integrated.
     SceneError
@@ -50,10 +59,25 @@ def respond(what: Recording | FilePath, problem: Problem, scene: AnyScene = None
     if known.rig.damping_ratio is not None and problem.frame_damping_ratio == 0.0:
         problem = problem.with_parameters({"frame_damping_ratio": known.rig.damping_ratio})
     if isinstance(what, Recording):
-        recording, source = what, ""
-    else:
-        path, source = Path(what), str(what)
-        recording = read_recording(path) if is_recording_name(path) else read_base_log(path, known.log)
+        return respond_to(what, problem, natural_frequency_hz=frequency, stiffness_n_per_m=known.rig.stiffness)
+    path = Path(what)
+    acceleration = None if is_recording_name(path) else read_base_acceleration(path, known.log)
+    if acceleration is not None:
+        return respond_to_acceleration(
+            acceleration,
+            problem,
+            natural_frequency_hz=frequency,
+            highpass_hz=highpass_hz,
+            stiffness_n_per_m=known.rig.stiffness,
+            source=str(what),
+        )
+    if highpass_hz is not None:
+        raise UsageError(f"{path}: --highpass belongs to a base that is an acceleration; got a displacement")
+    recording = read_recording(path) if is_recording_name(path) else read_base_log(path, known.log)
     return respond_to(
-        recording, problem, natural_frequency_hz=frequency, stiffness_n_per_m=known.rig.stiffness, source=source
+        recording,
+        problem,
+        natural_frequency_hz=frequency,
+        stiffness_n_per_m=known.rig.stiffness,
+        source=str(what),
     )

@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.record.spline import spline_slopes
 
-__all__ = ["BaseRecord", "Interpolation"]
+__all__ = ["BaseRecord", "Interpolation", "Quantity"]
 
 Interpolation = Literal["cubic", "linear"]
+Quantity = Literal["displacement", "acceleration"]
 Floats = NDArray[np.float64]
 EVEN = 1e-9  # of a step: stamps closer than this to equal steps are taken as equal
 
@@ -34,6 +35,9 @@ class BaseRecord:
         Displacement at which the spring of a mass at x = 0 is relaxed; left out, that of the first sample.
     scale : float, optional
         The displacement Y that everything is measured in; left out, the largest distance from `rest`.
+    quantity : {"displacement", "acceleration"}
+        What the samples are. An acceleration is d2y/dtau2, in a unit of length: it drives a wall that moves with the
+        base as it is, without any integration; its `rest` is 0, and Y its largest size.
 
     Raises
     ------
@@ -53,6 +57,7 @@ class BaseRecord:
     interpolation: Interpolation = "cubic"
     rest: float = float("nan")
     scale: float = float("nan")
+    quantity: Quantity = "displacement"
 
     def __init__(
         self,
@@ -62,12 +67,15 @@ class BaseRecord:
         interpolation: Interpolation = "cubic",
         rest: float | None = None,
         scale: float | None = None,
+        quantity: Quantity = "displacement",
     ) -> None:
         times, values = _column(time), _column(displacement)
         _check(times, values)
         if interpolation not in ("cubic", "linear"):
             raise SimulationError(f"base motion: interpolation; expected 'cubic' or 'linear'; got {interpolation!r}")
-        zero = float(values[0]) if rest is None else float(rest)
+        if rest is None:
+            rest = 0.0 if quantity == "acceleration" else float(values[0])
+        zero = float(rest)
         size = float(max(values.max() - zero, zero - values.min())) if scale is None else float(scale)
         if not (size > 0.0 and np.isfinite(size) and np.isfinite(zero)):
             raise SimulationError(
@@ -80,6 +88,7 @@ class BaseRecord:
             ("interpolation", interpolation),
             ("rest", zero),
             ("scale", size),
+            ("quantity", quantity),
         ):
             object.__setattr__(self, name, value)
 

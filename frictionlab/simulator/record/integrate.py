@@ -16,7 +16,7 @@ from frictionlab.simulator.record.base import BaseRecord
 from frictionlab.simulator.record.piece import cubic_of, force_of
 from frictionlab.simulator.record.response import Response
 
-__all__ = ["integrate", "load"]
+__all__ = ["integrate", "load", "wall_of"]
 
 Floats = NDArray[np.float64]
 _Found = tuple[Any, Any, tuple[Floats, ...]]  # tally, events; z, v and the contact's force at the samples
@@ -45,6 +45,24 @@ class _Pieces:
         return tuple(buffer(tuple(column.tolist())) for column in columns)
 
 
+def wall_of(problem: Problem, base: BaseRecord) -> float:
+    """How the wall moves, in the words of `piece.force_of`.
+
+    Raises
+    ------
+    SimulationError
+        An acceleration of the base says nothing of where a fixed wall is.
+    """
+    if base.quantity == "displacement":
+        return 1.0 if problem.wall == "base" else 0.0
+    if problem.wall != "base":
+        raise SimulationError(
+            "simulation of a record: the base's acceleration; expected a wall that moves with the base (wall = 'base');"
+            " got a fixed one, which needs the base's displacement; do: integrate twice, with a high-pass"
+        )
+    return 2.0
+
+
 def load(pieces: float) -> bool:
     """Say whether so many pieces are worth the compiled kernel, and load it if so."""
     if machine.compiled.cache_info().currsize:
@@ -59,7 +77,7 @@ def integrate(problem: Problem, base: BaseRecord, slopes: Floats, start: tuple[f
     """Return the response of a law without exact phases; `slopes` of the base at its samples, `start` x and v."""
     pieces = _pieces_of(problem, base, slopes)
     rig = _machine(problem, pieces, fast=load(len(pieces.lengths)))
-    moving = problem.wall == "base"
+    moving = wall_of(problem, base) == 1.0
     first = float(base.values[0]), float(pieces.base[0, 1])
     at = (start[0] - first[0], start[1] - first[1]) if moving else start
     state = np.zeros(rig.size)
@@ -84,7 +102,7 @@ def _pieces_of(problem: Problem, base: BaseRecord, slopes: Floats) -> _Pieces:
     none = np.zeros_like(h)
     straight = (y0, (y1 - y0) / h, none, none)
     cubic: Any = cubic_of(y0, y1, d[:-1], d[1:], h) if len(slopes) else straight
-    wall = 1.0 if problem.wall == "base" else 0.0
+    wall = wall_of(problem, base)
     pull = force_of(cubic, problem.frame_damping_ratio, wall)
     columns = [np.stack([c + none for c in each], axis=1) for each in (cubic, pull)]
     return _Pieces(base.time[:-1], h, *columns)
@@ -161,9 +179,9 @@ def _response(
     seen, events, (x, v, n) = found
     squared, spring = float(seen[layout.SEEN_SQUARED]), _spring_force(problem, rig)
     stored = 0.5 * spring**2 / problem.parameter("stiffness_ratio", inf)
-    moving, frame, contact = problem.wall == "base", problem.frame_damping_ratio, problem.zeta
+    moving, frame, contact = wall_of(problem, base) == 1.0, problem.frame_damping_ratio, problem.zeta
     friction = float(seen[layout.SEEN_WORK]) - 2.0 * contact * squared - stored
-    dragged = squared if moving else float(seen[layout.SEEN_FRAME])
+    dragged = squared if problem.wall == "base" else float(seen[layout.SEEN_FRAME])
     gained = 0.5 * float(x[-1] ** 2 + v[-1] ** 2 - at[0] ** 2 - at[1] ** 2)
     put_in = float(seen[layout.SEEN_INPUT])
     count = int(seen[layout.SEEN_EVENTS])

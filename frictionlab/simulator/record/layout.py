@@ -6,7 +6,7 @@ Buffer = list[float]  # or an array: anything indexed
 
 
 class Rig(NamedTuple):
-    """The numbers of a problem: damping ratios of frame and contact, the law's parameters, 1 if the wall moves."""
+    """The numbers of a problem: damping ratios of frame and contact, the law's parameters; wall as `piece.force_of`."""
 
     frame: float
     contact: float

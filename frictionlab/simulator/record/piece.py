@@ -55,8 +55,13 @@ def cubic_of(y0: float, y1: float, d0: float, d1: float, h: float) -> Cubic:
 
 
 def force_of(base: Cubic, zeta: float, wall: float) -> Cubic:
-    """Return the force F: f + 2 zeta_f f' for a wall that stands, -f'' for one that moves with the base."""
+    """Return the force F: f + 2 zeta_f f' for a wall that stands (0), -f'' for one that moves with the base (1).
+
+    Where the base is given by its acceleration (2), that is f'' itself.
+    """
     f0, f1, f2, f3 = base
+    if wall == 2.0:
+        return -f0, -f1, -f2, -f3
     if wall != 0.0:
         return -2.0 * f2, -6.0 * f3, 0.0, 0.0
     return f0 + 2.0 * zeta * f1, f1 + 4.0 * zeta * f2, f2 + 6.0 * zeta * f3, f3

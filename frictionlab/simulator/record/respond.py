@@ -17,7 +17,7 @@ from frictionlab.simulator.laws import Law
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.record import events, layout, piece, spline, travel
 from frictionlab.simulator.record.base import BaseRecord
-from frictionlab.simulator.record.integrate import integrate, load
+from frictionlab.simulator.record.integrate import integrate, load, wall_of
 from frictionlab.simulator.record.response import Response
 
 __all__ = ["prepare", "respond"]
@@ -49,8 +49,8 @@ def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 
     Raises
     ------
     SimulationError
-        r is not 1, friction would have to be negative or to outgrow the spring, events do not end, or the law is too
-        stiff to be integrated.
+        r is not 1, an acceleration is to drive against a fixed wall, friction would have to be negative or to outgrow
+        the spring, events do not end, or the law is too stiff to be integrated.
 
     Examples
     --------
@@ -67,7 +67,7 @@ def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 
     if not _is_exact(problem.law):
         slopes, _ = _slopes(choose(len(base.time)), base)
         return integrate(problem, base, np.asarray(slopes), (x0, v0))
-    rig, fine = _rig_of(problem), _steps_per_rad(problem)
+    rig, fine = _rig_of(problem, base), _steps_per_rad(problem)
     engine = choose(_steps(base, fine))
     room = 256 + len(base.time) // 64
     run = _run(engine, problem, rig, base, fine, (x0, v0), room)
@@ -148,7 +148,7 @@ def _run(
         _column(engine, np.zeros(size)) for size in (layout.STATE, layout.TALLY, layout.FREE, layout.EVENT * room)
     )
     motion = (_column(engine, np.zeros(n)), _column(engine, np.zeros(n)), _column(engine, np.zeros(n)))
-    moving = problem.wall == "base"
+    moving = rig.wall == 1.0
     at = (start[0] - float(base.values[0]), start[1] - first) if moving else start
     state[layout.Z], state[layout.V] = at
     reached = kernel.travel(
@@ -197,10 +197,10 @@ def _is_exact(law: Law) -> bool:
     return all(term.name in FOLLOWED for term in law.terms)
 
 
-def _rig_of(problem: Problem) -> layout.Rig:
+def _rig_of(problem: Problem, base: BaseRecord) -> layout.Rig:
     """Return the exact kernel's numbers."""
     up, down = problem.static_ratios
-    wall = 1.0 if problem.wall == "base" else 0.0
+    wall = wall_of(problem, base)
     gradient = problem.parameter("gradient")
     return layout.Rig(problem.frame_damping_ratio, problem.zeta, problem.beta, gradient, up, down, wall)
 
@@ -250,7 +250,7 @@ def _response(problem: Problem, base: BaseRecord, rig: layout.Rig, run: _Run) ->
     frame = squared if rig.wall else float(tally[layout.SQUARED_FRAME_SPEED])
     gained = 0.5 * float(state[layout.Z] ** 2 + state[layout.V] ** 2 - run.start[0] ** 2 - run.start[1] ** 2)
     lost = float(tally[layout.FRICTION_WORK]) + 2.0 * (rig.frame + rig.contact) * squared
-    if rig.wall:
+    if rig.wall == 1.0:
         x, v = x + base.values, v + base.speeds
     return Response(
         problem=problem,

@@ -25,7 +25,8 @@ class Response:
     problem : Problem
     base : BaseRecord
     displacement, velocity : ndarray of shape (n,)
-        Absolute displacement x of the mass from where the spring is relaxed, and dx/dtau, at the samples.
+        Absolute displacement x of the mass from where the spring is relaxed, and dx/dtau, at the samples; relative to
+        the base where that is given by its acceleration: how far it went is not known.
     contact_force : ndarray of shape (n,)
         Force of the contact on the mass, n, at the samples.
     events : ndarray of shape (m, 3)
@@ -75,12 +76,19 @@ class Response:
         return self.time_stuck / float(self.time[-1] - self.time[0])
 
     @property
+    def relative_displacement(self) -> Floats:
+        """Displacement of the mass from the base (n,)."""
+        if self.base.quantity == "acceleration":
+            return self.displacement
+        return np.asarray(self.displacement - self.base.values)
+
+    @property
     def peaks(self) -> dict[str, float]:
         """Largest sizes at the samples: displacement, velocity, displacement from the base, contact force."""
         return {
             "displacement": _largest(self.displacement),
             "velocity": _largest(self.velocity),
-            "relative_displacement": _largest(self.displacement - self.base.values),
+            "relative_displacement": _largest(self.relative_displacement),
             "contact_force": _largest(self.contact_force),
         }
 
