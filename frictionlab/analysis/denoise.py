@@ -1,4 +1,4 @@
-"""A smooth motion without its sensor's noise: the smoothest curve that leaves no more than the noise behind."""
+"""A smooth motion without its sensor's noise: the smoothing spline that is expected to be nearest to it."""
 
 import math
 
@@ -7,17 +7,16 @@ from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
 FloatArray = NDArray[np.float64]
-SMOOTHEST, FACTOR = 1e10, 8.0  # penalties are tried from here (beyond, doubles do not do) downwards, by this factor
-BIAS = 0.05  # share of the noise's power up to which the curve may be wrong
-ORDER = 3
+SMOOTHEST, ROUGHEST = 1e10, 1e-3  # penalties between which the best is looked for: beyond, doubles do not do
+COARSE, FINE = 8.0, 2.0  # factors between the penalties tried, first and then beside the best
+ORDER = 4
 
 
 def denoised(signal: FloatArray, noise: float) -> FloatArray:
-    """Return the smooth curve behind evenly sampled values: a discrete smoothing spline of fifth degree.
+    """Return the smooth curve behind evenly sampled values: a discrete smoothing spline of seventh degree.
 
-    It minimises ``sum (y - s)^2 + p sum (third difference of s)^2`` [Whittaker 1923; Eilers 2003]. The penalty p is the
-    largest one whose residual is still what noise alone would leave, ``noise^2`` times the mean of (1 - H)^2 with
-    H = 1 / (1 + p (2 sin(w / 2))^6) the curve's gain at frequency w.
+    It minimises ``sum (y - s)^2 + p sum (fourth difference of s)^2`` [Whittaker 1923; Eilers 2003], with the penalty of
+    `best_penalty`.
 
     Parameters
     ----------
@@ -33,19 +32,36 @@ def denoised(signal: FloatArray, noise: float) -> FloatArray:
     >>> bool(np.std(curve - truth) < 3e-4)
     True
     """
+    penalty = best_penalty(signal, noise)
+    return smoothed(signal, penalty) if penalty else signal
+
+
+def best_penalty(signal: FloatArray, noise: float) -> float:
+    """Return the penalty whose curve is expected to be nearest to the truth; 0 where no smoothing helps.
+
+    The expected square of its error is ``mean (y - s)^2 - noise^2 + 2 noise^2 mean H`` (Stein 1981), with
+    ``H = 1 / (1 + p (2 sin(w / 2))^8)`` the curve's gain at frequency w; noise^2 without any smoothing.
+    """
     if not noise > 0.0 or len(signal) < 8:
-        return signal
-    penalty = SMOOTHEST
-    while penalty > 1e-3:
-        curve = _curve(signal, penalty)
-        if float(np.mean((signal - curve) ** 2)) <= (1.0 + BIAS) * noise**2 * _left(penalty):
-            return curve
-        penalty /= FACTOR
-    return signal
+        return 0.0
+
+    def risk(penalty: float) -> float:
+        return float(np.mean((signal - smoothed(signal, penalty)) ** 2)) / noise**2 - 1.0 + 2.0 * _kept(penalty)
+
+    least, best, penalty = 1.0, 0.0, SMOOTHEST
+    while penalty > ROUGHEST:
+        here = risk(penalty)
+        if here < least:
+            least, best = here, penalty
+        elif best:
+            break
+        penalty /= COARSE
+    beside = [best * FINE**k for k in (-2, -1, 1, 2)] if best else []
+    return min(((least, best), *((risk(p), p) for p in beside)))[1]
 
 
-def _curve(signal: FloatArray, penalty: float) -> FloatArray:
-    """Solve the normal equations: unit plus penalty times D'D, D the third differences, as a band of seven."""
+def smoothed(signal: FloatArray, penalty: float) -> FloatArray:
+    """Return the curve of a penalty: the normal equations, unit plus penalty times D'D, as a band of seven."""
     n = len(signal)
     weights = np.array([(-1) ** k * math.comb(ORDER, k) for k in range(ORDER + 1)], dtype=np.float64)
     bands = np.zeros((ORDER + 1, n))
@@ -57,10 +73,10 @@ def _curve(signal: FloatArray, penalty: float) -> FloatArray:
     return np.asarray(solveh_banded(bands, signal, overwrite_ab=True, check_finite=False))
 
 
-def _left(penalty: float) -> float:
-    """Share of the power of white noise that the curve leaves as residual: the mean of (1 - H)^2."""
+def _kept(penalty: float) -> float:
+    """Mean of the curve's gain over all frequencies: the share of white noise's freedom that it keeps."""
     w = np.pi * (np.arange(4096) + 0.5) / 4096
     # the cut-off may be far below the grid: frequencies are taken evenly in the logarithm there
     w = np.concatenate([np.geomspace(1e-6, w[0], 2000), w[1:]])
-    gain = 1.0 / (1.0 + penalty * (2.0 * np.sin(0.5 * w)) ** 6)
-    return float(np.trapezoid((1.0 - gain) ** 2, w) / np.pi)
+    gain = 1.0 / (1.0 + penalty * (2.0 * np.sin(0.5 * w)) ** (2 * ORDER))
+    return float(np.trapezoid(gain, w) / np.pi)

@@ -25,6 +25,7 @@ ROUNDS = 3  # of weighing the residual by what it is
 MOST_STEPS = 40
 RUNS = 150  # simulated for one fit, about
 SHAKES = 30  # simulated with noise on the base: errors are known to a seventh
+FEW_SHAKES = 6  # to see how much of the residual is that noise
 FAR = 10.0  # residual of values without a motion, over the record's rms
 SMALLEST = 1e-9  # of the record's rms: no sensor is better
 
@@ -44,11 +45,12 @@ def fit_record(forward: RecordForward, observed: Observed, starts: Sequence[Mapp
     best = points[int(np.argmin(costs))]
     if not math.isfinite(min(costs)):
         raise AnalysisError(f"record: law {forward.family.law.name} has no motion at the values tried")
-    spread = math.sqrt(min(costs))
-    for _ in range(ROUNDS):
+    spread, shaken = math.sqrt(min(costs)), 0.0
+    for turn in range(ROUNDS):
         best = _followed(forward, best, max(noise, spread))
         residual = _residual(forward, best)
-        before, spread = spread, spread_of(residual, noise)
+        shaken = shaken_power(forward, best) if turn == 0 else shaken
+        before, spread = spread, spread_of(residual, noise, shaken)
         if abs(spread / before - 1.0) < 0.05:
             break
     here = forward.track.mass - residual
@@ -105,12 +107,21 @@ def _followed(forward: RecordForward, start: FloatArray, spread: float) -> Float
     return np.asarray(np.maximum(np.where(found.x - low < 1e-6, low, found.x), low))
 
 
-def spread_of(residual: FloatArray, noise: float) -> float:
-    """Standard deviation that one sample counts with: the noise's, or the residual's times what hangs together."""
+def shaken_power(forward: RecordForward, point: FloatArray) -> float:
+    """The most that the noise left in the base adds to the residual's mean square, in a few draws."""
+    changes = forward.shaken(point, FEW_SHAKES)
+    return float(np.mean(changes**2, axis=1).max()) if len(changes) else 0.0
+
+
+def spread_of(residual: FloatArray, noise: float, shaken: float = 0.0) -> float:
+    """Standard deviation that one sample counts with: the noise's, or the residual's times what hangs together.
+
+    `shaken`: mean square that the base's noise may add; its share of the errors is counted by itself.
+    """
     about = residual - residual.mean()
     variance = float(np.mean(about**2))
     n = len(residual)
-    if variance <= noise**2 * (1.0 + 3.0 * math.sqrt(2.0 / n)):
+    if variance <= noise**2 * (1.0 + 3.0 * math.sqrt(2.0 / n)) + shaken:
         return noise
     return math.sqrt(max(variance * together(about), noise**2))
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
-from frictionlab.analysis.denoise import denoised
+from frictionlab.analysis.denoise import best_penalty, smoothed
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.noise import white_noise
 from frictionlab.base_motion import sound_base
@@ -36,13 +36,17 @@ class Track:
     base, mass : ndarray of shape (n,)
         Over Y: the base without its noise about its mean, the mass as measured about its mean.
     noise : float
-        Rms over Y of one sample's noise: of the mass's sensor, and of the base's as the motion passes it on.
+        Rms of the white noise of the mass's sensor over Y, of one sample.
     scale : float
         Y [m]: the amplitude of the base's fundamental in the steady cycles, so that beta means the same there and here.
     period : float
         Of the drive, s.
     base_noise : float
-        Rms of the white noise of the base's sensor over Y, of one sample.
+        Rms of the white noise of the base's sensor over Y, of one sample, before it was smoothed away.
+    penalty : float
+        By which it was smoothed; what is left of the noise shakes the simulated mass.
+    thin : int
+        One of so many samples was kept after that.
     natural_frequency : float
         As it is known, Hz.
     start : float
@@ -56,8 +60,15 @@ class Track:
     scale: float
     period: float
     base_noise: float
+    penalty: float
+    thin: int
     natural_frequency: float
     start: float
+
+    def noise_left(self, generator: np.random.Generator) -> FloatArray:
+        """Draw what is left in the base (n,) of its sensor's noise, over Y."""
+        noise = self.base_noise * generator.standard_normal(self.thin * len(self.base))
+        return (smoothed(noise, self.penalty) if self.penalty else noise)[:: self.thin]
 
     @property
     def rms(self) -> float:
@@ -81,11 +92,11 @@ def track_of(recording: Recording, measurement: Measurement, natural_frequency: 
     part, said = sound_base(recording)
     drive = measurement.drive_frequency_hz
     thin = max(1, int(part.sampling_rate_hz / (DENSE * max(drive, natural_frequency))))
-    base = _base(part.base_displacement, thin)
+    penalty = best_penalty(part.base_displacement, white_noise(part.base_displacement))
+    base = (smoothed(part.base_displacement, penalty) if penalty else part.base_displacement)[::thin]
     time = (part.time - part.time[0])[::thin]
     mass = part.mass_displacement[::thin]
     scale = measurement.base_amplitude_m
-    passed = max(1.0, float(np.std(mass) / np.std(base)))  # what the frame makes of the base's noise, near the drive
     steady = max(float(time[-1]) - measurement.transient_s, 1.0 / drive)
     whole = max(1, int(steady * drive))  # periods: the mean of the base is that of whole, settled ones
     last = time >= time[-1] - whole / drive
@@ -93,22 +104,16 @@ def track_of(recording: Recording, measurement: Measurement, natural_frequency: 
         time=time,
         base=(base - base[last].mean()) / scale,
         mass=(mass - mass.mean()) / scale,
-        noise=math.hypot(measurement.mass_noise_m, passed * measurement.base_noise_m) / scale,
+        noise=measurement.mass_noise_m / scale,
         scale=scale,
         period=1.0 / drive,
         base_noise=measurement.base_noise_m / scale,
+        penalty=penalty,
+        thin=thin,
         natural_frequency=natural_frequency,
         start=float(part.time[0]),
     )
     return track, tuple(s for s in said if s not in part.source.warnings)
-
-
-def _base(signal: FloatArray, thin: int) -> FloatArray:
-    """The base without its noise; of a record much denser than needed, the mean of neighbours first."""
-    if thin == 1:
-        return denoised(signal, white_noise(signal))
-    smooth = denoised(signal, white_noise(signal))
-    return smooth[::thin]
 
 
 @dataclass(frozen=True)
@@ -167,14 +172,13 @@ class RecordForward:
         return np.asarray((1.0 + values.get("gain", 0.0)) * moved + values.get("offset", 0.0))
 
     def shaken(self, point: FloatArray, runs: int) -> FloatArray:
-        """Changes (runs, n) of the record at a point when the base is as noisy as its sensor."""
+        """Changes (runs, n) of the record at a point by what is left in the base of its sensor's noise."""
         here, rng = self.predict(point), np.random.default_rng(runs)
         if here is None:
             return np.zeros((0, len(self.track.time)))
         changes = []
         for _ in range(runs):
-            noise = self.track.base_noise * rng.standard_normal(len(self.track.base))
-            noisy = replace(self.track, base=self.track.base + noise)
+            noisy = replace(self.track, base=self.track.base + self.track.noise_left(rng))
             there = replace(self, track=noisy).predict(point)
             changes += [] if there is None else [there - here]
         return np.array(changes).reshape(-1, len(here))
