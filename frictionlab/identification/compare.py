@@ -26,6 +26,7 @@ from frictionlab.simulator import SteadyState, steady_state
 from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
+UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
 AUTO = "auto"  # the law that the recording requires
 
 
@@ -119,10 +120,16 @@ def _identified(
 
 
 def _state(found: Identified, solver: Solver) -> SteadyState:
-    """The predicted steady state: of the problem as it was fitted."""
+    """The predicted steady state: of the problem as it was fitted.
+
+    A solver without a frame's dashpot leaves out the one that was fitted beside the law, unless the scene has it.
+    """
     values = found.fit.values
+    own = found.fit.law_values
+    if solver in UNDAMPED and "frame_damping_ratio" not in found.family.held:
+        own.pop("frame_damping_ratio", None)
     second = complex(values.get("second_cosine", 0.0), -values.get("second_sine", 0.0))
-    problem = found.family.problem(found.fit.law_values, detuning=values.get("natural_frequency", 0.0), second=second)
+    problem = found.family.problem(own, detuning=values.get("natural_frequency", 0.0), second=second)
     return steady_state(problem, solver=solver)
 
 

@@ -1,8 +1,8 @@
 """One fit for any number of parameters: least squares on the cycle, with priors, nuisances and one error model.
 
 The misfit is whitened by the covariance of the measured mean cycle; each coordinate adds its prior as one more
-residual. Errors come from three sides, and the largest counts: the curvature of the fit, the scatter of single cycles
-carried through it (so that friction which changes from cycle to cycle is seen as such), and what the law cannot explain
+residual. Errors come from three sides, and the largest counts: the sensors' noise, the scatter of single cycles carried
+through the fit (so that friction which changes from cycle to cycle is seen as such), and what the law cannot explain
 (MacKinnon and White's HC3, harmonic by harmonic). What the nuisances add makes the combined uncertainty.
 """
 
@@ -18,7 +18,7 @@ from scipy.special import log_ndtr
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import Coordinate, values_of
 from frictionlab.identification.forward import Forward
-from frictionlab.identification.observed import Observed, together
+from frictionlab.identification.observed import Observed, of_neighbours
 
 FloatArray = NDArray[np.float64]
 FAR = 1e3  # residual of values that have no steady state, over the measured cycle
@@ -124,16 +124,6 @@ def unfitted(forward: Forward, observed: Observed) -> Fit:
     return Fit(forward, observed, np.zeros(0), observed.whitener @ gap, np.zeros((len(gap), 0)), 1.0)
 
 
-def released(found: Fit, forward: Forward) -> Fit:
-    """Return the same fit with nuisances beside it that stand where they are known to be, and count in its errors."""
-    point = np.concatenate([found.point, np.zeros(len(forward.coordinates) - len(found.point))])
-    predicted = forward.predict(point)
-    if predicted is None:
-        raise AnalysisError(f"law {forward.family.law.name}: the best values found have no steady state")
-    jacobian = found.observed.whitener @ forward.jacobian(point, predicted)
-    return Fit(forward, found.observed, point, found.residual, jacobian, found.excess)
-
-
 def excess_of(found: Fit) -> float:
     """Chi-square per degree of freedom, at least 1."""
     free = len(found.residual) - int((np.abs(found.jacobian).max(axis=0) > 1.0).sum())
@@ -198,9 +188,10 @@ def _fitted(forward: Forward, observed: Observed, start: FloatArray, excess: flo
 
 @dataclass(frozen=True)
 class Errors:
-    """Uncertainty of a fit's coordinates: ``statistical`` (n,) with the nuisances held, ``combined`` (n, n) with them.
+    """Uncertainty of a fit's coordinates, in deviations of the priors.
 
-    Both in deviations of the priors.
+    ``statistical`` (n,): what noise, scatter and misfit do to the values found; ``combined`` (n, n): with what is not
+    known of sensors and rig.
     """
 
     statistical: FloatArray
@@ -208,45 +199,52 @@ class Errors:
 
 
 def errors_of(found: Fit) -> Errors:
-    """Return how sure the coordinates are."""
+    """Return how sure the coordinates are.
+
+    With the gain K of the fit (coordinates over data) and the Jacobian J, an error e of the data and an error c of what
+    was known before leave ``K e + (1 - K J) c``: the first is the statistical error, the second what the priors add.
+    ``1 - K J`` is the posterior covariance P, so that the nuisance k adds ``P[i, k]`` to the coordinate i.
+    """
     law = np.array([c.law for c in found.coordinates], dtype=bool)
-    if not law.any():
-        return Errors(np.zeros(len(law)), np.asarray(np.linalg.inv(found.precision)))
     joint = np.linalg.inv(found.precision)
-    told = np.zeros(len(law))
-    held = np.zeros_like(joint)
-    inner = np.linalg.inv(found.precision[np.ix_(law, law)])
-    held[np.ix_(law, law)] = inner
-    inflation = np.ones(len(law))
-    gain = inner @ found.jacobian[:, law].T / found.excess
-    shown = np.maximum(_by_cycles(found, gain), _by_misfit(found, gain))
-    told[law] = np.maximum(np.diag(inner), shown)
-    inflation[law] = np.sqrt(told[law] / np.diag(inner))
-    extra = np.maximum(np.diag(joint)[law] - np.diag(inner), 0.0)
-    combined = joint * np.outer(inflation, inflation)
-    size = np.sqrt(np.diag(combined).copy())
-    size[law] = np.sqrt(told[law] + extra)
-    combined *= np.outer(size, size) / np.sqrt(np.outer(np.diag(combined), np.diag(combined)))
-    return Errors(np.sqrt(told), combined)
+    gain = joint @ found.jacobian.T / found.excess
+    noise = found.excess * gain @ gain.T
+    shown = np.maximum(_by_noise(found, gain), _by_misfit(found, gain))
+    noise *= np.outer(*[np.sqrt(shown / np.maximum(np.diag(noise), 1e-300))] * 2)
+    own = (joint[:, law] ** 2).sum(axis=1)
+    return Errors(np.where(law, np.sqrt(np.diag(noise) + own), 0.0), noise + joint @ joint.T)
 
 
-def _by_cycles(found: Fit, gain: FloatArray) -> FloatArray:
-    """Variance (m,) that single cycles show when each is carried through the fit."""
+def _by_noise(found: Fit, gain: FloatArray) -> FloatArray:
+    """Variance (n,) by the sensors' noise, or by the scatter of single cycles where that is larger.
+
+    Each part of the cycles is carried through the fit that the others would ask for: the weights of a fit are found
+    from all of them, and let these cycles scatter too little.
+    """
     observed = found.observed
-    n = len(observed.each)
-    if not math.isfinite(observed.freedom):
-        return np.zeros(len(gain))
-    moved = (observed.each - observed.each.mean(axis=0)) @ (gain @ observed.whitener).T
+    if not observed.left_out:
+        return np.asarray(found.excess * (gain**2).sum(axis=1))
+    white = gain @ observed.whitener
+    sensor = observed.sensor * (white**2).sum(axis=1)
+    weight = 1.0 / math.sqrt(found.excess)
+    slopes: FloatArray = np.asarray(weight * np.linalg.solve(observed.whitener, found.jacobian), dtype=np.float64)
+    moved = weight * np.concatenate([part @ _gain(slopes, covariance).T for part, covariance in observed.left_out])
+    n = len(moved)
     few = (n - 1.0) / max(n - 3.0, 1.0)  # Student: the scatter of few cycles is itself not well known
-    hang = np.array([together(series) for series in moved.T])
-    return np.asarray((moved**2).sum(axis=0) / (n - 1.0) / observed.used * few * hang)
+    hang = np.array([of_neighbours(series) for series in moved.T])
+    scatter = (moved**2).sum(axis=0) / (n - 1.0) / observed.used * few * hang
+    return np.asarray(np.maximum(sensor, scatter) + np.einsum("ij,jk,ik->i", white, observed.of_base, white))
+
+
+def _gain(slopes: FloatArray, covariance: FloatArray) -> FloatArray:
+    """What a fit makes of data: coordinates (n, 2 K) over harmonics, priors counted."""
+    weighed = np.linalg.solve(covariance, slopes)
+    return np.asarray(np.linalg.solve(slopes.T @ weighed + np.eye(slopes.shape[1]), weighed.T))
 
 
 def _by_misfit(found: Fit, gain: FloatArray) -> FloatArray:
-    """Variance (m,) by what the law cannot explain, harmonic by harmonic (HC3); nothing where noise explains it."""
-    if found.excess <= 1.0:
-        return np.zeros(len(gain))
-    hat = found.jacobian @ np.linalg.inv(found.precision) @ found.jacobian.T / found.excess
+    """Variance (n,) by what the law cannot explain, harmonic by harmonic (HC3)."""
+    hat = found.jacobian @ gain
     leverage = np.clip(np.diag(hat), 0.0, 0.9)
     return np.asarray(((gain * (found.residual / (1.0 - leverage))) ** 2).sum(axis=1))
 

@@ -11,7 +11,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, second_harmonic
 from frictionlab.identification.family import Family
-from frictionlab.identification.fit import Errors, Fit, errors_of, excess_of, fit, released, unfitted
+from frictionlab.identification.fit import Errors, Fit, errors_of, excess_of, fit, unfitted
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.observed import EXPLAINED, Observed, observe_cycle
 from frictionlab.identification.valleys import start_at, starts_of
@@ -81,8 +81,8 @@ def forward_of(family: Family, measurement: Measurement, sources: Sources, obser
 def identify(measurement: Measurement, family: Family, sources: Sources) -> Identified:
     """Return the best values of a law for a measured cycle, each with its errors.
 
-    Sensors and rig are taken as they are known as long as the cycle does not contradict that; else they are fitted
-    beside the law, each held by what is known of it. The combined uncertainty counts them in both cases.
+    Sensors and rig are fitted beside the law, each held by what is known of it: where the cycle tells a lag or a
+    natural frequency better than the scene knows it, the law's values no longer suffer by it.
 
     Raises
     ------
@@ -94,11 +94,11 @@ def identify(measurement: Measurement, family: Family, sources: Sources) -> Iden
     forward = forward_of(family, measurement, sources, observed)
     starts = starts_of(measurement, forward, observed)
     plain = replace(forward, coordinates=tuple(c for c in forward.coordinates if c.law))
-    fits = _by_cost([fit(plain, observed, [start[: len(plain.coordinates)]]) for start in starts])
-    if misfit_is_noise(fits[0]):
-        fits = [released(found, forward) for found in fits]
-    else:
-        fits = _by_cost([fit(forward, observed, [start]) for start in starts])
+    held = _by_cost([fit(plain, observed, [start[: len(plain.coordinates)]]) for start in starts])
+    if misfit_is_noise(held[0]):  # the rig is nearly as it is known: the valleys that matter can be told without it
+        known = starts[0][len(plain.coordinates) :]
+        starts = [np.concatenate([found.point, known]) for found in (held[0], *_near(held))]
+    fits = _by_cost([fit(forward, observed, [start]) for start in starts])
     richer = _under_a_richer_law(measurement, sources, fits[0])
     return with_errors(family, fits[0], rivals=_rivals(fits), richer=richer)
 
@@ -151,13 +151,18 @@ def as_known(measurement: Measurement, family: Family, sources: Sources) -> Iden
 
 def _rivals(fits: list[Fit]) -> tuple[float, ...]:
     """Friction ratios of other valleys that fit nearly as well."""
+    return tuple(other.values["beta"] for other in _near(fits))
+
+
+def _near(fits: list[Fit]) -> list[Fit]:
+    """Fits of other valleys that leave little more than the best, the first of them all."""
     best = fits[0]
-    return tuple(
-        other.values["beta"]
+    return [
+        other
         for other in fits[1:]
         if (other.chi_square - best.chi_square) / best.excess < RIVAL
         and abs(other.values["beta"] / best.values["beta"] - 1.0) > 0.01
-    )
+    ]
 
 
 def with_errors(
@@ -304,23 +309,15 @@ def _bounded(own: dict[str, ParameterEstimate]) -> tuple[str, ...]:
 def shares(found: Fit, errors: Errors) -> dict[str, float]:
     """Standard uncertainty that each source adds to the friction ratio: in quadrature they make the combined one.
 
-    A source's share is by how much the variance falls when it alone is known exactly; what is common to several is
-    shared out in proportion.
+    A source's share is what its own error, as it was known before, leaves in the values found (`errors_of`).
     """
     names = [c.name for c in found.coordinates]
     if "beta" not in names:
         return {}
     i = names.index("beta")
     slope = found.coordinates[i].slope(float(found.point[i]))
-    precision, total = found.precision, errors.combined[i, i]
-    joint = np.linalg.inv(precision)
-    falls = {}
-    for k, c in enumerate(found.coordinates):
-        if not c.law and joint[k, k] > 0.0:
-            falls[c.name] = joint[i, k] ** 2 / joint[k, k]
-    added = max(total - float(errors.statistical[i]) ** 2, 0.0)
-    whole = sum(falls.values())
-    by_cause = {name: slope * math.sqrt(added * fall / whole) for name, fall in falls.items()} if whole > 0.0 else {}
+    left = np.linalg.inv(found.precision)[i]
+    by_cause = {c.name: slope * abs(float(left[k])) for k, c in enumerate(found.coordinates) if not c.law}
     return {"noise and misfit": slope * float(errors.statistical[i]), **by_cause}
 
 

@@ -9,6 +9,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.errors import UsageError
 from frictionlab.identification import compare, contact_force, predict
 from frictionlab.simulator import Base, Problem
+from tests.benchmarks.uncertainty_coverage import scores_of
 from tests.identification.contacts import recorded, scene
 
 LAWS: dict[str, dict[str, float]] = {
@@ -53,6 +54,14 @@ def test_the_error_holds_the_scatter_of_friction_from_cycle_to_cycle(r: float, s
     assert 0.6 < math.sqrt(np.mean(np.square(misses))) < 1.4
 
 
+def test_the_uncertainty_of_a_slow_test_of_few_cycles_holds_what_sensors_and_rig_do() -> None:
+    """Eight cycles at r = 0.1: the error was 2 stated ones, for sensors held as known had the errors of fitted ones,
+    and neighbouring cycles that share a change of friction counted as independent.
+    """
+    scores = [scores_of(0.1, 0.4, seed)[2] for seed in range(8)]
+    assert 0.6 < math.sqrt(np.mean(np.square(scores))) < 1.5
+
+
 def test_a_lag_between_the_channels_is_found_and_told() -> None:
     late = recorded(Problem(0.3, 0.35), np.random.default_rng(2), lag_s=0.002)
     found = compare(late, scene())
@@ -68,9 +77,9 @@ def test_what_is_not_known_of_the_rig_is_in_the_uncertainty() -> None:
     recording = recorded(Problem(0.9, 0.2), np.random.default_rng(3))
     sure = compare(recording, scene(rig={"natural_frequency_hz_u": 0.0}, sensors={"lag_s_u": 0.0, "gain_error": 0.0}))
     unsure = compare(recording, scene(rig={"natural_frequency_hz_u": 0.03}))
-    assert sure.friction_ratio == unsure.friction_ratio
     assert sure.friction_ratio_u is not None
     assert unsure.friction_ratio_u is not None
+    assert abs(sure.friction_ratio - unsure.friction_ratio) < unsure.friction_ratio_u  # the cycle tells a part of it
     assert unsure.friction_ratio_u > 3 * sure.friction_ratio_u
     shares = unsure.budget["friction_ratio"]
     assert math.sqrt(sum(s**2 for s in shares.values())) == pytest.approx(unsure.friction_ratio_u, rel=0.02)
