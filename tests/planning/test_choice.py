@@ -133,7 +133,7 @@ def test_sums_give_the_best_fit_of_the_other_law() -> None:
     for way in apart.ways:
         noise, mean = way.told.noise, way.told.here.mean[0]
         covariance = noise.white[0] * np.eye(len(mean)) + noise.columns[0] @ noise.columns[0].T
-        seen = Observed(mean, mean[None, :], covariance, 0.0, 1, math.inf, 1.0, 0.0)
+        seen = Observed(mean, mean[None, :], covariance, 0.0, 1, math.inf, 1.0, 0.0, 0.0 * covariance)
         forward = Forward(way.rival.lab.family(0.7), _own(way.rival), len(mean) // 2)
         found = fit(forward, seen, [way.point], excess=1.0)
         cost = found.chi_square + float(found.point @ found.point)
