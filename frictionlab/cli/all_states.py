@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 All = Annotated[
     bool,
-    typer.Option("--all", help="All steady states that 200 starts settle on, with their shares (basin_share)."),
+    typer.Option(
+        "--all", help="All steady states that 200 starts (numeric laws: 50) settle on, with their shares (basin_share)."
+    ),
 ]
 
 

@@ -7,14 +7,17 @@ from typing import Any
 from frictionlab.errors import UsageError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel import layout
-from frictionlab.simulator.orbit import steady
 from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.solve import steady_state
 from frictionlab.simulator.state import SteadyState, from_numbers
+from frictionlab.simulator.sweep import warm_up
 from frictionlab.simulator.trajectory import from_record
 
 __all__ = ["Attractor", "coexisting"]
 
 SAME = 1e-6  # orbits whose energy and amplitude differ by less, over the largest, are one (mirror images are)
+STARTS, NUMERIC_STARTS = 200, 50  # where slides are exact, and where each takes a tenth of a second
+WORTH_COMPILING = 20  # starts
 GOLDEN = (0.7548776662466927, 0.5698402909980532)  # steps of the plane's golden ratio: even, and the same every time
 
 
@@ -35,23 +38,26 @@ class Attractor:
     share: float
 
 
-def coexisting(problem: Problem, *, starts: int = 200) -> tuple[Attractor, ...]:
+def coexisting(problem: Problem, *, starts: int | None = None) -> tuple[Attractor, ...]:
     """Return the steady states that motions from many starts settle on, the most visited one first.
 
-    Under plain dry friction there is one and no search is made; with static friction, or friction that varies along the
-    path, orbits may coexist, repeat after several cycles, or not at all.
+    Where friction neither falls from rest nor with speed, nor varies along the path, there is one and no search is
+    made; else orbits may coexist, repeat after several cycles, or not at all.
 
     Parameters
     ----------
     problem : Problem
-        With a rigid contact law.
-    starts : int
-        Number of starts; a basin of share s is missed with probability (1 - s)^starts.
+        With any contact law.
+    starts : int, optional
+        Number of starts (200 where slides are exact, else 50); a basin of share s is missed with probability
+        (1 - s)^starts.
 
     Raises
     ------
+    SimulationError
+        A law without exact slides cannot be integrated from one of the starts.
     UsageError
-        The law has no rigid contact, or there is no start.
+        There is no start.
 
     Examples
     --------
@@ -59,13 +65,12 @@ def coexisting(problem: Problem, *, starts: int = 200) -> tuple[Attractor, ...]:
     >>> sorted(attractor.state.period_cycles for attractor in found)
     [3]
     """
-    if problem.law.kind != "rigid" or starts < 1:
-        raise UsageError(
-            f"all steady states: law {problem.law.name}, {starts} starts; expected a rigid contact (a sum of coulomb, "
-            "place, speed and breakaway) and at least one start"
-        )
-    first = steady(problem)
-    if problem.mu == 1.0 and not problem.parameter("gradient"):
+    if starts is None:
+        starts = STARTS if problem.law.kind in ("rigid", "elastic") else NUMERIC_STARTS
+    if starts < 1:
+        raise UsageError(f"all steady states: starts; expected at least 1; got {starts}")
+    first = steady_state(problem)
+    if _is_alone(problem) or first.outcome == "unbounded":
         return (Attractor(first, 1.0),)
     groups: list[tuple[SteadyState, int]] = []
     for state in _settled(problem, first, starts):
@@ -75,18 +80,40 @@ def coexisting(problem: Problem, *, starts: int = 200) -> tuple[Attractor, ...]:
         else:
             groups[place] = (groups[place][0], groups[place][1] + 1)
     groups.sort(key=lambda group: -group[1])
-    return tuple(Attractor(replace(state, warnings=()), count / starts) for state, count in groups)
+    return tuple(Attractor(_of_any_start(state), count / starts) for state, count in groups)
+
+
+def _is_alone(problem: Problem) -> bool:
+    """Whether friction only grows with speed and is the same everywhere: then motions draw nearer to each other."""
+    if problem.law.kind in ("rigid", "elastic"):
+        return problem.mu == 1.0 and not problem.parameter("gradient")
+    from frictionlab.simulator.numeric.shooting import is_weakening  # noqa: PLC0415 - what is not asked for is not loaded
+
+    return not is_weakening(problem)
+
+
+def _of_any_start(state: SteadyState) -> SteadyState:
+    """A steady state without the sentences about rest and other motions: all are told. Why there is none is kept."""
+    return replace(state, warnings=()) if state.orbit is not None else state
 
 
 def _settled(problem: Problem, first: SteadyState, starts: int) -> Iterator[SteadyState]:
     """What the motion from each start settles on."""
-    engine = engines.choose(2e3 * starts)
-    rig, force = engines.set_up(engine, problem)
     reach = 2.0 * max(1.0, first.response_amplitude or 0.0)
-    phases = 64 + int(64 * (problem.base.harmonics + 1.0 / problem.r))
-    for number in range(starts):
-        z, v = (reach * (2.0 * ((0.5 + step * number) % 1.0) - 1.0) for step in GOLDEN)
-        yield _from_start(engine, problem, (rig, force), (z, v), phases)
+    places = [tuple(reach * (2.0 * ((0.5 + step * number) % 1.0) - 1.0) for step in GOLDEN) for number in range(starts)]
+    if problem.law.kind == "rigid":
+        engine = engines.choose(2e3 * starts)
+        parts = engines.set_up(engine, problem)
+        phases = 64 + int(64 * (problem.base.harmonics + 1.0 / problem.r))
+        yield from (_from_start(engine, problem, parts, (z, v), phases) for z, v in places)
+        return
+    if starts >= WORTH_COMPILING:
+        warm_up(problem.law.name)
+    if problem.law.kind == "elastic":
+        from frictionlab.simulator.elastic import steady_from  # noqa: PLC0415 - what is not asked for is not loaded
+    else:
+        from frictionlab.simulator.numeric import steady_from  # noqa: PLC0415 - as above
+    yield from (steady_from(problem, x, v) for x, v in places)
 
 
 def _from_start(

@@ -120,9 +120,12 @@ class SteadyState:
             return "There is no steady state: the drive is exactly at resonance and friction too weak to bound it."
         if self.outcome == "not found":
             return "No orbit is told: " + (self.warnings[0] if self.warnings else "none was found from rest.")
-        if self.outcome == "stuck" and self.problem.law.kind in ("elastic", "inner"):
+        if self.outcome == "stuck" and self.problem.law.kind == "inner":
+            lost = f"{self.energy_per_cycle:.10g} k Y^2 per cycle ({self.solver})"
+            return f"The contact holds all the time: it yields, and creeps more slowly than a stop may: {lost}."
+        if self.outcome == "stuck" and self.problem.law.kind == "elastic":
             return "The contact never slips: it only yields elastically, and holds at the largest force on it."
-        if self.outcome == "stuck" and self.problem.beta * min(self.problem.static_ratios) < self.problem.force_size:
+        if self.outcome == "stuck" and hold_of(self.problem) < self.problem.force_size:
             return (
                 "The mass comes to rest displaced, where static friction holds it against the force in both directions."
             )
@@ -138,6 +141,11 @@ class SteadyState:
         """Return the contract's keys of a steady state with their values; what does not exist is None."""
         values: dict[str, object] = {key: getattr(self.problem, key) for key in PARAMETERS}
         return values | {key: getattr(self, key) for key in ("solver", "outcome", *NUMBERS)}
+
+
+def hold_of(problem: Problem) -> float:
+    """Return the largest force over k Y that holds a mass at rest in both directions, where z = 0."""
+    return problem.beta * max(min(problem.static_ratios), problem.parameter("static_ratio", 1.0))
 
 
 def _cycles(count: int | None) -> str:
@@ -197,10 +205,10 @@ def why_none(problem: Problem, row: Any) -> tuple[str, ...]:
     if code in DECLINED:
         return (DECLINED[code],)
     if code == layout.PARTING:
-        others = ", and --all whether other starts settle" if problem.law.kind == "rigid" else ""
         said = (
             "the motion does not repeat: motions beside it move apart, in the mean by a factor of "
-            f"{float(row[layout.MISS]):.3g} in each cycle (chaos). --cycles N tells the last of N cycles{others}."
+            f"{float(row[layout.MISS]):.3g} in each cycle (chaos). --cycles N tells the last of N cycles, and --all "
+            "whether other starts settle."
         )
         return (said,)
     if code == layout.NOT_FOUND and (problem.mu > 1.0 or problem.parameter("gradient")):

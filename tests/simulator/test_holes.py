@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictionlab.errors import UsageError
 from frictionlab.simulator import Base, Problem, SteadyState, coexisting, simulate, steady_state
 
 
@@ -122,3 +123,63 @@ def test_motions_that_coexist_are_found_with_their_shares() -> None:
     assert sum(attractor.share for attractor in found) == pytest.approx(1.0)
     assert found[0].share >= found[1].share
     assert [attractor.share for attractor in coexisting(Problem(0.5, 0.4))] == [1.0]
+
+
+ELASTIC = {"stiffness_ratio": 400.0, "static_ratio_up": 1.3, "static_ratio_down": 1.3}
+
+
+@pytest.mark.parametrize(
+    ("law", "parameters", "starts"),
+    [
+        ("coulomb+compliance+breakaway", ELASTIC, 24),
+        ("coulomb+stribeck", {"static_ratio": 1.3, "stribeck_speed": 0.05}, 6),
+    ],
+)
+def test_motions_that_coexist_are_found_under_laws_that_are_not_rigid(
+    law: str, parameters: dict[str, float], starts: int
+) -> None:
+    problem = Problem(0.3, 0.9, law=law, parameters=parameters)
+    found = coexisting(problem, starts=starts)
+    assert {attractor.state.outcome for attractor in found} == {"periodic", "stuck"}
+    assert sum(attractor.share for attractor in found) == pytest.approx(1.0)
+    moving = next(attractor.state for attractor in found if attractor.state.outcome == "periodic")
+    assert abs(moving.floquet_multiplier or 2.0) < 1.0
+    assert moving.orbit is not None
+    x, v = moving.orbit.at(0.0)
+    later = simulate(problem, cycles=moving.period_cycles or 1, x0=float(x), v0=float(v), keep=1)
+    if law == "coulomb+stribeck":  # no inner state: displacement and velocity say all
+        assert float(later.at(later.end)[0]) == pytest.approx(float(x), abs=1e-7)
+
+
+def test_an_elastic_orbit_is_told_with_its_shortest_period() -> None:
+    parameters = {"stiffness_ratio": 50.0, "static_ratio_up": 3.0, "static_ratio_down": 3.0}
+    found = coexisting(
+        Problem(0.38, 0.2, law="coulomb+compliance+breakaway", parameters=parameters), starts=20
+    )  # Newton comes to it by trials of 3 and 4 cycles too
+    assert [attractor.state.period_cycles for attractor in found] == [1]
+
+
+def test_a_law_under_which_motions_draw_nearer_has_one_steady_state() -> None:
+    found = coexisting(Problem(0.5, 0.4, law="coulomb+compliance", parameters={"stiffness_ratio": 50.0}))
+    assert [attractor.share for attractor in found] == [1.0]
+    strengthening = {"rate_strength": 0.05, "rate_speed": 0.01}
+    assert len(coexisting(Problem(0.5, 0.4, law="coulomb+logarithm", parameters=strengthening))) == 1
+    with pytest.raises(UsageError, match="starts; expected at least 1; got 0"):
+        coexisting(Problem(0.5, 0.4), starts=0)
+
+
+@pytest.mark.parametrize(
+    ("law", "parameters", "beta", "said"),
+    [
+        ("coulomb+stribeck", {"static_ratio": 1.3, "stribeck_speed": 0.05}, 0.9, "The mass never moves"),
+        ("coulomb+logarithm", {"rate_strength": -0.05, "rate_speed": 0.01}, 1.2, "The mass never moves"),
+        ("coulomb+dahl", {"stiffness_ratio": 50.0}, 5.0, "holds all the time: it yields, and creeps"),
+        ("coulomb+compliance", {"stiffness_ratio": 50.0}, 1.5, "only yields elastically"),
+    ],
+)
+def test_what_stuck_means_is_said_for_each_kind_of_contact(
+    law: str, parameters: dict[str, float], beta: float, said: str
+) -> None:
+    state = steady_state(Problem(0.5, beta, law=law, parameters=parameters))
+    assert state.outcome == "stuck"
+    assert said in state.verdict

@@ -2,6 +2,6 @@
 
 from frictionlab.simulator.elastic.motion import ElasticMotion
 from frictionlab.simulator.elastic.sliders import iwan_sliders, sliders_of
-from frictionlab.simulator.elastic.solve import last, run, steady
+from frictionlab.simulator.elastic.solve import last, run, steady, steady_from
 
-__all__ = ["ElasticMotion", "iwan_sliders", "last", "run", "sliders_of", "steady"]
+__all__ = ["ElasticMotion", "iwan_sliders", "last", "run", "sliders_of", "steady", "steady_from"]

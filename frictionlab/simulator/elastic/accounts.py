@@ -4,7 +4,7 @@ from math import inf, nan, pi
 
 from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.layout import CONTACT, ELASTIC_PHASE, ElasticRoom, Sliders
-from frictionlab.simulator.elastic.orbits import at_once_elastic, is_even_handed, search_elastic, verdict
+from frictionlab.simulator.elastic.orbits import at_once_elastic, is_even_handed, search_elastic, settle, verdict
 from frictionlab.simulator.elastic.phases import stiffened
 from frictionlab.simulator.elastic.shooting import elastic_multiplier, span_of
 from frictionlab.simulator.elastic.works import is_long_ring, ring_range, ring_work
@@ -53,7 +53,15 @@ from frictionlab.simulator.kernel.layout import (
 )
 from frictionlab.simulator.kernel.motion import local_force, slide_at
 
-__all__ = ["account_elastic", "evaluate_elastic", "fill_elastic_row", "is_mirrored", "steady_elastic"]
+__all__ = [
+    "account_elastic",
+    "evaluate_elastic",
+    "fill_elastic_row",
+    "is_mirrored",
+    "steady_elastic",
+    "steady_elastic_from",
+    "tell_elastic",
+]
 
 
 def account_elastic(rig: Rig, force: Force, room: ElasticRoom) -> None:
@@ -113,12 +121,11 @@ def is_mirrored(rig: Rig, force: Force, leg: Leg, room: ElasticRoom) -> float:
     return 0.0
 
 
-def steady_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, row: Buffer) -> None:
-    """Fill `row` with the steady state's numbers; its phases are left in the record, from a leg's start to its end."""
-    outcome, leg, miss = at_once_elastic(rig, sliders, force, room), Leg(0.0, TURN, 1.0, 1.0), 0.0
-    if outcome == PERIODIC:
-        leg, miss, code = search_elastic(rig, sliders, force, room)
-        outcome = verdict(rig, room, miss, code)
+def tell_elastic(
+    rig: Rig, sliders: Sliders, force: Force, found: tuple[int, Leg, float], room: ElasticRoom, row: Buffer
+) -> None:
+    """Fill `row` with what is known of an orbit that was found, from outcome, leg and miss."""
+    outcome, leg, miss = found
     for i in range(ROW):
         row[i] = nan
     row[OUTCOME], row[MISS], row[CLOSED_FORM] = outcome, miss, 0.0
@@ -141,6 +148,26 @@ def steady_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, 
         row[OUTCOME] = NOT_FOUND
         for i in range(ENERGY, CLOSURE + 1):
             row[i] = nan
+
+
+def steady_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, row: Buffer) -> None:
+    """Fill `row` with the steady state's numbers; its phases are left in the record, from a leg's start to its end."""
+    outcome, leg, miss = at_once_elastic(rig, sliders, force, room), Leg(0.0, TURN, 1.0, 1.0), 0.0
+    if outcome == PERIODIC:
+        leg, miss, code = search_elastic(rig, sliders, force, room)
+        outcome = verdict(rig, room, miss, code)
+    tell_elastic(rig, sliders, force, (outcome, leg, miss), room, row)
+
+
+def steady_elastic_from(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, row: Buffer) -> None:
+    """As `steady_elastic`, of the orbit that the motion from the room's start settles on."""
+    leg, miss, code = settle(rig, sliders, force, room)
+    tell_elastic(rig, sliders, force, (verdict(rig, room, miss, code), leg, miss), room, row)
+    slipping = 0.0
+    for i in range(min(int(room.tally[PHASES]), len(room.phases) // ELASTIC_PHASE)):
+        slipping += room.phases[ELASTIC_PHASE * i]
+    if row[OUTCOME] == PERIODIC and slipping == 0.0:
+        tell_elastic(rig, sliders, force, (STUCK, leg, miss), room, row)
 
 
 def evaluate_elastic(rig: Rig, force: Force, phases: Buffer, within: Buffer, states: Buffer) -> None:

@@ -57,6 +57,7 @@ __all__ = [
     "apart",
     "at_once_elastic",
     "best_section",
+    "fewest",
     "from_rest",
     "growth_of_distance",
     "is_even_handed",
@@ -162,6 +163,7 @@ def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) 
     """
     leg = Leg(0.0, pi, 1.0, -1.0) if is_even_handed(rig, force) else Leg(0.0, TURN, 1.0, 1.0)
     if max(rig.contact.static_up, rig.contact.static_down) > 1.0:
+        start_at_rest(sliders, room)
         return settle(rig, sliders, force, room)
     ahead, there, miss, code = leg, False, inf, DONE
     if leg.sign < 0.0 or len(sliders.force) == 1:  # else sliders that never slip keep what the way from rest leaves
@@ -176,18 +178,18 @@ def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) 
         code == DONE and spread(rig, room, miss) and abs(elastic_multiplier(sliders, room)) <= 1.0 + 1e-9
     ):
         return ahead, miss, code
+    start_at_rest(sliders, room)
     return settle(rig, sliders, force, room)
 
 
 def settle(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
-    """Return the orbit of up to LONGEST_ORBIT cycles that the motion from rest settles on, if it is stable.
+    """Return the orbit of up to LONGEST_ORBIT cycles that the motion from the room's start settles on, if it is stable.
 
     The motion is waited for until it nearly repeats, and Newton finishes it; only an orbit close by is taken. Where it
     takes too long, a stable orbit that Newton comes to from there is.
     """
     leg, wait, size, passed = Leg(0.0, TURN, 1.0, 1.0), 4, 2 + 2 * len(sliders.force), 0.0
     past, now = [0.0] * (2 * LONGEST_ORBIT + 2), [0.0] * size
-    start_at_rest(sliders, room)
     for cycle in range(1, CYCLES_WAITED + 1):
         code = follow(rig, sliders, force, leg, 1.0, room)
         if code != DONE:
@@ -210,7 +212,7 @@ def settle(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple
             miss, code = shoot_elastic(rig, sliders, force, trial, room, NEAR_STEPS, PATIENT)
             close = apart(rig, now, room.start[0], room.start[1]) < 0.1 * extent
             if close and is_stable(rig, sliders, room, miss, code):
-                return trial, miss, DONE
+                return fewest(rig, sliders, force, trial, miss, room)
         start_from(now, room)
         if passed >= PHASES_WAITED:
             break
@@ -254,6 +256,22 @@ def growth_of_distance(rig: Rig, sliders: Sliders, force: Force, now: list[float
         for i in range(len(sliders.force)):
             second[3 + 2 * i] = first[3 + 2 * i]
     return exp(grown / max(cycles, 1.0))
+
+
+def fewest(
+    rig: Rig, sliders: Sliders, force: Force, leg: Leg, miss: float, room: ElasticRoom
+) -> tuple[Leg, float, int]:
+    """Return the leg of fewest cycles after which the orbit at the room's start already repeats; carried last."""
+    for turns in range(1, int(leg.turns)):
+        if int(leg.turns) % turns == 0:
+            part = Leg(leg.tau, leg.span, float(turns), leg.sign)
+            code = carry_elastic(rig, sliders, force, part, room)
+            less = distance(rig, sliders, room)
+            if code == DONE and less <= 1e-9 * span_of(rig, room):
+                return part, less, DONE
+    if leg.turns > 1.0:
+        carry_elastic(rig, sliders, force, leg, room)
+    return leg, miss, DONE
 
 
 def is_stable(rig: Rig, sliders: Sliders, room: ElasticRoom, miss: float, code: int) -> bool:

@@ -12,7 +12,7 @@ from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import SteadyState, from_numbers
 
-__all__ = ["last", "run", "steady"]
+__all__ = ["last", "run", "steady", "steady_from"]
 
 SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
 
@@ -45,13 +45,36 @@ def steady(problem: Problem) -> SteadyState:
     >>> f"{state.energy_per_cycle:.10f}", state.stops_per_cycle
     ('2.1039181422', 2.0)
     """
-    engine = engines.choose(8.0 * engines.phases_per_cycle(problem))
+    return _solved(problem, 8.0, None)
+
+
+def steady_from(problem: Problem, x0: float, v0: float) -> SteadyState:
+    """Return what the motion from a displacement over Y and its rate, at tau = 0 and the contact relaxed, settles on.
+
+    Raises
+    ------
+    SimulationError
+        If events do not end.
+    """
+    if problem.wall == "base":
+        x0, v0 = x0 - float(problem.base.at(0.0)), v0 - float(problem.base.rate_at(0.0))
+    return _solved(problem, 100.0, (x0, v0))
+
+
+def _solved(problem: Problem, cycles: float, start: tuple[float, float] | None) -> SteadyState:
+    """Return the steady state, or what a start relative to the wall settles on; about so many cycles of work."""
+    engine = engines.choose(cycles * engines.phases_per_cycle(problem))
     rig, sliders, force = engines.set_up(engine, problem)
     row = engine.buffer((0.0,) * layout.ROW)
     phases = 64 + int(engines.phases_per_cycle(problem))
     while True:
         room = engines.make_elastic_room(engine, problem, phases)
-        engine.kernel.steady_elastic(rig, sliders, force, room, row)
+        if start is None:
+            engine.kernel.steady_elastic(rig, sliders, force, room, row)
+        else:
+            engine.kernel.start_at_rest(sliders, room)
+            room.start[0], room.start[1] = start
+            engine.kernel.steady_elastic_from(rig, sliders, force, room, row)
         count = int(room.tally[layout.PHASES])
         if row[layout.OUTCOME] != layout.OVERFULL:
             break

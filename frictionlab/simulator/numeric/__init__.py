@@ -7,6 +7,6 @@ The mathematics stands in the README of this folder.
 """
 
 from frictionlab.simulator.numeric.motion import NumericMotion
-from frictionlab.simulator.numeric.solve import RTOL, run, steady
+from frictionlab.simulator.numeric.solve import RTOL, run, steady, steady_from
 
-__all__ = ["RTOL", "NumericMotion", "run", "steady"]
+__all__ = ["RTOL", "NumericMotion", "run", "steady", "steady_from"]

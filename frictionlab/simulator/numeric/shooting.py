@@ -19,6 +19,7 @@ __all__ = [
     "is_weakening",
     "multiplier_of",
     "propagate",
+    "settle",
 ]
 
 TURN = 2.0 * pi
@@ -131,12 +132,12 @@ def find_orbit(machine: Machine, start: Floats | None, is_held: Callable[[Floats
         found = newton(machine, state, 1, mirrored=mirrored)
         if found is not None and found.is_stable:
             return found
-    return _wait(machine, is_held)
+    return settle(machine, machine.rest_state(), is_held)
 
 
-def _wait(machine: Machine, is_held: Callable[[Floats], bool]) -> Orbit | None:
-    """Follow the run from rest until Newton can finish it: when it nearly repeats, and at times in any case."""
-    past, close = [machine.rest_state()], CLOSE
+def settle(machine: Machine, begin: Floats, is_held: Callable[[Floats], bool]) -> Orbit | None:
+    """Follow the run from a state until Newton can finish it: when it nearly repeats, and at times in any case."""
+    past, close = [begin], CLOSE
     for waited in range(1, WAIT + 1):
         if machine.room[layout.TALLY][layout.STEPS] > PATIENCE:
             return None

@@ -15,7 +15,7 @@ from frictionlab.simulator.numeric.motion import NumericMotion
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import Regime, SteadyState
 
-__all__ = ["RTOL", "run", "steady"]
+__all__ = ["RTOL", "run", "steady", "steady_from"]
 
 TURN = 2.0 * pi
 RTOL = 1e-8
@@ -63,6 +63,24 @@ def steady(problem: Problem, *, rtol: float = RTOL, near: SteadyState | None = N
     return _with_means(problem, rtol, lambda means: _steady(problem, means, start))
 
 
+def steady_from(problem: Problem, x0: float, v0: float) -> SteadyState:
+    """Return what the motion from a displacement over Y and its rate, at tau = 0 and the contact unloaded, settles on.
+
+    Raises
+    ------
+    SimulationError
+        The law cannot be integrated with these parameters, or friction turns negative on the way.
+    """
+
+    def settled(means: _Means) -> SteadyState:
+        rig = means.machine(problem)
+        begin = rig.rest_state()
+        begin[:2] += (x0, v0)
+        return _answer(problem, means, shooting.settle(rig, begin, _holds(problem, means)))
+
+    return _with_means(problem, RTOL, settled)
+
+
 def _check(rtol: float) -> None:
     if not FINEST <= rtol <= COARSEST:
         raise UsageError(f"numeric solver: rtol; expected between 1e-12 and 1e-3; got {rtol!r}")
@@ -102,12 +120,22 @@ def _with_means(problem: Problem, rtol: float, work: Callable[[_Means], Result])
 
 def _steady(problem: Problem, means: _Means, start: Floats | None) -> SteadyState:
     rig = means.machine(problem)
+    found = shooting.find_orbit(rig, None if start is None else start[: rig.size], _holds(problem, means))
+    return _answer(problem, means, found)
+
+
+def _holds(problem: Problem, means: _Means) -> Callable[[Floats], bool]:
+    """What tells of a state whether the contact holds over the cycle from there."""
 
     def is_held(state: Floats) -> bool:
         motion, _ = _recorded(problem, means, (state, 0.0, 1), periodic=False)
         return _resting_share(motion) == 1.0
 
-    found = shooting.find_orbit(rig, None if start is None else start[: rig.size], is_held)
+    return is_held
+
+
+def _answer(problem: Problem, means: _Means, found: shooting.Orbit | None) -> SteadyState:
+    """The numbers of an orbit, by finer steps where its two energies differ by more than the tolerance."""
     if found is None:
         return SteadyState(problem, "numeric", "not found")
     for _ in range(TIGHTER + 1):
