@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from frictionlab.errors import OutputError, SceneError
-from frictionlab.scene import Scene, scene_from_tables
-from frictionlab.simulator import steady_state
+from frictionlab.scene import Scene, read_scene, scene_from_tables
+from frictionlab.simulator import Problem, observe, steady_state
 from frictionlab.synthetic import cycle_friction_ratios, log_text, motion, synthesize, virtual_tests
 
 Tables = dict[str, object]
@@ -205,3 +205,24 @@ def test_the_truth_is_what_sensors_show_also_where_the_wall_moves(tmp_path: Path
     assert orbit is not None
     x, f = orbit.at(tau)[0], np.cos(tau)
     assert known["energy_per_cycle"] == pytest.approx(0.5 * np.sum((f[1:] + f[:-1]) * np.diff(x)), rel=1e-7)
+
+
+def test_the_scene_of_mixed_laws_says_the_law_of_each_material(tmp_path: Path) -> None:
+    scene = read_scene(Path(__file__).parents[1] / "configs" / "mixed_laws.toml")
+    laws = {"rubber": "coulomb+rate-state", "steel": "coulomb+place", "aramid": "coulomb+rate-state"}
+    assert {test.material: test.law for test in virtual_tests(scene)} == laws
+    one = {"normal_forces_n": [1.25], "frequency_ratios": [0.6]}
+    tests = [group.model_dump(exclude_unset=True) | one for group in scene.synthetic.tests]
+    few = scene.changed(synthetic={"tests": tests, "duration_s": 1.0})
+    assert len(list(synthesize(few, tmp_path))) == len(laws)
+    for line in (tmp_path / "truth.jsonl").read_text().splitlines():
+        known = json.loads(line)
+        assert known["law"] == laws[known["material"]]
+        problem = Problem(
+            *(known["frequency_ratio"], known["friction_ratio"]),
+            law=known["law"],
+            parameters=known["parameters"],
+            frame_damping_ratio=known["damping_ratio"],
+        )
+        seen = observe(steady_state(problem))
+        assert known["energy_per_cycle"] == pytest.approx(seen.energy_per_cycle, rel=1e-9)

@@ -3,7 +3,7 @@
     python -m frictionlab.figures.chapter3 FOLDER
 
 Each figure draws what `compute` holds; the numbering is the thesis's. Figures 3.2x and 3.5x are not in it: they show
-what a hundred cycles from rest miss.
+what a hundred cycles from rest miss. The maps under other contact laws and the laws themselves are drawn beside them.
 """
 
 import sys
@@ -18,6 +18,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from frictionlab.figures import law_maps, laws
 from frictionlab.figures.style import BASE, GREY, PAGE, PALETTE, PREDICTED, VERMILION, look, new_figure, save
 from frictionlab.simulator import (
     Motion,
@@ -317,6 +318,7 @@ def draw_all(folder: Path) -> list[Path]:
             "figure_3.7_viscous": draw_viscous(),
             "map_of_stops": draw_map(chapter),
         }
+    figures |= law_maps.draw_all(law_maps.compute()) | laws.draw_all(laws.compute())
     return [
         save(figure, folder / f"{name}{suffix}", force=True)
         for name, figure in figures.items()

@@ -1,6 +1,6 @@
 """The contact laws side by side: force over displacement and over speed, and the thesis's question of section 4.3.1.
 
-    python -m frictionlab.figures.laws FOLDER
+    python -m frictionlab.figures.laws FOLDER    # also drawn by make chapter3
 
 At r = 0.1 Coulomb friction makes several stops a cycle; the thesis asks whether rate-and-state friction makes two.
 """
@@ -16,11 +16,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from frictionlab.figures.motion import force_over_displacement, force_over_speed
-from frictionlab.figures.style import BASE, PAGE, PALETTE, look, new_figure, save
+from frictionlab.figures.style import BASE, PAGE, PALETTE, headline, look, new_figure, save
 from frictionlab.simulator import Problem, SteadyState, steady_state
-from frictionlab.simulator.numeric import steady
 
 TURN = 2.0 * np.pi
+ACROSS = 4  # laws in a row of the figure
 CONTACT = {"stiffness_ratio": 50.0}
 RATE_STATE = CONTACT | {
     "direct_effect": 0.06,
@@ -31,6 +31,11 @@ RATE_STATE = CONTACT | {
 LAWS: Mapping[str, Mapping[str, float]] = MappingProxyType(
     {
         "coulomb": {},
+        "coulomb+place": {"gradient": 0.3},
+        "coulomb+speed": {"contact_damping_ratio": 0.15},
+        "coulomb+breakaway": {"static_ratio_up": 1.6, "static_ratio_down": 1.3},
+        "coulomb+compliance": {"stiffness_ratio": 8.0},
+        "coulomb+iwan": {"stiffness_ratio": 12.0, "sliders": 20, "chi": -0.4},
         "coulomb+stribeck": {"static_ratio": 1.4, "stribeck_speed": 0.2},
         "coulomb+logarithm": {"rate_strength": 0.08, "rate_speed": 0.02},
         "coulomb+dahl": CONTACT,
@@ -69,8 +74,7 @@ def compute() -> LawFigures:
 
 def solved(law: str, r: float, beta: float) -> SteadyState:
     """The steady state under one of the laws, with the parameters drawn here."""
-    problem = Problem(r, beta, law=law, parameters=LAWS[law])
-    return steady_state(problem) if problem.law.is_exact else steady(problem)
+    return steady_state(Problem(r, beta, law=law, parameters=LAWS[law]))
 
 
 def stops_of(state: SteadyState, ax: Axes, color: str = PALETTE[0]) -> Axes:
@@ -90,15 +94,23 @@ def stops_of(state: SteadyState, ax: Axes, color: str = PALETTE[0]) -> Axes:
 
 
 def draw_loops(figures: LawFigures) -> Figure:
-    """One column a law: force over displacement above, over speed below."""
+    """A cell a law, ACROSS to a row: force over displacement above, over speed below; all to one scale."""
     with look():
-        figure = new_figure(PAGE, 2.4 * 2)
-        axes = figure.subplots(2, len(figures.loops), sharey=True)
-        for column, (state, color) in enumerate(zip(figures.loops.values(), PALETTE, strict=False)):
-            force_over_displacement(state, axes[0, column], color).set_title(state.problem.law.name.split("+")[-1])
-            force_over_speed(state, axes[1, column], color)
-        for ax in axes[:, 1:].ravel():
-            ax.set_ylabel("")
+        rows = -(-len(figures.loops) // ACROSS)
+        figure = new_figure(PAGE, 2.9 * rows)
+        axes = figure.subplots(2 * rows, ACROSS, sharey=True, squeeze=False)
+        for number, state in enumerate(figures.loops.values()):
+            row, column = 2 * (number // ACROSS), number % ACROSS
+            color = PALETTE[number // ACROSS % len(PALETTE)]
+            force_over_displacement(state, axes[row, column], color).set_title(state.problem.law.name.split("+")[-1])
+            force_over_speed(state, axes[row + 1, column], color)
+        for number, ax in enumerate(axes.ravel()):
+            if number // ACROSS // 2 * ACROSS + number % ACROSS >= len(figures.loops):
+                ax.set_axis_off()
+            ax.set(ylabel="force $n/kY$" if number % ACROSS == 0 else "")
+            ax.set(xlabel=r"speed $\dot z/\omega Y$" if number // ACROSS % 2 else "displacement $z/Y$")
+        r, beta = LOOPS
+        headline(figure, f"force of the contact over displacement and over speed: r = {r:g}, beta = {beta:g}")
         return figure
 
 
@@ -111,12 +123,16 @@ def draw_slow(figures: LawFigures) -> Figure:
         return figure
 
 
+def draw_all(figures: LawFigures) -> dict[str, Figure]:
+    """Both figures, by the names of their files."""
+    return {"laws_force": draw_loops(figures), "laws_slow": draw_slow(figures)}
+
+
 def main(folder: Path) -> None:
-    """Draw all figures into a folder."""
+    """Draw both figures into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    figures = compute()
-    save(draw_loops(figures), folder / "laws_force.png", force=True)
-    save(draw_slow(figures), folder / "laws_slow.png", force=True)
+    for name, figure in draw_all(compute()).items():
+        save(figure, folder / f"{name}.png", force=True)
 
 
 if __name__ == "__main__":

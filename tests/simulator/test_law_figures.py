@@ -5,10 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictionlab.figures import laws
+from frictionlab.figures import law_maps, laws
 from frictionlab.figures.motion import force_over_displacement
 from frictionlab.figures.style import new_figure
 from frictionlab.simulator import Problem, steady_state
+from frictionlab.simulator.laws import TERMS
 
 
 def test_the_loop_of_force_over_displacement_has_the_energy_as_its_area() -> None:
@@ -17,6 +18,26 @@ def test_the_loop_of_force_over_displacement_has_the_energy_as_its_area() -> Non
     force_over_displacement(state, ax)
     x, n = (np.asarray(part, dtype=float) for part in ax.lines[0].get_data())
     assert np.sum(0.5 * (n[1:] + n[:-1]) * np.diff(x)) == pytest.approx(state.energy_per_cycle, rel=1e-3)
+
+
+def test_every_law_of_the_contract_is_drawn() -> None:
+    assert {name.split("+")[-1] for name in laws.LAWS} == set(TERMS)
+    for name, parameters in laws.LAWS.items():
+        Problem(0.5, 0.4, law=name, parameters=parameters)
+
+
+def test_maps_compare_each_law_with_plain_friction_where_both_were_solved() -> None:
+    plain, damped = (law_maps.solved(law, 6, 4) for law in ("coulomb", "coulomb+speed"))
+    coarse = law_maps.LawMap(*(part[::2] for part in (damped.r, damped.beta)), *(
+        part[::2, ::2] for part in (damped.energy, damped.amplitude, damped.stops)
+    ))  # fmt: skip
+    off = law_maps.change(coarse, plain, coarse.energy, plain.energy)
+    np.testing.assert_array_equal(off, damped.energy[::2, ::2] / plain.energy[::2, ::2] - 1.0)
+    drawn = law_maps.draw_all({law: plain if law == "coulomb" else coarse for law in law_maps.LAWS})
+    assert set(drawn) == {"map_of_energy_by_law", "map_of_amplitude_by_law", "map_of_stops_by_law"}
+    assert [ax.get_title(loc="left").split("\n")[0] for ax in drawn["map_of_stops_by_law"].axes[:6]] == [
+        law.removeprefix("coulomb+") for law in law_maps.LAWS
+    ]
 
 
 def test_both_figures_appear(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
