@@ -367,9 +367,9 @@ def _check_lengths(recording: Recording) -> None:
         raise RecordingError(f"recording: expected four arrays of one length, at least 2 samples; got {lengths}")
 
 
-_FARTHEST_M = 1e9
+_FARTHEST_M = 1e12
 """No displacement: what is beyond has overflown its unit, and would overflow the analysis."""
-_LATEST_S = 1e12
+_LATEST_S = 1e15
 
 
 def _check_time(time: NDArray[np.float64], quality: NDArray[np.uint8]) -> None:

@@ -95,13 +95,13 @@ def test_a_full_standard_output_is_one_line_and_the_file_is_written(
     assert (tmp_path / "a.h5").exists()
 
 
-def test_a_closed_pipe_is_one_line(run: Run) -> None:
+def test_a_reader_that_has_left_is_no_fault_to_speak_of(run: Run) -> None:
     reading, writing = os.pipe()
     os.close(reading)
     done = run("show", SCENE, stdout=writing)
     os.close(writing)
-    assert done.returncode == 1
-    assert done.stderr == b"frictionlab: standard output: Broken pipe\n"
+    assert done.returncode == 141  # as the shell tells a program that such a pipe ended
+    assert done.stderr == b""
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="file names are bytes on Linux alone")

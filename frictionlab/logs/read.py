@@ -1,12 +1,15 @@
 """From one log, or one log per sensor, to a recording."""
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.errors import LogError, RecordingError
 from frictionlab.logs.align import Aligned, align
 from frictionlab.logs.channels import SensorLog, absolute, dialect_facts, examined, replaced_samples, with_still_one
 from frictionlab.logs.columns import Column, by_option
@@ -131,21 +134,31 @@ def _is_acceleration(column: Column) -> bool:
 
 def _recording(sensors: SensorLog, options: LogOptions) -> Recording:
     mass, base = sensors.channels["mass"], sensors.channels["base"]
-    return Recording(
-        time=sensors.base.time,
-        mass_displacement=mass.values,
-        base_displacement=base.values,
-        quality=sensors.base.quality | mass.quality | base.quality,
-        source=Source(
-            files=(sensors.table.file,),
-            dialect=dialect_facts(sensors, options),
-            options=options.given(),
-            quarantined=sensors.table.quarantined,
-            warnings=tuple(sensors.warnings),
-            evidence=tuple(sensors.evidence),
-            replaced=replaced_samples(sensors.replaced),
-        ),
-    )
+    with _told_of(sensors.table.name):
+        return Recording(
+            time=sensors.base.time,
+            mass_displacement=mass.values,
+            base_displacement=base.values,
+            quality=sensors.base.quality | mass.quality | base.quality,
+            source=Source(
+                files=(sensors.table.file,),
+                dialect=dialect_facts(sensors, options),
+                options=options.given(),
+                quarantined=sensors.table.quarantined,
+                warnings=tuple(sensors.warnings),
+                evidence=tuple(sensors.evidence),
+                replaced=replaced_samples(sensors.replaced),
+            ),
+        )
+
+
+@contextmanager
+def _told_of(log: str) -> Iterator[None]:
+    """Say of which log it is what makes no recording."""
+    try:
+        yield
+    except RecordingError as error:
+        raise LogError(f"{log}: {error}") from error
 
 
 def read_two_logs(
@@ -210,17 +223,18 @@ def _recording_of_two(mass: SensorLog, base: SensorLog, aligned: Aligned, option
         f"base_log_{key}": value for key, value in dialect_facts(base, options).items() if not key.startswith("base_")
     }
     facts |= {key: value for key, value in dialect_facts(base, options).items() if key.startswith("base_")}
-    return Recording(
-        time=aligned.time,
-        mass_displacement=aligned.mass,
-        base_displacement=aligned.base,
-        quality=aligned.quality,
-        source=Source(
-            files=tuple(dict.fromkeys((mass.table.file, base.table.file))),
-            dialect=facts | aligned.facts,
-            options=options.given(),
-            quarantined=tuple(dict.fromkeys((*mass.table.quarantined, *base.table.quarantined))),
-            warnings=(*dict.fromkeys(said), *aligned.warnings),
-            evidence=tuple(dict.fromkeys(why)),
-        ),
-    )
+    with _told_of(f"{mass.table.name} and {base.table.name}"):
+        return Recording(
+            time=aligned.time,
+            mass_displacement=aligned.mass,
+            base_displacement=aligned.base,
+            quality=aligned.quality,
+            source=Source(
+                files=tuple(dict.fromkeys((mass.table.file, base.table.file))),
+                dialect=facts | aligned.facts,
+                options=options.given(),
+                quarantined=tuple(dict.fromkeys((*mass.table.quarantined, *base.table.quarantined))),
+                warnings=(*dict.fromkeys(said), *aligned.warnings),
+                evidence=tuple(dict.fromkeys(why)),
+            ),
+        )
