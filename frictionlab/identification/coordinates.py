@@ -18,6 +18,7 @@ from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
 WIDE = 2.0 * 1.959964  # deviations from end to end of a 95 % interval
+SECOND = 0.4  # of a measured second harmonic, each part: a wider one would pass for friction that varies with place
 STRONGEST = 12.0  # deviations: farther from its prior no coordinate may go
 
 
@@ -88,7 +89,7 @@ def nuisances(family: Family, sources: Sources, *, turn: float, second: float = 
         _nuisance("gain", "gain of the mass sensor over that of the base's", gain),
         _nuisance("lag", "lag between the channels, rad of the drive", turn * sources.lag),
         _frame(family, sources),
-        *(_nuisance(f"second_{part}", words.format(part), second / math.sqrt(2.0)) for part in ("cosine", "sine")),
+        *(_nuisance(f"second_{part}", words.format(part), SECOND * second) for part in ("cosine", "sine")),
     ]
     return tuple(c for c in found if c.width > 0.0)
 

@@ -10,7 +10,7 @@ from frictionlab.errors import SimulationError
 from frictionlab.identification.coordinates import Coordinate, values_of
 from frictionlab.identification.family import Family
 from frictionlab.identification.observed import harmonics_of, parts
-from frictionlab.simulator import SteadyState, steady_state
+from frictionlab.simulator import SteadyState, numeric, steady_state
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -31,13 +31,16 @@ class Forward:
     coordinates: tuple[Coordinate, ...]
     count: int
 
-    def state(self, values: Mapping[str, float]) -> SteadyState | None:
-        """The steady state at some values; None where the simulator has none."""
+    def state(self, values: Mapping[str, float], near: SteadyState | None = None) -> SteadyState | None:
+        """The steady state at some values; None where the simulator has none.
+
+        ``near``: that of values close by, from which an integrated one is found sooner.
+        """
         own = {name: value for name, value in values.items() if name in self._parameters}
         second = complex(values.get("second_cosine", 0.0), -values.get("second_sine", 0.0))
         try:
             problem = self.family.problem(own, detuning=values.get("natural_frequency", 0.0), second=second)
-            return steady_state(problem)
+            return steady_state(problem) if near is None else numeric.steady(problem, near=near)
         except SimulationError:
             return None  # no motion to compare with: these values are no candidate
 
@@ -65,18 +68,22 @@ class Forward:
         order = np.arange(1, self.count + 1)
         return np.asarray((1.0 + values.get("gain", 0.0)) * np.exp(1j * order * values.get("lag", 0.0)) * lines)
 
-    def predict(self, point: FloatArray) -> FloatArray | None:
+    def predict(self, point: FloatArray, near: SteadyState | None = None) -> FloatArray | None:
         """Cosine and sine parts (2 count,) at a point; None where there is no steady state."""
         values = values_of(self.coordinates, point)
-        lines = self.lines(values)
+        lines = self.lines_of(self.state(values, near))
         return None if lines is None else parts(self.seen(lines, values))
 
     def jacobian(self, point: FloatArray, here: FloatArray) -> FloatArray:
         """Derivatives (2 count, n) by the coordinates; a column is zero where neither neighbour has a steady state."""
-        columns = [self._column(i, c, point, here) for i, c in enumerate(self.coordinates)]
+        is_integrated = self.family.law.kind in ("smooth", "inner")
+        near = self.state(values_of(self.coordinates, point)) if is_integrated else None
+        columns = [self._column(i, c, point, here, near) for i, c in enumerate(self.coordinates)]
         return np.stack(columns, axis=1)
 
-    def _column(self, i: int, c: Coordinate, point: FloatArray, here: FloatArray) -> FloatArray:
+    def _column(
+        self, i: int, c: Coordinate, point: FloatArray, here: FloatArray, near: SteadyState | None
+    ) -> FloatArray:
         if c.name == "gain":
             return np.asarray(here * c.width / (1.0 + c.value(float(point[i]))))
         if c.name == "lag":
@@ -86,7 +93,7 @@ class Forward:
         for step in (STEP, -STEP, 0.1 * STEP):
             if point[i] + step < c.low:
                 continue
-            there = self.predict(_moved(point, i, step))
+            there = self.predict(_moved(point, i, step), near)
             if there is not None:
                 return np.asarray((there - here) / step)
         return np.zeros_like(here)

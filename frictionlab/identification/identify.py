@@ -18,6 +18,7 @@ from frictionlab.identification.valleys import start_at, starts_of
 from frictionlab.simulator.elastic import engine as elastic_engine
 from frictionlab.simulator.engine import choose
 from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.numeric import machine
 from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
@@ -133,6 +134,8 @@ def prepare(family: Family, states: int) -> None:
     choose(states * waits * (10.0 + 4.0 / family.r))
     if family.law.kind == "elastic":
         elastic_engine.choose(states * ELASTIC_PHASES / family.r)
+    elif family.law.kind != "rigid" and states >= STATES:
+        machine.compiled()  # in plain Python a state of these takes a quarter of a second
 
 
 def as_known(measurement: Measurement, family: Family, sources: Sources) -> Identified:

@@ -106,9 +106,10 @@ def climb(measurement: Measurement, family: Family, sources: Sources) -> Ladder:
     begin = time.perf_counter()
     first = identify(measurement, family, sources)
     bottom = ladder.rung(first.fit, begin, None)
-    top = ladder.upward(replace(bottom, required=True), EXACT)
+    bottom_required = replace(bottom, required=True)
+    top = ladder.upward(bottom_required, EXACT)
     if not misfit_is_noise(top.identified.fit):
-        top = ladder.upward(top, NUMERIC)
+        top = ladder.onto_numeric(bottom_required, top)
     if top.law.name != first.family.law.name:
         first = identify(measurement, family.under(top.law), sources)
     top = replace(top, identified=first)
@@ -133,6 +134,15 @@ class _Climb:
             if not good:
                 return here
             here = max(good, key=lambda rung: rung.log_evidence)
+
+    def onto_numeric(self, bottom: Rung, top: Rung) -> Rung:
+        """The best of the laws without exact slides: each alone, beside what the exact ones have, and what it takes.
+
+        Alone too, because some exclude what the exact laws needed in their place.
+        """
+        good = [rung for below in (bottom, top) for rung in self._required(below, NUMERIC, 1)]
+        best = max((top, *good), key=lambda rung: rung.log_evidence)
+        return best if best is top or misfit_is_noise(best.identified.fit) else self.upward(best, CHEAP)
 
     def _required(self, here: Rung, terms: tuple[str, ...], count: int) -> list[Rung]:
         """The rungs with so many more terms that the recording requires over this one."""
@@ -165,6 +175,8 @@ class _Climb:
             starts = starts_of(self.measurement, forward, below_observed(below), guessed)
         elif any(c.is_log for c in new):
             return fit(forward, below_observed(below), starts, excess=1.0)
+        elif law.kind != "rigid":  # where the new term does nothing the simpler law's misfit is there already
+            starts = [start_at(forward, known | _shifted(new, 0.0)), *starts]
         return self._best_of(starts, forward, below_observed(below))
 
     def _best_of(self, starts: list[FloatArray], forward: Forward, observed: Observed) -> Fit:

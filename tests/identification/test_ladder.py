@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictionlab.identification import compare
+from frictionlab.identification import compare, ladder
 from frictionlab.logs import read_log
 from frictionlab.scene import read_scene
 from frictionlab.simulator import Problem
@@ -34,6 +34,19 @@ def test_the_law_that_made_a_recording_is_the_one_it_requires(law: str, paramete
     assert found.laws[0]["law"] == "coulomb"
     again = compare(recorded(truth, np.random.default_rng(11)), scene(), law=law)
     assert again.parameters == found.parameters  # two commands, one answer
+
+
+def test_a_law_without_exact_slides_is_found_though_exact_terms_come_near(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stribeck's curve and break-away exclude each other: it is tried alone, not only beside what came near."""
+    monkeypatch.setattr(ladder, "EXACT", ladder.CHEAP)  # the dear laws are left out: time
+    monkeypatch.setattr(ladder, "NUMERIC", ("logarithm", "stribeck"))
+    truth = Problem(0.5, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.4, "stribeck_speed": 0.2})
+    found = compare(recorded(truth, np.random.default_rng(3), seconds=20.0), scene(), law="auto")
+    assert found.law == "coulomb+stribeck"
+    assert found.verdict == "explained"
+    assert found.laws is not None
+    tried = {str(rung["law"]) for rung in found.laws}
+    assert tried >= {"coulomb", "coulomb+speed", "coulomb+breakaway", "coulomb+stribeck"}
 
 
 def test_friction_that_scatters_does_not_hide_a_dashpot_from_the_cycles_left_out() -> None:
