@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy import fft
 from numpy.typing import NDArray
-from scipy import fft
 
 FloatArray = NDArray[np.float64]
 _KEPT_FROM = 1.5  # amplitude over the noise's, about, from which a harmonic stands out

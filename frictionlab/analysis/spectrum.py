@@ -7,8 +7,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy import fft
 from numpy.typing import NDArray
-from scipy import fft
 
 from frictionlab.errors import AnalysisError
 
@@ -48,6 +48,27 @@ def _cosines(step: float, first: float, n: int) -> FloatArray:
     return np.asarray(table.ravel()[:n])
 
 
+def fast_length(least: int) -> int:
+    """Return the smallest product of twos, threes and fives that is no less: lengths the FFT likes.
+
+    SciPy has such a function too; loading it takes a fifth of the time of ``frictionlab analyze``.
+
+    Examples
+    --------
+    >>> [fast_length(n) for n in (1, 7, 11, 97, 59_999)]
+    [1, 8, 12, 100, 60000]
+    """
+    best = 1 << (least - 1).bit_length()
+    five = 1
+    while five < best:
+        three = five
+        while three < best:
+            best = min(best, three << (-(-least // three) - 1).bit_length())
+            three *= 3
+        five *= 5
+    return best
+
+
 def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAULT_PADDING) -> Spectrum:
     """Amplitude spectrum of a signal: mean removed, Hann window, zero-padded FFT.
 
@@ -74,7 +95,7 @@ def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAUL
     n = len(signal)
     if n < 8:
         raise AnalysisError(f"spectrum: expected at least 8 samples; got {n}: give a longer recording")
-    length = fft.next_fast_len(padding * n, real=True)
+    length = fast_length(padding * n)
     lines = fft.rfft((signal - signal.mean()) * hann(n), length)
     amplitude = np.abs(lines)
     amplitude *= 4.0 / n  # 2 / sum(w)

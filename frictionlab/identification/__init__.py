@@ -17,7 +17,7 @@ from frictionlab.identification.family import Family, family_of
 from frictionlab.identification.identify import Identified, ParameterEstimate, identify
 from frictionlab.identification.ladder import Ladder, Rung, climb
 from frictionlab.identification.loop import loop_friction_ratio
-from frictionlab.identification.whole import Fitted, WholeRecord
+from frictionlab.identification.whole_record import Fitted, WholeRecord
 
 __all__ = [
     "AUTO",

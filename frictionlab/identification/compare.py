@@ -18,8 +18,7 @@ from frictionlab.identification.force import friction_of
 from frictionlab.identification.identify import Identified, as_known, identify
 from frictionlab.identification.ladder import Ladder, climb
 from frictionlab.identification.seen import Judged, judge, seen
-from frictionlab.identification.track import track_of
-from frictionlab.identification.whole import Fitted, follow, identify_whole
+from frictionlab.identification.whole_record import Fitted
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import SteadyState, steady_state
@@ -72,6 +71,9 @@ def compare(
         return predict(measurement, scene, law=law, friction_ratio=friction_ratio, solver=solver)
     sources = measurement.sources
     found, ladder = _identified(measurement, scene, sources, law, friction_ratio)
+    from frictionlab.identification.track import track_of  # noqa: PLC0415 - these two load what a cycle has no use for
+    from frictionlab.identification.whole import follow, identify_whole  # noqa: PLC0415
+
     track, said = track_of(recording, measurement, measurement.drive_frequency_hz / found.family.r)
     if fit == "whole":
         found = identify_whole(track, measurement, found, sources)

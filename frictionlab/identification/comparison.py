@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from frictionlab.estimate import Estimate, Flat, FlatKnown
 from frictionlab.identification.contact_force import ContactForce
-from frictionlab.identification.whole import WholeRecord
+from frictionlab.identification.whole_record import WholeRecord
 from frictionlab.schema import COMPARISONS
 
 FloatArray = NDArray[np.float64]

@@ -6,7 +6,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicHermiteSpline
 
 from frictionlab.analysis.denoise import best_penalty, smoothed
 from frictionlab.analysis.measurement import Measurement
@@ -168,6 +167,8 @@ class RecordForward:
         late = values.get("lag", 0.0) * self.track.period * frequency  # rad of the drive -> rad of the frame
         moved = response.displacement
         if late != 0.0:
+            from scipy.interpolate import CubicHermiteSpline  # noqa: PLC0415 - heavy, and most often not needed
+
             moved = CubicHermiteSpline(response.time, moved, response.velocity)(response.time + late)
         return np.asarray((1.0 + values.get("gain", 0.0)) * moved + values.get("offset", 0.0))
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.fft import next_fast_len
 
-from frictionlab.analysis.spectrum import amplitude_spectrum, cramer_rao, hann, strongest_tone
+from frictionlab.analysis.spectrum import amplitude_spectrum, cramer_rao, fast_length, hann, strongest_tone
 from frictionlab.errors import AnalysisError
 from tests.analysis import naive
 
@@ -77,3 +78,8 @@ def test_what_holds_no_line_is_refused() -> None:
         strongest_tone(np.ones(100), 0.01)
     with pytest.raises(AnalysisError, match="at least 8 samples; got 5"):
         strongest_tone(np.arange(5.0), 0.01)
+
+
+@given(st.integers(1, 10**9))
+def test_a_fast_length_is_scipys(least: int) -> None:
+    assert fast_length(least) == next_fast_len(least, real=True)
