@@ -214,3 +214,9 @@ def test_a_file_that_is_not_there_is_said_so(name: str) -> None:
     done = CliRunner().invoke(app, ["show", name])
     assert "there is no such file" in done.stderr
     assert done.exit_code == 2
+
+
+def test_a_log_that_is_shown_is_answered_with_what_reads_it() -> None:
+    done = CliRunner().invoke(app, ["show", str(LOG)])
+    assert done.exit_code == 2
+    assert f"`frictionlab ingest --dry-run {LOG}` tells what is in it" in done.stderr

@@ -117,12 +117,23 @@ def test_one_file_per_sensor(tmp_path: Path) -> None:
     assert len(read_recording(tmp_path / "both.h5").source.files) == 2
 
 
+def test_one_of_two_logs_may_come_from_standard_input(tmp_path: Path) -> None:
+    mass = write(tmp_path / "mass.csv", sensortool(DATA, 1, ";"))
+    base = write(tmp_path / "base.csv", sensortool(DATA, 2, ";", late_ms=100))
+    for left, right, given in (("-", base, mass), (mass, "-", base)):
+        words = ["ingest", "--mass-log", str(left), "--base-log", str(right), "-o", f"{tmp_path}/of.h5", "--force"]
+        result = CliRunner().invoke(app, words, input=given.read_bytes())
+        assert result.exit_code == 0, result.output
+        np.testing.assert_allclose(read_recording(tmp_path / "of.h5").mass_displacement, DATA.mass[25:], atol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("words", "reason"),
     [
         ([], "no logs: expected LOG"),
         (["--mass-log", "a.csv"], "expected both --mass-log and --base-log"),
         (["a.csv", "--mass-log", "b.csv", "--base-log", "c.csv"], "either LOG"),
+        (["--mass-log", "-", "--base-log", "-"], "standard input holds one log"),
         (["a.csv", "b.csv", "-o", "one.h5"], "expected a folder for 2 logs"),
         (["*.csv"], "*.csv: no file fits this pattern"),
         (["a.csv", "-o", "one.csv"], "a recording is an HDF5 file: expected a name ending in .h5, or a folder"),

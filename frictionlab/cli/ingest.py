@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -38,8 +39,12 @@ def ingest(
         ),
     ] = None,
     *,
-    mass_log: Annotated[Path | None, typer.Option("--mass-log", metavar="FILE", help="Log of the mass alone.")] = None,
-    base_log: Annotated[Path | None, typer.Option("--base-log", metavar="FILE", help="Log of the base alone.")] = None,
+    mass_log: Annotated[
+        Path | None, typer.Option("--mass-log", metavar="FILE", help="Log of the mass alone, or -.")
+    ] = None,
+    base_log: Annotated[
+        Path | None, typer.Option("--base-log", metavar="FILE", help="Log of the base alone, or -.")
+    ] = None,
     output: Annotated[
         str | None,
         typer.Option("--output", "-o", metavar="FILE_OR_FOLDER", help="Without it: LOG's name + .h5, beside it."),
@@ -88,10 +93,9 @@ class _Ingest:
         from frictionlab.verbs.ingest import ingest
 
         output = None if self.places is None else self.places[log]
-        with bytes_read(log.name, quiet=self.quiet) as progress, on_disk(log) as file:
-            recording = ingest(
-                file, self.scene, base_log=self.base_log, output=output, force=self.force, progress=progress
-            )
+        second = nullcontext() if self.base_log is None else on_disk(self.base_log)
+        with bytes_read(log.name, quiet=self.quiet) as progress, on_disk(log) as file, second as base:
+            recording = ingest(file, self.scene, base_log=base, output=output, force=self.force, progress=progress)
         return _row(recording, log, output)
 
 
@@ -99,6 +103,8 @@ def _inputs(logs: Sequence[Path], mass_log: Path | None, base_log: Path | None) 
     """The logs to read, folders and patterns opened up; of a pair of logs, the mass's stands for both."""
     if (mass_log is None) != (base_log is None):
         raise UsageError("one file per sensor: expected both --mass-log and --base-log; got one of them")
+    if mass_log is not None and base_log is not None and is_standard_input(mass_log) and is_standard_input(base_log):
+        raise UsageError("--mass-log - and --base-log -: standard input holds one log: give the other one as a file")
     if mass_log is not None and logs:
         raise UsageError("expected either LOG... or --mass-log with --base-log; got both: do them one after the other")
     if mass_log is None and not logs:

@@ -2,6 +2,7 @@
 
 import sys
 import time
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TypeVar
@@ -9,6 +10,7 @@ from typing import TypeVar
 T = TypeVar("T")
 
 
+SURE_S, LEAST_TOLD = 2.0, 4  # from when on a rate is told
 LINE_S = 60.0  # between two plain lines; shorter work prints none
 
 
@@ -47,37 +49,54 @@ def count(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], N
         yield Lines(title)
         return
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"))
-    with Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(title, total=None, rate="")
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[pace]}"))
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(title, total=None, pace="")
         pulse = Rate()
-        yield lambda done, total: progress.update(task, completed=done, total=total, rate=f"{pulse.of(done):,.1f}/s")
+        yield lambda done, total: progress.update(task, completed=done, total=total, pace=pulse.words(done, total))
 
 
 class Rate:
-    """Things per second since the first were told, which may have been done before."""
+    """Things per second over the last half of the time since the first were told.
 
-    def __init__(self) -> None:
-        self._begin = time.monotonic()
-        self._before: int | None = None
+    The first ones carry imports, compiling and processes that start: a rate that counts them promises hours for
+    minutes. So the first half of the time is forgotten, and nothing is said of the first two seconds or four tellings.
+    """
 
-    def of(self, done: int) -> float:
-        """The rate now."""
-        if self._before is None:
-            self._begin, self._before = time.monotonic(), done
-        return (done - self._before) / max(time.monotonic() - self._begin, 1e-3)
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._begin: float | None = None
+        self._past: deque[tuple[float, int]] = deque()  # when, and how many were done then
+
+    def of(self, done: int) -> float | None:
+        """The rate now; None while it is not known."""
+        now = self._clock()
+        self._begin = now if self._begin is None else self._begin
+        self._past.append((now, done))
+        while len(self._past) > LEAST_TOLD and self._past[1][0] <= 0.5 * (self._begin + now):
+            self._past.popleft()
+        before, first = self._past[0]
+        is_known = now - self._begin >= SURE_S and len(self._past) >= LEAST_TOLD and done > first
+        return (done - first) / (now - before) if is_known else None
+
+    def words(self, done: int, total: int) -> str:
+        """The rate and the time left, where they are known.
+
+        Examples
+        --------
+        >>> times = iter([0.0, 10.0, 11.0, 12.0, 22.0])
+        >>> rate = Rate(lambda: next(times))
+        >>> [rate.words(done, 1000) for done in (0, 1, 50, 100, 600)]
+        ['', '', '', '8.3/s, 108 s left', '49.9/s, 8 s left']
+        """
+        rate = self.of(done)
+        return "" if rate is None else f"{rate:,.1f}/s, {(total - done) / rate:.0f} s left"
 
 
 class Lines:
-    """Progress as plain lines, one a minute; for a log file or a batch system.
-
-    Examples
-    --------
-    >>> Lines("sweep").line(250, 1000, rate=50.0)
-    'sweep: 250 of 1,000, 50.0/s, 15 s left'
-    """
+    """Progress as plain lines, one a minute; for a log file or a batch system."""
 
     def __init__(self, title: str) -> None:
         self._title = title
@@ -86,11 +105,7 @@ class Lines:
 
     def __call__(self, done: int, total: int) -> None:
         """Tell how far it is, if it is time."""
-        rate = self._rate.of(done)
-        if time.monotonic() - self._told > LINE_S and rate > 0.0:
+        pace = self._rate.words(done, total)
+        if pace and time.monotonic() - self._told > LINE_S:
             self._told = time.monotonic()
-            print(self.line(done, total, rate=rate), file=sys.stderr, flush=True)
-
-    def line(self, done: int, total: int, *, rate: float) -> str:
-        """What is told."""
-        return f"{self._title}: {done:,} of {total:,}, {rate:,.1f}/s, {(total - done) / rate:.0f} s left"
+            print(f"{self._title}: {done:,} of {total:,}, {pace}", file=sys.stderr, flush=True)

@@ -58,7 +58,7 @@ def _show_tree(file: Path) -> None:
 
 
 def _show_rows(file: Path) -> None:
-    rows = read_rows(file)
+    rows = _rows_of(file)
     good = [row for row in rows if row.get("status") != "failed"]
     names = list(dict.fromkeys(key for row in good for key in row))
     table = table_of(names)
@@ -68,6 +68,14 @@ def _show_rows(file: Path) -> None:
         typer.echo("no rows" if not rows else "no row without a failure")
     for row in rows:
         _tell(row)
+
+
+def _rows_of(file: Path) -> list[Row]:
+    try:
+        return list(read_rows(file))
+    except UsageError as error:
+        hint = f"; if it is a log, `frictionlab ingest --dry-run {file}` tells what is in it"
+        raise UsageError(f"{error}{hint if file.suffix == '.csv' else ''}") from error
 
 
 def _tell(row: Row) -> None:

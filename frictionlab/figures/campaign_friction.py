@@ -29,6 +29,7 @@ def friction(campaign: Campaign) -> Figure:
     for ax, label in ((left, "friction coefficient"), (right, "deviation from the material's mean [%]")):
         ax.set_xlabel("normal force [N]")
         ax.set_ylabel(label)
+        ax.locator_params(axis="x", nbins=5)  # one force alone has long numbers
     left.set_ylim(bottom=0)
     left.legend()
     return figure

@@ -20,6 +20,7 @@ from frictionlab.figures.campaign import Plate
 from frictionlab.files import write_whole
 from frictionlab.report import tables
 from frictionlab.report.tables import listing, paragraph, running
+from frictionlab.scene.words import value_text
 
 HERE = Path(__file__).parent
 SCALE = 1.7  # pixels on the screen per point in print
@@ -117,7 +118,11 @@ def _figure(number: int, plate: Plate, svg: bytes) -> str:
 def _origin(campaign: Campaign) -> str:
     lines = []
     for table, keys in campaign.scene.model_dump(exclude={"synthetic"}).items():
-        lines += [f"[{table}]", *(f"{key} = {value}" for key, value in keys.items() if value is not None), ""]
+        lines += [
+            f"[{table}]",
+            *(f"{key} = {value_text(value)}" for key, value in keys.items() if value is not None),
+            "",
+        ]
     versions = [f"frictionlab {__version__}", f"Python {platform.python_version()}"]
     versions += [f"{name} {version(name)}" for name in PACKAGES]
     return f"<pre>{escape(chr(10).join(lines).strip())}</pre>\n{paragraph(', '.join(versions))}"

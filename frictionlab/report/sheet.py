@@ -144,7 +144,7 @@ def _verdicts(sheet: Sheet) -> Iterator[tuple[str, str]]:
         if verdict.residual is not None:
             yield "measured over predicted energy", f"{verdict.residual:+.2%}"
         if verdict.misfit is not None:
-            yield "energy and amplitude apart by", f"{verdict.misfit:.2g} errors"
+            yield "energy and amplitude differ from it by", f"{verdict.misfit:.2g} standard errors"
         yield "in the fit of its group", "used" if verdict.excluded is None else f"left out: {verdict.excluded}"
     for key, words in (("law", "law (compare-numeric)"), ("verdict", "verdict"), ("model", "model")):
         if row.get(key):
