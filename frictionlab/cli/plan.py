@@ -74,7 +74,7 @@ def plan(
         measured=measured or (),
         sheet=output,
         force=force,
-        everything=everything or plot is not None,
+        everything=everything or (plot is not None and against is not None),
     )
     for note in () if quiet else found.notes:
         complain(note)

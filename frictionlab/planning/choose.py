@@ -15,6 +15,7 @@ from frictionlab.planning.hours import LaboratoryTime, laboratory_time
 from frictionlab.planning.information import Told, told_by
 from frictionlab.planning.outlook import Outlook, outlook_of
 from frictionlab.planning.plan import Plan, PlannedTest
+from frictionlab.planning.weights import weighed
 from frictionlab.scene import Scene
 from frictionlab.simulator.engine import choose
 from frictionlab.simulator.kernel import layout
@@ -62,7 +63,8 @@ def plan_tests(
     measured : sequence of mappings, optional
         Comparisons at hand (rows of `compare-numeric`): what they told is known before the first test.
     everything : bool
-        Whether candidates that are not chosen are judged between two laws as well, each by a fit of its own (seconds).
+        Whether candidates that are not chosen are judged as closely as those that are (seconds): by the weights that a
+        fit will find, and between two laws by a fit of their own.
 
     Raises
     ------
@@ -83,10 +85,11 @@ def plan_tests(
     known = np.eye(len(outlook.coordinates)) + _told_before(measured, outlook)
     limits = _Limits(time, allowed, tests, math.inf if hours is None else hours * HOUR, scene.plan.most_repeats)
     if against is None:
-        order = _pick(_least_error(told, known, _aimed(outlook, aim)), limits)
-        return _plan(outlook, told, limits, known, order)
-    between, order = _decide(apart_of(outlook, told, against), limits, everything=everything)
-    return _plan(outlook, told, limits, known, order, between)
+        between, order = None, _pick(_least_error(told, known, _aimed(outlook, aim)), limits)
+    else:
+        between, order = _decide(apart_of(outlook, told, against), limits, everything=everything)
+    some = np.flatnonzero(allowed).tolist() if everything else order
+    return _plan(outlook, weighed(outlook, told, some), limits, known, order, between)
 
 
 def _decide(between: Apart, limits: "_Limits", *, everything: bool) -> tuple[Apart, list[int]]:

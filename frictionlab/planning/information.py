@@ -15,7 +15,8 @@ from frictionlab.planning.outlook import HARMONICS, SAMPLES, Outlook, Shown, lat
 
 FloatArray = NDArray[np.float64]
 HOUR = 3600.0
-CUTS = 8  # phases of the drive at which friction may change from one cycle's to the next's
+CUTS = 8  # ways in which the change of friction may lie in the cycles
+GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)  # of a turn: it spreads places evenly
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def noise_of(outlook: Outlook, here: Shown, by_friction: FloatArray, *, repeated
     directions = [
         base * np.stack([here.mean, later(here.mean)], axis=2),
         scatter * by_friction[:, :, None],
-        scatter * np.sqrt(2.0 / (CUTS * cycles))[:, None, None] * _cut(by_friction),
+        scatter * np.sqrt(2.0 / (CUTS * cycles))[:, None, None] * after_cuts(by_friction),
     ]
     if repeated and (plan.repeatability or plan.drift_per_hour):
         directions.append(_between(outlook)[:, None, None] * by_friction[:, :, None])
@@ -69,15 +70,18 @@ def _between(outlook: Outlook) -> FloatArray:
     return np.hypot(plan.repeatability, drifted)
 
 
-def _cut(by_friction: FloatArray) -> FloatArray:
-    """The part of a cycle's change by friction that stands after a cut at each of some phases: (n, 2 K, cuts).
+def after_cuts(by_friction: FloatArray, cuts: int = CUTS) -> FloatArray:
+    """The part of a cycle's change by friction that the next one's friction makes: (n, 2 K, cuts).
 
-    Friction changes somewhere in a cycle, so that the first and the last one are partly of others.
+    Where cycles are cut and where friction changes in them is chance: each of the cuts has a place and a share of its
+    own.
     """
     count, lines = HARMONICS, np.zeros((len(by_friction), SAMPLES // 2 + 1), dtype=np.complex128)
     lines[:, 1 : count + 1] = 0.5 * SAMPLES * (by_friction[:, :count] - 1j * by_friction[:, count:])
     cycle = np.fft.irfft(lines, SAMPLES, axis=1)
-    after = np.arange(SAMPLES) >= (np.arange(CUTS)[:, None] + 0.5) * SAMPLES / CUTS
+    number = np.arange(cuts)[:, None]
+    since = (np.arange(SAMPLES) / SAMPLES - GOLDEN * number) % 1.0
+    after = since >= (number + 0.5) / cuts
     return np.swapaxes(parts(harmonics_of(cycle[:, None, :] * after, count)), 1, 2)
 
 
@@ -109,7 +113,22 @@ def told_by(outlook: Outlook) -> Told:
     by_friction = friction_slope(outlook, slopes)
     shown = Shown(here.rows, mean)
     noise, single = (noise_of(outlook, shown, by_friction, repeated=way) for way in (True, False))
-    return Told(here, slopes, noise, noise.within(slopes, slopes), single.within(slopes, slopes))
+    own = single.within(slopes, slopes)
+    return Told(here, slopes, noise, of_contact(outlook, own), own)
+
+
+def of_contact(outlook: Outlook, own: FloatArray) -> FloatArray:
+    """What tests tell of the contact (n, m, m), by what they tell of the friction that they themselves have.
+
+    The two are apart by the variance v of friction from test to test, in the first coordinate alone [Sherman and
+    Morrison]: ``I - v I e e^T I / (1 + v I_00)``.
+    """
+    first = outlook.coordinates[0]
+    if first.name != "beta":
+        return own
+    apart = (_between(outlook) / first.width) ** 2
+    share = apart / (1.0 + apart * own[:, 0, 0])
+    return np.asarray(own - share[:, None, None] * own[:, :, :1] * own[:, :1, :])
 
 
 def friction_slope(outlook: Outlook, slopes: FloatArray) -> FloatArray:

@@ -63,7 +63,9 @@ def scatter(law: str, test: PlannedTest, repeats: int) -> dict[str, float]:
     truth = Problem(test.frequency_ratio, beta, law=law, parameters=LAWS[law])
     what, found = rig(law, [test.frequency_ratio], [test.normal_force_n]), []
     for seed in range(repeats):
-        measured = measure(recorded(truth, np.random.default_rng([17, seed])), what)
+        generator = np.random.default_rng([17, round(1e3 * beta), round(1e3 * test.frequency_ratio), seed])
+        start, change = generator.uniform(0.0, 2.0 * math.pi, 2)
+        measured = measure(recorded(truth, generator, start=start, change=change), what)
         found.append({name: float(str(e["value"])) for name, e in predict(measured, what).parameters.items()})
     return {name: float(np.std([one[name] for one in found], ddof=1)) for name in test.expected}
 

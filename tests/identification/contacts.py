@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem, steady_state
-from tests.analysis.seen import through_laser
+from tests.analysis.seen import NOISE_M, through_laser
 
 FloatArray = NDArray[np.float64]
 NATURAL_HZ, BASE_M = 3.13, 1.8e-3
@@ -25,9 +25,13 @@ def recorded(
     lag_s: float = 0.0,
     gain: float = 1.0,
     tuned: float = 1.0,
+    noise: float = NOISE_M,
+    start: float = 0.7,
+    change: float = 0.0,
 ) -> Recording:
     """A steady motion through two lasers; friction scatters by a relative rms from cycle to cycle.
 
+    The base begins at the phase `start`, and friction changes in each cycle at the phase `change` (rad of the drive).
     The motion of each cycle is that of its own friction, to first order; the mass is seen `lag_s` early. The
     frame's true natural frequency is `tuned` times NATURAL_HZ.
     """
@@ -36,15 +40,15 @@ def recorded(
     assert there is not None
     t = np.arange(round(seconds * rate)) / rate
     drive = problem.r * tuned * NATURAL_HZ
-    tau = 2 * math.pi * drive * t + 0.7
+    tau = 2 * math.pi * drive * t + start
     early = tau + 2 * math.pi * drive * lag_s
-    cycle = np.floor(early / (2 * math.pi)).astype(int)
-    change = scatter * generator.standard_normal(cycle.max() + 1)[cycle]
+    cycle = np.floor((early - change) / (2 * math.pi)).astype(int)
+    weaker = scatter * generator.standard_normal(cycle.max() + 1)[cycle]
     phase = np.mod(early, 2 * math.pi)
     x = here.at(phase)[0]
-    x = x + (there.at(phase)[0] - x) / 1e-4 * change
+    x = x + (there.at(phase)[0] - x) / 1e-4 * weaker
     mass, base = gain * BASE_M * x, BASE_M * problem.base.at(tau)
-    return Recording(t, through_laser(mass, generator), through_laser(base, generator))
+    return Recording(t, through_laser(mass, generator, noise), through_laser(base, generator, noise))
 
 
 def _stronger(problem: Problem) -> Problem:

@@ -11,6 +11,7 @@ from frictionlab.identification.observed import by_base, parts
 from frictionlab.planning.candidates import Candidate, candidates, laboratory
 from frictionlab.planning.information import Noise, noise_of, told_by
 from frictionlab.planning.outlook import HARMONICS, outlook_of
+from frictionlab.planning.weights import losses, weighed
 from tests.identification.contacts import BASE_M, NATURAL_HZ
 from tests.planning.rig import STIFFNESS, scene
 
@@ -83,6 +84,7 @@ def test_noise_is_what_it_is_made_of() -> None:
         whole += cut @ cut.T
         slow = slopes[i].T @ np.linalg.solve(whole, slopes[i])
         np.testing.assert_allclose(found[i], slow, rtol=1e-6, atol=1e-6 * np.abs(slow).max())
+        np.testing.assert_allclose(told_by(outlook).information[i], slow, rtol=1e-5, atol=1e-6 * np.abs(slow).max())
 
 
 def test_no_columns_of_noise_but_white_is_least_squares() -> None:
@@ -112,3 +114,22 @@ def test_parts_of_what_is_shown_pass_gain_and_lag() -> None:
     lines = plain[:, :HARMONICS] - 1j * plain[:, HARMONICS:]
     turned = 1.02 * lines * np.exp(1j * np.outer(lag, np.arange(1, HARMONICS + 1)))
     np.testing.assert_allclose(seen, parts(turned), atol=1e-12)
+
+
+def test_weights_that_few_cycles_give_cost_more_the_more_friction_scatters() -> None:
+    few = [Candidate(0.3, 1.0, BASE_M, 8.0)]
+
+    def loss(tests: list[Candidate], **plan: object) -> list[float]:
+        outlook = outlook_of(laboratory(scene(**plan), LAW), tests)
+        told = told_by(outlook)
+        lossy = weighed(outlook, told, range(len(tests)))
+        ratio = np.sqrt(np.diagonal(told.own, axis1=1, axis2=2) / np.diagonal(lossy.own, axis1=1, axis2=2))
+        np.testing.assert_allclose(ratio[0, :3], losses(outlook, told, 0))
+        np.testing.assert_allclose(ratio[:, 3:], 1.0)
+        return [float(value) for value in ratio[0, :3]]
+
+    still, scattering = loss(TESTS, cycle_scatter=0.0), loss(TESTS, cycle_scatter=0.01)
+    assert max(still) < 1.05
+    assert scattering[2] > 1.2
+    assert loss([Candidate(0.3, 1.0, BASE_M, 4.5)]) == [1.0, 1.0, 1.0]  # two cycles tell nothing of their scatter
+    assert loss(few) != [1.0, 1.0, 1.0]
