@@ -73,7 +73,7 @@ def table(campaign: Scene) -> list[str]:
     """Lines: what all tests tell, what the best tenth tells, how many tell nearly all."""
     lines = [
         f"{'':8s}{'':21s}{'friction':>8s}  {'':22s}{'':6s}{'all':>10s}{'best':>10s}",
-        f"{'material':8s}{'law':21s}{'differs':>8s}  {'parameter':22s}{'tests':>6s}{'tell':>10s}{TENTH:>10d}{'ratio':>7s}",
+        f"{'material':8s}{'law':21s}{'differs':>8s}  {'parameter':22s}{'tests':>6s}{'tell':>10s}{TENTH:>10d}  ratio",
     ]
     where = ["", "The best tenth (frequency ratio and normal force, in the order of the plan), friction that differs:"]
     for material in ("steel", "rubber", "aramid"):
