@@ -24,7 +24,7 @@ from frictionlab.campaign.laws import LawEvidence, is_comparison, laws_of
 from frictionlab.campaign.prediction import Curve, Model, curve, model_of, prepare
 from frictionlab.campaign.ranking import CRITERIA, Rank, rank_all
 from frictionlab.campaign.reading import read_measurements
-from frictionlab.campaign.responses import Response, envelope, examples, last_cycles, recording_of
+from frictionlab.campaign.responses import Response, envelope, examples, last_cycles, recording_of, recording_path
 from frictionlab.campaign.trials import LONG_S, Trial, in_order, trial_of
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.scene import Scene
@@ -47,6 +47,7 @@ __all__ = [
     "evaluate",
     "is_comparison",
     "read_measurements",
+    "recording_path",
     "trial_of",
 ]
 

@@ -36,14 +36,18 @@ class Response:
 
 def recording_of(trial: Trial, folders: Sequence[Path]) -> Recording | None:
     """The recording that a trial was measured from, looked for at its source and in the folders; None if not there."""
+    path = recording_path(trial, folders)
+    try:
+        return None if path is None else read_recording(path)
+    except (FrictionlabError, OSError):
+        return None
+
+
+def recording_path(trial: Trial, folders: Sequence[Path]) -> Path | None:
+    """The file of that recording; None if there is none."""
     source = Path(trial.source)
-    for path in (source, *(folder / source for folder in folders), *(folder / source.name for folder in folders)):
-        if path.suffix == ".h5" and path.is_file():
-            try:
-                return read_recording(path)
-            except (FrictionlabError, OSError):
-                return None
-    return None
+    places = (source, *(folder / source for folder in folders), *(folder / source.name for folder in folders))
+    return next((path for path in places if path.suffix == ".h5" and path.is_file()), None)
 
 
 def examples(trials: Sequence[Trial]) -> tuple[tuple[str, Trial], ...]:

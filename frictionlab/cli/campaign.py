@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Protocol, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, Protocol, TypeVar
 
 import typer
 
 from frictionlab.cli.inputs import exit_status, tell_warnings
-from frictionlab.cli.options import Force, Quiet, SceneFile, scene_of
+from frictionlab.cli.options import Force, Quiet, SceneFile, Workers, scene_of
 from frictionlab.cli.output import complain, print_table, printable
 from frictionlab.cli.progress import track
 from frictionlab.errors import UsageError
@@ -36,6 +36,11 @@ def campaign(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Tables, figures and report.")],
     *,
     scene: SceneFile = None,
+    law: Annotated[
+        Literal["auto"] | None,
+        typer.Option("--law", help="auto: the law that each material requires, from the recordings of its tests."),
+    ] = None,
+    workers: Workers = None,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
@@ -49,20 +54,37 @@ def campaign(
     check_folder(output, force=force, inputs=measurements)
     _refuse_recordings(measurements)
     rows, unread = _rows_of(measurements)
-    write_campaign(rows, what, output, folders=[path.parent for path in measurements], force=force, quiet=quiet)
+    write_campaign(
+        rows,
+        what,
+        output,
+        folders=[path.parent for path in measurements],
+        law=law,
+        workers=workers,
+        force=force,
+        quiet=quiet,
+    )
     for row in () if quiet else rows:
         tell_warnings(row)
     exit_status(unread or (rows if all(row.get("status") == FAILED for row in rows) else []))
 
 
 def write_campaign(
-    rows: Sequence[Row], scene: "Scene", output: Path, *, folders: Sequence[Path], force: bool = False, quiet: bool
+    rows: Sequence[Row],
+    scene: "Scene",
+    output: Path,
+    *,
+    folders: Sequence[Path],
+    law: str | None = None,
+    workers: int | None = 1,
+    force: bool = False,
+    quiet: bool,
 ) -> None:
     """Evaluate rows of measurements, write tables, figures and report, and print what they say."""
     from frictionlab.verbs.evaluate import evaluate
     from frictionlab.verbs.publish import publish
 
-    result = evaluate(rows, scene, folders=folders, watch=_watch("fit", quiet=quiet))
+    result = evaluate(rows, scene, folders=folders, law=law, workers=workers, watch=_watch("fit", quiet=quiet))
     publish(result, output, force=force, watch=_watch("draw", quiet=quiet))
     if not quiet:
         _tell(result, output)

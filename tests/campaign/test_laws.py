@@ -4,13 +4,17 @@ from pathlib import Path
 
 import pytest
 
+from frictionlab.analysis.measure import measure
 from frictionlab.campaign import Campaign
 from frictionlab.campaign.laws import laws_of
 from frictionlab.campaign.output import check_folder, write_tables
+from frictionlab.errors import UsageError
+from frictionlab.hdf5 import write_recording
 from frictionlab.scene import Scene
 from frictionlab.tables import Row, read_rows, write_rows
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import row
+from tests.campaign.recorded import steady_recording
 
 
 def comparison(source: str, **evidence: float) -> dict[str, object]:
@@ -79,3 +83,17 @@ def test_comparisons_join_their_measurements_and_stand_alone_where_there_is_none
     first, second = read_rows(tmp_path / "out" / "laws.csv")
     assert (first["material"], first["law"], first["tests"], first["required"]) == ("steel", "coulomb+place", 4, True)
     assert second["law"] == "coulomb"
+
+
+def test_a_campaign_finds_the_law_of_each_material_from_its_own_recordings(scene: Scene, tmp_path: Path) -> None:
+    write_recording(steady_recording(), tmp_path / "a.h5")
+    measured = {**measure(steady_recording(), scene).row(), "source": "a.h5", "material": "steel"}
+    found = evaluate([{**measured, "normal_force_n": 1.5}], scene, folders=[tmp_path], law="auto")
+    assert [law.law for law in found.laws if law.required] == ["coulomb"]
+    assert found.comparisons["a.h5"]["verdict"] == "explained"
+    assert len(found.laws) > 1
+
+
+def test_a_campaign_climbs_the_ladder_or_takes_the_scenes_law(scene: Scene) -> None:
+    with pytest.raises(UsageError, match=r"law; expected auto.*got 'coulomb\+place'"):
+        evaluate([], scene, law="coulomb+place")

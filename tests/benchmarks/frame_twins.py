@@ -1,0 +1,162 @@
+"""Does `--law auto` find the law of other recordings of the frame whose two real ones are in ../shared/data?
+
+Run: ``python -m tests.benchmarks.frame_twins [DRAWS]``; the result goes to results/frame_twins.txt. Each draw is a twin
+of that rig: ten seconds at 250 Hz, its measured base (n: how many of its harmonics move the mass, the rest is the
+sensor's), a lag of 3 ms, a frame 0.3 % off its published frequency, friction that wanders by 1 % (standard deviation);
+the contact is drawn from the range of the loads. Errors are those of single parameters over their stated uncertainty.
+"""
+
+import math
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis.measure import measure
+from frictionlab.errors import SimulationError
+from frictionlab.identification import compare
+from frictionlab.identification.comparison import Comparison
+from frictionlab.logs import read_log
+from frictionlab.recording import Recording
+from frictionlab.scene import read_scene
+from frictionlab.simulator import Base, Problem, steady_state
+from frictionlab.simulator.elastic import engine as elastic
+from frictionlab.simulator.engine import compiled
+from frictionlab.simulator.laws import law_of
+from tests.analysis.seen import through_laser
+
+FloatArray = NDArray[np.float64]
+ROOT = Path(__file__).parents[2]
+DATA = ROOT.parent / "shared" / "data"
+RESULT = Path(__file__).parent / "results" / "frame_twins.txt"
+RATIOS = (0.32, 0.5, 0.8, 1.2)
+LAWS = ("coulomb", "coulomb+speed", "coulomb+place", "coulomb+place+speed", "coulomb+place+speed+breakaway")
+NATURAL_HZ = 3.13
+LAG_S, DETUNED, WANDER, TOGETHER = 3e-3, 0.003, 0.01, 0.8
+RATE_HZ, SECONDS, BASE_M = 250.0, 10.0, 1.818e-3
+
+
+@dataclass(frozen=True)
+class Twin:
+    """One drawn contact: what moves, what is told of it, and how many of the base's harmonics move the frame."""
+
+    problem: Problem
+    recording: Recording
+    real: int
+
+
+def values_of(law: str, generator: np.random.Generator) -> tuple[float, dict[str, float]]:
+    """Friction ratio and parameters of a drawn contact: both signs of a gradient, break-away per direction."""
+    beta = float(generator.uniform(0.2, 0.7))
+    parameters: dict[str, float] = {}
+    if "place" in law:
+        parameters["gradient"] = float(generator.uniform(0.02, 0.1) * generator.choice([-1.0, 1.0]))
+    if "speed" in law:
+        parameters["contact_damping_ratio"] = float(generator.uniform(0.01, 0.05))
+    if "breakaway" in law:
+        parameters |= {f"static_ratio_{side}": float(generator.uniform(1.0, 1.3)) for side in ("up", "down")}
+    return beta, parameters
+
+
+def cut(base: Base, harmonics: int) -> Base:
+    """The first harmonics of a base motion."""
+    return Base(base.cosine[:harmonics], base.sine[:harmonics])
+
+
+def twin_of(r: float, law: str, base: Base, seed: int) -> Twin | None:
+    """A recording of a drawn contact; None where that contact has no motion of one cycle to measure."""
+    generator = np.random.default_rng([14, seed])
+    beta, parameters = values_of(law, generator)
+    real = (1, 2, base.harmonics)[seed % 3]
+    tuned = 1.0 + DETUNED * float(generator.standard_normal())
+    frame = 0.0055 * float(generator.normal(1.0, 0.1))
+    problem = Problem(r / tuned, beta, law=law, parameters=parameters, base=cut(base, real), frame_damping_ratio=frame)
+    try:
+        states = [steady_state(p) for p in (problem, problem.with_parameters({"beta": beta * 1.001}))]
+    except SimulationError:
+        return None
+    here, there = (state.orbit for state in states)
+    if here is None or there is None or states[0].period_cycles != 1 or (states[0].response_amplitude or 0.0) < 0.1:
+        return None
+    t = np.arange(round(SECONDS * RATE_HZ)) / RATE_HZ
+    turn = 2.0 * math.pi * r * NATURAL_HZ
+    early = turn * (t + LAG_S) + 0.7
+    change = WANDER * wander(int(early[-1] / (2.0 * math.pi)) + 2, generator)
+    of_sample = np.interp(early / (2.0 * math.pi), np.arange(len(change)), change)
+    phase = np.mod(early, 2.0 * math.pi)
+    x = here.at(phase)[0]
+    x = x + (there.at(phase)[0] - x) / 1e-3 * of_sample
+    shown = BASE_M * base.at(turn * t + 0.7)
+    return Twin(problem, Recording(t, through_laser(BASE_M * x, generator), through_laser(shown, generator)), real)
+
+
+def wander(cycles: int, generator: np.random.Generator) -> FloatArray:
+    """Relative change of friction from cycle to cycle, of unit rms: neighbours hang together."""
+    found, fresh = np.zeros(cycles), generator.standard_normal(cycles)
+    found[0] = fresh[0]
+    for i in range(1, cycles):
+        found[i] = TOGETHER * found[i - 1] + math.sqrt(1.0 - TOGETHER**2) * fresh[i]
+    return found
+
+
+def judged(found: Comparison, twin: Twin) -> str:
+    """Whether the law is right: "right", "richer", "poorer" or "other"."""
+    truth, terms = ({t.name for t in law_of(law).terms} for law in (twin.problem.law, found.law))
+    if terms == truth:
+        return "right"
+    return "richer" if terms > truth else "poorer" if terms < truth else "other"
+
+
+def scores(found: Comparison, twin: Twin) -> dict[str, float]:
+    """Error over stated uncertainty of each parameter that is told."""
+    truth = {"beta": twin.problem.beta, **twin.problem.parameters}
+    return {
+        name: (float(told["value"]) - truth[name]) / float(told["u"])
+        for name, told in found.parameters.items()
+        if told["told"] and told["u"] and name in truth
+    }
+
+
+def line_of(found: Comparison, twin: Twin, seconds: float) -> str:
+    """One draw as a line."""
+    rung = next(rung for rung in found.laws or () if rung["law"] == found.law)
+    missed = " ".join(f"{name}{z:+.1f}" for name, z in scores(found, twin).items())
+    return (
+        f"{twin.problem.law.name:31s}{found.law:31s}{judged(found, twin):8s}{twin.real:3d} {found.verdict or '-':10s}"
+        f"{100 * (found.response_nrmse or math.nan):7.2f}{100 * found.response_floor:7.2f}"
+        f"{100 * float(str(rung['held_out_nrmse'])):7.2f}{seconds:6.2f}  {missed}"
+    )
+
+
+def main(draws: int) -> None:
+    """Write the table."""
+    compiled()
+    elastic.compiled()
+    scene = read_scene(ROOT / "configs" / "frame.toml")
+    cycle = measure(read_log(DATA / "frame_250g.csv"), scene).cycle
+    base = Base(tuple(cycle.base_cosine.tolist()), tuple(cycle.base_sine.tolist()))
+    heads = "".join(f"{head:>7s}" for head in ("nrmse", "floor", "out"))
+    lines = [f"{'r':5s}{'truth':31s}{'found':31s}{'is':8s}{'n':>3s} {'verdict':10s}{heads}{'s':>6s}  errors"]
+    counts: Counter[str] = Counter()
+    for r in RATIOS:
+        for i, law in enumerate(LAWS):
+            for seed in range(draws):
+                twin = twin_of(r, law, base, 1000 * i + seed)
+                if twin is None:
+                    continue
+                begin = time.process_time()
+                found = compare(twin.recording, scene, law="auto")
+                counts[judged(found, twin)] += 1
+                lines.append(f"{r:<5g}" + line_of(found, twin, time.process_time() - begin))
+                sys.stdout.write(lines[-1] + "\n")
+                sys.stdout.flush()
+    lines.append(", ".join(f"{kind} {count}" for kind, count in counts.items()))
+    RESULT.write_text("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 12)
