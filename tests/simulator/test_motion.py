@@ -41,7 +41,8 @@ def test_motion_from_rest_agrees_with_fifty_digits_also_through_resonance(r: flo
     slide = slide_of(r, zeta, force_of(1.0))
     for t in (0.3 * min(r, 1.0), 0.7, pi):
         _, h, lost = free_motion(t, slide)
-        c, s, rest = forced_motion(t, 1.0, slide, h, lost)
+        c, s, rest, low, high = forced_motion(t, 1.0, slide, h, lost)
+        assert (low, high) == pytest.approx((cos(t), sin(t)), abs=1e-15)
         assert rest == pytest.approx(c - lost, abs=1e-15 * (1.0 + abs(c)))
         truth = from_rest(r, zeta, 1, t)
         few = 5e-15 * (1.0 + t / r)

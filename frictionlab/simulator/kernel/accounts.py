@@ -53,7 +53,7 @@ from frictionlab.simulator.kernel.layout import (
     Room,
     State,
 )
-from frictionlab.simulator.kernel.motion import local_force, make_rig, slide_at
+from frictionlab.simulator.kernel.motion import local_force, make_rig, push_at, slide_at
 from frictionlab.simulator.kernel.orbits import find_orbit, settled, verdict
 from frictionlab.simulator.kernel.outlook import even_handed
 from frictionlab.simulator.kernel.shooting import spectral_radius, symmetric_force
@@ -125,18 +125,14 @@ def slide_work(rig: Rig, force: Force, start: State, side: float, span: float, t
     """Add the work of F and of both dashpots over a slide, by Gauss-Legendre panels short enough to be exact."""
     slide = rig.rising if side > 0.0 else rig.falling
     thick = 2.0 * rig.plain.zeta * rig.plain.r
-    p, q = force.p, force.q
-    panels = int(span / (4.0 * min(slide.r / max(1.0, 2.0 * slide.zeta), 1.0 / len(p)))) + 1
+    panels = int(span / (7.0 * min(slide.r / max(1.0, 2.0 * slide.zeta), 1.0 / len(force.p)))) + 1
     half = 0.5 * span / panels
     for panel in range(panels):
         middle = (2 * panel + 1) * half
         for i in range(8):
             for way in (-1.0, 1.0):
                 t = middle + way * half * NODES[i]
-                _, v, _ = slide_at(t, slide, force, start)
-                push = 0.0
-                for m in range(len(p)):
-                    push += p[m] * cos((m + 1) * t) + q[m] * sin((m + 1) * t)
+                v, push = push_at(t, slide, force, start)
                 tally[WORK] += half * WEIGHTS[i] * push * v
                 tally[VISCOUS] += half * WEIGHTS[i] * thick * v * v
                 if rig.contact.frame != 0.0:

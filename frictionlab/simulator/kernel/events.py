@@ -26,12 +26,14 @@ from frictionlab.simulator.kernel.layout import (
     Room,
     State,
 )
-from frictionlab.simulator.kernel.motion import free_motion, local_force, slide_at
+from frictionlab.simulator.kernel.motion import free_motion, local_force, pace_at, slide_at
 
 __all__ = [
     "advance",
     "carry",
+    "cubic_step",
     "jerk_bound",
+    "least_step",
     "propagate",
     "record",
     "release",
@@ -39,6 +41,7 @@ __all__ = [
     "safe_step",
     "slide_end",
     "slide_start",
+    "snap_bound",
     "stick",
 ]
 
@@ -56,6 +59,35 @@ def safe_step(speed: float, gain: float, jerk: float) -> float:
     """Return h up to which speed + gain h - jerk h^2/2 stays positive."""
     root = sqrt(gain * gain + 2.0 * jerk * speed)
     return (gain + root) / jerk if gain > 0.0 else 2.0 * speed / (root - gain)
+
+
+def snap_bound(slide: Oscillator, v: float, a: float) -> float:
+    """Bound |v'''| over the next min(r, 1): v is an oscillator too, under F', so that it follows from F''."""
+    r, zeta, rate = slide.r, slide.zeta, slide.rate
+    energy = sqrt(v * v + r * r * a * a) + rate * min(1.0, 1.0 / r)
+    return (slide.rate2 + energy / r + 2.0 * zeta / r * (rate + (1.0 + 2.0 * zeta) * energy)) / (r * r)
+
+
+def least_step(speed: float, gain: float, jerk: float, reach: float) -> float:
+    """Return h up to which speed + gain h - jerk h^2/2 stays positive, at most reach; the jerk may have either sign."""
+    inside = gain * gain + 2.0 * jerk * speed
+    if inside < 0.0 or (jerk <= 0.0 <= gain):
+        return reach
+    root = sqrt(inside)
+    return min(reach, (gain + root) / jerk if gain > 0.0 else 2.0 * speed / (root - gain))
+
+
+def cubic_step(speed: float, gain: float, bend: float, snap: float, reach: float) -> float:
+    """Return h up to which speed + gain h + bend h^2/2 - snap h^3/6 stays positive, at most reach.
+
+    Within H the cubic is no less than the parabola that has its third part of snap H against the bend: H is drawn in
+    towards what is found with it.
+    """
+    step = least_step(speed, gain, snap * reach / 3.0 - bend, reach)
+    if step == reach:
+        return step
+    within = min(reach, 1.5 * step)
+    return max(step, least_step(speed, gain, snap * within / 3.0 - bend, within))
 
 
 def slide_start(slide: Oscillator, start: State, side: float, rate: float) -> float:
@@ -77,19 +109,20 @@ def slide_end(
 ) -> tuple[float, float, float, float]:
     """Return the time of the slide's first zero of velocity, or `limit` if there is none before; way, v, a there.
 
-    From (v, a) the velocity keeps its sign for a step h while v + a h - M h^2/2 > 0, with M a bound of |v''|: the march
-    cannot pass a zero and converges to it quadratically. `rate` is F' at the start.
+    From (v, a, v'') the velocity keeps its sign for a step h while v + a h + v'' h^2/2 - M h^3/6 > 0, with M a bound of
+    |v'''|: the march cannot pass a zero and converges to it cubically. `rate` is F' at the start.
     """
     reach = min(slide.r, 1.0)
     t = 0.0 if start.v != 0.0 else slide_start(slide, start, side, slide.share * rate)
     v, a = start.v, start.a
+    bend = (slide.share * rate - v - 2.0 * slide.zeta * slide.r * a) / (slide.r * slide.r)
     while t < limit:
         if t > 0.0:
-            _, v, a = slide_at(t, slide, force, start)
+            v, a, bend = pace_at(t, slide, force, start)
             tally[EVALUATIONS] += 1.0
         if side * v <= 0.0:
             break
-        step = min(reach, safe_step(side * v, side * a, jerk_bound(slide, v, a)))
+        step = cubic_step(side * v, side * a, side * bend, snap_bound(slide, v, a), reach)
         t += step
         if step <= 2e-16 * t:
             break

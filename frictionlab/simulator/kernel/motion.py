@@ -12,9 +12,14 @@ __all__ = [
     "local_force",
     "make_oscillator",
     "make_rig",
+    "pace_at",
+    "push_at",
     "sine_defect",
     "slide_at",
 ]
+
+
+Driven = tuple[float, float, float, float, float]
 
 
 def make_oscillator(r: float, zeta: float, stiffness: float, force: Force) -> Oscillator:
@@ -85,8 +90,8 @@ def cosine_defect(x: float) -> float:
     return y * y / 24.0 * (1.0 - y / 30.0 * (1.0 - y / 56.0 * rest))
 
 
-def forced_motion(t: float, k: float, slide: Oscillator, h: float, lost: float) -> tuple[float, float, float]:
-    """Return C and S: the motion from rest under cos(k t) and under sin(k t); and C - lost, under cos(k t) - 1.
+def forced_motion(t: float, k: float, slide: Oscillator, h: float, lost: float) -> Driven:
+    """Return C, S: the motion from rest under cos(k t), sin(k t); C - lost, under cos(k t) - 1; and cos, sin(k t).
 
     C + iS is the second divided difference of exp(s t) over ik and the two roots of the free motion, over r^2. Near
     resonance ik meets a root; there the difference quotient is sin(x)/x or expm1(x)/x (README, "Through resonance").
@@ -97,15 +102,15 @@ def forced_motion(t: float, k: float, slide: Oscillator, h: float, lost: float) 
         if abs(away) > 0.25:
             scale = 1.0 / (away * (1.0 + k * r))
             s, c = sin(0.5 * k * t), cos(0.5 * k * t)
-            cosine = (lost - 2.0 * s * s) * scale
+            cosine, low, high = (lost - 2.0 * s * s) * scale, 1.0 - 2.0 * s * s, 2.0 * s * c
             if t < 0.3 * min(r, 1.0 / k):  # what is left is of third and fourth order in t
                 rest = cosine_defect(k * t) - (k * r) ** 2 * cosine_defect(t / r)
-                return cosine, (k * r * sine_defect(t / r) - sine_defect(k * t)) * scale, rest * scale
-            return cosine, (2.0 * s * c - k * h) * scale, cosine - lost
+                return cosine, (k * r * sine_defect(t / r) - sine_defect(k * t)) * scale, rest * scale, low, high
+            return cosine, (high - k * h) * scale, cosine - lost, low, high
         mean, half = 0.5 * (1.0 / r + k) * t, 0.5 * away / r * t
         beat = t / r * (sin(half) / half if half != 0.0 else 1.0)
         cosine = sin(mean) * beat / (1.0 + k * r)
-        return cosine, (h / r - cos(mean) * beat) / (1.0 + k * r), cosine - lost
+        return cosine, (h / r - cos(mean) * beat) / (1.0 + k * r), cosine - lost, cos(k * t), sin(k * t)
     if zeta < 1.0:
         near, far = complex(-zeta / r, omega), complex(-zeta / r, -omega)
         decay = exp(-zeta / r * t)
@@ -113,16 +118,16 @@ def forced_motion(t: float, k: float, slide: Oscillator, h: float, lost: float) 
     else:
         near, far = complex(-1.0 / (r * (zeta + r * omega)), 0.0), complex(-(zeta / r + omega), 0.0)
         free = complex(exp(near.real * t), 0.0)
-    first = complex(0.0, k) - near
+    first, drive = complex(0.0, k) - near, complex(cos(k * t), sin(k * t))
     if abs(first) * r > 0.25:
-        quotient = (complex(cos(k * t), sin(k * t)) - free) / first
+        quotient = (drive - free) / first
     elif first == 0.0:
         quotient = free * t
     else:
         x, y = first.real * t, first.imag * t
         quotient = free * complex(expm1(x) * cos(y) - 2.0 * sin(0.5 * y) ** 2, exp(x) * sin(y)) / first
     motion = (quotient - h) / ((complex(0.0, k) - far) * (r * r))
-    return motion.real, motion.imag, motion.real - lost
+    return motion.real, motion.imag, motion.real - lost, drive.real, drive.imag
 
 
 def local_force(tau: float, force: Force) -> tuple[float, float]:
@@ -154,8 +159,38 @@ def slide_at(t: float, slide: Oscillator, force: Force, start: State) -> tuple[f
     for i in range(len(force.p)):
         k = i + 1.0
         p, q = slide.share * force.p[i], slide.share * force.q[i]
-        c, s, rest = forced_motion(t, k, slide, h, lost)
+        c, s, rest, _, _ = forced_motion(t, k, slide, h, lost)
         way += p * rest + q * s
         v += k * (q * c - p * s)
         a += k * (q * (h / (r * r) - k * s) - k * p * c)
     return way, v, a
+
+
+def pace_at(t: float, slide: Oscillator, force: Force, start: State) -> tuple[float, float, float]:
+    """Return v, a and v'' at time t of a slide from its start."""
+    r, zeta = slide.r, slide.zeta
+    v0, a0 = start.v, start.a
+    g, h, lost = free_motion(t, slide)
+    v = v0 * g + a0 * h
+    a = a0 * (g - 2.0 * zeta / r * h) - v0 * h / (r * r)
+    rate = 0.0
+    for i in range(len(force.p)):
+        k = i + 1.0
+        p, q = slide.share * force.p[i], slide.share * force.q[i]
+        c, s, _, low, high = forced_motion(t, k, slide, h, lost)
+        v += k * (q * c - p * s)
+        a += k * (q * (h / (r * r) - k * s) - k * p * c)
+        rate += k * (q * low - p * high)
+    return v, a, (rate - v - 2.0 * zeta * r * a) / (r * r)
+
+
+def push_at(t: float, slide: Oscillator, force: Force, start: State) -> tuple[float, float]:
+    """Return v and F at time t of a slide from its start."""
+    g, h, lost = free_motion(t, slide)
+    v, push = start.v * g + start.a * h, 0.0
+    for i in range(len(force.p)):
+        k = i + 1.0
+        c, s, _, low, high = forced_motion(t, k, slide, h, lost)
+        v += k * slide.share * (force.q[i] * c - force.p[i] * s)
+        push += force.p[i] * low + force.q[i] * high
+    return v, push
