@@ -14,6 +14,7 @@ from frictionlab.files import check_replaceable
 from frictionlab.hdf5.maps import GrowingMap, finished_map, growing_map, is_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.state import PLACES
 from frictionlab.simulator.sweep import (
@@ -205,7 +206,8 @@ def make_map(
             return
     path.parent.mkdir(parents=True, exist_ok=True)
     check_replaceable(path, replace=force or (is_map if path.suffix == ".h5" else _is_table))
-    with growing_map(path, grid.axes(), KINDS, about, resume=resume, force=force) as file:
+    words = {parameter.name: parameter.words for parameter in law_of(grid.law).parameters}
+    with growing_map(path, grid.axes(), KINDS, about, words=words, resume=resume, force=force) as file:
         yield from _blocks(file, len(grid))
         yield from _solved(grid, file, workers, scheduler)
         _finish(file, grid, path, force=force)

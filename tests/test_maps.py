@@ -17,6 +17,7 @@ from frictionlab.hdf5.maps import growing_map, is_map, part_of
 from frictionlab.maps import Grid, make_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator import sweep
+from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.sweep import sweep_points
 from frictionlab.tables import read_rows
 
@@ -190,3 +191,12 @@ def test_a_map_goes_over_any_parameter_of_any_law(tmp_path: Path) -> None:
     assert rows == list(sweep([0.5, 0.7], [0.4], **axes).rows())  # type: ignore[arg-type]  # options by name
     with pytest.raises(SimulationError, match="'gradient' is none of its parameters"):
         Grid((0.5,), (0.4,), parameters=(("gradient", (0.1,)),))
+
+
+def test_the_axis_of_a_laws_parameter_says_what_it_is(tmp_path: Path) -> None:
+    grid = Grid((0.5,), (0.4,), law="coulomb+place", parameters=(("gradient", (0.0, 0.05)),))
+    list(make_map(grid, tmp_path / "map.h5", workers=1))
+    with h5py.File(tmp_path / "map.h5") as file:
+        axis = file["gradient"]
+        assert (axis.attrs["units"], axis.attrs["long_name"]) == ("1", law_of(grid.law).parameters[1].words)
+        assert file["energy_per_cycle"].dims[4][0] == axis

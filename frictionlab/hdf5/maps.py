@@ -114,6 +114,7 @@ def growing_map(
     kinds: Mapping[str, str],
     attributes: Mapping[str, str],
     *,
+    words: Mapping[str, str] | None = None,
     resume: bool = False,
     force: bool = False,
 ) -> Iterator[GrowingMap]:
@@ -129,6 +130,8 @@ def growing_map(
         Key and type (``float64``, ``S11``) of each dataset.
     attributes
         What holds for the whole map.
+    words
+        What a dimension is, by its name, where `frictionlab.schema` does not list it: a law's parameter, without unit.
     resume
         Continue a map of the same values that was left unfinished; without one, begin.
     force
@@ -146,7 +149,7 @@ def growing_map(
     with _locked(path) as file:
         done = _done_before(path, identity, resume=resume, force=force)
         if not done:
-            _lay_out(file, axes, kinds, {**attributes, "identity": identity})
+            _lay_out(file, axes, kinds, {**attributes, "identity": identity}, words or {})
         grown = GrowingMap(path, file, identity, _places_in(file, kinds))
         grown.done = done
         try:
@@ -247,7 +250,11 @@ def _done_before(path: Path, identity: str, *, resume: bool, force: bool) -> int
 
 
 def _lay_out(
-    file: BinaryIO, axes: Mapping[str, NDArray[np.float64]], kinds: Mapping[str, str], attributes: Mapping[str, str]
+    file: BinaryIO,
+    axes: Mapping[str, NDArray[np.float64]],
+    kinds: Mapping[str, str],
+    attributes: Mapping[str, str],
+    words: Mapping[str, str],
 ) -> None:
     """Give every dataset its place; nothing but the axes is in it yet."""
     os.ftruncate(file.fileno(), 0)
@@ -257,7 +264,7 @@ def _lay_out(
         for name, values in axes.items():
             axis = tree.create_dataset(name, data=np.asarray(values, dtype=np.float64))
             axis.make_scale(name)
-            axis.attrs.update(_described(name))
+            axis.attrs.update(_described(name) or {"units": "1", "long_name": words.get(name, name)})
         shape = tuple(len(values) for values in axes.values())
         for key, kind in kinds.items():
             _give_axes(tree.create_dataset(key, shape, np.dtype(kind), dcpl=placed_at_once()), tree, axes)

@@ -13,7 +13,7 @@ from mpmath import mpf
 
 from frictionlab.errors import ParameterError, SimulationError
 from frictionlab.simulator import Base, Problem, last_cycle, steady_state
-from frictionlab.simulator.elastic import engine, iwan_sliders, run, sliders_of, steady
+from frictionlab.simulator.elastic import engine, iwan_sliders, ringing, run, sliders_of, steady, works
 from tests.simulator import elastic_twin
 
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "elastic_reference.json").read_text())
@@ -312,6 +312,29 @@ def test_a_contact_that_hardly_slips_any_more_is_solved() -> None:
 def test_a_search_without_end_is_called_off() -> None:
     # break-away and a ringing contact: no orbit in reach, thousands of phases a cycle
     assert steady(jenkins(0.2, 0.6, 500.0, mu=1.45)).outcome in ("not found", "periodic")
+
+
+def test_an_orbit_of_many_cycles_is_the_one_that_rest_settles_on() -> None:
+    up_down = {"static_ratio_up": 1.434, "static_ratio_down": 1.383}
+    problem = iwan(3.51, 1.0735, 209.5, 2, -0.56, "+breakaway", parameters=up_down)
+    state = steady(problem)
+    assert (state.outcome, state.period_cycles) == ("periodic", 18)
+    assert state.orbit is not None
+    late = run(problem, cycles=126, keep=1)
+    starts = 2 * pi * np.arange(18)  # the cycles of the orbit, one of which is the last of the run
+    away = np.abs(state.orbit.at(starts)[0] - late.at(late.start)[0])
+    assert away.min() < 1e-9
+
+
+def test_leaps_over_rings_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    problems = [jenkins(0.3, 0.6, 500.0), jenkins(0.1, 0.4, 200.0, zeta=0.01), jenkins(0.3, 0.03, 400.0, wall="base")]
+    leapt = [steady(problem) for problem in problems]
+    monkeypatch.setattr(ringing, "rings", lambda *_: False)
+    monkeypatch.setattr(works, "rings", lambda *_: False)
+    for problem, fast in zip(problems, leapt, strict=True):
+        slow = steady(problem)
+        for key in ("energy_per_cycle", "response_amplitude", "stuck_fraction", "stops_per_cycle"):
+            assert getattr(fast, key) == pytest.approx(getattr(slow, key), rel=1e-11)
 
 
 def test_sliders_of_a_law() -> None:
