@@ -15,7 +15,11 @@ from frictionlab.analysis.noise import white_noise
 from frictionlab.cli import app
 from frictionlab.errors import RecordingError, UsageError
 from frictionlab.hdf5 import write_recording
-from frictionlab.identification.whole import loop_areas
+from frictionlab.identification import record_ladder
+from frictionlab.identification.family import family_of
+from frictionlab.identification.identify import identify
+from frictionlab.identification.track import track_of
+from frictionlab.identification.whole import climb_whole, loop_areas
 from frictionlab.recording import Quality, Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.simulator import Problem
@@ -150,6 +154,24 @@ def test_a_law_without_exact_phases_is_followed_from_rest() -> None:
     assert given.record_nrmse is not None
     assert given.record_nrmse < 2e-3
     assert given.predicted_energy_per_cycle == pytest.approx(given.energy_per_cycle, rel=2e-3)
+
+
+@pytest.mark.parametrize(("truth", "law"), [({}, "coulomb"), ({"gradient": 0.05}, "coulomb+place")])
+def test_a_record_climbs_as_far_as_it_must(truth: dict[str, float], law: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """From plain Coulomb friction; what the record does not ask for is not climbed."""
+    monkeypatch.setattr(record_ladder, "EXACT", ("place", "speed"))
+    problem = Problem(1.0, 0.4, law=law, parameters=truth, frame_damping_ratio=0.01)
+    recording = virtual(0.4, 10.0, problem)
+    scene = SCENE.changed(analysis={"transient_s": 4.0})
+    measurement = fl.analyze(recording, scene)
+    family = family_of(measurement, scene, "coulomb")
+    track, _ = track_of(recording, measurement, FN)
+    found = identify(measurement, family, measurement.sources)
+    top, rungs = climb_whole(track, measurement, found, measurement.sources)
+    assert top.family.law.name == law
+    assert [rung.law for rung in rungs if rung.required][-1] == law
+    for name, value in ({"beta": 0.4} | truth).items():
+        assert abs(top.parameters[name].value - value) < 3.0 * (top.parameters[name].u or 0.0) + 1e-3 * value
 
 
 def test_the_command_gives_the_keys_and_the_figure(tmp_path: Path) -> None:

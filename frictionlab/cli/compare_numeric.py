@@ -25,7 +25,7 @@ from frictionlab.cli.options import (
 )
 from frictionlab.cli.output import print_table
 from frictionlab.cli.progress import track
-from frictionlab.schema import COMPARISONS, LAWS
+from frictionlab.schema import COMPARISONS, LAWS, RECORD_LAWS
 from frictionlab.tables import Row, check_output, write_rows
 
 if TYPE_CHECKING:
@@ -134,9 +134,13 @@ def _print_parts(rows: Iterable[Row]) -> None:
         if isinstance(parameters, Mapping) and (laws or len(parameters) > 2):
             typer.echo(f"\n{row['source']}: {row['law']}")
             print_table([{"parameter": name, **values} for name, values in parameters.items()], PARAMETERS)
+        required, record_laws = row.get("cycle_law") or row["law"], row.get("record_laws")
         if isinstance(laws, (list, tuple)):
-            typer.echo(f"\n{row['source']}: laws in the order tried; the recording requires {row['law']}")
+            typer.echo(f"\n{row['source']}: laws in the order tried; the recording requires {required}")
             print_table(laws, LAWS)
+        if isinstance(record_laws, (list, tuple)):
+            typer.echo(f"\n{row['source']}: laws tried on the whole record, which requires {row['law']}")
+            print_table(record_laws, RECORD_LAWS)
 
 
 def _row(

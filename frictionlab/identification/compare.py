@@ -72,10 +72,14 @@ def compare(
     sources = measurement.sources
     found, ladder = _identified(measurement, scene, sources, law, friction_ratio)
     from frictionlab.identification.track import track_of  # noqa: PLC0415 - these two load what a cycle has no use for
-    from frictionlab.identification.whole import follow, identify_whole  # noqa: PLC0415
+    from frictionlab.identification.whole import climb_whole, follow, identify_whole  # noqa: PLC0415
 
     track, said = track_of(recording, measurement, measurement.drive_frequency_hz / found.family.r)
-    if fit == "whole":
+    cycle_law, record_laws = found.family.law.name, None
+    if fit == "whole" and law == AUTO:
+        found, climbed = climb_whole(track, measurement, found, sources)
+        record_laws = tuple(rung.row() for rung in climbed)
+    elif fit == "whole":
         found = identify_whole(track, measurement, found, sources)
     record = follow(track, found)
     state = _state(found, solver or scene.model.solver)
@@ -86,6 +90,8 @@ def compare(
         record_nrmse=record.nrmse,
         record_energy_difference=record.energy_difference,
         record=record,
+        cycle_law=cycle_law if law == AUTO else None,
+        record_laws=record_laws,
     )
 
 

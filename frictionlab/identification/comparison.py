@@ -31,7 +31,8 @@ class Comparison:
     uncertainty, and what was known before; ``budget``: quantity -> source -> standard uncertainty; ``laws``: the ladder
     in the order climbed (law "auto" alone). ``tau`` (p,) rad from the top of the base's fundamental, ``base``,
     ``measured``, ``predicted`` (p,) in Y stand behind them. ``record_nrmse``, ``record_energy_difference``: the same of
-    the whole record (``record``), where it was asked for.
+    the whole record (``record``), where it was asked for; ``cycle_law``, ``record_laws``: with law "auto", what the
+    steady cycle requires, and the ladder that the record climbed from there (fit "whole"): ``law`` is then its top.
     """
 
     source: str
@@ -75,6 +76,8 @@ class Comparison:
     record_nrmse: float | None = None
     record_energy_difference: float | None = None
     record: WholeRecord | None = None
+    cycle_law: str | None = None
+    record_laws: tuple[Mapping[str, object], ...] | None = None
 
     friction_ratio = FlatKnown("friction")
     friction_ratio_se = Flat("friction", "se")

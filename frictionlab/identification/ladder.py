@@ -146,7 +146,7 @@ class _Climb:
 
     def _required(self, here: Rung, terms: tuple[str, ...], count: int) -> list[Rung]:
         """The rungs with so many more terms that the recording requires over this one."""
-        tried = [self._try(here, name) for name in _above(here.law, terms, count)]
+        tried = [self._try(here, name) for name in laws_above(here.law, terms, count)]
         return [rung for rung in tried if rung is not None and rung.required]
 
     def _try(self, below: Rung, name: str) -> Rung | None:
@@ -169,7 +169,7 @@ class _Climb:
         known = below.identified.fit.values
         new = [c for c in forward.coordinates if c.law and c.name not in known]
         prepare(family, STATES)
-        starts = [start_at(forward, known | _shifted(new, trial)) for trial in _trials(new)]
+        starts = [start_at(forward, known | values) for values in trial_values(new)]
         if any(c.name == "stiffness_ratio" for c in new):
             guessed = _shifted(new, 0.0) | below.identified.fit.law_values
             starts = starts_of(self.measurement, forward, below_observed(below), guessed)
@@ -220,6 +220,11 @@ def _shifted(new: list[Coordinate], trial: float) -> dict[str, float]:
     return {c.name: c.value(max(trial if not c.folded else 0.5 * abs(trial), c.low + 0.01)) for c in new}
 
 
+def trial_values(new: list[Coordinate]) -> list[dict[str, float]]:
+    """Values at which a richer law's new parameters are tried."""
+    return [_shifted(new, trial) for trial in _trials(new)]
+
+
 def _trials(new: list[Coordinate]) -> tuple[float, ...]:
     """Where new parameters are tried: many places on a scale, both signs of a gradient; one for what only grows."""
     if any(c.is_log for c in new):
@@ -232,7 +237,7 @@ def _worth(here: Rung, terms: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(t for t in terms if t in CHEAP) if misfit_is_noise(here.identified.fit) else terms
 
 
-def _above(law: Law, terms: tuple[str, ...], count: int) -> list[str]:
+def laws_above(law: Law, terms: tuple[str, ...], count: int) -> list[str]:
     """Names of the laws with so many more terms, without sums that exclude each other."""
     order = list(TERMS)
     found = []

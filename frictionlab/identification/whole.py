@@ -13,6 +13,7 @@ from frictionlab.errors import AnalysisError
 from frictionlab.identification.family import measured_base
 from frictionlab.identification.identify import Identified, coordinates_of, with_errors
 from frictionlab.identification.record_fit import errors_of_record, fit_record, spread_of
+from frictionlab.identification.record_ladder import RecordLadder, RecordRung
 from frictionlab.identification.track import (
     RecordForward,
     Track,
@@ -50,9 +51,29 @@ def identify_whole(track: Track, measurement: Measurement, found: Identified, so
     if "beta" in family.free:
         starts += [starts[0] | {"beta": factor * middle["beta"]} for factor in SEARCH if factor != 1.0]
     best = fit_record(forward, found.fit.observed, starts)
-    moved = replace(family, base=measured_base(measurement, len(measurement.cycle.base_cosine)))
-    best = replace(best, forward=replace(best.forward, family=moved))
-    return with_errors(moved, best, errors=errors_of_record(best, forward))
+    return _under_measured_base(measurement, with_errors(family, best, errors=errors_of_record(best, forward)))
+
+
+def climb_whole(
+    track: Track, measurement: Measurement, found: Identified, sources: Sources
+) -> tuple[Identified, tuple[RecordRung, ...]]:
+    """Return the law that the record requires, from the one that its cycle requires upward, and the rungs climbed.
+
+    Raises
+    ------
+    AnalysisError
+        The cycle's law has no motion under the measured base.
+    """
+    ladder = RecordLadder(track, measurement, sources, found)
+    top = _under_measured_base(measurement, ladder.climb())
+    return top, tuple(ladder.rungs)
+
+
+def _under_measured_base(measurement: Measurement, found: Identified) -> Identified:
+    """The same values, their steady cycle to be predicted under all measured harmonics of the base."""
+    family = replace(found.family, base=measured_base(measurement, len(measurement.cycle.base_cosine)))
+    forward = replace(found.fit.forward, family=family)
+    return replace(found, family=family, fit=replace(found.fit, forward=forward))
 
 
 def follow(track: Track, found: Identified) -> WholeRecord:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from frictionlab.schema.campaign import DRIFTS, FRICTION, MATERIAL_LAWS, RANKING, TESTS
 from frictionlab.schema.column import Column, Table, Type
-from frictionlab.schema.measured import COMPARISONS, FREE_VIBRATIONS, LAWS, MEASUREMENTS, OUTCOME
+from frictionlab.schema.measured import COMPARISONS, FREE_VIBRATIONS, LAWS, MEASUREMENTS, OUTCOME, RECORD_LAWS
 from frictionlab.schema.simulated import MOTIONS, PLANS, RESPONSES, STEADY_STATES, TRADES
 
 __all__ = [
@@ -23,6 +23,7 @@ __all__ = [
     "OUTCOME",
     "PLANS",
     "RANKING",
+    "RECORD_LAWS",
     "RESPONSES",
     "STEADY_STATES",
     "TABLES",
@@ -37,7 +38,7 @@ __all__ = [
 ]
 
 TABLES = (
-    *(MEASUREMENTS, COMPARISONS, LAWS, FREE_VIBRATIONS, TESTS, FRICTION, RANKING, DRIFTS, MATERIAL_LAWS),
+    *(MEASUREMENTS, COMPARISONS, LAWS, RECORD_LAWS, FREE_VIBRATIONS, TESTS, FRICTION, RANKING, DRIFTS, MATERIAL_LAWS),
     *(STEADY_STATES, MOTIONS, RESPONSES, PLANS, TRADES),
 )
 

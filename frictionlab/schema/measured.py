@@ -174,6 +174,8 @@ COMPARISONS = Table(
         thing("laws", "laws", "The ladder of laws that `--law auto` climbed, one object per rung."),
         number("record_nrmse", "", "record nrmse", "The nrmse of the whole record, from its first sample."),
         number("record_energy_difference", "", "record difference", "The energy_difference over the whole record."),
+        text("cycle_law", "law of the cycle", "With `--law auto`: the law that the steady cycle requires."),
+        thing("record_laws", "laws of the record", "The ladder that the whole record climbed from there, a rung each."),
         u_of(FRICTION_RATIO),
         u_of(FRICTION_FORCE),
         u_of(COEFFICIENT),
@@ -212,6 +214,21 @@ LAWS = Table(
     ),
     lead=4,
     shown=("law", "log_evidence", "response_nrmse", "held_out_nrmse", "required", "seconds"),
+)
+
+RECORD_LAWS = Table(
+    kind="laws of a record",
+    sentence="One law of the ladder that a whole record climbs (`--law auto --fit whole`).",
+    columns=(
+        LAW,
+        thing("parameters", "parameters", "Parameter of the law -> its value."),
+        number("log_evidence_gain", "", "gain", "Log evidence over the best simpler law tried."),
+        number("record_nrmse", "", "record nrmse", "Rms of what the law leaves of the record over the record's rms."),
+        yes_no("required", "required", "Whether the record requires this law over the simpler ones."),
+        SECONDS,
+    ),
+    lead=3,
+    shown=("law", "log_evidence_gain", "record_nrmse", "required", "seconds"),
 )
 
 _FREQUENCY = number("natural_frequency_hz", "Hz", "natural", "Natural frequency, without the damping.")

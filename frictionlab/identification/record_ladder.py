@@ -1,0 +1,167 @@
+"""The ladder of laws on a whole record: from the law that the cycle requires, as far as the record asks for more.
+
+What a law leaves of a record hangs together over many samples. So the evidence of a rung counts a record as
+``n / (autocorrelation time)`` samples of unknown variance, ``- N / 2 log(rms^2)``, beside the volumes of Laplace's
+approximation; two laws are held against each other with the smaller N of both. A rung is climbed if the logarithm of
+its Bayes factor is above 5, and if the sums of squares of single periods fall by more than their own error.
+"""
+
+import math
+import time
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.errors import AnalysisError, ParameterError, SimulationError, UsageError
+from frictionlab.identification.fit import Fit, log_evidence
+from frictionlab.identification.identify import Identified, coordinates_of, with_errors
+from frictionlab.identification.ladder import EXACT, REQUIRED, laws_above, trial_values
+from frictionlab.identification.record_fit import errors_of_record, fit_record, together
+from frictionlab.identification.track import (
+    RecordForward,
+    Track,
+    start_coordinates,
+    start_values,
+    without_second_harmonic,
+)
+from frictionlab.simulator.laws import law_of
+from frictionlab.uncertainty import Sources
+
+FloatArray = NDArray[np.float64]
+MOST_RUNGS = 24
+
+
+@dataclass(frozen=True)
+class RecordRung:
+    """One law fitted to a record.
+
+    ``found``: its fit; ``squares`` (c,): mean square of what it leaves of each period, over Y^2; ``effective``: how
+    many samples the residual is worth; ``gain``: its log evidence over the best simpler law tried; ``required``:
+    whether the record requires it; ``seconds``: what it took.
+    """
+
+    found: Fit
+    forward: RecordForward
+    nrmse: float
+    squares: FloatArray
+    effective: float
+    gain: float = 0.0
+    required: bool = True
+    seconds: float = 0.0
+
+    @property
+    def law(self) -> str:
+        """The law's name."""
+        return self.forward.family.law.name
+
+    def row(self) -> dict[str, object]:
+        """The rung as one object of the ladder."""
+        return {
+            "law": self.law,
+            "parameters": {n: v for n, v in self.found.law_values.items() if n != "frame_damping_ratio"},
+            "log_evidence_gain": self.gain,
+            "record_nrmse": self.nrmse,
+            "required": self.required,
+            "seconds": self.seconds,
+        }
+
+
+@dataclass
+class RecordLadder:
+    """The rungs of one record as they come; ``left_out``: law -> why it could not be fitted."""
+
+    track: Track
+    measurement: Measurement
+    sources: Sources
+    below: Identified
+    rungs: list[RecordRung] = field(default_factory=list)
+    left_out: dict[str, str] = field(default_factory=dict)
+
+    def climb(self) -> Identified:
+        """Return the law that the record requires, with its values and their errors."""
+        here = self._rung(self.below.family.law.name, self._bottom_starts(), None)
+        while len(self.rungs) < MOST_RUNGS:
+            good = self._above(here, 1) or self._above(here, 2)
+            if not good:
+                break
+            here = max(good, key=lambda rung: rung.gain)
+        return with_errors(here.forward.family, here.found, errors=errors_of_record(here.found, here.forward))
+
+    def _bottom_starts(self) -> list[dict[str, float]]:
+        values = {n: v for n, v in self.below.fit.values.items() if not n.startswith("second_")}
+        return [values | start_values(self.track)]
+
+    def _above(self, here: RecordRung, count: int) -> list[RecordRung]:
+        """The rungs with so many more terms that the record requires over this one."""
+        tried = [self._try(here, name) for name in laws_above(here.forward.family.law, EXACT, count)]
+        return [rung for rung in tried if rung is not None and rung.required]
+
+    def _try(self, here: RecordRung, name: str) -> RecordRung | None:
+        """A law fitted from the one below; None where it has been tried, or cannot be fitted."""
+        if name in self.left_out or any(rung.law == name for rung in self.rungs):
+            return None
+        known = here.found.values
+        family = here.forward.family.under(law_of(name))
+        new = [c for c in coordinates_of(family, self.measurement, self.sources) if c.law and c.name not in known]
+        try:
+            return self._rung(name, [known | values for values in trial_values(new)], here)
+        except (AnalysisError, ParameterError, SimulationError, UsageError, np.linalg.LinAlgError) as fault:
+            self.left_out[name] = str(fault)
+            return None
+
+    def _rung(self, name: str, starts: list[dict[str, float]], below: RecordRung | None) -> RecordRung:
+        begin = time.perf_counter()
+        family = self.below.family.under(law_of(name))
+        known = without_second_harmonic(coordinates_of(family, self.measurement, self.sources))
+        forward = RecordForward(family, (*known, *start_coordinates(self.track)), self.track)
+        found = fit_record(forward, self.below.fit.observed, starts)
+        gap = found.residual * (self.track.noise or 1.0)
+        rung = RecordRung(
+            found,
+            forward,
+            nrmse=float(np.sqrt(np.mean(gap**2))) / self.track.rms,
+            squares=_squares(gap, self.track.per_period),
+            effective=len(gap) / together(gap - gap.mean()),
+            seconds=time.perf_counter() - begin,
+        )
+        if below is not None:
+            rung = _judged(rung, below, self._simpler(rung, below))
+        self.rungs.append(rung)
+        return rung
+
+    def _simpler(self, rung: RecordRung, below: RecordRung) -> list[RecordRung]:
+        """The rungs with fewer terms that were tried: two terms must beat each alone."""
+        terms = {t.name for t in rung.forward.family.law.terms}
+        return [r for r in self.rungs if {t.name for t in r.forward.family.law.terms} < terms] or [below]
+
+
+def _judged(rung: RecordRung, below: RecordRung, simpler: list[RecordRung]) -> RecordRung:
+    """A rung with its gain over the law below, and whether it is required over all simpler ones."""
+    gain = min(evidence_gain(rung, other) for other in simpler)
+    count = min(len(rung.squares), len(below.squares))
+    better = below.squares[:count] - rung.squares[:count]
+    error = float(better.std(ddof=1)) / math.sqrt(count) if count > 1 else math.inf
+    return replace(rung, gain=gain, required=gain > REQUIRED and float(better.mean()) > error)
+
+
+def evidence_gain(rung: RecordRung, below: RecordRung) -> float:
+    """Logarithm of the Bayes factor of one law over another on the same record."""
+    effective = min(rung.effective, below.effective)
+    fits = 0.5 * effective * math.log(float(np.mean(below.squares)) / float(np.mean(rung.squares)))
+    return fits + _volume(rung.found) - _volume(below.found)
+
+
+def _volume(found: Fit) -> float:
+    """What is left of a fit's log evidence without its misfit: the priors, and the volume that the record leaves."""
+    root = math.sqrt(found.excess)
+    scaled = replace(found, residual=found.residual / root, jacobian=found.jacobian / root, excess=1.0)
+    return log_evidence(scaled) + 0.5 * scaled.chi_square
+
+
+def _squares(gap: FloatArray, per_period: int) -> FloatArray:
+    """Mean square of each whole period (c,)."""
+    whole = len(gap) // per_period * per_period
+    parts = gap[:whole].reshape(-1, per_period) if whole else gap.reshape(1, -1)
+    return np.asarray(np.mean(parts**2, axis=1))
