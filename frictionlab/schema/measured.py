@@ -227,7 +227,7 @@ RECORD_LAWS = Table(
         yes_no("required", "required", "Whether the record requires this law over the simpler ones."),
         SECONDS,
     ),
-    lead=3,
+    lead=4,
     shown=("law", "log_evidence_gain", "record_nrmse", "required", "seconds"),
 )
 
