@@ -2,19 +2,27 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.restoring import Channel, low_pass, restored
+from frictionlab.identification.coordinates import point_of
+from frictionlab.identification.family import family_of
+from frictionlab.identification.identify import forward_of
+from frictionlab.identification.observed import observe_cycle
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.uncertainty import STATISTICAL, combined, cycle_budget, sources_of
 from tests.identification.contacts import BASE_M, recorded, scene
 
+FloatArray = NDArray[np.float64]
+Shown = tuple[FloatArray, FloatArray]
 KEYS = ("frequency_ratio", "base_amplitude_m", "energy_per_cycle", "response_amplitude")
 
 
@@ -113,3 +121,50 @@ def test_the_combined_uncertainty_holds_what_laboratories_do(key: str) -> None:
         m = measured(gain=gain, lag_s=lag, what={"sensors": declared})
         misses.append((getattr(m, key) - truth) / getattr(m, f"{key}_u"))
     assert 0.65 < math.sqrt(np.mean(np.square(misses))) < 1.35
+
+
+def test_the_share_of_crosstalk_is_what_crosstalk_does() -> None:
+    """Also to the energy, by the base's amplitude that all is over: it was not counted there."""
+    mixed = {"sensors": {"crosstalk": 0.002}}
+    still = measured(what=mixed)
+    changes = []
+    for of_mass, of_base in ((0.002, 0.0), (0.0, 0.002)):
+
+        def show(_: FloatArray, x: FloatArray, y: FloatArray, a: float = of_mass, b: float = of_base) -> Shown:
+            return x + a * y, y + b * x
+
+        recording = recorded(
+            Problem(0.8, 0.35), np.random.default_rng(1), scatter=0.0, seconds=25.0, rate=500.0, sensors=show
+        )
+        seen = measure(recording, scene(**mixed))
+        changes.append([getattr(seen, key) - getattr(still, key) for key in ("energy_per_cycle", "response_amplitude")])
+    for key, change in zip(("energy_per_cycle", "response_amplitude"), np.hypot(*np.array(changes)), strict=True):
+        assert still.budget[key]["crosstalk"] == pytest.approx(change, rel=0.02)
+
+
+def test_a_cubic_sensor_moves_the_numbers_by_their_share() -> None:
+    """0.2 % of the range at its ends, the range filled: 0.3 % of the energy, 0.1 % of the amplitude left over Y."""
+    tau = 2 * np.pi * np.arange(512) / 512
+    mass, base = 0.8 * np.cos(tau - 0.6), np.cos(tau)
+    sources = replace(sources_of(scene(), 250.0), linearity=0.002)
+    share = cycle_budget(mass, base, sources, turn=6.0, unit=1.0)
+    assert share["energy_per_cycle"]["linearity of the sensors"] == pytest.approx(
+        0.8 * math.pi * math.sin(0.6) * 0.003 * math.sqrt(2.0), rel=0.01
+    )
+    assert share["response_amplitude"]["linearity of the sensors"] == pytest.approx(
+        0.8 * math.hypot(0.004, 0.003), rel=0.01
+    )
+
+
+def test_crosstalk_moves_the_cycle_as_the_fit_thinks() -> None:
+    m = measured()
+    sources, family = sources_of(scene(sensors={"crosstalk": 0.002}), 500.0), family_of(m, scene())
+    forward = forward_of(family, m, sources, observe_cycle(m))
+    point = point_of(forward.coordinates, {"beta": 0.35})
+    here = forward.predict(point)
+    assert here is not None
+    for i, c in enumerate(forward.coordinates):
+        if c.name in ("base_in_mass", "mass_in_base", "lag", "gain"):
+            there = forward.predict(point + 1e-4 * (np.arange(len(point)) == i))
+            assert there is not None
+            np.testing.assert_allclose(forward.jacobian(point, here)[:, i], (there - here) / 1e-4, atol=2e-6)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.identification.family import Family
 from frictionlab.simulator.laws import Parameter
-from frictionlab.uncertainty import Sources
+from frictionlab.uncertainty import Sources, bent_gain
 
 FloatArray = NDArray[np.float64]
 WIDE = 2.0 * 1.959964  # deviations from end to end of a 95 % interval
@@ -82,7 +82,8 @@ def nuisances(family: Family, sources: Sources, *, turn: float, second: float = 
     second : float
         Size over Y of a second harmonic seen in the base: it may be the sensor's or the base's.
     """
-    gain = math.hypot(sources.gain, 2.0 * sources.linearity * math.sqrt(2.0))
+    bent = sources.linearity * bent_gain(0.0 if sources.measuring_range else 1.0)
+    gain = math.hypot(sources.gain, bent * math.sqrt(2.0))
     words = "second harmonic of the base, {} part over Y"
     found = [
         _nuisance("natural_frequency", "natural frequency, relative", sources.natural_frequency),
@@ -91,6 +92,15 @@ def nuisances(family: Family, sources: Sources, *, turn: float, second: float = 
         _frame(family, sources),
         *(_nuisance(f"second_{part}", words.format(part), SECOND * second) for part in ("cosine", "sine")),
     ]
+    return tuple(c for c in found if c.width > 0.0)
+
+
+def crosstalk(sources: Sources) -> tuple[Coordinate, ...]:
+    """What of each channel may stand in the other; nothing where the scene tells of none."""
+    found = (
+        _nuisance("base_in_mass", "share of the base's channel in the mass's", sources.crosstalk),
+        _nuisance("mass_in_base", "share of the mass's channel in the base's", sources.crosstalk),
+    )
     return tuple(c for c in found if c.width > 0.0)
 
 

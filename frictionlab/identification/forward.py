@@ -64,9 +64,11 @@ class Forward:
         return harmonics_of(cycle, self.count)
 
     def seen(self, lines: ComplexArray, values: Mapping[str, float]) -> ComplexArray:
-        """The same harmonics through the sensors: gain, and a lag that shifts the cycle."""
-        order = np.arange(1, self.count + 1)
-        return np.asarray((1.0 + values.get("gain", 0.0)) * np.exp(1j * order * values.get("lag", 0.0)) * lines)
+        """The same harmonics through the sensors: gain, a lag that shifts the cycle, crosstalk."""
+        gain, lag = through(complex(lines[0]), values)
+        shown = gain * np.exp(1j * np.arange(1, self.count + 1) * lag) * lines
+        shown[0] += values.get("base_in_mass", 0.0)
+        return np.asarray(shown)
 
     def predict(self, point: FloatArray, near: SteadyState | None = None) -> FloatArray | None:
         """Cosine and sine parts (2 count,) at a point; None where there is no steady state."""
@@ -86,10 +88,15 @@ class Forward:
     ) -> FloatArray:
         if c.name == "gain":
             return np.asarray(here * c.width / (1.0 + c.value(float(point[i]))))
+        cosine, sine = here[: self.count], here[self.count :]
+        order = np.arange(1, self.count + 1)
+        later = np.concatenate([order * sine, -order * cosine])
         if c.name == "lag":
-            order = np.arange(1, self.count + 1)
-            cosine, sine = here[: self.count], here[self.count :]
-            return c.width * np.concatenate([order * sine, -order * cosine])
+            return c.width * later
+        if c.name == "mass_in_base":
+            return np.asarray(c.width * (float(sine[0]) * later - float(cosine[0]) * here))
+        if c.name == "base_in_mass":
+            return np.asarray(c.width * (np.arange(len(here)) == 0))
         for step in (STEP, -STEP, 0.1 * STEP):
             if point[i] + step < c.low:
                 continue
@@ -97,6 +104,16 @@ class Forward:
             if there is not None:
                 return np.asarray((there - here) / step)
         return np.zeros_like(here)
+
+
+def through(first: complex, values: Mapping[str, float]) -> tuple[float, float]:
+    """Gain, and lag in rad of the drive, by which a cycle is shown; ``first``: its first harmonic, over Y.
+
+    What stands of the mass in the base's channel changes the amplitude that all is over, and the phase it is told from.
+    """
+    seen_base = 1.0 + values.get("mass_in_base", 0.0) * first
+    late = values.get("lag", 0.0) - float(np.angle(seen_base))
+    return (1.0 + values.get("gain", 0.0)) / abs(seen_base), late
 
 
 def _moved(point: FloatArray, i: int, step: float) -> FloatArray:

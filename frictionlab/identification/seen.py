@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.identification.comparison import Verdict
+from frictionlab.identification.forward import through
 from frictionlab.identification.identify import Identified
 from frictionlab.identification.observed import EXPLAINED
 from frictionlab.simulator import SteadyState, observe
@@ -27,17 +28,17 @@ class Prediction:
 def seen(measurement: Measurement, found: Identified, state: SteadyState) -> Prediction:
     """The prediction as the sensors would show it: through the gain and the lag that the fit found."""
     shown, values = observe(state), found.fit.values
-    gain, lag = 1.0 + values.get("gain", 0.0), values.get("lag", 0.0)
-    amplitude = None if shown.response_amplitude is None else gain * shown.response_amplitude
     if state.orbit is None:
-        return Prediction(None, shown.energy_per_cycle, amplitude)
+        return Prediction(None, shown.energy_per_cycle, shown.response_amplitude)
     tau, turns = measurement.cycle.tau, state.period_cycles or 1
+    plain = np.stack([state.orbit.at(tau + 2.0 * math.pi * turn)[0] for turn in range(turns)]).mean(axis=0)
+    gain, lag = through(complex(np.fft.rfft(plain)[1]) * 2.0 / len(plain), values)
+    amplitude = None if shown.response_amplitude is None else gain * shown.response_amplitude
     whole = np.stack([state.orbit.at(tau + lag + 2.0 * math.pi * turn)[0] for turn in range(turns)])
-    cycle = gain * whole.mean(axis=0)
+    cycle = gain * whole.mean(axis=0) + values.get("base_in_mass", 0.0) * np.cos(tau)
     moved = 0.0
     if gain != 1.0 or lag != 0.0:
-        still = np.stack([state.orbit.at(tau + 2.0 * math.pi * turn)[0] for turn in range(turns)]).mean(axis=0)
-        moved = _area(cycle, state) - _area(still, state)
+        moved = _area(cycle, state) - _area(plain, state)
     energy = None if shown.energy_per_cycle is None else shown.energy_per_cycle + moved
     return Prediction(cycle - cycle.mean(), energy, amplitude)
 

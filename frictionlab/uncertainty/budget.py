@@ -1,8 +1,12 @@
 """What each source does to the energy, the amplitude and the base's amplitude of a mean cycle, to first order.
 
-A sensor that bends is a cubic over its measuring range: its error, `linearity` times the range at the ends, changes the
-gain of a motion about a place that nobody has noted by up to twice the linearity, and bends the cycle itself by its
-swing over the range.
+A cycle is seen a little wrong, as each source would show it, and the numbers are taken again: what a gain, a lag or
+crosstalk does to the unit Y, by which everything is divided, counts so by itself.
+
+A sensor that bends has a cubic's error, ``linearity`` times its range R at the ends: ``L R s^3`` with s from -1 to 1.
+A cycle of half swing A fills ``f = 2 A / R`` of the range, about a place s0 that nobody has noted: with u from -1 to 1
+along it the error is ``L A (6 s0^2 u + 6 s0 f u^2 + 2 f^2 u^3)``, a gain, a bend and a cubic. s0 is taken as uniform
+between -(1 - f) and 1 - f. A range that is not known is taken as filled, which makes it ``2 L A u^3``.
 """
 
 import math
@@ -16,8 +20,10 @@ from frictionlab.uncertainty.sources import Sources
 FloatArray = NDArray[np.float64]
 Shares = Mapping[str, float]
 STATISTICAL = "noise and scatter"
-BENT_GAIN = 2.0  # a cubic's gain half way to the end of its range, over its error at the end
-BENT_CYCLE = 2.0  # a cubic's change of a cycle that fills its range
+KEYS = ("energy_per_cycle", "response_amplitude", "base_amplitude_m")
+SMALL = 1e-6  # of the cycle: a change that is still linear, and far above rounding
+ROUNDING = 1e-12  # below it a share is the rounding of differences
+CUBIC_GAIN = 0.75  # of a cosine's cube, in its fundamental
 
 
 def combined(shares: Shares) -> float:
@@ -52,42 +58,64 @@ def cycle_budget(
         Of ``energy_per_cycle`` (k Y^2), ``response_amplitude`` (Y) and ``base_amplitude_m`` (m): source -> standard
         uncertainty.
     """
-    energy = abs(_loop(mass, base))
-    amplitude = 0.5 * float(np.ptp(mass))
-    bent_mass, bent_base = (_bent(size, sources, unit) for size in (amplitude, 0.5 * float(np.ptp(base))))
-    late = abs(_loop(_derivative(mass), base)) * turn * sources.lag
-    mixed = 0.5 * abs(float(np.ptp(mass + 1e-6 * base)) - float(np.ptp(mass))) / 1e-6
-    return {
-        "energy_per_cycle": {
-            "gain of the mass sensor": energy * sources.mass_gain,
-            "gain of the base sensor": energy * sources.base_gain,
-            "linearity of the sensors": energy * math.hypot(bent_mass, bent_base),
-            "lag between the channels": late,
-        },
-        "response_amplitude": {
-            "gain of the mass sensor": amplitude * sources.mass_gain,
-            "gain of the base sensor": amplitude * sources.base_gain,
-            "linearity of the sensors": amplitude * math.hypot(bent_mass, bent_base),
-            "crosstalk": math.hypot(mixed, amplitude * _along(mass, base)) * sources.crosstalk,
-        },
-        "base_amplitude_m": {
-            "gain of the base sensor": unit * sources.base_gain,
-            "linearity of the sensors": unit * bent_base,
-            "crosstalk": unit * abs(_along(mass, base)) * sources.crosstalk,
-        },
+    still, to_units = np.zeros_like(base), np.array([1.0, 1.0, unit])
+
+    def slope(of_mass: FloatArray, of_base: FloatArray) -> FloatArray:
+        """Change of the three numbers by a change of the two channels."""
+        there = _numbers(mass + SMALL * of_mass, base + SMALL * of_base)
+        return np.asarray(to_units * (there - _numbers(mass, base)) / SMALL)
+
+    bends = [(slope(one, still), slope(still, two)) for one, two in zip(_bends(mass), _bends(base), strict=True)]
+    swings = (_filled(channel, sources, unit) for channel in (mass, base))
+    bent = [_bent(np.array([pair[i] for pair in bends]), filled) for i, filled in enumerate(swings)]
+    mixed = np.hypot(slope(base, still), slope(still, mass))
+    causes = {
+        "gain of the mass sensor": sources.mass_gain * slope(mass, still),
+        "gain of the base sensor": sources.base_gain * slope(still, base),
+        "linearity of the sensors": sources.linearity * np.hypot(*bent),
+        "lag between the channels": turn * sources.lag * slope(_derivative(mass), still) * (1.0, 0.0, 0.0),
+        "crosstalk": sources.crosstalk * mixed,
     }
+    told = {key: {cause: abs(float(sizes[i])) for cause, sizes in causes.items()} for i, key in enumerate(KEYS)}
+    return {key: {cause: size for cause, size in shares.items() if size > ROUNDING} for key, shares in told.items()}
 
 
-def _bent(size: float, sources: Sources, unit: float) -> float:
-    """Relative uncertainty of a swing (in Y) by a sensor that bends."""
-    half_range = 0.5 * sources.measuring_range / unit if sources.measuring_range else 0.0
-    filled = min(1.0, size / half_range) if half_range > 0.0 else 1.0
-    return sources.linearity * math.hypot(BENT_GAIN * (1.0 - filled), BENT_CYCLE * filled)
+def bent_gain(filled: float) -> float:
+    """Standard uncertainty of a cosine's gain over the linearity, by the share of the range that it fills.
+
+    Examples
+    --------
+    >>> bent_gain(1.0), round(bent_gain(0.0), 2)
+    (1.5, 2.68)
+    """
+    return float(_bent(np.array([[1.0], [0.0], [CUBIC_GAIN]]), filled)[0])
 
 
-def _along(mass: FloatArray, base: FloatArray) -> float:
-    """Part of the mass's motion that goes with the base's, over the base's."""
-    return float(np.dot(mass, base) / np.dot(base, base))
+def _bends(channel: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Swing of a channel A u, A u^2 and A u^3, u from -1 to 1 along it."""
+    half = 0.5 * float(np.ptp(channel))
+    u = (channel - channel.min()) / half - 1.0 if half > 0.0 else np.zeros_like(channel)
+    return half * u, half * u**2, half * u**3
+
+
+def _bent(slopes: FloatArray, filled: float) -> FloatArray:
+    """Rms (m,) of what a cubic of unit linearity does, by its slopes (3, m) on gain, bend and cubic (see above)."""
+    free, f = 1.0 - filled, filled
+    gain, bend, cubic = slopes
+    square = 7.2 * free**4 * gain**2 + 8.0 * f**2 * free**2 * gain * cubic
+    return np.asarray(np.sqrt(square + 12.0 * f**2 * free**2 * bend**2 + 4.0 * f**4 * cubic**2))
+
+
+def _filled(channel: FloatArray, sources: Sources, unit: float) -> float:
+    """Share of its range that a sensor's motion fills; all of it where the range is not known."""
+    reach = sources.measuring_range
+    return min(1.0, float(np.ptp(channel)) * unit / reach) if reach else 1.0
+
+
+def _numbers(mass: FloatArray, base: FloatArray) -> FloatArray:
+    """Energy, response amplitude and the base's amplitude (3,), all over the fundamental of the base."""
+    unit = 2.0 * abs(complex(np.fft.rfft(base)[1])) / len(base)
+    return np.array([_loop(mass, base) / unit**2, 0.5 * float(np.ptp(mass)) / unit, unit])
 
 
 def _loop(mass: FloatArray, base: FloatArray) -> float:

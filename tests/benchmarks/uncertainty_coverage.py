@@ -1,8 +1,9 @@
 """Does the combined uncertainty cover the truth when sensors and rig are off by what is declared of them?
 
 Run: ``python -m tests.benchmarks.uncertainty_coverage [DRAWS]``; the result goes to results/uncertainty_coverage.txt.
-Every draw is one test of 30 s at 250 Hz with its own lag, gain, natural frequency and frame damping, each drawn from
-the uncertainty that its scene declares, and its own noise and scatter of friction.
+Every draw is one test of 30 s at 250 Hz with its own lag, gains, curvature of both sensors, crosstalk either way,
+natural frequency and frame damping, each drawn from the uncertainty that its scene declares, mains hum on the mass's
+sensor, and its own noise and scatter of friction. No two draws share a random number.
 """
 
 import math
@@ -11,6 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from frictionlab.analysis.measure import measure
 from frictionlab.identification import predict
@@ -18,26 +20,43 @@ from frictionlab.simulator import Problem, observe, steady_state
 from frictionlab.simulator.engine import compiled
 from tests.identification.contacts import NATURAL_HZ, recorded, scene
 
+FloatArray = NDArray[np.float64]
 RESULT = Path(__file__).parent / "results" / "uncertainty_coverage.txt"
-POINTS = ((0.1, 0.4), (0.3, 0.4), (0.5, 0.4), (0.8, 0.3), (1.2, 0.3), (2.0, 0.2))
-LAG_S, GAIN, FREQUENCY, DAMPING, DAMPING_U = 0.001, 0.001, 0.002, 0.005, 0.001
+POINTS = ((0.1, 0.4), (0.2, 0.4), (0.3, 0.4), (0.5, 0.4), (0.7, 0.3), (0.9, 0.3), (1.2, 0.3), (1.6, 0.3), (2.0, 0.2))
+LAG_S, GAIN, LINEARITY, CROSSTALK = 0.001, 0.001, 0.0005, 0.0005
+FREQUENCY, DAMPING, DAMPING_U = 0.002, 0.005, 0.001
+HUM_M, MAINS_HZ = 2e-6, 50.0
 TABLES: dict[str, Mapping[str, object]] = {
     "rig": {"natural_frequency_hz_u": FREQUENCY * NATURAL_HZ, "damping_ratio": DAMPING, "damping_ratio_u": DAMPING_U},
-    "sensors": {"lag_s_u": LAG_S, "gain_error": GAIN},
+    "sensors": {"lag_s_u": LAG_S, "gain_error": GAIN, "linearity": LINEARITY, "crosstalk": CROSSTALK},
 }
 QUANTITIES = ("energy", "amplitude", "friction ratio")
 
 
+class Sensors:
+    """Two sensors that are off by so many standard uncertainties (7,): gains, curvatures, crosstalk, hum."""
+
+    def __init__(self, drawn: FloatArray) -> None:
+        self.gain, self.bent, self.mixed, self.hum = drawn[:2] * GAIN, drawn[2:4], drawn[4:6] * CROSSTALK, drawn[6]
+
+    def __call__(self, t: FloatArray, mass: FloatArray, base: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """What they show of a motion [m]."""
+        shown = mass + self.mixed[0] * base, base + self.mixed[1] * mass
+        one, two = (
+            (1.0 + gain) * (x + LINEARITY * bent * 2.0 * x**3 / (0.5 * np.ptp(x)) ** 2)
+            for x, gain, bent in zip(shown, self.gain, self.bent, strict=True)
+        )
+        return one + HUM_M * self.hum * np.sin(2.0 * math.pi * MAINS_HZ * t + 0.3), two
+
+
 def scores_of(r: float, beta: float, seed: int) -> tuple[float, float, float]:
     """Error over combined uncertainty of energy, amplitude and friction ratio of one draw."""
-    generator = np.random.default_rng([18, seed])
-    detuned, damped, late, mass, base = generator.standard_normal(5)
+    generator = np.random.default_rng([18, round(1000 * r), seed])
+    detuned, damped, late, *drawn = generator.standard_normal(10)
     truth = Problem(r / (1.0 + FREQUENCY * detuned), beta, frame_damping_ratio=max(0.0, DAMPING + DAMPING_U * damped))
-    shown = observe(steady_state(truth))
-    gains = 1.0 + GAIN * mass, 1.0 + GAIN * base
-    drive = r / truth.r
+    shown, drive = observe(steady_state(truth)), r / truth.r
     recording = recorded(
-        truth, generator, seconds=30.0, lag_s=LAG_S * float(late), gain=float(gains[0] / gains[1]), tuned=drive
+        truth, generator, seconds=30.0, lag_s=LAG_S * float(late), tuned=drive, sensors=Sensors(np.array(drawn))
     )
     measured = measure(recording, scene(**TABLES))
     found = predict(measured, scene(**TABLES))
@@ -50,7 +69,7 @@ def scores_of(r: float, beta: float, seed: int) -> tuple[float, float, float]:
     return one, two, three
 
 
-def shares(scores: np.ndarray) -> list[str]:
+def shares(scores: FloatArray) -> list[str]:
     """Of the scores (draws, 3) of each quantity: coverage at two levels, rms and mean."""
     lines = []
     for name, score in zip(QUANTITIES, scores.T, strict=True):
@@ -60,20 +79,27 @@ def shares(scores: np.ndarray) -> list[str]:
     return lines
 
 
-def main(draws: int) -> None:
-    """Write the table."""
-    compiled()
-    lines = [f"{draws} draws a motion; share of truths in % within 1 and 1.96 combined uncertainties"]
+def table(scores: FloatArray) -> str:
+    """The table of scores (points, draws, 3)."""
+    lines = [f"{scores.shape[1]} draws a motion; share of truths in % within 1 and 1.96 combined uncertainties"]
     lines.append(f"{'r':>5s}{'beta':>6s}  {'quantity':16s}{'68.3 %':>8s}{'95.0 %':>8s}{'rms':>7s}{'mean':>7s}")
-    every = []
-    for r, beta in POINTS:
-        every.append(np.array([scores_of(r, beta, seed) for seed in range(draws)]))
-        lines += [f"{r:5g}{beta:6g}  {line}" for line in shares(every[-1])]
-        sys.stdout.write(lines[-1] + "\n")
-        sys.stdout.flush()
-    lines += [f"{'all':>11s}  {line}" for line in shares(np.concatenate(every))]
-    RESULT.write_text("\n".join(lines) + "\n")
+    for (r, beta), some in zip(POINTS, scores, strict=True):
+        lines += [f"{r:5g}{beta:6g}  {line}" for line in shares(some)]
+    lines += [f"{'all':>11s}  {line}" for line in shares(scores.reshape(-1, len(QUANTITIES)))]
+    return "\n".join(lines) + "\n"
+
+
+def main(draws: int) -> None:
+    """Write the table, and again after every tenth round of all motions: a study that is cut short is one of fewer."""
+    compiled()
+    rounds: list[list[tuple[float, float, float]]] = []
+    for seed in range(draws):
+        rounds.append([scores_of(r, beta, seed) for r, beta in POINTS])
+        if len(rounds) % 10 == 0 or len(rounds) == draws:
+            RESULT.write_text(table(np.array(rounds).swapaxes(0, 1)))
+            sys.stdout.write(f"{len(rounds)} rounds\n")
+            sys.stdout.flush()
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 225)

@@ -1,7 +1,7 @@
 """Recordings of contacts whose law is known, whose friction differs a little from cycle to cycle."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,12 +28,14 @@ def recorded(
     noise: float = NOISE_M,
     start: float = 0.7,
     change: float = 0.0,
+    sensors: Callable[[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray]] | None = None,
 ) -> Recording:
     """A steady motion through two lasers; friction scatters by a relative rms from cycle to cycle.
 
     The base begins at the phase `start`, and friction changes in each cycle at the phase `change` (rad of the drive).
     The motion of each cycle is that of its own friction, to first order; the mass is seen `lag_s` early. The
-    frame's true natural frequency is `tuned` times NATURAL_HZ.
+    frame's true natural frequency is `tuned` times NATURAL_HZ. `sensors` makes of time, mass and base [s, m] what the
+    sensors show of them, before their noise.
     """
     here, there = (steady_state(p).orbit for p in (problem, _stronger(problem)))
     assert here is not None
@@ -48,6 +50,8 @@ def recorded(
     x = here.at(phase)[0]
     x = x + (there.at(phase)[0] - x) / 1e-4 * weaker
     mass, base = gain * BASE_M * x, BASE_M * problem.base.at(tau)
+    if sensors is not None:
+        mass, base = sensors(t, mass, base)
     return Recording(t, through_laser(mass, generator, noise), through_laser(base, generator, noise))
 
 
