@@ -156,15 +156,18 @@ def test_a_cubic_sensor_moves_the_numbers_by_their_share() -> None:
     )
 
 
-def test_crosstalk_moves_the_cycle_as_the_fit_thinks() -> None:
+def test_sensors_move_the_cycle_as_the_fit_thinks() -> None:
     m = measured()
-    sources, family = sources_of(scene(sensors={"crosstalk": 0.002}), 500.0), family_of(m, scene())
+    sources, family = (
+        sources_of(scene(sensors={"crosstalk": 0.002}, log={"measuring_range_m": 0.006}), 500.0),
+        family_of(m, scene()),
+    )
     forward = forward_of(family, m, sources, observe_cycle(m))
     point = point_of(forward.coordinates, {"beta": 0.35})
     here = forward.predict(point)
     assert here is not None
     for i, c in enumerate(forward.coordinates):
-        if c.name in ("base_in_mass", "mass_in_base", "lag", "gain"):
+        if c.name in ("base_in_mass", "mass_in_base", "lag", "gain", "cubic", "parabola"):
             there = forward.predict(point + 1e-4 * (np.arange(len(point)) == i))
             assert there is not None
             np.testing.assert_allclose(forward.jacobian(point, here)[:, i], (there - here) / 1e-4, atol=2e-6)

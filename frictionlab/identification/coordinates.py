@@ -19,6 +19,7 @@ from frictionlab.uncertainty import Sources, bent_gain
 FloatArray = NDArray[np.float64]
 WIDE = 2.0 * 1.959964  # deviations from end to end of a 95 % interval
 SECOND = 0.4  # of a measured second harmonic, each part: a wider one would pass for friction that varies with place
+SMALLEST = 1e-6  # of the cycle: what a sensor bends or mixes less than this is not fitted
 STRONGEST = 12.0  # deviations: farther from its prior no coordinate may go
 
 
@@ -70,7 +71,9 @@ def of_parameter(parameter: Parameter) -> Coordinate:
     return replace(named, middle=middle, width=width, low=max(-STRONGEST, least))
 
 
-def nuisances(family: Family, sources: Sources, *, turn: float, second: float = 0.0) -> tuple[Coordinate, ...]:
+def nuisances(
+    family: Family, sources: Sources, *, turn: float, second: float = 0.0, gain: float | None = None
+) -> tuple[Coordinate, ...]:
     """What else may be off in one test, by what is known of its sensors and its rig.
 
     Parameters
@@ -81,9 +84,12 @@ def nuisances(family: Family, sources: Sources, *, turn: float, second: float = 
         Drive's angular frequency, rad/s.
     second : float
         Size over Y of a second harmonic seen in the base: it may be the sensor's or the base's.
+    gain : float, optional
+        Relative, of the mass's sensor over the base's; by default with what both sensors' linearity does to a cosine.
     """
-    bent = sources.linearity * bent_gain(0.0 if sources.measuring_range else 1.0)
-    gain = math.hypot(sources.gain, bent * math.sqrt(2.0))
+    if gain is None:
+        bent = sources.linearity * bent_gain(0.0 if sources.measuring_range else 1.0)
+        gain = math.hypot(sources.gain, bent * math.sqrt(2.0))
     words = "second harmonic of the base, {} part over Y"
     found = [
         _nuisance("natural_frequency", "natural frequency, relative", sources.natural_frequency),
@@ -95,13 +101,27 @@ def nuisances(family: Family, sources: Sources, *, turn: float, second: float = 
     return tuple(c for c in found if c.width > 0.0)
 
 
-def crosstalk(sources: Sources) -> tuple[Coordinate, ...]:
-    """What of each channel may stand in the other; nothing where the scene tells of none."""
+def of_sensors(sources: Sources, measurement: Measurement) -> tuple[float, tuple[Coordinate, ...]]:
+    """Relative uncertainty of the gain, and what else two sensors may do to a cycle: they bend it, and they mix.
+
+    A bend of the mass's sensor is a cubic over its range (`frictionlab.uncertainty.budget`): a gain, a parabola and a
+    cubic of the cycle. A bend of the base's is a gain here, for all is over its fundamental.
+    """
+    reach, swing = sources.measuring_range, 2.0 * measurement.base_amplitude_m
+    in_mass, in_base = (
+        min(1.0, size * swing / reach) if reach else 1.0 for size in (measurement.response_amplitude, 1.0)
+    )
+    free = 1.0 - in_mass
+    straight = sources.linearity * math.sqrt(7.2) * free**2
+    gain = math.hypot(sources.gain, straight, sources.linearity * bent_gain(in_base))
+    parabola, cubic = math.sqrt(12.0) * in_mass * free, 2.0 * in_mass**2
     found = (
+        _nuisance("parabola", "parabola by which the mass's sensor bends the cycle", sources.linearity * parabola),
+        _nuisance("cubic", "cubic by which the mass's sensor bends the cycle", sources.linearity * cubic),
         _nuisance("base_in_mass", "share of the base's channel in the mass's", sources.crosstalk),
         _nuisance("mass_in_base", "share of the mass's channel in the base's", sources.crosstalk),
     )
-    return tuple(c for c in found if c.width > 0.0)
+    return gain, tuple(c for c in found if c.width > SMALLEST)
 
 
 def second_harmonic(family: Family, measurement: Measurement) -> float:

@@ -17,6 +17,7 @@ ComplexArray = NDArray[np.complex128]
 
 LEAST_POINTS = 128  # of a simulated cycle: what folds back from beyond is below 1e-6 of it
 STEP = 1e-4  # of a prior's width or of the value: finite differences of the simulated cycle
+BENDS = {2: "parabola", 3: "cubic"}  # powers of its place by which a sensor bends a cycle
 SIMULATED = ("natural_frequency", "frame_damping_ratio", "second_cosine", "second_sine")  # nuisances that cost a state
 
 
@@ -68,6 +69,9 @@ class Forward:
         gain, lag = through(complex(lines[0]), values)
         shown = gain * np.exp(1j * np.arange(1, self.count + 1) * lag) * lines
         shown[0] += values.get("base_in_mass", 0.0)
+        for power, name in BENDS.items():
+            if values.get(name):
+                shown = shown + values[name] * bend(shown, power)
         return np.asarray(shown)
 
     def predict(self, point: FloatArray, near: SteadyState | None = None) -> FloatArray | None:
@@ -95,6 +99,9 @@ class Forward:
             return c.width * later
         if c.name == "mass_in_base":
             return np.asarray(c.width * (float(sine[0]) * later - float(cosine[0]) * here))
+        if c.name in BENDS.values():
+            power = next(power for power, name in BENDS.items() if name == c.name)
+            return c.width * parts(bend(cosine - 1j * sine, power))
         if c.name == "base_in_mass":
             return np.asarray(c.width * (np.arange(len(here)) == 0))
         for step in (STEP, -STEP, 0.1 * STEP):
@@ -104,6 +111,20 @@ class Forward:
             if there is not None:
                 return np.asarray((there - here) / step)
         return np.zeros_like(here)
+
+
+def bend(lines: ComplexArray, power: int) -> ComplexArray:
+    """Harmonics (count,) of the swing of a cycle times a power of its place along it, from -1 to 1."""
+    points = max(LEAST_POINTS, 4 * len(lines))
+    half = np.zeros(points // 2 + 1, dtype=np.complex128)
+    half[1 : len(lines) + 1] = 0.5 * points * lines
+    return harmonics_of(bent(np.fft.irfft(half, points), power), len(lines))
+
+
+def bent(cycle: FloatArray, power: int) -> FloatArray:
+    """Swing of a cycle (p,) times a power of its place along it, from -1 to 1."""
+    swing = 0.5 * float(np.ptp(cycle))
+    return np.asarray(swing * ((cycle - cycle.min()) / swing - 1.0) ** power) if swing > 0.0 else np.zeros_like(cycle)
 
 
 def through(first: complex, values: Mapping[str, float]) -> tuple[float, float]:

@@ -9,7 +9,7 @@ from scipy.special import gammaincinv, ndtr, ndtri
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
-from frictionlab.identification.coordinates import Coordinate, crosstalk, nuisances, of_parameter, second_harmonic
+from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, of_sensors, second_harmonic
 from frictionlab.identification.family import Family
 from frictionlab.identification.fit import Errors, Fit, errors_of, excess_of, fit, unfitted
 from frictionlab.identification.forward import Forward
@@ -71,7 +71,8 @@ def coordinates_of(family: Family, measurement: Measurement, sources: Sources) -
     """The unknowns of a fit: the law's free parameters, then the nuisances."""
     turn, second = 2.0 * math.pi * measurement.drive_frequency_hz, second_harmonic(family, measurement)
     own = (of_parameter(family.law.parameter(name)) for name in family.free)
-    return (*own, *nuisances(family, sources, turn=turn, second=second), *crosstalk(sources))
+    gain, shown = of_sensors(sources, measurement)
+    return (*own, *nuisances(family, sources, turn=turn, second=second, gain=gain), *shown)
 
 
 def forward_of(family: Family, measurement: Measurement, sources: Sources, observed: Observed) -> Forward:
@@ -279,6 +280,8 @@ CAUSES = {
     "gain": "the gain of a sensor (sensors.gain_error)",
     "lag": "the lag between the channels (sensors.lag_s)",
     "frame_damping_ratio": "the frame's damping (rig.damping_ratio)",
+    "parabola": "the linearity of the mass's sensor (sensors.linearity)",
+    "cubic": "the linearity of the mass's sensor (sensors.linearity)",
     "base_in_mass": "the base's channel in the mass's (sensors.crosstalk)",
     "mass_in_base": "the mass's channel in the base's (sensors.crosstalk)",
     "second_cosine": "a second harmonic of the base",

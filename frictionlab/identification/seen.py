@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.identification.comparison import Verdict
-from frictionlab.identification.forward import through
+from frictionlab.identification.forward import BENDS, bent, through
 from frictionlab.identification.identify import Identified
 from frictionlab.identification.observed import EXPLAINED
 from frictionlab.simulator import SteadyState, observe
@@ -36,6 +36,8 @@ def seen(measurement: Measurement, found: Identified, state: SteadyState) -> Pre
     amplitude = None if shown.response_amplitude is None else gain * shown.response_amplitude
     whole = np.stack([state.orbit.at(tau + lag + 2.0 * math.pi * turn)[0] for turn in range(turns)])
     cycle = gain * whole.mean(axis=0) + values.get("base_in_mass", 0.0) * np.cos(tau)
+    for power, name in BENDS.items():
+        cycle = cycle + values.get(name, 0.0) * bent(cycle, power)
     moved = 0.0
     if gain != 1.0 or lag != 0.0:
         moved = _area(cycle, state) - _area(plain, state)
