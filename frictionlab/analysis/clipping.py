@@ -8,6 +8,7 @@ LEVELS = (0.01, 0.04, 0.16)  # depths below an extreme, as shares of the whole s
 SCALES = {1.0: 2.5, 1 / 4: 2.3, 1 / 16: 2.35}  # of the levels, and the sharpness no motion has
 FINE = {1 / 4: 2.6, 1 / 16: 2.6}  # near enough to the extreme that stops on the way there do not count
 """2 for any motion whose speed passes through zero (2.2 at most for 1,900 motions of the simulator), 4 for a corner."""
+BACK = 0.5  # of the first level: a flank that comes back by more is a motion that rings beside its extreme
 POINTS = 20.0  # of a cycle over the root of the scale; below it the levels lie within a point of the extreme
 
 
@@ -56,8 +57,14 @@ def _depths(cycle: FloatArray) -> FloatArray:
 
 
 def _sharpness(depth: FloatArray, scale: float) -> float:
-    """Time from the second to the third level over the time from the first to the second, after the highest point."""
+    """Time from the second to the third level over the time from the first to the second, after the highest point.
+
+    A signal that was cut off falls all the way. An elastic contact rings about its extreme and comes back: no flank.
+    """
     first, second, third = (_crossing(depth, scale * level) for level in LEVELS)
+    flank = depth[int(first) : int(third) + 1]
+    if np.any(np.maximum.accumulate(flank) - flank > BACK * scale * LEVELS[0]):
+        return 0.0
     return (third - second) / max(second - first, 1e-300)
 
 

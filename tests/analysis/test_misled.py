@@ -11,6 +11,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.analysis.slips import parted
 from frictionlab.analysis.stops import Stops
 from frictionlab.errors import AnalysisError
+from frictionlab.simulator import Problem, steady_state
 from tests.analysis.hostile import (
     ALL,
     CASES,
@@ -259,3 +260,14 @@ def test_a_sine_of_few_points_is_not_taken_for_clipped(points: int) -> None:
         sine = np.sin(2 * np.pi * (np.arange(points) + shift) / points)
         assert not is_clipped(sine, noise=0.0)
         assert points < 63 or is_clipped(np.minimum(sine, 0.8), noise=0.0)  # fewer points do not always show it
+
+
+@pytest.mark.parametrize("stiffness_ratio", [10.0, 25.0, 40.0, 80.0, 200.0])
+@pytest.mark.parametrize("r", [0.2, 0.3, 0.4])
+def test_an_elastic_contact_that_rings_at_its_extremes_is_not_clipped(r: float, stiffness_ratio: float) -> None:
+    law = Problem(r, 0.4, law="coulomb+compliance", parameters={"stiffness_ratio": stiffness_ratio})
+    orbit = steady_state(law).orbit
+    assert orbit is not None
+    cycle = orbit.at(2 * np.pi * np.arange(512) / 512)[0]
+    for slows in (False, True):
+        assert not is_clipped(cycle, noise=2e-5, stops_on_its_way=slows)
