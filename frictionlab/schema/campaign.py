@@ -69,8 +69,8 @@ FRICTION = Table(
     ),
     lead=9,
     shown=(
-        *("material", "normal_force_n", "tests", "friction_ratio", "friction_ratio_se"),
-        *("friction_coefficient", "friction_coefficient_se"),
+        *("material", "normal_force_n", "tests", "friction_ratio", "friction_ratio_u"),
+        *("friction_coefficient", "friction_coefficient_u"),
     ),
 )
 
@@ -113,7 +113,7 @@ RANKING = Table(
         u_of(VALUE),
     ),
     lead=5,
-    shown=("criterion", "rank", "material", "value", "value_se"),
+    shown=("criterion", "rank", "material", "value", "value_u"),
 )
 
 _SLOPE = number("slope_per_hour", "kY²/h", "slope", "Slope of the energy per cycle over time.")
