@@ -23,6 +23,7 @@ _THOUSANDS = {
     mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:(?:[{signs}]\d{{3}})+{re.escape(mark)}\d*|(?:[{signs}]\d{{3}}){{2,}})")
     for mark, signs in ((".", ",'’  "), (",", ".'’  "))
 }
+_EXPONENT = frozenset("eEdD")
 _SIGNS = re.compile("[,.'’  ]")
 
 
@@ -134,6 +135,7 @@ def _with_date(match: re.Match[str], clock: float) -> float | None:
 def decimals(cell: str, decimal: str) -> int | None:
     """How many digits follow the decimal mark of a plain number; ``None`` if it has an exponent or is none."""
     text = plain(cell)
-    if number(text, decimal) is None or math.isinf(number(text, decimal) or 0.0) or re.search("[eEdD]", text):
+    value = number(text, decimal)
+    if value is None or math.isinf(value) or not _EXPONENT.isdisjoint(text):
         return None
     return len(text.partition(decimal)[2])

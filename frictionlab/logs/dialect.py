@@ -113,6 +113,7 @@ def _hypotheses(options: LogOptions) -> Iterable[tuple[str, str]]:
                 yield separator, decimal
 
 
+@lru_cache(maxsize=2048)  # a separator that a line lacks leaves it whole: one cell, asked about again and again
 def kind_of(cell: str, decimal: str) -> str:
     """Classify a cell: ``n`` number, ``m`` moment, ``e`` no value, ``t`` text."""
     if number(cell, decimal) is not None:
