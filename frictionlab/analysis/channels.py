@@ -25,8 +25,8 @@ class Mistake(enum.Enum):
     """What a channel is instead of what it is called; the value is the sentence, `{...}` filled by its finder."""
 
     COPY = (
-        "mass: its channel is the base's again (they differ by {share:.2g} % of the base's motion): energy, amplitude"
-        " and stops are the base's: choose the mass's column (--mass, [log] mass)"
+        "mass: its channel repeats the base's (they differ by {share:.2g} % of the base's motion): energy, amplitude"
+        " and stops are not of the mass: choose the mass's column (--mass, [log] mass)"
     )
     INVERTED = (
         "energy_per_cycle: {energy:.3g} kY^2: a contact takes energy, this one would give it: one of the sensors counts"

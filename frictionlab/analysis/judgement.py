@@ -174,7 +174,8 @@ def _of_the_step(layout: Layout, response: Response) -> Iterator[str]:
         few = ", so that it cannot be told whether it moves" if 2.0 * size < FEW_STEPS * layout.mass_step else ""
         yield (
             f"stops_per_cycle: the sensor's step is {100 * layout.mass_step / size:.2g} % of the mass's amplitude{few}:"
-            " stops, stuck fraction and regime are of the steps, and the energy's error is larger than stated"
+            " stops, stuck fraction and regime are those of the sensor's steps, and the energy's error is larger than"
+            " stated"
         )
     elif not response.is_stuck and response.shortest_stop >= 1.0:
         yield (
@@ -266,7 +267,7 @@ def _of_the_clocks(layout: Layout, response: Response) -> Iterator[str]:
             channel = "mass" if by < 0.0 else "base"
             yield (
                 f"energy_per_cycle: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples"
-                f" {'earlier' if by < 0.0 else 'later'} than before: as if samples were lost in the {channel}'s"
+                f" {'earlier' if by < 0.0 else 'later'} than before: as if samples had been lost in the {channel}'s"
                 " channel; the energies before and after differ: cut the log there, or give the channels their own"
                 " times"
             )

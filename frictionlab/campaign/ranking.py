@@ -24,7 +24,7 @@ SURE = 0.05
 CRITERIA = ("energy", "consistency", "drift")
 Cell = tuple[float, float]
 SURVIVES = (
-    "what gain, lag and rig do to all alike falls out of the comparison, each material's own normal force does not"
+    "errors of gain, lag and rig that all tests share cancel here; the error of each material's normal force does not"
 )
 UNITS = {
     "energy": "mean energy per cycle, kY²",

@@ -11,7 +11,7 @@ class Cause(Enum):
     """Why a test is left out; the value is the code in ``measurements.csv``, ``sentence`` the words."""
 
     LONG = "long", "a long test: in drift.csv"
-    STUCK = "stuck", "stuck: it only says that the friction ratio is 1 / (static over kinetic friction) or more"
+    STUCK = "stuck", "stuck: all it tells is that the friction ratio is 1 / (static over kinetic friction) or more"
     UNSTEADY = (
         "unsteady",
         "unsteady: irregularity {:.2g} beyond noise and base; one steady state cannot stand for it",

@@ -138,4 +138,4 @@ def _tell(result: "Campaign", folder: Path) -> None:
         typer.echo(printable(test.verdict))
     for note in result.notes:
         typer.echo(note)
-    typer.echo(f"{folder / 'report.html'} shows all of it")
+    typer.echo(f"{folder / 'report.html'} shows all results")

@@ -90,7 +90,7 @@ def _unsure(uncertainty: float, step: float, alignment: str) -> list[str]:
         return []
     said = (
         f"mass and base are aligned ({alignment}) to +- {uncertainty:.2g} s only: energy per cycle, phase and friction "
-        "hang on it; give lag_s and lag_s_u in [log], or log both sensors on one clock"
+        "depend on it; give lag_s and lag_s_u in [log], or log both sensors on one clock"
     )
     return [said]
 

@@ -185,7 +185,7 @@ def _line_warnings(table: Table) -> list[str]:
         said.append(f"{lines.quarantined} of {lines.read} lines are quarantined; line {first.number}: {first.reason}")
     if len(table.restarts):
         where = ", ".join(str(n) for n in table.lines.of(table.restarts).tolist()[:5])
-        said.append(f"the header is repeated (before line {where}): the logger was restarted")
+        said.append(f"the header is repeated (before line {where}): the logger was started again there")
     return said
 
 

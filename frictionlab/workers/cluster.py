@@ -129,7 +129,7 @@ def _connect(address: str) -> Any:
             aside.submit(asyncio.run, _ring(address)).result()
         return client(address, timeout=ANSWER_S, set_as_default=False, name="frictionlab")
     except (OSError, ValueError) as error:
-        reason = next(iter(str(error).splitlines()), "it accepts the call and stays silent")
+        reason = next(iter(str(error).splitlines()), "it accepts the connection and does not answer")
         raise ClusterError(
             f"{address}: no Dask scheduler answered within {ANSWER_S:.0f} s ({reason}): expected an address like "
             "tcp://host:8786; do: start one with `dask scheduler`, or give the address it prints"

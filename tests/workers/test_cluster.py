@@ -133,7 +133,7 @@ def test_a_port_where_something_else_listens_is_answered_soon(monkeypatch: pytes
     monkeypatch.setattr(cluster, "ANSWER_S", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
-        with pytest.raises(ClusterError, match="accepts the call and stays silent"):
+        with pytest.raises(ClusterError, match="accepts the connection and does not answer"):
             next(run_each(jobs.wave, CASES, scheduler=address))
 
 
