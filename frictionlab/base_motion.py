@@ -219,8 +219,8 @@ def _answer(
     error = _sampling_error(problem, base, response)
     if error > COARSE:
         warnings.append(
-            f"base: its motion between the samples is not known and may change the response by {error:.2g} Y rms; do: sample faster "
-            f"than {part.sampling_rate_hz:.4g} Hz, or smooth its noise"
+            f"base: its motion between the samples is not known and may change the response by {error:.2g}"
+            f" Y rms; do: sample faster than {part.sampling_rate_hz:.4g} Hz, or smooth its noise"
         )
     made = replace(
         part,

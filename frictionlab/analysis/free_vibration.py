@@ -180,8 +180,8 @@ def _warnings(fit: DecayFit, base_share: float) -> list[str]:
     said = []
     if base_share > _NOT_AT_REST:
         said.append(
-            f"the base moves by {base_share:.1%} of the mass's swing: hold it still: frequency and damping found here are"
-            " of mass and base together"
+            f"the base moves by {base_share:.1%} of the mass's swing: hold it still: frequency and damping found here"
+            " are of mass and base together"
         )
     if fit.doubt > _DOUBT:
         names = " and ".join(_WORDS[name] for name in fit.held)

@@ -137,7 +137,7 @@ def scene_of(
     found = find_scene(beside) if path is None else path
     if path is None and found is not None and not quiet:
         complain(
-            f"scene: {found} is used, which stands in the working folder or beside the input; --scene FILE takes another"
+            f"scene: {found} is used (found in the working folder or beside the input); --scene FILE takes another"
         )
     scene = Scene() if found is None else read_scene(found)
     return scene if accuracy is None else with_accuracy(scene, accuracy)
