@@ -326,6 +326,15 @@ def test_an_orbit_of_many_cycles_is_the_one_that_rest_settles_on() -> None:
     assert away.min() < 1e-9
 
 
+def test_a_slider_too_weak_to_be_relaxed_at_the_section_is_not_forced_to_be() -> None:
+    # it was put at its limit instead, half cycle after half cycle, and the search never ended
+    problem = iwan(0.08504522830857346, 1.0855186333106606, 92.32785908315341, 2, -0.6933537117352948)
+    problem = problem.with_parameters({"frame_damping_ratio": 0.035855970757566274})
+    state, late = steady(problem), last_cycle(problem, cycles=40)
+    assert state.outcome == late.outcome == "periodic"
+    assert state.energy_per_cycle == pytest.approx(late.energy_per_cycle, rel=1e-8)
+
+
 def test_leaps_over_rings_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     problems = [jenkins(0.3, 0.6, 500.0), jenkins(0.1, 0.4, 200.0, zeta=0.01), jenkins(0.3, 0.03, 400.0, wall="base")]
     leapt = [steady(problem) for problem in problems]

@@ -83,8 +83,9 @@ def back_to_start(rig: Rig, sliders: Sliders, leg: Leg, room: ElasticRoom) -> No
         room.start[i] = room.image[i]
     for i in range(len(sliders.force)):
         if room.kinds[i] == OUTER and leg.sign < 0.0:
-            limit = sliders.strength[i] * (1.0 + rig.contact.gradient * room.start[0])
-            room.start[2 + 2 * i] = max(-limit, min(limit, sliders.stiffness[i] * room.start[0]))
+            relaxed, limit = sliders.stiffness[i] * room.start[0], sliders.strength[i]
+            if abs(relaxed) <= limit * (1.0 + rig.contact.gradient * room.start[0]):
+                room.start[2 + 2 * i] = relaxed  # else it slips before long: the motion goes on as it is
 
 
 def reduced(sliders: Sliders, room: ElasticRoom, row: int) -> int:
