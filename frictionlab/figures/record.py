@@ -20,6 +20,7 @@ from frictionlab.figures.style import (
 from frictionlab.identification import WholeRecord
 
 ZOOM = 3  # periods of the drive that the zoom shows
+MANY = 200  # periods, beyond which points are drawn small
 
 
 def record_figure(record: WholeRecord, title: str) -> Figure:
@@ -70,11 +71,16 @@ def _draw_part(record: WholeRecord, ax: Axes, part: "np.ndarray[tuple[int], np.d
 
 def draw_energy(record: WholeRecord, ax: Axes) -> Axes:
     """Energy of each period of the drive, measured and predicted."""
-    ax.plot(record.cycle_time, record.cycle_measured, "o", ms=3, color=MEASURED, label="measured")
+    ax.plot(record.cycle_time, record.cycle_measured, "o", ms=_size(record), color=MEASURED, label="measured")
     ax.plot(record.cycle_time, record.cycle_predicted, "-", lw=1.0, color=PREDICTED, label="predicted")
     ax.set(xlabel="time [s]", ylabel="energy per period [kY²]")
     ax.legend()
     return ax
+
+
+def _size(record: WholeRecord) -> float:
+    """Size of a period's point: in a long record points would hide each other."""
+    return 3.0 if len(record.cycle_time) <= MANY else 0.8
 
 
 def draw_friction(record: WholeRecord, ax: Axes) -> Axes:
@@ -89,7 +95,7 @@ def draw_friction(record: WholeRecord, ax: Axes) -> Axes:
 
 def draw_misfit(record: WholeRecord, ax: Axes) -> Axes:
     """Misfit of each period over the response's rms; the usual one as a line."""
-    ax.plot(record.cycle_time, 100 * record.cycle_nrmse, "o-", ms=3, lw=0.8, color=PREDICTED)
+    ax.plot(record.cycle_time, 100 * record.cycle_nrmse, "o-", ms=_size(record), lw=0.8, color=PREDICTED)
     if len(record.cycle_nrmse):
         ax.axhline(100 * float(np.median(record.cycle_nrmse)), color=GREY, lw=0.8)
     ax.set(xlabel="time [s]", ylabel="nrmse of a period [%]")
