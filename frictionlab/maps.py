@@ -2,20 +2,21 @@
 
 import time
 from collections.abc import Generator, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import prod
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.errors import SimulationError
+from frictionlab.errors import ClusterError, SimulationError
 from frictionlab.files import check_replaceable
 from frictionlab.hdf5.maps import GrowingMap, finished_map, growing_map, is_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.problem import Wall
+from frictionlab.simulator.source import digest
 from frictionlab.simulator.state import PLACES
 from frictionlab.simulator.sweep import (
     AXES,
@@ -110,13 +111,21 @@ class Solve:
         All points.
     fast
         Whether to use the compiled kernel.
+    build
+        Digest of the simulator that asks; workers with another one refuse.
     """
 
     grid: Grid
     fast: bool
+    build: str = field(default_factory=digest)
 
     def __call__(self, numbers: Sequence[int]) -> NDArray[np.void]:
         """The steady states of these points, one record with the keys of `KINDS` each."""
+        if self.build != digest():
+            raise ClusterError(
+                f"a worker has another build of the simulator ({digest()}): expected {self.build}, as here: "
+                "do: install the same files there"
+            )
         return _records(self._solve(self.grid.points(numbers)))
 
     def _solve(self, points: Floats) -> Floats:
@@ -188,7 +197,7 @@ def make_map(
     OutputError
         The file cannot be written.
     ClusterError
-        The scheduler does not answer, or goes away.
+        The scheduler does not answer, goes away, or has workers with another build of the simulator.
 
     Examples
     --------
@@ -199,7 +208,7 @@ def make_map(
     >>> path.read_text().splitlines()[1][:30]
     '0.5,0.4,1.0,0.0,fixed,exact,pe'
     """
-    about = {"wall": grid.wall, "law": grid.law}
+    about = {"wall": grid.wall, "law": grid.law, "simulator": digest()}
     with finished_map(path, grid.axes(), KINDS, about) as whole:
         if resume and whole is not None:
             yield from _blocks(whole, len(grid))

@@ -1,6 +1,8 @@
 """A map on file: the same bytes whoever solved it and however often it was interrupted."""
 
+import errno
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -12,7 +14,7 @@ import numpy as np
 import pytest
 
 from frictionlab import maps
-from frictionlab.errors import OutputError, SimulationError, UsageError
+from frictionlab.errors import ClusterError, OutputError, SimulationError, UsageError
 from frictionlab.hdf5.maps import growing_map, is_map, part_of
 from frictionlab.maps import Grid, make_map
 from frictionlab.schema import STEADY_STATES
@@ -200,3 +202,25 @@ def test_the_axis_of_a_laws_parameter_says_what_it_is(tmp_path: Path) -> None:
         axis = file["gradient"]
         assert (axis.attrs["units"], axis.attrs["long_name"]) == ("1", law_of(grid.law).parameters[1].words)
         assert file["energy_per_cycle"].dims[4][0] == axis
+
+
+def test_a_disk_without_room_is_told_and_nothing_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "posix_fallocate", full)
+    with pytest.raises(OutputError, match=r"map\.h5: no room for the map \(No space left on device\)"):
+        list(make_map(GRID, tmp_path / "map.h5", workers=1))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_another_build_of_the_simulator_does_not_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two builds of one version number would mix their rows."""
+    steps = make_map(GRID, tmp_path / "map.h5", workers=1)
+    next(steps)
+    steps.close()
+    monkeypatch.setattr(maps, "digest", lambda: "another")
+    with pytest.raises(UsageError, match="or was begun by another build"):
+        list(make_map(GRID, tmp_path / "map.h5", workers=1, resume=True))
+    with pytest.raises(ClusterError, match=r"a worker has another build of the simulator \(another\)"):
+        maps.Solve(GRID, fast=False, build="ours")(range(1))

@@ -24,8 +24,16 @@ from frictionlab.campaign.laws import LawEvidence, is_comparison, laws_of
 from frictionlab.campaign.prediction import Curve, Model, curve, model_of, prepare
 from frictionlab.campaign.ranking import CRITERIA, Rank, rank_all
 from frictionlab.campaign.reading import read_measurements
-from frictionlab.campaign.responses import Response, envelope, examples, last_cycles, recording_of, recording_path
-from frictionlab.campaign.trials import LONG_S, Trial, in_order, trial_of
+from frictionlab.campaign.responses import (
+    Response,
+    elsewhere,
+    envelope,
+    examples,
+    last_cycles,
+    recording_of,
+    recording_path,
+)
+from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order, trial_of
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.scene import Scene
 from frictionlab.tables import Row
@@ -59,6 +67,10 @@ NO_STIFFNESS = (
     " forces and coefficients are not."
 )
 NO_RECORDINGS = "The recordings are not at hand at the measurements' sources: no example responses are drawn."
+NOT_OPENED = (
+    "{} tests name recordings outside the folders of their tables and the working folder (such as {}): these are not"
+    " opened. If they are yours, start from a folder above them, or copy them beside the table."
+)
 SHARED_ERRORS = (
     "Standard errors (_se) hold the scatter from test to test; combined uncertainties (_u) and 95 % intervals also hold"
     " what all tests share: gain, lag, natural frequency, stiffness, normal force."
@@ -158,13 +170,18 @@ def evaluate(
         drifts=drifts,
         curves=_curves(fits, model),
         responses=responses,
-        notes=_notes(tests, fits, drifts, responses, scene),
+        notes=(*_notes(tests, fits, drifts, responses, scene), *_not_opened(tests, folders)),
         model=model,
         scene=scene,
         laws=laws_of(comparisons, {t.source: t.material for t in tests if t.material}),
         folders=tuple(folders),
         comparisons={str(row.get("source")): row for row in comparisons},
     )
+
+
+def _not_opened(trials: Sequence[Trial], folders: Sequence[Path]) -> Sequence[str]:
+    named = elsewhere(trials, folders)
+    return [NOT_OPENED.format(len(named), named[0][:LONGEST_NAME])] if named else []
 
 
 def _groups(trials: Sequence[Trial]) -> dict[tuple[str, float], list[Trial]]:

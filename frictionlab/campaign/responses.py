@@ -1,6 +1,7 @@
 """Example responses of a campaign, from the recordings: the steadiest tests, the least steady, and the long ones."""
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,10 +45,44 @@ def recording_of(trial: Trial, folders: Sequence[Path]) -> Recording | None:
 
 
 def recording_path(trial: Trial, folders: Sequence[Path]) -> Path | None:
-    """The file of that recording; None if there is none."""
+    """The file of that recording; None if there is none.
+
+    None counts that lies elsewhere than in these folders and the working folder: a table may come from others.
+    """
+    roots = _roots(folders)
+    for path in _places(trial, folders):
+        if _is_inside(path, roots) and _is_file(path) and _is_inside(Path(os.path.realpath(path)), roots):
+            return path
+    return None
+
+
+def elsewhere(trials: Sequence[Trial], folders: Sequence[Path]) -> list[str]:
+    """Sources that name recordings outside these folders and the working folder, where no twin beside stands in."""
+    roots = _roots(folders)
+    named = [t for t in trials if not t.failed and t.source.endswith(".h5") and not _is_inside(Path(t.source), roots)]
+    return [t.source for t in named if not any(_is_inside(p, roots) and _is_file(p) for p in _places(t, folders))]
+
+
+def _places(trial: Trial, folders: Sequence[Path]) -> list[Path]:
     source = Path(trial.source)
     places = (source, *(folder / source for folder in folders), *(folder / source.name for folder in folders))
-    return next((path for path in places if path.suffix == ".h5" and path.is_file()), None)
+    return [path for path in places if path.suffix == ".h5"]
+
+
+def _roots(folders: Sequence[Path]) -> list[str]:
+    return [kind(folder) for folder in (Path.cwd(), *folders) for kind in (os.path.abspath, os.path.realpath)]
+
+
+def _is_inside(path: Path, roots: Sequence[str]) -> bool:
+    """Whether a path leads into one of these folders; told from its name, without looking at the disk."""
+    return any(Path(os.path.abspath(path)).is_relative_to(root) for root in roots)  # noqa: PTH100 - leaves out ".."
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except OSError:  # a name that is too long, a folder that may not be entered
+        return False
 
 
 def examples(trials: Sequence[Trial]) -> tuple[tuple[str, Trial], ...]:
@@ -67,6 +102,7 @@ def last_cycles(trial: Trial, recording: Recording, label: str) -> Response:
     inside = recording.time >= recording.time[-1] - span
     scale = trial.base_amplitude_m
     steady = recording.time - recording.time[0] >= trial.transient_s
+    steady = steady if steady.any() else inside  # the recording is another test's than the row
     mass, base = (
         (signal[inside] - np.nanmean(signal[steady])) / scale
         for signal in (recording.mass_displacement, recording.base_displacement)

@@ -49,6 +49,7 @@ POSSIBLE: Mapping[str, tuple[float, float]] = {
     "energy_trend_per_hour_se": (0.0, 1e6),
 }
 """What a measurement can be, generously: beyond, a table was edited wrongly or a sensor is connected wrongly."""
+LONGEST_NAME = 100  # characters of a material: it stands in tables, figures and names of files
 LONG_S = 300.0  # from this duration on a test is a long one: it tells drift, and the fit over r leaves it to that
 
 
@@ -273,6 +274,8 @@ def _reason(merged: Row, number: _Numbers) -> str | None:
             *([] if number.positive("normal_force_n") is not None else ["no normal_force_n"]),
         ]
         return f"{', '.join(gone)}: name them in the scene ([experiment], name_pattern or sheet)"
+    if len(name := _text(merged.get("material")) or "") > LONGEST_NAME:
+        return f"material: expected a name of at most {LONGEST_NAME} characters; got {len(name)}: shorten it"
     impossible = [_beyond(key, value) for key in POSSIBLE if (value := _outside(merged, key)) is not None]
     if impossible:
         return f"{'; '.join(impossible)}: correct the measurement, or leave it out"

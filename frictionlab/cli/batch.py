@@ -119,7 +119,7 @@ def _evaluate(work: "Batch", scene: "Scene", output: Path, *, quiet: bool) -> No
     if not is_fresh(mark, stamp, [report]):
         if not quiet:
             typer.echo(f"evaluate the campaign: {len(rows)} tests")
-        write_campaign(rows, scene, output, folders=[output / "measurements"], quiet=quiet)
+        write_campaign(rows, scene, output, folders=[output / "measurements", output / "recordings"], quiet=quiet)
         write_stamp(mark, stamp)
     if not quiet:
         typer.echo(printable(f"the report is {report}"))

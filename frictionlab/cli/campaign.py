@@ -137,5 +137,5 @@ def _tell(result: "Campaign", folder: Path) -> None:
     for test in result.amontons:
         typer.echo(printable(test.verdict))
     for note in result.notes:
-        typer.echo(note)
+        typer.echo(printable(note))
     typer.echo(f"{folder / 'report.html'} shows all results")

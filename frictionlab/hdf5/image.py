@@ -31,6 +31,7 @@ class Image:
     def __init__(self, room: int = 0) -> None:
         self._memory = _Memory(-1, 2 * room + _ROOM, flags=_FLAGS)
         self._placed: list[tuple[int, NDArray[Any]]] = []
+        self._rooms: list[tuple[int, int]] = []
 
     @contextmanager
     def new_file(self, **attributes: object) -> Iterator[h5py.File]:
@@ -47,6 +48,25 @@ class Image:
         dataset = group.create_dataset(name, values.shape, values.dtype, dcpl=placed_at_once())
         self._placed.append((dataset.id.get_offset(), values))
         return dataset
+
+    def keep_room(self, group: h5py.Group, name: str, shape: tuple[int, ...], dtype: np.dtype[Any]) -> h5py.Dataset:
+        """Add an array that somebody else writes, later, where it has its place."""
+        dataset = group.create_dataset(name, shape, dtype, dcpl=placed_at_once())
+        self._rooms.append((dataset.id.get_offset(), dataset.nbytes))
+        return dataset
+
+    @property
+    def size(self) -> int:
+        """Bytes of the file."""
+        return self._memory.end
+
+    def parts(self) -> Iterator[tuple[int, memoryview]]:
+        """Start and bytes of all that is not such an array."""
+        at, memory = 0, memoryview(self._memory)
+        for start, length in sorted(self._rooms):
+            yield at, memory[at:start]
+            at = start + length
+        yield at, memory[at : self.size]
 
     def pieces(self) -> Iterator[memoryview]:
         """The bytes of the file, in order, its seal last."""

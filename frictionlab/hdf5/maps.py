@@ -19,7 +19,7 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from frictionlab import __version__
 from frictionlab.errors import OutputError, UsageError
 from frictionlab.files import OPEN_FLAGS, check_replaceable, put_in_place, remove_part, take_lock, write_whole
-from frictionlab.hdf5.image import placed_at_once
+from frictionlab.hdf5.image import Image
 from frictionlab.hdf5.nodes import root_attribute
 from frictionlab.hdf5.seal import seal_of
 from frictionlab.schema import STEADY_STATES
@@ -149,7 +149,7 @@ def growing_map(
     with _locked(path) as file:
         done = _done_before(path, identity, resume=resume, force=force)
         if not done:
-            _lay_out(file, axes, kinds, {**attributes, "identity": identity}, words or {})
+            _begin(path, file, axes, kinds, {**attributes, "identity": identity}, words or {})
         grown = GrowingMap(path, file, identity, _places_in(file, kinds))
         grown.done = done
         try:
@@ -243,10 +243,29 @@ def _done_before(path: Path, identity: str, *, resume: bool, force: bool) -> int
         )
     if before != identity:
         raise UsageError(
-            f"{path}: the sweep that was stopped here has other values (or another version: {version}; here "
-            f"{__version__}): give the values it was begun with, or --force without --resume to begin anew"
+            f"{path}: the sweep that was stopped here has other values, or was begun by another build (version "
+            f"{version}; here {__version__}): give the values it was begun with, or --force without --resume to begin "
+            "anew"
         )
     return done
+
+
+def _begin(
+    path: Path,
+    file: BinaryIO,
+    axes: Mapping[str, NDArray[np.float64]],
+    kinds: Mapping[str, str],
+    attributes: Mapping[str, str],
+    words: Mapping[str, str],
+) -> None:
+    """Lay a new map out, or leave nothing of it."""
+    try:
+        _lay_out(file, axes, kinds, attributes, words)
+    except BaseException as error:
+        remove_part(file, part_of(path))
+        if isinstance(error, OSError):
+            raise OutputError(f"{path}: no room for the map ({error.strerror}): free some") from error
+        raise
 
 
 def _lay_out(
@@ -257,21 +276,22 @@ def _lay_out(
     words: Mapping[str, str],
 ) -> None:
     """Give every dataset its place; nothing but the axes is in it yet."""
-    os.ftruncate(file.fileno(), 0)
-    with h5py.File(file, "w", track_order=True) as tree:
-        tree.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION, "frictionlab_version": __version__})
+    shape = tuple(len(values) for values in axes.values())
+    image = Image(math.prod(shape) * sum(np.dtype(kind).itemsize for kind in kinds.values()))
+    with image.new_file(format=FORMAT, format_version=FORMAT_VERSION) as tree:
         tree.attrs.update(attributes)
         for name, values in axes.items():
             axis = tree.create_dataset(name, data=np.asarray(values, dtype=np.float64))
             axis.make_scale(name)
             axis.attrs.update(_described(name) or {"units": "1", "long_name": words.get(name, name)})
-        shape = tuple(len(values) for values in axes.values())
         for key, kind in kinds.items():
-            _give_axes(tree.create_dataset(key, shape, np.dtype(kind), dcpl=placed_at_once()), tree, axes)
+            _give_axes(image.keep_room(tree, key, shape, np.dtype(kind)), tree, axes)
         for key in (name for name in attributes if STEADY_STATES.column(name) is not None):
             word = attributes[key].encode()
             _give_axes(tree.create_dataset(key, shape, f"S{len(word)}", fillvalue=word), tree, axes)
-    _reserve(file)
+    _reserve(file, image.size)
+    for at, part in image.parts():
+        _write_at(file, part, at)
 
 
 def _give_axes(data: h5py.Dataset, tree: h5py.File, axes: Iterable[str]) -> None:
@@ -286,15 +306,12 @@ def _described(name: str) -> dict[str, str]:
     return {} if column is None else {"units": column.units, "long_name": column.sentence}
 
 
-def _reserve(file: BinaryIO) -> None:
+def _reserve(file: BinaryIO, size: int) -> None:
     """Take the room on the disk now, so that a full one is told before the work and not after it."""
-    size = os.fstat(file.fileno()).st_size
-    if not hasattr(os, "posix_fallocate"):
-        return
-    try:
+    os.ftruncate(file.fileno(), 0)
+    os.ftruncate(file.fileno(), size)
+    if hasattr(os, "posix_fallocate"):
         os.posix_fallocate(file.fileno(), 0, size)
-    except OSError as error:
-        raise OutputError(f"{file.name}: no room for a map of {size} bytes ({error.strerror}): free some") from error
 
 
 def _places_in(file: BinaryIO, kinds: Mapping[str, str]) -> dict[str, tuple[np.dtype[Any], int]]:
@@ -302,7 +319,7 @@ def _places_in(file: BinaryIO, kinds: Mapping[str, str]) -> dict[str, tuple[np.d
         return {key: (np.dtype(kind), int(tree[key].id.get_offset())) for key, kind in kinds.items()}
 
 
-def _write_at(file: BinaryIO, data: bytes, place: int) -> None:
+def _write_at(file: BinaryIO, data: bytes | memoryview, place: int) -> None:
     file.seek(place)
     view, written = memoryview(data), 0
     while written < len(view):

@@ -35,7 +35,7 @@ from frictionlab.verbs.evaluate import evaluate
 from tests.armour.sound import MAKE, case, sound
 from tests.campaign.fabricate import SCENE
 
-LONGEST_S = 20.0
+LONGEST_S = 60.0
 MEMORY = 3 << 30
 PART = 250
 
