@@ -121,7 +121,8 @@ def texts_of(head: Head, numbers: Sequence[int]) -> dict[int, str]:
 def _open(path: Path) -> BufferedReader:
     try:
         if not path.is_file():
-            what = "it is a folder" if path.is_dir() else "no such file"
+            other = "it is a pipe or a device" if path.exists() else "no such file"
+            what = "it is a folder" if path.is_dir() else other
             raise LogError(f"{path}: cannot be read ({what}): give the path of a log")
         return path.open("rb")
     except OSError as error:

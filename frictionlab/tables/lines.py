@@ -68,8 +68,9 @@ def read_json_lines(path: Path, table: Table | None) -> Iterator[dict[str, objec
 def _checked_row(path: Path, number: int, row: dict[str, object], table: Table | None) -> dict[str, object]:
     try:
         return {encodable(key): checked(value, column_of(key, table)) for key, value in row.items()}
-    except CellError as error:
-        raise UsageError(f"{path}, line {number}: {error}: correct it, or make the file again") from error
+    except (CellError, RecursionError) as error:
+        said = "nested too deep" if isinstance(error, RecursionError) else error
+        raise UsageError(f"{path}, line {number}: {said}: correct it, or make the file again") from error
 
 
 def _object(path: Path, number: int, line: str) -> dict[str, object]:

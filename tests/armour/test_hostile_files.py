@@ -7,11 +7,13 @@ import h5py
 import numpy as np
 import pytest
 
-from frictionlab.errors import RecordingError, SceneError
+from frictionlab.errors import LogError, RecordingError, SceneError, UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.hdf5 import describe, is_recording, read_recording, read_tree, write_recording
+from frictionlab.logs import read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import read_scene, scene_from_tables
+from frictionlab.tables import read_rows
 
 
 def test_a_pipe_is_no_recording(tmp_path: Path) -> None:
@@ -68,3 +70,19 @@ def test_scene_and_sheet_are_files(kind: str, tmp_path: Path) -> None:
 def test_a_sheets_name_with_a_nul_is_refused() -> None:
     with pytest.raises(SceneError, match="cannot be the name of a file"):
         facts_of(scene_from_tables({"experiment": {"sheet": "a\0b.csv"}}), Path("a.csv"))
+
+
+@pytest.mark.parametrize("depth", [900, 100_000])
+def test_a_cell_that_is_nested_too_deep_is_refused(depth: int, tmp_path: Path) -> None:
+    path = tmp_path / "m.jsonl"
+    path.write_text('{"source": "a.h5", "x": ' + '{"a":' * depth + "1" + "}" * depth + "}\n")
+    with pytest.raises(UsageError, match=r"m\.jsonl, line 1: .*nested too deep"):
+        read_rows(path)
+
+
+@pytest.mark.parametrize(("kind", "words"), [("pipe", "it is a pipe or a device"), ("folder", "it is a folder")])
+def test_a_log_is_a_file(kind: str, words: str, tmp_path: Path) -> None:
+    place = tmp_path / "a.csv"
+    {"pipe": os.mkfifo, "folder": Path.mkdir}[kind](place)
+    with pytest.raises(LogError, match=words):
+        read_log(place)
