@@ -14,6 +14,8 @@ from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
 DEFAULT_PADDING = 4
+LONGEST = 1 << 23
+"""Points of an FFT that is padded: one of 26 million took 1 GB, and told the drive no better."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,8 @@ def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAUL
     step : float
         Sampling interval; frequencies come in its inverse.
     padding : int
-        Length of the FFT over the length of the record (rounded up to a length the FFT likes).
+        Length of the FFT over the length of the record (rounded up to a length the FFT likes); less where that is
+        longer than `LONGEST`: the lines of such a record are close together as they are.
 
     Raises
     ------
@@ -95,7 +98,7 @@ def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAUL
     n = len(signal)
     if n < 8:
         raise AnalysisError(f"spectrum: expected at least 8 samples; got {n}: give a longer recording")
-    length = fast_length(padding * n)
+    length = fast_length(max(min(padding, LONGEST // n), 1) * n)
     lines = fft.rfft((signal - signal.mean()) * hann(n), length)
     amplitude = np.abs(lines)
     amplitude *= 4.0 / n  # 2 / sum(w)

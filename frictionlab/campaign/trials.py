@@ -11,6 +11,7 @@ from frictionlab.analysis.drift import Trend
 from frictionlab.errors import UsageError
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
 from frictionlab.tables import Row, plain
+from frictionlab.tables.cells import encodable
 
 MOST = sys.float_info.max
 CUT = 0.01  # relative: what cutting and sampling the cycles a little differently does to an irregularity index
@@ -49,7 +50,7 @@ POSSIBLE: Mapping[str, tuple[float, float]] = {
     "energy_trend_per_hour_se": (0.0, 1e6),
 }
 """What a measurement can be, generously: beyond, a table was edited wrongly or a sensor is connected wrongly."""
-LONGEST_NAME = 100  # characters of a material: it stands in tables, figures and names of files
+LONGEST_NAME = 60  # characters of a material: it stands in tables, figures and names of files
 LONG_S = 300.0  # from this duration on a test is a long one: it tells drift, and the fit over r leaves it to that
 
 
@@ -320,7 +321,7 @@ def _differ(ours: object, theirs: object) -> bool:
 
 
 def _text(value: object) -> str | None:
-    return str(value) if value is not None and str(value) else None
+    return encodable(str(value)) if value is not None and str(value) else None
 
 
 def _sentences(value: object) -> tuple[str, ...]:

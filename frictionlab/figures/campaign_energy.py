@@ -1,6 +1,7 @@
 """Energy per cycle over frequency: measured with its error, and Coulomb's prediction (thesis Figs 4.8 to 4.11)."""
 
 from collections.abc import Sequence
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -38,7 +39,7 @@ def comparison(campaign: Campaign) -> Figure:
         for i, material in enumerate(campaign.materials):
             fits = [f for f in campaign.fits if f.material == material and f.normal_force_n == force]
             for fit in fits:
-                _points(ax, fit, PALETTE[i % len(PALETTE)], MARKERS[i % len(MARKERS)], material, joined=True)
+                _points(ax, fit, PALETTE[i % len(PALETTE)], MARKERS[i % len(MARKERS)], fill(material, 30), joined=True)
         _finish(ax, campaign, [f for f in campaign.fits if f.normal_force_n == force])
         ax.set_title(f"{force:g} N")
         ax.legend()

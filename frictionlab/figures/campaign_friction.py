@@ -11,6 +11,7 @@ from frictionlab.campaign import CRITERIA, Campaign, FrictionFit, Rank
 from frictionlab.figures.style import PAGE, PALETTE, new_figure
 
 NORMAL = 1.96
+NAME = 24  # letters of a name in a line
 
 
 def friction(campaign: Campaign) -> Figure:
@@ -70,7 +71,7 @@ def _rank_panel(ax: Axes, ranks: Sequence[Rank], campaign: Campaign) -> None:
             ax.text(0.5, place, "not known", ha="center", va="center", transform=ax.get_yaxis_transform())
         else:
             ax.errorbar(rank.value, place, xerr=NORMAL * (rank.value_se or 0.0), fmt="o", color=colour, capsize=2)
-    names = [f"{'–' if r.rank is None else r.rank}  {r.material}" for r in ranks]
+    names = [fill(f"{'–' if r.rank is None else r.rank}  {r.material}", NAME) for r in ranks]
     ax.set_yticks(range(len(ranks)), names)
     ax.set_ylim(len(ranks) - 0.5, -0.5)
     if any(r.value is not None for r in ranks):

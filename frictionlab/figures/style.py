@@ -3,6 +3,7 @@
 import io
 import math
 import textwrap
+import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -13,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.image import imsave
+from matplotlib.text import Text
 from matplotlib.ticker import FuncFormatter
 
 from frictionlab.figures.mark import MAKER, METADATA, is_figure
@@ -105,13 +107,22 @@ def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
         The file cannot be written, or another kind of file stands there.
     """
     image = io.BytesIO()
-    with look():
+    _make_drawable(figure)
+    with look(), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph")  # a name in letters that the font lacks is drawn as boxes
         if path.suffix == ".png":
             _draw_once(figure, image)
         else:
             figure.savefig(image, format=path.suffix.lstrip("."), metadata=METADATA[path.suffix])
     write_whole(path, image.getvalue(), replace=force or is_figure)
     return path
+
+
+def _make_drawable(figure: Figure) -> None:
+    """Show the bytes of a file's name that are no text as they are escaped: no font draws them."""
+    for label in figure.findobj(Text):
+        if not (words := label.get_text()).isascii():
+            label.set_text(words.encode("utf-8", "backslashreplace").decode())
 
 
 def _draw_once(figure: Figure, image: io.BytesIO) -> None:

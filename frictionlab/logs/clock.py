@@ -50,7 +50,8 @@ class TimeBase:
 def counted(samples: int, interval: float, bridge_s: float) -> TimeBase:
     """Time counted at a known interval [s], for a log without stamps."""
     none = np.zeros(0, np.int64)
-    time = np.arange(samples, dtype=np.float64) * np.float64(interval)
+    with np.errstate(over="ignore", invalid="ignore"):  # the recording refuses what is not finite
+        time = np.arange(samples, dtype=np.float64) * np.float64(interval)
     return TimeBase(time, np.zeros(samples, np.uint8), none, interval, max(bridge_s, _SHORTEST_BRIDGE * interval))
 
 

@@ -54,7 +54,7 @@ def test_a_source_that_cannot_be_a_file_is_none(source: str, outside: Path) -> N
 def test_a_name_too_long_for_a_figure_is_a_reason() -> None:
     assert trial_of(row("x" * LONGEST_NAME, 1.0, 0.5, 0.6)).reason is None
     reason = trial_of(row("x" * 5000, 1.0, 0.5, 0.6)).reason
-    assert reason == "material: expected a name of at most 100 characters; got 5000: shorten it"
+    assert reason == "material: expected a name of at most 60 characters; got 5000: shorten it"
 
 
 def test_figures_hold_the_best_of_many_materials(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from frictionlab.errors import LogError, RecordingError, SceneError, UsageError
 from frictionlab.experiment import facts_of
+from frictionlab.figures.style import headline, look, new_figure, save
 from frictionlab.hdf5 import describe, is_recording, read_recording, read_tree, write_recording
 from frictionlab.logs import read_log
 from frictionlab.recording import Recording
@@ -83,6 +84,15 @@ def test_a_cell_that_is_nested_too_deep_is_refused(depth: int, tmp_path: Path) -
 @pytest.mark.parametrize(("kind", "words"), [("pipe", "it is a pipe or a device"), ("folder", "it is a folder")])
 def test_a_log_is_a_file(kind: str, words: str, tmp_path: Path) -> None:
     place = tmp_path / "a.csv"
-    {"pipe": os.mkfifo, "folder": Path.mkdir}[kind](place)
+    os.mkfifo(place) if kind == "pipe" else place.mkdir()
     with pytest.raises(LogError, match=words):
         read_log(place)
+
+
+def test_a_name_that_is_no_text_is_drawn_as_it_is_escaped(tmp_path: Path) -> None:
+    with look():
+        figure = new_figure()
+        headline(figure, "caf\udce9.h5: 钢\t")
+    for suffix in (".png", ".svg"):
+        save(figure, tmp_path / f"a{suffix}")
+    assert "caf\\udce9.h5" in [text.get_text()[:12] for text in figure.texts]
