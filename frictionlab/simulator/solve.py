@@ -20,6 +20,7 @@ ANSWERS: dict[str, tuple[str, ...]] = {  # kind of a law: the solvers that know 
     "inner": ("auto", "numeric"),
 }
 LARGEST = 1e100  # initial condition: its square must be a double
+MOST_CYCLES = 10_000_000  # half a minute of compiled work that nothing interrupts
 
 
 def steady_state(problem: Problem, *, solver: Solver = "auto") -> SteadyState:
@@ -156,7 +157,7 @@ def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "auto") -> Ste
     problem : Problem
         What moves.
     cycles : int
-        Cycles of the drive; >= 1.
+        Cycles of the drive; 1 to `MOST_CYCLES`.
     solver : {"auto", "exact", "numeric", "thesis"}
         Exact phases, steps where the law has none, or the thesis's RK45 at its default tolerances.
 
@@ -173,8 +174,8 @@ def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "auto") -> Ste
     'not settled'
     """
     _check_solver(problem, solver)
-    if cycles < 1:
-        raise UsageError(f"last cycle: cycles; expected >= 1; got {cycles}")
+    if not 1 <= cycles <= MOST_CYCLES:
+        raise UsageError(f"last cycle: cycles; expected 1 to {MOST_CYCLES}; got {cycles}")
     if solver == "thesis":
         return orbit.waited(problem, cycles)
     if _is_rigid(problem, solver):

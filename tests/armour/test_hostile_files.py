@@ -14,6 +14,7 @@ from frictionlab.hdf5 import describe, is_recording, read_recording, read_tree, 
 from frictionlab.logs import read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import read_scene, scene_from_tables
+from frictionlab.simulator import Problem, last_cycle
 from frictionlab.tables import read_rows
 
 
@@ -96,3 +97,8 @@ def test_a_name_that_is_no_text_is_drawn_as_it_is_escaped(tmp_path: Path) -> Non
     for suffix in (".png", ".svg"):
         save(figure, tmp_path / f"a{suffix}")
     assert "caf\\udce9.h5" in [text.get_text()[:12] for text in figure.texts]
+
+
+def test_more_cycles_than_anybody_waits_for_are_refused() -> None:
+    with pytest.raises(UsageError, match="expected 1 to 10000000; got 1000000000"):
+        last_cycle(Problem(r=0.5, beta=0.4), cycles=10**9)
