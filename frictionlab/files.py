@@ -56,6 +56,7 @@ def write_whole(path: Path, data: Bytes | Iterable[Bytes], *, replace: bool | Ca
     >>> (folder / "a.txt").read_bytes()
     b'whole'
     """
+    _check_name(path)
     final = Path(os.path.realpath(path))
     check_replaceable(final, replace=replace)
     try:
@@ -74,6 +75,7 @@ def write_whole(path: Path, data: Bytes | Iterable[Bytes], *, replace: bool | Ca
 
 def check_replaceable(path: Path, *, replace: bool | Callable[[Path], bool]) -> None:
     """Raise `OutputError` if something stands at this path that must not be replaced; asked before long work too."""
+    _check_name(path)
     if not path.parent.is_dir():
         raise OutputError(f"{path}: no such folder as {path.parent}: make it first")
     if not os.path.lexists(path):
@@ -82,6 +84,11 @@ def check_replaceable(path: Path, *, replace: bool | Callable[[Path], bool]) -> 
         raise OutputError(f"{path}: expected a file or nothing there; got something else: choose another output")
     if not (replace(path) if callable(replace) else replace):
         raise OutputError(f"{path}: exists and is not a file of this kind: choose another output, or give --force")
+
+
+def _check_name(path: Path) -> None:
+    if "\0" in str(path):
+        raise OutputError(f"{str(path)!r}: cannot be the name of a file: choose another output")
 
 
 def check_regular(path: Path) -> None:

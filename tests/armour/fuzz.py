@@ -1,6 +1,6 @@
 """Mutated files of every kind that is read: a result or a clear error, never a traceback, a hang or a full memory.
 
-    python -m tests.armour.fuzz --count 20000 [--kinds recording scene ...] [--seed 1] [--workers 2] [--keep build/fuzz]
+    python -m tests.armour.fuzz --count 20000 [--kinds recording scene ...] [--seed 1] [--first 0] [--workers 2] [--keep build/fuzz]
 
 Each case runs in a child that is killed after `LONGEST_S` and has `MEMORY` bytes: the HDF5 library can loop for ever,
 or end the process. A case that fails is kept as a file; its number makes it again. `tests.logs.fuzz` does text logs.
@@ -160,15 +160,15 @@ def main() -> int:
     """Run the cases, print what became of them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=20000)
+    parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--kinds", nargs="*", default=list(MAKE), choices=list(MAKE))
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     parser.add_argument("--keep", type=Path, default=Path("build/fuzz"))
     given = parser.parse_args()
     seen, begin = {kind: Counter[str]() for kind in given.kinds}, time.perf_counter()
-    parts = [
-        (kind, range(at, min(at + PART, given.count))) for kind in given.kinds for at in range(0, given.count, PART)
-    ]
+    last = given.first + given.count
+    parts = [(k, range(at, min(at + PART, last))) for k in given.kinds for at in range(given.first, last, PART)]
     kinds, numbers = zip(*parts, strict=True)
     with ProcessPoolExecutor(given.workers, mp_context=get_context("spawn")) as pool:
         for kind, more, faults in pool.map(run, kinds, repeat(given.seed), numbers, repeat(given.keep)):
