@@ -1,6 +1,6 @@
 """Mutated files of every kind that is read: a result or a clear error, never a traceback, a hang or a full memory.
 
-    python -m tests.armour.fuzz --count 20000 [--first 0] [--kinds recording scene ...] [--workers 2] [--keep build/fuzz]
+    python -m tests.armour.fuzz --count 20000 [--first 0] [--kinds recording scene ...] [--workers 2] [--keep PLACE]
 
 Each case runs in a child that is killed after `LONGEST_S` and has `MEMORY` bytes: the HDF5 library can loop for ever,
 or end the process. A case that fails is kept as a file; its number makes it again. `tests.logs.fuzz` does text logs.
