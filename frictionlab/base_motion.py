@@ -21,6 +21,7 @@ FloatArray = NDArray[np.float64]
 FAR = 10.0  # times the steps around it: such a step is a jump ...
 LARGE = 0.05  # ... if it is this share of the whole range
 AROUND = 5  # steps looked at on either side
+HOLE = 1000.0  # times the usual step between two samples
 QUIET = 1e-7  # of the base's range: a motion whose noise is less is clean
 COARSE = 1e-3  # sampling error over Y from which it is told
 ORDER_LEFT = 15.0  # 2^4 - 1: what a spline of every other sample errs more
@@ -269,6 +270,7 @@ def sound_base(recording: Recording, *, jumps: bool = False) -> tuple[Recording,
     if not parts:
         raise RecordingError("base: no two sound samples follow each other")
     part, lost = parts[0], len(recording) - len(parts[0])
+    _refuse_holes(part)
     if not jumps:
         _refuse_jumps(part.time, part.base_displacement)
     return part, list(_doubts(part, lost))
@@ -281,6 +283,17 @@ def _doubts(part: Recording, lost: int) -> Iterator[str]:
         yield f"base: {bridged} of {len(part)} samples are straight lines over short holes, not measured"
     if lost:
         yield f"base: {lost} samples with a repeated stamp or without a value are left out"
+
+
+def _refuse_holes(part: Recording) -> None:
+    """Refuse a gap that carries no flag, as in recordings of others: what is simulated across would have no end."""
+    steps = np.diff(part.time)
+    at = int(np.argmax(steps))
+    if steps[at] > HOLE * float(np.median(steps)):
+        raise RecordingError(
+            f"base: no samples from {part.time[at]:.6g} s to {part.time[at + 1]:.6g} s: nothing is simulated across a "
+            "gap; do: cut the record there"
+        )
 
 
 def _refuse_jumps(time: FloatArray, y: FloatArray) -> None:

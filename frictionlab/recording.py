@@ -369,15 +369,15 @@ def _check_lengths(recording: Recording) -> None:
 
 _FARTHEST_M = 1e12
 """No displacement: what is beyond has overflown its unit, and would overflow the analysis."""
-_LATEST_S = 1e15
+LATEST_S = 1e15
 
 
 def _check_time(time: NDArray[np.float64], quality: NDArray[np.uint8]) -> None:
-    if step_range(time)[0] > 0.0 and max(-time[0], time[-1]) < _LATEST_S:
+    if step_range(time)[0] > 0.0 and max(-time[0], time[-1]) < LATEST_S:
         return
     if not np.isfinite(time).all():
         raise RecordingError("time: expected finite stamps; got nan or infinity")
-    if np.abs(time).max() >= _LATEST_S:
+    if np.abs(time).max() >= LATEST_S:
         raise RecordingError(f"time: expected seconds; got {np.abs(time).max():g}: damaged, or in another unit")
     steps = np.diff(time)
     wrong = (steps < 0.0) | ((steps == 0.0) & ((quality[1:] & np.uint8(Quality.DUPLICATED)) == 0))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
-from frictionlab.recording import Quality, sampling_interval, step_range
+from frictionlab.recording import LATEST_S, Quality, sampling_interval, step_range
 
 _MOST_STRAY = 0.05
 _STATED_TOLERANCE = 1e-4
@@ -72,8 +72,10 @@ def time_base(stamps: NDArray[np.float64], name: str, *, bridge_s: float, stated
     Raises
     ------
     LogError
-        If the stamps do not increase.
+        If the stamps do not increase, or are beyond all time.
     """
+    if len(stamps) and not max(-stamps.min(), stamps.max()) < LATEST_S:
+        raise LogError(f"{name}: time: expected seconds; got {np.abs(stamps).max():g}: damaged, or in another unit")
     base = TimeBase(stamps, np.zeros(len(stamps), np.uint8), np.zeros(0, np.int64))
     if len(stamps) > 1 and step_range(stamps)[0] < 0.0:
         stray, restarts = _backward(stamps, np.diff(stamps), name)

@@ -7,6 +7,7 @@ import h5py
 import numpy as np
 import pytest
 
+from frictionlab.base_motion import sound_base
 from frictionlab.errors import LogError, RecordingError, SceneError, UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.figures.style import headline, look, new_figure, save
@@ -102,3 +103,20 @@ def test_a_name_that_is_no_text_is_drawn_as_it_is_escaped(tmp_path: Path) -> Non
 def test_more_cycles_than_anybody_waits_for_are_refused() -> None:
     with pytest.raises(UsageError, match="expected 1 to 10000000; got 1000000000"):
         last_cycle(Problem(r=0.5, beta=0.4), cycles=10**9)
+
+
+def test_nothing_is_simulated_across_a_hole_that_carries_no_flag() -> None:
+    """Thirty years of it would be, step by step."""
+    time = np.r_[np.arange(1000) / 250, 1e9 + np.arange(1000) / 250]
+    base = 1e-3 * np.sin(2 * np.pi * 1.5 * np.arange(2000) / 250)
+    with pytest.raises(
+        RecordingError, match=r"base: no samples from 3\.996 s to 1e\+09 s: nothing is simulated across"
+    ):
+        sound_base(Recording(time, base, base))
+
+
+def test_stamps_beyond_all_time_are_refused(tmp_path: Path) -> None:
+    log = tmp_path / "a.csv"
+    log.write_text("time [s],mass [mm],base [mm]\n" + "".join(f"{n}e300,{n % 7},{n % 5}\n" for n in range(300)))
+    with pytest.raises(LogError, match=r"a\.csv: time: expected seconds; got 2\.99e\+302"):
+        read_log(log)
