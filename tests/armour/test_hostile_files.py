@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from frictionlab.base_motion import sound_base
-from frictionlab.errors import LogError, RecordingError, SceneError, UsageError
+from frictionlab.errors import LogError, RecordingError, SceneError, SimulationError, UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.figures.style import headline, look, new_figure, save
 from frictionlab.hdf5 import describe, is_recording, read_recording, read_tree, write_recording
@@ -16,6 +16,7 @@ from frictionlab.logs import read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import read_scene, scene_from_tables
 from frictionlab.simulator import Problem, last_cycle
+from frictionlab.simulator.record import BaseRecord, respond
 from frictionlab.tables import read_rows
 
 
@@ -120,3 +121,8 @@ def test_stamps_beyond_all_time_are_refused(tmp_path: Path) -> None:
     log.write_text("time [s],mass [mm],base [mm]\n" + "".join(f"{n}e300,{n % 7},{n % 5}\n" for n in range(300)))
     with pytest.raises(LogError, match=r"a\.csv: time: expected seconds; got 2\.99e\+302"):
         read_log(log)
+
+
+def test_a_record_that_lasts_for_ages_is_not_simulated() -> None:
+    with pytest.raises(SimulationError, match=r"it lasts 1\.59e\+10 natural periods; expected at most 1e\+07"):
+        respond(Problem(1.0, beta=0.4), BaseRecord(np.array([0.0, 5e10, 1e11]), np.array([0.0, 1.0, 0.0])))

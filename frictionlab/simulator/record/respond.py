@@ -2,7 +2,7 @@
 
 import functools
 from dataclasses import dataclass
-from math import sqrt
+from math import pi, sqrt
 from types import ModuleType
 from typing import Any
 
@@ -26,6 +26,7 @@ Floats = NDArray[np.float64]
 MODULES: tuple[ModuleType, ...] = (piece, spline, events, travel)
 FOLLOWED = ("coulomb", "place", "speed", "breakaway", "compliance", "iwan")  # terms with exact phases here
 FINE = 16.0  # steps per unit of the fastest phase's time
+MOST_CYCLES = 1e7  # natural periods: half a minute of compiled work that nothing interrupts
 WORTH_LOADING = 5e4  # steps; in plain Python they take about as long (1 s) as loading the compiled kernel
 WORTH_COMPILING = 5e5  # the same for compiling it, once per machine and version
 
@@ -49,8 +50,8 @@ def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 
     Raises
     ------
     SimulationError
-        r is not 1, an acceleration is to drive against a fixed wall, friction would have to be negative or to outgrow
-        the spring, events do not end, or the law is too stiff to be integrated.
+        r is not 1, the record lasts too long, an acceleration is to drive against a fixed wall, friction would have to
+        be negative or to outgrow the spring, events do not end, or the law is too stiff to be integrated.
 
     Examples
     --------
@@ -63,6 +64,12 @@ def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 
     if problem.r != 1.0:
         raise SimulationError(
             f"simulation of a record: r; expected 1 (time is counted in omega_n t); got {problem.r!r}"
+        )
+    cycles = float(base.time[-1] - base.time[0]) / (2.0 * pi)
+    if not cycles <= MOST_CYCLES:
+        raise SimulationError(
+            f"simulation of a record: it lasts {cycles:.3g} natural periods; expected at most {MOST_CYCLES:g}: are its "
+            "stamps in seconds?"
         )
     if not _is_exact(problem.law):
         slopes, _ = _slopes(choose(len(base.time)), base)
