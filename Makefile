@@ -58,7 +58,7 @@ stability: $(FRICTIONLAB)  ## draw how errors grow with cycles, towards resonanc
 test: .venv/.test  ## install what is needed to test, then run all tests
 	$(BIN)/python -m pytest
 
-fuzz: .venv/.test  ## read damaged files: 100,000 logs, 20,000 of every other kind: no traceback, no hang (40 minutes on two cores)
+fuzz: .venv/.test  ## read damaged files: 100,000 logs, 20,000 of every other kind: no traceback, no hang (more than an hour on two cores)
 	$(BIN)/python -m tests.logs.fuzz --count 100000
 	$(BIN)/python -m tests.armour.fuzz --count 20000
 
