@@ -19,7 +19,8 @@ from frictionlab.planning.outlook import Outlook
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-STEPS = 4  # of Gauss and Newton to the other law's best values
+STEPS = 12  # of Gauss and Newton to the other law's best values, at most
+DONE = 0.01  # share of the cost that a step must save to be followed by another
 FARTHEST = 2.0  # deviations a step goes at most
 
 
@@ -118,12 +119,14 @@ def _best(told: Told, rival: Outlook, start: FloatArray, *, together: bool) -> F
     for _ in range(STEPS):
         sums = _sums(told, rival, points)
         step = (sums.of(range(len(sums.gap2))) if together else sums).step(points)
-        step = step / np.maximum(1.0, np.abs(step).max(axis=-1, keepdims=True) / FARTHEST)
+        step, before = step / np.maximum(1.0, np.abs(step).max(axis=-1, keepdims=True) / FARTHEST), cost
         for share in (1.0, 0.25):
             trial = np.clip(points + share * step, low, high)
             there = _joined(_costs(told, rival, trial), trial, together=together)
             better = there < cost
             points, cost = np.where(better[..., None], trial, points), np.where(better, there, cost)
+        if not np.any(cost < (1.0 - DONE) * before):
+            break
     return points
 
 

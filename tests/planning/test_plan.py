@@ -143,3 +143,21 @@ def test_the_command_prints_the_contracts_keys_and_writes_a_sheet_that_scenes_re
 
 def test_the_figure_shows_all_candidates(tmp_path: Path, coulomb: Plan) -> None:
     assert fl.plot(coulomb, tmp_path / "plan.png").stat().st_size > 5000
+
+
+def test_two_laws_are_told_apart_on_the_command_line(tmp_path: Path) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text(
+        f"[rig]\nnatural_frequency_hz = {NATURAL_HZ}\nstiffness_n_per_m = 1191.0\ndamping_ratio = 0.0\n"
+        "[plan]\nfrequency_ratios = [0.3, 0.8]\nnormal_forces_n = [1.0]\nfriction_coefficient = [0.6, 0.1]\n"
+    )
+    asked = ["plan", "--scene", str(path), "--law", "coulomb+place", "--against", "coulomb+speed", "--tests", "1"]
+    told = json.loads(CliRunner().invoke(app, [*asked, "--json"]).stdout)
+    assert list(told)[: len(LINE)] == LINE
+    assert told["log_bayes_after"] == pytest.approx(min(told["log_bayes"], told["log_bayes_against"]), rel=0.05)
+    said = CliRunner().invoke(app, asked).stdout
+    assert "law coulomb+place against coulomb+speed: 1 tests, of 2 candidates" in said
+    assert "Set a normal force of 1 N." in said
+    refused = CliRunner().invoke(app, [*asked, "--for", "nothing"])
+    assert refused.exit_code == 2
+    assert "has no parameter 'nothing' to find" in refused.output
