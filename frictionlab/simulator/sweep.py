@@ -26,6 +26,7 @@ FAILED = "failed"  # outcome of a point that could not be solved
 MANY = 100  # points of a law that is solved point by point, from which its compiled kernel is worth loading
 CHUNK = 500  # points a call: some 10 ms of work
 AXES = ("r", "beta", "mu", "zeta")
+LONG = 16  # times the phases of one cycle: with static friction orbits last many
 MOST_PHASES = 1 << 22  # recorded per orbit, 200 MB: beyond that the point is given up by name
 
 
@@ -266,6 +267,8 @@ def sweep_points(points: Floats, family: Family, *, fast: bool) -> Floats:
         return np.array([to_numbers(steady_state(family.problem(point))) for point in points.tolist()])
     engine = engines.compiled() if fast else engines.choose(0.0)
     phases = 64 + int(10 * (family.base.harmonics + 1.0 / float(points[:, 0].min())))
+    if family.contacts(points)[:, 3:5].max() > 1.0:
+        phases *= LONG  # an orbit that has no room is sought again
     numbers = _call(engine, points, family, phases)
     while np.any(full := numbers[:, layout.OUTCOME] == layout.OVERFULL):
         phases *= 4

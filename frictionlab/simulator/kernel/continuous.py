@@ -126,7 +126,7 @@ def safe_distance(rig: Rig, force: Force) -> float:
     and to v = 0 as the two are to each other. Half of the least such distance over half a period, for its samples.
     """
     r, hold = rig.plain.r, rig.contact.beta * max(rig.contact.static_up, rig.contact.static_down)
-    least, count = inf, 32 + int(8.0 / r)
+    least, count = inf, 16 + int(8.0 / r)
     for i in range(count):
         tau = pi * i / count
         _, z, v = continuous_state(rig, force, tau)
