@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+import frictionlab as fl
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -19,3 +21,11 @@ def test_the_readme_example_runs_and_prints_what_it_says(monkeypatch: pytest.Mon
     with contextlib.redirect_stdout(printed):
         exec(compile(code, "README.md", "exec"), {})  # noqa: S102  # the document is what is tested
     assert printed.getvalue().split() == said
+
+
+def test_results_tell_what_they_are_in_a_line() -> None:
+    problem = fl.Problem(r=0.5, beta=0.4)
+    assert repr(problem) == "<Problem r = 0.5, coulomb: beta 0.4, frame_damping_ratio 0, fixed wall>"
+    assert repr(problem.law) == "<Law coulomb>"
+    told = repr(fl.simulate(problem))
+    assert told.startswith("<SteadyState r = 0.5, coulomb: The motion repeats every cycle: stick-slip with 2 stops")

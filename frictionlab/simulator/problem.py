@@ -152,6 +152,11 @@ class Problem:
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
+    def __repr__(self) -> str:
+        told = ", ".join(f"{name} {value:g}" for name, value in self.parameters.items())
+        base = "" if self.base == COSINE else f", base of {self.base.harmonics} harmonics"
+        return f"<Problem r = {self.r:g}, {self.law.name}: {told}, {self.wall} wall{base}>"
+
     @property
     def parameters(self) -> dict[str, float]:
         """All parameters of the law by name."""

@@ -113,6 +113,9 @@ class SteadyState:
     warnings: tuple[str, ...] = ()
     orbit: Motion | None = None
 
+    def __repr__(self) -> str:
+        return f"<SteadyState r = {self.problem.r:g}, {self.problem.law.name}: {self.verdict}>"
+
     @property
     def verdict(self) -> str:
         """What was found, as a sentence."""

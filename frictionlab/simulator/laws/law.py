@@ -133,6 +133,9 @@ class Law:
     terms: tuple[Term, ...]
     common: tuple[Parameter, ...] = ()
 
+    def __repr__(self) -> str:
+        return f"<Law {self.name}>"
+
     @property
     def name(self) -> str:
         """The sum as it is written: ``coulomb+place``."""
