@@ -268,11 +268,13 @@ def held_out(found: Fit) -> FloatArray:
     gain = np.linalg.solve(found.precision, found.jacobian.T / found.excess) @ observed.whitener
     slopes = np.linalg.solve(observed.whitener, found.jacobian)
     predicted = observed.cosine_sine - np.linalg.solve(observed.whitener, found.residual)
+    known = np.array([not c.law for c in found.coordinates])
+    strain = float(found.point[known] @ found.point[known])  # a rig that is not as it is known to be is no prediction
     left = []
     for block in blocks:
         others = np.delete(observed.each, block, axis=0).mean(axis=0)
         there = predicted + slopes @ (gain @ (others - observed.cosine_sine))
         gap = observed.each[block].mean(axis=0) - there
         white = observed.whitener @ gap
-        left.append((math.sqrt(0.5 * float(gap @ gap) / observed.power), float(white @ white)))
+        left.append((math.sqrt(0.5 * float(gap @ gap) / observed.power), float(white @ white) + strain))
     return np.array(left).T
