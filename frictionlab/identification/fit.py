@@ -124,6 +124,16 @@ def unfitted(forward: Forward, observed: Observed) -> Fit:
     return Fit(forward, observed, np.zeros(0), observed.whitener @ gap, np.zeros((len(gap), 0)), 1.0)
 
 
+def released(found: Fit, forward: Forward) -> Fit:
+    """Return the same fit with sensors and rig beside it, which stand where they are known to be."""
+    point = np.concatenate([found.point, np.zeros(len(forward.coordinates) - len(found.point))])
+    predicted = forward.predict(point)
+    if predicted is None:
+        raise AnalysisError(f"law {forward.family.law.name}: the best values found have no steady state")
+    jacobian = found.observed.whitener @ forward.jacobian(point, predicted)
+    return Fit(forward, found.observed, point, found.residual, jacobian, found.excess)
+
+
 def excess_of(found: Fit) -> float:
     """Chi-square per degree of freedom, at least 1."""
     free = len(found.residual) - int((np.abs(found.jacobian).max(axis=0) > 1.0).sum())
@@ -191,11 +201,13 @@ class Errors:
     """Uncertainty of a fit's coordinates, in deviations of the priors.
 
     ``statistical`` (n,): what noise, scatter and misfit do to the values found; ``combined`` (n, n): with what is not
-    known of sensors and rig.
+    known of sensors and rig. ``apart`` (n,): how far values found with sensors and rig held as they are known stand
+    from those of the fit that moves them; it is in the combined.
     """
 
     statistical: FloatArray
     combined: FloatArray
+    apart: FloatArray | float = 0.0
 
 
 def errors_of(found: Fit) -> Errors:
@@ -213,6 +225,29 @@ def errors_of(found: Fit) -> Errors:
     noise *= np.outer(*[np.sqrt(shown / np.maximum(np.diag(noise), 1e-300))] * 2)
     own = (joint[:, law] ** 2).sum(axis=1)
     return Errors(np.where(law, np.sqrt(np.diag(noise) + own), 0.0), noise + joint @ joint.T)
+
+
+def errors_as_known(held: Fit, alone: Fit, moved: Fit) -> Errors:
+    """Return how sure values are that were found with sensors and rig held as they are known.
+
+    Given the data, the truth is spread about the values of the fit that moves sensors and rig, by that fit's errors.
+    Seen from the held values, the distance between the two is added in quadrature.
+
+    Parameters
+    ----------
+    held : Fit
+        The values that are given, sensors and rig beside them (`released`).
+    alone : Fit
+        The same without sensors and rig: how noise scatters it is the statistical error.
+    moved : Fit
+        The fit that moves sensors and rig.
+    """
+    of_moved, own = errors_of(moved), errors_of(alone).statistical
+    apart = held.point - moved.point
+    statistical = np.concatenate([own, np.zeros(len(apart) - len(own))])
+    combined = of_moved.combined + np.outer(apart, apart)
+    np.fill_diagonal(combined, np.maximum(np.diag(combined), statistical**2))
+    return Errors(statistical, combined, np.abs(apart))
 
 
 def _by_noise(found: Fit, gain: FloatArray) -> FloatArray:

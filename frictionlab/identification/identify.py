@@ -11,7 +11,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, of_sensors, second_harmonic
 from frictionlab.identification.family import Family
-from frictionlab.identification.fit import Errors, Fit, errors_of, excess_of, fit, unfitted
+from frictionlab.identification.fit import Errors, Fit, errors_as_known, errors_of, excess_of, fit, released, unfitted
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.observed import EXPLAINED, Observed, observe_cycle
 from frictionlab.identification.valleys import start_at, starts_of
@@ -29,6 +29,7 @@ SURE = 2.0  # ... and it lies so many errors from where its term does nothing
 LEVEL = 0.95  # of a limit
 STATES, WAITED = 150, 20.0  # simulated for one fit, and how much longer each takes where rest's motion is waited for
 ELASTIC_PHASES = 200.0  # of one steady state of an elastic contact of usual stiffness, times r
+AS_KNOWN = "sensors and rig held as known"  # the share of not correcting them
 VAGUE = 0.1  # relative standard error from which a friction ratio is called vague
 PRESSED = 3.0  # deviations from what is known of the rig at which a nuisance is told
 
@@ -83,8 +84,9 @@ def forward_of(family: Family, measurement: Measurement, sources: Sources, obser
 def identify(measurement: Measurement, family: Family, sources: Sources) -> Identified:
     """Return the best values of a law for a measured cycle, each with its errors.
 
-    Sensors and rig are fitted beside the law, each held by what is known of it: where the cycle tells a lag or a
-    natural frequency better than the scene knows it, the law's values no longer suffer by it.
+    Sensors and rig are fitted beside the law, each held by what is known of it. Where the law alone leaves no more than
+    noise, the cycle gives no reason to correct them: the values of the law alone are given, and their errors hold how
+    far the other fit is from them.
 
     Raises
     ------
@@ -97,12 +99,15 @@ def identify(measurement: Measurement, family: Family, sources: Sources) -> Iden
     starts = starts_of(measurement, forward, observed)
     plain = replace(forward, coordinates=tuple(c for c in forward.coordinates if c.law))
     held = _by_cost([fit(plain, observed, [start[: len(plain.coordinates)]]) for start in starts])
-    if misfit_is_noise(held[0]):  # the rig is nearly as it is known: the valleys that matter can be told without it
+    as_it_is = misfit_is_noise(held[0])
+    if as_it_is:  # the rig is nearly as it is known: the valleys that matter can be told without it
         known = starts[0][len(plain.coordinates) :]
         starts = [np.concatenate([found.point, known]) for found in (held[0], *_near(held))]
     fits = _by_cost([fit(forward, observed, [start]) for start in starts])
-    richer = _under_a_richer_law(measurement, sources, fits[0])
-    return with_errors(family, fits[0], rivals=_rivals(fits), richer=richer)
+    found = released(held[0], forward) if as_it_is else fits[0]
+    errors = errors_as_known(found, held[0], fits[0]) if as_it_is else errors_of(found)
+    richer = _under_a_richer_law(measurement, sources, found)
+    return with_errors(family, found, rivals=_rivals(fits), richer=richer, errors=errors)
 
 
 def _under_a_richer_law(measurement: Measurement, sources: Sources, found: Fit) -> float | None:
@@ -326,7 +331,10 @@ def shares(found: Fit, errors: Errors) -> dict[str, float]:
     slope = found.coordinates[i].slope(float(found.point[i]))
     left = np.linalg.inv(found.precision)[i]
     by_cause = {c.name: slope * abs(float(left[k])) for k, c in enumerate(found.coordinates) if not c.law}
-    return {"noise and misfit": slope * float(errors.statistical[i]), **by_cause}
+    apart = slope * float(np.broadcast_to(errors.apart, len(names))[i])
+    by_cause |= {AS_KNOWN: apart} if apart else {}
+    rest = slope**2 * float(errors.combined[i, i]) - sum(share**2 for share in by_cause.values())
+    return {"noise and misfit": math.sqrt(max(rest, 0.0)), **by_cause}
 
 
 def misfit_is_noise(found: Fit) -> bool:
