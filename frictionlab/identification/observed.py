@@ -218,8 +218,8 @@ def of_neighbours(values: FloatArray) -> float:
     --------
     >>> of_neighbours(np.tile([1.0, -1.0], 50))
     1.0
-    >>> round(of_neighbours(np.array([1.0, 0.9, -0.2, -0.8, -0.7, -0.1, 0.2, -0.3])), 1)
-    2.2
+    >>> round(of_neighbours(np.array([1.0, 0.9, -0.2, -0.8, -0.7, -0.1, 0.2, -0.3])), 1)  # rho is 1.43/3.12 + 0.35
+    2.6
     """
     n, rho = len(values), lag_one(values)
     rho = min(max(rho + (1.0 + 4.0 * rho) / n, 0.0), 0.95)

@@ -7,7 +7,7 @@ import pytest
 from tests.armour import fuzz
 from tests.armour.sound import MAKE, sound
 
-CASES = 60
+CASES = 25
 
 
 @pytest.mark.parametrize("kind", list(MAKE))

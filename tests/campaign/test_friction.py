@@ -109,7 +109,7 @@ def test_intervals_hold_the_truth_at_the_stated_rate() -> None:
     [
         ({"irregularity_index": 0.4}, "unsteady: irregularity 0.4"),
         ({"asymmetry": 0.3}, r"asymmetric \(0.3\)"),
-        ({"regime": "stuck"}, "stuck: it only says"),
+        ({"regime": "stuck"}, "stuck: all it tells is that the friction ratio is"),
         ({"energy_per_cycle": 6.0}, "unexplained: alone it would say"),
         ({"duration_s": 1800.0}, "a long test"),
     ],
