@@ -244,7 +244,7 @@ class _Every:
         self.units, self.values = _units(outlook), outlook.values(outlook.expected)
         self.law = law = np.flatnonzero(outlook.law)
         alone = np.eye(len(known)) + told.own
-        self.expected = _statistical(alone, law) * self.units
+        self.expected = _deviations(alone[:, law[:, None], law]) * self.units
         self.is_told = self._sure(_deviations(alone)[:, law])
         self.expected_u = _deviations(alone)[:, law] * self.units
         self.tells = told.tells
@@ -290,7 +290,7 @@ class _Every:
 
     def _after(self, i: int, order: Sequence[int], *, held: bool) -> dict[str, float | None]:
         total = self.known + self.told.information[np.asarray(order)].sum(axis=0)
-        spread = _statistical(total, self.law) if held else _deviations(total)[self.law]
+        spread = _deviations(total[np.ix_(self.law, self.law)]) if held else _deviations(total)[self.law]
         return self._named(spread * self.units[i], tells=True)
 
 
@@ -299,17 +299,6 @@ def _units(outlook: Outlook) -> FloatArray:
     values = outlook.values(outlook.expected)
     law = [(i, c) for i, c in enumerate(outlook.coordinates) if c.law]
     return np.stack([c.width * (values[c.name] if c.is_log else outlook.scales[:, i]) for i, c in law], axis=1)
-
-
-def _statistical(precision: FloatArray, law: NDArray[np.intp]) -> FloatArray:
-    """Standard errors (..., l) of the law's coordinates, as a fit tells them apart from what the rig does.
-
-    Of the posterior covariance P, what was not known of the nuisance k leaves ``P[i, k]`` in the coordinate i.
-    """
-    covariance = np.linalg.inv(precision)
-    own = np.diagonal(covariance, axis1=-2, axis2=-1)[..., law]
-    rig = (np.delete(covariance[..., law, :], law, axis=-1) ** 2).sum(axis=-1)
-    return np.asarray(np.sqrt(own - rig))
 
 
 def _deviations(precision: FloatArray) -> FloatArray:

@@ -10,9 +10,10 @@ from frictionlab.schema import PLANS
 class PlannedTest:
     """One test of a plan, or a candidate that was not chosen (``rank`` None).
 
-    ``expected``: law parameter -> standard error of this test alone, what a fit calls ``se``; ``expected_u``: the same
-    with what is not known of sensors and rig; ``cumulative`` and ``cumulative_u``: both after this and all better ones,
-    and with friction that differs from test to test. The friction coefficient is told as ``beta`` of this test.
+    ``expected``: law parameter -> standard error of this test alone, what a fit calls ``se`` where sensors and rig
+    are as they are known; ``expected_u``: the same with what is not known of them; ``cumulative`` and
+    ``cumulative_u``: both after this and all better ones, and with friction that differs from test to test. The
+    friction coefficient is told as ``beta`` of this test.
 
     ``log_bayes``: logarithm of the Bayes factor to expect, from this test alone, for the law over plain Coulomb
     friction, or over the law it is to be told from; ``log_bayes_against``: for that law, if it is the one that holds;

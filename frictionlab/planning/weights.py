@@ -25,9 +25,9 @@ def losses(outlook: Outlook, told: Told, i: int) -> FloatArray:
 
     1 where the test tells nothing, or has too few cycles to weigh by.
     """
-    slopes, cycles = told.slopes[i], int(outlook.columns.cycles[i])
+    slopes, cycles = told.slopes[i][:, outlook.law], int(outlook.columns.cycles[i])
     if cycles < FEWEST_CYCLES or not told.tells[i]:
-        return np.ones(int(outlook.law.sum()))
+        return np.ones(slopes.shape[1])
     generator, single = np.random.default_rng(cycles), _Cycle(outlook, told, i)
     true = single.of_mean(cycles)
     best = np.linalg.inv(_precision(slopes, np.asarray(np.linalg.inv(true))))
@@ -37,7 +37,7 @@ def losses(outlook: Outlook, told: Told, i: int) -> FloatArray:
         gain = np.linalg.solve(_precision(slopes, weights), slopes.T @ weights)
         variances += np.diag(gain @ true @ gain.T) / DRAWS
     least = np.diag(best @ slopes.T @ np.linalg.solve(true, slopes) @ best)
-    return np.asarray(np.sqrt(np.maximum(variances / least, 1.0))[outlook.law])
+    return np.asarray(np.sqrt(np.maximum(variances / least, 1.0)))
 
 
 def _precision(slopes: FloatArray, weights: FloatArray) -> FloatArray:
