@@ -19,10 +19,10 @@ from scipy.optimize import brentq
 
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.numeric import NumericMotion, machine, steady
-from tests.benchmarks.numeric_speed import LAWS as SPEED_LAWS
+from tests.simulator.numeric_oracle import LAWS as ORACLE_LAWS
 
 TURN = 2.0 * pi
-LAWS = SPEED_LAWS | {"coulomb+bouc-wen": {"stiffness_ratio": 100.0, "exponent": 3.0}}  # |n|^2 n has no corner
+LAWS = ORACLE_LAWS | {"coulomb+bouc-wen": {"stiffness_ratio": 100.0, "exponent": 3.0}}  # |n|^2 n has no corner
 POINTS = ((0.3, 0.6), (0.7, 0.5))
 GOAL = 1e-6
 STEP = 0.01  # rad: a longer series from far off sees nothing of a Stribeck curve (turns came out 2e-3 rad late)

@@ -16,22 +16,8 @@ import numpy as np
 
 from frictionlab.simulator import Problem
 from frictionlab.simulator.numeric import NumericMotion, machine, steady
-from tests.simulator.numeric_oracle import cycle
+from tests.simulator.numeric_oracle import LAWS, cycle
 
-LAWS: dict[str, dict[str, float]] = {
-    "coulomb+stribeck": {"static_ratio": 1.2, "stribeck_speed": 0.1},
-    "coulomb+logarithm": {"rate_strength": 0.05, "rate_speed": 0.01},
-    "coulomb+dahl": {"stiffness_ratio": 100.0},
-    "coulomb+bouc-wen": {"stiffness_ratio": 100.0, "exponent": 2.5},
-    "coulomb+lugre": {"stiffness_ratio": 100.0, "bristle_damping": 0.1, "static_ratio": 1.2, "stribeck_speed": 0.1},
-    "coulomb+rate-state": {
-        "stiffness_ratio": 100.0,
-        "direct_effect": 0.05,
-        "evolution_effect": 0.03,
-        "slip_distance": 0.01,
-        "reference_speed": 0.1,
-    },
-}
 METHODS = ("DOP853", "Radau", "LSODA")
 TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11)
 GOOD = 1e-8

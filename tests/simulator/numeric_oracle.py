@@ -12,6 +12,22 @@ TURN = 2.0 * pi
 State = Any
 Drive = Callable[[float], float] | None
 
+LAWS: dict[str, dict[str, float]] = {
+    "coulomb+stribeck": {"static_ratio": 1.2, "stribeck_speed": 0.1},
+    "coulomb+logarithm": {"rate_strength": 0.05, "rate_speed": 0.01},
+    "coulomb+dahl": {"stiffness_ratio": 100.0},
+    "coulomb+bouc-wen": {"stiffness_ratio": 100.0, "exponent": 2.5},
+    "coulomb+lugre": {"stiffness_ratio": 100.0, "bristle_damping": 0.1, "static_ratio": 1.2, "stribeck_speed": 0.1},
+    "coulomb+rate-state": {
+        "stiffness_ratio": 100.0,
+        "direct_effect": 0.05,
+        "evolution_effect": 0.03,
+        "slip_distance": 0.01,
+        "reference_speed": 0.1,
+    },
+}
+"""One point of each law, that tests and benchmarks share."""
+
 
 def force_of(problem: Problem) -> Callable[[float], float]:
     """F of the equation in z."""

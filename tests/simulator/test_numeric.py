@@ -12,22 +12,7 @@ from frictionlab.simulator import Base, Problem, steady_state
 from frictionlab.simulator.numeric import NumericMotion, layout, machine, run, steady, tableau
 from frictionlab.simulator.numeric.layout import STAGES
 from frictionlab.simulator.numeric.shooting import propagate
-from tests.simulator.numeric_oracle import cycle
-
-LAWS: dict[str, dict[str, float]] = {
-    "coulomb+stribeck": {"static_ratio": 1.2, "stribeck_speed": 0.1},
-    "coulomb+logarithm": {"rate_strength": 0.05, "rate_speed": 0.01},
-    "coulomb+dahl": {"stiffness_ratio": 100.0},
-    "coulomb+bouc-wen": {"stiffness_ratio": 100.0, "exponent": 2.5},
-    "coulomb+lugre": {"stiffness_ratio": 100.0, "bristle_damping": 0.1, "static_ratio": 1.2, "stribeck_speed": 0.1},
-    "coulomb+rate-state": {
-        "stiffness_ratio": 100.0,
-        "direct_effect": 0.05,
-        "evolution_effect": 0.03,
-        "slip_distance": 0.01,
-        "reference_speed": 0.1,
-    },
-}
+from tests.simulator.numeric_oracle import LAWS, cycle
 
 
 def problem(law: str, r: float = 0.7, beta: float = 0.5, **more: Any) -> Problem:
