@@ -97,8 +97,9 @@ def relative(
     """
     for sign, word in ((1.0, "+"), (-1.0, "-")):
         other = base + sign * mass
-        stands = _stuck(other, noise, samples) if _may_stand(other) else 0.0
-        if stands > max(STANDS, 4.0 * stuck) and float(np.std(other)) > 0.05 * float(np.std(base)):
+        least = max(STANDS, 4.0 * stuck)
+        stands = _stuck(other, noise, samples) if _may_stand(other, least) else 0.0
+        if stands > least and float(np.std(other)) > 0.05 * float(np.std(base)):
             why = f"mass {word} base stands for {100.0 * stands:.2g} % of a cycle, the column for {100.0 * stuck:.2g} %"
             return Mistake.RELATIVE.said(why=why, sign=word)
         if r is not None and stuck == 0.0 and _left(mass, base, r) > OFF and _left(other, base, r) < FITS:
@@ -106,11 +107,11 @@ def relative(
     return None
 
 
-def _may_stand(cycle: FloatArray) -> bool:
-    """Whether a cycle is slow for longer than it takes to turn twice; quick."""
+def _may_stand(cycle: FloatArray, least: float) -> bool:
+    """Whether a cycle is slow for more than this share of it; quick."""
     width = max(1, len(cycle) // 128)
     speed = np.abs(cycle[width:] - cycle[:-width])
-    return bool(np.count_nonzero(speed < SLOW * speed.max()) > STANDS * len(speed))
+    return bool(np.count_nonzero(speed < SLOW * speed.max()) > least * len(speed))
 
 
 def _stuck(cycle: FloatArray, noise: float, samples: float) -> float:

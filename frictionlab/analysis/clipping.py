@@ -44,16 +44,23 @@ def is_clipped(cycle: FloatArray, *, noise: float, stops_on_its_way: bool = Fals
         for scale, sharpest in (FINE if stops_on_its_way else SCALES).items()
         if 8.0 * noise <= scale * LEVELS[0] * stroke and cycle.size * scale**0.5 >= POINTS
     ]
-    sides = [[_depths(flank) for flank in (side, side[::-1])] for side in (cycle / stroke, -cycle / stroke)]
-    return any(
-        all(_sharpness(depth, scale) > sharpest for depth in side) for scale, sharpest in asked for side in sides
-    )
+    return any(_is_cut_off(side, asked) for side in (cycle / stroke, -cycle / stroke))
+
+
+def _is_cut_off(side: FloatArray, asked: list[tuple[float, float]]) -> bool:
+    """Whether both flanks of the highest point have a corner; the second is looked at only where the first has."""
+    for flank in (side, side[::-1]):
+        depth = _depths(flank)
+        asked = [(scale, sharpest) for scale, sharpest in asked if _sharpness(depth, scale) > sharpest]
+        if not asked:
+            return False
+    return True
 
 
 def _depths(cycle: FloatArray) -> FloatArray:
     """Depths below the highest point, from there on."""
-    after = np.roll(cycle, -int(np.argmax(cycle)))
-    return np.asarray(after[0] - after)
+    top = int(np.argmax(cycle))
+    return np.asarray(cycle[top] - np.concatenate([cycle[top:], cycle[:top]]))
 
 
 def _sharpness(depth: FloatArray, scale: float) -> float:

@@ -19,6 +19,7 @@ FEW_PASSES = 8  # of the phase where there are fewer than three cycles, and the 
 OVERLAP = 0.125  # of a cycle: steps of the phase's window where there are fewer than three cycles
 MOST_EVEN = 1e6  # samples on an even clock, or 20 times those there are
 _CHUNK = 1 << 16  # samples folded at a time: stays in the cache
+_ROWS = 1 << 13  # points of rows at a time: what is made of them stays in the nearest cache
 
 
 @dataclass(frozen=True)
@@ -87,6 +88,12 @@ def fold(signal: FloatArray, start: FloatArray, end: FloatArray, points: int) ->
         position = start[some, None] + (end[some] - start[some])[:, None] * phase
         rows[some] = interpolate(signal, position)
     return rows
+
+
+def chunks(rows: FloatArray) -> Iterator[slice]:
+    """A few rows at a time, as many as stay in the cache."""
+    size = max(1, _ROWS // rows.shape[1])
+    return (slice(first, first + size) for first in range(0, max(len(rows), 1), size))
 
 
 def common(signal: FloatArray, found: Cut, points: int) -> FloatArray:

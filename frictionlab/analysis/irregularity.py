@@ -1,10 +1,11 @@
 """How much one cycle differs from the next: the irregularity index of eq. (4.1), and what noise alone would give."""
 
 import math
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+
+from frictionlab.analysis.cycles import chunks
 
 FloatArray = NDArray[np.float64]
 
@@ -37,13 +38,14 @@ def irregularity_index(rows: FloatArray, blocks: tuple[slice, ...] = ()) -> floa
 
 def _changes(rows: FloatArray) -> FloatArray:
     """Change from each cycle to the next over its size (N_cyc - 1,); infinite where a cycle stands still."""
-    size = _row_sums(rows[:-1])
-    change = np.array([float(np.abs(after - before).sum()) for before, after in pairwise(rows)])
+    before, after = rows[:-1], rows[1:]
+    size = _row_sums(before)
+    change = np.concatenate([np.abs(after[some] - before[some]).sum(axis=1) for some in chunks(after)])
     return np.where(size > 0.0, change / np.where(size > 0.0, size, 1.0), np.inf)
 
 
 def _row_sums(rows: FloatArray) -> FloatArray:
-    return np.array([float(np.abs(row).sum()) for row in rows])
+    return np.concatenate([np.abs(rows[some]).sum(axis=1) for some in chunks(rows)])
 
 
 def irregularity_floor(rows: FloatArray, noise: float) -> float | None:

@@ -79,7 +79,7 @@ def foreign(lines: Spectrum, drive: float, *, unit: float, resolution: float, sp
         return ()
     cell = resolution / float(frequency[1])
     orders = np.arange(1, ORDERS)
-    strong = np.array([_height(amplitude, order * drive / frequency[1], cell) for order in orders])
+    strong = _heights(amplitude, orders * (drive / frequency[1]), cell)
     apart = np.abs(frequency[tops][:, None] - orders * drive) / resolution
     leaks = (_leak(apart) * strong).sum(axis=1)
     clear = amplitude[tops] > LEAKS * leaks
@@ -114,10 +114,12 @@ def period_of(found: tuple[Line, ...], drive: float, resolution: float) -> int:
     return 1
 
 
-def _height(amplitude: FloatArray, at: float, cell: float) -> float:
-    """Highest amplitude within two resolution cells of a bin."""
-    low, high = max(0, round(at - 2.0 * cell)), round(at + 2.0 * cell) + 1
-    return float(amplitude[low:high].max()) if low < len(amplitude) else 0.0
+def _heights(amplitude: FloatArray, at: FloatArray, cell: float) -> FloatArray:
+    """Highest amplitude (m,) within two resolution cells of each of these places (m,) [bins]; 0 beyond the last."""
+    first, last = np.rint(at - 2.0 * cell), np.rint(at + 2.0 * cell)
+    index = (first[:, None] + np.arange(np.max(last - first) + 1.0)).astype(np.intp)
+    inside = (index >= 0) & (index <= last[:, None]) & (index < len(amplitude))
+    return np.asarray(np.where(inside, amplitude[np.where(inside, index, 0)], 0.0).max(axis=1))
 
 
 def _leak(cells: FloatArray) -> FloatArray:

@@ -184,13 +184,14 @@ class _Composition:
         trend = self._trend(series)
         index, stuck = self._irregularity(), response_.is_stuck
         drive = layout.drive
-        cycle, estimates = self._cycle(used), self._estimates(series, used, self._steady(settled), trend)
+        loop = self._loop(series, used)
+        cycle, estimates = self._cycle(used), self._estimates(series, used, loop, self._steady(settled), trend)
         budget = self._budget(cycle, estimates)
         return Measurement(
             source=self._source(),
             status="ok",
             reason=None,
-            warnings=self.said + self._warnings(settled, self._loop(series, used)),
+            warnings=self.said + self._warnings(settled, loop),
             material=self._fact("material"),
             normal_force_n=self._force(),
             sampling_rate_hz=1.0 / self.parts[0].step,
@@ -218,7 +219,7 @@ class _Composition:
             series=series,
             trend=trend,
             traces=traces.traces(layout, response_.found, used),
-            energy_per_cycle_j=self._joules(self._energy(series, used)),
+            energy_per_cycle_j=self._joules(estimates["energy"]),
             budget=budget,
             **{name: _with_u(estimate, budget.get(SHARED.get(name, ""))) for name, estimate in estimates.items()},
         )
@@ -248,29 +249,25 @@ class _Composition:
         )
 
     def _estimates(
-        self, series: CycleSeries, used: slice, steady: slice, trend: drift.Trend | None
+        self, series: CycleSeries, used: slice, loop: energy.Mean, steady: slice, trend: drift.Trend | None
     ) -> dict[str, Estimate]:
         """All numbers that have errors, by the names of the measurement's fields."""
         drive, natural = self.layout.drive, self.scene.rig.natural_frequency
-        frequency = Estimate(drive.frequency, drive.frequency_se)
+        frequency, settled = Estimate(drive.frequency, drive.frequency_se), self._loop(series, steady)
         return {
             "drive": frequency,
             "ratio": frequency.over(natural),
             "base_amplitude": Estimate(drive.amplitude, drive.amplitude_se),
-            "energy": self._energy(series, used),
+            "energy": Estimate(loop.value, loop.se),
             "amplitude": self._amplitude(series, used),
             "energy_trend": Estimate(trend.slope, trend.slope_se).scaled(3600.0) if trend else Estimate(),
-            "steady_energy": self._energy(series, steady),
+            "steady_energy": Estimate(settled.value, settled.se),
             "steady_amplitude": self._amplitude(series, steady),
         }
 
     def _loop(self, series: CycleSeries, used: slice) -> energy.Mean:
         noise, shared = self.response.energy_noise, self.response.energy_shared
         return energy.mean_over(series.energy, used, noise=noise, shared=shared, period=self.layout.foreign.period)
-
-    def _energy(self, series: CycleSeries, used: slice) -> Estimate:
-        mean = self._loop(series, used)
-        return Estimate(mean.value, mean.se)
 
     def _amplitude(self, series: CycleSeries, used: slice) -> Estimate:
         mean = energy.mean_over(series.amplitude, used, noise=0.0, period=self.layout.foreign.period)
@@ -315,8 +312,9 @@ class _Composition:
     def _single_cycles(self) -> "NDArray[np.complex128]":
         """Harmonics of single steady cycles, counted from the top of the base's motion."""
         mass = self.layout.mass
-        some = np.unique(np.linspace(0, len(mass) - 1, min(len(mass), MOST_SINGLE)).astype(np.intp))
-        lines = np.fft.rfft(mass[some], axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / mass.shape[1])
+        if len(mass) > MOST_SINGLE:
+            mass = mass[np.linspace(0, len(mass) - 1, MOST_SINGLE).astype(np.intp)]
+        lines = np.fft.rfft(mass, axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / mass.shape[1])
         return np.asarray(lines * 1j ** np.arange(1, lines.shape[1] + 1))
 
     def _level(self) -> tuple[FloatArray, FloatArray]:
@@ -388,4 +386,4 @@ def _with_u(estimate: Estimate, shares: Shares | None) -> Estimate:
 
 def _distance(rows: FloatArray, final: FloatArray) -> FloatArray:
     """Rms distance (n,) of cycles from a final one."""
-    return np.array([float(np.sqrt(np.mean((row - final) ** 2))) for row in rows])
+    return np.concatenate([np.sqrt(np.mean((rows[some] - final) ** 2, axis=1)) for some in cycles.chunks(rows)])

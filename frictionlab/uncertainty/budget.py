@@ -11,6 +11,7 @@ between -(1 - f) and 1 - f. A range that is not known is taken as filled, which 
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,6 @@ FloatArray = NDArray[np.float64]
 Shares = Mapping[str, float]
 STATISTICAL = "noise and scatter"
 KEYS = ("energy_per_cycle", "response_amplitude", "base_amplitude_m")
-SMALL = 1e-6  # of the cycle: a change that is still linear, and far above rounding
 ROUNDING = 1e-12  # below it a share is the rounding of differences
 CUBIC_GAIN = 0.75  # of a cosine's cube, in its fundamental
 
@@ -58,26 +58,62 @@ def cycle_budget(
         Of ``energy_per_cycle`` (k Y^2), ``response_amplitude`` (Y) and ``base_amplitude_m`` (m): source -> standard
         uncertainty.
     """
-    still, to_units = np.zeros_like(base), np.array([1.0, 1.0, unit])
-
-    def slope(of_mass: FloatArray, of_base: FloatArray) -> FloatArray:
-        """Change of the three numbers by a change of the two channels."""
-        there = _numbers(mass + SMALL * of_mass, base + SMALL * of_base)
-        return np.asarray(to_units * (there - _numbers(mass, base)) / SMALL)
-
-    bends = [(slope(one, still), slope(still, two)) for one, two in zip(_bends(mass), _bends(base), strict=True)]
-    swings = (_filled(channel, sources, unit) for channel in (mass, base))
-    bent = [_bent(np.array([pair[i] for pair in bends]), filled) for i, filled in enumerate(swings)]
-    mixed = np.hypot(slope(base, still), slope(still, mass))
+    channels = _Seen.of(mass, base)
+    of_mass = channels.by_mass(np.array([mass, channels.mass_rate, base, *_bends(mass)])) * (1.0, 1.0, unit)
+    of_base = channels.by_base(np.array([base, mass, *_bends(base)])) * (1.0, 1.0, unit)
+    bent_mass = _bent(of_mass[3:], _filled(mass, sources, unit))
+    bent_base = _bent(of_base[2:], _filled(base, sources, unit))
     causes = {
-        "gain of the mass sensor": sources.mass_gain * slope(mass, still),
-        "gain of the base sensor": sources.base_gain * slope(still, base),
-        "linearity of the sensors": sources.linearity * np.hypot(*bent),
-        "lag between the channels": turn * sources.lag * slope(_derivative(mass), still) * (1.0, 0.0, 0.0),
-        "crosstalk": sources.crosstalk * mixed,
+        "gain of the mass sensor": sources.mass_gain * of_mass[0],
+        "gain of the base sensor": sources.base_gain * of_base[0],
+        "linearity of the sensors": sources.linearity * np.hypot(bent_mass, bent_base),
+        "lag between the channels": turn * sources.lag * of_mass[1] * (1.0, 0.0, 0.0),
+        "crosstalk": sources.crosstalk * np.hypot(of_mass[2], of_base[1]),
     }
     told = {key: {cause: abs(float(sizes[i])) for cause, sizes in causes.items()} for i, key in enumerate(KEYS)}
     return {key: {cause: size for cause, size in shares.items() if size > ROUNDING} for key, shares in told.items()}
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """A mean cycle, and what small changes of it do to energy, amplitude and unit, all over the base's fundamental.
+
+    ``mass``, ``mass_rate``, ``base_rate``, ``line`` (p,): x/Y, the derivatives, and the fundamental's weights: their
+    sum over the base is ``unit``. ``loop``, ``amplitude``: over it. With D the derivative, the area ``b . D m`` changes
+    by ``db . D m - dm . D b``.
+    """
+
+    mass: FloatArray
+    mass_rate: FloatArray
+    base_rate: FloatArray
+    line: FloatArray
+    unit: float
+    loop: float
+    amplitude: float
+
+    @classmethod
+    def of(cls, mass: FloatArray, base: FloatArray) -> "_Seen":
+        """Of two mean cycles (p,)."""
+        way = 2.0 * math.pi / len(base)
+        once = way * np.arange(len(base))
+        turns = np.array([np.cos(once), np.sin(once)]) * (2.0 / len(base))
+        first, rate = np.einsum("ij,j->i", turns, base), _derivative(mass)
+        unit = float(np.hypot(*first))
+        loop, amplitude = way * float(np.dot(base, rate)) / unit**2, 0.5 * float(np.ptp(mass)) / unit
+        return cls(mass, rate, _derivative(base), first @ turns / unit, unit, loop, amplitude)
+
+    def by_mass(self, changes: FloatArray) -> FloatArray:
+        """Changes (m, 3) of the numbers where the mass's channel changes (m, p)."""
+        area = -np.einsum("ij,j->i", changes, self.base_rate) * 2.0 * math.pi / len(self.mass)
+        size = 0.5 * (changes[:, int(np.argmax(self.mass))] - changes[:, int(np.argmin(self.mass))])
+        return np.array([area / self.unit**2, size / self.unit, np.zeros_like(area)]).T
+
+    def by_base(self, changes: FloatArray) -> FloatArray:
+        """Changes (m, 3) of the numbers where the base's channel changes (m, p)."""
+        area = np.einsum("ij,j->i", changes, self.mass_rate) * 2.0 * math.pi / len(self.mass)
+        growth = np.einsum("ij,j->i", changes, self.line) / self.unit
+        loop = area / self.unit**2 - 2.0 * self.loop * growth
+        return np.array([loop, -self.amplitude * growth, self.unit * growth]).T
 
 
 def bent_gain(filled: float) -> float:
@@ -110,17 +146,6 @@ def _filled(channel: FloatArray, sources: Sources, unit: float) -> float:
     """Share of its range that a sensor's motion fills; all of it where the range is not known."""
     reach = sources.measuring_range
     return min(1.0, float(np.ptp(channel)) * unit / reach) if reach else 1.0
-
-
-def _numbers(mass: FloatArray, base: FloatArray) -> FloatArray:
-    """Energy, response amplitude and the base's amplitude (3,), all over the fundamental of the base."""
-    unit = 2.0 * abs(complex(np.fft.rfft(base)[1])) / len(base)
-    return np.array([_loop(mass, base) / unit**2, 0.5 * float(np.ptp(mass)) / unit, unit])
-
-
-def _loop(mass: FloatArray, base: FloatArray) -> float:
-    """Integral of base d(mass) once round."""
-    return float(np.dot(base, _derivative(mass))) * 2.0 * math.pi / len(mass)
 
 
 def _derivative(cycle: FloatArray) -> FloatArray:
