@@ -27,7 +27,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "recording": {"errors"},
     "units": set(),
     "log_options": {"errors", "units"},
-    "scene": {"errors", "files", "log_options"},
+    "scene": {"errors", "files", "log_options", "simulator"},
     "accuracy": {"errors", "scene"},
     "experiment": {"errors", "files", "scene"},
     "hdf5": {"__init__", "errors", "files", "recording", "schema"},

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import frictionlab as fl
-from frictionlab.errors import UsageError
+from frictionlab.errors import SceneError, UsageError
 from frictionlab.scene import Scene, find_scene, read_scene, scene_from_tables
 from frictionlab.scene.toml import key_table, template, to_toml
 from frictionlab.scene.words import tables_of_keys, value_text
@@ -125,3 +125,20 @@ def test_commands_use_the_scene_they_find_and_say_so(run: Run, tmp_path: Path) -
     first, second = refused.stderr.splitlines()[1:]
     assert "scene frictionlab.toml, line 2: rig.mass: unknown key; did you mean mass_kg? expected one of" in first
     assert "scene frictionlab.toml, line 4: analysis.cycle: unknown key; did you mean cycles? expected" in second
+
+
+def test_faults_are_told_in_the_order_of_their_lines_and_a_law_that_does_not_exist_is_one(tmp_path: Path) -> None:
+    path = tmp_path / "scene.toml"
+    path.write_text('[rig]\nmass_kgg = 3\nstiffness_n_per_m = "x"\n[modle]\na = 1\n[model]\nlaw = "coulomb+plce"\n')
+    with pytest.raises(SceneError, match="unknown key") as told:
+        read_scene(path)
+    lines = str(told.value).splitlines()
+    assert [int(line.partition("line ")[2].partition(":")[0]) for line in lines] == [2, 3, 4, 7]
+    assert "rig.stiffness_n_per_m: expected a number; got 'x'" in lines[1]
+    assert "model.law: law 'coulomb+plce': 'plce' is no term; expected coulomb or a sum of" in lines[3]
+    assert "nput should" not in str(told.value)
+
+
+@pytest.mark.parametrize("law", ["coulomb", "auto", "coulomb+place+speed"])
+def test_a_law_that_exists_is_taken(law: str) -> None:
+    assert scene_from_tables({"model": {"law": law}}).model.law == law

@@ -10,8 +10,10 @@ import typer
 from frictionlab.cli.budget import Budget, print_budgets, tell_assumed
 from frictionlab.cli.drawing import Figures, figure_places
 from frictionlab.cli.inputs import exit_status, report_rows
+from frictionlab.cli.logs import Files, expanded, on_disk, result_names
 from frictionlab.cli.options import (
     ANALYSIS,
+    RECORDINGS,
     Accuracy,
     AsJson,
     Force,
@@ -23,7 +25,7 @@ from frictionlab.cli.options import (
     scene_of,
     takes,
 )
-from frictionlab.cli.output import print_table
+from frictionlab.cli.output import print_good
 from frictionlab.cli.progress import track
 from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import Row, check_output, write_rows
@@ -38,7 +40,7 @@ SERIES = "series"  # travels with a row from its worker and is taken off before 
 
 @takes(*ANALYSIS)
 def analyze(
-    recordings: Annotated[list[Path], typer.Argument(metavar="RECORDING...", help="Recordings made by ingest.")],
+    recordings: Annotated[list[Path], typer.Argument(metavar="RECORDING...", help=RECORDINGS)],
     *,
     scene: SceneFile = None,
     output: Annotated[
@@ -71,21 +73,23 @@ def analyze(
     from frictionlab.verbs.given import scene_given
 
     what = scene_given(scene_of(scene, accuracy, beside=recordings[0], quiet=quiet), settings, ("analysis", "rig"))
+    recordings = expanded(recordings, recordings=True)
     if output is not None:
         check_output(output, MEASUREMENTS, force=force, inputs=recordings)
     plots = figure_places(plot, recordings, (FIGURE,), force=force)
     pages = {} if report is None else _pages(report, recordings)
     with_series = output is not None and output.suffix == ".h5"
-    job = partial(_row, scene=what, plots=plots, pages=pages, force=force, with_series=with_series)
-    made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
     series: dict[str, object] = {}
-    watched = track(_put_apart(made, series), total=len(recordings), title="analyze", quiet=quiet)
-    rows = report_rows(watched, as_json=as_json, quiet=quiet)
+    with on_disk(recordings) as files:
+        job = partial(_row, scene=what, plots=plots, pages=pages, files=files, force=force, with_series=with_series)
+        made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
+        watched = track(_put_apart(made, series), total=len(recordings), title="analyze", quiet=quiet)
+        rows = report_rows(watched, as_json=as_json, quiet=quiet)
     tell_assumed(what, rows, quiet=quiet or as_json)
     if output is not None:
         write_rows(rows, output, MEASUREMENTS, force=force, inputs=recordings, series=series)
     if not (as_json or quiet):
-        print_table([row for row in rows if row["status"] == "ok"], MEASUREMENTS)
+        print_good(rows, MEASUREMENTS)
     if budget and not (as_json or quiet):
         print_budgets(rows)
     exit_status(rows)
@@ -93,9 +97,7 @@ def analyze(
 
 def _pages(folder: Path, recordings: list[Path]) -> dict[Path, Path]:
     """The page of each recording, under a name that no other has."""
-    from frictionlab.chain.names import names_of
-
-    return {path: folder / f"{name}.html" for path, name in names_of(list(dict.fromkeys(recordings))).items()}
+    return {path: folder / f"{name}.html" for path, name in result_names(recordings).items()}
 
 
 def _row(
@@ -104,18 +106,20 @@ def _row(
     scene: "Scene",
     plots: Figures | None,
     pages: Mapping[Path, Path],
+    files: Files,
     force: bool,
     with_series: bool,
 ) -> Row:
     from frictionlab.verbs.analyze import analyze
 
-    measurement = analyze(path, scene)
+    file = files.get(path, path)
+    measurement = analyze(file, scene)
     if plots is not None:
         _draw(measurement, path, plots[path][FIGURE], force=force)
     if path in pages:
         from frictionlab.verbs.sheet import sheet
 
-        sheet(measurement, path, pages[path], scene, force=force)
+        sheet(measurement, file, pages[path], scene, force=force)
     series = {SERIES: _series(measurement)} if with_series else {}
     return {**measurement.row(), "source": str(path), **series}
 

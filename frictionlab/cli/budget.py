@@ -21,7 +21,7 @@ def print_budgets(rows: Iterable[Row]) -> None:
         budget = row.get("budget")
         if isinstance(budget, Mapping):
             typer.echo(f"\n{row['source']}: what adds to the uncertainty")
-            print_table(list(_lines(budget)), TITLES)
+            print_table(list(_lines(budget)), TITLES, elsewhere="--json gives")
 
 
 def _lines(budget: Mapping[str, Mapping[str, float]]) -> Iterable[Row]:

@@ -127,12 +127,13 @@ def _rows_of(paths: Sequence[Path]) -> tuple[list[Row], list[Row]]:
 def _tell(result: "Campaign", folder: Path) -> None:
     from frictionlab.campaign.output import friction_row, law_row, ranking_row
 
-    print_table([friction_row(fit) for fit in result.fits], FRICTION)
+    elsewhere = f"the tables in {printable(str(folder))} have"
+    print_table([friction_row(fit) for fit in result.fits], FRICTION, elsewhere=elsewhere)
     typer.echo()
-    print_table([ranking_row(rank) for rank in result.ranking], RANKING)
+    print_table([ranking_row(rank) for rank in result.ranking], RANKING, elsewhere=elsewhere)
     typer.echo()
     if result.laws:
-        print_table([law_row(law) for law in result.laws], MATERIAL_LAWS)
+        print_table([law_row(law) for law in result.laws], MATERIAL_LAWS, elsewhere=elsewhere)
         typer.echo()
     for test in result.amontons:
         typer.echo(printable(test.verdict))

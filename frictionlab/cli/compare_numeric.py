@@ -10,8 +10,10 @@ import typer
 from frictionlab.cli.budget import Budget, print_budgets, tell_assumed
 from frictionlab.cli.drawing import Figures, figure_places
 from frictionlab.cli.inputs import exit_status, report_rows
+from frictionlab.cli.logs import Files, expanded, on_disk
 from frictionlab.cli.options import (
     ANALYSIS,
+    RECORDINGS,
     Accuracy,
     AsJson,
     Force,
@@ -23,7 +25,7 @@ from frictionlab.cli.options import (
     scene_of,
     takes,
 )
-from frictionlab.cli.output import print_table
+from frictionlab.cli.output import print_good, print_table
 from frictionlab.cli.progress import track
 from frictionlab.schema import COMPARISONS, LAWS, RECORD_LAWS
 from frictionlab.tables import Row, check_output, write_rows
@@ -47,7 +49,7 @@ PARAMETERS = {
 
 @takes(*ANALYSIS)
 def compare_numeric(
-    recordings: Annotated[list[Path], typer.Argument(metavar="RECORDING...", help="Recordings made by ingest.")],
+    recordings: Annotated[list[Path], typer.Argument(metavar="RECORDING...", help=RECORDINGS)],
     *,
     scene: SceneFile = None,
     output: Annotated[
@@ -101,19 +103,21 @@ def compare_numeric(
         ("model", "analysis", "rig"),
     )
     check_law(law)
+    recordings = expanded(recordings, recordings=True)
     kinds = ("comparison", "contact", *(("record",) if whole else ()))
     plots = figure_places(plot, recordings, kinds, force=force)
-    job = partial(_row, scene=what, law=law, beta=beta, plots=plots, whole=whole, fit=fit, force=force)
     if output is not None:
         check_output(output, COMPARISONS, force=force, inputs=recordings)
-    made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
-    rows = report_rows(track(made, total=len(recordings), title="compare", quiet=quiet), as_json=as_json, quiet=quiet)
+    with on_disk(recordings) as files:
+        job = partial(_row, scene=what, law=law, beta=beta, plots=plots, files=files, whole=whole, fit=fit, force=force)
+        made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
+        watched = track(made, total=len(recordings), title="compare", quiet=quiet)
+        rows = report_rows(watched, as_json=as_json, quiet=quiet)
     tell_assumed(what, rows, quiet=quiet or as_json)
     if output is not None:
         write_rows(rows, output, COMPARISONS, force=force, inputs=recordings)
     if not (as_json or quiet):
-        print_table([row for row in rows if row["status"] == "ok"], COMPARISONS)
-        _print_parts(rows)
+        _print_parts(print_good(rows, COMPARISONS))
     if budget and not (as_json or quiet):
         print_budgets(rows)
     exit_status(rows)
@@ -150,13 +154,14 @@ def _row(
     law: str | None,
     beta: float | None,
     plots: Figures | None,
+    files: Files,
     whole: bool,
     fit: Literal["cycle", "whole"],
     force: bool,
 ) -> Row:
     from frictionlab.verbs.compare import compare
 
-    comparison = compare(path, scene, law=law, friction_ratio=beta, whole=whole, fit=fit)
+    comparison = compare(files.get(path, path), scene, law=law, friction_ratio=beta, whole=whole, fit=fit)
     if plots is not None:
         drawn: dict[str, Drawable] = {
             "comparison": comparison,

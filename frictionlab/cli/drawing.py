@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from frictionlab.cli.logs import result_names
 from frictionlab.errors import UsageError
 
 SUFFIXES = (".pdf", ".svg", ".png")
@@ -43,10 +44,8 @@ def _is_folder(plot: Path) -> bool:
 
 
 def _in_folder(folder: Path, inputs: Sequence[Path], kinds: Sequence[str]) -> Figures:
-    from frictionlab.chain.names import names_of
-
-    names = names_of(list(dict.fromkeys(inputs)))
-    return {path: {kind: folder / f"{name}.{kind}.png" for kind in kinds} for path, name in names.items()}
+    named = result_names(inputs).items()
+    return {path: {kind: folder / f"{name}.{kind}.png" for kind in kinds} for path, name in named}
 
 
 def _one_file(file: Path, inputs: Sequence[Path], kinds: Sequence[str]) -> Figures:

@@ -10,7 +10,7 @@ import typer
 
 from frictionlab.cli.drawing import Figures, figure_places
 from frictionlab.cli.inputs import exit_status, report_rows
-from frictionlab.cli.logs import expanded, on_disk
+from frictionlab.cli.logs import Files, expanded, on_disk
 from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, scene_of
 from frictionlab.cli.output import print_table
 from frictionlab.schema import FREE_VIBRATIONS
@@ -58,7 +58,8 @@ def free_vibration(
     if output is not None:
         check_output(output, FREE_VIBRATIONS, force=force, inputs=inputs)
     plots = figure_places(plot, inputs, (FIGURE,), force=force)
-    rows = list(rows_of(inputs, partial(_row, scene=what, plots=plots, force=force)))
+    with on_disk(inputs) as files:
+        rows = list(rows_of(inputs, partial(_row, scene=what, plots=plots, files=files, force=force)))
     means = _means([tap for row in rows for tap in _taps(row)])
     shown = report_rows((_told(row, means) for row in rows), as_json=as_json, quiet=quiet)
     if output is not None:
@@ -68,12 +69,11 @@ def free_vibration(
     exit_status(shown)
 
 
-def _row(path: Path, *, scene: "Scene", plots: Figures | None, force: bool) -> Row:
+def _row(path: Path, *, scene: "Scene", plots: Figures | None, files: Files, force: bool) -> Row:
     from frictionlab.analysis.free_vibration import averages
     from frictionlab.verbs.free_vibration import decay_of, free_vibration
 
-    with on_disk(path) as file:
-        recording = decay_of(file, scene)
+    recording = decay_of(files.get(path, path), scene)
     taps = free_vibration(recording, scene)
     means = averages(taps)
     if plots is not None:

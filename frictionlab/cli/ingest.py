@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from frictionlab.cli.inputs import exit_status, report_rows
-from frictionlab.cli.logs import expanded, is_standard_input, on_disk
+from frictionlab.cli.logs import Files, expanded, is_standard_input, on_disk, result_names
 from frictionlab.cli.options import LOG, AsJson, Force, Quiet, SceneFile, Scheduler, Workers, scene_of, takes
 from frictionlab.cli.output import print_table, printable
 from frictionlab.cli.progress import bytes_read, track
@@ -69,11 +68,11 @@ def ingest(
     inputs = _inputs(logs or [], mass_log, base_log)
     places = None if dry_run else _places(inputs, base_log, output)
     silent = quiet or as_json
-    job = _Ingest(what, base_log, places, force=force, quiet=silent or len(inputs) > 1)
-    made = rows_of(inputs, job, workers=workers, scheduler=scheduler)
-    rows = report_rows(
-        track(made, total=len(inputs), title="ingest", quiet=quiet or len(inputs) == 1), as_json=as_json, quiet=quiet
-    )
+    with on_disk([*inputs, *([] if base_log is None else [base_log])]) as files:
+        job = _Ingest(what, base_log, places, files, force=force, quiet=silent or len(inputs) > 1)
+        made = rows_of(inputs, job, workers=workers, scheduler=scheduler)
+        watched = track(made, total=len(inputs), title="ingest", quiet=quiet or len(inputs) == 1)
+        rows = report_rows(watched, as_json=as_json, quiet=quiet)
     if not silent:
         _tell(rows, evidence=dry_run)
     exit_status(rows)
@@ -86,6 +85,7 @@ class _Ingest:
     scene: "Scene"
     base_log: Path | None
     places: "Mapping[Path, Path] | None"
+    files: Files
     force: bool
     quiet: bool
 
@@ -93,8 +93,9 @@ class _Ingest:
         from frictionlab.verbs.ingest import ingest
 
         output = None if self.places is None else self.places[log]
-        second = nullcontext() if self.base_log is None else on_disk(self.base_log)
-        with bytes_read(log.name, quiet=self.quiet) as progress, on_disk(log) as file, second as base:
+        file = self.files.get(log, log)
+        base = None if self.base_log is None else self.files.get(self.base_log, self.base_log)
+        with bytes_read(log.name, quiet=self.quiet) as progress:
             recording = ingest(file, self.scene, base_log=base, output=output, force=self.force, progress=progress)
         return _row(recording, log, output)
 
@@ -139,10 +140,8 @@ def _beside(log: Path) -> Path:
 
 def _named(inputs: Sequence[Path], folders: "Mapping[Path, Path]", folder: Path) -> "Iterator[tuple[Path, str]]":
     """Each log of a folder with the name of its recording, like no other's."""
-    from frictionlab.chain.names import names_of
-
-    for log, name in names_of([log for log in inputs if folders[log] == folder]).items():
-        yield log, "standard_input.h5" if is_standard_input(log) else f"{name}.h5"
+    for log, name in result_names([log for log in inputs if folders[log] == folder]).items():
+        yield log, f"{name}.h5"
 
 
 def _is_folder(output: str) -> bool:
@@ -198,7 +197,7 @@ def _tell(rows: Sequence[Mapping[str, Any]], *, evidence: bool) -> None:
     """Print a table of what was made, and below it what its user should know."""
     good = [row for row in rows if row["status"] == "ok"]
     if good:
-        print_table(good, TABLE)
+        print_table(good, TABLE, elsewhere="--json gives")
     for row in good:
         for sentence in row["evidence"] if evidence else ():
             typer.echo(f"{printable(row['source'])}: {printable(sentence)}")

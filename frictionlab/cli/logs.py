@@ -3,13 +3,16 @@
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from frictionlab.errors import UsageError
 
 STANDARD_INPUT = Path("-")
+HDF5 = b"\x89HDF"  # as a recording begins
+Files = Mapping[Path, Path]
+"""Input -> the file that holds it, where that is not itself."""
 
 
 def is_standard_input(log: Path) -> bool:
@@ -39,7 +42,7 @@ def expanded(logs: Sequence[Path], *, recordings: bool = False) -> list[Path]:
         if log.is_dir():
             made = sorted(log.glob("*.h5")) if recordings else []
             found |= dict.fromkeys(made or logs_of([log]))
-        elif not is_standard_input(log) and not log.exists() and any(sign in log.name for sign in "*?["):
+        elif not is_standard_input(log) and not log.exists() and any(sign in str(log) for sign in "*?["):
             found |= dict.fromkeys(_fitting(log))
         else:
             found[log] = None
@@ -48,20 +51,32 @@ def expanded(logs: Sequence[Path], *, recordings: bool = False) -> list[Path]:
 
 def _fitting(pattern: Path) -> list[Path]:
     """Files that fit a pattern; a shell of Windows leaves that to the program."""
-    files = sorted(path for path in pattern.parent.glob(pattern.name) if path.is_file())
+    root = pattern.parent if pattern.parent.is_dir() else Path(pattern.anchor)
+    files = sorted(path for path in root.glob(str(pattern.relative_to(root))) if path.is_file())
     if not files:
         raise UsageError(f"{pattern}: no file fits this pattern")
     return files
 
 
+def result_names(logs: Sequence[Path]) -> Mapping[Path, str]:
+    """A name for the results of each input that no other has; standard input has one too."""
+    from frictionlab.chain.names import names_of
+
+    files = {log: Path("standard_input") if is_standard_input(log) else log for log in dict.fromkeys(logs)}
+    names = names_of(list(files.values()))
+    return {log: names[file] for log, file in files.items()}
+
+
 @contextmanager
-def on_disk(log: Path) -> Iterator[Path]:
-    """The log as a file: itself, or what standard input holds, which is read more than once."""
-    if not is_standard_input(log):
-        yield log
+def on_disk(inputs: Iterable[Path]) -> Iterator[Files]:
+    """Where inputs stand that are no files: standard input is copied, here and at once, because workers have none."""
+    if not any(map(is_standard_input, inputs)):
+        yield {}
         return
     with tempfile.TemporaryDirectory(prefix="frictionlab-") as folder:
         file = Path(folder) / "standard_input"
         with file.open("wb") as copy:
             shutil.copyfileobj(sys.stdin.buffer, copy)
-        yield file
+        with file.open("rb") as copied:
+            is_recording = copied.read(len(HDF5)) == HDF5
+        yield {STANDARD_INPUT: file.rename(file.with_suffix(".h5")) if is_recording else file}

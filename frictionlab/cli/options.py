@@ -15,6 +15,7 @@ from frictionlab.log_options import LogOptions
 if TYPE_CHECKING:
     from frictionlab.scene import Scene
 
+RECORDINGS = "Recordings made by ingest, or logs; folders, patterns; - is standard input."
 SceneFile = Annotated[
     Path | None,
     typer.Option("--scene", metavar="TOML", help="Scene (default: a frictionlab.toml here or beside the first input)."),

@@ -58,7 +58,9 @@ def cell(value: object) -> str:
     return printable(str(value))
 
 
-def print_table(rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[str, str]) -> None:
+def print_table(
+    rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[str, str], *, elsewhere: str = "--json and -o give"
+) -> None:
     """Print rows as a table on stdout: drawn on a terminal, plain aligned text elsewhere.
 
     No number is ever cut. What is too wide for the terminal is made narrower by telling long texts in several lines;
@@ -71,6 +73,8 @@ def print_table(rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[st
     columns : Table, sequence or mapping
         A table of the schema, of which the columns for a screen are shown; or the keys to show in order; or their
         titles by key.
+    elsewhere : str
+        What gives all columns where some find no room.
     """
     told = list(rows)
     heads = _heads(columns, told)
@@ -85,7 +89,15 @@ def print_table(rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[st
         widths = _fitted(heads, told, width)
     _print_lines(heads, told, widths or [width or LEAST_TEXT])
     if gone:
-        typer.echo(f"no room for: {', '.join(gone)} (--json and -o give all columns)")
+        typer.echo(f"no room for: {', '.join(gone)} ({elsewhere} all columns)")
+
+
+def print_good(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> list[Row]:
+    """Print the rows of inputs that did not fail, if there are any; return them."""
+    good = [row for row in rows if row.get("status") == "ok"]
+    if good:
+        print_table(good, columns)
+    return good
 
 
 def print_turned(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> None:

@@ -63,7 +63,7 @@ def _show_rows(file: Path) -> None:
     names = list(dict.fromkeys(key for row in good for key in row))
     table = table_of(names)
     if good:
-        print_table(good, names if table is None else table)
+        print_table(good, names if table is None else table, elsewhere="a wider window, or a pipe, has")
     else:
         typer.echo("no rows" if not rows else "no row without a failure")
     for row in rows:

@@ -1,5 +1,6 @@
 """``frictionlab sweep``: a map of steady states."""
 
+import math
 from collections import Counter
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
@@ -118,7 +119,7 @@ def values_of(text: str, option: str) -> list[float]:
         if ":" not in text:
             return [float(Decimal(part)) for part in text.split(",")]
         start, stop, step = (Decimal(part) for part in text.split(":"))
-        number = int((stop - start) / step) + 1
+        number = math.floor((stop - start) / step) + 1
     except (InvalidOperation, ValueError, ZeroDivisionError, OverflowError) as error:
         raise UsageError(f"{option}: expected a list 0.1,0.2 or a range START:STOP:STEP; got {text!r}") from error
     if not (0 < number <= MOST_VALUES and step > 0):

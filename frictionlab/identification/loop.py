@@ -61,7 +61,8 @@ def energy_of(measurement: Measurement, wall: Wall) -> float:
     if not measurement.energy_per_cycle > 0.0:
         raise AnalysisError(
             f"no friction ratio: the loop's energy is {measurement.energy_per_cycle:.3g} k Y^2; expected more than 0:"
-            " are the columns of mass and base the right way round?"
+            " are the columns of mass and base the right way round, and does no sensor count the other way (then turn"
+            " the sign of its column)?"
         )
     force = 1.0 if wall == "fixed" else (measurement.frequency_ratio or math.nan) ** 2
     return force * measurement.energy_per_cycle

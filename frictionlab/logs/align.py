@@ -106,8 +106,14 @@ def _relation(mass: Sensor, base: Sensor, options: LogOptions) -> _Relation:
     said = (
         f"the logs have no common clock: the lag of {lag:.6g} s is where the two motions resemble each other most, "
         f"which cannot be told from their mechanical phase (uncertain by {spread:.3g} s): give --lag if it is known"
+        f"{_alike(mass[0].time, base[0].time)}"
     )
     return _Relation("estimated from the motions", lag, spread, (said,))
+
+
+def _alike(mass: NDArray[np.float64], base: NDArray[np.float64]) -> str:
+    """What two logs of the same stamps suggest; two clocks that were started apart may have them too."""
+    return "; both logs have the same stamps: --lag 0 if one clock made them" if np.array_equal(mass, base) else ""
 
 
 def _drift(mass: Sensor, moved: NDArray[np.float64], base: Channel, known: float | None, *, absolute: bool) -> Drift:

@@ -95,7 +95,7 @@ def _channel(table: Table, role: str, options: LogOptions) -> Channel:
     elif options.unit and column.unit and options.unit != column.unit:
         warnings.append(f"{role}: the log says {column.unit}, --unit says {options.unit}: {options.unit} is taken")
     if unit not in LENGTH:
-        raise LogError(f"{table.name}: column {column} is in {unit}: expected a length; give --unit if it is one")
+        raise LogError(f"{table.name}: column {column} is in {unit}: expected a length; {_what_to_give(unit, role)}")
     channel = examine(to_si(values, unit), role, options.measuring_range_m)
     channel.warnings[:0] = warnings
     _check_unit(channel, unit, role)
@@ -113,6 +113,12 @@ def _acceleration(table: Table, role: str, options: LogOptions) -> Channel:
         )
     flags = np.where(np.isnan(values), np.uint8(Quality.NO_VALUE), np.uint8(0)).astype(np.uint8)
     return Channel(to_si(values, unit), flags)
+
+
+def _what_to_give(unit: str, role: str) -> str:
+    if unit in VOLTS:
+        return f"give what a volt of the sensor means: {role}_metres_per_volt in [log], --{role}-metres-per-volt"
+    return "give --unit if it is one"
 
 
 def _calibrated(

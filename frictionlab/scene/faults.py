@@ -1,6 +1,7 @@
 """What is wrong with a scene, in sentences: one a fault, with its line, its key path and the key that was meant."""
 
 import difflib
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
@@ -12,6 +13,26 @@ from frictionlab.errors import SceneError
 
 Lines = Mapping[tuple[str, ...], int]
 HIDDEN = ("folder",)  # fields that are no keys
+WORDS = {
+    "float_type": "expected a number",
+    "int_type": "expected a whole number",
+    "int_from_float": "expected a whole number",
+    "string_type": "expected a text in quotes",
+    "bool_type": "expected true or false",
+    "dict_type": "expected a table",
+    "model_type": "expected a table",
+    "list_type": "expected a list",
+    "finite_number": "expected a finite number",
+    "greater_than": "expected more than {gt:g}",
+    "greater_than_equal": "expected {ge:g} or more",
+    "less_than_equal": "expected {le:g} or less",
+    "multiple_of": "expected a multiple of {multiple_of:g}",
+    "too_short": "expected at least {min_length} values",
+    "too_long": "expected at most {max_length} values",
+    "literal_error": "expected {expected}",
+    "missing": "is not given, and has no default",
+}
+"""What pydantic finds, in the words that all refusals use."""
 _UNION = re.compile(r"^(?:str|int|float|bool|constrained-.*|list\[.*)$")  # pydantic's names of a union's branches
 _HEAD = re.compile(r"^\s*(\[\[?)\s*([^\[\]]+?)\s*\]")
 _KEY = re.compile(r"^\s*([\w.\-\"' ]+?)\s*=")
@@ -34,10 +55,12 @@ def refusal(
         Where which key stands in the file, from `lines_of`.
     """
     found: dict[tuple[str, ...], list[str]] = {}
+    known = lines or {}
     for fault in error.errors():
         path = tuple(str(part) for part in fault["loc"] if not _UNION.match(str(part)))
         found.setdefault(path, []).append(_sentence(path, dict(fault), root))
-    return SceneError(*(f"{name}{_at(path, lines or {})}: {_told(path, texts)}" for path, texts in found.items()))
+    told = sorted(found.items(), key=lambda fault: _line(fault[0], known) or math.inf)
+    return SceneError(*(f"{name}{_at(path, known)}: {_told(path, texts)}" for path, texts in told))
 
 
 def check_hidden(tables: Mapping[str, object], root: type[BaseModel], name: str = "scene") -> None:
@@ -47,10 +70,13 @@ def check_hidden(tables: Mapping[str, object], root: type[BaseModel], name: str 
             raise SceneError(f"{name}: {key}: unknown key; expected one of {', '.join(keys_of(root))}")
 
 
-def _at(path: tuple[str, ...], lines: Lines) -> str:
+def _line(path: tuple[str, ...], lines: Lines) -> int | None:
     """The line of a key, or of the table it belongs to."""
-    places = (lines[path[:n]] for n in range(len(path), 0, -1) if path[:n] in lines)
-    line = next(places, None)
+    return next((lines[path[:n]] for n in range(len(path), 0, -1) if path[:n] in lines), None)
+
+
+def _at(path: tuple[str, ...], lines: Lines) -> str:
+    line = _line(path, lines)
     return "" if line is None else f", line {line}"
 
 
@@ -63,6 +89,8 @@ def _sentence(path: tuple[str, ...], fault: Mapping[str, Any], root: type[BaseMo
     text = str(fault["msg"]).removeprefix("Value error, ")
     if fault["type"] == "extra_forbidden":
         return f"unknown key; {_meant(path[-1], keys_of(_table(path[:-1], root)))}"
+    if fault["type"] in WORDS:
+        text = WORDS[fault["type"]].format(**fault.get("ctx", {}))
     got = "" if fault["type"] in ("value_error", "missing") else f"; got {fault['input']!r}"
     return f"{text[0].lower()}{text[1:]}{got}"
 

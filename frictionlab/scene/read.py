@@ -74,7 +74,7 @@ def scene_from_tables(tables: Mapping[str, object], *, name: str = "scene", fold
     --------
     >>> scene_from_tables({"analysis": {"transient_s": -1.0}})
     Traceback (most recent call last):
-    frictionlab.errors.SceneError: scene: analysis.transient_s: input should be greater than or equal to 0; got -1.0
+    frictionlab.errors.SceneError: scene: analysis.transient_s: expected 0 or more; got -1.0
     """
     return _validated(tables, name=name if name == "scene" else f"scene {name}", folder=folder, lines={})
 

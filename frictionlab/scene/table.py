@@ -2,10 +2,22 @@
 
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+def _is_law(name: str) -> str:
+    """A contact law that exists, or "auto"."""
+    if name not in ("coulomb", "auto"):
+        from frictionlab.simulator.laws import law_of  # noqa: PLC0415 - 0.1 s that a scene without a law need not wait for
+
+        law_of(name)
+    return name
+
+
+LawName = Annotated[str, AfterValidator(_is_law)]
 
 
 class Table(BaseModel):

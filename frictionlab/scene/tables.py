@@ -13,7 +13,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 from frictionlab.log_options import LogOptions
 from frictionlab.scene.faults import check_hidden, refusal
 from frictionlab.scene.log_table import log_options
-from frictionlab.scene.table import NonNegative, Positive, Table
+from frictionlab.scene.table import LawName, NonNegative, Positive, Table
 from frictionlab.scene.virtual import Synthetic
 
 CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
@@ -159,7 +159,7 @@ class Model(Table):
     """What the mass rubs against: "fixed", or "base", a wall that moves with the base."""
     static_ratio: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.0
     """Static over kinetic friction, mu."""
-    law: str = "coulomb"
+    law: LawName = "coulomb"
     """Contact law, a sum of terms that starts with coulomb: "coulomb+place+speed"."""
     parameters: dict[str, float] = Field(default={})
     """Parameters of the law that are held fixed instead of fitted, in [model.parameters]."""

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from frictionlab.scene.table import NonNegative, Positive, Table
+from frictionlab.scene.table import LawName, NonNegative, Positive, Table
 
 
 class VirtualBase(Table):
@@ -91,7 +91,7 @@ class VirtualTests(Table):
     """Name of the base's motion, one of [[synthetic.bases]]; by default a sine at each frequency ratio."""
     friction_coefficient: NonNegative
     """True friction coefficient."""
-    law: str | None = None
+    law: LawName | None = None
     """True contact law of this material, like "coulomb+place"; by default [model] law and [model.parameters]."""
     parameters: dict[str, float] = Field(default={})
     """Parameters of that law other than beta, dimensionless: {gradient = 0.05}."""

@@ -1,0 +1,135 @@
+"""Habits of a desk that every command shares: what an input may be, what is told of it, and where."""
+
+import io
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+from frictionlab.cli import app, output
+from tests.desk import ROOT
+
+SCENE = ROOT / "configs" / "sample_data.toml"
+LOG = ROOT / "sample_data" / "aramid_N1.25_r1.2.csv"
+SCENED = ("--scene", SCENE)
+
+
+def run(*words: str | Path, given: bytes | None = None) -> Result:
+    return CliRunner().invoke(app, [str(word) for word in words], input=given)
+
+
+@pytest.fixture(scope="module")
+def short() -> bytes:
+    """A log of 30 s."""
+    return b"".join(LOG.read_bytes().splitlines(keepends=True)[:7503])
+
+
+@pytest.mark.parametrize("command", ["analyze", "compare-numeric"])
+def test_a_log_or_a_recording_comes_from_standard_input(command: str, short: bytes, tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_bytes(short)
+    assert run("ingest", tmp_path / "log.csv", *SCENED, "-q").exit_code == 0
+    known = json.loads(run(command, tmp_path / "log.h5", *SCENED, "--json").stdout)
+    for given in (short, (tmp_path / "log.h5").read_bytes()):
+        told = run(command, "-", *SCENED, "--json", "--plot", tmp_path / "figures", given=given)
+        assert told.exit_code == 0, told.output
+        row = json.loads(told.stdout)
+        assert row["source"] == "-"
+        assert row["energy_per_cycle"] == known["energy_per_cycle"]
+    assert all(place.name.startswith("standard_input.") for place in (tmp_path / "figures").iterdir())
+
+
+def test_standard_input_reaches_workers_of_other_processes(
+    short: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "log.csv").write_bytes(short)
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(short)))
+    told = run("ingest", "-", tmp_path / "log.csv", "-o", tmp_path, "--workers", "2", "--json", given=short)
+    assert told.exit_code == 0, told.output
+    assert [json.loads(line)["samples"] for line in told.stdout.splitlines()] == [7500, 7500]
+
+
+@pytest.mark.parametrize("command", ["analyze", "compare-numeric"])
+def test_a_folder_and_a_pattern_are_opened_up(command: str, short: bytes, tmp_path: Path) -> None:
+    for name in ("a b.csv", "C.CSV"):
+        (tmp_path / name).write_bytes(short)
+    for what in (tmp_path, tmp_path / "*.[cC]*", tmp_path.parent / "*" / "*b.csv"):
+        rows = [json.loads(line) for line in run(command, what, *SCENED, "--json").stdout.splitlines()]
+        assert "ok" in {row["status"] for row in rows}
+        assert tmp_path / "a b.csv" in [Path(row["source"]) for row in rows]
+    nothing = run(command, tmp_path / "*.h5", *SCENED)
+    assert nothing.exit_code == 2
+    assert "no file fits this pattern" in nothing.stderr
+
+
+@pytest.mark.parametrize("command", ["analyze", "compare-numeric", "free-vibration", "ingest"])
+def test_an_input_that_fails_is_one_line_and_no_table(command: str, tmp_path: Path) -> None:
+    bad = tmp_path / "bad.csv"
+    bad.write_text("nothing")
+    told = run(command, bad)
+    assert told.exit_code == 1
+    assert not told.stdout
+    assert len(told.stderr.splitlines()) == 1
+    assert "fault of the program" not in told.stderr
+
+
+def test_one_that_fails_leaves_the_table_of_the_others(short: bytes, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_bytes(short)
+    told = run("compare-numeric", tmp_path / "none.csv", tmp_path / "a.csv", *SCENED)
+    assert told.exit_code == 1
+    assert "fault of the program" not in told.stderr
+    assert len(told.stdout.splitlines()) == 2
+
+
+@pytest.mark.parametrize("turned", ["swapped", "inverted"])
+def test_a_loop_that_gives_energy_is_told_by_every_command(turned: str, short: bytes, tmp_path: Path) -> None:
+    t, x, y = np.genfromtxt(io.BytesIO(short), delimiter=",", skip_header=3).T
+    path = tmp_path / "log.csv"
+    columns = (t, y, x) if turned == "swapped" else (t, -x, y)
+    np.savetxt(path, np.column_stack(columns), delimiter=",", header="time [s],mass [mm],base [mm]", comments="")
+    measured, compared = run("analyze", path, *SCENED), run("compare-numeric", path, *SCENED)
+    assert measured.exit_code == 0
+    assert "a contact takes energy, this one would give it" in measured.stderr
+    assert compared.exit_code == 1
+    assert "the right way round, and does no sensor count the other way" in compared.stderr
+
+
+def test_volts_without_calibration_are_told_what_they_need(tmp_path: Path) -> None:
+    path = tmp_path / "volts.csv"
+    t = 0.004 * np.arange(500)
+    np.savetxt(path, np.column_stack([t, np.sin(t), np.cos(t)]), delimiter=",", header="t [s],x [V],y [V]", comments="")
+    told = run("ingest", path, "--mass", "2", "--base", "3")
+    assert told.exit_code == 1
+    assert "--mass-metres-per-volt" in told.stderr
+
+
+def test_two_logs_of_the_same_stamps_are_told_how_to_say_so(tmp_path: Path) -> None:
+    t = 0.004 * np.arange(4000)
+    for name, column in (("mass", np.sin(6 * t)), ("base", np.sin(6 * t + 0.5))):
+        lines = np.column_stack([t, column])
+        np.savetxt(tmp_path / name, lines, delimiter=",", header=f"t [s],{name} [mm]", comments="")
+    command = ("ingest", "--mass-log", tmp_path / "mass", "--base-log", tmp_path / "base", "-o", tmp_path / "a.h5")
+    assert "both logs have the same stamps: --lag 0 if one clock made them" in run(*command).stderr
+    assert "stamps" not in run(*command, "--lag", "0").stderr
+
+
+def test_a_range_that_goes_down_is_refused(tmp_path: Path) -> None:
+    told = run("sweep", "--r", "0.1:0.05:0.1", "--beta", "0.2", "-o", tmp_path / "map.csv")
+    assert told.exit_code == 2
+    assert "expected 1 to 10000000 values going up; got 0" in told.stderr
+
+
+def test_where_no_room_is_left_each_command_says_what_it_has_itself(
+    short: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not an option that means something else: ingest's -o is no table, and show has neither."""
+    monkeypatch.setattr(output, "_width", lambda: 60)
+    for number in range(4):
+        (tmp_path / f"{number}.csv").write_bytes(short)
+    table = tmp_path / "table.jsonl"
+    logs = [tmp_path / f"{number}.csv" for number in range(4)]
+    assert "(--json gives all columns)" in run("ingest", *logs).stdout
+    assert "(--json and -o give all columns)" in run("analyze", *logs, *SCENED, "-o", table).stdout
+    assert "(a wider window, or a pipe, has all columns)" in run("show", table).stdout
