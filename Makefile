@@ -13,13 +13,14 @@ OUT   ?= build
 CAMPAIGN       ?= build/campaign
 CAMPAIGN_SCENE ?= configs/campaign.toml
 CAMPAIGN_LOGS  ?= $(CAMPAIGN)/logs
+LAW            ?=
 
 PYTHON ?= $(firstword $(foreach p,python3 python3.14 python3.13 python3.12 python3.11,$(shell \
 	$(p) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $(p))))
 BIN := .venv/bin
 FRICTIONLAB := $(BIN)/frictionlab
 
-export LOGS SCENE OUT CAMPAIGN CAMPAIGN_SCENE CAMPAIGN_LOGS
+export LOGS SCENE OUT CAMPAIGN CAMPAIGN_SCENE CAMPAIGN_LOGS LAW
 # The recipes read these from the environment, between quotes: a folder's name may hold anything, and no log's name comes
 # into a shell at all. `frictionlab batch` knows what changed and goes on when a log fails.
 WORKERS = $(patsubst -j%,--workers=%,$(filter-out -j,$(filter -j%,$(MAKEFLAGS))))
@@ -34,12 +35,14 @@ all: $(FRICTIONLAB)  ## ingest, analyze and compare all logs, then print the tab
 	else set -- --scene "$$own"; fi; \
 	$(FRICTIONLAB) batch "$$@" -o "$$OUT" $(WORKERS) -- "$$LOGS"
 
-# A whole campaign: only logs that are new or changed are ingested and measured again.
+# A whole campaign: only logs that are new or changed are ingested and measured again. LAW=auto: the contact law that each
+# material requires, from the recordings of all its tests.
 
-campaign: $(FRICTIONLAB)  ## a whole campaign up to its report: the virtual one, or CAMPAIGN_LOGS=folder CAMPAIGN_SCENE=scene.toml
+campaign: $(FRICTIONLAB)  ## a whole campaign up to its report: the virtual one, or CAMPAIGN_LOGS=folder CAMPAIGN_SCENE=scene.toml; LAW=auto finds each material's law
 	@test "$$CAMPAIGN_LOGS" != "$$CAMPAIGN/logs" || test "$$CAMPAIGN/logs/truth.jsonl" -nt "$$CAMPAIGN_SCENE" || \
 		$(FRICTIONLAB) synthesize --scene "$$CAMPAIGN_SCENE" -o "$$CAMPAIGN/logs"
-	@$(FRICTIONLAB) batch --campaign --scene "$$CAMPAIGN_SCENE" -o "$$CAMPAIGN" $(WORKERS) -- "$$CAMPAIGN_LOGS"
+	@$(FRICTIONLAB) batch --campaign --scene "$$CAMPAIGN_SCENE" -o "$$CAMPAIGN" $${LAW:+--law "$$LAW"} $(WORKERS) \
+		-- "$$CAMPAIGN_LOGS"
 
 sample-data: $(FRICTIONLAB)  ## make sample_data again, bit for bit, from configs/sample_data.toml
 	$(FRICTIONLAB) synthesize --scene configs/sample_data.toml -o sample_data

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -12,6 +12,7 @@ from frictionlab.cli.options import AsJson, Quiet, SceneFile, Scheduler, Workers
 from frictionlab.cli.output import complain, printable
 from frictionlab.cli.progress import track
 from frictionlab.cli.show import show
+from frictionlab.errors import UsageError
 from frictionlab.schema import COMPARISONS
 from frictionlab.tables import Row, check_output
 
@@ -34,6 +35,10 @@ def batch(
     campaign: Annotated[
         bool, typer.Option("--campaign", help="Measure all tests, then evaluate them together up to report.html.")
     ] = False,
+    law: Annotated[
+        Literal["auto"] | None,
+        typer.Option("--law", help="With --campaign, auto: the law that each material requires."),
+    ] = None,
     again: Annotated[bool, typer.Option("--again", help="Make everything again, changed or not.")] = False,
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -49,6 +54,8 @@ def batch(
     from frictionlab.scene import find_scene
     from frictionlab.verbs.batch import batch as plan
 
+    if law is not None and not campaign:
+        raise UsageError("--law: a batch climbs the ladder of laws with --campaign only; compare-numeric does so too")
     what = scene_of(scene, beside=logs[0], quiet=quiet)
     if scene is None and find_scene(logs[0]) is None and not quiet:
         complain(NO_SCENE)
@@ -56,7 +63,7 @@ def batch(
     _check(work, output, campaign=campaign)
     rows = _do(work, workers=workers, scheduler=scheduler, as_json=as_json, quiet=quiet)
     if campaign:
-        _evaluate(work, what, output, quiet=quiet or as_json)
+        _evaluate(work, what, output, law=law, workers=workers, quiet=quiet or as_json)
     else:
         _tell(work, output, quiet=quiet or as_json)
     exit_status(rows)
@@ -109,17 +116,24 @@ def _tell(work: "Batch", output: Path, *, quiet: bool) -> None:
         )
 
 
-def _evaluate(work: "Batch", scene: "Scene", output: Path, *, quiet: bool) -> None:
-    """Evaluate all tests together, if any of them, or the scene, has changed since."""
+def _evaluate(
+    work: "Batch", scene: "Scene", output: Path, *, law: str | None, workers: int | None, quiet: bool
+) -> None:
+    """Evaluate all tests together, if any of them, the scene, or the law asked for has changed since."""
     from frictionlab.chain.stamps import digest, is_fresh, write_stamp
 
     rows = work.rows()
-    stamp = {"rows": digest(rows), "scene": digest(scene.model_dump(mode="json", exclude={"synthetic", "plan"}))}
+    stamp = {
+        "rows": digest(rows),
+        "law": law,
+        "scene": digest(scene.model_dump(mode="json", exclude={"synthetic", "plan"})),
+    }
     report, mark = output / "report.html", output / "made.json"
     if not is_fresh(mark, stamp, [report]):
         if not quiet:
             typer.echo(f"evaluate the campaign: {len(rows)} tests")
-        write_campaign(rows, scene, output, folders=[output / "measurements", output / "recordings"], quiet=quiet)
+        folders = [output / "measurements", output / "recordings"]
+        write_campaign(rows, scene, output, folders=folders, law=law, workers=workers, quiet=quiet)
         write_stamp(mark, stamp)
     if not quiet:
         typer.echo(printable(f"the report is {report}"))

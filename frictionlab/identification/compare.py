@@ -16,7 +16,7 @@ from frictionlab.identification.contact_force import ContactForce, contact_of
 from frictionlab.identification.family import Family, family_of
 from frictionlab.identification.force import friction_of
 from frictionlab.identification.identify import Identified, as_known, identify
-from frictionlab.identification.ladder import Ladder, climb
+from frictionlab.identification.ladder import Ladder, Rung, climb
 from frictionlab.identification.seen import Judged, judge, seen
 from frictionlab.identification.whole_record import Fitted
 from frictionlab.recording import Recording
@@ -175,6 +175,7 @@ def _compared(
         said += [f"law {name}: not compared: {why}" for name, why in ladder.left_out.items()]
     if prediction.cycle is None:
         said.append(f"no prediction: {state.outcome}")
+    left = {} if ladder is None else _left(measurement, ladder, found, judged)
     return Comparison(
         source=measurement.source,
         status=measurement.status,
@@ -200,7 +201,7 @@ def _compared(
         solver=state.solver,
         closure_error=state.closure_error,
         nuisances={n: {"value": v, "u": u, "known_to": p} for n, (v, u, p) in found.nuisances.items()},
-        laws=None if ladder is None else tuple(_rung_rows(ladder)),
+        laws=None if ladder is None else tuple(_rung_row(rung, left[rung.law.name]) for rung in ladder.rungs),
         accuracy=accuracy_of(scene),
         material=measurement.material,
         normal_force_n=measurement.normal_force_n,
@@ -208,7 +209,7 @@ def _compared(
         base=cycle.base,
         measured=cycle.mass,
         predicted=prediction.cycle,
-        contact=_contact(measurement, found, state, prediction.cycle, ladder),
+        contact=_contact(measurement, found, state, prediction.cycle, _points(ladder, left)),
         **friction_of(measurement, scene, found, sources),
     )
 
@@ -218,7 +219,7 @@ def _contact(
     found: Identified,
     state: SteadyState,
     predicted: FloatArray | None,
-    ladder: Ladder | None,
+    points: Mapping[str, tuple[int, float, float]],
 ) -> ContactForce:
     observed = found.fit.observed
     return contact_of(
@@ -227,23 +228,42 @@ def _contact(
         predicted=predicted,
         lag=found.fit.values.get("lag", 0.0),
         floor=observed.floor * math.sqrt(observed.power),
-        laws={} if ladder is None else {rung.law.name: rung.told for rung in ladder.rungs},
+        laws=points,
     )
 
 
-def _rung_rows(ladder: Ladder) -> list[dict[str, object]]:
-    return [
-        {
-            "law": rung.law.name,
-            "parameters": {name: asdict(e) for name, e in rung.identified.parameters.items()},
-            "log_evidence": rung.log_evidence,
-            "response_nrmse": rung.nrmse,
-            "held_out_nrmse": rung.held_out_nrmse,
-            "required": rung.required,
-            "seconds": rung.seconds,
-        }
-        for rung in ladder.rungs
-    ]
+def _points(ladder: Ladder | None, left: Mapping[str, float | None]) -> dict[str, tuple[int, float, float]]:
+    """Number of parameters found, nrmse, log evidence of each law: the points of the ladder's figure."""
+    if ladder is None:
+        return {}
+    known = ((rung, left[rung.law.name]) for rung in ladder.rungs)
+    return {
+        r.law.name: (len(r.identified.family.free), nrmse, r.log_evidence) for r, nrmse in known if nrmse is not None
+    }
+
+
+def _left(measurement: Measurement, ladder: Ladder, found: Identified, judged: Judged) -> dict[str, float | None]:
+    """The nrmse of each law of a ladder, reckoned as the comparison's own: over the whole mean cycle."""
+
+    def of(rung: Rung) -> float | None:
+        if rung.identified is found:
+            return judged.nrmse
+        cycle = seen(measurement, rung.identified, _state(rung.identified, "auto")).cycle
+        return judge(measurement.cycle.mass, cycle, judged.floor).nrmse
+
+    return {rung.law.name: of(rung) for rung in ladder.rungs}
+
+
+def _rung_row(rung: Rung, nrmse: float | None) -> dict[str, object]:
+    return {
+        "law": rung.law.name,
+        "parameters": {name: asdict(e) for name, e in rung.identified.parameters.items()},
+        "log_evidence": rung.log_evidence,
+        "response_nrmse": nrmse,
+        "held_out_nrmse": rung.held_out_nrmse,
+        "required": rung.required,
+        "seconds": rung.seconds,
+    }
 
 
 def _of_verdict(found: Identified, judged: Judged, ladder: Ladder | None) -> list[str]:

@@ -66,16 +66,6 @@ class Rung:
         return self.identified.family.law
 
     @property
-    def nrmse(self) -> float:
-        """Rms of measured minus predicted over the rms of the measured cycle."""
-        return self.identified.fit.nrmse
-
-    @property
-    def told(self) -> tuple[int, float, float]:
-        """Number of parameters found, nrmse, logarithm of the evidence: a point of the ladder's figure."""
-        return len(self.identified.family.free), self.nrmse, self.log_evidence
-
-    @property
     def held_out_nrmse(self) -> float:
         """The same over the cycles left out."""
         return math.sqrt(float(np.mean(self.held_out[0] ** 2)))
@@ -113,7 +103,8 @@ def climb(measurement: Measurement, family: Family, sources: Sources) -> Ladder:
     if top.law.name != first.family.law.name:
         first = identify(measurement, family.under(top.law), sources)
     top = replace(top, identified=first)
-    return Ladder(tuple(replace(r, required=True) if r is bottom else r for r in ladder.rungs), top, ladder.left_out)
+    told = {bottom.law.name: bottom_required, top.law.name: top}
+    return Ladder(tuple(told.get(rung.law.name, rung) for rung in ladder.rungs), top, ladder.left_out)
 
 
 class _Climb:

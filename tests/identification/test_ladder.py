@@ -32,6 +32,8 @@ def test_the_law_that_made_a_recording_is_the_one_it_requires(law: str, paramete
     assert found.laws is not None
     assert all(set(rung) == RUNG for rung in found.laws)
     assert found.laws[0]["law"] == "coulomb"
+    chosen = next(rung for rung in found.laws if rung["law"] == law)
+    assert (chosen["response_nrmse"], chosen["parameters"]) == (found.response_nrmse, found.parameters)
     again = compare(recorded(truth, np.random.default_rng(11)), scene(), law=law)
     assert again.parameters == found.parameters  # two commands, one answer
 
