@@ -18,9 +18,11 @@ from numpy.typing import NDArray
 from frictionlab.analysis.drift import Trend
 from frictionlab.analysis.measure import measure
 from frictionlab.campaign.amontons import AmontonsTest, amontons
+from frictionlab.campaign.cycles import Cycle, cycle_of
 from frictionlab.campaign.drift import Drift, drift_of
-from frictionlab.campaign.friction import FrictionFit, Verdict, fit_group
-from frictionlab.campaign.laws import LawEvidence, is_comparison, laws_of
+from frictionlab.campaign.friction import FrictionFit, Known, Verdict, fit_group
+from frictionlab.campaign.joining import Material, fit_of, materials_of
+from frictionlab.campaign.laws import LawEvidence, is_comparison, laws_of, laws_together
 from frictionlab.campaign.prediction import Curve, Model, curve, model_of, prepare
 from frictionlab.campaign.ranking import CRITERIA, Rank, rank_all
 from frictionlab.campaign.reading import read_measurements
@@ -36,6 +38,7 @@ from frictionlab.campaign.responses import (
 from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order, trial_of
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.scene import Scene
+from frictionlab.simulator.laws import Law, law_of
 from frictionlab.tables import Row
 from frictionlab.uncertainty import Sources, sources_of
 
@@ -44,14 +47,17 @@ __all__ = [
     "AmontonsTest",
     "Campaign",
     "Curve",
+    "Cycle",
     "Drift",
     "FrictionFit",
     "LawEvidence",
+    "Material",
     "Model",
     "Rank",
     "Response",
     "Trial",
     "Verdict",
+    "cycle_of",
     "evaluate",
     "is_comparison",
     "read_measurements",
@@ -87,7 +93,8 @@ class Campaign:
     material; ``ranking``: the contract's criteria in order, best first; ``drifts``: one per long test; ``curves``: the
     prediction of each fit over frequency; ``responses``: examples, where the recordings are at hand; ``notes``:
     sentences about the campaign as a whole; ``laws``: the joint evidence of the laws tried, one per material and law;
-    ``comparisons``: the row of `compare-numeric` by source, where it is given; ``folders``: where recordings stand.
+    ``comparisons``: the row of `compare-numeric` by source, where it is given; ``folders``: where recordings stand;
+    ``joined``: materials whose tests were fitted together, by name.
     """
 
     trials: tuple[Trial, ...]
@@ -103,6 +110,7 @@ class Campaign:
     laws: tuple[LawEvidence, ...] = ()
     comparisons: Mapping[str, Row] = field(default_factory=dict, repr=False)
     folders: tuple[Path, ...] = ()
+    joined: Mapping[str, Material] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
         tests = f"{len(self.trials)} tests, {len(self.failures)} failed"
@@ -130,6 +138,8 @@ def evaluate(
     *,
     folders: Sequence[Path] = (),
     comparisons: Sequence[Row] = (),
+    cycles: Mapping[str, Cycle] = {},
+    find_law: bool = False,
     watch: Watch = iter,
 ) -> Campaign:
     """Evaluate a campaign.
@@ -144,6 +154,10 @@ def evaluate(
         Where recordings are looked for beside their ``source``: they give the long tests' points and the examples.
     comparisons : sequence of rows
         Of `compare-numeric`; those with ``laws`` tell which law each material requires.
+    cycles : mapping
+        The cycle of each test whose recording is at hand, by source: these are fitted together, material by material.
+    find_law : bool
+        Find the law that each material's tests require together; else it is the scene's.
     watch : callable
         Wraps the sequence of groups to show progress.
 
@@ -159,23 +173,26 @@ def evaluate(
     groups = _groups(tests)
     prepare(20 * len(tests) + CURVE_POINTS * len(groups))
     fits = tuple(_fit(groups[group], model, scene) for group in watch(sorted(groups)))
+    joined, unfitted = materials_of(fits, cycles, model, _laws(fits, comparisons, find_law=find_law))
+    fits = tuple(_joined(fit, joined, model, scene) for fit in fits)
     materials = sorted({fit.material for fit in fits})
     drifts = tuple(drift_of(t, _trend(t, scene, folders), model, fits) for t in tests if t.is_long and not t.failed)
     responses = _responses(tests, folders)
     return Campaign(
         trials=tests,
         fits=fits,
-        amontons=tuple(amontons(m, [f for f in fits if f.material == m]) for m in materials),
+        amontons=tuple(amontons(m, [f for f in fits if f.material == m], joined.get(m)) for m in materials),
         ranking=rank_all(fits, drifts, materials),
         drifts=drifts,
-        curves=_curves(fits, model),
+        curves=_curves(fits, model, joined),
         responses=responses,
-        notes=(*_notes(tests, fits, drifts, responses, scene), *_not_opened(tests, folders)),
+        notes=(*_notes(tests, fits, drifts, responses, scene), *unfitted, *_not_opened(tests, folders)),
         model=model,
         scene=scene,
-        laws=laws_of(comparisons, {t.source: t.material for t in tests if t.material}),
+        laws=laws_together(joined, laws_of(comparisons, {t.source: t.material for t in tests if t.material})),
         folders=tuple(folders),
         comparisons={str(row.get("source")): row for row in comparisons},
+        joined=joined,
     )
 
 
@@ -213,6 +230,28 @@ def _trend(trial: Trial, scene: Scene, folders: Sequence[Path]) -> Trend | None:
         return None
 
 
+def _laws(fits: Sequence[FrictionFit], comparisons: Sequence[Row], *, find_law: bool) -> dict[str, Law | None]:
+    """The law of each material that is not the scene's: to be found, or what the ladder of its only test says."""
+    if not find_law:
+        return {}
+    found: dict[str, Law | None] = dict.fromkeys(fit.material for fit in fits)
+    climbed = {str(row["source"]): str(row["law"]) for row in comparisons if row.get("laws")}
+    for material in found:
+        own = [v.trial.source for fit in fits if fit.material == material for v in fit.verdicts]
+        laws = {climbed[source] for source in own if source in climbed}
+        if len(own) == 1 and laws:
+            found[material] = law_of(laws.pop())
+    return found
+
+
+def _joined(fit: FrictionFit, joined: Mapping[str, Material], model: Model, scene: Scene) -> FrictionFit:
+    material = joined.get(fit.material)
+    if material is None:
+        return fit
+    sources = _sources([v.trial for v in fit.verdicts], scene)
+    return fit_of(fit, material, Known(model, scene.rig.stiffness, sources))
+
+
 def _responses(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[Response, ...]:
     found = []
     for label, trial in examples(trials):
@@ -226,13 +265,16 @@ def _responses(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[Respon
     return tuple(found)
 
 
-def _curves(fits: Sequence[FrictionFit], model: Model) -> tuple[Curve, ...]:
+def _curves(fits: Sequence[FrictionFit], model: Model, joined: Mapping[str, Material]) -> tuple[Curve, ...]:
     ratios = [v.trial.r for f in fits for v in f.verdicts]
     if not ratios:
         return ()
     r = _grid(min(ratios), max(ratios))
+    models = {name: material.model for name, material in joined.items()}
     return tuple(
-        curve(model, f.material, f.normal_force_n, f.friction_ratio, r) for f in fits if f.friction_ratio is not None
+        curve(models.get(f.material, model), f.material, f.normal_force_n, f.friction_ratio, r)
+        for f in fits
+        if f.friction_ratio is not None
     )
 
 

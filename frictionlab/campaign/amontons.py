@@ -8,6 +8,7 @@ import numpy as np
 from scipy import stats
 
 from frictionlab.campaign.friction import FrictionFit
+from frictionlab.campaign.joining import Material
 from frictionlab.campaign.sharing import RIG
 
 SIGNIFICANT = 0.05
@@ -39,12 +40,13 @@ class AmontonsTest:
         return None if self.p is None else self.p >= SIGNIFICANT
 
 
-def amontons(material: str, fits: Sequence[FrictionFit]) -> AmontonsTest:
+def amontons(material: str, fits: Sequence[FrictionFit], joined: Material | None = None) -> AmontonsTest:
     """Test whether a material's friction coefficient is constant over normal force.
 
     The weighted sum of squares about the weighted mean is chi-square distributed if each error is well known; each
     comes from a few tests only, so p is taken from Welch's F [Welch 1951], which is chi-square over its degrees of
-    freedom in the limit of many tests.
+    freedom in the limit of many tests. Where the tests were fitted together, the errors of the coefficients and what
+    they have in common are those of the joint fit, and its tests less its groups tell their scatter.
     """
     known = [f for f in fits if f.friction_coefficient is not None and f.friction_coefficient_se]
     if not known:
@@ -52,6 +54,7 @@ def amontons(material: str, fits: Sequence[FrictionFit]) -> AmontonsTest:
         return AmontonsTest(material, 0, None, None, None, 0, None, None, None, f"{material}: {why}.")
     value = np.array([f.friction_coefficient for f in known], dtype=float)
     error = _apart(known, value)
+    together = None if joined is None else _together(known, joined, value)
     force = np.array([f.normal_force_n for f in known])
     weight = error**-2.0
     mean = float(np.sum(weight * value) / weight.sum())
@@ -60,11 +63,34 @@ def amontons(material: str, fits: Sequence[FrictionFit]) -> AmontonsTest:
     stretch = max(1.0, math.sqrt(square / freedom)) if freedom else 1.0
     mean_error = math.hypot(stretch / math.sqrt(float(weight.sum())), _common_uncertainty(known))
     p = _welch(square, weight, np.array([max(f.freedom, 1) for f in known])) if freedom else None
+    if together is not None and freedom:
+        square = _square(value, together)
+        p = float(stats.f.sf(square / freedom, freedom, max(known[0].freedom, 1)))
     exponent, exponent_error = _exponent(force, value, error) if freedom else (None, None)
     words = _words(material, mean, mean_error, square, freedom, p, exponent, exponent_error)
     return AmontonsTest(
         material, len(known), mean, mean_error, square if freedom else None, freedom, p, exponent, exponent_error, words
     )
+
+
+def _together(fits: Sequence[FrictionFit], material: Material, value: np.ndarray) -> np.ndarray | None:
+    """Covariance of the coefficients by the joint fit, and each normal force's own error; None if one is not of it."""
+    groups = material.joined.best.shared.groups
+    own = [(f.material, f.normal_force_n) for f in fits]
+    if any(group not in groups for group in own):
+        return None
+    at = [groups.index(group) for group in own]
+    width = material.joined.best.shared.coordinates[0].width
+    relative = width**2 * material.joined.covariance[np.ix_(at, at)]
+    relative = relative + np.diag([f.normal_force_u**2 for f in fits])
+    return np.asarray(relative * np.outer(value, value))
+
+
+def _square(value: np.ndarray, covariance: np.ndarray) -> float:
+    """Chi-square of values about their best mean."""
+    weight = np.linalg.inv(covariance)
+    mean = float(weight.sum(axis=0) @ value / weight.sum())
+    return float((value - mean) @ weight @ (value - mean))
 
 
 def _apart(fits: Sequence[FrictionFit], value: np.ndarray) -> np.ndarray:

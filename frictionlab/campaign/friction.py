@@ -43,7 +43,8 @@ class Verdict:
     ``alone``: the friction ratio that this test alone would give (scatter not included in its error); ``predicted``:
     the group's prediction; ``residual``: measured over predicted energy - 1; ``excluded``: why it is left out, or None;
     ``elasticity``: relative change of the energy over that of the friction ratio; ``misfit``: by which factor energy
-    and amplitude contradict each other beyond their errors, at least 1.
+    and amplitude contradict each other beyond their errors, at least 1; where its cycle was fitted, the root of its
+    chi-square per degree of freedom; ``nrmse``, ``floor``: of its cycle, and what noise alone leaves of it.
     """
 
     trial: Trial
@@ -52,6 +53,8 @@ class Verdict:
     predicted: Prediction | None = None
     elasticity: float = 0.0
     misfit: float | None = None
+    nrmse: float | None = None
+    floor: float | None = None
 
     friction_ratio = Flat("alone")
     friction_ratio_se = Flat("alone", "se")
@@ -72,7 +75,9 @@ class FrictionFit:
     contract's columns as flat names; ``low``, ``high``: 95 % confidence of the ratio, by Student's t with ``freedom``
     degrees, and what the tests share; ``scatter``: relative standard deviation from test to test beyond measurement
     error; ``shares``: relative shift of the ratio by one standard uncertainty of each source that all tests share;
-    ``normal_force_u``: relative. ``None`` is not known, and ``note`` says why.
+    ``normal_force_u``: relative. ``law``: the contact law that its cycles were fitted with, None where it rests on
+    energies and amplitudes; ``tests_chi_square``, ``tests_freedom``, ``tests_p``: whether its tests agree by their own
+    errors. ``None`` is not known, and ``note`` says why.
     """
 
     material: str
@@ -88,6 +93,10 @@ class FrictionFit:
     note: str
     shares: Mapping[str, float] = field(default_factory=dict)
     normal_force_u: float = 0.0
+    law: str | None = None
+    tests_chi_square: float | None = None
+    tests_freedom: int = 0
+    tests_p: float | None = None
 
     friction_ratio = Flat("ratio")
     friction_ratio_se = Flat("ratio", "se")
@@ -104,7 +113,7 @@ class FrictionFit:
         """95 % confidence of the friction coefficient."""
         if self.friction_coefficient is None or self.friction_coefficient_se is None:
             return None, None
-        reach = _reach(self.coefficient, self.freedom)
+        reach = reach_of(self.coefficient, self.freedom)
         return self.friction_coefficient - reach, self.friction_coefficient + reach
 
     @property
@@ -129,7 +138,7 @@ class _Estimates:
 
 
 @dataclass(frozen=True)
-class _Known:
+class Known:
     """What a fit takes as known: the model, the stiffness (N/m), the uncertainties of the rig."""
 
     model: Model
@@ -153,7 +162,7 @@ def fit_group(
     sources : Sources, optional
         Of the rig and the normal force; of the sensors where the measurements tell no combined uncertainty.
     """
-    known = _Known(model, stiffness, sources)
+    known = Known(model, stiffness, sources)
     found = _fit(trials, known, strict=True)
     if not found.ratio.known and any(v.excluded and v.excluded.cause in SOFT for v in found.verdicts):
         found = _fit(trials, known, strict=False)
@@ -162,7 +171,7 @@ def fit_group(
     return found
 
 
-def _fit(trials: Sequence[Trial], known: _Known, *, strict: bool) -> FrictionFit:
+def _fit(trials: Sequence[Trial], known: Known, *, strict: bool) -> FrictionFit:
     short = any(not t.is_long for t in trials)
     reasons = [_screen(t, leave_long=short, strict=strict) for t in trials]
     beta, spread = _start(trials, reasons)
@@ -214,7 +223,7 @@ def _amplitude_scales(trials: Sequence[Trial]) -> FloatArray:
     return np.where(np.isfinite(amplitude), amplitude / mean, 1.0)
 
 
-def _estimate(trials: Sequence[Trial], known: _Known, beta: float, reasons: Sequence[LeftOut | None]) -> _Estimates:
+def _estimate(trials: Sequence[Trial], known: Known, beta: float, reasons: Sequence[LeftOut | None]) -> _Estimates:
     """Linearize every test about the present friction ratio of the group."""
     found: list[Local | None] = []
     owns: list[Own | None] = []
@@ -262,7 +271,7 @@ def _by_prediction(trial: Trial, here: Local | None, *, strict: bool) -> LeftOut
 
 
 def _fit_of(
-    trials: Sequence[Trial], known: _Known, beta: float, spread: float, reasons: Sequence[LeftOut | None]
+    trials: Sequence[Trial], known: Known, beta: float, spread: float, reasons: Sequence[LeftOut | None]
 ) -> FrictionFit:
     material, normal = trials[0].group
     estimates = _estimate(trials, known, beta, reasons)
@@ -275,8 +284,8 @@ def _fit_of(
         return _no_fit(material, normal, verdicts, _why_none(verdicts))
     ratio, shares = _pooled(estimates, good, beta, spread)
     freedom = int(good.sum()) - 1
-    reach = _reach(ratio, freedom)
-    force, coefficient = _in_newtons(ratio, trials, known, normal)
+    reach = reach_of(ratio, freedom)
+    force, coefficient = in_newtons(ratio, trials, known, normal)
     return FrictionFit(
         material=material,
         normal_force_n=normal,
@@ -294,15 +303,15 @@ def _fit_of(
     )
 
 
-def _reach(number: Estimate, freedom: int) -> float:
+def reach_of(number: Estimate, freedom: int) -> float:
     """Half of the 95 % interval: Student's for the tests' own scatter, normal for what they share."""
     own, whole = number.se or 0.0, number.u or number.se or 0.0
     t = float(stats.t.ppf(0.975, freedom)) if freedom else NORMAL
     return math.hypot(t * own, NORMAL * math.sqrt(max(whole**2 - own**2, 0.0)))
 
 
-def _in_newtons(
-    ratio: Estimate, trials: Sequence[Trial], known: _Known, normal_force: float
+def in_newtons(
+    ratio: Estimate, trials: Sequence[Trial], known: Known, normal_force: float
 ) -> tuple[Estimate, Estimate]:
     """Friction force beta k Y and coefficient: stiffness, base sensor's gain and normal force are in their u."""
     amplitudes = [t.base_amplitude_m for t in trials if math.isfinite(t.base_amplitude_m)]

@@ -8,6 +8,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from frictionlab.campaign.joining import Material
 from frictionlab.identification.ladder import REQUIRED
 from frictionlab.tables import Row
 
@@ -18,7 +19,8 @@ class LawEvidence:
 
     ``tests``: that it was tried in; ``log_evidence``: sum over them; ``gain``: the same less plain Coulomb's;
     ``response_nrmse``: rms over the tests; ``chosen_in``: tests that require it on their own; ``required``: whether it
-    is the simplest law within `REQUIRED` of the best, joint evidence decides.
+    is the simplest law within `REQUIRED` of the best, joint evidence decides; ``screened``: whether its evidence is of
+    straight lines about a simpler law's fit, None where single ladders were climbed.
     """
 
     material: str
@@ -27,8 +29,38 @@ class LawEvidence:
     log_evidence: float
     gain: float | None
     response_nrmse: float | None
-    chosen_in: int
+    chosen_in: int | None
     required: bool
+    screened: bool | None = None
+
+
+def laws_together(joined: Mapping[str, Material], single: Sequence[LawEvidence]) -> tuple[LawEvidence, ...]:
+    """The laws tried on all tests of a material together, best first; else what single ladders say of it."""
+    lines = [line for material in joined.values() for line in _of_rungs(material)]
+    told = {line.material for line in lines}
+    return tuple(sorted([*lines, *(line for line in single if line.material not in told)], key=lambda e: e.material))
+
+
+def _of_rungs(material: Material) -> list[LawEvidence]:
+    if not material.rungs:
+        return []
+    plain = material.rungs[0].log_evidence
+    tests = len(material.joined.best.fits)
+    lines = [
+        LawEvidence(
+            material=material.name,
+            law=rung.law.name,
+            tests=tests if rung.joint is None else len(rung.joint.fits),
+            log_evidence=rung.log_evidence,
+            gain=rung.log_evidence - plain,
+            response_nrmse=rung.nrmse,
+            chosen_in=None,
+            required=rung.law.name == material.law.name,
+            screened=rung.joint is None,
+        )
+        for rung in material.rungs
+    ]
+    return sorted(lines, key=lambda line: -line.log_evidence)
 
 
 def is_comparison(row: Row) -> bool:

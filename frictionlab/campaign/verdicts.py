@@ -23,6 +23,7 @@ class Cause(Enum):
         "unsettled: by Coulomb's own reckoning {:.0%} of the transient is left where it was measured",
     )
     UNEXPLAINED = "unexplained", "unexplained: alone it would say {:.3g} where the group says {:.3g}"
+    NO_CYCLE = "no cycle", "no recording at hand, or no cycle in it that a law can be fitted to"
     UNPREDICTED = "no prediction", "no prediction: Coulomb's law finds no steady state here"
 
     sentence: str

@@ -219,12 +219,17 @@ def errors_of(found: Fit) -> Errors:
     """
     law = np.array([c.law for c in found.coordinates], dtype=bool)
     joint = np.linalg.inv(found.precision)
-    gain = joint @ found.jacobian.T / found.excess
-    noise = found.excess * gain @ gain.T
-    shown = np.maximum(_by_noise(found, gain), _by_misfit(found, gain))
-    noise *= np.outer(*[np.sqrt(shown / np.maximum(np.diag(noise), 1e-300))] * 2)
+    noise = noise_of(found)
     own = (joint[:, law] ** 2).sum(axis=1)
     return Errors(np.where(law, np.sqrt(np.diag(noise) + own), 0.0), noise + joint @ joint.T)
+
+
+def noise_of(found: Fit) -> FloatArray:
+    """Covariance (n, n) of the values found by noise, scatter of the cycles and misfit: what the data alone do."""
+    gain = np.linalg.inv(found.precision) @ found.jacobian.T / found.excess
+    noise = found.excess * gain @ gain.T
+    shown = np.maximum(_by_noise(found, gain), _by_misfit(found, gain))
+    return np.asarray(noise * np.outer(*[np.sqrt(shown / np.maximum(np.diag(noise), 1e-300))] * 2))
 
 
 def errors_as_known(held: Fit, alone: Fit, moved: Fit) -> Errors:

@@ -1,6 +1,6 @@
 """What two sensors would show of a simulated cycle: harmonics of x over Y, and how they change with the unknowns."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,11 +80,15 @@ class Forward:
         lines = self.lines_of(self.state(values, near))
         return None if lines is None else parts(self.seen(lines, values))
 
-    def jacobian(self, point: FloatArray, here: FloatArray) -> FloatArray:
-        """Derivatives (2 count, n) by the coordinates; a column is zero where neither neighbour has a steady state."""
+    def jacobian(self, point: FloatArray, here: FloatArray, some: Sequence[int] | None = None) -> FloatArray:
+        """Derivatives (2 count, n) by the coordinates; a column is zero where neither neighbour has a steady state.
+
+        ``some``: the coordinates asked for, by number; all of them unless it is given.
+        """
         is_integrated = self.family.law.kind in ("smooth", "inner")
         near = self.state(values_of(self.coordinates, point)) if is_integrated else None
-        columns = [self._column(i, c, point, here, near) for i, c in enumerate(self.coordinates)]
+        chosen = range(len(self.coordinates)) if some is None else some
+        columns = [self._column(i, self.coordinates[i], point, here, near) for i in chosen]
         return np.stack(columns, axis=1)
 
     def _column(

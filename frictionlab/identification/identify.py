@@ -56,7 +56,8 @@ class Identified:
     """A law fitted to one measured cycle.
 
     ``parameters``: by name, the law's own in order; ``nuisances``: name -> (value, standard uncertainty, prior's);
-    ``shares``: source -> standard uncertainty that it adds to the friction ratio; ``warnings``: sentences.
+    ``shares``: source -> standard uncertainty that it adds to the friction ratio; ``warnings``: sentences; ``moved``:
+    the fit that moves sensors and rig, where the values are of the one that holds them as they are known.
     """
 
     family: Family
@@ -66,6 +67,7 @@ class Identified:
     nuisances: dict[str, tuple[float, float, float]]
     shares: dict[str, float]
     warnings: tuple[str, ...] = ()
+    moved: Fit | None = None
 
 
 def coordinates_of(family: Family, measurement: Measurement, sources: Sources) -> tuple[Coordinate, ...]:
@@ -107,7 +109,8 @@ def identify(measurement: Measurement, family: Family, sources: Sources) -> Iden
     found = released(held[0], forward) if as_it_is else fits[0]
     errors = errors_as_known(found, held[0], fits[0]) if as_it_is else errors_of(found)
     richer = _under_a_richer_law(measurement, sources, found)
-    return with_errors(family, found, rivals=_rivals(fits), richer=richer, errors=errors)
+    told = with_errors(family, found, rivals=_rivals(fits), richer=richer, errors=errors)
+    return replace(told, moved=fits[0] if as_it_is else None)
 
 
 def _under_a_richer_law(measurement: Measurement, sources: Sources, found: Fit) -> float | None:

@@ -8,9 +8,10 @@ from frictionlab.campaign import Campaign, Watch, is_comparison, read_measuremen
 from frictionlab.campaign import evaluate as evaluate_trials
 from frictionlab.errors import UsageError
 from frictionlab.experiment import facts_of
+from frictionlab.identification import AUTO
 from frictionlab.tables import Row
+from frictionlab.verbs.cycles import cycles_of
 from frictionlab.verbs.given import AnyScene, FilePath, scene_given
-from frictionlab.verbs.ladders import AUTO, ladders_of
 
 TABLES = ("model", "rig")
 
@@ -38,9 +39,9 @@ def evaluate(
     folders : iterable of str or Path
         Where recordings are looked for too, beside where the measurements stand.
     law : {"auto"}, optional
-        Climb the ladder of laws of each short test from its recording, where no comparison given has done so.
+        Find the law that the tests of each material require together, from their recordings.
     workers : int, optional
-        Processes that do so; None takes what the machine has.
+        Processes that read the recordings; None takes what the machine has.
     watch : callable
         Wraps what is gone through, to show progress.
     **settings
@@ -69,8 +70,15 @@ def evaluate(
     sources = {str(row["source"]) for row in measured}
     alone = [row for row in comparisons if str(row["source"]) not in sources]
     trials = [trial_of(row, facts_of(known, Path(str(row["source"]))).values) for row in (*measured, *alone)]
-    if law == AUTO:
-        told = {str(row["source"]) for row in comparisons if row.get("laws")}
-        untold = [trial for trial in trials if trial.source not in told]
-        comparisons += ladders_of(untold, known, folders=sorted(places), workers=workers)
-    return evaluate_trials(trials, known, folders=sorted(places), comparisons=comparisons, watch=watch)
+    recorded = cycles_of(trials, known, folders=sorted(places), law=law, workers=workers)
+    given = {str(row["source"]) for row in comparisons}
+    comparisons += [row for row in recorded.comparisons if str(row["source"]) not in given]
+    return evaluate_trials(
+        trials,
+        known,
+        folders=sorted(places),
+        comparisons=comparisons,
+        cycles=recorded.cycles,
+        find_law=law == AUTO,
+        watch=watch,
+    )

@@ -1,0 +1,249 @@
+"""What tests fitted together say of a material: friction by normal force, the law's parameters, each test's own.
+
+As for a single test, the values are those of the law alone where it leaves no more than noise, and their errors hold
+how far the fit that moves sensors and rig stands from them.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import chdtrc, gammaincinv
+from scipy.stats import chi2
+
+from frictionlab.campaign.cycles import Cycle
+from frictionlab.campaign.joint import Joint, fit_together
+from frictionlab.campaign.mixed import influence
+from frictionlab.campaign.shared import FRICTION
+from frictionlab.campaign.sharing import CROSSTALK, FREQUENCY, GAIN, LAG
+from frictionlab.estimate import Estimate
+from frictionlab.identification.fit import excess_of
+from frictionlab.identification.identify import AS_KNOWN, SURE, TOLD
+from frictionlab.simulator.laws import Law
+
+FloatArray = NDArray[np.float64]
+SOURCES: Mapping[str, tuple[str, ...]] = {
+    GAIN: ("gain", "parabola", "cubic"),
+    LAG: ("lag",),
+    CROSSTALK: ("base_in_mass", "mass_in_base"),
+    FREQUENCY: ("natural_frequency",),
+    "damping of the frame": ("frame_damping_ratio",),
+}
+"""What tests share, and the unknowns that stand for it; the first of them gives the sign."""
+LEVEL = 0.01  # of chi-square, beyond which a misfit is no noise
+
+
+@dataclass(frozen=True)
+class Told:
+    """One parameter of the law as all tests tell it, of the test that stands for all; as a single comparison's."""
+
+    name: str
+    value: Estimate
+    told: bool
+
+
+@dataclass(frozen=True)
+class TestTold:
+    """One test among the others: its own friction ratio with sensors and rig as all tests find them.
+
+    ``misfit``: root of chi-square per degree of freedom; ``nrmse``: of its cycle; ``floor``: what noise alone leaves.
+    """
+
+    friction: Estimate
+    misfit: float
+    nrmse: float
+    floor: float
+
+
+@dataclass(frozen=True)
+class Joined:
+    """Tests of one material fitted together: ``held`` with sensors and rig as they are known, ``moved`` beside them."""
+
+    held: Joint
+    moved: Joint
+
+    @cached_property
+    def is_held(self) -> bool:
+        """Whether the law alone leaves no more than noise, so that its values are given."""
+        if set(self.held.lost) != set(self.moved.lost):
+            return False
+        points = sum(len(found.residual) for found in self.held.fits)
+        unknowns = len(self.held.shared.coordinates) + len(self.held.fits) - len(self.held.shared.groups)
+        freedom = max(1, points - unknowns)
+        noise = self.held.chi_square / freedom <= 2.0 * float(gammaincinv(0.5 * points, 1.0 - LEVEL)) / points
+        nuisances = len(self.moved.shared.coordinates) - len(self.held.shared.coordinates)
+        same = self.held.cost - self.moved.cost <= float(chi2.isf(LEVEL, max(nuisances, 1)))
+        return noise and (same or len(self.held.fits) == 1)
+
+    @property
+    def best(self) -> Joint:
+        """The fit whose values are given."""
+        return self.held if self.is_held else self.moved
+
+    @property
+    def scatter(self) -> float | None:
+        """Relative standard deviation of friction from test to test; None where each group has one test."""
+        if not self.freedom:
+            return None
+        return self.best.solution.scatter * self.best.shared.coordinates[0].width
+
+    @property
+    def freedom(self) -> int:
+        """Tests that tell the scatter."""
+        return max(0, len(self.best.fits) - len(self.best.shared.groups))
+
+    @cached_property
+    def statistical(self) -> FloatArray:
+        """Variance (P,) of the law's unknowns by noise, misfit and scatter, in deviations squared."""
+        spread, law = self.best.spread, self.best.shared.is_law
+        own = (spread.prior[:, law] ** 2).sum(axis=1)
+        return np.asarray((np.diag(spread.noise) + np.diag(spread.scatter) + own)[law]) + self._extra(of_rig=False) ** 2
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Covariance (P, P) of the law's unknowns with all that is not known of sensors and rig."""
+        spread, law = self.moved.spread, self.moved.shared.is_law
+        total = spread.noise + spread.scatter + spread.own + spread.prior @ spread.prior.T
+        found = total[np.ix_(law, law)] + np.outer(self.apart, self.apart)
+        extra = self._extra(of_rig=True)
+        found = found + np.outer(extra, extra)
+        np.fill_diagonal(found, np.maximum(np.diag(found), self.statistical))
+        return np.asarray(found)
+
+    @cached_property
+    def apart(self) -> FloatArray:
+        """How far (P,) the values given stand from those of the fit that moves sensors and rig."""
+        law = self.moved.shared.is_law
+        moved = self.moved.solution.point[law]
+        return np.asarray(self.held.solution.point - moved if self.is_held else np.zeros(len(moved)))
+
+    def shares(self, k: int) -> dict[str, float]:
+        """Relative shift of the friction ratio of a group by one standard uncertainty of what tests share."""
+        names, left = self.moved.shared.names, self.moved.spread.prior[k]
+        width = self.moved.shared.coordinates[k].width
+        found = {}
+        for source, members in SOURCES.items():
+            shifts = [float(left[names.index(name)]) for name in members if name in names]
+            sign = math.copysign(1.0, shifts[0]) if shifts else 1.0
+            found[source] = sign * width * math.hypot(*shifts)
+        return found | ({AS_KNOWN: width * float(self.apart[k])} if self.is_held else {})
+
+    def _extra(self, *, of_rig: bool) -> FloatArray:
+        """What single tests add for valleys that fit as well, or for a law that does not explain them (P,)."""
+        best = self.best
+        found = np.zeros(int(best.shared.is_law.sum()))
+        for cycle, piece in zip(best.cycles, best.pieces, strict=True):
+            error = 0.0 if cycle.alone is None else _beyond(cycle, best.shared.law, of_rig=of_rig)
+            if error:
+                found += np.abs(influence(best.solution, piece)[: len(found)]) * error
+        return found
+
+    def friction(self, k: int) -> Estimate:
+        """Friction ratio of a group, of the test that stands for all."""
+        return self._estimate(k)
+
+    def parameters(self) -> list[Told]:
+        """The law's other parameters."""
+        shared = self.best.shared
+        return [
+            Told(c.name, self._estimate(k), self._is_told(k))
+            for k, c in enumerate(shared.coordinates)
+            if c.law and c.name != FRICTION
+        ]
+
+    def _estimate(self, k: int) -> Estimate:
+        c, point = self.best.shared.coordinates[k], float(self.best.solution.point[k])
+        errors = (math.sqrt(v) * c.slope(point) for v in (self.statistical[k], self.covariance[k, k]))
+        return Estimate(c.value(point), *errors)
+
+    def _is_told(self, k: int) -> bool:
+        c, point = self.best.shared.coordinates[k], float(self.best.solution.point[k])
+        variance, neutral = float(self.covariance[k, k]), self.best.shared.law.parameter(c.name).neutral
+        far = math.inf
+        if neutral is not None and math.isfinite(neutral) and not c.is_log:
+            far = abs(point - c.at(neutral)) / math.sqrt(variance)
+        return variance < TOLD and far > SURE and point < c.high - 1e-3
+
+    def tests(self) -> dict[str, TestTold]:
+        """What each test says among the others, by its source."""
+        return {cycle.source: self._test(i) for i, cycle in enumerate(self.best.cycles)}
+
+    def _test(self, i: int) -> TestTold:
+        found, place = self.best.fits[i], self.best.places[i]
+        told = (math.sqrt(excess_of(found)), found.nrmse, found.observed.floor)
+        k = place.friction
+        if k is None:
+            return TestTold(Estimate(), *told)
+        c, slopes = found.coordinates[k], found.jacobian / math.sqrt(found.excess)
+        weight = slopes[:, k] / max(float(slopes[:, k] @ slopes[:, k]), 1e-300)
+        point = float(found.point[k] + weight @ found.residual / math.sqrt(found.excess))
+        se = math.sqrt(self._noise(i))
+        rest = [n for n in range(len(found.coordinates)) if n != k and not found.coordinates[n].law]
+        rig = float(((weight @ slopes[:, rest]) ** 2).sum())
+        return TestTold(_scaled(c.value(point), c.slope(point), se, math.hypot(se, math.sqrt(rig))), *told)
+
+    def _noise(self, i: int) -> float:
+        """Variance of one test's friction by its own noise, all else held, in deviations squared."""
+        found, place = self.best.fits[i], self.best.places[i]
+        k = place.friction or 0
+        information = float(found.jacobian[:, k] @ found.jacobian[:, k]) / found.excess
+        return float(self.best.meat[i][k, k]) / max(information, 1e-300) ** 2
+
+    def evenness(self, group: tuple[str, float]) -> tuple[float, int, float | None]:
+        """Chi-square of a group's tests about its friction by their own errors, degrees of freedom, and p."""
+        square, count = 0.0, 0
+        for i, cycle in enumerate(self.best.cycles):
+            if cycle.group != group or self.best.places[i].friction is None:
+                continue
+            square, count = square + self._square(i), count + 1
+        return square, max(count - 1, 0), float(chdtrc(count - 1, square)) if count > 1 else None
+
+    def _square(self, i: int) -> float:
+        found, place = self.best.fits[i], self.best.places[i]
+        n = place.friction or 0
+        column = found.jacobian[:, n]
+        information = float(column @ column)
+        own = float(found.point[n] + column @ found.residual / max(information, 1e-300))
+        shared = float(place.scale[n] @ self.best.solution.point + place.offset[n])
+        return (own - shared) ** 2 / self._noise(i)
+
+
+def _scaled(value: float, slope: float, se: float, u: float) -> Estimate:
+    return Estimate(value, slope * se, slope * u)
+
+
+def _beyond(cycle: Cycle, law: Law, *, of_rig: bool) -> float:
+    """What a single comparison's error of the friction ratio holds beyond noise and rig, in deviations."""
+    alone = cycle.alone
+    if alone is None or alone.family.law.name != law.name:
+        return 0.0
+    names = [c.name for c in alone.fit.coordinates]
+    told = alone.parameters.get(FRICTION)
+    if told is None or told.se is None or told.u is None or FRICTION not in names:
+        return 0.0
+    k = names.index(FRICTION)
+    slope = alone.fit.coordinates[k].slope(float(alone.fit.point[k]))
+    of_fit = alone.errors.combined[k, k] if of_rig else alone.errors.statistical[k] ** 2
+    whole = told.u if of_rig else told.se
+    return math.sqrt(max(0.0, (whole / slope) ** 2 - float(of_fit)))
+
+
+def join(
+    cycles: Sequence[Cycle],
+    law: Law,
+    start: Mapping[str, float],
+    frictions: Mapping[tuple[str, float], float],
+) -> Joined:
+    """Fit one law to the tests of a material, with sensors and rig as they are known and beside them.
+
+    Raises
+    ------
+    AnalysisError
+        No test has a steady state near where the fit begins.
+    """
+    held = fit_together(cycles, law, start, frictions, rig=False)
+    moved = fit_together(cycles, law, {**start, **held.values}, held.frictions, rig=True)
+    return Joined(held, moved)

@@ -1,0 +1,229 @@
+"""Many quadratic forms in unknowns that tests share: one solution, with the scatter from test to test.
+
+Test i says ``-1/2 c' H c + g' c`` of its own unknowns ``c = A s + b + L l + e tau d``: s are shared, l its own, and d
+is how far its friction ratio stands from the shared one, in units of the scatter tau. All of s, l, d have a normal
+prior of mean 0 and deviation 1. What is a test's own is integrated out; tau is what makes the tests likeliest (REML,
+[Patterson and Thompson 1971]); unknowns that may not fall below a bound are held there.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from frictionlab.campaign.shared import Place
+
+FloatArray = NDArray[np.float64]
+SMALLEST, LARGEST = 1e-5, 1.0  # scatter tried, in deviations of the prior of a friction ratio
+NONE = 1e-3  # logarithm of the likelihood that a scatter must gain to count at all
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What one test says: ``information`` H (n, n) and ``score`` g (n,) at 0, where its unknowns stand (``place``).
+
+    ``level``: logarithm of its likelihood with all its unknowns at 0.
+    """
+
+    information: FloatArray
+    score: FloatArray
+    place: Place
+    level: float = 0.0
+
+    @property
+    def constant(self) -> float:
+        """Logarithm of its likelihood with all shared unknowns at 0."""
+        offset = self.place.offset
+        return self.level + float(self.score @ offset - 0.5 * offset @ self.information @ offset)
+
+    def about_shared(self) -> tuple[FloatArray, FloatArray, int]:
+        """Information and score of shared unknowns, its own ones and d (last), and the number of the first."""
+        place, n = self.place, len(self.score)
+        own = np.eye(n)[:, place.local]
+        scatter = np.eye(n)[:, [] if place.friction is None else [place.friction]]
+        basis = np.hstack([place.scale, own, scatter])
+        score = basis.T @ (self.score - self.information @ place.offset)
+        return basis.T @ self.information @ basis, score, place.scale.shape[1]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The best shared unknowns.
+
+    ``point`` (S,); ``precision`` (S, S): inverse of their posterior covariance; ``scatter``: tau; ``own``: the
+    unknowns of each test there (n,); ``beyond``: how far each test's friction ratio stands from the shared one, in
+    deviations of its prior; ``volume``: logarithm of the determinants of all precisions, halved; ``strain``: sum of
+    squares of all unknowns, halved.
+    """
+
+    point: FloatArray
+    precision: FloatArray
+    scatter: float
+    own: tuple[FloatArray, ...]
+    beyond: FloatArray
+    volume: float
+    strain: float
+
+
+class Mixed:
+    """Tests and the bounds of what they share."""
+
+    def __init__(self, pieces: Sequence[Piece], low: FloatArray) -> None:
+        self.pieces, self.low, self.size = pieces, low, len(low)
+        self._about = [piece.about_shared() for piece in pieces]
+
+    def solve(self, scatter: float | None = None) -> Solution:
+        """Return the best shared unknowns; the scatter is found unless it is given."""
+        tau = self.likeliest_scatter() if scatter is None else scatter
+        precision, score, volume, _ = _sums(self, tau)
+        point = self._bounded(precision, score)
+        own, beyond, strain = [], [], 0.5 * float(point @ point)
+        for piece, (information, at, shared) in zip(self.pieces, self.scaled(tau), strict=True):
+            inner = information[shared:, shared:] + np.eye(len(at) - shared)
+            q = np.linalg.solve(inner, at[shared:] - information[shared:, :shared] @ point)
+            place = piece.place
+            unknown = place.scale @ point + place.offset
+            unknown[place.local] += q[: len(place.local)]
+            far = 0.0 if place.friction is None else tau * float(q[-1])
+            if place.friction is not None:
+                unknown[place.friction] += far
+            own.append(unknown)
+            beyond.append(far)
+            strain += 0.5 * float(q @ q)
+        return Solution(point, precision, tau, tuple(own), np.array(beyond), volume, strain)
+
+    def likeliest_scatter(self) -> float:
+        """The scatter by which the tests are likeliest; 0 where none is shown, or a single test has none to show."""
+        if len(self.pieces) < 2 or all(piece.place.friction is None for piece in self.pieces):
+            return 0.0
+        found = minimize_scalar(
+            lambda log: -self.log_likelihood(math.exp(log)),
+            bounds=(math.log(SMALLEST), math.log(LARGEST)),
+            method="bounded",
+            options={"xatol": 0.02},
+        )
+        return math.exp(found.x) if -found.fun > self.log_likelihood(0.0) + NONE else 0.0
+
+    def log_likelihood(self, tau: float) -> float:
+        """Logarithm of the likelihood of all tests, all unknowns integrated out, up to what does not depend on them."""
+        precision, score, volume, quadratic = _sums(self, tau)
+        return 0.5 * float(score @ np.linalg.solve(precision, score)) + quadratic - volume
+
+    def scaled(self, tau: float) -> list[tuple[FloatArray, FloatArray, int]]:
+        """Information and score of each test with its scatter in units of tau, and the number of shared unknowns."""
+        found: list[tuple[FloatArray, FloatArray, int]] = []
+        for information, score, shared in self._about:
+            unit = np.ones(len(score))
+            unit[shared + self._locals(len(found)) :] = tau
+            found.append((information * np.outer(unit, unit), score * unit, shared))
+        return found
+
+    def _locals(self, i: int) -> int:
+        return len(self.pieces[i].place.local)
+
+    def left_out(self, tau: float, folds: Sequence[NDArray[np.intp]]) -> FloatArray:
+        """Logarithm of each test's likelihood (n,) as predicted by the tests outside its fold, as `log_likelihood`."""
+        found = np.zeros(len(self.pieces))
+        for fold in folds:
+            rest = Mixed([p for i, p in enumerate(self.pieces) if i not in set(fold.tolist())], self.low)
+            precision, score, _, _ = _sums(rest, tau)
+            for i in map(int, fold):
+                found[i] = self._predicted(i, tau, precision, np.asarray(np.linalg.solve(precision, score)))
+        return found
+
+    def _predicted(self, i: int, tau: float, precision: FloatArray, mean: FloatArray) -> float:
+        one = Mixed([self.pieces[i]], self.low)
+        information, score, volume, quadratic = _sums(one, tau)
+        told = information - np.eye(self.size)
+        volume -= 0.5 * float(np.linalg.slogdet(information)[1])  # of what it has for itself alone
+        total = precision + told
+        gap = score - told @ mean
+        volume += 0.5 * float(np.linalg.slogdet(total)[1] - np.linalg.slogdet(precision)[1])
+        shared = float(score @ mean - 0.5 * mean @ told @ mean + 0.5 * gap @ np.linalg.solve(total, gap))
+        return quadratic + shared - volume + self.pieces[i].constant
+
+    def _bounded(self, precision: FloatArray, score: FloatArray) -> FloatArray:
+        """The best point with no coordinate below its bound: those that would fall below are held at it."""
+        held = np.zeros(self.size, dtype=bool)
+        point = np.linalg.solve(precision, score)
+        while (point < self.low - 1e-12).any():
+            held |= point < self.low
+            free = ~held
+            point = np.where(held, self.low, 0.0)
+            rest = score[free] - precision[np.ix_(free, held)] @ self.low[held]
+            point[free] = np.linalg.solve(precision[np.ix_(free, free)], rest)
+        return np.asarray(point)
+
+
+def _sums(mixed: Mixed, tau: float) -> tuple[FloatArray, FloatArray, float, float]:
+    """Precision and score of the shared unknowns, half the logarithm of all determinants, and what is left."""
+    precision, total = np.eye(mixed.size), np.zeros(mixed.size)
+    volume = quadratic = 0.0
+    for information, score, shared in mixed.scaled(tau):
+        inner = information[shared:, shared:] + np.eye(len(score) - shared)
+        taken = np.linalg.solve(inner, np.column_stack([information[shared:, :shared], score[shared:]]))
+        precision += information[:shared, :shared] - information[:shared, shared:] @ taken[:, :-1]
+        total += score[:shared] - information[:shared, shared:] @ taken[:, -1]
+        quadratic += 0.5 * float(score[shared:] @ taken[:, -1])
+        volume += 0.5 * float(np.linalg.slogdet(inner)[1])
+    return precision, total, volume + 0.5 * float(np.linalg.slogdet(precision)[1]), quadratic
+
+
+@dataclass(frozen=True)
+class Spread:
+    """How sure shared unknowns are, as covariances (S, S).
+
+    ``noise``: by noise and misfit of the tests; ``scatter``: by how far tests stand from each other; ``own``: by what
+    each test has for itself of its rig; ``prior``: inverse of the precision, the share of each prior's error by
+    column.
+    """
+
+    noise: FloatArray
+    scatter: FloatArray
+    own: FloatArray
+    prior: FloatArray
+
+
+def spread_of(solution: Solution, pieces: Sequence[Piece], noise: Sequence[FloatArray]) -> Spread:
+    """Carry the errors of each test into the shared unknowns.
+
+    Parameters
+    ----------
+    solution, pieces
+        As found, and of what.
+    noise : sequence of ndarray of shape (n, n)
+        Covariance of each test's score.
+    """
+    size, tau = len(solution.point), solution.scatter
+    left: FloatArray = np.asarray(np.linalg.inv(solution.precision))
+    sums = np.zeros((3, size, size))
+    for piece, covariance in zip(pieces, noise, strict=True):
+        into, own, scatter = _response(piece, tau)
+        sums[0] += into.T @ covariance @ into
+        sums[1] += scatter @ scatter.T
+        sums[2] += own @ own.T
+    noise_, scattered, of_own = (left @ part @ left for part in sums)
+    return Spread(noise_, scattered, of_own, left)
+
+
+def _response(piece: Piece, tau: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """What a test's score (n, S), its own unknowns' priors and its scatter (S, k) do to the shared score."""
+    place, n = piece.place, len(piece.score)
+    own = np.eye(n)[:, place.local]
+    inner = np.hstack([own, tau * np.eye(n)[:, [] if place.friction is None else [place.friction]]])
+    block = inner.T @ piece.information @ inner + np.eye(inner.shape[1])
+    cross = inner.T @ piece.information @ place.scale
+    taken: FloatArray = np.asarray(np.linalg.solve(block, cross))
+    back = taken.T
+    return place.scale - inner @ taken, back[:, : own.shape[1]], back[:, own.shape[1] :]
+
+
+def influence(solution: Solution, piece: Piece) -> FloatArray:
+    """By how much the shared unknowns (S,) move if a test's friction ratio says one deviation more."""
+    if piece.place.friction is None:
+        return np.zeros(len(solution.point))
+    into, _, _ = _response(piece, solution.scatter)
+    return np.asarray(np.linalg.solve(solution.precision, into.T @ piece.information[:, piece.place.friction]))

@@ -1,0 +1,61 @@
+"""The tests of a campaign -> the cycle of each, from its own recording, ready to be fitted together."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from frictionlab.analysis.measure import measure
+from frictionlab.campaign import Cycle, Trial, cycle_of, recording_path
+from frictionlab.hdf5 import read_recording
+from frictionlab.identification import AUTO, predict
+from frictionlab.scene import Scene
+from frictionlab.tables import Row
+from frictionlab.verbs.each import rows_of
+
+FEW = 3  # tests of a material up to which each is also fitted for itself, as a single comparison does
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What the recordings of a campaign give: cycles by source, and a row for each single comparison or failure."""
+
+    cycles: Mapping[str, Cycle]
+    comparisons: tuple[Row, ...]
+
+
+def cycles_of(
+    trials: Sequence[Trial], scene: Scene, *, folders: Sequence[Path], law: str | None, workers: int | None = 1
+) -> Recorded:
+    """Return the cycle of each short test whose recording is at hand.
+
+    A mass that stands still tells no law, and a long test drifts: both are passed over. With law "auto" the ladder of a
+    material's only test is climbed by itself, for there are no others to be left out.
+    """
+    wanted = [t for t in trials if not t.failed and not t.is_long and t.regime != "stuck" and t.material]
+    paths = {path: trial for trial in wanted if (path := recording_path(trial, folders)) is not None}
+    tests = Counter(trial.material for trial in paths.values())
+    few = frozenset(path for path, trial in paths.items() if tests[trial.material] <= FEW)
+    single = frozenset(path for path, trial in paths.items() if law == AUTO and tests[trial.material] == 1)
+    rows = list(rows_of(list(paths), _Reading(scene, paths, few, single), workers=workers))
+    cycles = {cycle.source: cycle for row in rows if isinstance(cycle := row.get("cycle"), Cycle)}
+    return Recorded(cycles, tuple({k: v for k, v in row.items() if k != "cycle"} for row in rows if len(row) > 1))
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """What is done to each recording, here or where a worker is."""
+
+    scene: Scene
+    trials: Mapping[Path, Trial]
+    few: frozenset[Path]
+    single: frozenset[Path]
+
+    def __call__(self, path: Path) -> Row:
+        trial, recording = self.trials[path], read_recording(path)
+        measurement = measure(recording, self.scene)
+        if path not in self.single:
+            return {"cycle": cycle_of(trial, measurement, self.scene, alone=path in self.few)}
+        compared = predict(measurement, self.scene, law=AUTO)
+        cycle = cycle_of(trial, measurement, self.scene, alone=True, law=compared.law)
+        return {**compared.row(), "source": trial.source, "cycle": cycle}
