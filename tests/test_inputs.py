@@ -104,6 +104,29 @@ def test_a_reader_that_has_left_is_no_fault_to_speak_of(run: Run) -> None:
     assert done.stderr == b""
 
 
+def test_a_map_whose_reader_has_left_says_how_to_go_on(run: Run, tmp_path: Path) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    words = ("sweep", "--r", "0.1:0.4:0.1", "--beta", "0.4", "-o", tmp_path / "map.h5")
+    done = run(*words, "--json", stdout=writing)
+    os.close(writing)
+    assert done.returncode == 141
+    assert b"points are saved beside" in done.stderr
+    assert b"give --resume to continue" in done.stderr
+    assert run(*words, "--resume").returncode == 0
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
+def test_messages_that_cannot_be_told_are_lost_and_nothing_else(run: Run) -> None:
+    """Results and exit status are those of a standard error that takes all."""
+    with Path("/dev/full").open("wb") as full:
+        good = run("analyze", SAMPLE, "--scene", SCENE, "--natural-frequency", "0.1", "--json", stderr=full)
+        bad = run("analyze", "none.csv", stderr=full)
+        wrong = run("analyze", "--nothing", stderr=full)
+    assert (good.returncode, bad.returncode, wrong.returncode) == (0, 1, 2)
+    assert json.loads(good.stdout)["warnings"]
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="file names are bytes on Linux alone")
 def test_a_file_name_that_is_no_text_is_read_and_told(run: Run, tmp_path: Path) -> None:
     name = os.fsdecode(b"st\xfchl_N1.25_r0.3.csv")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from frictionlab.cli.campaign import write_campaign
+from frictionlab.cli.campaign import refuse_failures, write_campaign
 from frictionlab.cli.inputs import Rows, exit_status, report_rows
 from frictionlab.cli.options import AsJson, Quiet, SceneFile, Scheduler, Workers, scene_of
 from frictionlab.cli.output import complain, printable
@@ -130,6 +130,7 @@ def _evaluate(
     }
     report, mark = output / "report.html", output / "made.json"
     if not is_fresh(mark, stamp, [report]):
+        refuse_failures(rows)
         if not quiet:
             typer.echo(f"evaluate the campaign: {len(rows)} tests")
         folders = [output / "measurements", output / "recordings"]

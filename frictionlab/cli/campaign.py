@@ -10,7 +10,7 @@ from frictionlab.cli.inputs import exit_status, tell_warnings
 from frictionlab.cli.options import Force, Quiet, SceneFile, Workers, scene_of
 from frictionlab.cli.output import complain, print_table, printable
 from frictionlab.cli.progress import track
-from frictionlab.errors import UsageError
+from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.schema import FRICTION, MATERIAL_LAWS, RANKING
 from frictionlab.tables import Row
 from frictionlab.verbs.failures import FAILED, failure
@@ -51,9 +51,10 @@ def campaign(
     from frictionlab.campaign.output import check_folder
 
     what = scene_of(scene, beside=measurements[0], quiet=quiet)
-    check_folder(output, force=force, inputs=measurements)
     _refuse_recordings(measurements)
     rows, unread = _rows_of(measurements)
+    refuse_failures(rows)
+    check_folder(output, force=force, inputs=measurements)
     write_campaign(
         rows,
         what,
@@ -66,7 +67,20 @@ def campaign(
     )
     for row in () if quiet else rows:
         tell_warnings(row)
-    exit_status(unread or (rows if all(row.get("status") == FAILED for row in rows) else []))
+    exit_status(unread)
+
+
+def refuse_failures(rows: Sequence[Row]) -> None:
+    """Refuse a campaign without a single measurement: its report would be empty, and take the place of a full one.
+
+    Raises
+    ------
+    AnalysisError
+        As said.
+    """
+    if all(row.get("status") == FAILED for row in rows):
+        count = f"all {len(rows)} failed" if rows else "there are none"
+        raise AnalysisError(f"campaign: no test to evaluate, {count}: no report is written")
 
 
 def write_campaign(

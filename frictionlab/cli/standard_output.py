@@ -1,4 +1,7 @@
-"""Standard output that ends early: a full disk is told in one line, a reader that has gone (``| head``) in none."""
+"""Standard output that ends early: a full disk is told in one line, a reader that has gone (``| head``) in none.
+
+Standard error that takes no more loses its messages and nothing else: results and exit status stand without them.
+"""
 
 import contextlib
 import io
@@ -39,6 +42,25 @@ class Output(io.TextIOWrapper):
             super().flush()
 
 
+class Messages(io.TextIOWrapper):
+    """Standard error that drops what it cannot tell: there is nowhere left to tell so."""
+
+    def write(self, text: str, /) -> int:
+        """Write, or drop it."""
+        try:
+            return super().write(text)
+        except OSError:
+            _drop(sys.stderr)
+            return len(text)
+
+    def flush(self) -> None:
+        """Flush, or drop what is there."""
+        try:
+            super().flush()
+        except OSError:
+            _drop(sys.stderr)
+
+
 def guard_standard_output() -> None:
     """Let nothing but `LostOutputError` come from standard output; a file's name need not be text that it can print."""
     for stream in (sys.stdout, sys.stderr):
@@ -47,6 +69,9 @@ def guard_standard_output() -> None:
     plain: TextIO | None = sys.stdout
     if isinstance(plain, io.TextIOWrapper):
         sys.stdout = Output(plain.buffer, plain.encoding, plain.errors, line_buffering=plain.line_buffering)
+    plain = sys.stderr
+    if isinstance(plain, io.TextIOWrapper):
+        sys.stderr = Messages(plain.buffer, plain.encoding, plain.errors, line_buffering=True, write_through=True)
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by who started this: what is printed goes nowhere
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - open to the end
@@ -65,11 +90,11 @@ def _faults() -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        _drop_output()
+        _drop(sys.stdout)
         raise LostOutputError(f"standard output: {error.strerror or error}") from error
 
 
-def _drop_output() -> None:
+def _drop(stream: TextIO) -> None:
     """Let what is still to be printed go nowhere, so that nothing is raised again when Python leaves."""
     with contextlib.suppress(OSError, ValueError):
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

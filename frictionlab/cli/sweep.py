@@ -14,6 +14,7 @@ from frictionlab.cli.map_picture import MapPicture
 from frictionlab.cli.options import AsJson, Force, Quiet, Scheduler, Workers
 from frictionlab.cli.output import complain
 from frictionlab.cli.progress import count
+from frictionlab.cli.standard_output import LostOutputError
 from frictionlab.errors import UsageError
 from frictionlab.schema import STEADY_STATES
 from frictionlab.tables import check_output, json_line
@@ -90,9 +91,11 @@ def _follow(grid: "Grid", steps: "Generator[Step]", output: Path, *, as_json: bo
     from frictionlab import maps
 
     outcomes: Counter[str] = Counter()
+    done = 0
     try:
         with count("sweep", quiet=quiet) as progress:
             for step in steps:
+                done = step.done
                 for row in maps.rows(grid, step) if as_json else ():
                     typer.echo(json_line(row))
                 for sentence in maps.faults(grid, step):
@@ -101,10 +104,18 @@ def _follow(grid: "Grid", steps: "Generator[Step]", output: Path, *, as_json: bo
                 if progress is not None:
                     progress(step.done, step.total)
     except KeyboardInterrupt:
-        steps.close()
-        complain(f"stopped: {outcomes.total()} points are saved beside {output}: give --resume to continue")
+        _leave(steps, f"stopped: {done} of {len(grid)} points are saved beside {output}")
         raise typer.Exit(STOPPED) from None
+    except LostOutputError:
+        _leave(steps, f"standard output takes no more: {done} of {len(grid)} points are saved beside {output}")
+        raise
     return outcomes
+
+
+def _leave(steps: "Generator[Step]", words: str) -> None:
+    """Save what is solved, and say what to do with it."""
+    steps.close()
+    complain(f"{words}: give --resume to continue")
 
 
 def values_of(text: str, option: str) -> list[float]:

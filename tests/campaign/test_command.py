@@ -64,12 +64,12 @@ def test_measurements_in_several_files_one_of_them_damaged(run: Run, tmp_path: P
     assert (tmp_path / "out" / "figures" / "irregularity.pdf").exists()
 
 
-def test_all_inputs_failed_still_gives_a_report(run: Run, tmp_path: Path) -> None:
+def test_when_all_inputs_failed_no_report_takes_the_place_of_one(run: Run, tmp_path: Path) -> None:
     done = run("campaign", "gone.jsonl", "-o", "out", "--quiet")
     assert done.returncode == 1
     assert "there is no such file" in done.stderr
-    assert [row["status"] for row in rows_of(tmp_path / "out" / "measurements.csv")] == ["failed"]
-    assert (tmp_path / "out" / "report.html").exists()
+    assert done.stderr.splitlines()[-1].endswith("no test to evaluate, all 1 failed: no report is written")
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_foreign_folder_and_a_wrong_scene_stop_it(run: Run, tmp_path: Path) -> None:
@@ -118,3 +118,4 @@ def test_recordings_are_answered_in_one_sentence(run: Run, tmp_path: Path) -> No
 def test_when_all_tests_failed_the_status_is_1(run: Run, tmp_path: Path) -> None:
     write_rows([{"source": "a.csv", "status": "failed", "reason": "no drive"}], tmp_path / "m.jsonl")
     assert run("campaign", "m.jsonl", "-o", "out").returncode == 1
+    assert not (tmp_path / "out").exists()
