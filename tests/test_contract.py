@@ -9,8 +9,15 @@ import h5py
 import pytest
 from typer.testing import CliRunner
 
+from frictionlab.campaign.output import REPORT, TABLES, write_tables
 from frictionlab.cli import app
+from frictionlab.scene import scene_from_tables
 from frictionlab.tables import read_rows
+from frictionlab.tradeoff import measure
+from frictionlab.tradeoff.setting import Setting
+from frictionlab.verbs.evaluate import evaluate
+from tests.campaign.fabricate import SCENE as RIG
+from tests.campaign.fabricate import small_campaign
 
 ROOT = Path(__file__).parents[1]
 SCENE = ROOT / "configs" / "sample_data.toml"
@@ -220,3 +227,84 @@ def test_a_log_that_is_shown_is_answered_with_what_reads_it() -> None:
     done = CliRunner().invoke(app, ["show", str(LOG)])
     assert done.exit_code == 2
     assert f"`frictionlab ingest --dry-run {LOG}` tells what is in it" in done.stderr
+
+
+FRICTION = words(
+    "material normal_force_n tests friction_ratio friction_ratio_se friction_force_n friction_force_n_se"
+    " friction_coefficient friction_coefficient_se"
+)
+RANKING = words("criterion rank material value value_se")
+
+
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The tables of a campaign of three materials."""
+    folder = tmp_path_factory.mktemp("campaign")
+    write_tables(evaluate(small_campaign(), scene_from_tables(RIG)), folder)
+    return folder
+
+
+def test_tables_of_a_campaign_begin_with_the_contracts_columns(tables: Path) -> None:
+    assert {path.name for path in tables.iterdir()} == set(TABLES)
+    assert {"measurements.csv", "friction.csv", "ranking.csv", "drift.csv"} <= set(TABLES)
+    assert REPORT == "report.html"
+    heads = {name: (tables / name).read_text(encoding="utf-8").splitlines()[0].split(",") for name in TABLES}
+    assert heads["friction.csv"][: len(FRICTION)] == FRICTION
+    assert heads["ranking.csv"][: len(RANKING)] == RANKING
+    assert [key for key in MEASUREMENT if key not in heads["measurements.csv"]] == []
+    assert {"material", "normal_force_n", "slope_per_hour", "slope_per_hour_low", "slope_per_hour_high"} <= set(
+        heads["drift.csv"]
+    )
+
+
+def test_rows_of_a_campaign_are_one_a_material_and_force_and_best_first(tables: Path) -> None:
+    fits = read_rows(tables / "friction.csv")
+    assert len({(row["material"], row["normal_force_n"]) for row in fits}) == len(fits) == 9
+    for row in fits:
+        assert all(isinstance(row[key], (int, float)) for key in FRICTION[1:])
+    ranks = read_rows(tables / "ranking.csv")
+    assert list(dict.fromkeys(row["criterion"] for row in ranks)) == ["energy", "consistency", "drift"]
+    for criterion in ("energy", "consistency", "drift"):
+        places = [float(str(row["rank"])) for row in ranks if row["criterion"] == criterion]
+        assert len(places) == 3
+        assert places == sorted(places)
+    assert len(read_rows(tables / "drift.csv")) == 3
+
+
+def test_a_recording_has_the_contracts_datasets(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    assert CliRunner().invoke(app, ["ingest", str(LOG), *SCENED, "-o", str(path), "-q"]).exit_code == 0
+    with h5py.File(path) as file:
+        assert [file.attrs["format"], int(file.attrs["format_version"])] == ["frictionlab recording", 1]
+        assert file.attrs["Conventions"] == "CF-1.11"
+        assert {"title", "created", "frictionlab_version"} <= set(file.attrs)
+        n = len(file["time"])
+        for name, unit in (("time", "s"), ("mass_displacement", "m"), ("base_displacement", "m")):
+            assert (file[name].shape, file[name].dtype.str, file[name].attrs["units"]) == ((n,), "<f8", unit)
+        assert file["time"].is_scale
+        assert all(file[name].dims[0].keys() == ["time"] for name in ("mass_displacement", "base_displacement"))
+        assert all(file[name].attrs["long_name"] for name in ("mass_displacement", "base_displacement"))
+        assert file["quality"].dtype.str == "|u1"
+        masks, meanings = file["quality"].attrs["flag_masks"], file["quality"].attrs["flag_meanings"]
+        assert len(masks) == len(meanings.split())
+        assert (file["experiment"].attrs["material"], file["experiment"].attrs["normal_force"]) == ("aramid", 1.25)
+        assert isinstance(file["source"], h5py.Group)
+
+
+def test_the_trade_is_a_line_per_setting_with_the_contracts_keys(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def knob() -> tuple[Setting, ...]:
+        return (
+            Setting("padding", "1", "frequency_ratio", 1e-6, 0.1),
+            Setting("padding", "4", "frequency_ratio", 1e-8, 0.2, default=True),
+        )
+
+    monkeypatch.setattr(measure, "FAMILIES", {"analysis": (knob,)})
+    rows = run_json(["tradeoff", "-o", str(tmp_path / "new" / "folder")])
+    kinds = {"knob": str, "setting": str, "quantity": str, "error": float, "seconds": float, "default": bool}
+    for row in rows:
+        assert list(row)[:7] == [*kinds, "dominated"]
+        assert all(isinstance(row[key], kind) for key, kind in {**kinds, "dominated": bool}.items())
+    assert [row["default"] for row in rows] == [False, True]
+    assert len(read_rows(tmp_path / "new" / "folder" / "tradeoff.csv")) == 2

@@ -65,9 +65,20 @@ def campaign(
         force=force,
         quiet=quiet,
     )
-    for row in () if quiet else rows:
-        tell_warnings(row)
+    if not quiet:
+        _tell_kinds(rows)
     exit_status(unread)
+
+
+def _tell_kinds(rows: Sequence[Row]) -> None:
+    """Print the warnings of all rows, once for all rows of a kind."""
+    from frictionlab.campaign.warned import kinds_of
+
+    warned = ((str(row.get("source")), row.get("warnings")) for row in rows)
+    said = ((source, str(text)) for source, texts in warned if isinstance(texts, (list, tuple)) for text in texts)
+    for kind in kinds_of(said):
+        others = f" and {len(kind.sources) - 1} more" if len(kind.sources) > 1 else ""
+        tell_warnings({"source": f"{kind.sources[0]}{others}", "warnings": [kind.sentence]})
 
 
 def refuse_failures(rows: Sequence[Row]) -> None:

@@ -6,6 +6,7 @@ from html import escape
 
 from frictionlab.campaign import CRITERIA, Campaign, Drift, FrictionFit, LawEvidence, Rank, Trial, Verdict
 from frictionlab.campaign.trials import short_name
+from frictionlab.campaign.warned import Warned, kinds_of
 from frictionlab.report.sheet import sheet_name
 from frictionlab.schema import DRIFTS, FRICTION, MATERIAL_LAWS, TESTS, Column, Table
 
@@ -299,6 +300,12 @@ def failures(campaign: Campaign) -> str:
 
 
 def warnings(campaign: Campaign) -> str:
-    """What was said of each test when it was measured."""
-    found = [f"{t.source}: {text}" for t in campaign.trials for text in t.warnings]
-    return listing(found) if found else paragraph("None.")
+    """What was said of the tests when they were measured, once for all that it was said of."""
+    found = kinds_of((short_name(t.source), text) for t in campaign.trials for text in t.warnings)
+    return listing(map(_warned, found)) if found else paragraph("None.")
+
+
+def _warned(kind: Warned) -> str:
+    first, *others = kind.sources
+    alike = f" Alike in {len(others)} more: {', '.join(others)}." if others else ""
+    return f"{first}: {kind.sentence}{'.' * bool(others)}{alike}"

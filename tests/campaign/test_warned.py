@@ -1,0 +1,48 @@
+"""Warnings of many tests: each kind once, no test forgotten."""
+
+import re
+from pathlib import Path
+
+from hypothesis import given
+from hypothesis import strategies as st
+from typer.testing import CliRunner
+
+from frictionlab.campaign.warned import kinds_of
+from frictionlab.cli import app
+from frictionlab.tables import write_rows
+from tests.campaign.fabricate import row
+from tests.desk import ROOT
+
+SAID = st.tuples(st.sampled_from("abcd"), st.sampled_from(["lag: 3 s", "lag: 0.4 s", "no unit", "beats every 1e-3 s"]))
+
+
+@given(st.lists(SAID))
+def test_every_warning_of_every_test_is_in_exactly_one_kind(said: list[tuple[str, str]]) -> None:
+    kinds = kinds_of(said)
+    told = {(source, re.sub(r"[\d.e-]+ s", "# s", kind.sentence)) for kind in kinds for source in kind.sources}
+    assert told == {(source, re.sub(r"[\d.e-]+ s", "# s", sentence)) for source, sentence in said}
+    assert len(told) == sum(len(kind.sources) for kind in kinds)
+
+
+def test_a_campaign_tells_a_kind_once_on_screen_and_in_its_report(tmp_path: Path) -> None:
+    rows = [
+        {**row("steel", 1.0, r, 0.6), "warnings": [f"stops_per_cycle: {r:g} in some cycles", "odd"][: 1 + (r < 0.4)]}
+        for r in (0.3, 0.5, 0.7)
+    ]
+    write_rows(rows, tmp_path / "m.jsonl")
+    done = CliRunner().invoke(app, ["campaign", str(tmp_path / "m.jsonl"), "-o", str(tmp_path / "out")])
+    assert done.exit_code == 0, done.output
+    told = [line for line in done.stderr.splitlines() if "warning: " in line]
+    assert [line.partition("frictionlab: ")[2] for line in told] == [
+        "steel_N1_r0.3.h5 and 2 more: warning: stops_per_cycle: 0.3 in some cycles",
+        "steel_N1_r0.3.h5: warning: odd",
+    ]
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8").partition('<section id="warnings">')[2]
+    assert page.count("in some cycles") == 1
+    assert page.count("steel_N1_r0.5") == page.count("steel_N1_r0.7") == 1
+
+
+def test_heads_of_a_long_table_are_printed_on_each_page() -> None:
+    """A browser draws no button a second time: in print the head's words stand without theirs."""
+    style = (ROOT / "frictionlab" / "report" / "page.css").read_text(encoding="utf-8")
+    assert "th button { display: contents; }" in style.partition("@media print")[2]
