@@ -18,6 +18,7 @@ __all__ = ["Attractor", "coexisting"]
 SAME = 1e-6  # orbits whose energy and amplitude differ by less, over the largest, are one (mirror images are)
 STARTS, NUMERIC_STARTS = 200, 50  # where slides are exact, and where each takes a tenth of a second
 WORTH_COMPILING = 20  # starts
+LOOKS = 2e8  # at slides, from all rigid starts together: some 20 s; what is left of the starts then is "not found"
 GOLDEN = (0.7548776662466927, 0.5698402909980532)  # steps of the plane's golden ratio: even, and the same every time
 
 
@@ -105,7 +106,8 @@ def _settled(problem: Problem, first: SteadyState, starts: int) -> Iterator[Stea
         engine = engines.choose(2e3 * starts)
         parts = engines.set_up(engine, problem)
         phases = 64 + int(64 * (problem.base.harmonics + 1.0 / problem.r))
-        yield from (_from_start(engine, problem, parts, (z, v), phases) for z, v in places)
+        meter = engine.buffer((LOOKS,))  # one for all starts
+        yield from (_from_start(engine, problem, parts, (z, v), phases, meter) for z, v in places)
         return
     if starts >= WORTH_COMPILING:
         warm_up(problem.law.name)
@@ -117,11 +119,16 @@ def _settled(problem: Problem, first: SteadyState, starts: int) -> Iterator[Stea
 
 
 def _from_start(
-    engine: engines.Engine, problem: Problem, parts: tuple[Any, Any], start: tuple[float, float], phases: int
+    engine: engines.Engine,
+    problem: Problem,
+    parts: tuple[Any, Any],
+    start: tuple[float, float],
+    phases: int,
+    meter: Any,
 ) -> SteadyState:
     row = engine.buffer((0.0,) * layout.ROW)
     while True:
-        room = engines.make_room(engine, problem, phases)
+        room = engines.make_room(engine, problem, phases)._replace(meter=meter)
         engine.kernel.steady_from(*parts, *start, room, row)
         count = int(room.tally[layout.PHASES])
         if row[layout.OUTCOME] != layout.OVERFULL:

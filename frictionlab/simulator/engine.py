@@ -14,6 +14,7 @@ import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -44,6 +45,7 @@ __all__ = [
     "compile_modules",
     "compiled",
     "contact_of",
+    "hand_over_after",
     "is_worth_it",
     "machine_code_folder",
     "make_force",
@@ -54,6 +56,7 @@ __all__ = [
 
 # Each uses only those before it.
 MODULES = (motion, events, outlook, continuous, shooting, resonance, settle, orbits, accounts, cycles)
+LOOKS = 6.0  # at a slide, while its end is looked for
 WORTH_LOADING = 2e4  # slides; in plain Python they take about as long (1 s) as loading the compiled kernel
 WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version (15 s)
 
@@ -186,6 +189,11 @@ def choose(slides: float) -> Engine:
     return compiled() if is_worth_it(slides) else plain()
 
 
+def hand_over_after() -> float:
+    """Return after how many looks at a slide plain Python hands its work over to the compiled kernel."""
+    return LOOKS * (WORTH_LOADING if any(machine_code_folder().glob("**/*.nbi")) else WORTH_COMPILING)
+
+
 def make_force(engine: Engine, cosine: tuple[float, ...], sine: tuple[float, ...]) -> layout.Force:
     """Return the kernel's buffers of a Fourier series: its coefficients, and space for them about another time."""
     none = (0.0,) * len(cosine)
@@ -197,7 +205,7 @@ def make_room(engine: Engine, problem: Problem, phases: int) -> layout.Room:
     base = problem.base
     wall = make_force(engine, base.cosine, base.sine) if problem.wall == "base" else make_force(engine, (), ())
     jacobian, tally, record = (engine.buffer((0.0,) * size) for size in (4, layout.TALLY, layout.PHASE * phases))
-    return layout.Room(jacobian, tally, record, wall)
+    return layout.Room(jacobian, tally, record, wall, engine.buffer((inf,)))
 
 
 def contact_of(problem: Problem) -> layout.Contact:

@@ -26,7 +26,14 @@ def steady(problem: Problem, solver: str = "auto") -> SteadyState:
     phases = 32 + int(8 * (problem.base.harmonics + 1.0 / problem.r))
     while True:
         room = engines.make_room(engine, problem, phases)
+        if engine is engines.plain():
+            room.meter[0] = engines.hand_over_after()
         engine.kernel.steady(rig, force, CLOSED[solver], room, row)
+        if row[layout.OUTCOME] == layout.COSTLY and engine is engines.plain():
+            engine = engines.compiled()
+            rig, force = engines.set_up(engine, problem)
+            row = engine.buffer((0.0,) * layout.ROW)
+            continue
         count = int(room.tally[layout.PHASES])
         if row[layout.OUTCOME] != layout.OVERFULL:
             return _from_row(problem, solver, row, room, count)

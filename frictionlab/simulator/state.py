@@ -1,7 +1,7 @@
 """A steady state: its numbers, its verdict as a sentence, and what the numbers alone would not say."""
 
 from dataclasses import dataclass
-from math import nan
+from math import isfinite, nan
 from typing import Any, Literal
 
 from frictionlab.simulator.kernel import layout
@@ -24,6 +24,7 @@ OUTCOMES: dict[int, Outcome] = {
     layout.RUNAWAY: "not found",
     layout.PULLING: "not found",
     layout.PARTING: "not found",
+    layout.COSTLY: "not found",
 }
 SOLVERS = ("exact", "closed-form", "numeric")  # what the number CLOSED_FORM of a row says
 DECLINED = {
@@ -33,6 +34,7 @@ DECLINED = {
     "which no contact does; no numbers are given: take a smaller gradient.",
 }
 LOOSE = 1e-10  # relative closure error above which it is said
+ROUNDING = 1e-14  # of the force times the amplitude: what rounding leaves of the work put in
 PARAMETERS = ("r", "beta", "mu", "zeta", "wall")
 NUMBERS = (
     "energy_per_cycle",
@@ -178,7 +180,8 @@ def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyStat
         return SteadyState(problem, "exact", outcome, warnings=why_none(problem, row))
     multiplier = float(row[layout.MULTIPLIER])
     said = warnings_of(problem, outcome, multiplier)
-    off = float(row[layout.CLOSURE]) / float(row[layout.ENERGY]) if row[layout.ENERGY] else 0.0
+    rounding = ROUNDING * problem.force_size * float(row[layout.AMPLITUDE])
+    off = max(0.0, float(row[layout.CLOSURE]) - rounding) / float(row[layout.ENERGY]) if row[layout.ENERGY] else 0.0
     if off > LOOSE:
         said += (
             f"So close to resonance or rest, numbers are good to about {off:.0e} only: energies in and out differ so.",
@@ -214,11 +217,23 @@ def why_none(problem: Problem, row: Any) -> tuple[str, ...]:
             "whether other starts settle."
         )
         return (said,)
+    if code == layout.COSTLY:
+        return (_costly(float(row[layout.MISS])),)
     if code == layout.NOT_FOUND and (problem.mu > 1.0 or problem.parameter("gradient")):
         if problem.law.kind != "rigid":
             return ("the motion from rest was not seen to settle on an orbit; --cycles N tells the last of N cycles.",)
         return (f"within {PATIENCE} cycles the motion has not settled on an orbit of up to {LONGEST} cycles.",)
     return ()
+
+
+def _costly(miss: float) -> str:
+    """Say of a search that was given up why, and how far it came."""
+    near = f" When it was, the motion missed itself by {miss:.1g} Y." if isfinite(miss) and miss > 0.0 else ""
+    return (
+        "the search was given up after a second of work: this motion makes thousands of slides in a cycle, or is "
+        f"braked so little that it takes too long to settle.{near} --cycles N tells the last of N cycles; with more "
+        "friction or damping, or a larger r, there is less to do."
+    )
 
 
 def to_numbers(state: SteadyState) -> list[float]:

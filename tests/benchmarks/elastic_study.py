@@ -17,7 +17,18 @@ from frictionlab.simulator.elastic import engine as elastic
 from frictionlab.simulator.kernel import layout
 
 OUTCOMES = (
-    *("periodic", "stuck", "unbounded", "not found", "endless", "runs away", "pulls", "does not repeat", "full"),
+    *(
+        "periodic",
+        "stuck",
+        "unbounded",
+        "not found",
+        "endless",
+        "runs away",
+        "pulls",
+        "does not repeat",
+        "given up",
+        "full",
+    ),
 )
 TERMS = ("", "+place", "+speed", "+breakaway", "+place+speed+breakaway")
 LAWS = tuple(kind + terms for kind in ("compliance", "iwan") for terms in TERMS)
@@ -80,7 +91,7 @@ def study(law: str, points: int) -> tuple[str, list[str]]:
         rows.append(list(row))
         times.append(seconds)
         rigid.append(rigid_time(elastic.compiled(), problem) if row[layout.OUTCOME] == layout.PERIODIC else np.nan)
-        if row[layout.OUTCOME] in (3.0, 4.0, 8.0):
+        if row[layout.OUTCOME] in (3.0, 4.0, 8.0, 9.0):
             what = f"{law}: {OUTCOMES[int(row[layout.OUTCOME])]}"
             unsolved.append(f"{what}: {problem.r} {problem.parameters} {problem.wall} {problem.base}")
     table, spent, ratio = np.array(rows), np.array(times), np.array(times) / np.array(rigid)

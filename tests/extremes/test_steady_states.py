@@ -8,7 +8,7 @@ import mpmath
 import pytest
 
 from frictionlab.errors import SimulationError
-from frictionlab.simulator import Problem, SteadyState, steady_state
+from frictionlab.simulator import Problem, SteadyState, engine, steady_state
 
 ORBITS = json.loads((Path(__file__).parent / "reference" / "orbits.json").read_text(encoding="utf-8"))
 ROUNDING = 1e-11  # what rounding may do; anything larger is a fault, or has its reason beside it
@@ -178,3 +178,52 @@ def test_a_problem_asked_twice_gives_the_same_bits() -> None:
 
 def numbers(state: SteadyState) -> tuple[float | None, ...]:
     return state.energy_per_cycle, state.response_amplitude, state.stuck_fraction, state.floquet_multiplier
+
+
+@pytest.mark.parametrize(
+    ("r", "beta", "law", "parameters"),
+    [
+        (1e-3, 1e-12, "coulomb+place", {"gradient": 0.9}),
+        (1e-3, 1e-12, "coulomb+place", {"gradient": -2.0}),
+        (1e-3, 1e-12, "coulomb+breakaway", {"static_ratio_up": 10.0, "static_ratio_down": 10.0}),
+    ],
+)
+def test_a_search_without_end_is_given_up_by_name(
+    r: float, beta: float, law: str, parameters: dict[str, float]
+) -> None:
+    """Hardly any friction, thousands of slides a cycle: nothing settles. It took minutes; now some million looks."""
+    kernel = engine.compiled()
+    problem = Problem(r, beta, law=law, parameters=parameters)
+    state = steady_state(problem)
+    assert state.outcome == "not found"
+    assert "the search was given up after a second of work" in state.verdict
+    rig, force = engine.set_up(kernel, problem)
+    assert kernel.kernel.most_looks(rig, force) < 1.1e7
+
+
+def test_plain_python_hands_long_searches_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What plain Python began is begun again by the compiled kernel: the same numbers, and no minutes of waiting."""
+    problem, asked = Problem(0.3, 0.4), list[str]()
+    monkeypatch.setattr(engine, "is_worth_it", lambda _: False)
+    monkeypatch.setattr(engine, "hand_over_after", lambda: 10.0)
+    true = engine.compiled
+    monkeypatch.setattr(engine, "compiled", lambda: (asked.append("compiled"), true())[1])
+    state = steady_state(problem)
+    assert asked == ["compiled"]
+    monkeypatch.undo()
+    assert numbers(state) == numbers(steady_state(problem))
+
+
+@pytest.mark.parametrize("zeta", [1e2, 1e4, 1e6])
+@pytest.mark.parametrize("r", [1e-3, 0.5, 100.0])
+def test_a_dashpot_stronger_than_any_spring_leaves_the_textbook_s_creep(r: float, zeta: float) -> None:
+    """2 zeta r x' = cos(tau) - beta sgn(x'), the rest negligible: a first-order equation whose stops are known."""
+    state = steady_state(Problem(r=r, beta=0.4, zeta=zeta))
+    thick, moving = 2.0 * zeta * r, 2.0 * math.acos(0.4)
+    few = 2.0 / thick + 2.0 * r / zeta
+    half = 2.0 * math.sin(0.5 * moving) - 0.4 * moving  # the way of half a cycle, times 2 zeta r
+    if few < 0.02:
+        assert state.response_amplitude == pytest.approx(0.5 * half / thick, rel=few)
+        assert state.stops_per_cycle == 2.0
+    assert state.closure_error is not None
+    assert state.closure_error <= 1e-12 * known(state.energy_per_cycle)

@@ -1,6 +1,6 @@
 """What is reported of a motion with an elastic contact: works, range, stops; and its states at any time."""
 
-from math import inf, nan, pi
+from math import inf, nan, pi, sqrt
 
 from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.layout import CONTACT, ELASTIC_PHASE, ElasticRoom, Sliders
@@ -8,12 +8,21 @@ from frictionlab.simulator.elastic.orbits import at_once_elastic, is_even_handed
 from frictionlab.simulator.elastic.phases import stiffened
 from frictionlab.simulator.elastic.shooting import elastic_multiplier, span_of
 from frictionlab.simulator.elastic.works import is_long_ring, ring_range, ring_work
-from frictionlab.simulator.kernel.accounts import frame_work, slide_range, slide_work
+from frictionlab.simulator.kernel.accounts import (
+    CYCLES,
+    LOOKS,
+    begin_search,
+    end_search,
+    frame_work,
+    slide_range,
+    slide_work,
+)
 from frictionlab.simulator.kernel.layout import (
     AMPLITUDE,
     BOTTOM,
     CLOSED_FORM,
     CLOSURE,
+    COSTLY,
     CROSS,
     ENERGY,
     HIGH,
@@ -58,6 +67,7 @@ __all__ = [
     "evaluate_elastic",
     "fill_elastic_row",
     "is_mirrored",
+    "most_looks_elastic",
     "steady_elastic",
     "steady_elastic_from",
     "tell_elastic",
@@ -68,7 +78,7 @@ def account_elastic(rig: Rig, force: Force, room: ElasticRoom) -> None:
     """Go through the recorded phases and add up what the event loop does not need: works, and range with the wall."""
     tally, phases = room.tally, room.phases
     moving = len(room.wall.cosine) > 0
-    plain_room = Room(room.jacobian, tally, phases, room.wall)
+    plain_room = Room(room.jacobian, tally, phases, room.wall, room.meter)
     tally[TOP], tally[BOTTOM] = (-inf, inf) if moving else (tally[HIGH], tally[LOW])
     for at in range(0, ELASTIC_PHASE * int(tally[PHASES]), ELASTIC_PHASE):
         held, tau, span = phases[at] == 0.0, phases[at + 1], phases[at + 2]
@@ -150,19 +160,36 @@ def tell_elastic(
             row[i] = nan
 
 
+def most_looks_elastic(rig: Rig, sliders: Sliders, force: Force) -> float:
+    """Return how many looks at a phase a search may take, as `most_looks`; the held contact vibrates faster."""
+    stiffest = 1.0
+    for i in range(len(sliders.force)):
+        stiffest += sliders.stiffness[i]
+    return len(force.p) * (LOOKS + CYCLES * 12.0 * sqrt(stiffest) / rig.plain.r)
+
+
 def steady_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, row: Buffer) -> None:
     """Fill `row` with the steady state's numbers; its phases are left in the record, from a leg's start to its end."""
     outcome, leg, miss = at_once_elastic(rig, sliders, force, room), Leg(0.0, TURN, 1.0, 1.0), 0.0
+    most = most_looks_elastic(rig, sliders, force)
+    given = begin_search(most, room.meter)
     if outcome == PERIODIC:
         leg, miss, code = search_elastic(rig, sliders, force, room)
         outcome = verdict(rig, room, miss, code)
-    tell_elastic(rig, sliders, force, (outcome, leg, miss), room, row)
+    costly, left = end_search(most, given, room.meter)
+    tell_elastic(rig, sliders, force, (COSTLY if costly else outcome, leg, miss), room, row)
+    room.meter[0] = left
 
 
 def steady_elastic_from(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, row: Buffer) -> None:
     """As `steady_elastic`, of the orbit that the motion from the room's start settles on."""
+    most = most_looks_elastic(rig, sliders, force)
+    given = begin_search(most, room.meter)
     leg, miss, code = settle(rig, sliders, force, room)
-    tell_elastic(rig, sliders, force, (verdict(rig, room, miss, code), leg, miss), room, row)
+    outcome = verdict(rig, room, miss, code)
+    costly, left = end_search(most, given, room.meter)
+    tell_elastic(rig, sliders, force, (COSTLY if costly else outcome, leg, miss), room, row)
+    room.meter[0] = left
     slipping = 0.0
     for i in range(min(int(room.tally[PHASES]), len(room.phases) // ELASTIC_PHASE)):
         slipping += room.phases[ELASTIC_PHASE * i]

@@ -1,23 +1,32 @@
 """Run the elastic kernel as it stands, or compiled: as `frictionlab.simulator.engine` runs the rigid one."""
 
 import functools
-from math import sqrt
+from math import inf, sqrt
 from typing import Any
 
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.elastic import accounts, events, holding, layout, orbits, phases, ringing, shooting, works
 from frictionlab.simulator.elastic.sliders import sliders_of
-from frictionlab.simulator.engine import Engine
+from frictionlab.simulator.engine import LOOKS, Engine
 from frictionlab.simulator.kernel.layout import Contact, Force, Rig
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["MODULES", "choose", "make_elastic_room", "phases_per_cycle", "plain", "set_up"]
+__all__ = [
+    "MODULES",
+    "choose",
+    "compiled",
+    "hand_over_after",
+    "make_elastic_room",
+    "phases_per_cycle",
+    "plain",
+    "set_up",
+]
 
 # Each uses only those before it, and the rigid kernel.
 MODULES = (phases, ringing, events, holding, shooting, orbits, works, accounts)
 COMPILED = (*engines.MODULES, *MODULES)
 WORTH_LOADING = 2e4  # phases; in plain Python they take about as long (1 s) as loading the compiled kernel
-WORTH_COMPILING = 1e6  # the same for compiling it, once per machine and version
+WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version
 
 
 @functools.cache
@@ -61,7 +70,9 @@ def make_elastic_room(engine: Engine, problem: Problem, phases: int) -> Any:
     matrix, kinds = engine.buffer((0.0,) * (size * (size + 1))), engine.buffer((0.0,) * count)
     moved = engines.make_force(engine, *wall)
     slow = engines.make_force(engine, *problem.force)
-    return layout.ElasticRoom(jacobian, tally, recorded, moved, slow, kinds, start, image, trial, matrix)
+    return layout.ElasticRoom(
+        jacobian, tally, recorded, moved, engine.buffer((inf,)), slow, kinds, start, image, trial, matrix
+    )
 
 
 def phases_per_cycle(problem: Problem) -> float:
@@ -75,6 +86,11 @@ def choose(work: float) -> Engine:
     if compiled.cache_info().currsize or work > WORTH_COMPILING:
         return compiled()
     return compiled() if work > WORTH_LOADING and _is_compiled() else plain()
+
+
+def hand_over_after() -> float:
+    """Return after how many looks at a phase plain Python hands its work over to the compiled kernel."""
+    return LOOKS * (WORTH_LOADING if _is_compiled() else WORTH_COMPILING)
 
 
 def _is_compiled() -> bool:

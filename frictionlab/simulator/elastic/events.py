@@ -21,11 +21,13 @@ from frictionlab.simulator.elastic.ringing import held_end
 from frictionlab.simulator.kernel.layout import (
     CHATTER,
     DONE,
+    EVALUATIONS,
     HIGH,
     LOW,
     PHASES,
     STOPS_MADE,
     STUCK_TIME,
+    TIRED,
     Force,
     Leg,
     Oscillator,
@@ -235,6 +237,8 @@ def run_on(
         budget -= 1.0
         if budget < 0.0:
             return z, v, CHATTER
+        if room.meter[0] < 0.0:
+            return z, v, TIRED
         push, rate = local_force(tau, force)
         pull = contact_force(sliders)
         a = (push - z - pull - thick * v) / (r * r)
@@ -247,6 +251,7 @@ def run_on(
             continue
         added = contact_stiffness(rig, sliders)
         slide, start, rest = stiffened(rig.plain, 1.0 + added), State(z, v, a), end - tau
+        looks = tally[EVALUATIONS]
         if all_hold(sliders):
             back, other, behind = nearest(rig, sliders, z, -way)
             limits = (left, -max(0.0, back)) if way > 0.0 else (max(0.0, back), -left)
@@ -254,6 +259,7 @@ def run_on(
             which, side = (which, side) if last == way else (other, behind)
         else:
             span, made, v, _, what = phase_end(slide, force, start, way, rate, left, rest, tally)
+        room.meter[0] -= len(force.p) * (tally[EVALUATIONS] - looks + 1.0) + len(sliders.force)
         z += made
         book(sliders, tau, span, start, 1.0 + added, pull, room)
         tally[CONTACT] += (pull + 0.5 * added * made) * made

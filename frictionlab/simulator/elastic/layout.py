@@ -59,6 +59,7 @@ class ElasticRoom(NamedTuple):
     tally: Buffer
     phases: Buffer  # recorded
     wall: Force  # motion of the wall; empty: it stands
+    meter: Buffer  # 1: looks at a phase left, each as many as the force has harmonics
     slow: Force  # what a held, ringing contact moves about
     kinds: Buffer  # of the sliders at the section
     start: Buffer  # z, v, then force and side of each slider

@@ -71,6 +71,7 @@ __all__ = [
     "verdict",
 ]
 
+RIGID_SHARE = 0.2  # of what a search may cost, to find the rigid contact's orbit
 YIELDING = 3.0  # times a slider's own yield: a motion that small is not like the rigid contact's
 RESIDUES_WAITED = 64.0  # cycles until what sliders that never slip hold no longer changes
 LONGEST_ORBIT = 128  # cycles of the longest orbit looked for
@@ -123,10 +124,17 @@ def from_rest(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticR
 
 def start_rigid(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, bool]:
     """Start on the orbit of the rigid contact, in the middle of its longest slide; False where it is of no help."""
-    plain, phases, beta = Room(room.jacobian, room.tally, room.phases, room.wall), room.phases, rig.contact.beta
+    plain, phases, beta = (
+        Room(room.jacobian, room.tally, room.phases, room.wall, room.meter),
+        room.phases,
+        rig.contact.beta,
+    )
     if beta == 0.0:
         return leg, False
+    left = room.meter[0]  # of which a part may be spent here
+    room.meter[0] = RIGID_SHARE * left
     own, z, v, _, code = only_orbit(rig, force, plain)
+    room.meter[0] += left - RIGID_SHARE * left if left < inf else 0.0
     if code != DONE or room.tally[PATH] == 0.0:
         return leg, False
     carry(rig, force, own, z, v, plain)

@@ -69,12 +69,19 @@ def _solved(problem: Problem, cycles: float, start: tuple[float, float] | None) 
     phases = 64 + int(engines.phases_per_cycle(problem))
     while True:
         room = engines.make_elastic_room(engine, problem, phases)
+        if engine is engines.plain():
+            room.meter[0] = engines.hand_over_after()
         if start is None:
             engine.kernel.steady_elastic(rig, sliders, force, room, row)
         else:
             engine.kernel.start_at_rest(sliders, room)
             room.start[0], room.start[1] = start
             engine.kernel.steady_elastic_from(rig, sliders, force, room, row)
+        if row[layout.OUTCOME] == layout.COSTLY and engine is engines.plain():
+            engine = engines.compiled()
+            rig, sliders, force = engines.set_up(engine, problem)
+            row = engine.buffer((0.0,) * layout.ROW)
+            continue
         count = int(room.tally[layout.PHASES])
         if row[layout.OUTCOME] != layout.OVERFULL:
             break

@@ -8,6 +8,7 @@ from frictionlab.simulator.kernel.layout import (
     BOTTOM,
     CLOSED_FORM,
     CLOSURE,
+    COSTLY,
     CROSS,
     ENERGY,
     FIRST,
@@ -61,10 +62,14 @@ from frictionlab.simulator.kernel.shooting import spectral_radius, symmetric_for
 __all__ = [
     "account",
     "base_speed",
+    "begin_search",
+    "end_search",
     "evaluate",
     "fill_row",
     "frame_work",
     "mirrored",
+    "most_looks",
+    "panels_work",
     "set_force",
     "slide_range",
     "slide_work",
@@ -73,6 +78,10 @@ __all__ = [
     "sweep",
     "tell",
 ]
+
+LOOKS = 1e7  # at a slide, in a search: about a second
+FORGOTTEN = 40.0  # time constants after which nothing is left of a decaying motion
+CYCLES = 12  # of the drive that a search may always carry
 
 # Gauss-Legendre nodes and weights, 16 points on [-1, 1] (positive half), from mpmath at 50 digits.
 NODES = (
@@ -122,13 +131,31 @@ def frame_work(rig: Rig, force: Force, cross: float, cycles: float) -> float:
 
 
 def slide_work(rig: Rig, force: Force, start: State, side: float, span: float, tally: Buffer) -> None:
-    """Add the work of F and of both dashpots over a slide, by Gauss-Legendre panels short enough to be exact."""
+    """Add the work of F and of both dashpots over a slide, by Gauss-Legendre panels short enough to be exact.
+
+    A dashpot stronger than the spring lets the motion's first, fast part die out long before the slide is over.
+    """
     slide = rig.rising if side > 0.0 else rig.falling
+    size = 7.0 * min(slide.r / max(1.0, 2.0 * slide.zeta), 1.0 / len(force.p))
+    fast = FORGOTTEN / (slide.zeta / slide.r + slide.omega) if slide.zeta > 1.0 else span
+    if span < 2.0 * fast:
+        panels_work(rig, slide, force, start, (0.0, span, size), tally)
+    else:
+        slow = 3.5 * min(slide.r * (slide.zeta + slide.r * slide.omega), 2.0 / len(force.p))
+        panels_work(rig, slide, force, start, (0.0, fast, size), tally)
+        panels_work(rig, slide, force, start, (fast, span, slow), tally)
+
+
+def panels_work(
+    rig: Rig, slide: Oscillator, force: Force, start: State, task: tuple[float, float, float], tally: Buffer
+) -> None:
+    """Add the works between two times of a slide, by panels of a size at most."""
+    begin, end, size = task
     thick = 2.0 * rig.plain.zeta * rig.plain.r
-    panels = int(span / (7.0 * min(slide.r / max(1.0, 2.0 * slide.zeta), 1.0 / len(force.p)))) + 1
-    half = 0.5 * span / panels
+    panels = int((end - begin) / size) + 1
+    half = 0.5 * (end - begin) / panels
     for panel in range(panels):
-        middle = (2 * panel + 1) * half
+        middle = begin + (2 * panel + 1) * half
         for i in range(8):
             for way in (-1.0, 1.0):
                 t = middle + way * half * NODES[i]
@@ -232,18 +259,52 @@ def tell(rig: Rig, force: Force, found: tuple[int, Leg, float, float, float, boo
             row[i] = nan
 
 
+def most_looks(rig: Rig, force: Force) -> float:
+    """Return how many looks at a slide a search may take, each counted as often as the force has harmonics.
+
+    About a second. A mass driven much more slowly than it vibrates needs some dozen in each natural period: so many
+    cycles are allowed always.
+    """
+    return len(force.p) * (LOOKS + CYCLES * 12.0 / rig.plain.r)
+
+
+def begin_search(most: float, meter: Buffer) -> float:
+    """Set a meter to what a search may cost, if that is less than it shows; return what it showed."""
+    given = meter[0]
+    meter[0] = min(given, most)
+    return given
+
+
+def end_search(most: float, given: float, meter: Buffer) -> tuple[bool, float]:
+    """Tell whether the meter ran out, and what it is to show when all is told; what follows is not metered."""
+    left = meter[0]
+    meter[0] = inf
+    return left < 0.0, given - (min(given, most) - left)
+
+
 def steady(rig: Rig, force: Force, closed: int, room: Room, row: Buffer) -> None:
-    """Fill `row` with the steady state's numbers; its phases are left in the record, from a leg's start to its end."""
+    """Fill `row` with the steady state's numbers; its phases are left in the record, from a leg's start to its end.
+
+    The search may take `most_looks`, or what the room's meter has left if that is less: else it is COSTLY.
+    """
+    most = most_looks(rig, force)
+    given = begin_search(most, room.meter)
     outcome, leg, z, v, miss, exact = find_orbit(rig, force, closed, room)
-    tell(rig, force, (outcome, leg, z, v, miss, exact), room, row)
+    costly, left = end_search(most, given, room.meter)
+    tell(rig, force, (COSTLY if costly else outcome, leg, z, v, miss, exact), room, row)
+    room.meter[0] = left
 
 
 def steady_from(rig: Rig, force: Force, z: float, v: float, room: Room, row: Buffer) -> None:
     """As `steady`, of the orbit that the motion from z and v at tau = 0 settles on."""
+    most = most_looks(rig, force)
+    given = begin_search(most, room.meter)
     found, _ = settled(rig, force, z, v, room)
     leg, oz, ov, miss, _ = found
     outcome = verdict(rig, found, room)
-    tell(rig, force, (outcome, leg, oz, ov, miss, False), room, row)
+    costly, left = end_search(most, given, room.meter)
+    tell(rig, force, (COSTLY if costly else outcome, leg, oz, ov, miss, False), room, row)
+    room.meter[0] = left
 
 
 def set_force(r: float, frame: float, cosine: Buffer, sine: Buffer, force: Force, wall: Force) -> None:

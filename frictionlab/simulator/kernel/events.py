@@ -17,6 +17,7 @@ from frictionlab.simulator.kernel.layout import (
     STOPS_MADE,
     STUCK_TIME,
     TALLY,
+    TIRED,
     TURN,
     Buffer,
     Force,
@@ -43,6 +44,7 @@ __all__ = [
     "slide_start",
     "snap_bound",
     "stick",
+    "stiff_bound",
 ]
 
 STILL = 1e-13  # rad: a shorter stick is a touch, not a stop
@@ -66,6 +68,18 @@ def snap_bound(slide: Oscillator, v: float, a: float) -> float:
     r, zeta, rate = slide.r, slide.zeta, slide.rate
     energy = sqrt(v * v + r * r * a * a) + rate * min(1.0, 1.0 / r)
     return (slide.rate2 + energy / r + 2.0 * zeta / r * (rate + (1.0 + 2.0 * zeta) * energy)) / (r * r)
+
+
+def stiff_bound(slide: Oscillator, v: float, a: float, bend: float) -> float:
+    """Bound |v'''|, as `snap_bound`, where the dashpot is stronger than the spring: far from then on, too.
+
+    a follows F' - v by ``r^2 a' + 2 zeta r a = F' - v``: it never exceeds what it is now, or the right side over 2 zeta
+    r; v'' follows F'' - a alike, and what the two leave over r^2 is v'''.
+    """
+    r, thick, rate = slide.r, 2.0 * slide.zeta * slide.r, slide.rate
+    speed = sqrt(v * v + r * r * a * a) + rate * min(1.0, 1.0 / r)
+    gain = max(abs(a), (rate + speed) / thick)
+    return (slide.rate2 + gain + thick * max(abs(bend), (slide.rate2 + gain) / thick)) / (r * r)
 
 
 def least_step(speed: float, gain: float, jerk: float, reach: float) -> float:
@@ -122,7 +136,10 @@ def slide_end(
             tally[EVALUATIONS] += 1.0
         if side * v <= 0.0:
             break
-        step = cubic_step(side * v, side * a, side * bend, snap_bound(slide, v, a), reach)
+        snap = snap_bound(slide, v, a)
+        if slide.zeta > 1.0:
+            snap = min(snap, stiff_bound(slide, v, a, bend))
+        step = cubic_step(side * v, side * a, side * bend, snap, reach)
         t += step
         if step <= 2e-16 * t:
             break
@@ -238,7 +255,7 @@ def stick(
 
 
 def advance(rig: Rig, force: Force, tau: float, end: float, z: float, v: float, room: Room) -> tuple[float, float, int]:
-    """Carry the motion from tau to end, event by event; return z, v there and how it ended (DONE or CHATTER).
+    """Carry the motion from tau to end, event by event; return z, v there and how it ended (DONE, CHATTER, TIRED).
 
     The decision at v = 0 comes before any search: a pull F - z within static friction sticks, else the mass slides
     towards F. The jacobian is multiplied from the left by the derivative of the end state with respect to the start
@@ -252,6 +269,8 @@ def advance(rig: Rig, force: Force, tau: float, end: float, z: float, v: float, 
         budget -= 1.0
         if budget < 0.0:
             return z, v, CHATTER
+        if room.meter[0] < 0.0:
+            return z, v, TIRED
         push, rate = local_force(tau, force)
         pull, load = push - z, contact.beta * (1.0 + contact.gradient * z)
         side = 1.0 if v > 0.0 or (v == 0.0 and pull > 0.0) else -1.0
@@ -265,7 +284,9 @@ def advance(rig: Rig, force: Force, tau: float, end: float, z: float, v: float, 
             jump = min(1.0, max(0.0, a / before))
             jacobian[2], jacobian[3] = jacobian[2] * jump, jacobian[3] * jump
         start, rest, slide = State(z, v, a), end - tau, rig.rising if side > 0.0 else rig.falling
+        looks = tally[EVALUATIONS]
         span, way, v, before = slide_end(slide, force, start, side, rate, rest, tally)
+        room.meter[0] -= len(force.p) * (tally[EVALUATIONS] - looks + 1.0)
         z += way
         fresh = 1.0
         record(room, side, tau, span, start)

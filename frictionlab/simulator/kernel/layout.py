@@ -55,6 +55,7 @@ class Room(NamedTuple):
     tally: Buffer
     phases: Buffer  # recorded
     wall: Force  # motion of the wall; empty: it stands
+    meter: Buffer  # 1: looks at a slide left, each as many as the force has harmonics
 
 
 class State(NamedTuple):
@@ -93,7 +94,9 @@ class Past(NamedTuple):
 
 Found = tuple[Leg, float, float, float, int]  # leg, z, v, miss, code
 
-DONE, CHATTER, WANDERS = 0, 1, 2  # how a motion ended; WANDERS: it does not repeat, and motions beside it part
+# How a motion ended; WANDERS: it does not repeat, and motions beside it part; TIRED: the meter has run out.
+DONE, CHATTER, WANDERS = 0, 1, 2
+TIRED = 4
 
 # A recorded phase: direction (0: stuck), tau, duration, z, v, a.
 PHASE = 6
@@ -110,8 +113,9 @@ START, SPAN, TURNS, SIGN, START_Z, START_V = range(11, 17)
 ROW = 17
 
 # Outcomes; RUNAWAY: a slide's stiffness is not positive, PULLING: friction would turn into a pull on the orbit,
-# PARTING: the motion does not repeat, and its MISS is the factor by which a neighbour's distance grows in a cycle.
-PERIODIC, STUCK, UNBOUNDED, NOT_FOUND, CHATTERED, RUNAWAY, PULLING, PARTING, OVERFULL = range(9)
+# PARTING: the motion does not repeat, and its MISS is the factor by which a neighbour's distance grows in a cycle;
+# COSTLY: the search took more slides than it may.
+PERIODIC, STUCK, UNBOUNDED, NOT_FOUND, CHATTERED, RUNAWAY, PULLING, PARTING, COSTLY, OVERFULL = range(10)
 
 # A point of a map: r, then the contact's numbers.
 POINT = 7

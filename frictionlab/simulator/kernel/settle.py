@@ -16,6 +16,7 @@ from frictionlab.simulator.kernel.layout import (
     PATH,
     PHASES,
     STOPS_MADE,
+    TIRED,
     TURN,
     WANDERS,
     Buffer,
@@ -143,9 +144,9 @@ def shortest(rig: Rig, force: Force, leg: Leg, z: float, v: float, miss: float, 
     for turns in range(1, int(leg.turns)):
         if int(leg.turns) % turns == 0:
             part = Leg(leg.tau, leg.span, float(turns), leg.sign)
-            iz, iv, _ = carry(rig, force, part, z, v, room)
+            iz, iv, code = carry(rig, force, part, z, v, room)
             size = hypot(z, rig.plain.r * v) + room.tally[PATH]
-            if hypot(iz - z, rig.plain.r * (iv - v)) <= 1e-9 * size:
+            if code == DONE and hypot(iz - z, rig.plain.r * (iv - v)) <= 1e-9 * size:
                 z, v, miss, _ = finish(rig, force, part, z, v, room)
                 return part, z, v, miss, DONE
     return leg, z, v, miss, DONE
@@ -185,6 +186,9 @@ def attract(rig: Rig, force: Force, z: float, v: float, home: Home, room: Room) 
     for at in range(1, PATIENCE * each + 1):
         z, v, code = carry(rig, force, leg, z, v, room)
         held = held + 1 if room.tally[PATH] == 0.0 else 0
+        if code == TIRED:
+            now, old = ring[(at - 1) % len(ring)], ring[(at - 2) % len(ring)]
+            return leg, now.z, now.v, hypot(now.z - old.z, r * (now.v - old.v)), code
         if code != DONE or held == each:
             return Leg(0.0, TURN, 1.0, 1.0), -z if each == 2 and at % 2 == 1 else z, v, 0.0, code
         if hypot(z - home.z, r * (v - home.v)) < home.near:

@@ -3,7 +3,7 @@
 from math import hypot, sqrt
 
 from frictionlab.simulator.kernel.events import carry
-from frictionlab.simulator.kernel.layout import DONE, HIGH, LOW, PATH, Buffer, Force, Leg, Rig, Room
+from frictionlab.simulator.kernel.layout import DONE, HIGH, LOW, PATH, TIRED, Buffer, Force, Leg, Rig, Room
 
 __all__ = ["newton_target", "pulls", "shoot", "spectral_radius", "symmetric_force"]
 
@@ -69,6 +69,8 @@ def shoot(
         for _ in range(patience):
             z, v = iz, iv
             iz, iv, code = carry(rig, force, leg, z, v, room)
+            if code == TIRED:
+                return z, v, miss, code
             miss = hypot(iz - z, r * (iv - v))
         patience = min(2 * patience, 64)
     return z, v, miss, code
