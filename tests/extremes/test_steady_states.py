@@ -203,11 +203,15 @@ def test_a_search_without_end_is_given_up_by_name(
 
 def test_plain_python_hands_long_searches_over(monkeypatch: pytest.MonkeyPatch) -> None:
     """What plain Python began is begun again by the compiled kernel: the same numbers, and no minutes of waiting."""
-    problem, asked = Problem(0.3, 0.4), list[str]()
+    problem, asked, true = Problem(0.3, 0.4), list[str](), engine.compiled
+
+    def watched() -> engine.Engine:
+        asked.append("compiled")
+        return true()
+
     monkeypatch.setattr(engine, "is_worth_it", lambda _: False)
     monkeypatch.setattr(engine, "hand_over_after", lambda: 10.0)
-    true = engine.compiled
-    monkeypatch.setattr(engine, "compiled", lambda: (asked.append("compiled"), true())[1])
+    monkeypatch.setattr(engine, "compiled", watched)
     state = steady_state(problem)
     assert asked == ["compiled"]
     monkeypatch.undo()

@@ -91,6 +91,7 @@ def settles_on(state: SteadyState, cycles: int, within: float = 1e-6) -> bool:
         (0.5121197761124843, 0.07441647649423469, 3.6826938397865323, "exact", 1),  # Den Hartog's motion is one as well
         (0.6234660581699062, 0.20550050936337488, 3.0411110863917155, "exact", 3),
         (0.3167453932053987, 0.18109537586196128, 2.2410659501989008, "exact", 1),
+        (0.46886842, 0.17425558, 3.04799425, "exact", 1),  # another has as many phases, and stands at the section
         (0.7, 0.5, 1.5, "closed-form", 1),
     ],
 )

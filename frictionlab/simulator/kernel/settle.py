@@ -13,6 +13,7 @@ from frictionlab.simulator.kernel.continuous import continuous_orbit, continuous
 from frictionlab.simulator.kernel.events import carry
 from frictionlab.simulator.kernel.layout import (
     DONE,
+    FIRST,
     PATH,
     PHASES,
     STOPS_MADE,
@@ -56,8 +57,12 @@ EAGER = 64  # legs after each of which a return is looked for; later after every
 
 
 def phases_passed(room: Room) -> float:
-    """Return a number that is the same for two motions through the same phases: how many, and how many stops."""
-    return room.tally[PHASES] + 4096.0 * room.tally[STOPS_MADE]
+    """Return a number that is the same for two motions through the same phases.
+
+    How many phases and stops there are, and whether a stop comes first: else one motion that stands at the section
+    looks like another that has just left its stop there.
+    """
+    return room.tally[PHASES] + 4096.0 * room.tally[STOPS_MADE] + 0.5 * room.tally[FIRST]
 
 
 def stretch(jacobian: Buffer, dz: float, dv: float, r: float) -> tuple[float, float, float]:
