@@ -2,14 +2,15 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.identification.identify import SURE, TOLD
-from frictionlab.planning.apart import Apart, apart_of
+from frictionlab.identification.ladder import REQUIRED
+from frictionlab.planning.apart import Apart, apart_of, known_or_none, over_coulomb
 from frictionlab.planning.candidates import candidates, check_free, laboratory, told_values
 from frictionlab.planning.hours import LaboratoryTime, laboratory_time
 from frictionlab.planning.information import Told, told_by
@@ -22,9 +23,9 @@ from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.sweep import named
 
 FloatArray = NDArray[np.float64]
-SLIDES = 100.0  # simulated for one candidate, roughly
+SLIDES = 100.0  # to see what one candidate tells, roughly
 SWEEPS = 2  # through the tests chosen, each put to the test again
-ROUNDS = 3  # of a choice between two laws
+NEAR = 60  # candidates of a choice between two laws to which both are fitted, at least
 AGAIN = 1e-9  # of what a test tells: a tie goes to one not chosen yet
 HOUR = 3600.0
 
@@ -78,30 +79,51 @@ def plan_tests(
     lab = laboratory(scene, law, measured)
     check_free(lab, aim)
     possible = candidates(lab)
-    choose(SLIDES * len(possible))
+    choose(SLIDES * _work(len(possible), tests, between=against is not None))
     outlook, time = outlook_of(lab, possible), laboratory_time(scene, possible)
     told = told_by(outlook)
     allowed = _allowed(outlook, told)
     known = np.eye(len(outlook.coordinates)) + _told_before(measured, outlook)
     limits = _Limits(time, allowed, tests, math.inf if hours is None else hours * HOUR, scene.plan.most_repeats)
     if against is None:
-        between, order = None, _pick(_least_error(told, known, _aimed(outlook, aim)), limits)
+        order = _pick(_least_error(told, known, _aimed(outlook, aim)), limits)
+        some = np.flatnonzero(allowed) if everything else np.unique(order)
+        row = _alone(over_coulomb(outlook, told, some))
     else:
-        between, order = _decide(apart_of(outlook, told, against), limits, everything=everything)
-    some = np.flatnonzero(allowed).tolist() if everything else order
-    return _plan(outlook, weighed(outlook, told, some), limits, known, order, between)
+        open_to, between = _near(apart_of(outlook, told, against), limits)
+        order = _pick(between.gain, open_to)
+        some = np.flatnonzero(open_to.allowed) if everything else np.unique(order)
+        row = between.fitted(some).judged(some).row
+    every = _Every(outlook, weighed(outlook, told, some.tolist()), time, known, row)
+    rest = [int(i) for i in np.flatnonzero(allowed) if i not in set(order)]
+    chosen = tuple(every.test(i, order[: rank + 1]) for rank, i in enumerate(order))
+    notes = _notes(outlook, chosen, against)
+    return Plan(outlook.lab.law.name, against, chosen, tuple(every.test(i) for i in rest), notes)
 
 
-def _decide(between: Apart, limits: "_Limits", *, everything: bool) -> tuple[Apart, list[int]]:
-    """Tests between two laws: chosen about first values, and again about those that fit the tests chosen."""
-    order: list[int] = []
-    for _ in range(ROUNDS):
-        before, order = order, _pick(between.gain, limits)
-        if order == before:
-            break
-        between = between.settled(order)
-    some = np.flatnonzero(limits.allowed & between.tells) if everything else np.unique(order)
-    return between.judged(some), order
+def _work(count: int, tests: int, *, between: bool) -> float:
+    """What a plan simulates, over what one candidate's information takes, roughly."""
+    return 3.0 * count + 14.0 * min(count, NEAR) + 4.0 * tests if between else count + 8.0 * tests
+
+
+EvidenceRow = Callable[[int, Sequence[int] | None], dict[str, float | None]]
+
+
+def _alone(evidence: FloatArray) -> EvidenceRow:
+    """Evidence of single tests for the rows of a plan."""
+    return lambda i, order: {"log_bayes": known_or_none(float(evidence[i]))}  # noqa: ARG005
+
+
+def _near(between: Apart, limits: "_Limits") -> tuple["_Limits", Apart]:
+    """Two laws, each at its own best values for the candidates that promise most about their first values."""
+    limits = replace(limits, allowed=limits.allowed & between.tells)
+    if not limits.allowed.any():
+        raise UsageError(
+            f"against: the candidates that plan.largest_response_m allows tell nothing of {between.against}: allow a"
+            " larger response, or change the ranges of [plan]"
+        )
+    rate = np.where(limits.allowed, between.gain([]) / limits.time.more([]), -math.inf)
+    return limits, between.fitted(np.argsort(-rate)[: max(NEAR, 4 * limits.tests)])
 
 
 def _aimed(outlook: Outlook, aim: Sequence[str]) -> NDArray[np.bool_]:
@@ -215,31 +237,24 @@ def _ranked(chosen: list[int], gain: Gain, limits: _Limits) -> list[int]:
     return order
 
 
-def _plan(
-    outlook: Outlook, told: Told, limits: _Limits, known: FloatArray, order: list[int], between: Apart | None = None
-) -> Plan:
-    rest = [int(i) for i in np.flatnonzero(limits.allowed) if i not in set(order)]
-    every = _Every(outlook, told, limits.time, known, between)
-    chosen = tuple(every.test(i, order[: rank + 1]) for rank, i in enumerate(order))
-    others = tuple(every.test(i) for i in rest)
-    against = None if between is None else between.against
-    return Plan(outlook.lab.law.name, against, chosen, others, _notes(outlook, len(order)))
-
-
-def _notes(outlook: Outlook, count: int) -> tuple[str, ...]:
+def _notes(outlook: Outlook, tests: Sequence[PlannedTest], against: str | None) -> tuple[str, ...]:
+    """What is assumed, and what the plan will not do."""
     plan, notes = outlook.lab.scene.plan, outlook.lab.notes
-    if count == 1 or plan.repeatability or plan.drift_per_hour:
-        return notes
-    return (*notes, "plan.repeatability: not given: friction is taken to be the same in every test")
+    if len(tests) > 1 and not plan.repeatability and not plan.drift_per_hour:
+        notes = (*notes, "plan.repeatability: not given: friction is taken to be the same in every test")
+    after = tests[-1].log_bayes_after
+    if against is not None and after is not None and after < REQUIRED:
+        laws = f"{outlook.lab.law.name} from {against}"
+        said = f"{REQUIRED:g} decides, {after:.2g} is expected; allow more tests, or larger values in plan.expected"
+        notes = (*notes, f"against: these tests are not expected to tell {laws}: {said}")
+    return notes
 
 
 class _Every:
     """Candidates as rows of a plan; what they share is computed once."""
 
-    def __init__(
-        self, outlook: Outlook, told: Told, time: LaboratoryTime, known: FloatArray, between: Apart | None
-    ) -> None:
-        self.outlook, self.told, self.time, self.known, self.between = outlook, told, time, known, between
+    def __init__(self, outlook: Outlook, told: Told, time: LaboratoryTime, known: FloatArray, row: EvidenceRow) -> None:
+        self.outlook, self.told, self.time, self.known, self.row = outlook, told, time, known, row
         self.names = [c.name for c in outlook.coordinates if c.law]
         self.units, self.values = _units(outlook), outlook.values(outlook.expected)
         self.law = law = np.flatnonzero(outlook.law)
@@ -251,7 +266,6 @@ class _Every:
         self.regimes = named(told.here.rows)["regime"]
         self.responses = _responses(outlook, told)
         self.more = time.more([])
-        self.log_bayes = _over_coulomb(outlook, alone)
 
     def _sure(self, spread: FloatArray) -> NDArray[np.bool_]:
         """Whether tests tell the law's parameters, by the rule of a fit: known better, and away from doing nothing."""
@@ -263,8 +277,6 @@ class _Every:
     def test(self, i: int, order: Sequence[int] | None = None) -> PlannedTest:
         """One candidate as a row; `order`: the tests up to it, if it is chosen."""
         columns, tells = self.outlook.columns, bool(self.tells[i])
-        evidence = {} if self.between is None else self.between.row(i, order)
-        log_bayes = float(self.log_bayes[i]) if tells and len(self.law) > 1 else None
         return PlannedTest(
             rank=None if order is None else len(order),
             frequency_ratio=float(columns.r[i]),
@@ -282,7 +294,7 @@ class _Every:
             drive_frequency_hz=float(columns.drive_hz[i]),
             values={name: float(self.values[name][i]) for name in self.names},
             told={name: bool(told) for name, told in zip(self.names, self.is_told[i], strict=True)},
-            **{"log_bayes": log_bayes, **evidence},
+            **self.row(i, order),
         )
 
     def _named(self, errors: FloatArray, *, tells: bool) -> dict[str, float | None]:
@@ -303,15 +315,6 @@ def _units(outlook: Outlook) -> FloatArray:
 
 def _deviations(precision: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt(np.diagonal(np.linalg.inv(precision), axis1=-2, axis2=-1)))
-
-
-def _over_coulomb(outlook: Outlook, precision: FloatArray) -> FloatArray:
-    """Evidence (n,) to expect of the law's further terms: half of chi-square less what their priors cost."""
-    more = np.array([i for i, c in enumerate(outlook.coordinates) if c.law and i > 0], dtype=np.intp)
-    covariance = np.linalg.inv(precision)[:, more[:, None], more]
-    away = np.array([_from_neutral(outlook, i) for i in more])
-    gain = 0.5 * away @ np.linalg.solve(covariance, np.broadcast_to(away[:, None], (len(covariance), len(more), 1)))
-    return np.asarray(gain[:, 0] + 0.5 * np.linalg.slogdet(covariance)[1])
 
 
 def _from_neutral(outlook: Outlook, i: int) -> float:

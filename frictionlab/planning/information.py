@@ -1,8 +1,8 @@
 """What each candidate would tell: Fisher's information on the shared coordinates, nuisances beside the law.
 
-The noise of a test's mean cycle has the form ``a 1 + U U^T``: white noise and steps of the mass sensor in a, and what
-no law explains; in the columns of U the base sensor's noise, friction that scatters from cycle to cycle, and friction
-that differs from test to test.
+The noise of a test's mean cycle has the form ``D + U U^T``: white noise and steps of the mass sensor in the diagonal D,
+and what no law explains; in the columns of U the base sensor's noise, friction that scatters from cycle to cycle, and
+friction that differs from test to test.
 """
 
 from dataclasses import dataclass
@@ -11,28 +11,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.identification.observed import harmonics_of, parts
-from frictionlab.planning.outlook import HARMONICS, SAMPLES, Outlook, Shown, later
+from frictionlab.planning.outlook import POINTS, Outlook, Shown, later
 
 FloatArray = NDArray[np.float64]
 HOUR = 3600.0
-CUTS = 8  # ways in which the change of friction may lie in the cycles
-GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)  # of a turn: it spreads places evenly
+CUTS = 8  # places at which friction may change in a cycle
+RISES = 0.75  # of a turn of the base's cosine: where a cycle begins
 
 
 @dataclass(frozen=True)
 class Noise:
-    """Covariance of mean cycles: ``white`` (n,) times 1, and ``columns`` (n, 2 K, q) times their transpose."""
+    """Covariance of mean cycles: ``own`` (n, 2 K or 1) on its diagonal, and ``columns`` (n, 2 K, q) squared."""
 
-    white: FloatArray
+    own: FloatArray
     columns: FloatArray
 
     def within(self, one: FloatArray, other: FloatArray) -> FloatArray:
         """``one^T C^-1 other`` for each test: (n, 2 K, p) and (n, 2 K, s) give (n, p, s)."""
-        turned = np.swapaxes(self.columns, 1, 2)
-        inner = turned @ self.columns + self.white[:, None, None] * np.eye(self.columns.shape[2])
+        share = 1.0 / self.own[:, :, None]
+        turned = np.swapaxes(self.columns * share, 1, 2)
+        inner = turned @ self.columns + np.eye(self.columns.shape[2])
         left, right = turned @ one, turned @ other
-        found = np.swapaxes(one, 1, 2) @ other - np.swapaxes(left, 1, 2) @ np.linalg.solve(inner, right)
-        return np.asarray(found / self.white[:, None, None])
+        found = np.swapaxes(one * share, 1, 2) @ other - np.swapaxes(left, 1, 2) @ np.linalg.solve(inner, right)
+        return np.asarray(found)
+
+    def only(self, some: NDArray[np.intp]) -> "Noise":
+        """The same of some tests."""
+        return Noise(self.own[some], self.columns[some])
 
 
 def noise_of(outlook: Outlook, here: Shown, by_friction: FloatArray, *, repeated: bool = True) -> Noise:
@@ -60,7 +65,8 @@ def noise_of(outlook: Outlook, here: Shown, by_friction: FloatArray, *, repeated
     if repeated and (plan.repeatability or plan.drift_per_hour):
         directions.append(_between(outlook)[:, None, None] * by_friction[:, :, None])
     unexplained = plan.model_error**2 * (here.mean**2).sum(axis=1) / here.mean.shape[1]
-    return Noise(2.0 * one / (samples * cycles) + unexplained, np.concatenate(directions, axis=2))
+    white = 2.0 * one / (samples * cycles) + unexplained
+    return Noise(white[:, None], np.concatenate(directions, axis=2))
 
 
 def _between(outlook: Outlook) -> FloatArray:
@@ -73,14 +79,14 @@ def _between(outlook: Outlook) -> FloatArray:
 def after_cuts(by_friction: FloatArray, cuts: int = CUTS) -> FloatArray:
     """The part of a cycle's change by friction that the next one's friction makes: (n, 2 K, cuts).
 
-    Where cycles are cut and where friction changes in them is chance: each of the cuts has a place and a share of its
-    own.
+    Cycles begin where the base rises through zero; where friction changes in them is chance: one place for each cut.
     """
-    count, lines = HARMONICS, np.zeros((len(by_friction), SAMPLES // 2 + 1), dtype=np.complex128)
-    lines[:, 1 : count + 1] = 0.5 * SAMPLES * (by_friction[:, :count] - 1j * by_friction[:, count:])
-    cycle = np.fft.irfft(lines, SAMPLES, axis=1)
-    number = np.arange(cuts)[:, None]
-    since = (np.arange(SAMPLES) / SAMPLES - GOLDEN * number) % 1.0
+    count = by_friction.shape[1] // 2
+    samples, number = POINTS * count, np.arange(cuts)[:, None]
+    lines = np.zeros((len(by_friction), samples // 2 + 1), dtype=np.complex128)
+    lines[:, 1 : count + 1] = 0.5 * samples * (by_friction[:, :count] - 1j * by_friction[:, count:])
+    cycle = np.fft.irfft(lines, samples, axis=1)
+    since = (np.arange(samples) / samples - RISES) % 1.0
     after = since >= (number + 0.5) / cuts
     return np.swapaxes(parts(harmonics_of(cycle[:, None, :] * after, count)), 1, 2)
 
@@ -97,6 +103,11 @@ class Told:
     noise: Noise
     information: FloatArray
     own: FloatArray
+
+    def only(self, some: NDArray[np.intp]) -> "Told":
+        """The same of some tests."""
+        here = Shown(self.here.rows[some], self.here.mean[some])
+        return Told(here, self.slopes[some], self.noise.only(some), self.information[some], self.own[some])
 
     @property
     def tells(self) -> NDArray[np.bool_]:

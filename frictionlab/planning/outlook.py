@@ -23,8 +23,8 @@ from frictionlab.simulator.sweep import Family as Problems
 
 FloatArray = NDArray[np.float64]
 Indices = Sequence[int] | NDArray[np.intp]
-HARMONICS = 32
-SAMPLES = 4 * HARMONICS  # of a simulated cycle
+HARMONICS = 32  # unless said otherwise
+POINTS = 4  # of a simulated cycle for each harmonic
 DIGITS = 12  # to which problems must agree to share a state
 OVER_AMPLITUDE = {"gradient": 1, "slip_distance": -1, "stribeck_speed": -1, "rate_speed": -1, "reference_speed": -1}
 OVER_FREQUENCY = {"bristle_damping": 1, "stribeck_speed": -1, "rate_speed": -1, "reference_speed": -1, "lag": 1}
@@ -70,13 +70,15 @@ class Shown:
 class Outlook:
     """Candidates under one law.
 
-    ``coordinates``: shared by all, the law's first; ``scales`` (n, m): of each test's own value over the shared one.
+    ``coordinates``: shared by all, the law's first; ``scales`` (n, m): of each test's own value over the shared one;
+    ``harmonics``: of each cycle.
     """
 
     lab: Laboratory
     columns: Columns
     coordinates: tuple[Coordinate, ...]
     scales: FloatArray
+    harmonics: int = HARMONICS
 
     @property
     def law(self) -> NDArray[np.bool_]:
@@ -93,7 +95,7 @@ class Outlook:
 
     def under(self, lab: Laboratory) -> "Outlook":
         """The same candidates under another law."""
-        return _outlook(lab, self.columns)
+        return replace(_outlook(lab, self.columns), harmonics=self.harmonics)
 
     def only(self, chosen: Indices) -> "Outlook":
         """The same of some candidates."""
@@ -114,9 +116,9 @@ class Outlook:
         values = self.values(points)
         family, problems = self._problems(values)
         unique, back = np.unique(np.round(problems, DIGITS), axis=0, return_inverse=True)
-        rows, cycles = steady_cycles(unique, family, SAMPLES)
-        lines = harmonics_of(cycles, HARMONICS)[back.ravel()]
-        order, none = np.arange(1, HARMONICS + 1), np.zeros(len(problems))
+        rows, cycles = steady_cycles(unique, family, POINTS * self.harmonics)
+        lines = harmonics_of(cycles, self.harmonics)[back.ravel()]
+        order, none = np.arange(1, self.harmonics + 1), np.zeros(len(problems))
         turned = np.exp(1j * np.outer(values.get("lag", none), order)) * (1.0 + values.get("gain", none))[:, None]
         return Shown(rows[back.ravel()], parts(lines * turned))
 

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.identification.coordinates import Coordinate
-from frictionlab.identification.fit import fit
+from frictionlab.identification.fit import Fit, fit, log_evidence
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.observed import Observed
 from frictionlab.planning import plan_tests, running_order, sheet_rows, steps
@@ -125,19 +126,28 @@ PLACE, SPEED = "coulomb+place", "coulomb+speed"
 SMALL = {"gradient": 5e-4, "contact_damping_ratio": 2e-3}
 
 
-def test_sums_give_the_best_fit_of_the_other_law() -> None:
-    """The twin: the fit of an identification, to the cycle that the law that holds shows, under the same noise."""
-    tests = [Candidate(0.7, 1.0, BASE_M, 60.0)]
-    outlook = outlook_of(laboratory(scene(expected=SMALL), PLACE), tests)
-    apart = apart_of(outlook, told_by(outlook), SPEED).settled([0])
+def test_evidence_is_that_of_the_fits() -> None:
+    """The twin: an identification's fits of both laws to the cycle that the one shows, and their evidence.
+
+    Noise that a fit takes in lowers its cost by the trace of the posterior covariance over the information.
+    """
+    outlook = outlook_of(laboratory(scene(expected=SMALL), PLACE), [Candidate(0.7, 1.0, BASE_M, 60.0)])
+    apart = apart_of(outlook, told_by(outlook), SPEED).fitted(np.array([0]))
     for way in apart.ways:
         noise, mean = way.told.noise, way.told.here.mean[0]
-        covariance = noise.white[0] * np.eye(len(mean)) + noise.columns[0] @ noise.columns[0].T
+        covariance = np.diag(noise.own[0]) + noise.columns[0] @ noise.columns[0].T
         seen = Observed(mean, mean[None, :], covariance, 0.0, 1, math.inf, 1.0, 0.0, 0.0 * covariance)
-        forward = Forward(way.rival.lab.family(0.7), _own(way.rival), len(mean) // 2)
-        found = fit(forward, seen, [way.point], excess=1.0)
-        cost = found.chi_square + float(found.point @ found.point)
-        assert float(way.sums.cost(way.point)[0]) == pytest.approx(cost, rel=0.01, abs=0.05)
+        both = (_fitted(way.truth, way.truth.expected, seen), _fitted(way.rival, way.points[0], seen))
+        here, there = (log_evidence(found) + 0.5 * _taken_in(found) for found in both)
+        assert float(way.evidence[0]) == pytest.approx(here - there, rel=0.05, abs=0.05)  # one step is not followed
+
+
+def _fitted(outlook: Outlook, start: NDArray[np.float64], seen: Observed) -> Fit:
+    return fit(Forward(outlook.lab.family(0.7), _own(outlook), seen.harmonics), seen, [start], excess=1.0)
+
+
+def _taken_in(found: Fit) -> float:
+    return float(np.trace(np.linalg.solve(found.precision, found.jacobian.T @ found.jacobian)))
 
 
 def _own(outlook: Outlook) -> tuple[Coordinate, ...]:

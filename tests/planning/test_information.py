@@ -11,7 +11,7 @@ from frictionlab.identification.observed import by_base, parts
 from frictionlab.planning.candidates import Candidate, candidates, laboratory
 from frictionlab.planning.information import Noise, noise_of, told_by
 from frictionlab.planning.outlook import HARMONICS, outlook_of
-from frictionlab.planning.weights import losses, weighed
+from frictionlab.planning.weights import as_weighed, losses, seen_by_fit, weighed
 from tests.identification.contacts import BASE_M, NATURAL_HZ
 from tests.planning.rig import STIFFNESS, scene
 
@@ -89,7 +89,7 @@ def test_noise_is_what_it_is_made_of() -> None:
 
 def test_no_columns_of_noise_but_white_is_least_squares() -> None:
     slopes = np.random.default_rng(3).standard_normal((2, 6, 3))
-    noise = Noise(np.array([0.5, 2.0]), np.zeros((2, 6, 1)))
+    noise = Noise(np.array([[0.5], [2.0]]), np.zeros((2, 6, 1)))
     slow = np.stack([slopes[0].T @ slopes[0] / 0.5, slopes[1].T @ slopes[1] / 2.0])
     np.testing.assert_allclose(noise.within(slopes, slopes), slow)
 
@@ -122,7 +122,7 @@ def test_weights_that_few_cycles_give_cost_more_the_more_friction_scatters() -> 
         told = told_by(outlook)
         lossy = weighed(outlook, told, range(len(tests)))
         ratio = np.sqrt(np.diagonal(told.own, axis1=1, axis2=2) / np.diagonal(lossy.own, axis1=1, axis2=2))
-        np.testing.assert_allclose(ratio[0, :3], losses(outlook, told, 0))
+        np.testing.assert_allclose(ratio[0, :3], losses(seen_by_fit(outlook, 0)))
         np.testing.assert_allclose(ratio[:, 3:], 1.0)
         return [float(value) for value in ratio[0, :3]]
 
@@ -130,3 +130,16 @@ def test_weights_that_few_cycles_give_cost_more_the_more_friction_scatters() -> 
     assert max(still) < 1.05
     assert scattering[2] > 1.2
     assert loss([Candidate(0.3, 1.0, BASE_M, 4.5)]) == [1.0, 1.0, 1.0]  # two cycles tell nothing of their scatter
+
+
+def test_what_a_fit_takes_for_noise_is_found_without_drawing() -> None:
+    """The twin: the median over draws of cycles, shrunk as a fit shrinks them, of what the harmonics tell."""
+    outlook = outlook_of(laboratory(scene(cycle_scatter=0.01), LAW), TESTS)
+    roughly = as_weighed(outlook, told_by(outlook)).own
+    for i in range(len(TESTS)):
+        seen = seen_by_fit(outlook, i)
+        slopes = seen.told.slopes[0][:, :3]
+        drawn = np.median([np.diag(slopes.T @ np.linalg.solve(found, slopes)) for found in seen.found], axis=0)
+        ratio = np.diag(roughly[i])[:3] / drawn
+        assert (ratio > 0.25).all()
+        assert (ratio < 4.0).all()
