@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh
 
 from frictionlab.analysis.energy import lag_one
 from frictionlab.analysis.measurement import Measurement
@@ -200,8 +201,14 @@ def _togetherness(single: FloatArray) -> float:
     """By how much neighbours that hang together raise the variance of a mean, by the cycles' main direction."""
     about = single - single.mean(axis=0)
     if len(about) > about.shape[1]:  # the same, and cheaper where cycles are many
-        return together(about @ np.linalg.eigh(about.T @ about)[1][:, -1])
-    return together(np.linalg.eigh(about @ about.T)[1][:, -1])
+        return together(about @ _main(about.T @ about))
+    return together(_main(about @ about.T))
+
+
+def _main(product: FloatArray) -> FloatArray:
+    """Eigenvector (d,) of the largest eigenvalue of a symmetric matrix (d, d)."""
+    last = len(product) - 1
+    return np.asarray(eigh(product, subset_by_index=[last, last])[1][:, 0])
 
 
 def together(values: FloatArray) -> float:

@@ -7,7 +7,7 @@ and the evidence of several tests is their sum, as a campaign takes it.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,8 +22,9 @@ from frictionlab.planning.weights import Seen, as_weighed, seen_by_fit
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IndexArray = NDArray[np.intp]
+Slopes = Mapping[str, FloatArray]
 STEPS = 12  # of Gauss and Newton to the other law's best values, at most
-DONE = 0.01  # share of the cost that a step must save to be followed by another
+DONE = 0.03  # share of the cost that a step must save to be followed by another
 FARTHEST = 2.0  # deviations a step goes at most
 
 
@@ -71,27 +72,29 @@ class Way:
         points[some], evidence[some] = best, _evidence(self.truth, told, rival, best)
         return replace(self, points=points, evidence=evidence)
 
-    def judged(self, some: IndexArray) -> "Way":
-        """The same with the weights that a fit may find, of some tests: the median over draws of them."""
+    def judged(self, seen: Mapping[int, Seen]) -> "Way":
+        """The same with the weights that a fit may find, of tests as it will see them: the median over their draws."""
         evidence = self.evidence.copy()
-        for i in some:
-            evidence[i] = np.median(_drawn(seen_by_fit(self.truth, int(i)), self.rival, self.points[i], int(i)))
+        for i, test in seen.items():
+            evidence[i] = np.median(_drawn(test, self.rival, self.points[i], i))
         return replace(self, evidence=evidence)
 
 
-def sums_of(told: Told, rival: Outlook, points: FloatArray) -> Sums:
+def sums_of(told: Told, rival: Outlook, points: FloatArray, known: Slopes | None = None) -> Sums:
     """What each test says of the rival at some values: nothing where either law has no steady motion."""
-    gap, slopes = _apart(told, rival, points)
+    gap, slopes = _apart(told, rival, points, known)
     within = told.noise.within
     return Sums(within(gap, gap)[:, 0, 0], within(slopes, gap)[:, :, 0], within(slopes, slopes))
 
 
-def _apart(told: Told, rival: Outlook, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _apart(
+    told: Told, rival: Outlook, points: FloatArray, known: Slopes | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Gap (n, 2 K, 1) to what the rival shows at some values, and its slopes (n, 2 K, m) there."""
     shown = rival.show(points)
     usable = told.tells & shown.moves
     gap = np.where(usable[:, None], told.here.mean - shown.mean, 0.0)[:, :, None]
-    return gap, rival.slopes(points, shown) * usable[:, None, None]
+    return gap, rival.slopes(points, shown, known) * usable[:, None, None]
 
 
 def _costs(told: Told, rival: Outlook, points: FloatArray) -> FloatArray:
@@ -104,24 +107,39 @@ def _costs(told: Told, rival: Outlook, points: FloatArray) -> FloatArray:
 
 def _best(told: Told, rival: Outlook, points: FloatArray) -> FloatArray:
     """The rival's best values (n, m) for each test alone, by damped steps of Gauss and Newton."""
-    low, high = (np.array(side) for side in zip(*((c.low, c.high) for c in rival.coordinates), strict=True))
-    cost = _costs(told, rival, points)
+    points, cost, left = points.copy(), _costs(told, rival, points), np.arange(len(points))
     for _ in range(STEPS):
-        step, before = sums_of(told, rival, points).step(points), cost
-        step = step / np.maximum(1.0, np.abs(step).max(axis=-1, keepdims=True) / FARTHEST)
-        for share in (1.0, 0.25):
-            trial = np.clip(points + share * step, low, high)
-            there = _costs(told, rival, trial)
-            better = there < cost
-            points, cost = np.where(better[:, None], trial, points), np.where(better, there, cost)
-        if not np.any(cost < (1.0 - DONE) * before):
+        some, others = told.only(left), rival.only(left)
+        points[left], now = _stepped(some, others, points[left], cost[left])
+        worth, cost[left] = now < (1.0 - DONE) * cost[left], now
+        left = left[worth]
+        if not len(left):
             break
     return points
 
 
-def _evidence(truth: Outlook, told: Told, rival: Outlook, points: FloatArray) -> FloatArray:
+def _stepped(told: Told, rival: Outlook, points: FloatArray, cost: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Points one step on, and their cost: as they were where no share of the step is better."""
+    low, high = (np.array(side) for side in zip(*((c.low, c.high) for c in rival.coordinates), strict=True))
+    step, here = sums_of(told, rival, points).step(points), points
+    step = step / np.maximum(1.0, np.abs(step).max(axis=-1, keepdims=True) / FARTHEST)
+    points, cost, left = points.copy(), cost.copy(), np.arange(len(points))
+    for share in (1.0, 0.25):
+        trial = np.clip(here[left] + share * step[left], low, high)
+        there = _costs(told.only(left), rival.only(left), trial)
+        better = there < cost[left]
+        points[left[better]], cost[left[better]] = trial[better], there[better]
+        left = left[~better]
+        if not len(left):
+            break
+    return points, cost
+
+
+def _evidence(
+    truth: Outlook, told: Told, rival: Outlook, points: FloatArray, known: Slopes | None = None
+) -> FloatArray:
     """Logarithm of the Bayes factor (n,) to expect of each test, by what all tests are roughly weighed by."""
-    sums = sums_of(told, rival, points)
+    sums = sums_of(told, rival, points, known)
     return _log_bayes(truth, told.own, told.own, rival, points, sums, sums.slope2)
 
 
@@ -134,14 +152,11 @@ def _drawn(seen: Seen, rival: Outlook, point: FloatArray, i: int) -> FloatArray:
     unexplained = truth.lab.scene.plan.model_error**2 * float(mean @ mean) / len(mean)
     weights = np.linalg.inv(seen.found + unexplained * np.eye(len(mean)))
     points = np.broadcast_to(point, (len(weights), len(point)))
-    sums = Sums(
-        (gap.T @ weights @ gap)[:, 0, 0], (slopes.T @ weights @ gap)[:, :, 0], np.asarray(slopes.T @ weights @ slopes)
-    )
-    own, true = told.slopes[0], seen.true + unexplained * np.eye(len(mean))
-    noise = weights @ true @ weights
-    return _log_bayes(
-        truth, own.T @ weights @ own, own.T @ noise @ own, other, points, sums, np.asarray(slopes.T @ noise @ slopes)
-    )
+    turned = weights @ slopes
+    sums = Sums((gap.T @ (weights @ gap))[:, 0, 0], (slopes.T @ (weights @ gap))[:, :, 0], slopes.T @ turned)
+    true, mine = seen.true + unexplained * np.eye(len(mean)), weights @ told.slopes[0]
+    own, own_noise = told.slopes[0].T @ mine, np.swapaxes(mine, 1, 2) @ true @ mine
+    return _log_bayes(truth, own, own_noise, other, points, sums, np.swapaxes(turned, 1, 2) @ true @ turned)
 
 
 def _log_bayes(
@@ -180,10 +195,14 @@ def _weight(outlook: Outlook, precision: FloatArray, noise: FloatArray, best: Fl
 
 @dataclass(frozen=True)
 class Apart:
-    """Two laws to be told apart: ``ways``: the first holds, the second holds; ``known`` (n,): tests that are judged."""
+    """Two laws to be told apart: ``ways``: the first holds, the second holds.
+
+    ``at_best`` (n,): tests to which both are fitted; ``known`` (n,): tests that are judged.
+    """
 
     against: str
     ways: tuple[Way, Way]
+    at_best: BoolArray
     known: BoolArray
 
     @property
@@ -203,15 +222,16 @@ class Apart:
 
     def fitted(self, some: IndexArray) -> "Apart":
         """The same with each law at its own best values for some tests."""
-        one, other = self.ways
-        return replace(self, ways=(one.fitted(some), other.fitted(some)))
+        (one, other), at_best = self.ways, self.at_best.copy()
+        some, at_best[some] = some[~at_best[some]], True
+        return replace(self, ways=(one.fitted(some), other.fitted(some)), at_best=at_best) if len(some) else self
 
-    def judged(self, some: IndexArray) -> "Apart":
-        """The same with the evidence of some tests as the fits will find it."""
-        one, other = self.ways
-        known = self.known.copy()
-        known[some] = True
-        return replace(self, ways=(one.judged(some), other.judged(some)), known=known)
+    def judged(self, seen: Mapping[int, Seen]) -> "Apart":
+        """The same with the evidence of some tests, as a fit will see them, as the fits will find it."""
+        (one, other), known = self.ways, self.known.copy()
+        known[list(seen)] = True
+        rest = seen_by_fit(other.truth, seen)
+        return replace(self, ways=(one.judged(seen), other.judged(rest)), known=known)
 
     def row(self, i: int, order: Sequence[int] | None) -> dict[str, float | None]:
         """Evidence of a test for the columns of a plan."""
@@ -243,7 +263,8 @@ def apart_of(outlook: Outlook, told: Told, against: str) -> Apart:
             " change normal_forces_n, base_amplitudes_m or frequency_ratios of [plan]"
         )
     ways = _way(outlook, told, other), _way(other, there, outlook)
-    return Apart(lab.law.name, ways, np.zeros(len(told.tells), dtype=bool))
+    none = np.zeros(len(told.tells), dtype=bool)
+    return Apart(lab.law.name, ways, none, none)
 
 
 def known_or_none(value: float) -> float | None:
@@ -251,20 +272,27 @@ def known_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def over_coulomb(outlook: Outlook, told: Told, some: IndexArray) -> FloatArray:
-    """Logarithm of the Bayes factor (n,) to expect for the law over plain Coulomb friction; NaN of all others."""
+def over_coulomb(outlook: Outlook, told: Told, seen: Mapping[int, Seen]) -> FloatArray:
+    """Logarithm of the Bayes factor (n,) to expect for the law over plain Coulomb friction, of tests that a fit sees.
+
+    NaN of all others, and where the law is plain Coulomb friction itself.
+    """
     lab, evidence = outlook.lab.under("coulomb"), np.full(len(told.tells), np.nan)
-    some = some[told.tells[some]]
+    some = np.array([i for i in seen if told.tells[i]], dtype=np.intp)
     if lab.law.name != outlook.lab.law.name and len(some):
         one = outlook.only(some)
         way, every = _way(one, told.only(some), one.under(lab)), np.arange(len(some))
-        evidence[some] = way.fitted(every).judged(every).evidence
+        evidence[some] = way.fitted(every).judged({k: seen[i] for k, i in enumerate(some.tolist())}).evidence
     return evidence
 
 
 def _way(truth: Outlook, told: Told, rival: Outlook) -> Way:
-    """One way, the rival where it is nearest at once: what both laws have as it holds, its further terms at rest."""
+    """One way, the rival where it is nearest at once: what both laws have as it holds, its further terms at rest.
+
+    What both have is taken to act alike under both, until the rival is fitted.
+    """
     shared = dict(zip((c.name for c in truth.coordinates), truth.expected, strict=True))
     point = np.array([shared.get(c.name, c.low if c.folded else 0.0) for c in rival.coordinates])
     points, weighed = np.tile(point, (len(told.tells), 1)), as_weighed(truth, told)
-    return Way(truth, weighed, rival, points, _evidence(truth, weighed, rival, points))
+    alike = {c.name: told.slopes[:, :, k] for k, c in enumerate(truth.coordinates) if c in rival.coordinates}
+    return Way(truth, weighed, rival, points, _evidence(truth, weighed, rival, points, alike))

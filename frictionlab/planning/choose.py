@@ -16,7 +16,7 @@ from frictionlab.planning.hours import LaboratoryTime, laboratory_time
 from frictionlab.planning.information import Told, told_by
 from frictionlab.planning.outlook import Outlook, outlook_of
 from frictionlab.planning.plan import Plan, PlannedTest
-from frictionlab.planning.weights import weighed
+from frictionlab.planning.weights import seen_by_fit, weighed
 from frictionlab.scene import Scene
 from frictionlab.simulator.engine import choose
 from frictionlab.simulator.kernel import layout
@@ -25,7 +25,7 @@ from frictionlab.simulator.sweep import named
 FloatArray = NDArray[np.float64]
 SLIDES = 100.0  # to see what one candidate tells, roughly
 SWEEPS = 2  # through the tests chosen, each put to the test again
-NEAR = 60  # candidates of a choice between two laws to which both are fitted, at least
+NEAR = 40  # candidates of a choice between two laws to which both are fitted, at least
 AGAIN = 1e-9  # of what a test tells: a tie goes to one not chosen yet
 HOUR = 3600.0
 
@@ -88,13 +88,15 @@ def plan_tests(
     if against is None:
         order = _pick(_least_error(told, known, _aimed(outlook, aim)), limits)
         some = np.flatnonzero(allowed) if everything else np.unique(order)
-        row = _alone(over_coulomb(outlook, told, some))
+        seen = seen_by_fit(outlook, some.tolist())
+        row = _alone(over_coulomb(outlook, told, seen))
     else:
         open_to, between = _near(apart_of(outlook, told, against), limits)
         order = _pick(between.gain, open_to)
         some = np.flatnonzero(open_to.allowed) if everything else np.unique(order)
-        row = between.fitted(some).judged(some).row
-    every = _Every(outlook, weighed(outlook, told, some.tolist()), time, known, row)
+        seen = seen_by_fit(outlook, some.tolist())
+        row = between.fitted(some).judged(seen).row
+    every = _Every(outlook, weighed(outlook, told, seen), time, known, row)
     rest = [int(i) for i in np.flatnonzero(allowed) if i not in set(order)]
     chosen = tuple(every.test(i, order[: rank + 1]) for rank, i in enumerate(order))
     notes = _notes(outlook, chosen, against)

@@ -139,10 +139,15 @@ class Outlook:
         family = Problems(lab.law.name, (*own, "frame_damping_ratio"), lab.scene.model.wall)
         return family, np.stack([given[name] for name in family.coordinates], axis=1)
 
-    def slopes(self, points: FloatArray, here: Shown) -> FloatArray:
-        """Derivatives (n, 2 K, m) by the coordinates; zero where neither neighbour has a steady state."""
-        points = np.broadcast_to(points, self.scales.shape)
-        return np.stack([self._slope(i, c, points, here) for i, c in enumerate(self.coordinates)], axis=2)
+    def slopes(self, points: FloatArray, here: Shown, known: Mapping[str, FloatArray] | None = None) -> FloatArray:
+        """Derivatives (n, 2 K, m) by the coordinates; zero where neither neighbour has a steady state.
+
+        ``known``: those (n, 2 K) that need not be found, by name.
+        """
+        points, known = np.broadcast_to(points, self.scales.shape), known or {}
+        every = enumerate(self.coordinates)
+        columns = [known[c.name] if c.name in known else self._slope(i, c, points, here) for i, c in every]
+        return np.stack(columns, axis=2)
 
     def _slope(self, i: int, c: Coordinate, points: FloatArray, here: Shown) -> FloatArray:
         width = c.width * self.scales[:, i, None]

@@ -5,7 +5,7 @@ parameter's error is larger than the best it could be, and two laws are less far
 them. By how much is seen by drawing cycles of the noise to expect and weighing by what they show, as the fit does.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,8 +42,12 @@ class Seen:
     true: FloatArray
 
 
-def seen_by_fit(outlook: Outlook, i: int) -> Seen:
-    """Return one test as a fit will see it."""
+def seen_by_fit(outlook: Outlook, some: Iterable[int]) -> dict[int, Seen]:
+    """Return some tests as a fit will see them, by their numbers."""
+    return {i: _seen(outlook, i) for i in some}
+
+
+def _seen(outlook: Outlook, i: int) -> Seen:
     rate = outlook.lab.scene.plan.sampling_rate_hz
     ratio, drive = float(outlook.columns.r[i]), float(outlook.columns.drive_hz[i])
     one = replace(outlook.only([i]), harmonics=harmonics_told(ratio, rate / drive))
@@ -115,12 +119,12 @@ def _precision(slopes: FloatArray, weights: FloatArray) -> FloatArray:
     return np.asarray(slopes.T @ weights @ slopes + np.eye(slopes.shape[1]))
 
 
-def weighed(outlook: Outlook, told: Told, some: Sequence[int]) -> Told:
-    """Return what tests tell with the weights that a fit will find; of the tests named, the others as they are."""
+def weighed(outlook: Outlook, told: Told, seen: Mapping[int, Seen]) -> Told:
+    """Return what tests tell with the weights that a fit will find; of the tests it sees, the others as they are."""
     own = told.own.copy()
-    for i in set(some):
+    for i, test in seen.items():
         share = np.ones(len(outlook.law))
-        share[outlook.law] = 1.0 / losses(seen_by_fit(outlook, i))
+        share[outlook.law] = 1.0 / losses(test)
         own[i] *= np.outer(share, share)
     return replace(told, information=of_contact(outlook, own), own=own)
 

@@ -157,6 +157,20 @@ def _line(case: Case, law: str, test: str, promise: float, got: FloatArray) -> s
     return f"{both:58s}{test:14s}{promise:11.3g}{middle:11.3g}{promise / middle:8.2f}   {low:.3g} to {high:.3g}"
 
 
+HEAD = f"{'':58s}{'test':14s}{'promised':>11s}{'achieved':>11s}{'ratio':>8s}   8 of 10 recordings"
+
+
+def summary(lines: list[str]) -> str:
+    """How many promises of sets that decide hold."""
+    both = [line for line in lines if line[58:].startswith("both")]
+    told = [float(line[94:102]) for line in both if float(line[83:94]) > 5.0]
+    inside = sum(1.0 / NEAR <= ratio <= NEAR for ratio in told)
+    return (
+        f"{inside} of {len(told)} sets that decide within {1 / NEAR:.2f} to {NEAR:g}; median {np.median(told):.2f},"
+        f" from {min(told):.2f} to {max(told):.2f}"
+    )
+
+
 def main(repeats: int, cases: tuple[Case, ...] = CASES) -> None:
     """Write the table."""
     compiled()
@@ -165,8 +179,12 @@ def main(repeats: int, cases: tuple[Case, ...] = CASES) -> None:
         lines += lines_of(case, repeats)
         sys.stdout.write("\n".join(lines[-6:]) + "\n")
         sys.stdout.flush()
-    sys.stdout.write(f"{time.process_time() - begin:.0f} CPU s\n")
+    if len(cases) == len(CASES):
+        head = f"{repeats} recordings a test and law: medians of the difference of log evidence"
+        cost = f"{time.process_time() - begin:.0f} CPU s"
+        RESULT.write_text("\n".join([head, HEAD, *lines, "", summary(lines), cost]) + "\n")
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 8)
+    some = CASES[int(sys.argv[2]) : int(sys.argv[3])] if len(sys.argv) > 3 else CASES
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 8, some)

@@ -120,9 +120,10 @@ def test_weights_that_few_cycles_give_cost_more_the_more_friction_scatters() -> 
     def loss(tests: list[Candidate], **plan: object) -> list[float]:
         outlook = outlook_of(laboratory(scene(**plan), LAW), tests)
         told = told_by(outlook)
-        lossy = weighed(outlook, told, range(len(tests)))
+        seen = seen_by_fit(outlook, range(len(tests)))
+        lossy = weighed(outlook, told, seen)
         ratio = np.sqrt(np.diagonal(told.own, axis1=1, axis2=2) / np.diagonal(lossy.own, axis1=1, axis2=2))
-        np.testing.assert_allclose(ratio[0, :3], losses(seen_by_fit(outlook, 0)))
+        np.testing.assert_allclose(ratio[0, :3], losses(seen[0]))
         np.testing.assert_allclose(ratio[:, 3:], 1.0)
         return [float(value) for value in ratio[0, :3]]
 
@@ -136,8 +137,7 @@ def test_what_a_fit_takes_for_noise_is_found_without_drawing() -> None:
     """The twin: the median over draws of cycles, shrunk as a fit shrinks them, of what the harmonics tell."""
     outlook = outlook_of(laboratory(scene(cycle_scatter=0.01), LAW), TESTS)
     roughly = as_weighed(outlook, told_by(outlook)).own
-    for i in range(len(TESTS)):
-        seen = seen_by_fit(outlook, i)
+    for i, seen in seen_by_fit(outlook, range(len(TESTS))).items():
         slopes = seen.told.slopes[0][:, :3]
         drawn = np.median([np.diag(slopes.T @ np.linalg.solve(found, slopes)) for found in seen.found], axis=0)
         ratio = np.diag(roughly[i])[:3] / drawn
