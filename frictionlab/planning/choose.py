@@ -105,7 +105,8 @@ def plan_tests(
 
 def _work(count: int, tests: int, *, between: bool) -> float:
     """What a plan simulates, over what one candidate's information takes, roughly."""
-    return 3.0 * count + 14.0 * min(count, NEAR) + 4.0 * tests if between else count + 8.0 * tests
+    chosen = min(count, tests)
+    return 3.0 * count + 14.0 * min(count, NEAR) + 4.0 * chosen if between else count + 8.0 * chosen
 
 
 EvidenceRow = Callable[[int, Sequence[int] | None], dict[str, float | None]]
