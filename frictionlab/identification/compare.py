@@ -172,6 +172,7 @@ def _compared(
     judged = judge(cycle.mass, prediction.cycle, found.fit.observed.floor)
     said = [*measurement.warnings, *found.warnings, *state.warnings, *_of_verdict(found, judged, ladder)]
     if ladder is not None:
+        said += _required_untold(found)
         said += [f"law {name}: not compared: {why}" for name, why in ladder.left_out.items()]
     if prediction.cycle is None:
         said.append(f"no prediction: {state.outcome}")
@@ -272,6 +273,18 @@ def _of_verdict(found: Identified, judged: Judged, ladder: Ladder | None) -> lis
         return []
     missed = f"what it misses is {judged.misfit:.2g} times the standard error of the measured mean cycle"
     return [f"verdict: {found.family.law.name} does not explain this cycle: {missed}; {_next_step(found, ladder)}"]
+
+
+def _required_untold(found: Identified) -> list[str]:
+    """Say of a term that is required though no value of it is told why both are so."""
+    return [
+        f"law: the recording requires the term {term.name}, for without it cycles are predicted worse; how much of it"
+        " there is it does not tell, for errors of sensors and rig do nearly the same: declare them in [sensors], [rig]"
+        for term in found.family.law.terms
+        if (own := [found.parameters[p.name] for p in term.parameters if p.name in found.family.free])
+        and term.name != "coulomb"
+        and not any(e.told for e in own)
+    ]
 
 
 def _next_step(found: Identified, ladder: Ladder | None) -> str:

@@ -7,7 +7,7 @@ through the fit (so that friction which changes from cycle to cycle is seen as s
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from scipy.special import log_ndtr
 
 from frictionlab.errors import AnalysisError
-from frictionlab.identification.coordinates import Coordinate, values_of
+from frictionlab.identification.coordinates import Coordinate, strain_slopes, strains, values_of
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.observed import Observed, of_neighbours
 
@@ -81,12 +81,22 @@ class Fit:
     @property
     def cost(self) -> float:
         """What was made least: chi-square, and what the priors add."""
-        return self.chi_square / self.excess + float(self.point @ self.point)
+        return self.chi_square / self.excess + self.strain
+
+    @property
+    def strain(self) -> float:
+        """What the priors add to the sum of squares."""
+        return float((strains(self.coordinates, self.point) ** 2).sum())
+
+    @property
+    def hold(self) -> FloatArray:
+        """How firmly each prior holds its coordinate (n,) here: 1 but where a prior has tails."""
+        return strain_slopes(self.coordinates, self.point) ** 2
 
     @property
     def precision(self) -> FloatArray:
         """Inverse of the posterior covariance (n, n), by the curvature."""
-        return np.asarray(self.jacobian.T @ self.jacobian / self.excess + np.eye(len(self.point)))
+        return np.asarray(self.jacobian.T @ self.jacobian / self.excess + np.diag(self.hold))
 
 
 def fit(forward: Forward, observed: Observed, starts: Sequence[FloatArray], *, excess: float | None = None) -> Fit:
@@ -157,23 +167,24 @@ def cost(forward: Forward, observed: Observed, point: FloatArray, excess: float)
     if predicted is None:
         return math.inf
     gap = observed.whitener @ (observed.cosine_sine - predicted)
-    return float(gap @ gap) / excess + float(point @ point)
+    return float(gap @ gap) / excess + float((strains(forward.coordinates, point) ** 2).sum())
 
 
 def _fitted(forward: Forward, observed: Observed, start: FloatArray, excess: float) -> Fit:
     whitener, weight = observed.whitener, 1.0 / math.sqrt(excess)
     far = FAR * (whitener @ observed.cosine_sine)
+    predict = _remembered(forward)
 
     def residuals(point: FloatArray) -> FloatArray:
-        predicted = forward.predict(point)
+        predicted = predict(point)
         gap = far if predicted is None else whitener @ (observed.cosine_sine - predicted)
-        return np.concatenate([weight * gap, point])
+        return np.concatenate([weight * gap, strains(forward.coordinates, point)])
 
     def slopes(point: FloatArray) -> FloatArray:
-        here = forward.predict(point)
+        here, held = predict(point), np.diag(strain_slopes(forward.coordinates, point))
         if here is None:
-            return np.vstack([np.zeros((len(far), len(point))), np.eye(len(point))])
-        return np.vstack([-weight * (whitener @ forward.jacobian(point, here)), np.eye(len(point))])
+            return np.vstack([np.zeros((len(far), len(point))), held])
+        return np.vstack([-weight * (whitener @ forward.jacobian(point, here)), held])
 
     low, high = (np.array(side) for side in zip(*((c.low, c.high) for c in forward.coordinates), strict=True))
     most = MOST_STEPS if forward.family.law.kind == "rigid" else STEPS_NOT_RIGID
@@ -186,14 +197,28 @@ def _fitted(forward: Forward, observed: Observed, start: FloatArray, excess: flo
         xtol=1e-10,
     )
     point = np.maximum(np.where(found.x - low < 1e-6, low, found.x), low)
-    predicted = forward.predict(point)
+    predicted = predict(point)
     if predicted is None:
         point = found.x
-        predicted = forward.predict(point)
+        predicted = predict(point)
     if predicted is None:
         raise AnalysisError(f"law {forward.family.law.name}: the best values found have no steady state")
     jacobian = whitener @ forward.jacobian(point, predicted)
     return Fit(forward, observed, point, whitener @ (observed.cosine_sine - predicted), jacobian, excess)
+
+
+def _remembered(forward: Forward) -> Callable[[FloatArray], FloatArray | None]:
+    """What a point predicts, remembered for the last two points: slopes are asked for where residuals have been."""
+    known: list[tuple[FloatArray, FloatArray | None]] = []
+
+    def predict(point: FloatArray) -> FloatArray | None:
+        for there, predicted in known:
+            if np.array_equal(there, point):
+                return predicted
+        known[:] = [*known[-1:], (point.copy(), forward.predict(point))]
+        return known[-1][1]
+
+    return predict
 
 
 @dataclass(frozen=True)
@@ -215,13 +240,14 @@ def errors_of(found: Fit) -> Errors:
 
     With the gain K of the fit (coordinates over data) and the Jacobian J, an error e of the data and an error c of what
     was known before leave ``K e + (1 - K J) c``: the first is the statistical error, the second what the priors add.
-    ``1 - K J`` is the posterior covariance P, so that the nuisance k adds ``P[i, k]`` to the coordinate i.
+    ``1 - K J`` is the posterior covariance P, so that the nuisance k adds ``P[i, k]`` to the coordinate i. A prior with
+    tails counts as the normal one that holds as firmly at the best values.
     """
     law = np.array([c.law for c in found.coordinates], dtype=bool)
     joint = np.linalg.inv(found.precision)
     noise = noise_of(found)
     own = (joint[:, law] ** 2).sum(axis=1)
-    return Errors(np.where(law, np.sqrt(np.diag(noise) + own), 0.0), noise + joint @ joint.T)
+    return Errors(np.where(law, np.sqrt(np.diag(noise) + own), 0.0), noise + joint * found.hold @ joint.T)
 
 
 def noise_of(found: Fit) -> FloatArray:
@@ -268,7 +294,8 @@ def _by_noise(found: Fit, gain: FloatArray) -> FloatArray:
     sensor = observed.sensor * (white**2).sum(axis=1)
     weight = 1.0 / math.sqrt(found.excess)
     slopes: FloatArray = np.asarray(weight * np.linalg.solve(observed.whitener, found.jacobian), dtype=np.float64)
-    moved = weight * np.concatenate([part @ _gain(slopes, covariance).T for part, covariance in observed.left_out])
+    gains = (_gain(slopes, covariance, found.hold) for _, covariance in observed.left_out)
+    moved = weight * np.concatenate([part @ g.T for (part, _), g in zip(observed.left_out, gains, strict=True)])
     n = len(moved)
     few = (n - 1.0) / max(n - 3.0, 1.0)  # Student: the scatter of few cycles is itself not well known
     hang = np.array([of_neighbours(series) for series in moved.T])
@@ -276,10 +303,10 @@ def _by_noise(found: Fit, gain: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(sensor, scatter) + np.einsum("ij,jk,ik->i", white, observed.of_base, white))
 
 
-def _gain(slopes: FloatArray, covariance: FloatArray) -> FloatArray:
+def _gain(slopes: FloatArray, covariance: FloatArray, hold: FloatArray) -> FloatArray:
     """What a fit makes of data: coordinates (n, 2 K) over harmonics, priors counted."""
     weighed = np.linalg.solve(covariance, slopes)
-    return np.asarray(np.linalg.solve(slopes.T @ weighed + np.eye(slopes.shape[1]), weighed.T))
+    return np.asarray(np.linalg.solve(slopes.T @ weighed + np.diag(hold), weighed.T))
 
 
 def _by_misfit(found: Fit, gain: FloatArray) -> FloatArray:
@@ -298,10 +325,10 @@ def log_evidence(found: Fit) -> float:
     precision = found.precision
     _, determinant = np.linalg.slogdet(precision)
     noise = 2.0 * float(np.log(np.diag(found.observed.whitener)).sum())
-    total = -0.5 * found.chi_square + 0.5 * noise - 0.5 * float(found.point @ found.point) - 0.5 * float(determinant)
-    total -= 0.5 * len(found.residual) * math.log(2.0 * math.pi)
+    total = -0.5 * found.chi_square + 0.5 * noise - 0.5 * found.strain - 0.5 * float(determinant)
+    total += sum(c.log_peak for c in found.coordinates) - 0.5 * len(found.residual) * math.log(2.0 * math.pi)
     covariance = np.linalg.inv(precision)
-    gradient = found.jacobian.T @ found.residual / found.excess - found.point  # of minus the cost
+    gradient = found.jacobian.T @ found.residual / found.excess - found.point  # of minus the cost, without tails
     for i, c in enumerate(found.coordinates):
         if not c.folded:
             continue

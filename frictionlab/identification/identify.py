@@ -32,6 +32,7 @@ ELASTIC_PHASES = 200.0  # of one steady state of an elastic contact of usual sti
 AS_KNOWN = "sensors and rig held as known"  # the share of not correcting them
 VAGUE = 0.1  # relative standard error from which a friction ratio is called vague
 PRESSED = 3.0  # deviations from what is known of the rig at which a nuisance is told
+CORRECTED = 9.0  # by which correcting sensors and rig must lower the sum of squares: three errors of one of them
 
 
 @dataclass(frozen=True)
@@ -87,8 +88,8 @@ def identify(measurement: Measurement, family: Family, sources: Sources) -> Iden
     """Return the best values of a law for a measured cycle, each with its errors.
 
     Sensors and rig are fitted beside the law, each held by what is known of it. Where the law alone leaves no more than
-    noise, the cycle gives no reason to correct them: the values of the law alone are given, and their errors hold how
-    far the other fit is from them.
+    noise, and no correction of sensors and rig lowers that much, the cycle gives no reason to correct them: the values
+    of the law alone are given, and their errors hold how far the other fit is from them.
 
     Raises
     ------
@@ -101,16 +102,22 @@ def identify(measurement: Measurement, family: Family, sources: Sources) -> Iden
     starts = starts_of(measurement, forward, observed)
     plain = replace(forward, coordinates=tuple(c for c in forward.coordinates if c.law))
     held = _by_cost([fit(plain, observed, [start[: len(plain.coordinates)]]) for start in starts])
-    as_it_is = misfit_is_noise(held[0])
-    if as_it_is:  # the rig is nearly as it is known: the valleys that matter can be told without it
+    as_noise = misfit_is_noise(held[0])
+    if as_noise:  # the rig is nearly as it is known: the valleys that matter can be told without it
         known = starts[0][len(plain.coordinates) :]
         starts = [np.concatenate([found.point, known]) for found in (held[0], *_near(held))]
     fits = _by_cost([fit(forward, observed, [start]) for start in starts])
+    as_it_is = as_noise and _gained(held[0], fits[0]) < CORRECTED
     found = released(held[0], forward) if as_it_is else fits[0]
     errors = errors_as_known(found, held[0], fits[0]) if as_it_is else errors_of(found)
     richer = _under_a_richer_law(measurement, sources, found)
     told = with_errors(family, found, rivals=_rivals(fits), richer=richer, errors=errors)
     return replace(told, moved=fits[0] if as_it_is else None)
+
+
+def _gained(held: Fit, moved: Fit) -> float:
+    """By how much the sum of squares falls, priors counted, when sensors and rig are moved beside the law."""
+    return held.chi_square + held.strain - moved.chi_square - moved.strain
 
 
 def _under_a_richer_law(measurement: Measurement, sources: Sources, found: Fit) -> float | None:
@@ -134,7 +141,7 @@ def _under_a_richer_law(measurement: Measurement, sources: Sources, found: Fit) 
 def _by_cost(fits: list[Fit]) -> list[Fit]:
     """Fits in order of their misfit, weighed alike."""
     excess = min(found.excess for found in fits)
-    return sorted(fits, key=lambda found: found.chi_square / excess + float(found.point @ found.point))
+    return sorted(fits, key=lambda found: found.chi_square / excess + found.strain)
 
 
 def prepare(family: Family, states: int) -> None:
@@ -202,7 +209,7 @@ def with_errors(
     own = {p.name: parameters.get(p.name, ParameterEstimate(values[p.name])) for p in family.law.parameters}
     own["beta"] = _with_law(_widened(own["beta"], rivals), richer)
     by_law = {} if richer is None else {"the law itself": abs(richer - own["beta"].value)}
-    said = (*_caveats(own, rivals, richer), *_pressed(known, family), *_bounded(own))
+    said = (*_caveats(own, rivals, richer), *_pressed(found, family), *_bounded(own))
     return Identified(family, found, errors, own, known, shares(found, errors) | by_law, said)
 
 
@@ -270,7 +277,7 @@ def _caveats(
     if richer is not None:
         said.append(
             f"friction_ratio: {beta.value:.4g} under this law, {richer:.4g} if friction may vary with place and speed;"
-            " its error holds the difference: choose the law with --law auto"
+            " its error holds the difference"
         )
     if rivals:
         told = " and ".join(f"{rival:.4g}" for rival in rivals)
@@ -297,29 +304,41 @@ CAUSES = {
 }
 
 
-def _pressed(known: dict[str, tuple[float, float, float]], family: Family) -> tuple[str, ...]:
+def _pressed(found: Fit, family: Family) -> tuple[str, ...]:
     """Say which known quantity the fit had to push away from what is known of it."""
     said = []
-    for name, (value, _, width) in known.items():
-        middle = family.held.get(name, 0.0)
-        if abs(value - middle) > PRESSED * width:
-            said.append(
-                f"friction_ratio: the fit moved {CAUSES[name]} by {value - middle:.2g}, which is"
-                f" {abs(value - middle) / width:.2g} times its standard uncertainty: check it"
-            )
+    for c, at in zip(found.coordinates, found.point, strict=True):
+        moved = c.value(float(at)) - family.held.get(c.name, 0.0)
+        if c.law or abs(moved) <= PRESSED * c.width:
+            continue
+        count, unit = c.unit
+        against = "what is assumed where none is declared: measure it and declare it"
+        if math.isinf(c.tail):
+            against = "its standard uncertainty: check it"
+        moved_by = f"{count * moved:.2g}{unit}, which is {abs(moved) / c.width:.2g} times {against}"
+        said.append(f"friction_ratio: the fit moved {CAUSES[c.name]} by {moved_by}")
     return tuple(dict.fromkeys(said))
 
 
 def _bounded(own: dict[str, ParameterEstimate]) -> tuple[str, ...]:
-    said = []
-    for name, e in own.items():
-        if name == "beta" or e.se is None or e.told:
-            continue
-        side = f"at most {e.upper:.3g}" if e.lower is None and e.upper is not None else f"from {e.lower} to {e.upper}"
-        if e.upper is None and e.lower is not None:
-            side = f"at least {e.lower:.3g}"
-        said.append(f"{name}: this test does not tell it; {side} (95 %)")
-    return tuple(said)
+    return tuple(
+        f"{name}: this test does not tell it; {limits_in_words(e.lower, e.upper)} (95 %)"
+        for name, e in own.items()
+        if name != "beta" and e.se is not None and not e.told
+    )
+
+
+def limits_in_words(lower: float | None, upper: float | None) -> str:
+    """Limits of a parameter as words; a side without one is not named.
+
+    Examples
+    --------
+    >>> limits_in_words(None, 0.0312), limits_in_words(20.0, None), limits_in_words(-0.1, 0.1)
+    ('at most 0.0312', 'at least 20', 'from -0.1 to 0.1')
+    """
+    if lower is None or upper is None:
+        return "no limit" if lower is upper else f"at most {upper:.3g}" if lower is None else f"at least {lower:.3g}"
+    return f"from {lower:.3g} to {upper:.3g}"
 
 
 def shares(found: Fit, errors: Errors) -> dict[str, float]:
@@ -333,7 +352,8 @@ def shares(found: Fit, errors: Errors) -> dict[str, float]:
     i = names.index("beta")
     slope = found.coordinates[i].slope(float(found.point[i]))
     left = np.linalg.inv(found.precision)[i]
-    by_cause = {c.name: slope * abs(float(left[k])) for k, c in enumerate(found.coordinates) if not c.law}
+    firm = np.sqrt(found.hold)
+    by_cause = {c.name: slope * abs(float(left[k] * firm[k])) for k, c in enumerate(found.coordinates) if not c.law}
     apart = slope * float(np.broadcast_to(errors.apart, len(names))[i])
     by_cause |= {AS_KNOWN: apart} if apart else {}
     rest = slope**2 * float(errors.combined[i, i]) - sum(share**2 for share in by_cause.values())

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError, ParameterError, SimulationError, UsageError
-from frictionlab.identification.coordinates import Coordinate
+from frictionlab.identification.coordinates import Coordinate, strains
 from frictionlab.identification.family import Family
 from frictionlab.identification.fit import Fit, fit, log_evidence
 from frictionlab.identification.forward import Forward
@@ -24,12 +24,13 @@ from frictionlab.identification.identify import (
     STATES,
     Identified,
     coordinates_of,
+    forward_of,
     identify,
     misfit_is_noise,
     prepare,
     with_errors,
 )
-from frictionlab.identification.observed import Observed
+from frictionlab.identification.observed import Observed, observe_cycle
 from frictionlab.identification.valleys import start_at, starts_of
 from frictionlab.simulator.laws import TERMS, Law, law_of
 from frictionlab.uncertainty import Sources
@@ -93,18 +94,13 @@ def climb(measurement: Measurement, family: Family, sources: Sources) -> Ladder:
     """
     ladder = _Climb(measurement, family, sources)
     prepare(family, 10 * STATES)
-    begin = time.perf_counter()
-    first = identify(measurement, family, sources)
-    bottom = ladder.rung(first.fit, begin, None)
-    bottom_required = replace(bottom, required=True)
-    top = ladder.upward(bottom_required, EXACT)
+    bottom = ladder.bottom()
+    top = ladder.upward(bottom, EXACT)
     if not misfit_is_noise(top.identified.fit):
-        top = ladder.onto_numeric(bottom_required, top)
-    if top.law.name != first.family.law.name:
-        first = identify(measurement, family.under(top.law), sources)
-    top = replace(top, identified=first)
-    told = {bottom.law.name: bottom_required, top.law.name: top}
-    return Ladder(tuple(told.get(rung.law.name, rung) for rung in ladder.rungs), top, ladder.left_out)
+        top = ladder.onto_numeric(bottom, top)
+    top = replace(top, identified=identify(measurement, family.under(top.law), sources))
+    rungs = tuple(top if rung.law.name == top.law.name else rung for rung in ladder.rungs)
+    return Ladder(rungs, top, ladder.left_out)
 
 
 class _Climb:
@@ -114,6 +110,14 @@ class _Climb:
         self.measurement, self.family, self.sources = measurement, family, sources
         self.rungs: list[Rung] = []
         self.left_out: dict[str, str] = {}
+
+    def bottom(self) -> Rung:
+        """Plain Coulomb friction, which every recording begins with."""
+        begin, observed = time.perf_counter(), observe_cycle(self.measurement)
+        forward = forward_of(self.family, self.measurement, self.sources, observed)
+        starts = starts_of(self.measurement, forward, observed)
+        found = min((fit(forward, observed, [start], excess=1.0) for start in starts), key=lambda f: f.cost)
+        return self.rung(found, begin, None)
 
     def upward(self, here: Rung, terms: tuple[str, ...]) -> Rung:
         """Climb from a rung, one term at a time (or two where no single one helps), as far as it is required."""
@@ -187,11 +191,9 @@ class _Climb:
         return max(fewer, default=below.log_evidence)
 
     def rung(self, found: Fit, begin: float, below: Rung | None) -> Rung:
-        """Put a fit on the ladder."""
-        if found.excess != 1.0:
-            found = fit(found.forward, found.observed, [found.point], excess=1.0)
+        """Put a fit on the ladder; the bottom is required anyway."""
         evidence, left_out = log_evidence(found), held_out(found)
-        required = below is not None and evidence - self._simpler(found, below) > REQUIRED
+        required = below is None or evidence - self._simpler(found, below) > REQUIRED
         if below is not None and required:
             better = below.held_out[1] - left_out[1]
             required = float(better.mean()) > float(better.std(ddof=1)) / math.sqrt(len(better))
@@ -260,7 +262,7 @@ def held_out(found: Fit) -> FloatArray:
     slopes = np.linalg.solve(observed.whitener, found.jacobian)
     predicted = observed.cosine_sine - np.linalg.solve(observed.whitener, found.residual)
     known = np.array([not c.law for c in found.coordinates])
-    strain = float(found.point[known] @ found.point[known])  # a rig that is not as it is known to be is no prediction
+    strain = float((strains(found.coordinates, found.point)[known] ** 2).sum())  # a rig unlike itself is no prediction
     left = []
     for block in blocks:
         others = np.delete(observed.each, block, axis=0).mean(axis=0)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from frictionlab.errors import AnalysisError
-from frictionlab.identification.coordinates import point_of
+from frictionlab.identification.coordinates import point_of, strain_slopes, strains
 from frictionlab.identification.fit import Errors, Fit
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.observed import Observed
@@ -92,13 +92,13 @@ def _followed(forward: RecordForward, start: FloatArray, spread: float) -> Float
     def residuals(point: FloatArray) -> FloatArray:
         predicted = forward.predict(point)
         gap = far if predicted is None else (mass - predicted) / spread
-        return np.concatenate([gap, point])
+        return np.concatenate([gap, strains(forward.coordinates, point)])
 
     def slopes(point: FloatArray) -> FloatArray:
-        here = forward.predict(point)
+        here, held = forward.predict(point), np.diag(strain_slopes(forward.coordinates, point))
         if here is None:
-            return np.vstack([np.zeros((len(mass), len(point))), np.eye(len(point))])
-        return np.vstack([-forward.jacobian(point, here) / spread, np.eye(len(point))])
+            return np.vstack([np.zeros((len(mass), len(point))), held])
+        return np.vstack([-forward.jacobian(point, here) / spread, held])
 
     low = np.array([c.low for c in forward.coordinates])
     found = least_squares(

@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
+from scipy.stats import t as student
 
 from frictionlab.identification.fit import Fit
 
@@ -28,11 +29,15 @@ def likelihood(fit: Fit) -> Callable[[FloatArray], float]:
 
 
 def prior_transform(fit: Fit) -> Callable[[FloatArray], FloatArray]:
-    """The unit cube to coordinates: the normal curve, its upper half where a coordinate only grows."""
+    """The unit cube to coordinates: normal, the upper half of it where a coordinate only grows, or with tails."""
     low = np.array([ndtr(c.low) for c in fit.coordinates])
     high = np.array([ndtr(c.high) for c in fit.coordinates])
+    tails = [(i, c.tail) for i, c in enumerate(fit.coordinates) if math.isfinite(c.tail)]
 
     def point(cube: FloatArray) -> FloatArray:
-        return np.asarray(ndtri(low + (high - low) * cube))
+        found = np.asarray(ndtri(low + (high - low) * cube))
+        for i, a in tails:  # Student's t of 2 a - 1 degrees of freedom, wider by a constant
+            found[i] = math.sqrt(2.0 * a / (2.0 * a - 1.0)) * float(student.ppf(cube[i], 2.0 * a - 1.0))
+        return found
 
     return point

@@ -4,10 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 from frictionlab.analysis.measure import measure
 from frictionlab.errors import UsageError
 from frictionlab.identification import compare, contact_force, predict
+from frictionlab.identification.coordinates import Coordinate
 from frictionlab.simulator import Base, Problem
 from tests.benchmarks.uncertainty_coverage import scores_of
 from tests.identification.contacts import recorded, scene
@@ -152,3 +154,16 @@ def test_the_error_of_a_wrong_law_holds_what_a_richer_law_would_say() -> None:
     shares = found.budget["friction_ratio"]
     assert math.sqrt(sum(s**2 for s in shares.values())) == pytest.approx(found.friction_ratio_u, rel=0.02)
     assert any("if friction may vary with place and speed" in warning for warning in found.warnings)
+
+
+def test_a_prior_with_tails_is_a_density_and_its_strain_is_what_it_loses() -> None:
+    """Pearson's type VII by its definition: integral 1, strain by the logarithm, slope by a difference."""
+    for tail in (1.0, 2.5):
+        c = Coordinate("lag", "", tail=tail)
+        peak = math.exp(c.log_peak) / math.sqrt(2.0 * math.pi)
+        whole, _ = quad(lambda x, c=c, peak=peak: peak * math.exp(-0.5 * c.strain(x) ** 2), -math.inf, math.inf)
+        assert whole == pytest.approx(1.0, rel=1e-8)
+        for at in (-7.0, 0.5, 3.0):
+            assert 0.5 * c.strain(at) ** 2 == pytest.approx(tail * math.log(1.0 + at**2 / (2.0 * tail)), rel=1e-12)
+            difference = (c.strain(at + 1e-6) - c.strain(at - 1e-6)) / 2e-6
+            assert c.strain_slope(at) == pytest.approx(difference, rel=1e-7)
