@@ -3,7 +3,7 @@
 Every coordinate is normal with mean 0 and deviation 1 before anything is measured; one that has a bound at its neutral
 value (a damping ratio, a static ratio) starts there and has half of that. A lag that nobody has declared has tails:
 half a sample is a habit of instruments and no measurement. With a normal curve, three milliseconds cost so much that a
-law was climbed in their stead.
+law was climbed in their stead. So has the damping of a frame that nobody has measured.
 """
 
 import math
@@ -23,8 +23,8 @@ WIDE = 2.0 * 1.959964  # deviations from end to end of a 95 % interval
 SECOND = 0.4  # of a measured second harmonic, each part: a wider one would pass for friction that varies with place
 SMALLEST = 1e-6  # of the cycle: what a sensor bends or mixes less than this is not fitted
 STRONGEST = 12.0  # deviations: farther from its prior no coordinate may go
-UNDECLARED = "sensors.lag_s_u"  # the scene's key without which the lag's prior has tails ...
-TAIL = 1.0  # ... of this exponent: those of Cauchy's curve
+UNDECLARED = "sensors.lag_s_u"  # the scene's key without which the lag's prior has tails
+TAIL = 1.0  # exponent of the prior of a lag, and of a frame's damping, that nobody has declared: Cauchy's curve
 
 
 @dataclass(frozen=True)
@@ -184,8 +184,9 @@ def _frame(family: Family, sources: Sources) -> Coordinate:
     """The frame's damping ratio: about what the scene says, or up from zero where it says nothing."""
     middle, width = family.held.get("frame_damping_ratio", 0.0), sources.damping_ratio
     low = max(-STRONGEST, -middle / width) if width > 0.0 else 0.0
-    words = "frame's damping ratio"
-    return Coordinate("frame_damping_ratio", words, middle=middle, width=width, low=low, folded=middle == 0.0)
+    tail = math.inf if "frame_damping_ratio" in family.held else TAIL
+    known = Coordinate("frame_damping_ratio", "frame's damping ratio", middle=middle, width=width, low=low, tail=tail)
+    return replace(known, folded=middle == 0.0)
 
 
 def values_of(coordinates: tuple[Coordinate, ...], point: FloatArray) -> dict[str, float]:
