@@ -21,7 +21,7 @@ from frictionlab.campaign.shared import FRICTION
 from frictionlab.campaign.sharing import CROSSTALK, FREQUENCY, GAIN, LAG
 from frictionlab.estimate import Estimate
 from frictionlab.identification.fit import excess_of
-from frictionlab.identification.identify import AS_KNOWN, SURE, TOLD
+from frictionlab.identification.identify import AS_KNOWN, CORRECTED, SURE, TOLD
 from frictionlab.simulator.laws import Law
 
 FloatArray = NDArray[np.float64]
@@ -75,8 +75,9 @@ class Joined:
         freedom = max(1, points - unknowns)
         noise = self.held.chi_square / freedom <= 2.0 * float(gammaincinv(0.5 * points, 1.0 - LEVEL)) / points
         nuisances = len(self.moved.shared.coordinates) - len(self.held.shared.coordinates)
-        same = self.held.cost - self.moved.cost <= float(chi2.isf(LEVEL, max(nuisances, 1)))
-        return noise and (same or len(self.held.fits) == 1)
+        alone = len(self.held.fits) == 1
+        limit = CORRECTED if alone else float(chi2.isf(LEVEL, max(nuisances, 1)))
+        return noise and self.held.cost - self.moved.cost < limit
 
     @property
     def best(self) -> Joint:

@@ -19,7 +19,7 @@ from frictionlab.campaign.cycles import Cycle
 from frictionlab.campaign.mixed import Mixed, Piece, Solution, Spread, spread_of
 from frictionlab.campaign.shared import FRICTION, Place, Shared, shared_by
 from frictionlab.errors import AnalysisError
-from frictionlab.identification.coordinates import Coordinate
+from frictionlab.identification.coordinates import Coordinate, holds, strains
 from frictionlab.identification.fit import Fit, excess_of, noise_of
 from frictionlab.identification.identify import STATES, prepare
 from frictionlab.simulator.laws import Law
@@ -67,7 +67,14 @@ class Joint:
     @property
     def cost(self) -> float:
         """What was made least."""
-        return math.fsum(f.chi_square / f.excess for f in self.fits) + 2.0 * self.solution.strain
+        return math.fsum(f.chi_square / f.excess for f in self.fits) + 2.0 * self.strain
+
+    @property
+    def strain(self) -> float:
+        """Half the sum of squares that all priors add."""
+        point = self.solution.point
+        shared = float((strains(self.shared.coordinates, point) ** 2 - self.solution.hold * point**2).sum())
+        return self.solution.strain + 0.5 * shared
 
     @property
     def pieces(self) -> list[Piece]:
@@ -86,12 +93,12 @@ class Joint:
     @cached_property
     def spread(self) -> Spread:
         """How sure the shared unknowns are."""
-        return spread_of(self.solution, self.pieces, self.meat)
+        return spread_of(self.solution, self.pieces, self.meat, self.solution.hold)
 
     @property
     def log_evidence(self) -> float:
         """Logarithm of the evidence (Laplace) of fits whose excess is 1; shared unknowns count once."""
-        total = -self.solution.volume - self.solution.strain
+        total = sum(c.log_peak for c in self.shared.coordinates) - self.solution.volume - self.strain
         for found in self.fits:
             total += float(np.log(np.diag(found.observed.whitener)).sum()) - 0.5 * found.chi_square
             total -= 0.5 * len(found.residual) * math.log(2.0 * math.pi)
@@ -118,7 +125,7 @@ class Joint:
             place.scale.T @ (found.jacobian.T @ found.residual / found.excess)
             for found, place in zip(self.fits, self.places, strict=True)
         )
-        return np.asarray(of_tests - self.solution.point)
+        return np.asarray(of_tests - self.solution.hold * self.solution.point)
 
 
 def _piece(found: Fit, place: Place) -> Piece:
@@ -187,7 +194,7 @@ def cost_at(
         place, forward = shared.place(cycle), cycle.forward(law)
         residual = cycle.residual(forward, _inside(forward.coordinates, place.scale @ point + place.offset))
         total += math.inf if residual is None else float(residual @ residual)
-    return total + float(point @ point)
+    return total + float((strains(shared.coordinates, point) ** 2).sum())
 
 
 def _start(shared: Shared, start: Mapping[str, float], frictions: Mapping[tuple[str, float], float]) -> FloatArray:
@@ -236,7 +243,8 @@ class _State:
         """The best unknowns by the quadratic forms, each test held back by a damping [Marquardt 1963]."""
         low = np.array([c.low for c in self.shared.coordinates])
         pieces = [_piece(found, place) for found, place in zip(self.fits, self.places, strict=True)]
-        return Mixed([_damped(p, f.point, damping) for p, f in zip(pieces, self.fits, strict=True)], low).solve(scatter)
+        damped = [_damped(p, f.point, damping) for p, f in zip(pieces, self.fits, strict=True)]
+        return Mixed(damped, low, holds(self.shared.coordinates, self.point)).solve(scatter)
 
     def towards(self, scatter: float | None, damping: float) -> tuple["_State", float, bool]:
         """Go to where the quadratic forms are best, held back as far as that must be to be better in truth.
@@ -270,7 +278,7 @@ def _sloped(state: _State, again: Sequence[bool]) -> _State:
 
 def _cost(state: _State, scatter: float) -> float:
     """Misfit of all tests, and what priors and scatter add."""
-    total = float(state.point @ state.point)
+    total = float((strains(state.shared.coordinates, state.point) ** 2).sum())
     for found, place in zip(state.fits, state.places, strict=True):
         total += found.chi_square / found.excess + float((found.point[place.local] ** 2).sum())
         if place.friction is not None and scatter > 0.0:
@@ -315,5 +323,5 @@ def _weighed(found: Fit) -> Fit:
 
 def _own_best(found: Fit) -> Fit:
     """Where this test alone would go, by its quadratic form."""
-    step = np.linalg.solve(found.precision, found.jacobian.T @ found.residual / found.excess - found.point)
+    step = np.linalg.solve(found.precision, found.jacobian.T @ found.residual / found.excess - found.hold * found.point)
     return replace(found, point=found.point + step, residual=found.residual - found.jacobian @ step)

@@ -53,10 +53,10 @@ class Piece:
 class Solution:
     """The best shared unknowns.
 
-    ``point`` (S,); ``precision`` (S, S): inverse of their posterior covariance; ``scatter``: tau; ``own``: the
-    unknowns of each test there (n,); ``beyond``: how far each test's friction ratio stands from the shared one, in
-    deviations of its prior; ``volume``: logarithm of the determinants of all precisions, halved; ``strain``: sum of
-    squares of all unknowns, halved.
+    ``point``, ``hold`` (S,): where they stand, and how firmly their priors hold them; ``precision`` (S, S): inverse of
+    their posterior covariance; ``scatter``: tau; ``own``: the unknowns of each test there (n,); ``beyond``: how far
+    each test's friction ratio stands from the shared one, in deviations of its prior; ``volume``: logarithm of the
+    determinants of all precisions, halved; ``strain``: sum of squares of all unknowns, halved.
     """
 
     point: FloatArray
@@ -66,13 +66,15 @@ class Solution:
     beyond: FloatArray
     volume: float
     strain: float
+    hold: FloatArray
 
 
 class Mixed:
-    """Tests and the bounds of what they share."""
+    """Tests, the bounds of what they share, and how firmly priors hold that: 1 but for one with tails."""
 
-    def __init__(self, pieces: Sequence[Piece], low: FloatArray) -> None:
+    def __init__(self, pieces: Sequence[Piece], low: FloatArray, hold: FloatArray | None = None) -> None:
         self.pieces, self.low, self.size = pieces, low, len(low)
+        self.hold = np.ones(len(low)) if hold is None else hold
         self._about = [piece.about_shared() for piece in pieces]
 
     def solve(self, scatter: float | None = None) -> Solution:
@@ -80,7 +82,7 @@ class Mixed:
         tau = self.likeliest_scatter() if scatter is None else scatter
         precision, score, volume, _ = _sums(self, tau)
         point = self._bounded(precision, score)
-        own, beyond, strain = [], [], 0.5 * float(point @ point)
+        own, beyond, strain = [], [], 0.5 * float(self.hold @ point**2)
         for piece, (information, at, shared) in zip(self.pieces, self.scaled(tau), strict=True):
             inner = information[shared:, shared:] + np.eye(len(at) - shared)
             q = np.linalg.solve(inner, at[shared:] - information[shared:, :shared] @ point)
@@ -93,7 +95,7 @@ class Mixed:
             own.append(unknown)
             beyond.append(far)
             strain += 0.5 * float(q @ q)
-        return Solution(point, precision, tau, tuple(own), np.array(beyond), volume, strain)
+        return Solution(point, precision, tau, tuple(own), np.array(beyond), volume, strain, self.hold)
 
     def likeliest_scatter(self) -> float:
         """The scatter by which the tests are likeliest; 0 where none is shown, or a single test has none to show."""
@@ -128,16 +130,16 @@ class Mixed:
         """Logarithm of each test's likelihood (n,) as predicted by the tests outside its fold, as `log_likelihood`."""
         found = np.zeros(len(self.pieces))
         for fold in folds:
-            rest = Mixed([p for i, p in enumerate(self.pieces) if i not in set(fold.tolist())], self.low)
+            rest = Mixed([p for i, p in enumerate(self.pieces) if i not in set(fold.tolist())], self.low, self.hold)
             precision, score, _, _ = _sums(rest, tau)
             for i in map(int, fold):
                 found[i] = self._predicted(i, tau, precision, np.asarray(np.linalg.solve(precision, score)))
         return found
 
     def _predicted(self, i: int, tau: float, precision: FloatArray, mean: FloatArray) -> float:
-        one = Mixed([self.pieces[i]], self.low)
+        one = Mixed([self.pieces[i]], self.low, self.hold)
         information, score, volume, quadratic = _sums(one, tau)
-        told = information - np.eye(self.size)
+        told = information - np.diag(self.hold)
         volume -= 0.5 * float(np.linalg.slogdet(information)[1])  # of what it has for itself alone
         total = precision + told
         gap = score - told @ mean
@@ -160,7 +162,7 @@ class Mixed:
 
 def _sums(mixed: Mixed, tau: float) -> tuple[FloatArray, FloatArray, float, float]:
     """Precision and score of the shared unknowns, half the logarithm of all determinants, and what is left."""
-    precision, total = np.eye(mixed.size), np.zeros(mixed.size)
+    precision, total = np.diag(mixed.hold), np.zeros(mixed.size)
     volume = quadratic = 0.0
     for information, score, shared in mixed.scaled(tau):
         inner = information[shared:, shared:] + np.eye(len(score) - shared)
@@ -177,8 +179,7 @@ class Spread:
     """How sure shared unknowns are, as covariances (S, S).
 
     ``noise``: by noise and misfit of the tests; ``scatter``: by how far tests stand from each other; ``own``: by what
-    each test has for itself of its rig; ``prior``: inverse of the precision, the share of each prior's error by
-    column.
+    each test has for itself of its rig; ``prior`` (not itself a covariance): the share of each prior's error by column.
     """
 
     noise: FloatArray
@@ -187,7 +188,9 @@ class Spread:
     prior: FloatArray
 
 
-def spread_of(solution: Solution, pieces: Sequence[Piece], noise: Sequence[FloatArray]) -> Spread:
+def spread_of(
+    solution: Solution, pieces: Sequence[Piece], noise: Sequence[FloatArray], hold: FloatArray | None = None
+) -> Spread:
     """Carry the errors of each test into the shared unknowns.
 
     Parameters
@@ -196,6 +199,8 @@ def spread_of(solution: Solution, pieces: Sequence[Piece], noise: Sequence[Float
         As found, and of what.
     noise : sequence of ndarray of shape (n, n)
         Covariance of each test's score.
+    hold : ndarray of shape (S,), optional
+        How firmly priors hold what is shared.
     """
     size, tau = len(solution.point), solution.scatter
     left: FloatArray = np.asarray(np.linalg.inv(solution.precision))
@@ -206,7 +211,7 @@ def spread_of(solution: Solution, pieces: Sequence[Piece], noise: Sequence[Float
         sums[1] += scatter @ scatter.T
         sums[2] += own @ own.T
     noise_, scattered, of_own = (left @ part @ left for part in sums)
-    return Spread(noise_, scattered, of_own, left)
+    return Spread(noise_, scattered, of_own, left if hold is None else left * np.sqrt(hold))
 
 
 def _response(piece: Piece, tau: float) -> tuple[FloatArray, FloatArray, FloatArray]:

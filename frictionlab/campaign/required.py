@@ -157,7 +157,7 @@ def _left_out(joint: Joint) -> FloatArray:
     folds = [np.arange(first, count, min(FOLDS, count)) for first in range(min(FOLDS, count))]
     if count < 2:
         return np.zeros(count)
-    return Mixed(joint.pieces, low).left_out(joint.solution.scatter, folds)
+    return Mixed(joint.pieces, low, joint.solution.hold).left_out(joint.solution.scatter, folds)
 
 
 def _screened(here: Rung, count: int) -> dict[str, float]:
@@ -171,18 +171,20 @@ def _screened(here: Rung, count: int) -> dict[str, float]:
     shared = shared_by(joint.cycles, full)
     places = [shared.place(cycle) for cycle in joint.cycles]
     pieces = [piece_of(r.jacobian, r.residual, r.point, p) for r, p in zip(richer, places, strict=True)]
-    before = _linear(pieces, shared, here.law)
+    known = dict(zip(joint.shared.names, joint.solution.hold.tolist(), strict=True))
+    hold = np.array([known.get(c.name, 1.0) for c in shared.coordinates])
+    before = _linear(pieces, shared, here.law, hold)
     laws = laws_above(here.law, tuple(names), count)
-    return {name: _linear(pieces, shared, law_of(name)) - before for name in laws}
+    return {name: _linear(pieces, shared, law_of(name), hold) - before for name in laws}
 
 
-def _linear(pieces: Sequence[Piece], shared: Shared, law: Law) -> float:
+def _linear(pieces: Sequence[Piece], shared: Shared, law: Law, hold: FloatArray) -> float:
     """Logarithm of the likelihood of straight lines under a law that is a part of the shared one."""
     names = {p.name for p in law.own}
     keep = np.array([not c.law or c.name in names for c in shared.coordinates])
     low = np.array([c.low for c in shared.coordinates])[keep]
     fewer = [replace(p, place=replace(p.place, scale=p.place.scale[:, keep])) for p in pieces]
-    mixed = Mixed(fewer, np.full(len(low), -np.inf))
+    mixed = Mixed(fewer, np.full(len(low), -np.inf), hold[keep])
     tau = mixed.likeliest_scatter()
     solution = mixed.solve(tau)
     total = mixed.log_likelihood(tau)

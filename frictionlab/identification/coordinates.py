@@ -83,6 +83,10 @@ class Coordinate:
             return 1.0
         return c / (strain * (1.0 + 0.5 * c * c / self.tail))
 
+    def hold(self, c: float) -> float:
+        """Return the weight of the normal prior about 0 that pulls as strongly at c: 1 but where a prior has tails."""
+        return 1.0 / (1.0 + 0.5 * c * c / self.tail)
+
     @property
     def log_peak(self) -> float:
         """Logarithm of the prior's density at c = 0 over that of a normal one."""
@@ -202,6 +206,11 @@ def point_of(coordinates: tuple[Coordinate, ...], values: Mapping[str, float]) -
 def strains(coordinates: tuple[Coordinate, ...], point: FloatArray) -> FloatArray:
     """Return the residuals (n,) of the priors at a point: a normal one's is the coordinate itself."""
     return np.array([c.strain(float(p)) for c, p in zip(coordinates, point, strict=True)])
+
+
+def holds(coordinates: tuple[Coordinate, ...], point: FloatArray) -> FloatArray:
+    """Return how firmly the priors hold the coordinates (n,) at a point."""
+    return np.array([c.hold(float(p)) for c, p in zip(coordinates, point, strict=True)])
 
 
 def strain_slopes(coordinates: tuple[Coordinate, ...], point: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from scipy.special import log_ndtr
 
 from frictionlab.errors import AnalysisError
-from frictionlab.identification.coordinates import Coordinate, strain_slopes, strains, values_of
+from frictionlab.identification.coordinates import Coordinate, holds, strain_slopes, strains, values_of
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.observed import Observed, of_neighbours
 
@@ -91,7 +91,7 @@ class Fit:
     @property
     def hold(self) -> FloatArray:
         """How firmly each prior holds its coordinate (n,) here: 1 but where a prior has tails."""
-        return strain_slopes(self.coordinates, self.point) ** 2
+        return holds(self.coordinates, self.point)
 
     @property
     def precision(self) -> FloatArray:
