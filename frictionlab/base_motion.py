@@ -58,6 +58,11 @@ class RecordResponse:
     warnings: tuple[str, ...]
     base_u_m: float | None = None
 
+    def __repr__(self) -> str:
+        said = f", {len(self.warnings)} warnings" if self.warnings else ""
+        at = f"{len(self.recording)} samples, {self.natural_frequency_hz:.4g} Hz"
+        return f"<RecordResponse to {self.source}: {at}, {self.response.problem!r}{said}>"
+
     @property
     def contact_force(self) -> tuple[FloatArray, str]:
         """Force of the contact on the mass (n,) and its unit: N, or m (over the stiffness) where that is not known."""

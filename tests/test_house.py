@@ -1,6 +1,7 @@
 """The house keeps its plan: who may import whom, no heavy import at the door, every command with an example."""
 
 import ast
+import re
 import statistics
 import subprocess
 import sys
@@ -9,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from frictionlab.cli import COMMANDS
+from frictionlab.cli import SUMMARIES, command_of
 
 PACKAGE = Path(__file__).parents[1] / "frictionlab"
 
@@ -196,8 +197,22 @@ def test_a_door_opens_without_what_it_does_not_need(door: str, heavy: tuple[str,
 
 
 def test_every_command_is_documented_with_an_example() -> None:
-    names = [c.__name__ for c in COMMANDS if "frictionlab " not in (c.__doc__ or "")]
-    assert not names
+    told = {name: command_of(name).__doc__ or "" for name in SUMMARIES}
+    assert not [name for name, text in told.items() if "Example: frictionlab " not in text]
+    assert {name: text.partition("\n")[0] for name, text in told.items()} == SUMMARIES
+
+
+def test_a_command_is_a_module_of_the_command_line_that_help_does_not_load() -> None:
+    code = (
+        "import sys; from typer.testing import CliRunner; from frictionlab.cli import app;"
+        "print(CliRunner().invoke(app, ['--help']).stdout, [m for m in sys.modules if m.startswith('frictionlab.')])"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    listed = told.partition("Commands:")[2]
+    assert re.findall(r"^  ([a-z-]+)  ", listed, re.MULTILINE) == list(SUMMARIES)
+    assert " ".join(SUMMARIES["free-vibration"].split()) in " ".join(listed.split())
+    assert not [name for name in SUMMARIES if f"frictionlab.cli.{name.replace('-', '_')}'" in told]
+    assert "frictionlab.tables" not in told
 
 
 def test_there_is_no_attic() -> None:

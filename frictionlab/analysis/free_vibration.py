@@ -11,6 +11,7 @@ from frictionlab.analysis.decay import DecayFit, first_guess, fit_decay, misfit_
 from frictionlab.analysis.pooling import Average, average
 from frictionlab.analysis.taps import Turnings, find_taps
 from frictionlab.errors import AnalysisError
+from frictionlab.estimate import Estimate
 
 FloatArray = NDArray[np.float64]
 _PER_HALF_CYCLE = 40  # samples that a fit needs; more are averaged
@@ -79,6 +80,15 @@ class FreeVibration:
     misfit: float
     warnings: tuple[str, ...]
     swing: Swing
+
+    def __repr__(self) -> str:
+        frequency = Estimate(self.natural_frequency_hz, self.natural_frequency_hz_se)
+        damping = Estimate(self.damping_ratio, self.damping_ratio_se)
+        friction = Estimate(1e6 * self.friction_m, None if self.friction_m_se is None else 1e6 * self.friction_m_se)
+        said = f", {len(self.warnings)} warnings" if self.warnings else ""
+        return (
+            f"<FreeVibration at {self.start_s:.3g} s: {frequency} Hz, damping ratio {damping}, F/k {friction} um{said}>"
+        )
 
 
 def free_vibrations(

@@ -7,38 +7,87 @@ functions, so that ``frictionlab --help`` answers at once.
 import sys
 from collections.abc import Callable
 from functools import wraps
-from typing import Annotated, ParamSpec
+from importlib import import_module
+from typing import Annotated, Any, ParamSpec
 
 import typer
+from typer.core import TyperGroup
+from typer.main import get_command as click_command
 
 from frictionlab import __version__
-from frictionlab.cli.analyze import analyze
-from frictionlab.cli.batch import batch
-from frictionlab.cli.campaign import campaign
-from frictionlab.cli.compare_numeric import compare_numeric
-from frictionlab.cli.free_vibration import free_vibration
-from frictionlab.cli.ingest import ingest
-from frictionlab.cli.init import init
-from frictionlab.cli.output import complain
-from frictionlab.cli.plan import plan
-from frictionlab.cli.show import show
-from frictionlab.cli.simulate import simulate
 from frictionlab.cli.standard_output import LostOutputError, guard_standard_output, standard_output
-from frictionlab.cli.sweep import sweep
-from frictionlab.cli.synthesize import synthesize
-from frictionlab.cli.tradeoff import tradeoff
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
 from frictionlab.process import collect_rarely, keep_freed_memory, use_one_thread
-from frictionlab.verbs.failures import reason_of
 
 P = ParamSpec("P")
 
-app = typer.Typer(
-    no_args_is_help=True,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
+SUMMARIES = {
+    "init": "Write a commented scene frictionlab.toml to fill in: every key with its sentence and default.",
+    "ingest": "Read logs, whatever their dialect and damage, into one HDF5 recording each.",
+    "analyze": (
+        "Measure recordings: drive, response, energy per cycle, irregularity, stops, regime, each with its error."
+    ),
+    "compare-numeric": (
+        "Identify the friction, predict the steady cycle with the simulator, and draw measured over predicted."
+    ),
+    "free-vibration": (
+        "Natural frequency, damping ratio and friction of each free decay, their average, and the lines of a scene."
+    ),
+    "campaign": (
+        "Evaluate a whole campaign: friction per material and force, Amontons' law, ranking, drift, figures, report."
+    ),
+    "batch": (
+        "Take logs through the whole chain: recordings, measurements, comparisons, figures; redo only what changed."
+    ),
+    "simulate": "Solve one steady state of the friction oscillator, run N cycles from rest, or follow a recorded base.",
+    "sweep": (
+        "Map steady states over frequency ratio, friction ratio, static friction, damping and parameters of a law."
+    ),
+    "plan": (
+        "Plan the next tests: which frequency ratios and forces tell most about a contact law, and with what errors."
+    ),
+    "synthesize": "Write logs of a virtual rig whose truth is known, with truth.jsonl beside them.",
+    "tradeoff": "Measure error against time for every accuracy knob, on this machine; about a minute.",
+    "show": "Show what is in a recording (.h5), a scene (.toml) or a result (.csv, .jsonl, .xlsx, .parquet, .h5).",
+}
+"""Each command, in the order of the data, with the first line of its docstring."""
+
+PLAIN: dict[str, Any] = {
+    "rich_markup_mode": None,
+    "pretty_exceptions_enable": False,
+    "context_settings": {"help_option_names": ["-h", "--help"]},
+}
+
+
+class Commands(TyperGroup):
+    """The commands: the one that is called is loaded, and no other."""
+
+    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002 - the name and order of Click's
+        """Names in the order of the data."""
+        return list(SUMMARIES)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
+        """The command of a name; None where there is none."""
+        if cmd_name not in SUMMARIES:
+            return None
+        alone = typer.Typer(add_completion=False, **PLAIN)
+        alone.command(cmd_name)(errors_in_one_line(command_of(cmd_name)))
+        return click_command(alone)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: ARG002
+        """Write the list of ``--help``, which no command has to be loaded for."""
+        with formatter.section("Commands"):
+            formatter.write_dl(list(SUMMARIES.items()))
+
+
+def command_of(name: str) -> Callable[..., None]:
+    """The function of a command's name."""
+    own = name.replace("-", "_")
+    found: Callable[..., None] = getattr(import_module(f"{__name__}.{own}"), own)
+    return found
+
+
+app = typer.Typer(cls=Commands, no_args_is_help=True, **PLAIN)
 
 
 def _print_version(wanted: bool) -> None:
@@ -58,6 +107,13 @@ def frictionlab(
     The way of the data: ingest (log -> recording), analyze (recording -> measurement), compare-numeric
     (measurement over prediction).
     """
+
+
+def complain(text: str) -> None:
+    """As `output.complain`, which is loaded where there is something to complain of."""
+    from frictionlab.cli import output
+
+    output.complain(text)
 
 
 def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
@@ -94,29 +150,11 @@ def _tell_lost(error: LostOutputError) -> None:
 
 
 def _reason(error: Exception) -> str:
+    from frictionlab.verbs.failures import reason_of
+
     if isinstance(error, FrictionlabError):
         return str(error)
     return f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else reason_of(error)
-
-
-COMMANDS: tuple[Callable[..., None], ...] = (
-    init,
-    ingest,
-    analyze,
-    compare_numeric,
-    free_vibration,
-    campaign,
-    batch,
-    simulate,
-    sweep,
-    plan,
-    synthesize,
-    tradeoff,
-    show,
-)  # in the order of the data
-
-for _command in COMMANDS:
-    app.command(short_help=(_command.__doc__ or "").partition("\n")[0])(errors_in_one_line(_command))
 
 
 def main() -> None:

@@ -60,3 +60,9 @@ class Plan:
     tests: tuple[PlannedTest, ...]
     others: tuple[PlannedTest, ...]
     notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        apart = "" if self.against is None else f" against {self.against}"
+        first = [f"r = {t.frequency_ratio:g} at {t.normal_force_n:g} N" for t in self.tests[:3]]
+        more = ", ..." if len(self.tests) > len(first) else ""
+        return f"<Plan {self.law}{apart}: {len(self.tests)} tests, {', '.join(first)}{more}>"

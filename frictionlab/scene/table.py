@@ -1,5 +1,6 @@
 """What all tables of a scene have in common."""
 
+from collections.abc import Iterator
 from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
@@ -24,3 +25,7 @@ class Table(BaseModel):
     """One table of a scene: frozen, strict, no unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+    def __repr_args__(self) -> Iterator[tuple[str | None, object]]:
+        """What was given, without the defaults: a notebook shows it."""
+        return ((key, value) for key, value in super().__repr_args__() if key in self.model_fields_set - {"folder"})

@@ -99,6 +99,13 @@ class StateMap:
     law: str = "coulomb"
     parameters: Mapping[str, Floats] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        named_axes = zip((*AXES, *self.parameters), self.axes, strict=True)
+        along = [
+            f"{name} {a[0]:g}" if len(a) == 1 else f"{len(a)} {name} {a[0]:g} to {a[-1]:g}" for name, a in named_axes
+        ]
+        return f"<StateMap {self.law}: {', '.join(along)}; {self.wall} wall>"
+
     @property
     def axes(self) -> list[Floats]:
         """The values along each axis."""
