@@ -5,13 +5,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from frictionlab.cli.output import print_table, printable
 from frictionlab.errors import FrictionlabError, UsageError
-from frictionlab.schema import table_of
-from frictionlab.tables import SUFFIXES, Row, has_rows, read_rows
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+
+    from frictionlab.tables import Row
 
 
 def show(file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording, scene or result.")]) -> None:
@@ -19,11 +18,7 @@ def show(file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording,
 
     Example: frictionlab show configs/frame.toml
     """
-    readers: Mapping[str, Callable[[Path], None]] = {
-        **dict.fromkeys(SUFFIXES, _show_rows),
-        ".toml": _show_scene,
-        ".h5": _show_tree,
-    }
+    readers = _readers()
     suffix = file.suffix.lower()
     if suffix not in readers:
         raise UsageError(f"{file}: expected one of {', '.join(readers)}; got {file.suffix or 'no suffix'}")
@@ -39,6 +34,11 @@ def show(file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording,
         raise UsageError(f"{file}: cannot be read ({error.strerror}): give the path of an existing file") from error
 
 
+def _readers() -> "Mapping[str, Callable[[Path], None]]":
+    tables = dict.fromkeys((".csv", ".jsonl", ".xlsx", ".parquet"), _show_rows)
+    return {**tables, ".toml": _show_scene, ".h5": _show_tree}
+
+
 def _show_scene(file: Path) -> None:
     from frictionlab.scene import read_scene
     from frictionlab.scene.toml import to_toml
@@ -48,6 +48,9 @@ def _show_scene(file: Path) -> None:
 
 
 def _show_tree(file: Path) -> None:
+    from frictionlab.cli.output import printable
+    from frictionlab.tables import has_rows
+
     if has_rows(file):
         _show_rows(file)
         return
@@ -58,6 +61,9 @@ def _show_tree(file: Path) -> None:
 
 
 def _show_rows(file: Path) -> None:
+    from frictionlab.cli.output import print_table
+    from frictionlab.schema import table_of
+
     rows = _rows_of(file)
     good = [row for row in rows if row.get("status") != "failed"]
     names = list(dict.fromkeys(key for row in good for key in row))
@@ -70,7 +76,9 @@ def _show_rows(file: Path) -> None:
         _tell(row)
 
 
-def _rows_of(file: Path) -> list[Row]:
+def _rows_of(file: Path) -> "list[Row]":
+    from frictionlab.tables import read_rows
+
     try:
         return list(read_rows(file))
     except UsageError as error:
@@ -78,7 +86,9 @@ def _rows_of(file: Path) -> list[Row]:
         raise UsageError(f"{error}{hint if file.suffix == '.csv' else ''}") from error
 
 
-def _tell(row: Row) -> None:
+def _tell(row: "Row") -> None:
+    from frictionlab.cli.output import printable
+
     source = row.get("source")
     if row.get("status") == "failed":
         typer.echo(f"{printable(str(source))}: failed: {printable(str(row.get('reason')))}")

@@ -10,7 +10,7 @@ from frictionlab.errors import SimulationError
 from frictionlab.identification.coordinates import Coordinate, values_of
 from frictionlab.identification.family import Family
 from frictionlab.identification.observed import harmonics_of, parts
-from frictionlab.simulator import SteadyState, numeric, steady_state
+from frictionlab.simulator import Problem, SteadyState, steady_state
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -41,7 +41,7 @@ class Forward:
         second = complex(values.get("second_cosine", 0.0), -values.get("second_sine", 0.0))
         try:
             problem = self.family.problem(own, detuning=values.get("natural_frequency", 0.0), second=second)
-            return steady_state(problem) if near is None else numeric.steady(problem, near=near)
+            return steady_state(problem) if near is None else _steady_near(problem, near)
         except SimulationError:
             return None  # no motion to compare with: these values are no candidate
 
@@ -115,6 +115,13 @@ class Forward:
             if there is not None:
                 return np.asarray((there - here) / step)
         return np.zeros_like(here)
+
+
+def _steady_near(problem: Problem, near: SteadyState) -> SteadyState:
+    """The steady state of an integrated law, sought from one close by."""
+    from frictionlab.simulator import numeric  # noqa: PLC0415 - 10 ms, for such laws alone
+
+    return numeric.steady(problem, near=near)
 
 
 def bend(lines: ComplexArray, power: int) -> ComplexArray:

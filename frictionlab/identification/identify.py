@@ -15,10 +15,8 @@ from frictionlab.identification.fit import Errors, Fit, errors_as_known, errors_
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.observed import EXPLAINED, Observed, observe_cycle
 from frictionlab.identification.valleys import start_at, starts_of
-from frictionlab.simulator.elastic import engine as elastic_engine
 from frictionlab.simulator.engine import choose
 from frictionlab.simulator.laws import law_of
-from frictionlab.simulator.numeric import machine
 from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
@@ -149,8 +147,12 @@ def prepare(family: Family, states: int) -> None:
     waits = WAITED if family.law.has("breakaway") else 1.0
     choose(states * waits * (10.0 + 4.0 / family.r))
     if family.law.kind == "elastic":
+        from frictionlab.simulator.elastic import engine as elastic_engine  # noqa: PLC0415 - 20 ms, for such laws alone
+
         elastic_engine.choose(states * ELASTIC_PHASES / family.r)
     elif family.law.kind != "rigid" and states >= STATES:
+        from frictionlab.simulator.numeric import machine  # noqa: PLC0415 - as above
+
         machine.compiled()  # in plain Python a state of these takes a quarter of a second
 
 

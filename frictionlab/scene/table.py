@@ -24,7 +24,7 @@ LawName = Annotated[str, AfterValidator(_is_law)]
 class Table(BaseModel):
     """One table of a scene: frozen, strict, no unknown keys."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, defer_build=True)
 
     def __repr_args__(self) -> Iterator[tuple[str | None, object]]:
         """What was given, without the defaults: a notebook shows it."""
