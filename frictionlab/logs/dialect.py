@@ -151,6 +151,8 @@ def _longest_run(kinds: Sequence[str]) -> str:
 
 def _merge(shape: str, kinds: str) -> str | None:
     """One shape for a run and its next line, or ``None`` if they differ; an empty cell fits everything."""
+    if shape == kinds:
+        return shape
     if len(shape) != len(kinds):
         return None
     pairs = list(zip(shape, kinds, strict=True))
