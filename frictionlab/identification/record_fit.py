@@ -1,19 +1,22 @@
 """The fit of a law to a whole record: the same coordinates and priors as for a cycle, another error model.
 
-What the law leaves of a record hangs together over many samples, so a sample counts only as much as the residual's own
-correlation allows: its variance is multiplied by the integrated autocorrelation time. Beside the curvature, errors are
-taken from the scores of single cycles (a sandwich over cycles), and the larger counts. The noise of the base's sensor
-is added to them: the simulation is driven by the measured base, so its noise shakes the mass, near resonance much.
+The simulation is driven by the measured base, so the noise of its sensor shakes the mass, near resonance much. Where
+the law leaves no more than the noise of both sensors, a record is weighed by what makes that noise white (`colour`).
+What a law leaves beyond noise hangs together over many samples: a sample then counts only as much as the residual's own
+correlation allows, its variance is multiplied by the integrated autocorrelation time, and errors are taken from the
+scores of single cycles too (a sandwich over cycles): the larger counts. Errors hold what the base's noise does.
 """
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from frictionlab.errors import AnalysisError
+from frictionlab.identification.colour import Whitener, white, whitener_of
 from frictionlab.identification.coordinates import point_of, strain_slopes, strains
 from frictionlab.identification.fit import Errors, Fit
 from frictionlab.identification.forward import Forward
@@ -30,8 +33,25 @@ FAR = 10.0  # residual of values without a motion, over the record's rms
 SMALLEST = 1e-9  # of the record's rms: no sensor is better
 
 
-def fit_record(forward: RecordForward, observed: Observed, starts: Sequence[Mapping[str, float]]) -> Fit:
+@dataclass(frozen=True)
+class RecordFit(Fit):
+    """The best values of a law for one record.
+
+    ``gap`` (n,): measured minus predicted, over Y; ``whitener``: what made residual and jacobian of it; ``noise``: rms
+    of the mass's sensor.
+    """
+
+    gap: FloatArray
+    whitener: Whitener
+    noise: float
+
+
+def fit_record(
+    forward: RecordForward, observed: Observed, starts: Sequence[Mapping[str, float]], *, weighs: bool = True
+) -> RecordFit:
     """Return the best fit of a law to a record, as a fit of the cycle's kind.
+
+    `weighs`: whether the noise is made white, where there is nothing but noise; a start alone does not need it.
 
     Raises
     ------
@@ -45,24 +65,36 @@ def fit_record(forward: RecordForward, observed: Observed, starts: Sequence[Mapp
     best = points[int(np.argmin(costs))]
     if not math.isfinite(min(costs)):
         raise AnalysisError(f"record: law {forward.family.law.name} has no motion at the values tried")
-    spread, shaken = math.sqrt(min(costs)), 0.0
-    for turn in range(ROUNDS):
-        best = _followed(forward, best, max(noise, spread))
-        residual = _residual(forward, best)
-        shaken = shaken_power(forward, best) if turn == 0 else shaken
-        before, spread = spread, spread_of(residual, noise, shaken)
-        if abs(spread / before - 1.0) < 0.05:
-            break
-    here = forward.track.mass - residual
-    jacobian = forward.jacobian(best, here) / noise
-    return Fit(
+    best, spread = _weighed(forward, best, noise, math.sqrt(min(costs)))
+    whitener = white(noise)
+    if spread == noise and weighs:
+        whitener = whitener_of(noise, forward.shaken(best, SHAKES))
+        best = _followed(forward, best, whitener)
+    gap = _residual(forward, best)
+    return RecordFit(
         Forward(forward.family, forward.coordinates, observed.harmonics),
         observed,
         best,
-        residual / noise,
-        jacobian,
+        whitener(gap),
+        whitener(forward.jacobian(best, forward.track.mass - gap)),
         (spread / noise) ** 2,
+        gap=gap,
+        whitener=whitener,
+        noise=noise,
     )
+
+
+def _weighed(forward: RecordForward, point: FloatArray, noise: float, spread: float) -> tuple[FloatArray, float]:
+    """Follow the fit with all samples alike, and find what one of them counts with: the noise, if that is all."""
+    shaken = 0.0
+    for turn in range(ROUNDS):
+        point = _followed(forward, point, white(max(noise, spread)))
+        gap = _residual(forward, point)
+        shaken = shaken_power(forward, point) if turn == 0 else shaken
+        before, spread = spread, spread_of(gap, noise, shaken)
+        if abs(spread / before - 1.0) < 0.05:
+            break
+    return point, spread
 
 
 def _inside(forward: RecordForward, point: FloatArray) -> FloatArray:
@@ -84,21 +116,21 @@ def _residual(forward: RecordForward, point: FloatArray) -> FloatArray:
     return np.asarray(forward.track.mass - predicted)
 
 
-def _followed(forward: RecordForward, start: FloatArray, spread: float) -> FloatArray:
-    """Least squares from a starting point, each sample of a standard deviation, each coordinate of one."""
+def _followed(forward: RecordForward, start: FloatArray, whitener: Whitener) -> FloatArray:
+    """Least squares from a starting point, of the whitened residual; each coordinate counts with its prior."""
     mass = forward.track.mass
-    far = np.full(len(mass), FAR * forward.track.rms / spread)
+    far = np.full(len(mass), FAR * forward.track.rms * abs(float(whitener.taps[0])))
 
     def residuals(point: FloatArray) -> FloatArray:
         predicted = forward.predict(point)
-        gap = far if predicted is None else (mass - predicted) / spread
+        gap = far if predicted is None else whitener(mass - predicted)
         return np.concatenate([gap, strains(forward.coordinates, point)])
 
     def slopes(point: FloatArray) -> FloatArray:
         here, held = forward.predict(point), np.diag(strain_slopes(forward.coordinates, point))
         if here is None:
             return np.vstack([np.zeros((len(mass), len(point))), held])
-        return np.vstack([-forward.jacobian(point, here) / spread, held])
+        return np.vstack([-whitener(forward.jacobian(point, here)), held])
 
     low = np.array([c.low for c in forward.coordinates])
     found = least_squares(
@@ -145,46 +177,42 @@ def together(about: FloatArray) -> float:
     return max(1.0, 1.0 + 2.0 * float(rho[1:end].sum()))
 
 
-def errors_of_record(found: Fit, forward: RecordForward) -> Errors:
-    """Return how sure the coordinates are: by the curvature, the scores of single cycles, and the base's noise."""
+def errors_of_record(found: RecordFit, forward: RecordForward) -> Errors:
+    """Return how sure the coordinates are: by both sensors' noise, the scores of single cycles, and the priors."""
     per_period = forward.track.per_period
-    shaken = forward.shaken(found.point, SHAKES) / max(forward.track.noise, SMALLEST * forward.track.rms)
     names = [c.name for c in found.coordinates]
     law = np.array([c.law for c in found.coordinates])
     own = law | np.isin(names, ("start_displacement", "start_velocity", "offset"))
-    joint: FloatArray = np.asarray(np.linalg.inv(found.precision), dtype=np.float64)
-    held: FloatArray = np.asarray(np.linalg.inv(found.precision[np.ix_(own, own)]), dtype=np.float64)
-    if found.excess > 1.0:
-        joint = _larger(joint, _by_cycles(found, joint, np.ones(len(own), dtype=bool), per_period))
-        held = _larger(held, _by_cycles(found, held, own, per_period))
-    joint = joint + _by_base(found, np.ones(len(own), dtype=bool), shaken)
-    held = held + _by_base(found, own, shaken)
+    shakes = forward.shaken(found.point, SHAKES)
+    joint = _covariance(found, np.ones(len(own), dtype=bool), shakes, per_period)
     statistical = np.zeros(len(own))
-    statistical[own] = np.sqrt(np.diag(held))
+    statistical[own] = np.sqrt(np.diag(_covariance(found, own, shakes, per_period)))
     return Errors(np.where(law, statistical, 0.0), _larger(joint, np.diag(statistical**2)))
 
 
-def _by_cycles(found: Fit, covariance: FloatArray, used: NDArray[np.bool_], per_period: int) -> FloatArray:
-    """Covariance by the scatter of the cycles' own scores: H^-1 (sum g g') H^-1, each g of one cycle."""
-    n = len(found.residual)
+def _covariance(found: RecordFit, used: NDArray[np.bool_], shakes: FloatArray, per_period: int) -> FloatArray:
+    """Covariance of some coordinates, the others held: noise carried through the fit, and what the priors add."""
+    posterior: FloatArray = np.asarray(np.linalg.inv(found.precision[np.ix_(used, used)]), dtype=np.float64)
+    gain = found.whitener.transposed(found.jacobian[:, used] @ posterior) / found.excess  # (n, m): values over the gap
+    covariance = found.excess * found.noise**2 * gain.T @ gain + posterior @ posterior
+    if found.excess > 1.0:
+        covariance = _larger(covariance, _by_cycles(found, gain, per_period))
+    if len(shakes):
+        moved = shakes @ gain
+        covariance = covariance + moved.T @ moved / len(moved)
+    return np.asarray(covariance)
+
+
+def _by_cycles(found: RecordFit, gain: FloatArray, per_period: int) -> FloatArray:
+    """Covariance by the scatter of what single cycles do to the values."""
+    n, count = gain.shape
     blocks = n // per_period
     if blocks < 4:
-        return np.zeros_like(covariance)
-    whole = blocks * per_period
-    scores = found.jacobian[:whole, used] * (found.residual[:whole, None] / found.excess)
-    each = scores.reshape(blocks, per_period, -1).sum(axis=1)
-    few = blocks / (blocks - 1.0) * (blocks - 1.0) / max(blocks - 3.0, 1.0)
-    return np.asarray(covariance @ (each.T @ each * few) @ covariance)
-
-
-def _by_base(found: Fit, used: NDArray[np.bool_], shaken: FloatArray) -> FloatArray:
-    """Covariance by what the base's noise does to the record: mean square of the shifts it makes in the fit."""
-    count = int(used.sum())
-    if not len(shaken):
         return np.zeros((count, count))
-    covariance = np.linalg.inv(found.precision[np.ix_(used, used)])
-    shifts = shaken @ found.jacobian[:, used] @ covariance / found.excess
-    return np.asarray(shifts.T @ shifts / len(shaken))
+    whole = blocks * per_period
+    each = (gain[:whole] * found.gap[:whole, None]).reshape(blocks, per_period, count).sum(axis=1)
+    few = blocks / max(blocks - 3.0, 1.0)
+    return np.asarray(each.T @ each * few)
 
 
 def _larger(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -18,13 +18,13 @@ from frictionlab.errors import AnalysisError, ParameterError, SimulationError, U
 from frictionlab.identification.fit import Fit, log_evidence
 from frictionlab.identification.identify import Identified, coordinates_of, with_errors
 from frictionlab.identification.ladder import EXACT, REQUIRED, laws_above, trial_values
-from frictionlab.identification.record_fit import errors_of_record, fit_record, together
+from frictionlab.identification.record_fit import RecordFit, errors_of_record, fit_record, together
 from frictionlab.identification.track import (
     RecordForward,
     Track,
+    of_a_record,
     start_coordinates,
     start_values,
-    without_second_harmonic,
 )
 from frictionlab.simulator.laws import law_of
 from frictionlab.uncertainty import Sources
@@ -42,7 +42,7 @@ class RecordRung:
     whether the record requires it; ``seconds``: what it took.
     """
 
-    found: Fit
+    found: RecordFit
     forward: RecordForward
     nrmse: float
     squares: FloatArray
@@ -114,10 +114,10 @@ class RecordLadder:
     def _rung(self, name: str, starts: list[dict[str, float]], below: RecordRung | None) -> RecordRung:
         begin = time.perf_counter()
         family = self.below.family.under(law_of(name))
-        known = without_second_harmonic(coordinates_of(family, self.measurement, self.sources))
+        known = of_a_record(coordinates_of(family, self.measurement, self.sources))
         forward = RecordForward(family, (*known, *start_coordinates(self.track)), self.track)
         found = fit_record(forward, self.below.fit.observed, starts)
-        gap = found.residual * (self.track.noise or 1.0)
+        gap = found.gap
         rung = RecordRung(
             found,
             forward,

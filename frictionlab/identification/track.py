@@ -21,6 +21,7 @@ from frictionlab.simulator.record import BaseRecord, Response, prepare, respond
 FloatArray = NDArray[np.float64]
 DENSE = 120.0  # samples per period of drive or frame, whichever is shorter, that a fit needs at most
 STEP = 1e-3  # of a prior's width: finite differences of the simulated record
+NUISANCES = ("natural_frequency", "gain", "lag", "frame_damping_ratio")  # that a record is simulated with
 WIDE = 1.0  # Y: prior of what nobody knows of the start, in the response's own size
 
 
@@ -220,6 +221,6 @@ def start_values(track: Track) -> dict[str, float]:
     return {"start_displacement": float(level), "start_velocity": float(slope) / omega, "offset": 0.0}
 
 
-def without_second_harmonic(coordinates: tuple[Coordinate, ...]) -> tuple[Coordinate, ...]:
-    """The unknowns of a cycle that a record has too: its base is the measured one, harmonics included."""
-    return tuple(c for c in coordinates if not c.name.startswith("second_"))
+def of_a_record(coordinates: tuple[Coordinate, ...]) -> tuple[Coordinate, ...]:
+    """The unknowns of a cycle that `RecordForward` has too: its base is the measured one, and no sensor bends."""
+    return tuple(c for c in coordinates if c.law or c.name in NUISANCES)

@@ -17,9 +17,9 @@ from frictionlab.identification.record_ladder import RecordLadder, RecordRung
 from frictionlab.identification.track import (
     RecordForward,
     Track,
+    of_a_record,
     start_coordinates,
     start_values,
-    without_second_harmonic,
 )
 from frictionlab.identification.wander import changes, walk
 from frictionlab.identification.whole_record import WholeRecord
@@ -44,7 +44,7 @@ def identify_whole(track: Track, measurement: Measurement, found: Identified, so
         No values tried have a motion.
     """
     family = found.family
-    known = without_second_harmonic(coordinates_of(family, measurement, sources))
+    known = of_a_record(coordinates_of(family, measurement, sources))
     forward = RecordForward(family, (*known, *start_coordinates(track)), track)
     middle = {name: value for name, value in found.fit.values.items() if not name.startswith("second_")}
     starts = [middle | start_values(track)]
@@ -89,7 +89,7 @@ def follow(track: Track, found: Identified) -> WholeRecord:
     forward = RecordForward(found.family, unknown, track, fixed=values)
     point = np.zeros(0)
     if unknown:
-        point = fit_record(forward, found.fit.observed, [start_values(track)]).point
+        point = fit_record(forward, found.fit.observed, [start_values(track)], weighs=False).point
     predicted = forward.predict(point)
     if predicted is None:
         raise AnalysisError(f"record: law {found.family.law.name} has no motion at the values found")
