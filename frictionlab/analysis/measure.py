@@ -89,7 +89,7 @@ def _for_its_cause(error: AnalysisError, recording: Recording) -> AnalysisError:
     )
 
 
-def _channels(scene: Scene) -> tuple[restoring.Channel, restoring.Channel]:
+def channels_of(scene: Scene) -> tuple[restoring.Channel, restoring.Channel]:
     """The ways of mass and base into the log, as the scene declares them."""
     s = scene.sensors
     mass = restoring.Channel(0.0, s.mass_filter_hz or s.filter_hz, s.mass_filter_order or s.filter_order)
@@ -98,7 +98,7 @@ def _channels(scene: Scene) -> tuple[restoring.Channel, restoring.Channel]:
 
 def _stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], list[str]]:
     """The recording's sound parts, evenly sampled, and what had to be said about them."""
-    of_mass, of_base = _channels(scene)
+    of_mass, of_base = channels_of(scene)
     step = 1.0 / recording.sampling_rate_hz
     warnings = list(recording.source.warnings)
     parts, strays = [], 0.0
@@ -145,6 +145,30 @@ def _is_force(value: Fact) -> bool:
     return isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0
 
 
+def source_of(recording: Recording) -> str:
+    """The names of the logs that a recording was made of."""
+    return ", ".join(f.name for f in recording.source.files)
+
+
+def material_of(recording: Recording, scene: Scene) -> str | None:
+    """Material of a test's contact, as the recording has it, else the scene."""
+    value = recording.experiment.get("material", scene.experiment.material)
+    return None if value is None else str(value)
+
+
+def normal_force_of(recording: Recording, scene: Scene) -> float | None:
+    """Normal force of a test [N], as the recording has it, else the scene."""
+    value = recording.experiment.get("normal_force_n", scene.experiment.normal_force_n)
+    return float(value) if value is not None and _is_force(value) else None
+
+
+def of_sensors_and_rig(recording: Recording, scene: Scene, sampling_rate_hz: float) -> Sources:
+    """What is not known of the sensors and the rig of a test."""
+    lag = recording.source.dialect.get("lag_s_u")
+    lag_s_u = lag if isinstance(lag, float) else None
+    return sources_of(scene, sampling_rate_hz, normal_force_n=normal_force_of(recording, scene), lag_s_u=lag_s_u)
+
+
 def _gaps(recording: Recording) -> Iterator[str]:
     """A sentence for each of the first gaps, and one for the rest."""
     gaps = recording.gaps
@@ -175,6 +199,11 @@ class _Composition:
     parts: list[Stretch]
     said: tuple[str, ...]
 
+    @property
+    def sources(self) -> Sources:
+        """What is not known of sensors and rig."""
+        return of_sensors_and_rig(self.recording, self.scene, 1.0 / self.parts[0].step)
+
     def measurement(self) -> Measurement:
         """Put the numbers together."""
         layout, response_, scene = self.layout, self.response, self.scene
@@ -188,12 +217,12 @@ class _Composition:
         cycle, estimates = self._cycle(used), self._estimates(series, used, loop, self._steady(settled), trend)
         budget = self._budget(cycle, estimates)
         return Measurement(
-            source=self._source(),
+            source=source_of(self.recording),
             status="ok",
             reason=None,
             warnings=self.said + self._warnings(settled, loop),
-            material=self._fact("material"),
-            normal_force_n=self._force(),
+            material=material_of(self.recording, scene),
+            normal_force_n=normal_force_of(self.recording, scene),
             sampling_rate_hz=1.0 / self.parts[0].step,
             duration_s=self.recording.duration_s,
             transient_s=scene.analysis.transient_s,
@@ -215,7 +244,7 @@ class _Composition:
             base_noise_m=layout.base_noise * drive.amplitude,
             accuracy=accuracy_of(scene),
             cycle=cycle,
-            sources=self._sources(),
+            sources=self.sources,
             series=series,
             trend=trend,
             traces=traces.traces(layout, response_.found, used),
@@ -230,23 +259,14 @@ class _Composition:
         shares = cycle_budget(
             cycle.mass_smooth,
             cycle.base,
-            self._sources(),
+            self.sources,
             turn=2.0 * math.pi * drive.frequency,
             unit=drive.amplitude,
         )
-        ratio, known = estimates["ratio"].value, self._sources().natural_frequency
+        ratio, known = estimates["ratio"].value, self.sources.natural_frequency
         found: dict[str, Shares] = {"frequency_ratio": {"natural frequency": (ratio or 0.0) * known}, **shares}
         own = {key: estimates[name].se or 0.0 for name, key in SHARED.items()}
         return {key: {STATISTICAL: own[key], **found[key]} for key in SHARED.values() if estimates[FIELDS[key]].known}
-
-    def _sources(self) -> Sources:
-        lag = self.recording.source.dialect.get("lag_s_u")
-        return sources_of(
-            self.scene,
-            1.0 / self.parts[0].step,
-            normal_force_n=self._force(),
-            lag_s_u=lag if isinstance(lag, float) else None,
-        )
 
     def _estimates(
         self, series: CycleSeries, used: slice, loop: energy.Mean, steady: slice, trend: drift.Trend | None
@@ -351,7 +371,8 @@ class _Composition:
         early, rows = approach(first, layout)
         final = layout.mass[-max(4, len(layout) // 4) :].mean(axis=0)
         size = max(float(final.std()), 1e-300)
-        distance = np.concatenate([_distance(rows, final), _distance(layout.mass, final)]) / size
+        every = (row for part in (rows, layout.mass) for row in part)
+        distance = np.array([float(np.sqrt(np.mean((row - final) ** 2))) for row in every]) / size
         settled = steadiness.settled_at(distance, floor=2.0 * layout.mass_noise / size)
         return None if settled is None else float(np.append(early, layout.time)[settled] - first.time)
 
@@ -367,17 +388,6 @@ class _Composition:
             wall_moves=scene.model.wall == "base",
         )
         return said if natural else (*said, NO_NATURAL_FREQUENCY)
-
-    def _source(self) -> str:
-        return ", ".join(f.name for f in self.recording.source.files)
-
-    def _fact(self, name: str) -> str | None:
-        value = self.recording.experiment.get(name, getattr(self.scene.experiment, name, None))
-        return None if value is None else str(value)
-
-    def _force(self) -> float | None:
-        value = self.recording.experiment.get("normal_force_n", self.scene.experiment.normal_force_n)
-        return float(value) if value is not None and _is_force(value) else None
 
 
 def _with_u(estimate: Estimate, shares: Shares | None) -> Estimate:

@@ -104,7 +104,7 @@ def compare_numeric(
     )
     check_law(law)
     recordings = expanded(recordings, recordings=True)
-    kinds = ("comparison", "contact", *(("record",) if whole else ()))
+    kinds = ("comparison", "contact", *(("record",) if whole or fit == "whole" else ()))
     plots = figure_places(plot, recordings, kinds, force=force)
     if output is not None:
         check_output(output, COMPARISONS, force=force, inputs=recordings)
@@ -164,7 +164,7 @@ def _row(
     comparison = compare(files.get(path, path), scene, law=law, friction_ratio=beta, whole=whole, fit=fit)
     if plots is not None:
         drawn: dict[str, Drawable] = {
-            "comparison": comparison,
+            "comparison": comparison if len(comparison.tau) else None,
             "contact": comparison.contact,
             "record": comparison.record,
         }

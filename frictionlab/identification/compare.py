@@ -66,32 +66,57 @@ def compare(
     UsageError
         The law or the friction ratio cannot be.
     """
-    measurement = measure(recording, scene)
     if not whole and fit == "cycle":
-        return predict(measurement, scene, law=law, friction_ratio=friction_ratio, solver=solver)
+        return predict(measure(recording, scene), scene, law=law, friction_ratio=friction_ratio, solver=solver)
+    _check_given(law, friction_ratio)
+    from frictionlab.identification.unsteady import compare_unsteady, cycle_of  # noqa: PLC0415 - a cycle needs it not
+
+    measurement, why = cycle_of(recording, scene, fit=fit)
+    if measurement is None:
+        return compare_unsteady(recording, scene, why, law=law, friction_ratio=friction_ratio)
+    return _with_record(recording, scene, measurement, law, friction_ratio, solver, fit)
+
+
+def _with_record(
+    recording: Recording,
+    scene: Scene,
+    measurement: Measurement,
+    law: str | None,
+    friction_ratio: float | None,
+    solver: Solver | None,
+    fit: Fitted,
+) -> Comparison:
+    """A steady cycle and the whole record over their predictions."""
+    from frictionlab.identification.track import track_of  # noqa: PLC0415 - these two load what a cycle has no use for
+    from frictionlab.identification.whole import (  # noqa: PLC0415
+        climb_whole,
+        follow,
+        identify_whole,
+        question_of,
+        under_measured_base,
+    )
+
     sources = measurement.sources
     found, ladder = _identified(measurement, scene, sources, law, friction_ratio)
-    from frictionlab.identification.track import track_of  # noqa: PLC0415 - these two load what a cycle has no use for
-    from frictionlab.identification.whole import climb_whole, follow, identify_whole  # noqa: PLC0415
-
-    track, said = track_of(recording, measurement, measurement.drive_frequency_hz / found.family.r)
-    cycle_law, record_laws = found.family.law.name, None
+    track, said = track_of(recording, scene, measurement, measurement.drive_frequency_hz / found.family.r)
+    cycle_law, climbed = found.family.law.name, None
     if fit == "whole" and law == AUTO:
-        found, climbed = climb_whole(track, measurement, found, sources)
-        record_laws = tuple(rung.row() for rung in climbed)
+        found, climbed = climb_whole(question_of(track, measurement, found, sources))
     elif fit == "whole":
-        found = identify_whole(track, measurement, found, sources)
+        found = identify_whole(question_of(track, measurement, found, sources))
+    if fit == "whole":
+        found = under_measured_base(measurement, found)
     record = follow(track, found)
     state = _state(found, solver or scene.model.solver)
     comparison = _compared(measurement, scene, found, state, sources, ladder)
     return replace(
         comparison,
-        warnings=(*comparison.warnings, *said, *record.warnings),
+        warnings=(*comparison.warnings, *said, *record.warnings, *(climbed.said if climbed else ())),
         record_nrmse=record.nrmse,
         record_energy_difference=record.energy_difference,
         record=record,
         cycle_law=cycle_law if law == AUTO else None,
-        record_laws=record_laws,
+        record_laws=climbed.rows if climbed else None,
     )
 
 
@@ -110,14 +135,18 @@ def predict(
     return _compared(measurement, scene, found, state, sources, ladder)
 
 
-def _identified(
-    measurement: Measurement, scene: Scene, sources: Sources, law: str | None, friction_ratio: float | None
-) -> tuple[Identified, Ladder | None]:
-    """Return the law that is given or required, with its values for the mean cycle, and the ladder if climbed."""
+def _check_given(law: str | None, friction_ratio: float | None) -> None:
     if friction_ratio is not None and not (friction_ratio >= 0 and math.isfinite(friction_ratio)):
         raise UsageError(f"friction ratio: expected a number of at least 0; got {friction_ratio:g}")
     if law == AUTO and friction_ratio is not None:
         raise UsageError("friction ratio: a given one (--beta) and a law to be found (--law auto) exclude each other")
+
+
+def _identified(
+    measurement: Measurement, scene: Scene, sources: Sources, law: str | None, friction_ratio: float | None
+) -> tuple[Identified, Ladder | None]:
+    """Return the law that is given or required, with its values for the mean cycle, and the ladder if climbed."""
+    _check_given(law, friction_ratio)
     family = family_of(measurement, scene, None if law == AUTO else law)
     if law == AUTO:
         ladder = climb(measurement, family.under_plain_coulomb(), sources)
@@ -141,12 +170,12 @@ def _state(found: Identified, solver: Solver) -> SteadyState:
     return steady_state(problem, solver=solver)
 
 
-def model_words(family: Family) -> str:
-    """The physics that was switched on, as words."""
+def model_words(family: Family, base: str | None = None) -> str:
+    """The physics that was switched on, as words; ``base``: what drove it, where that is no series of harmonics."""
     words = [family.law.words, f"{family.wall} wall"]
     words += [f"{name} {value:g}" for name, value in _held_words(family.held).items()]
     count = family.base.harmonics
-    words.append(f"{count} base harmonics" if count > 1 else "cosine base")
+    words.append(base or (f"{count} base harmonics" if count > 1 else "cosine base"))
     return ", ".join(words)
 
 
@@ -177,6 +206,8 @@ def _compared(
     if prediction.cycle is None:
         said.append(f"no prediction: {state.outcome}")
     left = {} if ladder is None else _left(measurement, ladder, found, judged)
+    amplitude, normal_force = measurement.base_amplitude, measurement.normal_force_n
+    friction = friction_of(found, scene, sources, amplitude=amplitude, normal_force=normal_force)
     return Comparison(
         source=measurement.source,
         status=measurement.status,
@@ -211,7 +242,8 @@ def _compared(
         measured=cycle.mass,
         predicted=prediction.cycle,
         contact=_contact(measurement, found, state, prediction.cycle, _points(ladder, left)),
-        **friction_of(measurement, scene, found, sources),
+        budget={**measurement.budget, **friction.pop("budget")},
+        **friction,
     )
 
 

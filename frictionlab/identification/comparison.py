@@ -1,7 +1,7 @@
 """A measured steady cycle over its prediction: the result, with the contract's keys."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -17,7 +17,11 @@ FloatArray = NDArray[np.float64]
 Verdict = Literal["explained", "misfit"]
 
 
-@dataclass(frozen=True, repr=False)
+def _nothing() -> FloatArray:
+    return np.zeros(0)
+
+
+@dataclass(frozen=True, repr=False, kw_only=True)
 class Comparison:
     """A measured steady cycle and its prediction; the contract's keys, ``None`` is not known.
 
@@ -33,45 +37,48 @@ class Comparison:
     ``measured``, ``predicted`` (p,) in Y stand behind them. ``record_nrmse``, ``record_energy_difference``: the same of
     the whole record (``record``), where it was asked for; ``cycle_law``, ``record_laws``: with law "auto", what the
     steady cycle requires, and the ladder that the record climbed from there (fit "whole"): ``law`` is then its top.
+    A record without a steady cycle (a sweep, a start-up) has None for all that is a cycle's, and empty arrays: its law
+    is told over the largest displacement of the base from its first value and, of speeds, over omega_n times that.
     """
 
     source: str
     status: str
     reason: str | None
     warnings: tuple[str, ...]
-    frequency_ratio: float
-    energy_per_cycle: float
-    response_amplitude: float
-    stops_per_cycle: float
-    regime: str
     law: str
     friction: Estimate
     force: Estimate
     coefficient: Estimate
-    predicted_energy_per_cycle: float | None
-    predicted_response_amplitude: float | None
-    predicted_stops_per_cycle: float | None
-    predicted_regime: str | None
-    energy_difference: float | None
-    response_nrmse: float | None
-    response_floor: float
-    misfit: float | None
-    verdict: Verdict | None
     parameters: Mapping[str, Mapping[str, Any]]
     model: str
     solver: str
     closure_error: float | None
     nuisances: Mapping[str, Mapping[str, float]]
     budget: Mapping[str, Mapping[str, float]]
-    laws: tuple[Mapping[str, object], ...] | None
     accuracy: str
     material: str | None
     normal_force_n: float | None
-    tau: FloatArray
-    base: FloatArray
-    measured: FloatArray
-    predicted: FloatArray | None
-    contact: ContactForce
+
+    frequency_ratio: float | None = None
+    energy_per_cycle: float | None = None
+    response_amplitude: float | None = None
+    stops_per_cycle: float | None = None
+    regime: str | None = None
+    predicted_energy_per_cycle: float | None = None
+    predicted_response_amplitude: float | None = None
+    predicted_stops_per_cycle: float | None = None
+    predicted_regime: str | None = None
+    energy_difference: float | None = None
+    response_nrmse: float | None = None
+    response_floor: float | None = None
+    misfit: float | None = None
+    verdict: Verdict | None = None
+    laws: tuple[Mapping[str, object], ...] | None = None
+    tau: FloatArray = field(default_factory=_nothing)
+    base: FloatArray = field(default_factory=_nothing)
+    measured: FloatArray = field(default_factory=_nothing)
+    predicted: FloatArray | None = None
+    contact: ContactForce | None = None
 
     record_nrmse: float | None = None
     record_energy_difference: float | None = None
@@ -95,6 +102,9 @@ class Comparison:
 
     def __repr__(self) -> str:
         left = "no prediction" if self.response_nrmse is None else f"nrmse {self.response_nrmse:.2g}, {self.verdict}"
+        if not len(self.tau) and self.record_nrmse is not None:
+            left = f"record nrmse {self.record_nrmse:.2g}"
         said = f", {len(self.warnings)} warnings" if self.warnings else ""
-        named = f"{self.source}: r = {self.frequency_ratio:.4g}, {self.law}"
+        ratio = "no steady cycle" if self.frequency_ratio is None else f"r = {self.frequency_ratio:.4g}"
+        named = f"{self.source}: {ratio}, {self.law}"
         return f"<Comparison {named}, beta {self.friction}, {left}{said}>"

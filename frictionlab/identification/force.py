@@ -3,30 +3,35 @@
 import math
 from typing import Any
 
-from frictionlab.analysis.measurement import Measurement
 from frictionlab.estimate import Estimate
 from frictionlab.identification.identify import Identified, ParameterEstimate
 from frictionlab.scene import Scene
 from frictionlab.uncertainty import Sources
 
 
-def friction_of(measurement: Measurement, scene: Scene, found: Identified, sources: Sources) -> dict[str, Any]:
+def friction_of(
+    found: Identified, scene: Scene, sources: Sources, *, amplitude: Estimate, normal_force: float | None
+) -> dict[str, Any]:
     """Return friction ratio, force (N) and coefficient as estimates, and what adds to their uncertainty.
 
-    By the names of a comparison's fields: ``friction``, ``force``, ``coefficient``, ``budget``.
+    By the names of a comparison's fields: ``friction``, ``force``, ``coefficient``, ``budget``. ``amplitude``: Y [m],
+    that the friction ratio is told over; ``normal_force``: N, if it is known.
     """
     beta = found.parameters["beta"]
     friction = Estimate(beta.value, beta.se, beta.u)
-    force = friction_force(measurement, scene, friction, sources)
-    coefficient = coefficient_of(force, measurement.normal_force_n, sources.normal_force)
+    force = friction_force(friction, scene, sources, amplitude)
+    coefficient = coefficient_of(force, normal_force, sources.normal_force)
     shares = force_budget(force, coefficient, beta, sources)
-    budget = {**measurement.budget, "friction_ratio": found.shares, **shares}
-    return {"friction": friction, "force": force, "coefficient": coefficient, "budget": budget}
+    return {
+        "friction": friction,
+        "force": force,
+        "coefficient": coefficient,
+        "budget": {"friction_ratio": found.shares, **shares},
+    }
 
 
-def friction_force(measurement: Measurement, scene: Scene, beta: Estimate, sources: Sources) -> Estimate:
+def friction_force(beta: Estimate, scene: Scene, sources: Sources, base: Estimate) -> Estimate:
     """Friction force beta k Y (N): friction ratio and base amplitude count in both errors, stiffness and gain in u."""
-    base = measurement.base_amplitude
     force = beta.scaled(scene.rig.stiffness).scaled(base.value)
     if force.value is None or base.relative_se is None or beta.se is None or beta.u is None or not beta.value:
         return Estimate(force.value)

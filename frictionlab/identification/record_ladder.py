@@ -8,28 +8,25 @@ its Bayes factor is above 5, and if the sums of squares of single periods fall b
 
 import math
 import time
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError, ParameterError, SimulationError, UsageError
+from frictionlab.identification.coordinates import Coordinate
+from frictionlab.identification.family import Family
 from frictionlab.identification.fit import Fit, log_evidence
-from frictionlab.identification.identify import Identified, coordinates_of, with_errors
-from frictionlab.identification.ladder import EXACT, REQUIRED, laws_above, trial_values
+from frictionlab.identification.identify import Identified, with_errors
+from frictionlab.identification.ladder import EXACT, NUMERIC, REQUIRED, laws_above, trial_values
+from frictionlab.identification.observed import Observed
 from frictionlab.identification.record_fit import RecordFit, errors_of_record, fit_record, together
-from frictionlab.identification.track import (
-    RecordForward,
-    Track,
-    of_a_record,
-    start_coordinates,
-    start_values,
-)
+from frictionlab.identification.track import RecordForward, Track, start_coordinates
 from frictionlab.simulator.laws import law_of
-from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
+Unknowns = Callable[[Family], tuple[Coordinate, ...]]
 MOST_RUNGS = 24
 
 
@@ -70,18 +67,20 @@ class RecordRung:
 
 @dataclass
 class RecordLadder:
-    """The rungs of one record as they come; ``left_out``: law -> why it could not be fitted."""
+    """The rungs of one record as they come.
+
+    ``unknowns``: the coordinates of a family of problems; ``left_out``: law -> why it could not be fitted.
+    """
 
     track: Track
-    measurement: Measurement
-    sources: Sources
-    below: Identified
+    unknowns: Unknowns
+    observed: Observed
     rungs: list[RecordRung] = field(default_factory=list)
     left_out: dict[str, str] = field(default_factory=dict)
 
-    def climb(self) -> Identified:
+    def climb(self, family: Family, starts: Sequence[Mapping[str, float]]) -> Identified:
         """Return the law that the record requires, with its values and their errors."""
-        here = self._rung(self.below.family.law.name, self._bottom_starts(), None)
+        here = self._rung(family, starts, None)
         while len(self.rungs) < MOST_RUNGS:
             good = self._above(here, 1) or self._above(here, 2)
             if not good:
@@ -89,9 +88,20 @@ class RecordLadder:
             here = max(good, key=lambda rung: rung.gain)
         return with_errors(here.forward.family, here.found, errors=errors_of_record(here.found, here.forward))
 
-    def _bottom_starts(self) -> list[dict[str, float]]:
-        values = {n: v for n, v in self.below.fit.values.items() if not n.startswith("second_")}
-        return [values | start_values(self.track)]
+    @property
+    def rows(self) -> tuple[dict[str, object], ...]:
+        """The rungs as objects of the contract's ladder."""
+        return tuple(rung.row() for rung in self.rungs)
+
+    @property
+    def said(self) -> tuple[str, ...]:
+        """Which laws were not held against the record, and why."""
+        numeric = ", ".join(NUMERIC)
+        tried = f"record_laws: the exact laws alone were tried on the whole record, not {numeric}"
+        return (
+            f"{tried}; do: --law coulomb+NAME --fit whole for one of them",
+            *(f"law {name}: not compared on the record: {why}" for name, why in self.left_out.items()),
+        )
 
     def _above(self, here: RecordRung, count: int) -> list[RecordRung]:
         """The rungs with so many more terms that the record requires over this one."""
@@ -104,19 +114,17 @@ class RecordLadder:
             return None
         known = here.found.values
         family = here.forward.family.under(law_of(name))
-        new = [c for c in coordinates_of(family, self.measurement, self.sources) if c.law and c.name not in known]
+        new = [c for c in self.unknowns(family) if c.law and c.name not in known]
         try:
-            return self._rung(name, [known | values for values in trial_values(new)], here)
+            return self._rung(family, [known | values for values in trial_values(new)], here)
         except (AnalysisError, ParameterError, SimulationError, UsageError, np.linalg.LinAlgError) as fault:
             self.left_out[name] = str(fault)
             return None
 
-    def _rung(self, name: str, starts: list[dict[str, float]], below: RecordRung | None) -> RecordRung:
+    def _rung(self, family: Family, starts: Sequence[Mapping[str, float]], below: RecordRung | None) -> RecordRung:
         begin = time.perf_counter()
-        family = self.below.family.under(law_of(name))
-        known = of_a_record(coordinates_of(family, self.measurement, self.sources))
-        forward = RecordForward(family, (*known, *start_coordinates(self.track)), self.track)
-        found = fit_record(forward, self.below.fit.observed, starts)
+        forward = RecordForward(family, (*self.unknowns(family), *start_coordinates(self.track)), self.track)
+        found = fit_record(forward, self.observed, starts)
         gap = found.gap
         rung = RecordRung(
             found,

@@ -3,24 +3,32 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.denoise import best_penalty, smoothed
+from frictionlab.analysis.measure import channels_of
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.noise import white_noise
+from frictionlab.analysis.restoring import restored
 from frictionlab.base_motion import sound_base
-from frictionlab.errors import SimulationError
+from frictionlab.errors import AnalysisError, SimulationError
 from frictionlab.identification.coordinates import Coordinate, values_of
 from frictionlab.identification.family import Family
 from frictionlab.recording import Recording
+from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.record import BaseRecord, Response, prepare, respond
 
 FloatArray = NDArray[np.float64]
 DENSE = 120.0  # samples per period of drive or frame, whichever is shorter, that a fit needs at most
 STEP = 1e-3  # of a prior's width: finite differences of the simulated record
+FEWEST, FEWEST_PERIODS = 64, 4.0  # samples, and periods of the frame, that a record without a cycle has at least
+ROUGHER = 100.0  # the penalty's share: noise is left up to a frequency 1.8 times as high
+DRAWS = 100  # of the base's noise
+MOVES = 5.0  # times its sensor's noise is a motion
 NUISANCES = ("natural_frequency", "gain", "lag", "frame_damping_ratio")  # that a record is simulated with
 WIDE = 1.0  # Y: prior of what nobody knows of the start, in the response's own size
 
@@ -38,9 +46,10 @@ class Track:
     noise : float
         Rms of the white noise of the mass's sensor over Y, of one sample.
     scale : float
-        Y [m]: the amplitude of the base's fundamental in the steady cycles, so that beta means the same there and here.
+        Y [m]: the amplitude of the base's fundamental in the steady cycles, so that beta means the same there and here;
+        without a steady cycle the largest displacement of the base from its first value.
     period : float
-        Of the drive, s.
+        Of the drive, s; of the stretches that a record without a steady cycle is told in.
     base_noise : float
         Rms of the white noise of the base's sensor over Y, of one sample, before it was smoothed away.
     penalty : float
@@ -70,6 +79,12 @@ class Track:
         noise = self.base_noise * generator.standard_normal(self.thin * len(self.base))
         return (smoothed(noise, self.penalty) if self.penalty else noise)[:: self.thin]
 
+    def size_error(self, generator: np.random.Generator) -> float:
+        """Relative error of the largest displacement from the first value, by what is left of the base's noise."""
+        at = int(np.argmax(np.abs(self.base - self.base[0])))
+        drawn = np.array([self.noise_left(generator)[[0, at]] for _ in range(DRAWS)])
+        return float(np.std(drawn[:, 1] - drawn[:, 0]) / abs(self.base[at] - self.base[0]))
+
     @property
     def rms(self) -> float:
         """Rms of the measured mass about its mean, over Y."""
@@ -81,39 +96,128 @@ class Track:
         return max(8, round(self.period * (len(self.time) - 1) / float(self.time[-1] - self.time[0])))
 
 
-def track_of(recording: Recording, measurement: Measurement, natural_frequency: float) -> tuple[Track, tuple[str, ...]]:
-    """Return a recording as a fit sees it, and what must be said of it.
+def track_of(
+    recording: Recording, scene: Scene, measurement: Measurement, natural_frequency: float
+) -> tuple[Track, tuple[str, ...]]:
+    """Return a recording with a steady cycle as a fit sees it, and what must be said of it.
 
     Raises
     ------
     RecordingError
         Its base has a gap or jumps: nothing can be simulated across.
     """
-    part, said = sound_base(recording)
     drive = measurement.drive_frequency_hz
-    thin = max(1, int(part.sampling_rate_hz / (DENSE * max(drive, natural_frequency))))
-    penalty = best_penalty(part.base_displacement, white_noise(part.base_displacement))
-    base = (smoothed(part.base_displacement, penalty) if penalty else part.base_displacement)[::thin]
-    time = (part.time - part.time[0])[::thin]
-    mass = part.mass_displacement[::thin]
-    scale = measurement.base_amplitude_m
-    steady = max(float(time[-1]) - measurement.transient_s, 1.0 / drive)
+    part, said = _sound(recording, scene)
+    drawn = _Drawn.of(part, scene).thinned(max(drive, natural_frequency), part.sampling_rate_hz)
+    steady = max(float(drawn.time[-1]) - measurement.transient_s, 1.0 / drive)
     whole = max(1, int(steady * drive))  # periods: the mean of the base is that of whole, settled ones
-    last = time >= time[-1] - whole / drive
-    track = Track(
-        time=time,
-        base=(base - base[last].mean()) / scale,
-        mass=(mass - mass.mean()) / scale,
-        noise=measurement.mass_noise_m / scale,
-        scale=scale,
-        period=1.0 / drive,
-        base_noise=measurement.base_noise_m / scale,
-        penalty=penalty,
-        thin=thin,
-        natural_frequency=natural_frequency,
-        start=float(part.time[0]),
+    middle = float(drawn.base[drawn.time >= drawn.time[-1] - whole / drive].mean())
+    noise = measurement.mass_noise_m, measurement.base_noise_m
+    return drawn.track(natural_frequency, middle, measurement.base_amplitude_m, 1.0 / drive, noise), said
+
+
+def unsteady_track(recording: Recording, scene: Scene, natural_frequency: float) -> tuple[Track, tuple[str, ...]]:
+    """Return a recording without a steady cycle as a fit sees it, and what must be said of it.
+
+    Y is the largest displacement of the base from its first value; the record is told in stretches of its base's mean
+    period, at least one of the frame.
+
+    Raises
+    ------
+    RecordingError
+        Its base has a gap or jumps: nothing can be simulated across.
+    AnalysisError
+        Base or mass do not move, or the record is shorter than four periods of the frame.
+    """
+    part, said = _sound(recording, scene)
+    _refuse_short(part, natural_frequency)
+    noise = white_noise(part.mass_displacement), white_noise(part.base_displacement)
+    _refuse_still(part, noise)
+    drawn = _Drawn.of(part, scene)
+    first, speed = float(drawn.base[0]), float(np.std(np.gradient(drawn.base, drawn.time)))
+    usual = speed / (2.0 * math.pi * float(np.std(drawn.base)))  # Hz
+    drawn = drawn.thinned(max(natural_frequency, usual), part.sampling_rate_hz)
+    scale = float(np.abs(drawn.base - first).max())
+    return drawn.track(natural_frequency, first, scale, 1.0 / min(natural_frequency, usual), noise), said
+
+
+def _refuse_short(part: Recording, natural_frequency: float) -> None:
+    least = FEWEST_PERIODS / natural_frequency
+    if len(part) < FEWEST or part.duration_s < least:
+        raise AnalysisError(
+            f"record: too short to be compared: expected {FEWEST_PERIODS:g} periods of the frame ({least:.3g} s) and"
+            f" {FEWEST} samples; got {part.duration_s:.3g} s and {len(part)} samples: record longer"
+        )
+
+
+def _refuse_still(part: Recording, noise: tuple[float, float]) -> None:
+    channels = {"mass": part.mass_displacement, "base": part.base_displacement}
+    for (name, channel), rms in zip(channels.items(), noise, strict=True):
+        if not float(np.std(channel)) > MOVES * rms:
+            raise AnalysisError(
+                f"record: the {name} does not move: its {1e6 * float(np.std(channel)):.3g} um rms are its sensor's"
+                f" noise: check the {name} column (--{name})"
+            )
+
+
+def _sound(recording: Recording, scene: Scene) -> tuple[Recording, tuple[str, ...]]:
+    """The part that can be simulated, what is known of sensors and log taken back, and what must be said of it."""
+    part, said = sound_base(recording)
+    of_mass, of_base = channels_of(scene)
+    step = 1.0 / part.sampling_rate_hz
+    back = replace(
+        part,
+        mass_displacement=restored(part.mass_displacement, step, of_mass),
+        base_displacement=restored(part.base_displacement, step, of_base),
     )
-    return track, tuple(s for s in said if s not in part.source.warnings)
+    return back, tuple(s for s in said if s not in part.source.warnings)
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """A sound part of a recording (m): the base without its noise, thinned to what a fit needs; ``time`` from 0."""
+
+    time: FloatArray
+    base: FloatArray
+    mass: FloatArray
+    penalty: float
+    thin: int
+    start: float
+
+    @classmethod
+    def of(cls, part: Recording, scene: Scene) -> Self:
+        """Smooth the base, but less than would bring it nearest to the truth.
+
+        The fit's errors hold the noise that is left, not what smoothing takes of the motion. A wall that moves feels
+        the base's acceleration, and there noise counts more.
+        """
+        penalty = best_penalty(part.base_displacement, white_noise(part.base_displacement))
+        penalty /= ROUGHER if scene.model.wall == "fixed" else 1.0
+        base = smoothed(part.base_displacement, penalty) if penalty else part.base_displacement
+        return cls(part.time - part.time[0], base, part.mass_displacement, penalty, 1, float(part.time[0]))
+
+    def thinned(self, highest: float, rate: float) -> Self:
+        """Keep what the highest frequency needs; both in Hz."""
+        k = max(1, int(rate / (DENSE * highest)))
+        return replace(self, time=self.time[::k], base=self.base[::k], mass=self.mass[::k], thin=k)
+
+    def track(
+        self, natural_frequency: float, zero: float, scale: float, period: float, noise: tuple[float, float]
+    ) -> Track:
+        """The same over a scale (m), the base from its zero (m), the mass from its mean."""
+        return Track(
+            time=self.time,
+            base=(self.base - zero) / scale,
+            mass=(self.mass - self.mass.mean()) / scale,
+            noise=noise[0] / scale,
+            scale=scale,
+            period=period,
+            base_noise=noise[1] / scale,
+            penalty=self.penalty,
+            thin=self.thin,
+            natural_frequency=natural_frequency,
+            start=self.start,
+        )
 
 
 @dataclass(frozen=True)
@@ -218,7 +322,8 @@ def start_values(track: Track) -> dict[str, float]:
     few = min(len(track.time), max(4, track.per_period // 40))
     omega = 2.0 * math.pi * track.natural_frequency
     slope, level = np.polyfit(track.time[:few], track.mass[:few], 1)
-    return {"start_displacement": float(level), "start_velocity": float(slope) / omega, "offset": 0.0}
+    zero = -float(track.base.mean())  # of the mass's own mean, which lies where the base's does
+    return {"start_displacement": float(level) - zero, "start_velocity": float(slope) / omega, "offset": zero}
 
 
 def of_a_record(coordinates: tuple[Coordinate, ...]) -> tuple[Coordinate, ...]:

@@ -30,8 +30,10 @@ def changes(gap: FloatArray, slope: FloatArray, periods: NDArray[np.intp]) -> tu
     return moved / np.maximum(weight, 1e-300), weight
 
 
-def walk(values: FloatArray, errors: FloatArray, size: float) -> tuple[FloatArray, FloatArray]:
-    """Return the smoothed values (c,) of a random walk seen with errors, and their own errors.
+def walk(values: FloatArray, errors: FloatArray, size: float) -> tuple[FloatArray, FloatArray, float]:
+    """Return the smoothed values (c,) of a random walk seen with errors, their own errors, and how sure it is.
+
+    How sure: the logarithm of how much more likely the values are than if nothing changed.
 
     Parameters
     ----------
@@ -43,18 +45,19 @@ def walk(values: FloatArray, errors: FloatArray, size: float) -> tuple[FloatArra
     --------
     >>> rng = np.random.default_rng(1)
     >>> truth = np.linspace(0.0, 1.0, 200)
-    >>> mean, error = walk(truth + 0.1 * rng.standard_normal(200), np.full(200, 0.1), 1.0)
-    >>> bool(np.std(mean - truth) < 0.05), bool(np.mean(np.abs(mean - truth) < 2 * error) > 0.9)
-    (True, True)
+    >>> mean, error, sure = walk(truth + 0.1 * rng.standard_normal(200), np.full(200, 0.1), 1.0)
+    >>> bool(np.std(mean - truth) < 0.05), bool(np.mean(np.abs(mean - truth) < 2 * error) > 0.9), sure > 10
+    (True, True, True)
     """
+    still = _forward(values, errors, 0.0, size)[0]
     best = max(STEPS * size, key=lambda step: _forward(values, errors, float(step), size)[0])
-    _, mean, variance = _forward(values, errors, float(best), size)
+    likely, mean, variance = _forward(values, errors, float(best), size)
     for c in range(len(values) - 2, -1, -1):
         ahead = variance[c] + best**2
         share = variance[c] / ahead
         mean[c] += share * (mean[c + 1] - mean[c])
         variance[c] += share**2 * (variance[c + 1] - ahead)
-    return mean, np.sqrt(np.maximum(variance, 0.0))
+    return mean, np.sqrt(np.maximum(variance, 0.0)), likely - still
 
 
 def _forward(values: FloatArray, errors: FloatArray, step: float, size: float) -> tuple[float, FloatArray, FloatArray]:

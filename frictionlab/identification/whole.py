@@ -1,19 +1,20 @@
 """The whole record against its prediction: fitted to it or to the steady cycle, followed from the first sample."""
 
 import math
-from collections.abc import Iterator
-from dataclasses import replace
-from itertools import groupby
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
-from frictionlab.identification.family import measured_base
+from frictionlab.identification.coordinates import Coordinate
+from frictionlab.identification.family import Family, measured_base
 from frictionlab.identification.identify import Identified, coordinates_of, with_errors
+from frictionlab.identification.observed import Observed
 from frictionlab.identification.record_fit import errors_of_record, fit_record, spread_of
-from frictionlab.identification.record_ladder import RecordLadder, RecordRung
+from frictionlab.identification.record_ladder import RecordLadder, Unknowns
 from frictionlab.identification.track import (
     RecordForward,
     Track,
@@ -28,49 +29,72 @@ from frictionlab.uncertainty import Sources
 FloatArray = NDArray[np.float64]
 LEAVES = 2.0  # times the usual misfit of a period at which the prediction has left the measurement
 NOISE = 3.0  # times the sensor's noise, at least
+CALM = 3  # periods below that end such a stretch
+LINEAR, UNTOLD = 0.5, 10.0  # times beta: a change up to which its derivative tells it, and the error where it does not
+SHAKES_OF_A_PERIOD = 10  # draws of the base's noise, for what it does to single periods
 SMALL = 1e-3  # relative change of beta for its derivative
 SEARCH = (0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0)  # friction ratios tried, over the cycle's
 
 
-def identify_whole(track: Track, measurement: Measurement, found: Identified, sources: Sources) -> Identified:
-    """Return the values of a law that fit the whole record best, from those that fit its cycle.
+@dataclass(frozen=True)
+class Question:
+    """What is asked of a record.
+
+    ``unknowns``: the coordinates of a family of problems; ``starts``: values to begin from, of which the best is
+    followed; ``observed``: the cycle that stands beside the record.
+    """
+
+    track: Track
+    family: Family
+    unknowns: Unknowns
+    starts: tuple[Mapping[str, float], ...]
+    observed: Observed
+
+
+def question_of(track: Track, measurement: Measurement, found: Identified, sources: Sources) -> Question:
+    """Ask a record what its cycle was asked, beginning from what that said.
 
     The unknowns and their priors are those of a cycle, with the start of the motion and the sensor's zero beside them.
-    Its base is the measured one; so the cycle that follows from these values has all measured harmonics of it.
+    """
+    middle = {name: value for name, value in found.fit.values.items() if not name.startswith("second_")}
+    starts = [middle | start_values(track)]
+    if "beta" in found.family.free:
+        starts += [starts[0] | {"beta": factor * middle["beta"]} for factor in SEARCH if factor != 1.0]
+
+    def unknowns(family: Family) -> tuple[Coordinate, ...]:
+        return of_a_record(coordinates_of(family, measurement, sources))
+
+    return Question(track, found.family, unknowns, tuple(starts), found.fit.observed)
+
+
+def identify_whole(question: Question) -> Identified:
+    """Return the values of a law that fit the whole record best.
 
     Raises
     ------
     AnalysisError
         No values tried have a motion.
     """
-    family = found.family
-    known = of_a_record(coordinates_of(family, measurement, sources))
-    forward = RecordForward(family, (*known, *start_coordinates(track)), track)
-    middle = {name: value for name, value in found.fit.values.items() if not name.startswith("second_")}
-    starts = [middle | start_values(track)]
-    if "beta" in family.free:
-        starts += [starts[0] | {"beta": factor * middle["beta"]} for factor in SEARCH if factor != 1.0]
-    best = fit_record(forward, found.fit.observed, starts)
-    return _under_measured_base(measurement, with_errors(family, best, errors=errors_of_record(best, forward)))
+    track, family = question.track, question.family
+    forward = RecordForward(family, (*question.unknowns(family), *start_coordinates(track)), track)
+    best = fit_record(forward, question.observed, question.starts)
+    return with_errors(family, best, errors=errors_of_record(best, forward))
 
 
-def climb_whole(
-    track: Track, measurement: Measurement, found: Identified, sources: Sources
-) -> tuple[Identified, tuple[RecordRung, ...]]:
-    """Return the law that the record requires, from the one that its cycle requires upward, and the rungs climbed.
+def climb_whole(question: Question) -> tuple[Identified, RecordLadder]:
+    """Return the law that the record requires, from the one that is asked about upward, and the ladder climbed.
 
     Raises
     ------
     AnalysisError
-        The cycle's law has no motion under the measured base.
+        That law has no motion under the measured base.
     """
-    ladder = RecordLadder(track, measurement, sources, found)
-    top = _under_measured_base(measurement, ladder.climb())
-    return top, tuple(ladder.rungs)
+    ladder = RecordLadder(question.track, question.unknowns, question.observed)
+    return ladder.climb(question.family, question.starts), ladder
 
 
-def _under_measured_base(measurement: Measurement, found: Identified) -> Identified:
-    """The same values, their steady cycle to be predicted under all measured harmonics of the base."""
+def under_measured_base(measurement: Measurement, found: Identified) -> Identified:
+    """Return the same values, their steady cycle to be predicted under all measured harmonics of the base."""
     family = replace(found.family, base=measured_base(measurement, len(measurement.cycle.base_cosine)))
     forward = replace(found.fit.forward, family=family)
     return replace(found, family=family, fit=replace(found.fit, forward=forward))
@@ -93,7 +117,7 @@ def follow(track: Track, found: Identified) -> WholeRecord:
     predicted = forward.predict(point)
     if predicted is None:
         raise AnalysisError(f"record: law {found.family.law.name} has no motion at the values found")
-    return _over(track, predicted, *_slope(forward, point, predicted))
+    return _over(track, predicted, *_slope(forward, point, predicted), forward.shaken(point, SHAKES_OF_A_PERIOD))
 
 
 def _slope(forward: RecordForward, point: FloatArray, predicted: FloatArray) -> tuple[float, FloatArray]:
@@ -105,7 +129,7 @@ def _slope(forward: RecordForward, point: FloatArray, predicted: FloatArray) -> 
     return beta, (there - predicted) / (SMALL * beta)
 
 
-def _over(track: Track, predicted: FloatArray, beta: float, slope: FloatArray) -> WholeRecord:
+def _over(track: Track, predicted: FloatArray, beta: float, slope: FloatArray, shakes: FloatArray) -> WholeRecord:
     """Measured over predicted, as a whole and period by period."""
     gap = track.mass - predicted
     area, area_predicted = loop_areas(track.base, track.mass), loop_areas(track.base, predicted)
@@ -113,7 +137,7 @@ def _over(track: Track, predicted: FloatArray, beta: float, slope: FloatArray) -
     edges = np.minimum(track.period * np.arange(count + 1), track.time[-1])
     power = np.concatenate([[0.0], np.cumsum(0.5 * (gap[1:] ** 2 + gap[:-1] ** 2) * np.diff(track.time))])
     each = np.sqrt(np.diff(np.interp(edges, track.time, power)) / np.diff(edges)) / track.rms
-    friction, error = _friction(track, gap, beta, slope, count)
+    friction, error, wanders = _friction(track, gap, beta, slope, count, shakes)
     return WholeRecord(
         time=track.start + track.time,
         base=track.base,
@@ -127,23 +151,33 @@ def _over(track: Track, predicted: FloatArray, beta: float, slope: FloatArray) -
         cycle_nrmse=each,
         cycle_friction=friction,
         cycle_friction_se=error,
+        wanders=wanders,
         left=tuple(_left(each, track, edges)),
     )
 
 
 def _friction(
-    track: Track, gap: FloatArray, beta: float, slope: FloatArray, count: int
-) -> tuple[FloatArray, FloatArray]:
-    """Friction ratio of each period, and its error; the fitted one where the record does not tell it."""
+    track: Track, gap: FloatArray, beta: float, slope: FloatArray, count: int, shakes: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    """Friction ratio of each period, its error, and how sure it is that it changes.
+
+    The fitted one where the record does not tell it: the mass stands, or the change is more than a small one.
+    """
     inside = track.time < count * track.period
     periods = (track.time[inside] / track.period).astype(np.intp)
     if count < 2 or not slope.any():
-        return np.full(count, beta), np.full(count, np.nan)
+        return np.full(count, beta), np.full(count, np.nan), 0.0
     change, weight = changes(gap[inside], slope[inside], periods)
     left = gap[inside] - change[periods] * slope[inside]
-    error = spread_of(left, track.noise) / np.sqrt(np.maximum(weight, 1e-6 * float(weight.max())))
-    walked, se = walk(change, error, beta)
-    return beta + walked, se
+    own = np.sqrt(np.bincount(periods, left**2) / np.bincount(periods))
+    known = np.sqrt(np.maximum(weight, 1e-6 * float(weight.max())))
+    error = np.maximum(spread_of(left, track.noise), own) / known
+    if len(shakes):
+        shaken = np.array([changes(shake[inside], slope[inside], periods)[0] for shake in shakes])
+        error = np.hypot(error, np.sqrt(np.mean(shaken**2, axis=0)))
+    far = np.abs(change) > LINEAR * beta
+    walked, se, sure = walk(np.where(far, 0.0, change), np.where(far, UNTOLD * beta, error), beta)
+    return beta + walked, se, sure
 
 
 def loop_areas(base: FloatArray, mass: FloatArray) -> FloatArray:
@@ -153,12 +187,12 @@ def loop_areas(base: FloatArray, mass: FloatArray) -> FloatArray:
 
 
 def _left(each: FloatArray, track: Track, edges: FloatArray) -> Iterator[tuple[float, float, float]]:
-    """Stretches of periods whose misfit is far above the usual one's and the noise's."""
+    """Stretches of periods whose misfit is far above the usual one's and the noise's; a short calm ends none."""
     if len(each) < 4:
         return
     limit = max(LEAVES * float(np.median(each)), NOISE * track.noise / track.rms)
-    for out, group in groupby(enumerate(each > limit), key=lambda item: bool(item[1])):
-        places = [i for i, _ in group]
-        if out:
+    out = np.flatnonzero(each > limit)
+    for places in np.split(out, np.flatnonzero(np.diff(out) > CALM) + 1):
+        if len(places):
             begin, end = float(edges[places[0]]), float(edges[places[-1] + 1])
             yield track.start + begin, track.start + end, float(each[places].max())

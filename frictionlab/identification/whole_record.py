@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Fitted = Literal["cycle", "whole"]
 SURE = 4.0  # errors between the least and the largest friction from which it is said to wander
+LIKELY = 5.0  # the logarithm by which friction that wanders is more likely, from which it is said
 SHOWN = 5  # stretches told one by one
 
 
@@ -33,6 +34,8 @@ class WholeRecord:
     cycle_friction, cycle_friction_se : ndarray of shape (c,)
         Friction ratio of each period as a random walk about the fitted one, and the standard error of its changes;
         their common level is as sure as the friction ratio itself.
+    wanders : float
+        Logarithm of how much more likely friction that changes is than friction that does not.
     left : tuple of (float, float, float)
         Where the prediction leaves the measurement: from, to (s), and the largest nrmse of a period there.
     """
@@ -49,6 +52,7 @@ class WholeRecord:
     cycle_nrmse: FloatArray
     cycle_friction: FloatArray
     cycle_friction_se: FloatArray
+    wanders: float
     left: tuple[tuple[float, float, float], ...]
 
     @property
@@ -61,7 +65,7 @@ class WholeRecord:
         for begin, end, worst in self.left[:SHOWN]:
             yield (
                 f"record: the prediction leaves the measurement from {begin:.4g} s to {end:.4g} s: {100 * worst:.2g} %"
-                f" of the response there, {usual:.2g} % in the usual cycle: friction that wanders, a jump, or a start"
+                f" of the response there, {usual:.2g} % in the usual period: friction that wanders, a jump, or a start"
                 " that the law does not know"
             )
         yield from self._wanders()
@@ -71,7 +75,7 @@ class WholeRecord:
     def _wanders(self) -> Iterator[str]:
         """Say between which values friction wanders, where that is sure."""
         friction, error, time = self.cycle_friction, self.cycle_friction_se, self.cycle_time
-        if len(friction) < 2:
+        if len(friction) < 2 or self.wanders < LIKELY:
             return
         low, high = int(np.argmin(friction)), int(np.argmax(friction))
         if friction[high] - friction[low] > SURE * math.hypot(float(error[low]), float(error[high])):

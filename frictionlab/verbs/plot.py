@@ -66,6 +66,8 @@ def plot(
         raise UsageError(f"plot: expected one of {known}; got a {type(result).__name__}")
     if isinstance(result, SteadyState) and result.orbit is None:
         raise UsageError(f"{place}: there is no motion to draw (outcome {result.outcome}, solver {result.solver})")
+    if isinstance(result, Comparison) and not len(result.tau):
+        raise UsageError(f"{place}: there is no steady cycle to draw; do: plot its whole record (comparison.record)")
     place.parent.mkdir(parents=True, exist_ok=True)
     save(FIGURES[type(result)](result, title), place, force=force)
     return place
