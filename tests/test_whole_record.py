@@ -12,18 +12,20 @@ from typer.testing import CliRunner
 import frictionlab as fl
 from frictionlab.analysis.denoise import denoised
 from frictionlab.analysis.noise import white_noise
+from frictionlab.base_motion import respond_to
 from frictionlab.cli import app
-from frictionlab.errors import RecordingError, UsageError
+from frictionlab.errors import AnalysisError, RecordingError, UsageError
 from frictionlab.hdf5 import write_recording
 from frictionlab.identification import record_ladder
 from frictionlab.identification.family import family_of
 from frictionlab.identification.identify import identify
 from frictionlab.identification.track import track_of
-from frictionlab.identification.whole import climb_whole, loop_areas
+from frictionlab.identification.whole import climb_whole, loop_areas, question_of
 from frictionlab.recording import Quality, Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.record import BaseRecord, respond
+from frictionlab.synthetic.base import ramp, random_motion
 
 FN, Y, NOISE = 3.0, 2e-3, 1e-6
 SHARED = Path(__file__).parents[1] / "../shared/data"
@@ -165,11 +167,11 @@ def test_a_record_climbs_as_far_as_it_must(truth: dict[str, float], law: str, mo
     scene = SCENE.changed(analysis={"transient_s": 4.0})
     measurement = fl.analyze(recording, scene)
     family = family_of(measurement, scene, "coulomb")
-    track, _ = track_of(recording, measurement, FN)
+    track, _ = track_of(recording, scene, measurement, FN)
     found = identify(measurement, family, measurement.sources)
-    top, rungs = climb_whole(track, measurement, found, measurement.sources)
+    top, ladder = climb_whole(question_of(track, measurement, found, measurement.sources))
     assert top.family.law.name == law
-    assert [rung.law for rung in rungs if rung.required][-1] == law
+    assert [rung.law for rung in ladder.rungs if rung.required][-1] == law
     for name, value in ({"beta": 0.4} | truth).items():
         assert abs(top.parameters[name].value - value) < 3.0 * (top.parameters[name].u or 0.0) + 1e-3 * value
 
@@ -217,3 +219,93 @@ def test_the_frames_ten_seconds_are_met_as_well_as_a_prototype_met_them(load: st
     if law != "coulomb":
         assert abs(seen.nuisances["natural_frequency"]["value"]) < 0.006
         assert seen.verdict == "explained"
+
+
+UNSTEADY = {
+    "sweep": lambda t, _: np.sin(2 * math.pi * (0.8 * t + 0.5 * (5.0 - 0.8) / 20.0 * t**2)),
+    "random": lambda t, rng: random_motion(len(t), 0.005, lambda f: np.where((f > 0.5) & (f < 6.0), 0.09, 0.0), rng),
+    "start-up": lambda t, _: np.sin(2 * math.pi * 2.0 * t),
+}
+
+
+def unsteady(kind: str, law: Problem, seconds: float = 20.0, detuned: float = 0.0) -> tuple[Recording, float]:
+    """A base that never repeats, from rest; and its largest displacement from there, m."""
+    rng = np.random.default_rng(5)
+    t = np.arange(int(200 * seconds)) / 200.0
+    y = Y * ramp(t / 2.0) * UNSTEADY[kind](t, rng)
+    tau = 2 * math.pi * FN * (1.0 + detuned) * t
+    x = respond(law, BaseRecord(tau, y, rest=0.0, scale=Y)).displacement * Y
+    noise = NOISE * rng.standard_normal((2, len(t)))
+    return Recording(t, x + noise[0], y + noise[1]), float(np.abs(y).max())
+
+
+@pytest.mark.parametrize(("kind", "seconds"), [("sweep", 20.0), ("random", 20.0), ("start-up", 6.0)])
+def test_a_record_without_a_cycle_is_fitted_as_it_is(kind: str, seconds: float) -> None:
+    """The frame is tuned 0.3 % off what the scene says; friction is over the base's largest displacement."""
+    law = Problem(1.0, 0.3, law="coulomb+place", parameters={"gradient": 0.05}, frame_damping_ratio=0.01)
+    recording, largest = unsteady(kind, law, seconds, detuned=0.003)
+    scene = SCENE.changed(rig={"stiffness_n_per_m": 1000.0}, analysis={"transient_s": 10.0})
+    seen = fl.compare(recording, scene, law="coulomb+place", fit="whole")
+    assert seen.record_nrmse is not None
+    assert seen.record_nrmse < 2e-3
+    truth = {"beta": 0.3 * Y / largest, "gradient": 0.05 * largest / Y}
+    for name, value in truth.items():
+        found = seen.parameters[name]
+        assert abs(found["value"] - value) < 3.0 * found["u"]
+        assert found["u"] < 0.01 * value
+    frequency = seen.nuisances["natural_frequency"]
+    assert abs(frequency["value"] - 0.003) < 3.0 * frequency["u"]
+    assert frequency["u"] < 3e-4
+    assert seen.friction_force_n == pytest.approx(0.3 * 1000.0 * Y, rel=1e-3)
+    nulls = ("frequency_ratio", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "regime", "misfit")
+    assert all(seen.row()[key] is None for key in (*nulls, "predicted_energy_per_cycle", "response_nrmse", "verdict"))
+    said = next(w for w in seen.warnings if w.startswith("record: no steady cycle"))
+    assert "largest displacement of the base from its first value" in said
+    assert "omega_n Y" in said
+
+
+def test_a_simulation_under_the_identified_law_is_the_record() -> None:
+    """The numbers are those that `simulate --base-motion` takes: over the same Y, from the same first value."""
+    law = Problem(1.0, 0.3, frame_damping_ratio=0.01)
+    recording, _ = unsteady("random", law)
+    seen = fl.compare(recording, SCENE, fit="whole")
+    again = respond_to(
+        recording,
+        Problem(1.0, seen.friction_ratio, frame_damping_ratio=0.01),
+        natural_frequency_hz=FN * (1.0 + seen.nuisances["natural_frequency"]["value"]),
+    )
+    gap = again.recording.mass_displacement - recording.mass_displacement
+    assert np.std(gap) < 3.0 * NOISE
+
+
+def test_a_record_without_a_cycle_climbs_its_own_ladder() -> None:
+    law = Problem(1.0, 0.3, law="coulomb+place", parameters={"gradient": 0.04}, frame_damping_ratio=0.01)
+    recording, _ = unsteady("sweep", law, 12.0)
+    seen = fl.compare(recording, SCENE.changed(analysis={"transient_s": 1.0}), law="auto", fit="whole")
+    assert seen.law == "coulomb+place"
+    assert seen.record_laws is not None
+    assert any("not logarithm, stribeck" in sentence for sentence in seen.warnings)
+
+
+def test_a_cycle_that_is_not_there_cannot_be_fitted() -> None:
+    recording, _ = unsteady("random", Problem(1.0, 0.3))
+    with pytest.raises(AnalysisError, match=r"no drive.*do: --whole --fit whole fits the record itself"):
+        fl.compare(recording, SCENE, whole=True)
+    with pytest.raises(AnalysisError, match="record: the natural frequency is not known"):
+        fl.compare(recording, Scene(), fit="whole")
+    still = replace(recording, mass_displacement=NOISE * np.random.default_rng(1).standard_normal(len(recording)))
+    with pytest.raises(AnalysisError, match="record: the mass does not move"):
+        fl.compare(still, SCENE, fit="whole")
+    short = Recording(recording.time[:200], recording.mass_displacement[:200], recording.base_displacement[:200])
+    with pytest.raises(AnalysisError, match="record: too short to be compared"):
+        fl.compare(short, SCENE, fit="whole")
+
+
+def test_a_declared_lag_and_filter_are_taken_back_before_the_whole_record_is_simulated() -> None:
+    """The base's samples come 4 ms late, as the scene says; a lag of the fit need not push for it."""
+    recording = virtual(0.7, 25.0, Problem(1.0, 0.3, frame_damping_ratio=0.01))
+    late = np.interp(recording.time + 0.004, recording.time, recording.base_displacement)
+    scene = SCENE.changed(sensors={"lag_s": 0.004, "lag_s_u": 1e-5})
+    seen = fl.compare(replace(recording, base_displacement=late), scene, fit="whole")
+    assert seen.record_nrmse is not None
+    assert seen.record_nrmse < 3e-3

@@ -46,7 +46,7 @@ def best_penalty(signal: FloatArray, noise: float) -> float:
         return 0.0
 
     def risk(penalty: float) -> float:
-        return float(np.mean((signal - smoothed(signal, penalty)) ** 2)) / noise**2 - 1.0 + 2.0 * _kept(penalty)
+        return float(np.mean((signal - smoothed(signal, penalty)) ** 2)) / noise**2 - 1.0 + 2.0 * kept(penalty)
 
     least, best, penalty = 1.0, 0.0, SMOOTHEST
     while penalty > ROUGHEST:
@@ -73,7 +73,7 @@ def smoothed(signal: FloatArray, penalty: float) -> FloatArray:
     return np.asarray(solveh_banded(bands, signal, overwrite_ab=True, check_finite=False))
 
 
-def _kept(penalty: float) -> float:
+def kept(penalty: float) -> float:
     """Mean of the curve's gain over all frequencies: the share of white noise's freedom that it keeps."""
     w = np.pi * (np.arange(4096) + 0.5) / 4096
     # the cut-off may be far below the grid: frequencies are taken evenly in the logarithm there

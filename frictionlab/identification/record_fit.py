@@ -47,11 +47,17 @@ class RecordFit(Fit):
 
 
 def fit_record(
-    forward: RecordForward, observed: Observed, starts: Sequence[Mapping[str, float]], *, weighs: bool = True
+    forward: RecordForward,
+    observed: Observed,
+    starts: Sequence[Mapping[str, float]],
+    *,
+    weighs: bool = True,
+    tries: int = 1,
 ) -> RecordFit:
     """Return the best fit of a law to a record, as a fit of the cycle's kind.
 
     `weighs`: whether the noise is made white, where there is nothing but noise; a start alone does not need it.
+    `tries`: so many of the best starts are followed at most, until one leaves nothing but noise.
 
     Raises
     ------
@@ -62,10 +68,15 @@ def fit_record(
     noise = max(forward.track.noise, SMALLEST * forward.track.rms)
     points = [_inside(forward, point_of(forward.coordinates, start)) for start in starts]
     costs = [_misfit(forward, point) for point in points]
-    best = points[int(np.argmin(costs))]
     if not math.isfinite(min(costs)):
         raise AnalysisError(f"record: law {forward.family.law.name} has no motion at the values tried")
-    best, spread = _weighed(forward, best, noise, math.sqrt(min(costs)))
+    best, spread = points[0], math.inf
+    for i in np.argsort(costs)[:tries]:
+        if math.isfinite(costs[i]):
+            there = _weighed(forward, points[i], noise, math.sqrt(costs[i]))
+            best, spread = min(((best, spread), there), key=lambda found: found[1])
+        if spread == noise:
+            break
     whitener = white(noise)
     if spread == noise and weighs:
         whitener = whitener_of(noise, forward.shaken(best, SHAKES))

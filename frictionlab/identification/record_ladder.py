@@ -69,12 +69,14 @@ class RecordRung:
 class RecordLadder:
     """The rungs of one record as they come.
 
-    ``unknowns``: the coordinates of a family of problems; ``left_out``: law -> why it could not be fitted.
+    ``unknowns``: the coordinates of a family of problems; ``tries``: starts of its bottom that are followed;
+    ``left_out``: law -> why it could not be fitted.
     """
 
     track: Track
     unknowns: Unknowns
     observed: Observed
+    tries: int = 1
     rungs: list[RecordRung] = field(default_factory=list)
     left_out: dict[str, str] = field(default_factory=dict)
 
@@ -124,7 +126,7 @@ class RecordLadder:
     def _rung(self, family: Family, starts: Sequence[Mapping[str, float]], below: RecordRung | None) -> RecordRung:
         begin = time.perf_counter()
         forward = RecordForward(family, (*self.unknowns(family), *start_coordinates(self.track)), self.track)
-        found = fit_record(forward, self.observed, starts)
+        found = fit_record(forward, self.observed, starts, tries=self.tries if below is None else 1)
         gap = found.gap
         rung = RecordRung(
             found,

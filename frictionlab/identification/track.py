@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.denoise import best_penalty, smoothed
+from frictionlab.analysis.denoise import best_penalty, kept, smoothed
 from frictionlab.analysis.measure import channels_of
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.noise import white_noise
@@ -26,8 +26,8 @@ FloatArray = NDArray[np.float64]
 DENSE = 120.0  # samples per period of drive or frame, whichever is shorter, that a fit needs at most
 STEP = 1e-3  # of a prior's width: finite differences of the simulated record
 FEWEST, FEWEST_PERIODS = 64, 4.0  # samples, and periods of the frame, that a record without a cycle has at least
-ROUGHER = 100.0  # the penalty's share: noise is left up to a frequency 1.8 times as high
-DRAWS = 100  # of the base's noise
+ROUGHER = 10.0  # the penalty's share: noise is left up to a frequency 1.3 times as high
+REST = 5.0  # times its sensor's noise from its first value: the base moves
 MOVES = 5.0  # times its sensor's noise is a motion
 NUISANCES = ("natural_frequency", "gain", "lag", "frame_damping_ratio")  # that a record is simulated with
 WIDE = 1.0  # Y: prior of what nobody knows of the start, in the response's own size
@@ -60,6 +60,8 @@ class Track:
         As it is known, Hz.
     start : float
         s, the first sample by the recording's clock.
+    scale_u : float
+        Relative error of Y, where it is the size of one motion and no mean of many cycles.
     """
 
     time: FloatArray
@@ -73,17 +75,12 @@ class Track:
     thin: int
     natural_frequency: float
     start: float
+    scale_u: float = 0.0
 
     def noise_left(self, generator: np.random.Generator) -> FloatArray:
         """Draw what is left in the base (n,) of its sensor's noise, over Y."""
         noise = self.base_noise * generator.standard_normal(self.thin * len(self.base))
         return (smoothed(noise, self.penalty) if self.penalty else noise)[:: self.thin]
-
-    def size_error(self, generator: np.random.Generator) -> float:
-        """Relative error of the largest displacement from the first value, by what is left of the base's noise."""
-        at = int(np.argmax(np.abs(self.base - self.base[0])))
-        drawn = np.array([self.noise_left(generator)[[0, at]] for _ in range(DRAWS)])
-        return float(np.std(drawn[:, 1] - drawn[:, 0]) / abs(self.base[at] - self.base[0]))
 
     @property
     def rms(self) -> float:
@@ -134,11 +131,24 @@ def unsteady_track(recording: Recording, scene: Scene, natural_frequency: float)
     noise = white_noise(part.mass_displacement), white_noise(part.base_displacement)
     _refuse_still(part, noise)
     drawn = _Drawn.of(part, scene)
-    first, speed = float(drawn.base[0]), float(np.std(np.gradient(drawn.base, drawn.time)))
-    usual = speed / (2.0 * math.pi * float(np.std(drawn.base)))  # Hz
+    usual = float(np.std(np.gradient(drawn.base, drawn.time)) / (2.0 * math.pi * np.std(drawn.base)))  # Hz
     drawn = drawn.thinned(max(natural_frequency, usual), part.sampling_rate_hz)
-    scale = float(np.abs(drawn.base - first).max())
-    return drawn.track(natural_frequency, first, scale, 1.0 / min(natural_frequency, usual), noise), said
+    first, size, error = _size(part.base_displacement, noise[1])
+    track = drawn.track(natural_frequency, first, size, 1.0 / min(natural_frequency, usual), noise)
+    return replace(track, scale_u=error / size), said
+
+
+def _size(base: FloatArray, noise: float) -> tuple[float, float, float]:
+    """First value of the base, its largest displacement from there, and the error of that (m).
+
+    The mean is taken while the base still stands. Of a hundred tops noise makes one the largest: it counts thrice.
+    """
+    penalty = best_penalty(base, noise)
+    curve, share = (smoothed(base, penalty), kept(penalty)) if penalty else (base, 1.0)
+    still = max(1, int(np.argmax(np.abs(curve - curve[0]) > REST * noise)))
+    first = float(base[:still].mean())
+    size = float(np.abs(curve - first).max())
+    return first, size, noise * math.hypot(3.0 * math.sqrt(share), 1.0 / math.sqrt(still))
 
 
 def _refuse_short(part: Recording, natural_frequency: float) -> None:

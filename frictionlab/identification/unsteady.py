@@ -32,6 +32,8 @@ from frictionlab.uncertainty import Sources
 
 PERIODIC, EVEN = 0.1, 0.02  # irregularity of the base, spread of its cycles' lengths, up to which it has a cycle
 TRIED = tuple(np.geomspace(0.01, 2.0, 12).tolist())  # friction ratios to begin from
+OFF = 0.003  # relative, of the natural frequency: what the fit begins from, too
+FOLLOWED = 4  # starts, at most
 NOTHING = Observed(
     cosine_sine=np.zeros(2),
     each=np.zeros((0, 2)),
@@ -129,7 +131,8 @@ def _question(track: Track, family: Family, sources: Sources) -> Question:
 
     start = start_values(track)
     ratios = TRIED if "beta" in family.free else (family.held["beta"],)
-    return Question(track, family, unknowns, tuple(start | {"beta": beta} for beta in ratios), NOTHING)
+    starts = (start | {"beta": beta, "natural_frequency": off * OFF} for beta in ratios for off in (0.0, -1.0, 1.0))
+    return Question(track, family, unknowns, tuple(starts), NOTHING, FOLLOWED)
 
 
 def _compared(
@@ -170,9 +173,8 @@ def _compared(
 
 def _over_size(found: Identified, track: Track) -> Identified:
     """The same values, their errors holding that of Y: its noise changes the number that a force is told by."""
-    relative = track.size_error(np.random.default_rng(len(track.time)))
-    parameters = {name: _widened(e, relative * abs(e.value)) for name, e in found.parameters.items()}
-    shares = found.shares | {"largest displacement of the base": relative * found.parameters["beta"].value}
+    parameters = {name: _widened(e, track.scale_u * abs(e.value)) for name, e in found.parameters.items()}
+    shares = found.shares | {"largest displacement of the base": track.scale_u * found.parameters["beta"].value}
     return replace(found, parameters=parameters, shares=shares if found.shares else {})
 
 

@@ -57,7 +57,7 @@ def walk(values: FloatArray, errors: FloatArray, size: float) -> tuple[FloatArra
         share = variance[c] / ahead
         mean[c] += share * (mean[c + 1] - mean[c])
         variance[c] += share**2 * (variance[c + 1] - ahead)
-    return mean, np.sqrt(np.maximum(variance, 0.0)), likely - still
+    return mean, np.sqrt(np.maximum(variance, 0.0)), float(likely - still)
 
 
 def _forward(values: FloatArray, errors: FloatArray, step: float, size: float) -> tuple[float, FloatArray, FloatArray]:

@@ -29,6 +29,7 @@ from frictionlab.uncertainty import Sources
 FloatArray = NDArray[np.float64]
 LEAVES = 2.0  # times the usual misfit of a period at which the prediction has left the measurement
 NOISE = 3.0  # times the sensor's noise, at least
+FEW = 3  # periods, at most, that tell no usual one
 CALM = 3  # periods below that end such a stretch
 LINEAR, UNTOLD = 0.5, 10.0  # times beta: a change up to which its derivative tells it, and the error where it does not
 SHAKES_OF_A_PERIOD = 10  # draws of the base's noise, for what it does to single periods
@@ -40,8 +41,8 @@ SEARCH = (0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0)  # friction ratios tried, over the
 class Question:
     """What is asked of a record.
 
-    ``unknowns``: the coordinates of a family of problems; ``starts``: values to begin from, of which the best is
-    followed; ``observed``: the cycle that stands beside the record.
+    ``unknowns``: the coordinates of a family of problems; ``starts``: values to begin from, of which the best so many
+    (``tries``) are followed; ``observed``: the cycle that stands beside the record.
     """
 
     track: Track
@@ -49,6 +50,7 @@ class Question:
     unknowns: Unknowns
     starts: tuple[Mapping[str, float], ...]
     observed: Observed
+    tries: int = 1
 
 
 def question_of(track: Track, measurement: Measurement, found: Identified, sources: Sources) -> Question:
@@ -77,7 +79,7 @@ def identify_whole(question: Question) -> Identified:
     """
     track, family = question.track, question.family
     forward = RecordForward(family, (*question.unknowns(family), *start_coordinates(track)), track)
-    best = fit_record(forward, question.observed, question.starts)
+    best = fit_record(forward, question.observed, question.starts, tries=question.tries)
     return with_errors(family, best, errors=errors_of_record(best, forward))
 
 
@@ -89,7 +91,7 @@ def climb_whole(question: Question) -> tuple[Identified, RecordLadder]:
     AnalysisError
         That law has no motion under the measured base.
     """
-    ladder = RecordLadder(question.track, question.unknowns, question.observed)
+    ladder = RecordLadder(question.track, question.unknowns, question.observed, question.tries)
     return ladder.climb(question.family, question.starts), ladder
 
 
@@ -138,6 +140,8 @@ def _over(track: Track, predicted: FloatArray, beta: float, slope: FloatArray, s
     power = np.concatenate([[0.0], np.cumsum(0.5 * (gap[1:] ** 2 + gap[:-1] ** 2) * np.diff(track.time))])
     each = np.sqrt(np.diff(np.interp(edges, track.time, power)) / np.diff(edges)) / track.rms
     friction, error, wanders = _friction(track, gap, beta, slope, count, shakes)
+    limit = max(LEAVES * float(np.median(each)), NOISE * track.noise / track.rms) if len(each) > FEW else math.inf
+    apart = stretches_apart(each, limit, edges)
     return WholeRecord(
         time=track.start + track.time,
         base=track.base,
@@ -152,7 +156,7 @@ def _over(track: Track, predicted: FloatArray, beta: float, slope: FloatArray, s
         cycle_friction=friction,
         cycle_friction_se=error,
         wanders=wanders,
-        left=tuple(_left(each, track, edges)),
+        left=tuple((track.start + begin, track.start + end, worst) for begin, end, worst in apart),
     )
 
 
@@ -186,13 +190,24 @@ def loop_areas(base: FloatArray, mass: FloatArray) -> FloatArray:
     return np.concatenate([[0.0], np.cumsum(steps)])
 
 
-def _left(each: FloatArray, track: Track, edges: FloatArray) -> Iterator[tuple[float, float, float]]:
-    """Stretches of periods whose misfit is far above the usual one's and the noise's; a short calm ends none."""
-    if len(each) < 4:
-        return
-    limit = max(LEAVES * float(np.median(each)), NOISE * track.noise / track.rms)
+def stretches_apart(each: FloatArray, limit: float, edges: FloatArray) -> Iterator[tuple[float, float, float]]:
+    """Stretches of periods whose misfit is above a limit: from, to, the largest; a short calm ends none.
+
+    Parameters
+    ----------
+    each : ndarray of shape (c,)
+        Misfit of each period.
+    limit : float
+    edges : ndarray of shape (c + 1,)
+        Where the periods begin and end.
+
+    Examples
+    --------
+    >>> misfit = np.array([1.0, 5.0, 1.0, 6.0, 1.0, 1.0, 1.0, 1.0, 4.0])
+    >>> [(float(begin), float(end)) for begin, end, _ in stretches_apart(misfit, 2.0, np.arange(10.0))]
+    [(1.0, 4.0), (8.0, 9.0)]
+    """
     out = np.flatnonzero(each > limit)
     for places in np.split(out, np.flatnonzero(np.diff(out) > CALM) + 1):
         if len(places):
-            begin, end = float(edges[places[0]]), float(edges[places[-1] + 1])
-            yield track.start + begin, track.start + end, float(each[places].max())
+            yield float(edges[places[0]]), float(edges[places[-1] + 1]), float(each[places].max())
