@@ -371,8 +371,7 @@ class _Composition:
         early, rows = approach(first, layout)
         final = layout.mass[-max(4, len(layout) // 4) :].mean(axis=0)
         size = max(float(final.std()), 1e-300)
-        every = (row for part in (rows, layout.mass) for row in part)
-        distance = np.array([float(np.sqrt(np.mean((row - final) ** 2))) for row in every]) / size
+        distance = np.concatenate([_distance(rows, final), _distance(layout.mass, final)]) / size
         settled = steadiness.settled_at(distance, floor=2.0 * layout.mass_noise / size)
         return None if settled is None else float(np.append(early, layout.time)[settled] - first.time)
 
