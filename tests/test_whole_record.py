@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 import frictionlab as fl
@@ -27,6 +28,7 @@ from frictionlab.simulator import Problem
 from frictionlab.simulator.record import BaseRecord, respond
 from frictionlab.synthetic.base import ramp, random_motion
 
+FloatArray = NDArray[np.float64]
 FN, Y, NOISE = 3.0, 2e-3, 1e-6
 SHARED = Path(__file__).parents[1] / "../shared/data"
 SCENE = Scene(rig=Rig(natural_frequency_hz=FN, damping_ratio=0.01), analysis=Analysis(transient_s=8.0, cycles="all"))
@@ -221,18 +223,19 @@ def test_the_frames_ten_seconds_are_met_as_well_as_a_prototype_met_them(load: st
         assert seen.verdict == "explained"
 
 
-UNSTEADY = {
-    "sweep": lambda t, _: np.sin(2 * math.pi * (0.8 * t + 0.5 * (5.0 - 0.8) / 20.0 * t**2)),
-    "random": lambda t, rng: random_motion(len(t), 0.005, lambda f: np.where((f > 0.5) & (f < 6.0), 0.09, 0.0), rng),
-    "start-up": lambda t, _: np.sin(2 * math.pi * 2.0 * t),
-}
+def never_repeating(kind: str, t: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """A sweep through resonance, random motion of a band, or a sine that has just begun; over Y."""
+    if kind == "random":
+        return random_motion(len(t), 0.005, lambda f: np.where((f > 0.5) & (f < 6.0), 0.09, 0.0), rng)
+    turns = 0.8 * t + 0.5 * (5.0 - 0.8) / 20.0 * t**2 if kind == "sweep" else 2.0 * t
+    return np.asarray(np.sin(2 * math.pi * turns))
 
 
 def unsteady(kind: str, law: Problem, seconds: float = 20.0, detuned: float = 0.0) -> tuple[Recording, float]:
     """A base that never repeats, from rest; and its largest displacement from there, m."""
     rng = np.random.default_rng(5)
     t = np.arange(int(200 * seconds)) / 200.0
-    y = Y * ramp(t / 2.0) * UNSTEADY[kind](t, rng)
+    y = Y * ramp(t / 2.0) * never_repeating(kind, t, rng)
     tau = 2 * math.pi * FN * (1.0 + detuned) * t
     x = respond(law, BaseRecord(tau, y, rest=0.0, scale=Y)).displacement * Y
     noise = NOISE * rng.standard_normal((2, len(t)))

@@ -45,6 +45,7 @@ PARAMETERS = {
     "lower": "lower 95 %",
     "upper": "upper 95 %",
 }
+MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before to"}
 
 
 @takes(*ANALYSIS)
@@ -132,12 +133,16 @@ def check_law(law: str | None) -> None:
 
 
 def _print_parts(rows: Iterable[Row]) -> None:
-    """Print the parameters of laws beyond Coulomb's, and the ladder of laws."""
+    """Print the parameters of laws beyond Coulomb's, what a whole record moved beside them, and the ladder of laws."""
     for row in rows:
         parameters, laws = row.get("parameters"), row.get("laws")
         if isinstance(parameters, Mapping) and (laws or len(parameters) > 2):
             typer.echo(f"\n{row['source']}: {row['law']}")
             print_table([{"parameter": name, **values} for name, values in parameters.items()], PARAMETERS)
+        moved = row.get("nuisances")
+        if isinstance(moved, Mapping) and moved and row.get("record_nrmse") is not None:
+            typer.echo(f"\n{row['source']}: what the fit moved beside the law (natural frequency and gain: relative)")
+            print_table([{"moved": name, **values} for name, values in moved.items()], MOVED)
         required, record_laws = row.get("cycle_law") or row["law"], row.get("record_laws")
         if isinstance(laws, (list, tuple)):
             typer.echo(f"\n{row['source']}: laws in the order tried; the recording requires {required}")

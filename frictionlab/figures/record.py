@@ -20,6 +20,7 @@ from frictionlab.figures.style import (
 from frictionlab.identification import WholeRecord
 
 ZOOM = 3  # periods of the drive that the zoom shows
+FLAT = 0.01  # relative: friction is drawn over at least so much up and down
 MANY = 200  # periods, beyond which points are drawn small
 
 
@@ -40,8 +41,10 @@ def record_figure(record: WholeRecord, title: str) -> Figure:
 
 
 def draw_overlay(record: WholeRecord, ax: Axes) -> Axes:
-    """Measured over predicted from the first sample to the last; where the two part is shaded."""
+    """Measured over predicted from the first sample to the last; where the two part is shaded, the zoom framed."""
     _draw_part(record, ax, np.arange(len(record.time)))
+    part = _zoomed(record)
+    ax.axvspan(record.time[part[0]], record.time[part[-1]], fill=False, edgecolor=GREY, lw=0.7)
     for begin, end, _ in record.left:
         ax.axvspan(begin, end, color=VERMILION, alpha=0.12, linewidth=0.0)
     ax.legend(loc="upper right", ncols=3)
@@ -51,11 +54,16 @@ def draw_overlay(record: WholeRecord, ax: Axes) -> Axes:
 
 def draw_zoom(record: WholeRecord, ax: Axes) -> Axes:
     """The same around the period with the largest misfit."""
+    _draw_part(record, ax, _zoomed(record))
+    return ax
+
+
+def _zoomed(record: WholeRecord) -> "np.ndarray[tuple[int], np.dtype[np.intp]]":
+    """Numbers of the samples that the zoom shows."""
     per = max(1, len(record.time) // max(1, len(record.cycle_nrmse)))
     worst = int(np.argmax(record.cycle_nrmse)) if len(record.cycle_nrmse) else 0
     begin = max(0, min((worst - ZOOM // 2) * per, len(record.time) - ZOOM * per))
-    _draw_part(record, ax, np.arange(begin, min(begin + ZOOM * per, len(record.time))))
-    return ax
+    return np.arange(begin, min(begin + ZOOM * per, len(record.time)))
 
 
 def _draw_part(record: WholeRecord, ax: Axes, part: "np.ndarray[tuple[int], np.dtype[np.intp]]") -> None:
@@ -89,6 +97,11 @@ def draw_friction(record: WholeRecord, ax: Axes) -> Axes:
     low, high = record.cycle_friction - error, record.cycle_friction + error
     ax.fill_between(record.cycle_time, low, high, color=PREDICTED, alpha=0.2, lw=0)
     ax.plot(record.cycle_time, record.cycle_friction, color=PREDICTED, lw=1.0)
+    if len(record.cycle_friction):
+        middle = float(np.median(record.cycle_friction))
+        ends = [*ax.get_ylim(), middle * (1.0 - FLAT), middle * (1.0 + FLAT)]
+        ax.set_ylim(min(ends), max(ends))  # what changes by less looks as flat as it is
+    ax.ticklabel_format(axis="y", useOffset=False)
     ax.set(xlabel="time [s]", ylabel="friction ratio")
     return ax
 

@@ -127,7 +127,7 @@ def line_of(found: Comparison, twin: Twin, seconds: float) -> str:
     missed = " ".join(f"{name}{z:+.1f}" for name, z in scores(found, twin).items())
     return (
         f"{twin.problem.law.name:31s}{found.law:31s}{judged(found, twin):8s}{twin.real:3d} {found.verdict or '-':10s}"
-        f"{100 * (found.response_nrmse or math.nan):7.2f}{100 * found.response_floor:7.2f}"
+        f"{100 * (found.response_nrmse or math.nan):7.2f}{100 * (found.response_floor or math.nan):7.2f}"
         f"{100 * float(str(rung['held_out_nrmse'])):7.2f}{seconds:6.2f}  {missed}"
     )
 
