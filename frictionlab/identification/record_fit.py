@@ -205,7 +205,7 @@ def _covariance(found: RecordFit, used: NDArray[np.bool_], shakes: FloatArray, p
     """Covariance of some coordinates, the others held: noise carried through the fit, and what the priors add."""
     posterior: FloatArray = np.asarray(np.linalg.inv(found.precision[np.ix_(used, used)]), dtype=np.float64)
     gain = found.whitener.transposed(found.jacobian[:, used] @ posterior) / found.excess  # (n, m): values over the gap
-    covariance = found.excess * found.noise**2 * gain.T @ gain + posterior @ posterior
+    covariance = found.excess * found.noise**2 * gain.T @ gain + posterior * found.hold[used] @ posterior
     if found.excess > 1.0:
         covariance = _larger(covariance, _by_cycles(found, gain, per_period))
     if len(shakes):
