@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from frictionlab.cli import app, output
+from frictionlab.cli.logs import tables_in
 from tests.desk import ROOT
 
 SCENE = ROOT / "configs" / "sample_data.toml"
@@ -133,3 +134,40 @@ def test_where_no_room_is_left_each_command_says_what_it_has_itself(
     assert "(--json gives all columns)" in run("ingest", *logs).stdout
     assert "(--json and -o give all columns)" in run("analyze", *logs, *SCENED, "-o", table).stdout
     assert "(a wider window, or a pipe, has all columns)" in run("show", table).stdout
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        (("simulate", "--r", "0.5", "--beta", "0.4"), "motion.png"),
+        (("simulate", "--base-motion", LOG, "--natural-frequency", "3.13", "--beta", "0.2"), "response.png"),
+        (("sweep", "--r", "0.5,1", "--beta", "0.4", "-o", "map.csv"), "map.png"),
+    ],
+)
+def test_a_single_figure_goes_into_a_folder_too(
+    command: tuple[str | Path, ...], name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    told = run(*command, "-q", "--plot", "new/figures")
+    assert told.exit_code == 0, told.output
+    assert [path.name for path in (tmp_path / "new" / "figures").iterdir()] == [name]
+    told = run(*command, "-q", "--plot", "figure.docx")
+    assert told.exit_code == 2
+    assert "expected a figure ending in .pdf, .svg or .png, or a folder" in told.stderr
+
+
+def test_patterns_and_folders_are_opened_up_where_no_shell_does_it(short: bytes, tmp_path: Path) -> None:
+    (tmp_path / "logs").mkdir()
+    for name in ("steel_N1_r0.3.csv", "steel_N1_r0.5.csv"):
+        (tmp_path / "logs" / name).write_bytes(short)
+    done = run("batch", tmp_path / "logs" / "*.csv", *SCENED, "-o", tmp_path / "out", "-q")
+    assert done.exit_code == 0, done.output
+    assert [path.name for path in tables_in([tmp_path / "out" / "measurements"])] == [
+        "steel_N1_r0.3.jsonl",
+        "steel_N1_r0.5.jsonl",
+    ]
+    nothing = run("campaign", tmp_path, "-o", tmp_path / "campaign")
+    assert nothing.exit_code == 2
+    assert "no tables in" in nothing.stderr
+    nothing = run("campaign", tmp_path / "*.csv", "-o", tmp_path / "campaign")
+    assert "no file fits this pattern" in nothing.stderr

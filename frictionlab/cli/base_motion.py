@@ -39,7 +39,6 @@ SETTINGS = (
     *(s for s in ANALYSIS if s.key == "natural_frequency_hz"),
     *(s for s in LOG if s.key in ("time", "base", "unit", "time_unit", "sampling_rate_hz", "separator", "decimal")),
 )
-FIGURES = (".pdf", ".svg", ".png")
 SERIES = (".h5", ".csv")
 HEAD = ("time [s]", "base [m]", "mass [m]")
 FORCE = "contact force"
@@ -116,15 +115,10 @@ def ride(path: Path, job: Ride, *, as_json: bool, quiet: bool) -> None:
 
 def _check(job: Ride, path: Path) -> None:
     """Refuse outputs that could not be written before the work."""
-    from frictionlab.figures.mark import check_figures
     from frictionlab.files import check_replaceable
     from frictionlab.hdf5 import check_writable
 
-    plot, output = job.plot, job.output
-    if plot is not None and plot.suffix not in FIGURES:
-        raise UsageError(f"{plot}: expected a figure ending in {', '.join(FIGURES)}; got {plot.suffix!r}")
-    if plot is not None:
-        check_figures([plot], force=job.force, inputs=[path])
+    output = job.output
     if output is None:
         return
     if output.suffix not in SERIES:

@@ -8,6 +8,7 @@ import typer
 
 from frictionlab.cli.campaign import refuse_failures, write_campaign
 from frictionlab.cli.inputs import Rows, exit_status, report_rows
+from frictionlab.cli.logs import opened
 from frictionlab.cli.options import AsJson, Quiet, SceneFile, Scheduler, Workers, scene_of
 from frictionlab.cli.output import complain, printable
 from frictionlab.cli.progress import track
@@ -28,7 +29,7 @@ NO_SCENE = (
 
 
 def batch(
-    logs: Annotated[list[Path], typer.Argument(metavar="FOLDER_OR_LOG...", help="Logs, or folders of logs.")],
+    logs: Annotated[list[Path], typer.Argument(metavar="FOLDER_OR_LOG...", help="Logs, folders of them, patterns.")],
     *,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where all results go.")],
     scene: SceneFile = None,
@@ -59,7 +60,7 @@ def batch(
     what = scene_of(scene, beside=logs[0], quiet=quiet)
     if scene is None and find_scene(logs[0]) is None and not quiet:
         complain(NO_SCENE)
-    work = plan(logs, what, output=output, compare=not campaign, again=again)
+    work = plan(opened(logs), what, output=output, compare=not campaign, again=again)
     _check(work, output, campaign=campaign)
     rows = _do(work, workers=workers, scheduler=scheduler, as_json=as_json, quiet=quiet)
     if campaign:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Protocol, TypeVar
 import typer
 
 from frictionlab.cli.inputs import exit_status, tell_warnings
+from frictionlab.cli.logs import tables_in
 from frictionlab.cli.options import Force, Quiet, SceneFile, Workers, scene_of
 from frictionlab.cli.output import complain, print_table, printable
 from frictionlab.cli.progress import track
@@ -31,7 +32,10 @@ class Watch(Protocol):
 
 def campaign(
     measurements: Annotated[
-        list[Path], typer.Argument(metavar="MEASUREMENTS...", help="Files that analyze (and compare-numeric) wrote.")
+        list[Path],
+        typer.Argument(
+            metavar="MEASUREMENTS...", help="Files that analyze (and compare-numeric) wrote; folders, patterns."
+        ),
     ],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Tables, figures and report.")],
     *,
@@ -51,6 +55,7 @@ def campaign(
     from frictionlab.campaign.output import check_folder
 
     what = scene_of(scene, beside=measurements[0], quiet=quiet)
+    measurements = tables_in(measurements)
     _refuse_recordings(measurements)
     rows, unread = _rows_of(measurements)
     refuse_failures(rows)

@@ -56,6 +56,24 @@ def _one_file(file: Path, inputs: Sequence[Path], kinds: Sequence[str]) -> Figur
     return {inputs[0]: {kinds[0]: file, **beside}}
 
 
+def figure_file(plot: Path | None, kind: str, *, force: bool, inputs: Sequence[Path] = ()) -> Path | None:
+    """The file of a command's only figure: as named, or of its kind's name in the folder named.
+
+    Raises
+    ------
+    UsageError
+        No figure's suffix, or a figure that would replace something else.
+    """
+    if plot is None:
+        return None
+    from frictionlab.figures.mark import check_figures
+
+    file = plot / f"{kind}.png" if _is_folder(plot) else plot
+    check_figure_name(file)
+    check_figures([file], force=force, inputs=inputs)
+    return file
+
+
 def check_figure_name(file: Path) -> None:
     """Refuse a suffix that is no figure's.
 

@@ -38,15 +38,47 @@ def expanded(logs: Sequence[Path], *, recordings: bool = False) -> list[Path]:
     from frictionlab.chain.names import logs_of
 
     found: dict[Path, None] = {}
-    for log in logs:
+    for log in opened(logs):
         if log.is_dir():
             made = sorted(log.glob("*.h5")) if recordings else []
             found |= dict.fromkeys(made or logs_of([log]))
-        elif not is_standard_input(log) and not log.exists() and any(sign in str(log) for sign in "*?["):
-            found |= dict.fromkeys(_fitting(log))
         else:
             found[log] = None
     return list(found)
+
+
+def tables_in(places: Sequence[Path]) -> list[Path]:
+    """The tables that are meant, each once: of a folder all that stand in it, of a pattern all files that fit it.
+
+    Raises
+    ------
+    UsageError
+        A folder without tables, or a pattern that fits nothing.
+    """
+    from frictionlab.tables import SUFFIXES
+
+    found: dict[Path, None] = {}
+    for place in opened(places):
+        tables = [p for p in sorted(place.iterdir()) if p.suffix in SUFFIXES] if place.is_dir() else [place]
+        if not tables:
+            raise UsageError(f"no tables in {place}: expected files ending in {', '.join(SUFFIXES)}")
+        found |= dict.fromkeys(tables)
+    return list(found)
+
+
+def opened(places: Sequence[Path]) -> list[Path]:
+    """The files and folders that are meant: of a pattern that no shell has opened up, all files that fit it.
+
+    Raises
+    ------
+    UsageError
+        A pattern that fits nothing.
+    """
+    found: list[Path] = []
+    for place in places:
+        is_pattern = any(sign in str(place) for sign in "*?[") and not place.exists()
+        found += _fitting(place) if is_pattern else [place]
+    return found
 
 
 def _fitting(pattern: Path) -> list[Path]:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictionlab.cli.drawing import check_figure_name
+from frictionlab.cli.drawing import figure_file
 from frictionlab.errors import UsageError
 
 if TYPE_CHECKING:
@@ -24,14 +24,12 @@ class MapPicture:
         No figure's suffix, another kind of file stands there, or more than two axes vary.
     """
 
-    def __init__(self, grid: "Grid", path: Path, *, force: bool) -> None:
+    def __init__(self, grid: "Grid", plot: Path, *, force: bool) -> None:
         import numpy as np
 
         from frictionlab.figures.map import PANELS, varying
-        from frictionlab.figures.mark import check_figures
 
-        check_figure_name(path)
-        check_figures([path], force=force)
+        path = figure_file(plot, "map", force=force) or plot
         self.axes = varying(grid.axes())
         if len(self.axes) > MOST_AXES:
             raise UsageError(

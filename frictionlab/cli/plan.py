@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from frictionlab.cli.drawing import check_figure_name
+from frictionlab.cli.drawing import figure_file
 from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, scene_of
 from frictionlab.cli.output import complain, print_table
 from frictionlab.tables import Row, json_line
@@ -46,7 +46,7 @@ def plan(
     ] = None,
     everything: Annotated[bool, typer.Option("--all", help="Tell every candidate, not only those chosen.")] = False,
     plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FILE", help="Draw what each candidate tells (.png .svg .pdf).")
+        Path | None, typer.Option("--plot", metavar="PLACE", help="Draw what each candidate tells (.png .svg .pdf).")
     ] = None,
     as_json: AsJson = False,
     force: Force = False,
@@ -58,12 +58,9 @@ def plan(
 
     Two laws: frictionlab plan --scene my_rig.toml --law coulomb+place --against coulomb+speed --hours 2
     """
-    from frictionlab.figures.mark import check_figures
     from frictionlab.verbs.plan import plan
 
-    if plot is not None:
-        check_figure_name(plot)
-        check_figures([plot], force=force, inputs=measured or ())
+    plot = figure_file(plot, "plan", force=force, inputs=measured or ())
     found = plan(
         scene_of(scene, quiet=quiet),
         law=law,

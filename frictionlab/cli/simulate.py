@@ -9,7 +9,7 @@ import typer
 
 from frictionlab.cli.all_states import All, print_all
 from frictionlab.cli.base_motion import SETTINGS, BaseMotion, Highpass, Ride, one_of_both, ride
-from frictionlab.cli.drawing import check_figure_name
+from frictionlab.cli.drawing import figure_file
 from frictionlab.cli.inputs import tell_warnings
 from frictionlab.cli.law_options import LawName, Parameters, numbers
 from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, takes
@@ -56,7 +56,7 @@ def simulate(
     every: All = False,
     as_json: AsJson = False,
     plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FILE", help="Draw motion and loop here (.pdf, .svg, .png).")
+        Path | None, typer.Option("--plot", metavar="PLACE", help="Draw motion and loop here (.pdf, .svg, .png).")
     ] = None,
     output: Annotated[
         Path | None,
@@ -89,13 +89,16 @@ def simulate(
     except SimulationError as error:
         raise UsageError(str(error)) from error
     if base_motion is not None:
+        plot = figure_file(plot, "response", force=force, inputs=[base_motion])
         ride(base_motion, Ride(problem, scene, settings, output, plot, force, highpass), as_json=as_json, quiet=quiet)
         return
     if every:
         _refuse_beside_all({"--cycles": cycles, "--plot": plot, "--solver": None if solver == "auto" else solver})
         print_all(problem, output, force=force, as_json=as_json, quiet=quiet)
         return
-    _check(output, plot, force=force)
+    plot = figure_file(plot, "motion", force=force)
+    if output is not None:
+        check_output(output, MOTIONS, force=force)
     start = time.perf_counter()
     state = (
         steady_state(problem, solver=solver) if cycles is None else last_cycle(problem, cycles=cycles, solver=solver)
@@ -119,17 +122,6 @@ def _refuse_beside_all(others: Mapping[str, object]) -> None:
     given = [option for option, value in others.items() if value is not None]
     if given:
         raise UsageError(f"--all: expected neither --cycles nor --plot nor --solver; got {', '.join(given)}")
-
-
-def _check(output: Path | None, plot: Path | None, *, force: bool) -> None:
-    """Refuse outputs that could not be written before the work."""
-    if output is not None:
-        check_output(output, MOTIONS, force=force)
-    if plot is not None:
-        check_figure_name(plot)
-        from frictionlab.figures.mark import check_figures
-
-        check_figures([plot], force=force)
 
 
 def _write(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None:

@@ -53,7 +53,7 @@ def sweep(
     as_json: AsJson = False,
     plot: Annotated[
         Path | None,
-        typer.Option("--plot", metavar="FILE", help="Draw the map, over one axis or two (.pdf .svg .png)."),
+        typer.Option("--plot", metavar="PLACE", help="Draw the map, over one axis or two (.pdf .svg .png)."),
     ] = None,
     force: Force = False,
     quiet: Quiet = False,
