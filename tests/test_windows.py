@@ -1,5 +1,6 @@
 """Nothing of POSIX alone is needed to start: the parts of Windows that can be had without Windows."""
 
+import ast
 import subprocess
 import sys
 from pathlib import Path
@@ -7,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from frictionlab import files
+from frictionlab.campaign import read_measurements
+from frictionlab.tables import write_rows
 from tests.desk import ROOT
 
 WITHOUT = """
@@ -79,3 +82,43 @@ def test_a_file_is_replaced_where_an_open_one_cannot_be_renamed(
     with pytest.raises(ZeroDivisionError, match="by zero"):
         files.write_whole(tmp_path / "a.txt", (bytes([1 // n]) for n in (1, 0)))
     assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".jsonl"])
+def test_a_table_made_under_windows_names_its_recordings_here_too(suffix: str, tmp_path: Path) -> None:
+    path = tmp_path / f"m{suffix}"
+    write_rows([{"source": "my logs\\steel_N1_r0.3.h5", "status": "failed", "reason": "short"}], path)
+    (row,) = read_measurements(path)
+    assert row["source"] == "my logs/steel_N1_r0.3.h5"
+
+
+def test_text_is_read_and_written_as_utf_8_wherever_it_is() -> None:
+    """The system's own encoding is another one on each Windows."""
+    bare = [
+        f"{path.relative_to(ROOT)}:{node.lineno}"
+        for path in (ROOT / "frictionlab").rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and _is_text(node) and "encoding" not in {word.arg for word in node.keywords}
+    ]
+    assert not bare
+
+
+def _is_text(call: ast.Call) -> bool:
+    """Whether a call opens, reads or writes text."""
+    if not isinstance(call.func, ast.Attribute):
+        return isinstance(call.func, ast.Name) and call.func.id == "open"
+    modes = [a.value for a in call.args if isinstance(a, ast.Constant) and isinstance(a.value, str)]
+    of_package = getattr(call.func.value, "id", "") in ("os", "TdmsFile", "archive")
+    of_file = call.func.attr == "open" and not of_package and not any("b" in mode for mode in modes)
+    return of_file or call.func.attr in ("read_text", "write_text")
+
+
+def test_outputs_are_written_as_bytes_so_that_no_line_end_is_changed() -> None:
+    """Text files of Windows get another line end: the same rows would be other bytes there."""
+    written = [
+        f"{path.relative_to(ROOT)}:{number}"
+        for path in (ROOT / "frictionlab").rglob("*.py")
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if ".write_text(" in line and ">>>" not in line and "newline=" not in line
+    ]
+    assert not written

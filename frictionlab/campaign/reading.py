@@ -1,7 +1,7 @@
 """Files of measurements: tables with a row each, and ``.h5`` with the series behind the rows."""
 
 from collections.abc import Iterator, Mapping
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import numpy as np
@@ -36,7 +36,8 @@ def read_measurements(path: Path) -> list[Row]:
         raise UsageError(f"{path}: there is no such file: expected what `frictionlab analyze -o` wrote")
     if is_recording(path):
         raise UsageError(f"{path}: {IS_RECORDING}")
-    rows: list[Row] = [*(_rows_of_tree(path) if path.suffix.lower() == ".h5" else read_rows(path))]
+    found = _rows_of_tree(path) if path.suffix.lower() == ".h5" else read_rows(path)
+    rows = [_at_home(row) for row in found]
     if not rows:
         raise UsageError(f"{path}: expected at least one measurement; got none")
     strange = [n for n, row in enumerate(rows, 1) if "source" not in row]
@@ -47,6 +48,14 @@ def read_measurements(path: Path) -> list[Row]:
     if any(is_comparison(row) for row in rows):
         return [{"law": None, **row} for row in rows]  # a failed comparison is one too
     return rows
+
+
+def _at_home(row: Row) -> Row:
+    """The row with its source as this system writes paths: a table may have been made under Windows."""
+    source = row.get("source")
+    if not (isinstance(source, str) and "\\" in source) or Path(source).exists():
+        return row
+    return {**row, "source": PureWindowsPath(source).as_posix()}
 
 
 def _rows_of_tree(path: Path) -> Iterator[Row]:

@@ -32,7 +32,7 @@ def write() -> None:
     """Put the list into the README, between its two marks."""
     before, _, rest = README.read_text(encoding="utf-8").partition(BEGIN)
     after = rest.partition(END)[2]
-    README.write_text(f"{before}{BEGIN}\n{columns_as_markdown()}{END}{after}", encoding="utf-8")
+    README.write_text(f"{before}{BEGIN}\n{columns_as_markdown()}{END}{after}", encoding="utf-8", newline="\n")
 
 
 if __name__ == "__main__":
