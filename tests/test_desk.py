@@ -171,3 +171,20 @@ def test_patterns_and_folders_are_opened_up_where_no_shell_does_it(short: bytes,
     assert "no tables in" in nothing.stderr
     nothing = run("campaign", tmp_path / "*.csv", "-o", tmp_path / "campaign")
     assert "no file fits this pattern" in nothing.stderr
+
+
+@pytest.mark.parametrize(
+    ("rig", "asked"),
+    [
+        ("mass_kg = 3079.9\nstiffness_n_per_m = 1191.0", "rig: mass_kg = 3079.9: a frame on a bench has"),
+        ("mass_kg = 3.0799\nstiffness_n_per_m = 1.191", "is this in N/mm?"),
+        ("natural_frequency_hz = 0.1", "frequency_ratio: 37.6 lies outside 0.02 to 5"),
+    ],
+)
+def test_a_rig_off_by_a_thousand_is_told(rig: str, asked: str, short: bytes, tmp_path: Path) -> None:
+    (tmp_path / "log.csv").write_bytes(short)
+    scene = tmp_path / "scene.toml"
+    scene.write_text(f"[rig]\n{rig}\n", encoding="utf-8")
+    told = run("analyze", tmp_path / "log.csv", "--scene", scene)
+    assert told.exit_code == 0
+    assert asked in told.stderr
