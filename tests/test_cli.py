@@ -54,6 +54,19 @@ def rows(seconds: float, drive: float = 1.0, rate: float = 100.0) -> str:
     return "\n".join(lines) + "\n"
 
 
+def test_a_misspelt_command_is_told_what_was_meant_and_completion_knows_all(
+    run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done = run("analize")
+    assert done.returncode == 2
+    assert "Did you mean 'analyze'?" in done.stderr
+    for words, found in (("frictionlab fre", "free-vibration"), ("frictionlab analyze --nat", "--natural-frequency")):
+        monkeypatch.setenv("_FRICTIONLAB_COMPLETE", "complete_bash")
+        monkeypatch.setenv("COMP_WORDS", words)
+        monkeypatch.setenv("COMP_CWORD", str(len(words.split()) - 1))
+        assert run().stdout.split() == [found]
+
+
 def test_help_and_version_answer(run: Run) -> None:
     assert run("--version").stdout.startswith("frictionlab ")
     assert "compare-numeric" in run("--help").stdout

@@ -62,6 +62,11 @@ PLAIN: dict[str, Any] = {
 class Commands(TyperGroup):
     """The commands: the one that is called is loaded, and no other."""
 
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        names: Any = dict.fromkeys(SUMMARIES)  # no commands yet: a misspelt name is compared with them
+        self.commands = names
+
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002 - the name and order of Click's
         """Names in the order of the data."""
         return list(SUMMARIES)
