@@ -202,7 +202,7 @@ def _compared(
     said = [*measurement.warnings, *found.warnings, *state.warnings, *_of_verdict(found, judged, ladder)]
     if ladder is not None:
         said += _required_untold(found)
-        said += [f"law {name}: not compared: {why}" for name, why in ladder.left_out.items()]
+        said += [f"law {name}: {why}" for name, why in ladder.left_out.items()]
     if prediction.cycle is None:
         said.append(f"no prediction: {state.outcome}")
     left = {} if ladder is None else _left(measurement, ladder, found, judged)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,9 +42,16 @@ class Forward:
         second = complex(values.get("second_cosine", 0.0), -values.get("second_sine", 0.0))
         try:
             problem = self.family.problem(own, detuning=values.get("natural_frequency", 0.0), second=second)
-            return steady_state(problem) if near is None else _steady_near(problem, near)
+            if near is not None:
+                return _steady_near(problem, near)
+            return _remembered(problem) if self.is_integrated else steady_state(problem)
         except SimulationError:
             return None  # no motion to compare with: these values are no candidate
+
+    @property
+    def is_integrated(self) -> bool:
+        """Whether a steady state costs milliseconds: one that is asked for again is remembered."""
+        return self.family.law.kind in ("smooth", "inner")
 
     @property
     def _parameters(self) -> frozenset[str]:
@@ -85,8 +93,7 @@ class Forward:
 
         ``some``: the coordinates asked for, by number; all of them unless it is given.
         """
-        is_integrated = self.family.law.kind in ("smooth", "inner")
-        near = self.state(values_of(self.coordinates, point)) if is_integrated else None
+        near = self.state(values_of(self.coordinates, point)) if self.is_integrated else None
         chosen = range(len(self.coordinates)) if some is None else some
         columns = [self._column(i, self.coordinates[i], point, here, near) for i in chosen]
         return np.stack(columns, axis=1)
@@ -122,6 +129,12 @@ def _steady_near(problem: Problem, near: SteadyState) -> SteadyState:
     from frictionlab.simulator import numeric  # noqa: PLC0415 - 10 ms, for such laws alone
 
     return numeric.steady(problem, near=near)
+
+
+@lru_cache(maxsize=2)
+def _remembered(problem: Problem) -> SteadyState:
+    """The steady state of a problem: slopes are asked for where residuals have just been."""
+    return steady_state(problem)
 
 
 def bend(lines: ComplexArray, power: int) -> ComplexArray:

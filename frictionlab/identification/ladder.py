@@ -38,7 +38,8 @@ from frictionlab.uncertainty import Sources
 FloatArray = NDArray[np.float64]
 EXACT = ("place", "speed", "breakaway", "compliance")
 CHEAP = EXACT[:3]  # a rigid contact: some ten microseconds a steady state
-NUMERIC = ("logarithm", "stribeck", "dahl", "bouc-wen", "lugre", "rate-state")
+NUMERIC = ("logarithm", "stribeck", "dahl", "bouc-wen")  # milliseconds a steady state ...
+DEAR = ("lugre", "rate-state")  # ... and up to a second
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 FEW_CYCLES = 15  # below so many they are left out in two halves, else in five parts
 HOPELESS = 4.0  # chi-square over the best rung's from which no other start of a law that costs much is followed
@@ -137,7 +138,24 @@ class _Climb:
         """
         good = [rung for below in (bottom, top) for rung in self._required(below, NUMERIC, 1)]
         best = max((top, *good), key=lambda rung: rung.log_evidence)
+        if not misfit_is_noise(best.identified.fit):
+            best = max((best, *self._dear(bottom, top)), key=lambda rung: rung.log_evidence)
+        else:
+            self._spare(bottom, DEAR, f"a law that costs less, {best.law.name}, leaves nothing but noise")
         return best if best is top or misfit_is_noise(best.identified.fit) else self.upward(best, CHEAP)
+
+    def _dear(self, bottom: Rung, top: Rung) -> list[Rung]:
+        """Laws that cost much: each alone, and beside what the exact ones have if it is worth anything alone."""
+        alone = self._required(bottom, DEAR, 1)
+        worth = tuple(name for name in DEAR if any(rung.law.has(name) for rung in alone))
+        spared = tuple(name for name in DEAR if name not in worth)
+        self._spare(top, spared, "alone it predicts no better than plain Coulomb friction")
+        return [*alone, *self._required(top, worth, 1)]
+
+    def _spare(self, below: Rung, terms: tuple[str, ...], why: str) -> None:
+        """Say of laws that they were not tried, and why."""
+        tried = {rung.law.name for rung in self.rungs} | set(self.left_out)
+        self.left_out |= {name: f"not tried: {why}" for name in laws_above(below.law, terms, 1) if name not in tried}
 
     def _required(self, here: Rung, terms: tuple[str, ...], count: int) -> list[Rung]:
         """The rungs with so many more terms that the recording requires over this one."""
@@ -153,7 +171,7 @@ class _Climb:
             found = self._fitted(below, law_of(name))
             return self.rung(found, begin, below)
         except (AnalysisError, SimulationError, UsageError, np.linalg.LinAlgError) as fault:
-            self.left_out[name] = str(fault)
+            self.left_out[name] = f"not compared: {fault}"
             return None
 
     def _fitted(self, below: Rung, law: Law) -> Fit:
