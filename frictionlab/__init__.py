@@ -28,6 +28,7 @@ _HOMES = {
     "batch": "verbs.batch",
     "compare": "verbs.compare",
     "evaluate": "verbs.evaluate",
+    "explain": "verbs.explain",
     "free_vibration": "verbs.free_vibration",
     "ingest": "verbs.ingest",
     "init": "verbs.init",

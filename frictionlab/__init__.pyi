@@ -32,6 +32,7 @@ from frictionlab.verbs.batch import Batch as Batch
 from frictionlab.verbs.batch import batch as batch
 from frictionlab.verbs.compare import compare as compare
 from frictionlab.verbs.evaluate import evaluate as evaluate
+from frictionlab.verbs.explain import explain as explain
 from frictionlab.verbs.free_vibration import free_vibration as free_vibration
 from frictionlab.verbs.ingest import ingest as ingest
 from frictionlab.verbs.init import init as init

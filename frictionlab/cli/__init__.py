@@ -30,6 +30,9 @@ SUMMARIES = {
     "compare-numeric": (
         "Identify the friction, predict the steady cycle with the simulator, and draw measured over predicted."
     ),
+    "explain": (
+        "Say which friction law a recording requires, in a dozen lines: values in newtons, and what it does not tell."
+    ),
     "free-vibration": (
         "Natural frequency, damping ratio and friction of each free decay, their average, and the lines of a scene."
     ),

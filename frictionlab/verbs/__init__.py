@@ -3,6 +3,7 @@
     ingest          log -> Recording
     analyze         log or recording -> Measurement
     compare         log, recording or measurement -> Comparison
+    explain         the same -> Explanation: the law it requires, in a dozen lines
     free_vibration  log or recording of a free decay -> FreeVibration of each tap
     evaluate        measurements -> Campaign;  publish   Campaign -> tables, figures, report
     batch           a folder of logs -> all of these in files; only what changed is made again

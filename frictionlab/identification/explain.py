@@ -1,0 +1,214 @@
+"""What a recording says of its contact, in a dozen lines: the law, its values in newtons, what simpler laws get wrong.
+
+Everything here is a `Comparison` told in words; nothing is found anew but the simpler law's own comparison, made by
+the same verb.
+"""
+
+import math
+import textwrap
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.identification.compare import AUTO, predict
+from frictionlab.identification.comparison import Comparison
+from frictionlab.identification.contact_force import ContactForce
+from frictionlab.identification.identify import limits_in_words
+from frictionlab.scene import Scene
+from frictionlab.simulator.laws import law_of
+
+WIDTH = 80
+STILL = 1e-9  # of omega Y: a contact that is slower stands
+TELLS = {
+    "gradient": "a larger amplitude of the base, or several loads in one campaign",
+    "contact_damping_ratio": "rig.damping_ratio and sensors.lag_s measured, or a test nearer to resonance",
+    "static_ratio_up": "a slower test, in which the mass stops for longer",
+    "static_ratio_down": "a slower test, in which the mass stops for longer",
+    "stiffness_ratio": "a smaller amplitude of the base, in which the contact bends more than it slides",
+}
+"""What would tell a parameter that a test does not."""
+ANY = "tests at another amplitude and another speed; frictionlab plan says which"
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What a recording says of its contact.
+
+    ``comparison``: under the law that the recording requires; ``simpler``: under the best of the laws with fewer terms,
+    None where it is plain Coulomb friction already; ``physical``: parameter -> value, uncertainty, unit, words.
+    """
+
+    comparison: Comparison
+    simpler: Comparison | None
+    physical: Mapping[str, tuple[float, float | None, str, str]]
+
+    @property
+    def contact(self) -> ContactForce:
+        """What the one figure shows."""
+        return self.comparison.contact
+
+    @property
+    def text(self) -> str:
+        """The explanation, in lines of at most 80 letters."""
+        parts = (_law(self), _values(self), _simpler(self), _untold(self), _warned(self))
+        return "\n".join(line for part in parts for line in part)
+
+    def row(self) -> dict[str, object]:
+        """The comparison's row, with the text and what the simpler law misses."""
+        simpler = self.simpler
+        return {
+            **self.comparison.row(),
+            "simpler_law": None if simpler is None else simpler.law,
+            "simpler_nrmse": None if simpler is None else simpler.response_nrmse,
+            "missed": missed(self.comparison.contact),
+            "simpler_missed": None if simpler is None else missed(simpler.contact),
+            "physical": {n: {"value": v, "u": u, "unit": unit} for n, (v, u, unit, _) in self.physical.items()},
+            "text": self.text.splitlines(),
+        }
+
+    def __repr__(self) -> str:
+        return f"<Explanation of {self.comparison!r}>"
+
+
+def explain(measurement: Measurement, scene: Scene) -> Explanation:
+    """Say which law a measured test requires, what it is made of, and what the next simpler law gets wrong.
+
+    Raises
+    ------
+    AnalysisError
+        As `compare`: not even Coulomb friction has a steady state here.
+    """
+    comparison = predict(measurement, scene, law=AUTO)
+    name = simpler_law(comparison)
+    simpler = None if name is None else predict(measurement, scene, law=name)
+    return Explanation(comparison, simpler, physical(comparison, measurement, scene))
+
+
+def simpler_law(comparison: Comparison) -> str | None:
+    """The law of the best evidence on the ladder that lacks a term of the one required; None: there is none."""
+    terms = {t.name for t in law_of(comparison.law).terms}
+    fewer = [rung for rung in comparison.laws or () if {t.name for t in law_of(str(rung["law"])).terms} < terms]
+    return str(max(fewer, key=lambda rung: float(str(rung["log_evidence"])))["law"]) if fewer else None
+
+
+def missed(contact: ContactForce) -> dict[str, float]:
+    """Rms of what a law misses, over Y: while the contact stands, slides up, slides down, as the law has it."""
+    if contact.residual is None or contact.law_velocity is None:
+        return {}
+    speed = contact.law_velocity
+    parts = {"stops": np.abs(speed) < STILL, "slides up": speed >= STILL, "slides down": speed <= -STILL}
+    square = contact.residual**2
+    return {name: math.sqrt(float(square[there].mean())) for name, there in parts.items() if there.any()}
+
+
+def physical(
+    comparison: Comparison, measurement: Measurement, scene: Scene
+) -> dict[str, tuple[float, float | None, str, str]]:
+    """Parameters that were found, in newtons, metres and seconds, as far as the stiffness is known."""
+    reach, turn = measurement.base_amplitude_m, 2.0 * math.pi * measurement.drive_frequency_hz
+    stiffness, own = scene.rig.stiffness, turn / comparison.frequency_ratio
+    units: dict[str, tuple[float, str, str]] = {
+        "gradient": (0.1 / reach, "%/mm", "friction grows along the path"),
+        "stribeck_speed": (1e3 * turn * reach, "mm/s", "speed at which it has weakened"),
+        "rate_speed": (1e3 * turn * reach, "mm/s", "speed of the logarithm"),
+        "slip_distance": (1e6 * reach, "um", "way in which the contact is renewed"),
+    }
+    if stiffness is not None:
+        units["contact_damping_ratio"] = (2.0 * stiffness / own, "N s/m", "dashpot in the contact")
+        units["stiffness_ratio"] = (1e-3 * stiffness, "N/mm", "stiffness of the contact")
+    found: dict[str, tuple[float, float | None, str, str]] = {}
+    if comparison.friction_force_n is not None:
+        found["beta"] = (comparison.friction_force_n, comparison.friction_force_n_u, "N", "friction force")
+    for name, told in comparison.parameters.items():
+        if name in units and told["u"] is not None:
+            factor, unit, words = units[name]
+            found[name] = (factor * told["value"], factor * told["u"], unit, words)
+    return found
+
+
+def _wrapped(text: str, *, indent: str = "") -> Iterator[str]:
+    yield from textwrap.wrap(text, WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+
+
+def _law(told: Explanation) -> Iterator[str]:
+    c = told.comparison
+    yield from _wrapped(f"{c.source}: {c.law} at r = {c.frequency_ratio:.4g} ({law_of(c.law).words})")
+    if c.response_nrmse is None or c.misfit is None:
+        yield "No prediction: this law has no steady state here."
+        return
+    verdict = "It explains the cycle" if c.verdict == "explained" else "No law tried explains the cycle; the best one"
+    left = f"leaves {100 * c.response_nrmse:.2g} % of the response, {c.misfit:.2g} times the standard error of the mean"
+    yield from _wrapped(f"{verdict}{': it' if c.verdict == 'explained' else ''} {left} cycle.")
+    if c.energy_difference is not None:
+        yield from _wrapped(
+            f"Energy per cycle: {c.energy_per_cycle:.4g} k Y^2 measured, predicted {100 * c.energy_difference:+.2g} %."
+        )
+
+
+def _values(told: Explanation) -> Iterator[str]:
+    for name, e in told.comparison.parameters.items():
+        if e["u"] is None:
+            continue
+        value = f"  {name}: {_with_error(e['value'], e['u'])}"
+        if not e["told"]:
+            value += f", not told: {limits_in_words(e['lower'], e['upper'])} (95 %)"
+        elif name in told.physical:
+            size, error, unit, words = told.physical[name]
+            value += f" = {_with_error(size, error)} {unit}, {words}"
+        yield from _wrapped(value)
+    shares = told.comparison.budget.get("friction_ratio", {})
+    if shares:
+        yield from _wrapped(
+            f"Most of the uncertainty of beta comes from: {max(shares, key=lambda name: shares[name])}."
+        )
+
+
+def _with_error(value: float, error: float | None) -> str:
+    """A value with its uncertainty, to two digits of that.
+
+    Examples
+    --------
+    >>> _with_error(0.31641, 0.0106), _with_error(1234.5, 27.0), _with_error(2.0, None)
+    ('0.316 +- 0.011', '1234 +- 27', '2')
+    """
+    if not error or not math.isfinite(error):
+        return f"{value:.4g}"
+    digits = max(0, 1 - math.floor(math.log10(error)))
+    return f"{value:.{digits}f} +- {error:.{digits}f}"
+
+
+def _simpler(told: Explanation) -> Iterator[str]:
+    c, simpler = told.comparison, told.simpler
+    richer = [str(rung["law"]) for rung in c.laws or () if not rung["required"]]
+    if simpler is not None and simpler.response_nrmse is not None:
+        where = missed(simpler.contact)
+        most = max(where, key=lambda name: where[name], default="")
+        parts = ", ".join(f"{name} {100 * size:.2g} %" for name, size in where.items())
+        yield from _wrapped(
+            f"The next simpler law, {simpler.law}, leaves {100 * simpler.response_nrmse:.2g} %, most in its {most}"
+            f" (rms over Y: {parts}); log evidence {_gain(c, simpler):.0f} lower."
+        )
+    here = ", ".join(f"{name} {100 * size:.2g} %" for name, size in missed(c.contact).items())
+    if here:
+        yield from _wrapped(f"What {c.law} misses, rms over Y: {here}.")
+    if richer:
+        yield from _wrapped(f"Tried and not required: {', '.join(richer)}.")
+
+
+def _gain(c: Comparison, simpler: Comparison) -> float:
+    evidence = {str(rung["law"]): float(str(rung["log_evidence"])) for rung in c.laws or ()}
+    return evidence[c.law] - evidence[simpler.law]
+
+
+def _untold(told: Explanation) -> Iterator[str]:
+    for name, e in told.comparison.parameters.items():
+        if e["u"] is not None and not e["told"]:
+            yield from _wrapped(f"What would tell {name}: {TELLS.get(name, ANY)}.")
+
+
+def _warned(told: Explanation) -> Iterator[str]:
+    for sentence in told.comparison.warnings:
+        if "does not tell it" not in sentence:
+            yield from _wrapped(f"! {sentence}")

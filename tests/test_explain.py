@@ -1,0 +1,76 @@
+"""`explain`: the law that a recording requires, in a dozen lines that agree with the comparison they tell."""
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import frictionlab as fl
+from frictionlab.identification.explain import Explanation, missed
+from frictionlab.simulator import Problem
+from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded, scene
+
+ROOT = Path(__file__).parents[1]
+SAMPLE, SCENE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv", ROOT / "configs" / "sample_data.toml"
+R, BETA, DAMPING, STIFFNESS = 0.35, 0.4, 0.03, 1191.0
+
+
+@pytest.fixture(scope="module")
+def told() -> Explanation:
+    truth = Problem(R, BETA, law="coulomb+speed", parameters={"contact_damping_ratio": DAMPING})
+    rig = scene(rig={"stiffness_n_per_m": STIFFNESS})
+    return fl.explain(recorded(truth, np.random.default_rng(11)), rig)
+
+
+def test_an_explanation_is_short_and_tells_what_the_comparison_found(told: Explanation) -> None:
+    lines = told.text.splitlines()
+    assert 8 <= len(lines) <= 20
+    assert max(map(len, lines)) <= 80
+    assert "coulomb+speed at r = 0.35" in lines[0]
+    assert "It explains the cycle" in told.text
+    assert "The next simpler law, coulomb, leaves" in told.text
+    assert told.comparison.law == "coulomb+speed"
+    assert told.simpler is not None
+    assert told.simpler.law == "coulomb"
+
+
+def test_values_in_newtons_are_those_of_the_contact_that_made_the_recording(told: Explanation) -> None:
+    force, force_u, unit, _ = told.physical["beta"]
+    assert unit == "N"
+    assert force_u is not None
+    assert force == pytest.approx(BETA * STIFFNESS * BASE_M, abs=3 * force_u)
+    assert force == told.comparison.friction_force_n
+    dashpot, dashpot_u, unit, _ = told.physical["contact_damping_ratio"]
+    assert unit == "N s/m"
+    assert dashpot_u is not None
+    mass = STIFFNESS / (2 * math.pi * NATURAL_HZ) ** 2
+    assert dashpot == pytest.approx(2 * DAMPING * math.sqrt(STIFFNESS * mass), abs=3 * dashpot_u)  # c = 2 zeta sqrt(km)
+
+
+def test_what_a_law_misses_is_the_residual_part_by_part(told: Explanation) -> None:
+    contact = told.contact
+    parts, residual = missed(contact), contact.residual
+    assert residual is not None
+    assert set(parts) == {"stops", "slides up", "slides down"}
+    assert min(parts.values()) <= math.sqrt(float(np.mean(residual**2))) <= max(parts.values())
+    assert told.simpler is not None
+    assert max(missed(told.simpler.contact).values()) > 3 * max(parts.values())
+
+
+def test_the_command_prints_the_text_draws_the_figure_and_tells_the_same_in_json(tmp_path: Path) -> None:
+    command = [str(Path(sys.executable).parent / "frictionlab"), "explain", str(SAMPLE), "--scene", str(SCENE)]
+    shown, told, lost = (
+        subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path, timeout=100)
+        for words in ([*command, "--plot", "figures"], [*command, "--json"], [*command[:2], "nothing.h5", *command[3:]])
+    )
+    assert (shown.returncode, told.returncode, lost.returncode) == (0, 0, 1)
+    (row,) = [json.loads(line) for line in told.stdout.splitlines()]
+    assert shown.stdout.splitlines() == row["text"]
+    assert row["law"] == "coulomb"
+    assert row["simpler_law"] is None
+    assert (tmp_path / "figures" / f"{SAMPLE.stem}.contact.png").is_file()
+    assert "nothing.h5" in lost.stderr
