@@ -53,6 +53,7 @@ def test_values_in_newtons_are_those_of_the_contact_that_made_the_recording(told
 
 def test_what_a_law_misses_is_the_residual_part_by_part(told: Explanation) -> None:
     contact = told.contact
+    assert contact is not None
     parts, residual = missed(contact), contact.residual
     assert residual is not None
     assert set(parts) == {"stops", "slides up", "slides down"}

@@ -92,6 +92,6 @@ def _row(path: Path, *, scene: "Scene", plots: Figures | None, files: Files, for
     from frictionlab.verbs.plot import plot
 
     told = told_of(files.get(path, path), scene)
-    if plots is not None:
+    if plots is not None and told.contact is not None:
         plot(told.contact, plots[path][FIGURE], title=path.name, force=force)
     return {**told.row(), "source": str(path)}

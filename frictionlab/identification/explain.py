@@ -45,8 +45,8 @@ class Explanation:
     physical: Mapping[str, tuple[float, float | None, str, str]]
 
     @property
-    def contact(self) -> ContactForce:
-        """What the one figure shows."""
+    def contact(self) -> ContactForce | None:
+        """What the one figure shows; None where there is nothing to compare."""
         return self.comparison.contact
 
     @property
@@ -93,9 +93,9 @@ def simpler_law(comparison: Comparison) -> str | None:
     return str(max(fewer, key=lambda rung: float(str(rung["log_evidence"])))["law"]) if fewer else None
 
 
-def missed(contact: ContactForce) -> dict[str, float]:
+def missed(contact: ContactForce | None) -> dict[str, float]:
     """Rms of what a law misses, over Y: while the contact stands, slides up, slides down, as the law has it."""
-    if contact.residual is None or contact.law_velocity is None:
+    if contact is None or contact.residual is None or contact.law_velocity is None:
         return {}
     speed = contact.law_velocity
     parts = {"stops": np.abs(speed) < STILL, "slides up": speed >= STILL, "slides down": speed <= -STILL}
@@ -108,7 +108,7 @@ def physical(
 ) -> dict[str, tuple[float, float | None, str, str]]:
     """Parameters that were found, in newtons, metres and seconds, as far as the stiffness is known."""
     reach, turn = measurement.base_amplitude_m, 2.0 * math.pi * measurement.drive_frequency_hz
-    stiffness, own = scene.rig.stiffness, turn / comparison.frequency_ratio
+    stiffness, own = scene.rig.stiffness, turn / (comparison.frequency_ratio or math.nan)
     units: dict[str, tuple[float, str, str]] = {
         "gradient": (0.1 / reach, "%/mm", "friction grows along the path"),
         "stribeck_speed": (1e3 * turn * reach, "mm/s", "speed at which it has weakened"),
