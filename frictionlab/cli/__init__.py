@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 from typer.main import get_command as click_command
 
 from frictionlab import __version__
+from frictionlab.cli.compiling import announce_compiling
 from frictionlab.cli.standard_output import LostOutputError, guard_standard_output, standard_output
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
 from frictionlab.process import collect_rarely, keep_freed_memory, use_one_thread
@@ -171,6 +172,7 @@ def main() -> None:
     use_one_thread()
     keep_freed_memory()
     collect_rarely()
+    announce_compiling(sys.argv[1:])
     try:
         app()
     except LostOutputError as error:  # of what no command prints: --help and --version

@@ -13,7 +13,7 @@ import inspect
 import os
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -63,10 +63,21 @@ WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version
 
 @dataclass(frozen=True)
 class Engine:
-    """A kernel ready to run: its functions by name, and what makes its buffers."""
+    """A kernel ready to run: its functions by name, and what makes its buffers.
+
+    Parameters
+    ----------
+    kernel : namespace
+        Its functions by name; of a compiled one those that Python calls.
+    buffer : callable
+        Makes a buffer of some numbers.
+    functions : mapping
+        Of a compiled kernel all functions, by module and name: what another kernel may build on.
+    """
 
     kernel: Any
     buffer: Callable[[tuple[float, ...]], Any]
+    functions: Mapping[tuple[str, str], Any] = field(default_factory=dict)
 
 
 @functools.cache
@@ -88,11 +99,26 @@ def as_it_stands(modules: tuple[ModuleType, ...]) -> Engine:
 
 
 def compile_modules(
-    names: ModuleType, modules: tuple[ModuleType, ...], formulas: Mapping[ModuleType, tuple[str, ...]] | None = None
+    names: ModuleType,
+    modules: tuple[ModuleType, ...],
+    *,
+    formulas: Mapping[ModuleType, tuple[str, ...]] | None = None,
+    below: Engine | None = None,
 ) -> Engine:
-    """Return the functions that modules list, compiled; `names` holds their constants, each uses those before it only.
+    """Return a kernel of the functions that modules list, compiled.
 
-    `formulas` names functions of further modules that use nothing but their arguments and `math`; they come first.
+    What only other compiled functions call needs no way in from Python: a quarter of the time to compile.
+
+    Parameters
+    ----------
+    names : module
+        Holds their constants, and as ENTRIES the names of the functions that Python calls.
+    modules : tuple of modules
+        Each uses those before it only.
+    formulas : mapping, optional
+        Functions of further modules that use nothing but their arguments and `math`; they come first.
+    below : Engine, optional
+        A compiled kernel whose functions these use.
 
     Raises
     ------
@@ -106,23 +132,37 @@ def compile_modules(
             f"simulation: the compiled kernel; expected the package numba; got: {error}; "
             "do: pip install numba, or keep the work small enough for plain Python"
         ) from error
-    functions: dict[tuple[str, str], Any] = {}  # by module and name: two modules may use a name for their own
-    sources = formulas or {}
-    with _cached_in(machine_code_folder(names, (*sources, *modules)), numba.config) as cache:
-        compiler = numba.njit(cache=cache, error_model="numpy", nogil=True)
+    functions = dict(below.functions) if below else {}  # by module and name: two modules may use a name for their own
+    sources, entries = formulas or {}, names.ENTRIES
+    others = tuple(importlib.import_module(name) for name in dict.fromkeys(name for name, _ in functions))
+    folder = machine_code_folder(names, (*sources, *others, *modules))
+    if not any(folder.glob("**/*.nbi")):
+        _announce()
+    with _cached_in(folder, numba.config) as cache:
+        njit: Any = functools.partial(numba.njit, cache=cache, error_model="numpy", nogil=True)
+        outer, inner = njit(), njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)
         for module, listed in sources.items():
-            functions.update({(module.__name__, name): compiler(getattr(module, name)) for name in listed})
+            functions.update({(module.__name__, name): inner(getattr(module, name)) for name in listed})
         for module in modules:
             twin = _fresh(module)
             vars(twin).update({name: functions[home] for name, home in borrowed(twin).items() if home in functions})
             for name in module.__all__:
-                fast = compiler(getattr(twin, name))
+                fast = (outer if name in entries else inner)(getattr(twin, name))
                 setattr(twin, name, fast)
                 functions[module.__name__, name] = fast
+    called = {name: fast for (_, name), fast in functions.items() if name in entries}
     return Engine(
-        SimpleNamespace(**{name: fast for (_, name), fast in functions.items()}),
+        SimpleNamespace(**(vars(below.kernel) if below else {}), **called),
         lambda values: np.array(values, dtype=np.float64),
+        functions,
     )
+
+
+def _announce() -> None:
+    """Say to whoever listens to this module's logger that compiling begins."""
+    import logging  # noqa: PLC0415 - two milliseconds that only a compiler's start is worth
+
+    logging.getLogger(__name__).info("compiling the simulator once for this machine, about half a minute")
 
 
 def borrowed(module: ModuleType) -> dict[str, tuple[str, str]]:
@@ -138,7 +178,7 @@ def machine_code_folder(names: ModuleType = layout, modules: tuple[ModuleType, .
     compiler's own check sees a change of a function's own file only, hence the digest of all files.
     """
     digest = hashlib.sha256()
-    for module in (names, *modules):
+    for module in (layout, names, *modules):
         digest.update(Path(str(module.__file__)).read_bytes())
     return _cache_root() / "frictionlab" / f"kernel-{digest.hexdigest()[:16]}"
 

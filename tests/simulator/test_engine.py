@@ -1,18 +1,23 @@
 """Plain or compiled, in one chunk or many, in one process or two: the same bits."""
 
+import io
+import logging
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
 
+from frictionlab.cli.compiling import announce_compiling
 from frictionlab.errors import UsageError
 from frictionlab.simulator import engine, steady_state, sweep
 from frictionlab.simulator.elastic import engine as elastic
 from frictionlab.simulator.elastic import events
+from frictionlab.simulator.kernel import layout, motion
 from frictionlab.simulator.problem import COSINE, Base, Wall
 from frictionlab.simulator.state import to_numbers
 from frictionlab.simulator.sweep import Family, sweep_points
@@ -118,7 +123,38 @@ def test_where_nothing_can_be_kept_the_kernel_still_compiles(tmp_path: Path, mon
     blocked = tmp_path / "a file, not a folder"
     blocked.write_text("")
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(blocked))
-    code = "from frictionlab.simulator import engine; print(engine.compiled().kernel.gap(0.5, 2.0))"
+    code = (
+        "from frictionlab.simulator import Problem, engine; "
+        "print(engine.set_up(engine.compiled(), Problem(0.5, 0.4))[0].plain.omega)"
+    )
     run = [sys.executable, "-c", code]
     done = subprocess.run(run, capture_output=True, text=True, env=dict(os.environ), check=False)
-    assert done.stdout.strip() == "0.0", done.stderr
+    assert done.stdout.strip() == "2.0", done.stderr
+
+
+def test_what_only_compiled_functions_call_is_not_offered_to_python() -> None:
+    fast = engine.compiled()
+    assert set(vars(fast.kernel)) == set(layout.ENTRIES)
+    assert {name for _, name in fast.functions} > set(layout.ENTRIES)
+
+
+@pytest.fixture
+def quiet_again() -> Iterator[None]:
+    yield
+    logger = logging.getLogger(engine.__name__)
+    logger.handlers[:] = []
+    logger.setLevel(logging.NOTSET)
+
+
+@pytest.mark.usefixtures("quiet_again")
+@pytest.mark.parametrize(("words", "terminal", "told"), [([], True, 1), (["--json"], True, 0), ([], False, 0)])
+def test_a_compiler_that_begins_is_announced_on_a_terminal(
+    words: list[str], terminal: bool, told: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    screen = io.StringIO()
+    monkeypatch.setattr(screen, "isatty", lambda: terminal)
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    announce_compiling(["simulate", *words])
+    engine.compile_modules(layout, (motion,))
+    assert screen.getvalue() == "compiling the simulator once for this machine, about half a minute\n" * told

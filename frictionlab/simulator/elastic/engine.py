@@ -44,7 +44,7 @@ def compiled() -> Engine:
     SimulationError
         If numba cannot be loaded.
     """
-    return engines.compile_modules(layout, COMPILED)
+    return engines.compile_modules(layout, MODULES, below=engines.compiled())
 
 
 def set_up(engine: Engine, problem: Problem) -> tuple[Rig, layout.Sliders, Force]:

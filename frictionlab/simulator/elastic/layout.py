@@ -9,6 +9,7 @@ __all__ = [
     "CONTACT",
     "ELASTIC_PHASE",
     "ELASTIC_TALLY",
+    "ENTRIES",
     "FREE",
     "HASTY",
     "HELD_FOR",
@@ -23,6 +24,12 @@ __all__ = [
     "Ring",
     "Sliders",
 ]
+
+# The kernel's functions that Python calls.
+ENTRIES = (
+    *("start_at_rest", "follow", "carry_elastic", "steady_elastic", "steady_elastic_from", "evaluate_elastic"),
+    *("account_elastic", "fill_elastic_row", "is_mirrored", "distance", "span_of"),
+)
 
 LIMIT, TURNED, REACHED = 0, 1, 2  # what ended a phase: the time, a zero of the velocity, a slider's limit
 PULLED = 3  # how a motion ended (beside DONE, CHATTER, WANDERS): where friction would turn into a pull

@@ -5,6 +5,12 @@ from typing import NamedTuple
 
 TURN = 2.0 * pi
 
+# The kernel's functions that Python calls.
+ENTRIES = (
+    *("make_rig", "carry", "steady", "steady_from", "sweep", "cycles"),
+    *("evaluate", "account", "fill_row", "mirrored"),
+)
+
 Buffer = list[float]  # or an array: anything indexed
 
 

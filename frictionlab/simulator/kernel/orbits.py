@@ -41,8 +41,8 @@ __all__ = [
     "verdict",
 ]
 
-MOST_STEPS = 60  # Newton steps to the only orbit
-FEW_STEPS = 8  # Newton steps from a guess
+MOST_STEPS = 60.0  # Newton steps to the only orbit
+FEW_STEPS = 8.0  # Newton steps from a guess
 SECTIONS = 4  # phases of the drive from which the only orbit is tried
 
 
@@ -78,7 +78,7 @@ def continued(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
     while more > 0.0:
         more = 0.2 * more if more > 1e-17 * contact.beta else 0.0
         stiff = Contact(contact.beta + more, 0.0, 1.0, 1.0, contact.damping, contact.frame)
-        z, v, miss, code = shoot(Rig(stiff, rig.plain, rig.plain, rig.plain), force, leg, z, v, room, 2 * FEW_STEPS)
+        z, v, miss, code = shoot(Rig(stiff, rig.plain, rig.plain, rig.plain), force, leg, z, v, room, 2.0 * FEW_STEPS)
     return leg, z, v, miss, code
 
 

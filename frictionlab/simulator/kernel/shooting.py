@@ -36,7 +36,7 @@ def newton_target(jacobian: Buffer, z: float, v: float, dz: float, dv: float) ->
 
 
 def shoot(
-    rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room, steps: int
+    rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room, steps: float
 ) -> tuple[float, float, float, int]:
     """Return the fixed point of the leg's map near (z, v): z, v, its miss, and how the last motion ended.
 
@@ -48,7 +48,7 @@ def shoot(
     patience = 1
     iz, iv, code = carry(rig, force, leg, z, v, room)
     miss = hypot(iz - z, r * (iv - v))
-    for _ in range(steps):
+    for _ in range(int(steps)):
         size = hypot(z, r * v) + room.tally[PATH]
         if code != DONE or room.tally[PATH] == 0.0 or miss <= 2e-16 * size:
             break

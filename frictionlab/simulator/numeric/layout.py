@@ -16,6 +16,8 @@ Force = tuple[Buffer, Buffer, Buffer, Buffer, Buffer, Buffer, Buffer, Buffer]
 Table = tuple[Buffer, Buffer, Buffer, Buffer]  # the tableau as buffers
 Room = tuple[Buffer, ...]
 
+ENTRIES = ("carry", "account", "slips", "travel", "force_now", "close")  # what Python calls of the kernel
+
 COULOMB, STRIBECK, LOGARITHM, DAHL, BOUC_WEN, LUGRE, RATE_STATE = range(7)
 
 # The buffers of a room.

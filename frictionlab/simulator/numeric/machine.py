@@ -124,7 +124,7 @@ def plain() -> Engine:
 @functools.cache
 def compiled() -> Engine:
     """The kernel compiled by numba."""
-    return compile_modules(layout, MODULES, FORMULAS)
+    return compile_modules(layout, MODULES, formulas=FORMULAS)
 
 
 def is_ready() -> bool:

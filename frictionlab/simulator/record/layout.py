@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 Buffer = list[float]  # or an array: anything indexed
 
+ENTRIES = ("travel", "spline_slopes")  # what Python calls of the kernel
+
 
 class Rig(NamedTuple):
     """The numbers of a problem: damping ratios of frame and contact, the law's parameters; wall as `piece.force_of`."""
