@@ -1,6 +1,6 @@
 """What is reported of a motion with an elastic contact: works, range, stops; and its states at any time."""
 
-from math import inf, nan, pi, sqrt
+from math import inf, nan, pi
 
 from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.layout import CONTACT, ELASTIC_PHASE, ElasticRoom, Sliders
@@ -9,11 +9,10 @@ from frictionlab.simulator.elastic.phases import stiffened
 from frictionlab.simulator.elastic.shooting import elastic_multiplier, span_of
 from frictionlab.simulator.elastic.works import is_long_ring, ring_range, ring_work
 from frictionlab.simulator.kernel.accounts import (
-    CYCLES,
-    LOOKS,
     begin_search,
     end_search,
     frame_work,
+    most_looks,
     slide_range,
     slide_work,
 )
@@ -67,7 +66,6 @@ __all__ = [
     "evaluate_elastic",
     "fill_elastic_row",
     "is_mirrored",
-    "most_looks_elastic",
     "steady_elastic",
     "steady_elastic_from",
     "tell_elastic",
@@ -160,18 +158,10 @@ def tell_elastic(
             row[i] = nan
 
 
-def most_looks_elastic(rig: Rig, sliders: Sliders, force: Force) -> float:
-    """Return how many looks at a phase a search may take, as `most_looks`; the held contact vibrates faster."""
-    stiffest = 1.0
-    for i in range(len(sliders.force)):
-        stiffest += sliders.stiffness[i]
-    return len(force.p) * (LOOKS + CYCLES * 12.0 * sqrt(stiffest) / rig.plain.r)
-
-
 def steady_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, row: Buffer) -> None:
     """Fill `row` with the steady state's numbers; its phases are left in the record, from a leg's start to its end."""
     outcome, leg, miss = at_once_elastic(rig, sliders, force, room), Leg(0.0, TURN, 1.0, 1.0), 0.0
-    most = most_looks_elastic(rig, sliders, force)
+    most = most_looks(rig, force)
     given = begin_search(most, room.meter)
     if outcome == PERIODIC:
         leg, miss, code = search_elastic(rig, sliders, force, room)
@@ -183,7 +173,7 @@ def steady_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, 
 
 def steady_elastic_from(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, row: Buffer) -> None:
     """As `steady_elastic`, of the orbit that the motion from the room's start settles on."""
-    most = most_looks_elastic(rig, sliders, force)
+    most = most_looks(rig, force)
     given = begin_search(most, room.meter)
     leg, miss, code = settle(rig, sliders, force, room)
     outcome = verdict(rig, room, miss, code)

@@ -22,6 +22,7 @@ RTOL = 1e-8
 FINEST, COARSEST = 1e-12, 1e-3
 TIGHTEN, TIGHTER = 0.03, 2  # where the two energies differ by more than the tolerance: how much finer, how many times
 CLOSED, SMALLEST = 1e-9, 1e-15  # and what is always good enough, over the energy and over k Y^2
+MOST = 200_000  # steps of a search for a steady state: some seconds; a run of many cycles may take more
 HINT = 2_000  # steps that plain Python may try where the compiled kernel is a second away
 Floats = NDArray[np.float64]
 Result = TypeVar("Result")
@@ -60,7 +61,7 @@ def steady(problem: Problem, *, rtol: float = RTOL, near: SteadyState | None = N
     if _is_unbounded(problem):
         return SteadyState(problem, "numeric", "unbounded")
     start = near.orbit.state(0.0) if near is not None and isinstance(near.orbit, NumericMotion) else None
-    return _with_means(problem, rtol, lambda means: _steady(problem, means, start))
+    return _with_means(problem, rtol, lambda means: _steady(problem, means, start), MOST)
 
 
 def steady_from(problem: Problem, x0: float, v0: float) -> SteadyState:
@@ -78,7 +79,7 @@ def steady_from(problem: Problem, x0: float, v0: float) -> SteadyState:
         begin[:2] += (x0, v0)
         return _answer(problem, means, shooting.settle(rig, begin, _holds(problem, means)))
 
-    return _with_means(problem, RTOL, settled)
+    return _with_means(problem, RTOL, settled, MOST)
 
 
 def _check(rtol: float) -> None:
@@ -101,7 +102,7 @@ class _Means:
         return rig
 
 
-def _with_means(problem: Problem, rtol: float, work: Callable[[_Means], Result]) -> Result:
+def _with_means(problem: Problem, rtol: float, work: Callable[[_Means], Result], most: int = machine.CAP) -> Result:
     """Do the work in plain Python while it is short, else with the compiled kernel: the same bits."""
     if not machine.compiled.cache_info().currsize:
         try:
@@ -109,11 +110,11 @@ def _with_means(problem: Problem, rtol: float, work: Callable[[_Means], Result])
         except shooting.Spent:
             machine.compiled()
     try:
-        return work(_Means(fast=True, rtol=rtol, steps=machine.CAP))
+        return work(_Means(fast=True, rtol=rtol, steps=most))
     except shooting.Spent:
         raise SimulationError(
             f"simulation: law {problem.law.name} at r = {problem.r!r}, parameters {problem.parameters}; expected fewer "
-            f"than {machine.CAP} steps; got more: the contact rings, or hardly anything damps it; do: take the law "
+            f"than {most} steps; got more: the contact rings, or hardly anything damps it; do: take the law "
             "that this one tends to (a rigid contact for a stiffness without end), or loosen rtol"
         ) from None
 
@@ -137,7 +138,11 @@ def _holds(problem: Problem, means: _Means) -> Callable[[Floats], bool]:
 def _answer(problem: Problem, means: _Means, found: shooting.Orbit | None) -> SteadyState:
     """The numbers of an orbit, by finer steps where its two energies differ by more than the tolerance."""
     if found is None:
-        return SteadyState(problem, "numeric", "not found")
+        said = (
+            f"the motion from rest was not seen to settle on an orbit within {shooting.WAIT} cycles and "
+            f"{shooting.PATIENCE:,} steps; --cycles N tells the last of N cycles."
+        )
+        return SteadyState(problem, "numeric", "not found", warnings=(said,))
     for _ in range(TIGHTER + 1):
         told = _told(problem, found, *_recorded(problem, means, (found.state, 0.0, found.cycles), periodic=True))
         off, size = told.closure_error or 0.0, told.energy_per_cycle or 0.0
