@@ -137,6 +137,13 @@ def _head(name: str, table: Table) -> str:
     return printable(name) if column is None else column.head
 
 
+def paragraph(text: str, *, indent: str = "") -> None:
+    """Print a sentence on stdout, in lines that fit the terminal; whole elsewhere."""
+    width = _width()
+    lines = textwrap.wrap(text, width, subsequent_indent=indent, break_on_hyphens=False) if width else [text]
+    typer.echo("\n".join(lines))
+
+
 def _width() -> int:
     """Characters in a line of the terminal; 0 in a pipe, where any length goes."""
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else 0

@@ -7,7 +7,7 @@ import typer
 
 from frictionlab.cli.drawing import figure_file
 from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, scene_of
-from frictionlab.cli.output import complain, print_table
+from frictionlab.cli.output import complain, paragraph, print_table
 from frictionlab.tables import Row, json_line
 
 if TYPE_CHECKING:
@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
     from frictionlab.planning import Plan, PlannedTest
 
-HOUR = 3600.0
+MINUTE = 60.0
+DECIDES, CERTAIN = 5.0, 1000.0  # logarithm of a Bayes factor
 
 
 def plan(
@@ -94,43 +95,47 @@ def _print(found: "Plan", told: "Sequence[PlannedTest]", output: Path | None) ->
     typer.echo(
         f"law {found.law}{apart}: {len(found.tests)} tests, of {count + len(found.others)} candidates, best first"
     )
-    print_table([_flat(test) for test in told], _heads(found))
-    typer.echo(_meaning(found))
+    print_table([_flat(test) for test in told], _heads(found, told))
+    paragraph(_meaning(found))
     typer.echo("\nIn the laboratory, in the order that saves changes:")
     for line in steps(found):
-        typer.echo(line)
+        paragraph(line, indent="    ")
     if output is not None:
-        typer.echo(f"\nthe sheet is {output}: name the logs as it says, then give it as [experiment] sheet")
+        typer.echo("")
+        paragraph(f"the sheet is {output}: name the logs as it says, then give it as [experiment] sheet")
 
 
-def _heads(found: "Plan") -> dict[str, str]:
+def _heads(found: "Plan", told: "Sequence[PlannedTest]") -> dict[str, str]:
+    """Columns of the table; what is the same in all tests is told by the steps below it."""
     names = [] if found.against is not None else list(found.tests[0].expected)
-    return {
+    differs = {
+        "base_amplitude_mm": len({t.base_amplitude_m for t in told}) > 1,
+        "duration_s": len({t.duration_s for t in told}) > 1,
+    }
+    heads = {
         "rank": "test",
         "frequency_ratio": "r",
         "normal_force_n": "force N",
         "base_amplitude_mm": "base mm",
         "duration_s": "length s",
-        "regime": "expect",
-        "total_h": "total h",
+        "total_min": "lab min",
         **{f"u({name})": "friction %" if name == "beta" else f"u({name})" for name in names},
-        **(
-            {}
-            if found.against is None
-            else {"log_bayes": "if it holds", "log_bayes_against": "if not", "after": "after"}
-        ),
+        **({} if found.against is None else {"one": "if A", "other": "if B", "after": "after"}),
     }
+    return {key: head for key, head in heads.items() if differs.get(key, True)}
 
 
 def _meaning(found: "Plan") -> str:
+    time = "lab min: laboratory time so far"
     if found.against is not None:
         return (
-            f"if it holds: logarithm of the Bayes factor to expect from the test alone if {found.law} holds; if not: if"
-            f" {found.against} does; after: after this test and all better ones, the lesser of both; 5 decides"
+            f"A: {found.law}; B: {found.against}; {time}; if A: evidence for A to expect of this test alone if A holds"
+            " (logarithm of the Bayes factor; about half of such tests give more, half less); if B: for B if B holds;"
+            f" after: sum of this test and all better ones, the lesser of both; {DECIDES:g} or more decides"
         )
     return (
-        "the last columns: standard uncertainty to expect after this test and all better ones, of friction in per cent"
-        " of it"
+        f"{time}; the last columns: standard uncertainty to expect after this test and all better ones, of friction in"
+        " per cent of it"
     )
 
 
@@ -140,13 +145,18 @@ def _flat(test: "PlannedTest") -> Row:
         f"u({name})": _short(error if name != "beta" or error is None else 100.0 * error / test.values[name])
         for name, error in after.items()
     }
-    evidence = {"log_bayes": test.log_bayes, "log_bayes_against": test.log_bayes_against, "after": test.log_bayes_after}
+    evidence = {"one": test.log_bayes, "other": test.log_bayes_against, "after": test.log_bayes_after}
     more = {
         "base_amplitude_mm": 1e3 * test.base_amplitude_m,
-        "total_h": None if test.total_s is None else _short(test.total_s / HOUR, 3),
-        **{key: _short(value) for key, value in evidence.items()},
+        "total_min": None if test.total_s is None else _short(test.total_s / MINUTE, 3),
+        **{key: _evidence(value) for key, value in evidence.items()},
     }
     return {**test.row(), **more, **known}
+
+
+def _evidence(value: float | None) -> float | str | None:
+    """Evidence for a screen: beyond what decides many times over its size says no more."""
+    return f"> {CERTAIN:g}" if value is not None and value > CERTAIN else _short(value)
 
 
 def _short(value: float | None, digits: int = 2) -> float | None:

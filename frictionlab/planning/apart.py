@@ -68,6 +68,10 @@ class Way:
         """The same with the rival at its own best values for some tests."""
         told, rival, points, evidence = self.told.only(some), self.rival.only(some), self.points, self.evidence
         best = _best(told, rival, points[some])
+        if rival.lab.law.has("breakaway"):  # near where it does nothing it may act on nothing, and by jumps beyond
+            more = _best(told, rival, np.tile(rival.expected, (len(some), 1)))
+            better = _costs(told, rival, more) < _costs(told, rival, best)
+            best = np.where(better[:, None], more, best)
         points, evidence = points.copy(), evidence.copy()
         points[some], evidence[some] = best, _evidence(self.truth, told, rival, best)
         return replace(self, points=points, evidence=evidence)

@@ -16,6 +16,7 @@ from frictionlab.uncertainty import Sources, sources_of
 
 FloatArray = NDArray[np.float64]
 ASSUMED_COEFFICIENT = (0.4, 0.2)  # dry contacts lie about here; said where it is assumed
+FRICTION = ("beta", "friction_coefficient")
 FIRST_VALUES = {"contact_damping_ratio": 0.03, "gradient": 0.03, "static_ratio_up": 1.1, "static_ratio_down": 1.1}
 
 
@@ -126,32 +127,64 @@ def _first_value(p: Parameter) -> float:
     return FIRST_VALUES.get(p.name, middle)
 
 
+@dataclass(frozen=True)
+class Measured:
+    """What comparisons tell of a number: ``u``: combined standard uncertainty; ``se``: its statistical part."""
+
+    value: float
+    u: float
+    se: float
+
+
 def _means(measured: Sequence[Mapping[str, object]]) -> dict[str, float]:
     """What comparisons at hand say of the contact: means weighed by their uncertainties."""
-    sums: dict[str, list[tuple[float, float]]] = {}
+    return {name: known.value for name, known in told_together(measured).items()}
+
+
+def told_together(measured: Sequence[Mapping[str, object]], repeatability: float = 0.0) -> dict[str, Measured]:
+    """What several comparisons tell together: means weighed by their uncertainties.
+
+    Statistical errors are each test's own, and so is friction that differs from test to test by `repeatability`. What
+    is not known of sensors and rig is the same in all tests: more of them do not average it out.
+
+    Examples
+    --------
+    >>> rows = [{"parameters": {"gradient": {"value": 0.02, "u": 0.005, "se": 0.003, "told": True}}}] * 4
+    >>> known = told_together(rows)["gradient"]
+    >>> round(known.value, 4), round(known.se, 4), round(known.u, 4)
+    (0.02, 0.0015, 0.0043)
+    """
+    every: dict[str, list[Measured]] = {}
     for row in measured:
-        for name, (value, error) in told_values(row).items():
-            sums.setdefault(name, []).append((value, error))
-    return {name: _weighed(pairs) for name, pairs in sums.items()}
+        for name, known in told_values(row).items():
+            every.setdefault(name, []).append(known)
+    return {name: _weighed(known, repeatability if name in FRICTION else 0.0) for name, known in every.items()}
 
 
-def _weighed(pairs: list[tuple[float, float]]) -> float:
-    values, errors = np.array(pairs).T
-    return float(np.average(values, weights=errors**-2.0))
+def _weighed(known: Sequence[Measured], repeatability: float) -> Measured:
+    values, u, se = np.array([(k.value, k.u, k.se) for k in known]).T
+    own = np.hypot(se, repeatability * values)
+    shared = np.sqrt(np.maximum(u**2 - se**2, 0.0))
+    weights = (own**2 + shared**2) ** -1.0
+    weights = weights / weights.sum()
+    statistical = float(np.sqrt((weights**2 * own**2).sum()))
+    return Measured(float(weights @ values), math.hypot(statistical, float(weights @ shared)), statistical)
 
 
-def told_values(row: Mapping[str, object]) -> dict[str, tuple[float, float]]:
-    """What a row of `compare-numeric` tells: name -> (value, combined uncertainty); the coefficient under its name."""
+def told_values(row: Mapping[str, object]) -> dict[str, Measured]:
+    """What a row of `compare-numeric` tells: name -> number; the friction coefficient under its name."""
     parameters, found = row.get("parameters"), {}
     for name, told in (parameters if isinstance(parameters, Mapping) else {}).items():
         if isinstance(told, Mapping) and told.get("told"):
             value, error = told.get("value"), told.get("u") or told.get("se")
-            if isinstance(value, int | float) and isinstance(error, int | float) and error > 0.0:
-                found[str(name)] = (float(value), float(error))
+            own = told.get("se") or error
+            if isinstance(value, int | float) and isinstance(error, int | float) and isinstance(own, int | float):
+                found[str(name)] = Measured(float(value), float(error), min(float(own), float(error)))
     coefficient, beta = row.get("friction_coefficient"), found.get("beta")
-    if isinstance(coefficient, int | float) and beta is not None and beta[0] > 0.0:
-        found["friction_coefficient"] = (float(coefficient), float(coefficient) * beta[1] / beta[0])
-    return found
+    if isinstance(coefficient, int | float) and beta is not None and beta.value > 0.0:
+        share = float(coefficient) / beta.value
+        found["friction_coefficient"] = Measured(float(coefficient), share * beta.u, share * beta.se)
+    return {name: known for name, known in found.items() if known.u > 0.0}
 
 
 def candidates(lab: Laboratory) -> tuple[Candidate, ...]:

@@ -11,12 +11,12 @@ from frictionlab.errors import SceneError, UsageError
 from frictionlab.identification.identify import SURE, TOLD
 from frictionlab.identification.ladder import REQUIRED
 from frictionlab.planning.apart import Apart, apart_of, known_or_none, over_coulomb
-from frictionlab.planning.candidates import candidates, check_free, laboratory, told_values
+from frictionlab.planning.candidates import candidates, check_free, laboratory, told_together
 from frictionlab.planning.hours import LaboratoryTime, laboratory_time
-from frictionlab.planning.information import Told, told_by
+from frictionlab.planning.information import Told, of_contact, told_by
 from frictionlab.planning.outlook import Outlook, outlook_of
 from frictionlab.planning.plan import Plan, PlannedTest
-from frictionlab.planning.weights import seen_by_fit, weighed
+from frictionlab.planning.weights import as_weighed, seen_by_fit, weighed
 from frictionlab.scene import Scene
 from frictionlab.simulator.engine import choose
 from frictionlab.simulator.kernel import layout
@@ -86,7 +86,8 @@ def plan_tests(
     known = np.eye(len(outlook.coordinates)) + _told_before(measured, outlook)
     limits = _Limits(time, allowed, tests, math.inf if hours is None else hours * HOUR, scene.plan.most_repeats)
     if against is None:
-        order = _pick(_least_error(told, known, _aimed(outlook, aim)), limits)
+        joint = of_contact(outlook, as_weighed(outlook, told).own)
+        order = _pick(_least_error(joint, known, _aimed(outlook, aim)), limits)
         some = np.flatnonzero(allowed) if everything else np.unique(order)
         seen = seen_by_fit(outlook, some.tolist())
         row = _alone(over_coulomb(outlook, told, seen))
@@ -159,12 +160,12 @@ def _responses(outlook: Outlook, told: Told) -> FloatArray:
 Gain = Callable[[Sequence[int]], FloatArray]
 
 
-def _least_error(told: Told, known: FloatArray, aim: NDArray[np.bool_]) -> Gain:
+def _least_error(information: FloatArray, known: FloatArray, aim: NDArray[np.bool_]) -> Gain:
     """What each candidate adds to tests chosen: the fall of the logarithm of the parameters' joint uncertainty."""
 
     def gain(order: Sequence[int]) -> FloatArray:
-        total = known + told.information[np.asarray(order, dtype=np.intp)].sum(axis=0)
-        return _spread(total, aim) - _spread(total + told.information, aim)
+        total = known + information[np.asarray(order, dtype=np.intp)].sum(axis=0)
+        return _spread(total, aim) - _spread(total + information, aim)
 
     return gain
 
@@ -245,6 +246,8 @@ def _notes(outlook: Outlook, tests: Sequence[PlannedTest], against: str | None) 
     plan, notes = outlook.lab.scene.plan, outlook.lab.notes
     if len(tests) > 1 and not plan.repeatability and not plan.drift_per_hour:
         notes = (*notes, "plan.repeatability: not given: friction is taken to be the same in every test")
+    if against is not None and "breakaway" in f"{outlook.lab.law.name}+{against}":
+        notes = (*notes, "against: motions jump with break-away: the evidence may come out some ten times lower")
     after = tests[-1].log_bayes_after
     if against is not None and after is not None and after < REQUIRED:
         laws = f"{outlook.lab.law.name} from {against}"
@@ -261,10 +264,10 @@ class _Every:
         self.names = [c.name for c in outlook.coordinates if c.law]
         self.units, self.values = _units(outlook), outlook.values(outlook.expected)
         self.law = law = np.flatnonzero(outlook.law)
-        alone = np.eye(len(known)) + told.own
-        self.expected = _deviations(alone[:, law[:, None], law]) * self.units
-        self.is_told = self._sure(_deviations(alone)[:, law])
-        self.expected_u = _deviations(alone)[:, law] * self.units
+        held = _deviations((np.eye(len(known)) + told.own)[:, law[:, None], law])
+        joint = np.maximum(_deviations(np.eye(len(known)) + told.joint)[:, law], held)
+        self.expected, self.expected_u, self.is_told = held * self.units, joint * self.units, self._sure(joint)
+        self.of_contact = of_contact(outlook, told.joint)
         self.tells = told.tells
         self.regimes = named(told.here.rows)["regime"]
         self.responses = _responses(outlook, told)
@@ -304,8 +307,10 @@ class _Every:
         return {name: float(e) if tells else None for name, e in zip(self.names, errors, strict=True)}
 
     def _after(self, i: int, order: Sequence[int], *, held: bool) -> dict[str, float | None]:
-        total = self.known + self.told.information[np.asarray(order)].sum(axis=0)
-        spread = _deviations(total[np.ix_(self.law, self.law)]) if held else _deviations(total)[self.law]
+        some, law = np.asarray(order), self.law
+        spread = _deviations((self.known + self.told.information[some].sum(axis=0))[np.ix_(law, law)])
+        if not held:
+            spread = np.maximum(spread, _deviations(self.known + self.of_contact[some].sum(axis=0))[law])
         return self._named(spread * self.units[i], tells=True)
 
 
@@ -327,12 +332,11 @@ def _from_neutral(outlook: Outlook, i: int) -> float:
 
 
 def _told_before(measured: Sequence[Mapping[str, object]], outlook: Outlook) -> FloatArray:
-    """Information of comparisons at hand, by the uncertainties that they state; nuisances are left out."""
+    """Information of comparisons at hand, by the uncertainties that they state."""
     known = np.zeros((len(outlook.coordinates), len(outlook.coordinates)))
-    for row in measured:
-        told = told_values(row)
-        for i, c in enumerate(outlook.coordinates):
-            if c.law and c.name in told and told[c.name][0] != 0.0:
-                value, error = told[c.name]
-                known[i, i] += (c.width * (abs(value) if c.is_log else 1.0) / error) ** 2
+    told = told_together(measured, outlook.lab.scene.plan.repeatability)
+    for i, c in enumerate(outlook.coordinates):
+        name = "friction_coefficient" if c.name == "beta" and "friction_coefficient" in told else c.name
+        if c.law and name in told and told[name].value != 0.0:
+            known[i, i] = (c.width * (abs(told[name].value) if c.is_log else 1.0) / told[name].u) ** 2
     return known

@@ -95,7 +95,8 @@ def after_cuts(by_friction: FloatArray, cuts: int = CUTS) -> FloatArray:
 class Told:
     """What each test tells on the shared coordinates; zero where it tells nothing.
 
-    ``information`` (n, m, m): of the contact; ``own`` (n, m, m): of the friction that this very test has.
+    ``information`` (n, m, m): of the contact; ``own`` (n, m, m): of the friction that this very test has; ``joint``
+    (n, m, m): of that where sensors and rig are found beside it, by the weights that a fit finds.
     """
 
     here: Shown
@@ -103,11 +104,13 @@ class Told:
     noise: Noise
     information: FloatArray
     own: FloatArray
+    joint: FloatArray
 
     def only(self, some: NDArray[np.intp]) -> "Told":
         """The same of some tests."""
         here = Shown(self.here.rows[some], self.here.mean[some])
-        return Told(here, self.slopes[some], self.noise.only(some), self.information[some], self.own[some])
+        parts_of = (self.slopes[some], self.noise.only(some), self.information[some], self.own[some], self.joint[some])
+        return Told(here, *parts_of)
 
     @property
     def tells(self) -> NDArray[np.bool_]:
@@ -125,7 +128,7 @@ def told_by(outlook: Outlook) -> Told:
     shown = Shown(here.rows, mean)
     noise, single = (noise_of(outlook, shown, by_friction, repeated=way) for way in (True, False))
     own = single.within(slopes, slopes)
-    return Told(here, slopes, noise, of_contact(outlook, own), own)
+    return Told(here, slopes, noise, of_contact(outlook, own), own, own)
 
 
 def of_contact(outlook: Outlook, own: FloatArray) -> FloatArray:

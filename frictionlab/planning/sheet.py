@@ -44,13 +44,15 @@ def steps(plan: Plan) -> list[str]:
         lines.append(f"Set a normal force of {force:g} N.")
         for _, same in groupby(tests, key=_setting):
             repeats = list(same)
-            ranks = ", ".join(str(test.rank) for test in repeats)
-            lines.append(f"  {_note(repeats[0])} (test {ranks}{_times(len(repeats))})")
+            lines.append(f"  {_note(repeats[0])} ({_which([str(test.rank) for test in repeats])})")
     return lines
 
 
-def _times(count: int) -> str:
-    return f": {count} times, each begun anew" if count > 1 else ""
+def _which(ranks: list[str]) -> str:
+    """Ranks in words: of one test, or of one that is run several times."""
+    if len(ranks) == 1:
+        return f"test {ranks[0]}"
+    return f"tests {', '.join(ranks[:-1])} and {ranks[-1]}: record it {len(ranks)} times, each begun anew"
 
 
 def _note(test: PlannedTest) -> str:

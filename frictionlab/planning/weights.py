@@ -119,14 +119,32 @@ def _precision(slopes: FloatArray, weights: FloatArray) -> FloatArray:
     return np.asarray(slopes.T @ weights @ slopes + np.eye(slopes.shape[1]))
 
 
+def joint_information(seen: Seen) -> FloatArray:
+    """What one test tells (m, m) where sensors and rig are found beside the law, by the weights that a fit finds.
+
+    Of errors e of the data and c of what was known before, a fit of all leaves ``K e + P c``. The law's values are
+    found with sensors and rig as known, and their error holds the distance ``(K - K_law) e`` of the two as well.
+    """
+    slopes, law, errors = seen.told.slopes[0], seen.outlook.law, np.zeros((len(seen.outlook.law),) * 2)
+    for weights in np.linalg.inv(seen.found):
+        left, held = (np.linalg.inv(_precision(some, weights)) for some in (slopes, slopes[:, law]))
+        gain = left @ slopes.T @ weights
+        errors += (gain @ seen.true @ gain.T + left @ left.T) / DRAWS
+        apart = gain[law] - held @ slopes[:, law].T @ weights
+        errors[np.ix_(law, law)] += apart @ seen.true @ apart.T / DRAWS
+    values, turns = np.linalg.eigh(np.linalg.inv(errors) - np.eye(len(errors)))
+    return np.asarray(turns * np.maximum(values, 0.0) @ turns.T)
+
+
 def weighed(outlook: Outlook, told: Told, seen: Mapping[int, Seen]) -> Told:
-    """Return what tests tell with the weights that a fit will find; of the tests it sees, the others as they are."""
-    own = told.own.copy()
+    """Return what tests tell with the weights that a fit will find; of the tests it sees, the others roughly."""
+    own, joint = told.own.copy(), as_weighed(outlook, told).own
     for i, test in seen.items():
         share = np.ones(len(outlook.law))
         share[outlook.law] = 1.0 / losses(test)
         own[i] *= np.outer(share, share)
-    return replace(told, information=of_contact(outlook, own), own=own)
+        joint[i] = joint_information(test) if told.tells[i] else 0.0
+    return replace(told, information=of_contact(outlook, own), own=own, joint=joint)
 
 
 def as_weighed(outlook: Outlook, told: Told) -> Told:
@@ -146,7 +164,7 @@ def as_weighed(outlook: Outlook, told: Told) -> Told:
     columns = np.sqrt(kept * hang / n)[:, None, None] * alike
     noise = Noise(np.nan_to_num(own, nan=1.0), np.nan_to_num(np.concatenate([base[:, :, :2], columns], axis=2)))
     found = noise.within(told.slopes, told.slopes)
-    return replace(told, noise=noise, information=found, own=found)
+    return replace(told, noise=noise, information=found, own=found, joint=found)
 
 
 def _scattered(outlook: Outlook, told: Told) -> FloatArray:

@@ -1,7 +1,7 @@
 """By how much does a planned set of tests beat an even grid of the same number: in error, and in the choice of law?
 
 Run: ``python -m tests.benchmarks.plan_against_grid [REPEATS]``; the result goes to results/plan_against_grid.txt. Each
-repeat is a laboratory of its own: its friction, its noise, friction that scatters from cycle to cycle and differs from
+repeat is a laboratory of its own: its friction, rig and lag, its noise, friction that scatters from cycle to cycle and differs from
 test to test. Estimates of several tests are averaged by the uncertainties that they should have.
 """
 
@@ -24,8 +24,9 @@ from frictionlab.identification.observed import observe_cycle
 from frictionlab.identification.valleys import starts_of
 from frictionlab.planning import plan_tests
 from frictionlab.planning.candidates import Candidate, candidates, laboratory
-from frictionlab.planning.information import told_by
-from frictionlab.planning.outlook import outlook_of
+from frictionlab.planning.information import of_contact, told_by
+from frictionlab.planning.outlook import Outlook, outlook_of
+from frictionlab.planning.weights import as_weighed
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem
@@ -100,26 +101,30 @@ def truth(law: str, point: Point, coefficient: float, values: dict[str, float]) 
 
 
 def promised(what: Scene, law: str, points: list[Point]) -> dict[str, float]:
-    """Joint standard error of each parameter after a set of tests, sensors and rig as they are known."""
+    """Joint standard error of each parameter after a set of tests, with what is not known of sensors and rig."""
     lab = laboratory(what, law)
     outlook = outlook_of(lab, [Candidate(r, force, BASE_M, what.plan.duration_s) for r, force in points])
-    total = np.eye(len(outlook.coordinates)) + told_by(outlook).information.sum(axis=0)
+    total = np.eye(len(outlook.coordinates)) + _information(outlook).sum(axis=0)
     rows = np.flatnonzero(outlook.law)
-    spread = np.sqrt(np.diag(np.linalg.inv(total[np.ix_(rows, rows)])))
+    spread = np.sqrt(np.diag(np.linalg.inv(total)))[rows]
     return {
         outlook.coordinates[i].name: float(s * outlook.coordinates[i].width) for i, s in zip(rows, spread, strict=True)
     }
+
+
+def _information(outlook: Outlook) -> NDArray[np.float64]:
+    return of_contact(outlook, as_weighed(outlook, told_by(outlook)).own)
 
 
 def by_chance(what: Scene, law: str, count: int) -> NDArray[np.float64]:
     """Geometric mean of the promised errors of random sets."""
     generator, lab = np.random.default_rng(11), laboratory(what, law)
     outlook = outlook_of(lab, candidates(lab))
-    information, rows = told_by(outlook).information, np.flatnonzero(outlook.law)
+    information, rows = _information(outlook), np.flatnonzero(outlook.law)
     found = []
     for _ in range(RANDOM):
         total = np.eye(len(outlook.coordinates)) + information[generator.choice(len(information), count)].sum(axis=0)
-        found.append(0.5 * np.linalg.slogdet(np.linalg.inv(total[np.ix_(rows, rows)]))[1] / len(rows))
+        found.append(0.5 * np.linalg.slogdet(np.linalg.inv(total)[np.ix_(rows, rows)])[1] / len(rows))
     return np.asarray(np.exp(np.array(found)) * _middle([outlook.coordinates[i].width for i in rows]))
 
 
@@ -134,10 +139,11 @@ def achieved(what: Scene, law: str, points: list[Point], repeats: int) -> dict[s
     for seed in range(repeats):
         generator = np.random.default_rng([23, seed])
         coefficient = COEFFICIENT * (1.0 + 0.02 * generator.standard_normal())
+        off = _off(what, generator)
         sums: dict[str, list[tuple[float, float]]] = {}
         for point in points:
             own = coefficient * (1.0 + REPEATABILITY * generator.standard_normal())
-            found = _estimates(what, law, truth(law, point, own, VALUES), generator)
+            found = _estimates(what, law, truth(law, point, own, VALUES), generator, off)
             for name, value in found.items():
                 right = truth(law, point, coefficient, VALUES).parameters[name]
                 scale = right if name == "beta" else 1.0
@@ -151,13 +157,23 @@ def _weighed(pairs: list[tuple[float, float]]) -> float:
     return float(np.average(misses, weights=1.0 / errors**2))
 
 
-def _estimates(what: Scene, law: str, problem: Problem, generator: np.random.Generator) -> dict[str, float]:
-    seen = _seen(what, problem, generator)
+def _off(what: Scene, generator: np.random.Generator) -> tuple[float, float]:
+    """How far this laboratory's natural frequency (a factor) and lag (s) are from what it declares of them."""
+    detuned, late = generator.standard_normal(2) * (what.rig.natural_frequency_hz_u or 0.0, what.sensors.lag_s_u or 0.0)
+    return 1.0 + detuned / NATURAL_HZ, late
+
+
+def _estimates(
+    what: Scene, law: str, problem: Problem, generator: np.random.Generator, off: tuple[float, float]
+) -> dict[str, float]:
+    seen = _seen(what, problem, generator, off)
     found = predict(measure(seen, what), what, law=law)
     return {name: float(str(told["value"])) for name, told in found.parameters.items() if told["se"] is not None}
 
 
-def _seen(what: Scene, problem: Problem, generator: np.random.Generator) -> Recording:
+def _seen(
+    what: Scene, problem: Problem, generator: np.random.Generator, off: tuple[float, float] = (1.0, 0.0)
+) -> Recording:
     plan = what.plan
     start, change = generator.uniform(0.0, 2.0 * math.pi, 2)
     return recorded(
@@ -166,6 +182,8 @@ def _seen(what: Scene, problem: Problem, generator: np.random.Generator) -> Reco
         scatter=plan.cycle_scatter,
         seconds=plan.duration_s,
         noise=plan.noise_m,
+        tuned=off[0],
+        lag_s=off[1],
         start=start,
         change=change,
     )
