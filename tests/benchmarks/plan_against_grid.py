@@ -1,7 +1,7 @@
 """By how much does a planned set of tests beat an even grid of the same number: in error, and in the choice of law?
 
 Run: ``python -m tests.benchmarks.plan_against_grid [REPEATS]``; the result goes to results/plan_against_grid.txt. Each
-repeat is a laboratory of its own: its friction, rig and lag, its noise, friction that scatters from cycle to cycle and differs from
+repeat is a laboratory of its own: its friction, rig, lag and noise, friction that scatters from cycle to cycle and from
 test to test. Estimates of several tests are averaged by the uncertainties that they should have.
 """
 
