@@ -5,8 +5,8 @@
 The README of this folder tells the method.
 """
 
-from frictionlab.planning.choose import plan_tests
+from frictionlab.planning.choose import plan_tests, waiting
 from frictionlab.planning.plan import Plan, PlannedTest
 from frictionlab.planning.sheet import running_order, sheet_rows, steps
 
-__all__ = ["Plan", "PlannedTest", "plan_tests", "running_order", "sheet_rows", "steps"]
+__all__ = ["Plan", "PlannedTest", "plan_tests", "running_order", "sheet_rows", "steps", "waiting"]

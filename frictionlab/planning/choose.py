@@ -25,6 +25,7 @@ from frictionlab.simulator.sweep import named
 FloatArray = NDArray[np.float64]
 SLIDES = 100.0  # to see what one candidate tells, roughly
 SWEEPS = 2  # through the tests chosen, each put to the test again
+SLOW = 1.0  # s that a law without exact slides takes to see what one candidate tells, roughly
 NEAR = 40  # candidates of a choice between two laws to which both are fitted, at least
 AGAIN = 1e-9  # of what a test tells: a tie goes to one not chosen yet
 HOUR = 3600.0
@@ -102,6 +103,24 @@ def plan_tests(
     chosen = tuple(every.test(i, order[: rank + 1]) for rank, i in enumerate(order))
     notes = _notes(outlook, chosen, against)
     return Plan(outlook.lab.law.name, against, chosen, tuple(every.test(i) for i in rest), notes)
+
+
+def waiting(scene: Scene, law: str | None = None, against: str | None = None) -> str | None:
+    """How long a plan under laws without exact slides will take, in words; None where it takes seconds.
+
+    Raises
+    ------
+    SceneError, UsageError
+        As `plan_tests`.
+    """
+    lab = laboratory(scene, law)
+    laws = [lab.law] if against is None else [lab.law, lab.under(against).law]
+    slow, count = [one.name for one in laws if one.kind in ("smooth", "inner")], len(candidates(lab))
+    minutes = SLOW * len(slow) * (count + (3 * min(count, NEAR) if against is not None else 0)) / 60.0
+    if minutes < 0.5:
+        return None
+    lists = "shorter lists in [plan] take less"
+    return f"plan: {count} candidates under {' and '.join(slow)} take some {minutes:.0f} minutes: {lists}"
 
 
 def _work(count: int, tests: int, *, between: bool) -> float:
