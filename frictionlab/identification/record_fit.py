@@ -20,7 +20,7 @@ from frictionlab.identification.colour import Whitener, white, whitener_of
 from frictionlab.identification.coordinates import point_of, strain_slopes, strains
 from frictionlab.identification.fit import Errors, Fit
 from frictionlab.identification.forward import Forward
-from frictionlab.identification.observed import Observed
+from frictionlab.identification.observed import Observed, of_neighbours
 from frictionlab.identification.track import RecordForward
 
 FloatArray = NDArray[np.float64]
@@ -215,7 +215,10 @@ def _covariance(found: RecordFit, used: NDArray[np.bool_], shakes: FloatArray, p
 
 
 def _by_cycles(found: RecordFit, gain: FloatArray, per_period: int) -> FloatArray:
-    """Covariance by the scatter of what single cycles do to the values."""
+    """Covariance by the scatter of what single cycles do to the values; neighbours that hang together count as fewer.
+
+    Friction that wanders slowly leaves many cycles in a row on one side.
+    """
     n, count = gain.shape
     blocks = n // per_period
     if blocks < 4:
@@ -223,7 +226,8 @@ def _by_cycles(found: RecordFit, gain: FloatArray, per_period: int) -> FloatArra
     whole = blocks * per_period
     each = (gain[:whole] * found.gap[:whole, None]).reshape(blocks, per_period, count).sum(axis=1)
     few = blocks / max(blocks - 3.0, 1.0)
-    return np.asarray(each.T @ each * few)
+    hang = np.sqrt([of_neighbours(series) for series in each.T])
+    return np.asarray(each.T @ each * few * np.outer(hang, hang))
 
 
 def _larger(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -88,6 +88,11 @@ class Track:
         return float(np.std(self.mass))
 
     @property
+    def periods(self) -> int:
+        """Whole periods in the record."""
+        return int(float(self.time[-1]) / self.period + 1e-6)
+
+    @property
     def per_period(self) -> int:
         """Samples per period of the drive."""
         return max(8, round(self.period * (len(self.time) - 1) / float(self.time[-1] - self.time[0])))

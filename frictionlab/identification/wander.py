@@ -1,22 +1,24 @@
 """Friction over time: a random walk from period to period, each value with its error.
 
 A small change of beta during a period moves the record by its sensitivity dx/dbeta there; the residual tells how large
-it was. Slow drift is taken as quasi-static: the motion has settled before friction has changed much. The walk's
-step is the one that makes the values most likely; a Kalman smoother joins them (Rauch, Tung and Striebel 1965).
+it was. The walk's step is the one that makes the values most likely; a Kalman smoother joins them (Rauch, Tung and
+Striebel 1965).
 """
 
 import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+Periods = NDArray[np.intp]
 STEPS = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 41)])  # of the walk, over beta, that are tried
 WIDE = 10.0  # over beta: what is known of the first value
 
 
-def changes(gap: FloatArray, slope: FloatArray, periods: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
-    """Return the change of a parameter in each period, by least squares, and the weight <s, s> of each.
+def changes(gap: FloatArray, slope: FloatArray, periods: Periods, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return the change of a parameter in each period (c,), by least squares, and the weight <s, s> of each.
 
     Parameters
     ----------
@@ -24,16 +26,37 @@ def changes(gap: FloatArray, slope: FloatArray, periods: NDArray[np.intp]) -> tu
         Measured minus predicted, and the prediction's derivative by the parameter.
     periods : ndarray of shape (n,)
         Number of the period that each sample is in, from 0.
+    count : int
+        Periods; what comes behind them is left out.
     """
-    weight = np.asarray(np.bincount(periods, slope * slope), dtype=np.float64)
-    moved = np.asarray(np.bincount(periods, slope * gap), dtype=np.float64)
+    weight = np.asarray(np.bincount(periods, slope * slope, minlength=count)[:count], dtype=np.float64)
+    moved = np.asarray(np.bincount(periods, slope * gap, minlength=count)[:count], dtype=np.float64)
     return moved / np.maximum(weight, 1e-300), weight
 
 
-def walk(values: FloatArray, errors: FloatArray, size: float) -> tuple[FloatArray, FloatArray, float]:
-    """Return the smoothed values (c,) of a random walk seen with errors, their own errors, and how sure it is.
+@dataclass(frozen=True)
+class Walk:
+    """A random walk: its values (c,), their errors (c,), its step from one to the next.
 
-    How sure: the logarithm of how much more likely the values are than if nothing changed.
+    ``sure``: logarithm of how much more likely what was seen is than if nothing changed.
+    """
+
+    values: FloatArray
+    errors: FloatArray
+    step: float
+    sure: float
+
+    def earlier(self, delay: float) -> "Walk":
+        """What made a walk that shows so many steps late; what has not shown yet is the last value, less sure."""
+        places = np.arange(len(self.values)) + delay
+        late = np.maximum(places - (len(self.values) - 1.0), 0.0)
+        values, errors = (np.interp(places, np.arange(len(places)), v) for v in (self.values, self.errors))
+        blurred = self.step**2 * (0.25 * delay + late)  # what changes within the delay shows as its mean
+        return replace(self, values=values, errors=np.sqrt(errors**2 + blurred))
+
+
+def walk(values: FloatArray, errors: FloatArray, size: float) -> Walk:
+    """Return the smoothed random walk behind values (c,) seen with errors.
 
     Parameters
     ----------
@@ -45,8 +68,9 @@ def walk(values: FloatArray, errors: FloatArray, size: float) -> tuple[FloatArra
     --------
     >>> rng = np.random.default_rng(1)
     >>> truth = np.linspace(0.0, 1.0, 200)
-    >>> mean, error, sure = walk(truth + 0.1 * rng.standard_normal(200), np.full(200, 0.1), 1.0)
-    >>> bool(np.std(mean - truth) < 0.05), bool(np.mean(np.abs(mean - truth) < 2 * error) > 0.9), sure > 10
+    >>> found = walk(truth + 0.1 * rng.standard_normal(200), np.full(200, 0.1), 1.0)
+    >>> off = found.values - truth
+    >>> bool(np.std(off) < 0.05), bool(np.mean(np.abs(off) < 2 * found.errors) > 0.9), found.sure > 10
     (True, True, True)
     """
     still = _forward(values, errors, 0.0, size)[0]
@@ -57,7 +81,7 @@ def walk(values: FloatArray, errors: FloatArray, size: float) -> tuple[FloatArra
         share = variance[c] / ahead
         mean[c] += share * (mean[c + 1] - mean[c])
         variance[c] += share**2 * (variance[c + 1] - ahead)
-    return mean, np.sqrt(np.maximum(variance, 0.0)), float(likely - still)
+    return Walk(mean, np.sqrt(np.maximum(variance, 0.0)), float(best), float(likely - still))
 
 
 def _forward(values: FloatArray, errors: FloatArray, step: float, size: float) -> tuple[float, FloatArray, FloatArray]:

@@ -11,9 +11,10 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import Coordinate
 from frictionlab.identification.family import Family, measured_base
+from frictionlab.identification.friction_over_time import friction_over_time
 from frictionlab.identification.identify import Identified, coordinates_of, with_errors
 from frictionlab.identification.observed import Observed
-from frictionlab.identification.record_fit import errors_of_record, fit_record, spread_of
+from frictionlab.identification.record_fit import errors_of_record, fit_record
 from frictionlab.identification.record_ladder import RecordLadder, Unknowns
 from frictionlab.identification.track import (
     RecordForward,
@@ -22,7 +23,7 @@ from frictionlab.identification.track import (
     start_coordinates,
     start_values,
 )
-from frictionlab.identification.wander import changes, walk
+from frictionlab.identification.wander import Walk
 from frictionlab.identification.whole_record import WholeRecord
 from frictionlab.uncertainty import Sources
 
@@ -31,9 +32,6 @@ LEAVES = 2.0  # times the usual misfit of a period at which the prediction has l
 NOISE = 3.0  # times the sensor's noise, at least
 FEW = 3  # periods, at most, that tell no usual one
 CALM = 3  # periods below that end such a stretch
-LINEAR, UNTOLD = 0.5, 10.0  # times beta: a change up to which its derivative tells it, and the error where it does not
-SHAKES_OF_A_PERIOD = 10  # draws of the base's noise, for what it does to single periods
-SMALL = 1e-3  # relative change of beta for its derivative
 SEARCH = (0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0)  # friction ratios tried, over the cycle's
 
 
@@ -119,27 +117,16 @@ def follow(track: Track, found: Identified) -> WholeRecord:
     predicted = forward.predict(point)
     if predicted is None:
         raise AnalysisError(f"record: law {found.family.law.name} has no motion at the values found")
-    return _over(track, predicted, *_slope(forward, point, predicted), forward.shaken(point, SHAKES_OF_A_PERIOD))
+    return _over(track, predicted, friction_over_time(forward, point, predicted))
 
 
-def _slope(forward: RecordForward, point: FloatArray, predicted: FloatArray) -> tuple[float, FloatArray]:
-    """Friction ratio, and the derivative of the record by it (n,); zero where there is no neighbour."""
-    beta = forward.problem(forward.values(point)).beta
-    there = replace(forward, fixed={**forward.fixed, "beta": beta * (1.0 + SMALL)}).predict(point)
-    if there is None or beta == 0.0:
-        return beta, np.zeros(len(predicted))
-    return beta, (there - predicted) / (SMALL * beta)
-
-
-def _over(track: Track, predicted: FloatArray, beta: float, slope: FloatArray, shakes: FloatArray) -> WholeRecord:
+def _over(track: Track, predicted: FloatArray, friction: Walk) -> WholeRecord:
     """Measured over predicted, as a whole and period by period."""
     gap = track.mass - predicted
     area, area_predicted = loop_areas(track.base, track.mass), loop_areas(track.base, predicted)
-    count = int(float(track.time[-1]) / track.period + 1e-6)
-    edges = np.minimum(track.period * np.arange(count + 1), track.time[-1])
+    edges = np.minimum(track.period * np.arange(track.periods + 1), track.time[-1])
     power = np.concatenate([[0.0], np.cumsum(0.5 * (gap[1:] ** 2 + gap[:-1] ** 2) * np.diff(track.time))])
     each = np.sqrt(np.diff(np.interp(edges, track.time, power)) / np.diff(edges)) / track.rms
-    friction, error, wanders = _friction(track, gap, beta, slope, count, shakes)
     limit = max(LEAVES * float(np.median(each)), NOISE * track.noise / track.rms) if len(each) > FEW else math.inf
     apart = stretches_apart(each, limit, edges)
     return WholeRecord(
@@ -153,35 +140,11 @@ def _over(track: Track, predicted: FloatArray, beta: float, slope: FloatArray, s
         cycle_measured=np.diff(np.interp(edges, track.time, area)),
         cycle_predicted=np.diff(np.interp(edges, track.time, area_predicted)),
         cycle_nrmse=each,
-        cycle_friction=friction,
-        cycle_friction_se=error,
-        wanders=wanders,
+        cycle_friction=friction.values,
+        cycle_friction_se=friction.errors,
+        wanders=friction.sure,
         left=tuple((track.start + begin, track.start + end, worst) for begin, end, worst in apart),
     )
-
-
-def _friction(
-    track: Track, gap: FloatArray, beta: float, slope: FloatArray, count: int, shakes: FloatArray
-) -> tuple[FloatArray, FloatArray, float]:
-    """Friction ratio of each period, its error, and how sure it is that it changes.
-
-    The fitted one where the record does not tell it: the mass stands, or the change is more than a small one.
-    """
-    inside = track.time < count * track.period
-    periods = (track.time[inside] / track.period).astype(np.intp)
-    if count < 2 or not slope.any():
-        return np.full(count, beta), np.full(count, np.nan), 0.0
-    change, weight = changes(gap[inside], slope[inside], periods)
-    left = gap[inside] - change[periods] * slope[inside]
-    own = np.sqrt(np.bincount(periods, left**2) / np.bincount(periods))
-    known = np.sqrt(np.maximum(weight, 1e-6 * float(weight.max())))
-    error = np.maximum(spread_of(left, track.noise), own) / known
-    if len(shakes):
-        shaken = np.array([changes(shake[inside], slope[inside], periods)[0] for shake in shakes])
-        error = np.hypot(error, np.sqrt(np.mean(shaken**2, axis=0)))
-    far = np.abs(change) > LINEAR * beta
-    walked, se, sure = walk(np.where(far, 0.0, change), np.where(far, UNTOLD * beta, error), beta)
-    return beta + walked, se, sure
 
 
 def loop_areas(base: FloatArray, mass: FloatArray) -> FloatArray:

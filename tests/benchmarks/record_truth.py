@@ -41,9 +41,9 @@ def truth_of(rng: np.random.Generator) -> dict[str, float]:
     }
 
 
-def record_of(r: float, truth: dict[str, float], rng: np.random.Generator) -> Recording:
+def record_of(r: float, truth: dict[str, float], rng: np.random.Generator, *, seconds: float = SECONDS) -> Recording:
     """What its lasers see."""
-    t = np.arange(int(RATE * SECONDS)) / RATE
+    t = np.arange(int(RATE * seconds)) / RATE
     ramp = np.clip(t / 2.0, 0.0, 1.0)
     drive, phase = 2 * math.pi * r * FN, float(rng.uniform(0.0, 2 * math.pi))
 
