@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 from frictionlab.cli import app
 from frictionlab.cli.output import cell, print_table, print_turned
+from frictionlab.cli.show import show
 from frictionlab.schema import COMPARISONS, FRICTION, MEASUREMENTS, TABLES, Table
 from frictionlab.tables import Row, write_rows
 
@@ -150,3 +151,14 @@ def test_show_waits_for_no_pipe(tmp_path: Path) -> None:
     done = CliRunner().invoke(app, ["show", str(tmp_path / "pipe.csv")])
     assert done.exit_code == 2
     assert "expected a file; got a folder or a device" in done.stderr
+
+
+def test_show_does_not_roll_thousands_of_rows_over_a_terminal(tmp_path: Path) -> None:
+    path = tmp_path / "rows.csv"
+    write_rows([{"source": f"{n}.h5", "energy_per_cycle": 1.0} for n in range(1000)], path)
+    stream = Terminal()
+    with mock.patch.dict(os.environ, {"COLUMNS": "80", "NO_COLOR": "1"}), contextlib.redirect_stdout(stream):
+        show(path)
+    assert len(stream.getvalue().splitlines()) < 110
+    assert "the first 100 of 1000 rows; a pipe has all" in stream.getvalue()
+    assert len(shown(path)) == 1001

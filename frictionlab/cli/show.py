@@ -1,11 +1,14 @@
 """``frictionlab show``: what is in a recording, a scene or a result."""
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from frictionlab.errors import FrictionlabError, UsageError
+
+MOST = 100  # rows on a terminal
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -69,7 +72,10 @@ def _show_rows(file: Path) -> None:
     names = list(dict.fromkeys(key for row in good for key in row))
     table = table_of(names)
     if good:
-        print_table(good, names if table is None else table, elsewhere="a wider window, or a pipe, has")
+        seen = good[:MOST] if sys.stdout.isatty() else good
+        print_table(seen, names if table is None else table, elsewhere="a wider window, or a pipe, has")
+        if len(seen) < len(good):
+            typer.echo(f"the first {len(seen)} of {len(good)} rows; a pipe has all, as in: frictionlab show ... | more")
     else:
         typer.echo("no rows" if not rows else "no row without a failure")
     for row in rows:
