@@ -173,6 +173,21 @@ def test_every_name_has_results_of_its_own(tmp_path: Path) -> None:
     assert fl.batch(tmp_path / "logs", SHORT, output=tmp_path / "out", compare=False).due == ()
 
 
+def test_rows_name_their_recordings_from_where_they_are_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Made in one folder, told in another."""
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "logs" / "a.csv").write_text(log_text(drive=0.9))
+    monkeypatch.chdir(tmp_path / "logs")
+    assert [row["status"] for row in fl.batch("a.csv", SHORT, output="../out", compare=False).run()] == ["ok"]
+    monkeypatch.chdir(tmp_path)
+    work = fl.batch("logs", SHORT, output="out", compare=False)
+    assert work.due == ()
+    (row,) = work.rows()
+    assert row["source"] == str(Path("out/recordings/a.h5"))
+
+
 def test_names_of_results_are_the_logs_own_where_they_can_be() -> None:
     logs = [Path(name) for name in ("a.csv", "a.txt", "A.csv", "b.csv.gz", "c.CSV")]
     assert list(names_of(logs).values()) == ["a.csv", "a.txt", "A.csv~2", "b", "c"]

@@ -109,9 +109,12 @@ class Chain:
         return row
 
     def row(self, log: Path) -> Row | None:
-        """The row that stands in a log's file; None if there is none."""
+        """The row that stands in a log's file, its recording named from here; None if there is none."""
         path = self.row_file(log)
-        return read_rows(path)[0] if path.exists() else None
+        if not path.exists():
+            return None
+        row = read_rows(path)[0]
+        return row if row.get("status") == FAILED else {**row, "source": str(self.results(log)["recording"])}
 
     def keep_failure(self, log: Path, row: Row) -> None:
         """Write the row of a failed log where its measurement would stand: a campaign tells it, and misses none."""
