@@ -69,7 +69,7 @@ class _Twin:
         if answer.endswith(b"\n"):
             return str(json.loads(answer))
         self._stop()
-        late = process.returncode in (twin.TOO_LONG, -getattr(signal, "SIGXCPU", signal.SIGTERM))
+        late = process.returncode in (twin.TOO_LONG, -getattr(signal, "SIGPROF", signal.SIGTERM))
         return "reading it does not end" if late else "reading it ends the process"
 
     def _stop(self) -> None:

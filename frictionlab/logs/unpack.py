@@ -22,7 +22,8 @@ MOST_EXPANSION = 200
 """Packed text may grow to this many times what was read of it (text of numbers reaches 10), and always to `FREE`."""
 FREE = 1 << 26
 _LOOK_AT = 1 << 12
-_DAMAGED = (zlib.error, lzma.LZMAError, zipfile.BadZipFile, OSError, EOFError, RuntimeError, NotImplementedError)
+_DAMAGED = (zlib.error, lzma.LZMAError, zipfile.BadZipFile, OSError, EOFError, RuntimeError, UnicodeDecodeError)
+"""RuntimeError is a zip archive's that is encrypted, or packed in a way that is not known."""
 
 
 class Packed(Protocol):

@@ -3,12 +3,11 @@
 import io
 import re
 import zipfile
-import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from xml.etree.ElementTree import ParseError
 
 from frictionlab.errors import UsageError
 from frictionlab.schema import Table, Type, column_of, table_of
@@ -23,11 +22,6 @@ MOST_BYTES = 1 << 30  # unpacked, of a spreadsheet that is read
 LONGEST_CELL = 32_767  # characters that Excel holds
 _DTYPES = {Type.NUMBER: "Float64", Type.WHOLE: "Int64", Type.YES_NO: "boolean"}
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the date on everything in a spreadsheet: the same rows give the same bytes
-_DAMAGED = (
-    *(OSError, ValueError, KeyError, TypeError, IndexError, AttributeError, NotImplementedError, RecursionError),
-    *(EOFError, MemoryError, OverflowError, zipfile.BadZipFile, zlib.error, ParseError),
-)
-"""What openpyxl and pyarrow raise on files that are none, or damaged."""
 
 
 def parquet_bytes(rows: Iterable[Row], names: Sequence[str], table: Table | None) -> bytes:
@@ -153,12 +147,10 @@ def _parquet_frame(path: Path, rows: int | None = None) -> "pd.DataFrame":
 def _rows_of(
     path: Path, frame_of: "Callable[[Path], pd.DataFrame]", table: Table | None, *, quoted: bool
 ) -> Iterator[dict[str, object]]:
-    try:
+    with _told(path):
         frame = frame_of(path)
         names = [unquoted(str(name)) if quoted else str(name) for name in frame.columns]
         cells = frame.astype(object).where(frame.notna(), None).to_numpy()
-    except _DAMAGED as error:
-        raise UsageError(f"{path}: expected a table as {path.suffix}; cannot be read ({_first(error)})") from error
     kind = table or table_of(names)
     for number, line in enumerate(cells.tolist(), 2):
         try:
@@ -166,6 +158,15 @@ def _rows_of(
             yield {name: _value(cell, name, kind, quoted=quoted) for name, cell in pairs}
         except CellError as error:
             raise UsageError(f"{path}, row {number}: {error}: correct it, or make the file again") from error
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """Tell whatever openpyxl and pyarrow raise of a damaged file, which no list of exceptions holds, as its fault."""
+    try:
+        yield
+    except Exception as error:
+        raise UsageError(f"{path}: expected a table as {path.suffix}; cannot be read ({_first(error)})") from error
 
 
 def _first(error: BaseException) -> str:
@@ -190,6 +191,7 @@ def names_in_parquet(path: Path) -> tuple[str, ...]:
 
 def _names(path: Path, frame_of: "Callable[..., pd.DataFrame]") -> tuple[str, ...]:
     try:
-        return tuple(unquoted(str(name)) for name in frame_of(path, 0).columns)
-    except _DAMAGED:
+        with _told(path):
+            return tuple(unquoted(str(name)) for name in frame_of(path, 0).columns)
+    except UsageError:
         return ()

@@ -20,6 +20,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from itertools import repeat
 from multiprocessing import get_context
 from pathlib import Path
@@ -143,17 +144,41 @@ def _serve(kind: str, seed: int, numbers: range, folder: Path, writing: int) -> 
         os._exit(0)
 
 
-def run(kind: str, seed: int, numbers: range, keep: Path) -> tuple[str, Counter[str], list[str]]:
-    """Check some cases; how often each outcome was seen, and what is to be said of those that failed."""
-    seen, faults = Counter[str](), []
+@dataclass(frozen=True)
+class Part:
+    """What became of some files of a kind: how often each outcome, what is to be said of faults, the slowest [s]."""
+
+    kind: str
+    seen: Counter[str]
+    faults: tuple[str, ...]
+    slowest: tuple[float, int]
+
+    def __add__(self, other: "Part") -> "Part":
+        """Both together."""
+        slowest = max(self.slowest, other.slowest)
+        return Part(self.kind, self.seen + other.seen, self.faults + other.faults, slowest)
+
+    def __str__(self) -> str:
+        """One line of counts."""
+        counts = ", ".join(f"{count} {outcome}" for outcome, count in sorted(self.seen.items()))
+        seconds, number = self.slowest
+        return f"{self.kind}: {self.seen.total()} mutated files: {counts}; slowest {seconds:.2f} s (number {number})"
+
+
+def run(kind: str, seed: int, numbers: range, keep: Path) -> Part:
+    """Check some cases; those that fail are kept."""
+    part, begin = Part(kind, Counter(), (), (0.0, numbers.start)), time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         for number, outcome in outcomes(kind, seed, numbers, Path(folder)):
-            seen[outcome.split()[0]] += 1
+            now = time.perf_counter()
+            said: tuple[str, ...] = ()
             if outcome not in ("read", "refused"):
                 keep.mkdir(parents=True, exist_ok=True)
                 (keep / f"{kind}_{seed}_{number}").write_bytes(case(kind, seed, number))
-                faults.append(f"{kind} {number}: {outcome}")
-    return kind, seen, faults
+                said = (f"{kind} {number}: {outcome}",)
+            part += Part(kind, Counter([outcome.split()[0]]), said, (now - begin, number))
+            begin = now
+    return part
 
 
 def main() -> int:
@@ -166,19 +191,19 @@ def main() -> int:
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     parser.add_argument("--keep", type=Path, default=Path("build/fuzz"))
     given = parser.parse_args()
-    seen, begin = {kind: Counter[str]() for kind in given.kinds}, time.perf_counter()
-    last = given.first + given.count
+    done: dict[str, Part] = {}
+    begin, last = time.perf_counter(), given.first + given.count
     parts = [(k, range(at, min(at + PART, last))) for k in given.kinds for at in range(given.first, last, PART)]
     kinds, numbers = zip(*parts, strict=True)
     with ProcessPoolExecutor(given.workers, mp_context=get_context("spawn")) as pool:
-        for kind, more, faults in pool.map(run, kinds, repeat(given.seed), numbers, repeat(given.keep)):
-            seen[kind] += more
-            sys.stdout.write("".join(f"{fault}\n" for fault in faults))
-            if seen[kind].total() == given.count:
-                sys.stdout.write(f"{kind}: {given.count} mutated files: {dict(sorted(seen[kind].items()))}\n")
+        for part in pool.map(run, kinds, repeat(given.seed), numbers, repeat(given.keep)):
+            sys.stdout.write("".join(f"{fault}\n" for fault in part.faults))
+            done[part.kind] = done[part.kind] + part if part.kind in done else part
+            if done[part.kind].seen.total() == given.count:
+                sys.stdout.write(f"{done[part.kind]}\n")
             sys.stdout.flush()
     sys.stdout.write(f"{time.perf_counter() - begin:.0f} s\n")
-    return 1 if any(counts["FAULT"] for counts in seen.values()) else 0
+    return 1 if any(part.faults for part in done.values()) else 0
 
 
 if __name__ == "__main__":

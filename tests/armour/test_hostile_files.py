@@ -5,7 +5,9 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import pyarrow as pa
 import pytest
+from pyarrow import parquet
 
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import LogError, RecordingError, SceneError, SimulationError, UsageError
@@ -17,7 +19,8 @@ from frictionlab.recording import Recording
 from frictionlab.scene import read_scene, scene_from_tables
 from frictionlab.simulator import Problem, last_cycle
 from frictionlab.simulator.record import BaseRecord, respond
-from frictionlab.tables import read_rows
+from frictionlab.tables import is_table, read_rows
+from tests.armour.sound import sound
 
 
 def test_a_pipe_is_no_recording(tmp_path: Path) -> None:
@@ -104,6 +107,42 @@ def test_a_name_that_is_no_text_is_drawn_as_it_is_escaped(tmp_path: Path) -> Non
 def test_more_cycles_than_anybody_waits_for_are_refused() -> None:
     with pytest.raises(UsageError, match="expected 1 to 10000000; got 1000000000"):
         last_cycle(Problem(r=0.5, beta=0.4), cycles=10**9)
+
+
+def test_a_spreadsheet_that_says_it_is_encrypted_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "rows.xlsx"
+    path.write_bytes(_with_flag(sound("rows.xlsx"), 0x0001))
+    assert not is_table(path)
+    with pytest.raises(UsageError, match=r"rows\.xlsx: expected a table as \.xlsx; cannot be read \(.*is encrypted"):
+        list(read_rows(path))
+
+
+@pytest.mark.parametrize("name", [b"xl/workbook.xml", b"docProps/app.xml"])
+def test_a_name_in_an_archive_that_is_no_text_is_refused(name: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "log.xlsx"
+    path.write_bytes(_with_flag(sound("log.xlsx"), 0x0800).replace(name, b"\xff" + name[1:]))
+    with pytest.raises(LogError, match=r"log\.xlsx: damaged zip data"):
+        read_log(path)
+
+
+def _with_flag(archive: bytes, flag: int) -> bytes:
+    """The same archive with a flag (0x0001: encrypted, 0x0800: names are UTF-8) on all it holds."""
+    data = bytearray(archive)
+    for magic, offset in ((b"PK\x03\x04", 6), (b"PK\x01\x02", 8)):
+        at = data.find(magic)
+        while at >= 0:
+            data[at + offset] |= flag & 0xFF
+            data[at + offset + 1] |= flag >> 8
+            at = data.find(magic, at + 4)
+    return bytes(data)
+
+
+def test_a_text_that_is_none_in_a_parquet_file_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "rows.parquet"
+    words = pa.array([b"steel\xff"]).view(pa.string())
+    parquet.write_table(pa.table({"source": pa.array(["a"]), "material": words}), path)
+    with pytest.raises(UsageError, match=r"rows\.parquet: expected a table as \.parquet; cannot be read"):
+        list(read_rows(path))
 
 
 def test_nothing_is_simulated_across_a_hole_that_carries_no_flag() -> None:

@@ -35,8 +35,8 @@ def is_workbook(file: BufferedReader) -> bool:
             if "xl/workbook.xml" not in names:
                 return False
             _check_size(archive)
-    except (zipfile.BadZipFile, OSError, EOFError, NotImplementedError):  # the last of a version or method not known
-        return False
+    except (zipfile.BadZipFile, OSError, EOFError, ValueError, RuntimeError):
+        return False  # RuntimeError: encrypted, or packed in a way that is not known
     return True
 
 
