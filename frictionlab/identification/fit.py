@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
-from scipy.special import log_ndtr
+from scipy.special import gammaincinv, log_ndtr
 
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import Coordinate, holds, strain_slopes, strains, values_of
@@ -150,6 +150,12 @@ def excess_of(found: Fit) -> float:
     return max(1.0, found.chi_square / max(1, free))
 
 
+def misfit_is_noise(found: Fit) -> bool:
+    """Whether what a fit leaves is no more than noise would leave, at the 1 % level of chi-square."""
+    points = len(found.residual)
+    return excess_of(found) <= 2.0 * float(gammaincinv(0.5 * points, 0.99)) / points
+
+
 def _best_start(forward: Forward, observed: Observed, starts: Sequence[FloatArray], excess: float) -> FloatArray:
     costs = [cost(forward, observed, start, excess) for start in starts]
     if not np.isfinite(costs).any():
@@ -251,10 +257,18 @@ def errors_of(found: Fit) -> Errors:
 
 
 def noise_of(found: Fit) -> FloatArray:
-    """Covariance (n, n) of the values found by noise, scatter of the cycles and misfit: what the data alone do."""
+    """Covariance (n, n) of the values found by noise, scatter of the cycles and misfit: what the data alone do.
+
+    A misfit that is no more than noise is the noise's, which is counted: told again by the residuals, of which a fit of
+    ten unknowns to 18 numbers leaves few, it made the errors twice too large above resonance.
+    """
     gain = np.linalg.inv(found.precision) @ found.jacobian.T / found.excess
     noise = found.excess * gain @ gain.T
-    shown = np.maximum(_by_noise(found, gain), _by_misfit(found, gain))
+    shown = _by_noise(found, gain)
+    if not misfit_is_noise(found):
+        shown = np.maximum(shown, _by_misfit(found, gain))
+    elif found.observed.left_out:  # the scatter of cycles is not weighed by it yet
+        shown = shown * excess_of(found)
     return np.asarray(noise * np.outer(*[np.sqrt(shown / np.maximum(np.diag(noise), 1e-300))] * 2))
 
 
@@ -296,10 +310,8 @@ def _by_noise(found: Fit, gain: FloatArray) -> FloatArray:
     slopes: FloatArray = np.asarray(weight * np.linalg.solve(observed.whitener, found.jacobian), dtype=np.float64)
     gains = (_gain(slopes, covariance, found.hold) for _, covariance in observed.left_out)
     moved = weight * np.concatenate([part @ g.T for (part, _), g in zip(observed.left_out, gains, strict=True)])
-    n = len(moved)
-    few = (n - 1.0) / max(n - 3.0, 1.0)  # Student: the scatter of few cycles is itself not well known
-    hang = np.array([of_neighbours(series) for series in moved.T])
-    scatter = (moved**2).sum(axis=0) / (n - 1.0) / observed.used * few * hang
+    raised = np.array([of_neighbours(series) for series in moved.T])
+    scatter = (moved**2).sum(axis=0) / (len(moved) - 1.0) / observed.used * raised
     return np.asarray(np.maximum(sensor, scatter) + np.einsum("ij,jk,ik->i", white, observed.of_base, white))
 
 

@@ -5,13 +5,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaincinv, ndtr, ndtri
+from scipy.special import ndtr, ndtri
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, of_sensors, second_harmonic
 from frictionlab.identification.family import Family
-from frictionlab.identification.fit import Errors, Fit, errors_as_known, errors_of, excess_of, fit, released, unfitted
+from frictionlab.identification.fit import (
+    Errors,
+    Fit,
+    errors_as_known,
+    errors_of,
+    fit,
+    misfit_is_noise,
+    released,
+    unfitted,
+)
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.observed import EXPLAINED, Observed, observe_cycle
 from frictionlab.identification.valleys import start_at, starts_of
@@ -360,9 +369,3 @@ def shares(found: Fit, errors: Errors) -> dict[str, float]:
     by_cause |= {AS_KNOWN: apart} if apart else {}
     rest = slope**2 * float(errors.combined[i, i]) - sum(share**2 for share in by_cause.values())
     return {"noise and misfit": math.sqrt(max(rest, 0.0)), **by_cause}
-
-
-def misfit_is_noise(found: Fit) -> bool:
-    """Whether what a fit leaves is no more than noise would leave, at the 1 % level of chi-square."""
-    points = len(found.residual)
-    return excess_of(found) <= 2.0 * float(gammaincinv(0.5 * points, 0.99)) / points

@@ -18,7 +18,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError, ParameterError, SimulationError, UsageError
 from frictionlab.identification.coordinates import Coordinate, strains
 from frictionlab.identification.family import Family
-from frictionlab.identification.fit import Fit, fit, log_evidence
+from frictionlab.identification.fit import Fit, fit, log_evidence, misfit_is_noise
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.identify import (
     STATES,
@@ -26,7 +26,6 @@ from frictionlab.identification.identify import (
     coordinates_of,
     forward_of,
     identify,
-    misfit_is_noise,
     prepare,
     with_errors,
 )
