@@ -18,7 +18,7 @@ DISTORTED = 0.02
 NOISIER = 10.0  # noise of a mass that stands, over the base's
 STANDS = 0.05  # of a cycle that the mass would stand if the column were relative
 SLOW = 0.05  # of the highest speed: 3 % of a cosine is slower
-OFF, FITS = 0.6, 0.2  # what friction leaves of the force, where the mass never stops
+OFF, FITS, CLEARER = 0.3, 0.3, 2.5  # what friction leaves of the force where the mass never stops, one over the other
 
 
 class Mistake(enum.Enum):
@@ -102,9 +102,15 @@ def relative(
         if stands > least and float(np.std(other)) > 0.05 * float(np.std(base)):
             why = f"mass {word} base stands for {100.0 * stands:.2g} % of a cycle, the column for {100.0 * stuck:.2g} %"
             return Mistake.RELATIVE.said(why=why, sign=word)
-        if r is not None and stuck == 0.0 and _left(mass, base, r) > OFF and _left(other, base, r) < FITS:
+        if r is not None and stuck == 0.0 and _fits_better(other, mass, base, r):
             return Mistake.RELATIVE.said(why=f"mass {word} base fits the equation of motion", sign=word)
     return None
+
+
+def _fits_better(other: FloatArray, mass: FloatArray, base: FloatArray, r: float) -> bool:
+    """Whether another motion keeps the equation of motion clearly better than the column does."""
+    own, others = _left(mass, base, r), _left(other, base, r)
+    return own > OFF and others < FITS and own > CLEARER * others
 
 
 def _may_stand(cycle: FloatArray, least: float) -> bool:

@@ -11,6 +11,7 @@ from frictionlab.analysis.clipping import is_clipped
 from frictionlab.analysis.cycles import first_harmonic
 from frictionlab.analysis.energy import Mean
 from frictionlab.analysis.layout import Layout
+from frictionlab.analysis.lines import LEAST
 from frictionlab.analysis.response import Response
 from frictionlab.analysis.smoothing import Smoother
 
@@ -26,6 +27,7 @@ RESONANCE, GROWS = 0.05, 1.05  # |r - 1|, and last over first quarter of the amp
 WHOLE, SAME_SIZE = 0.2, 0.02  # of a sample; of the amplitude: a jump of the clock, not of the motion
 GROWTH, LONG_S = 0.005, 300.0  # relative; longer tests have a trend of their own
 UNEVEN = 2 * math.pi * 0.002  # rms wander of the drive's phase, rad
+OFTEN = 0.4  # of the cycles: a pause that may be a stop
 MANY = 6  # times named in one sentence
 
 
@@ -116,7 +118,7 @@ def _of_the_lines(layout: Layout) -> Iterator[str]:
     for role, found in (("response_amplitude", foreign.mass), ("base_amplitude_m", foreign.base)):
         for line in found[:MANY]:
             share = 100.0 * line.amplitude / drive.amplitude
-            if line.removed:
+            if line.removed and line.amplitude > LEAST * drive.amplitude:
                 yield (
                     f"{role}: a line at {line.frequency:.5g} Hz, {share:.2g} % of the base's amplitude, {line.origin}:"
                     " it is taken out: look for its source (earthing, cables, a bearing)"
@@ -243,11 +245,22 @@ def _of_the_motion(layout: Layout, response: Response) -> Iterator[str]:
         )
     yield from _of_the_clocks(layout, response)
     yield from _of_jumps(layout, response)
+    yield from _of_short_stops(response)
     counts, period = response.stops, layout.foreign.period
     if any(counts[j::period].max() != counts[j::period].min() for j in range(min(period, len(counts)))):
         yield (
             f"stops_per_cycle: not the same in all cycles: {counts.min():g} to {counts.max():g}; stops shorter than"
             f" {100 * response.shortest_stop:.2g} % of a cycle cannot be told from a slow passage here"
+        )
+
+
+def _of_short_stops(response: Response) -> Iterator[str]:
+    often, length = response.doubtful
+    if often >= OFTEN and response.shortest_stop < 1.0:
+        yield (
+            f"stops_per_cycle: {often:.2g} times a cycle the mass nearly stands, for about {100.0 * length:.2g} %:"
+            " too short to tell a stop from a slow passage here (surely told from"
+            f" {100.0 * response.shortest_stop:.2g} % on), and not counted: a faster or quieter sensor would tell"
         )
 
 

@@ -14,6 +14,7 @@ from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+ROUNDS = 0.1  # of a sensor's step: a line below it may be rounding
 FEWEST_SAMPLES = 6  # a cycle; with 5 the base's amplitude comes out 3 % low, with 3 the motion is lost
 HARMONICS = 9  # of the base motion: base_distortion counts 2 to 9
 
@@ -71,11 +72,15 @@ class Drive:
 
 @dataclass(frozen=True)
 class Foreign:
-    """Lines that are no harmonics of the drive, by channel (m), and after how many cycles of the drive all repeats."""
+    """Lines that are no harmonics of the drive, by channel (m), and after how many cycles of the drive all repeats.
+
+    ``faintest``: amplitude of the faintest line that would be found in the mass's channel above the frame's reach (m).
+    """
 
     mass: tuple[Line, ...] = ()
     base: tuple[Line, ...] = ()
     period: int = 1
+    faintest: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -119,6 +124,15 @@ class Layout:
         low = 2.0 * self.drive.frequency
         some = [line.amplitude for line in self.foreign.mass if not line.removed and line.frequency > low]
         return sum(some) / self.drive.amplitude if self.foreign.period == 1 else 0.0
+
+    @property
+    def hidden(self) -> float:
+        """Standard uncertainty of an extreme (Y) by lines: those too faint to be found, and what taking out leaves."""
+        rate, taken = self.samples * self.drive.frequency, [line for line in self.foreign.mass if line.removed]
+        left = [3.0 / (rate * lines.window(line, self.drive.frequency)) for line in taken]  # of a Hann window's mean
+        return math.hypot(
+            self.foreign.faintest / self.drive.amplitude / math.sqrt(3.0), self.mass_noise * math.sqrt(sum(left))
+        )
 
     def __len__(self) -> int:
         return len(self.mass)
@@ -240,12 +254,27 @@ def _cleaned(
     drive, resolution = cut.frequency / longest.step, 1.0 / (len(longest.base) * longest.step)
     spread = float(np.std(cut.end - cut.start)) * cut.frequency if len(cut) else 0.0
     unit = float(np.std(longest.base)) * math.sqrt(2.0)
-    found = [lines.foreign(s, drive, unit=unit, resolution=resolution, spread=spread) for s in spectra]
+    signals = (longest.mass, longest.base)
+    found = [
+        _beyond_rounding(lines.foreign(s, drive, unit=unit, resolution=resolution, spread=spread), signal, unit)
+        for s, signal in zip(spectra, signals, strict=True)
+    ]
+    period = lines.period_of((*found[0], *found[1]), drive, resolution) if len(stretches) == 1 else 1
+    if period > 1:  # high lines of that period are the motion's
+        found = [lines.beside_period(some, drive / period, resolution) for some in found]
     for role, of_role in zip(("mass", "base"), found, strict=True):
         if any(line.removed for line in of_role):
             stretches = [s.without(role, of_role, c) for s, c in zip(stretches, cuts, strict=True)]
-    period = lines.period_of((*found[0], *found[1]), drive, resolution) if len(stretches) == 1 else 1
-    return stretches, Foreign(found[0], found[1], period)
+    return stretches, Foreign(found[0], found[1], period, lines.faintest(spectra[0], drive, unit=unit))
+
+
+def _beyond_rounding(found: tuple[Line, ...], signal: FloatArray, unit: float) -> tuple[Line, ...]:
+    """Without the faint lines that may be a quiet sensor's steps: rounding of a periodic motion makes many."""
+    faint = lines.LEAST * unit
+    if all(line.amplitude > faint for line in found):
+        return found
+    least = min(faint, ROUNDS * noise.sensor_step(signal))
+    return tuple(line for line in found if line.amplitude > least)
 
 
 @dataclass(frozen=True)

@@ -14,15 +14,17 @@ from frictionlab.analysis.spectrum import Spectrum, refined
 
 FloatArray = NDArray[np.float64]
 LEAST = 5e-4  # of the base's amplitude: smaller lines change no number by more than its error
+FAINTEST = 1e-4  # the same of lines where no frame follows: of these nothing else may come
 CLEAR = 8.0  # times the median of the neighbourhood; the highest of 4 million bins of white noise is 4.7 times it
 NEIGHBOURS = 60  # resolution cells to either side
-BESIDE = 5.0  # resolution cells that a harmonic of the drive covers
+BESIDE, CLOSE = 5.0, 1.5  # resolution cells that a harmonic of the drive covers; a high one, of which little is left
 HIGH = 8.0  # times the drive: no frame follows there, so that a line is not the mass's motion
 LEAKS = 4.0  # times what stronger lines leak there
 ORDERS = 60  # of the drive's harmonics that may leak
 MOST = 12  # lines
 LONGEST = 6  # cycles a motion may take to repeat
 FAINT, SURELY = 0.2, 0.1  # of the highest line; of a resolution cell: lines that tell the period, and how well
+SAMPLED = 2000  # lines of a spectrum that tell its noise
 MAINS = (50.0, 60.0)
 NEAR = 3e-3  # relative: how far mains may be off
 RESOLVED = 3.0  # resolution cells between a line and a harmonic, in a window that tells them apart
@@ -69,19 +71,23 @@ def foreign(lines: Spectrum, drive: float, *, unit: float, resolution: float, sp
         Highest first, at most `MOST`.
     """
     amplitude, frequency = lines.amplitude, lines.frequency
-    high = np.flatnonzero(amplitude > LEAST * unit)
+    high = np.flatnonzero(amplitude > FAINTEST * unit)
     high = high[(high > 0) & (high < len(amplitude) - 1)]
     high = high[(amplitude[high] >= amplitude[high - 1]) & (amplitude[high] > amplitude[high + 1])]
     order = np.maximum(np.rint(frequency[high] / drive), 0.0)
-    covered = BESIDE * resolution + 3.0 * spread * frequency[high]
-    tops = high[(np.abs(frequency[high] - order * drive) > covered) & (frequency[high] > 0.3 * drive)]
+    follows = frequency[high] <= HIGH * drive
+    covered = np.where(follows, BESIDE, CLOSE) * resolution + 3.0 * spread * frequency[high]
+    apart = np.abs(frequency[high] - order * drive) > covered
+    tops = high[apart & (frequency[high] > 0.3 * drive) & ~(follows & (amplitude[high] < LEAST * unit))]
     if not len(tops):
         return ()
     cell = resolution / float(frequency[1])
     orders = np.arange(1, ORDERS)
-    strong = _heights(amplitude, orders * (drive / frequency[1]), cell)
-    apart = np.abs(frequency[tops][:, None] - orders * drive) / resolution
-    leaks = (_leak(apart) * strong).sum(axis=1)
+    wide = 0.5 * cell + 3.0 * spread * orders * drive / float(frequency[1])
+    reach = np.where(orders <= HIGH, 2.0 * cell + 0.5, wide)  # a line beside a high harmonic is none of it
+    strong = _heights(amplitude, orders * (drive / frequency[1]), reach)
+    beside = np.abs(frequency[tops][:, None] - orders * drive) / resolution
+    leaks = (np.where(beside < BESIDE, 1.0, _leak(beside)) * strong).sum(axis=1)
     clear = amplitude[tops] > LEAKS * leaks
     tops, leaks = tops[clear], leaks[clear]
     found: list[Line] = []
@@ -94,6 +100,13 @@ def foreign(lines: Spectrum, drive: float, *, unit: float, resolution: float, sp
             at = float((top + offset) * frequency[1])
             found.append(Line(at, height, removed=at > HIGH * drive))
     return tuple(found[:MOST])
+
+
+def faintest(lines: Spectrum, drive: float, *, unit: float) -> float:
+    """Amplitude of the faintest line that would be found where no frame follows, by `foreign`'s own rules."""
+    high = lines.amplitude[np.searchsorted(lines.frequency, HIGH * drive) :]
+    noise = float(np.median(high[:: max(1, len(high) // SAMPLED)])) if len(high) else 0.0
+    return max(FAINTEST * unit, CLEAR * noise)
 
 
 def period_of(found: tuple[Line, ...], drive: float, resolution: float) -> int:
@@ -114,9 +127,18 @@ def period_of(found: tuple[Line, ...], drive: float, resolution: float) -> int:
     return 1
 
 
-def _heights(amplitude: FloatArray, at: FloatArray, cell: float) -> FloatArray:
+def beside_period(found: tuple[Line, ...], part: float, resolution: float) -> tuple[Line, ...]:
+    """Without the high lines that are multiples of this frequency [Hz], of which the motion is made."""
+    return tuple(
+        line
+        for line in found
+        if not line.removed or abs(line.frequency - round(line.frequency / part) * part) > resolution
+    )
+
+
+def _heights(amplitude: FloatArray, at: FloatArray, reach: FloatArray) -> FloatArray:
     """Highest amplitude (m,) within two resolution cells of each of these places (m,) [bins]; 0 beyond the last."""
-    first, last = np.rint(at - 2.0 * cell), np.rint(at + 2.0 * cell)
+    first, last = np.ceil(at - reach), np.floor(at + reach)
     index = (first[:, None] + np.arange(np.max(last - first) + 1.0)).astype(np.intp)
     inside = (index >= 0) & (index <= last[:, None]) & (index < len(amplitude))
     return np.asarray(np.where(inside, amplitude[np.where(inside, index, 0)], 0.0).max(axis=1))

@@ -16,7 +16,7 @@ from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
 from frictionlab.recording import Fact, Recording, clock_breaks
 from frictionlab.scene import Scene
-from frictionlab.uncertainty import STATISTICAL, Shares, Sources, combined, cycle_budget, sources_of
+from frictionlab.uncertainty import LINES, STATISTICAL, Shares, Sources, combined, cycle_budget, sources_of
 
 FloatArray = NDArray[np.float64]
 NO_NATURAL_FREQUENCY = (
@@ -265,6 +265,7 @@ class _Composition:
         )
         ratio, known = estimates["ratio"].value, self.sources.natural_frequency
         found: dict[str, Shares] = {"frequency_ratio": {"natural frequency": (ratio or 0.0) * known}, **shares}
+        found["response_amplitude"] = {**found["response_amplitude"], LINES: self.layout.hidden}
         own = {key: estimates[name].se or 0.0 for name, key in SHARED.items()}
         return {key: {STATISTICAL: own[key], **found[key]} for key in SHARED.values() if estimates[FIELDS[key]].known}
 

@@ -25,7 +25,8 @@ class Response:
     alone; ``energy_shared``: standard error that all cycles have in common; ``stops_per_cycle``, ``stuck_fraction``,
     ``regime``: over all cycles; ``asymmetry``: rms of the even part of the mean cycle over its rms; ``how``: the
     smoother of all cycles; ``shortest_stop``: shortest stop that can be told from a slow passage, in cycles (1: none
-    can); ``slowest_slip``: speed (Y omega) that a slip between two stops must pass to part them.
+    can); ``doubtful``: pauses of a cycle that are too short to tell, and their mean length in cycles;
+    ``slowest_slip``: speed (Y omega) that a slip between two stops must pass to part them.
     """
 
     energy: FloatArray
@@ -42,6 +43,7 @@ class Response:
     regime: str
     asymmetry: float
     shortest_stop: float
+    doubtful: tuple[float, float]
     slowest_slip: float
     how: Smoother
 
@@ -71,7 +73,7 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         sliding = smoother(slid, noise=noise, samples=layout.samples, shared=shared, period=period)
     thresholds = stops.thresholds(sliding.v_noise, sliding.resolution)
     n = len(layout)
-    slide, whole, found = _slides(slid, sliding, thresholds, points)
+    slide, whole, found, doubts = _slides(slid, sliding, thresholds, points)
     if period == 1 and n >= FEW:
         rough = math.hypot(noise / math.sqrt(n), shared)
         found = slips.parted(found, slid.mean(axis=0), noise=rough, dwell=thresholds.dwell, cycles=n)
@@ -107,14 +109,15 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         asymmetry=_asymmetry(how),
         how=how,
         shortest_stop=1.0 if is_blurred else 2.0 * thresholds.dwell / (2.0 * math.pi),
+        doubtful=(len(doubts) / n, float(np.mean(doubts)) / stops.TURN if len(doubts) else 0.0),
         slowest_slip=2.0 * thresholds.still,
     )
 
 
 def _slides(
     slid: FloatArray, sliding: Smoother, thresholds: stops.Thresholds, points: int
-) -> tuple[FloatArray, FloatArray, Stops]:
-    """Return each cycle's half range (n,) with its stops levelled, the same as it is, and the stops."""
+) -> tuple[FloatArray, FloatArray, Stops, FloatArray]:
+    """Return each cycle's half range (n,) with its stops levelled, the same as it is, the stops, and doubtful ones."""
     n = len(slid)
     slide, whole, parts, firsts = np.empty(n), np.empty(n), [], []
     for part in smoothed(slid, sliding, points):
@@ -124,7 +127,8 @@ def _slides(
         whole[part.cycles] = half_range(part.x)
         parts.append(pauses)
         firsts.append(part.cycles.start)
-    return slide, whole, stops.stops_of(stops.joined(parts, firsts, n, points), thresholds, points)
+    every = stops.joined(parts, firsts, n, points)
+    return slide, whole, stops.stops_of(every, thresholds, points), stops.doubtful(every, thresholds, points)
 
 
 def _energy_shared(layout: Layout, how: Smoother, found: Stops, growth: float) -> float:

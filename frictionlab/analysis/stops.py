@@ -16,6 +16,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 TURN = 2.0 * math.pi
+DOUBT = 0.3  # of the shortest stop: shorter ones are a slow passage
 _LEAVING = 1.0 / (math.sqrt(2.0) - 1.0)  # v = j t^2 / 2: time from the stop to v, over the time from v to 2 v
 
 
@@ -112,12 +113,25 @@ def joined(parts: list[Pauses], firsts: list[int], cycles: int, points: int) -> 
 
 def stops_of(found: Pauses, how: Thresholds, points: int) -> Stops:
     """The pauses in which the mass stands for at least the shortest dwell; those that only a ripple parts are one."""
+    begin, end = _edges(found, how, points)
+    stands = end - begin >= how.dwell
+    return Stops(begin[stands], end[stands])
+
+
+def doubtful(found: Pauses, how: Thresholds, points: int) -> FloatArray:
+    """Lengths (m,) of the pauses that may be stops and are too short to tell, radians of tau."""
+    begin, end = _edges(found, how, points)
+    length = end - begin
+    return length[(length < how.dwell) & (length > DOUBT * how.dwell)]
+
+
+def _edges(found: Pauses, how: Thresholds, points: int) -> tuple[FloatArray, FloatArray]:
+    """Where the mass would stand from and to in each pause, radians of tau; a slow passage has no time between."""
     step = TURN / points
     found = _without_ripple(found, how.blur / step)
     begin = found.inner_begin + (found.inner_begin - found.outer_begin)
     end = found.inner_end - _LEAVING * (found.outer_end - found.inner_end)
-    stands = (end - begin) * step >= how.dwell
-    return Stops(begin[stands] * step, end[stands] * step)
+    return begin * step, end * step
 
 
 def _without_ripple(found: Pauses, blur: float) -> Pauses:

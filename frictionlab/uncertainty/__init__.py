@@ -6,7 +6,7 @@
 Type A, the numbers' own scatter, is the standard error `_se`; with these, type B, it makes the combined `_u`.
 """
 
-from frictionlab.uncertainty.budget import STATISTICAL, Shares, bent_gain, combined, cycle_budget
+from frictionlab.uncertainty.budget import LINES, STATISTICAL, Shares, bent_gain, combined, cycle_budget
 from frictionlab.uncertainty.sources import Sources, sources_of
 
-__all__ = ["STATISTICAL", "Shares", "Sources", "bent_gain", "combined", "cycle_budget", "sources_of"]
+__all__ = ["LINES", "STATISTICAL", "Shares", "Sources", "bent_gain", "combined", "cycle_budget", "sources_of"]

@@ -156,6 +156,7 @@ def test_a_beat_names_the_second_motion_and_its_error_holds_it() -> None:
         (5e-6, 0.5, 50.0, "mains hum"),
         (20e-6, 1.2, 150.0, "mains hum, 3 times 50 Hz"),
         (20e-6, 0.5, 33.3, "no harmonic"),
+        (20e-6, 0.5, 50.05, "mains hum"),  # 0.03 Hz beside the drive's 32nd harmonic: it was not found
     ],
 )
 def test_lines_that_are_no_harmonic_are_named_and_taken_out(size: float, r: float, hz: float, origin: str) -> None:
@@ -168,6 +169,23 @@ def test_lines_that_are_no_harmonic_are_named_and_taken_out(size: float, r: floa
     (said,) = m.warnings
     assert f"a line at {hz:g} Hz" in said
     assert origin in said
+
+
+def test_faint_hum_is_taken_out_without_a_word_and_counted() -> None:
+    """0.03 % of the base's amplitude; rounding makes such lines too, and they are left alone."""
+    case = hum(0.5e-6, 0.5, 0.4, 50.0)
+    m = measure(case.recording, case.scene)
+    assert m.warnings == ()
+    assert abs(m.response_amplitude - case.truth.amplitude) < 3e-5
+    assert 3e-5 < m.budget["response_amplitude"]["hum and other lines"] < 2e-4
+
+
+def test_a_pause_too_short_to_tell_is_said() -> None:
+    """Four stops, two of them of 1.5 % of a cycle: a sensor with steps of 0.8 % of the base shows two."""
+    case = quiet(0.1, 0.3, 1e-4, 1000.0, 3e-7, seconds=40.0)
+    m = measure(case.recording, case.scene)
+    assert m.stops_per_cycle < case.truth.stops
+    assert any(re.search(r"2 times a cycle the mass nearly stands, for about 0\.\d+ %", said) for said in m.warnings)
 
 
 def test_hum_that_swells_and_wanders_is_followed() -> None:

@@ -112,3 +112,17 @@ def test_the_amplitude_has_no_bias_beyond_its_error(r: float, beta: float) -> No
     errors = np.array([m.response_amplitude - amplitude for m in found])
     assert abs(float(errors.mean())) < 1e-4
     assert float(np.sqrt(np.mean(errors**2))) < float(np.median([m.response_amplitude_se for m in found]))
+
+
+def test_a_pause_shorter_than_a_stop_and_longer_than_none_is_doubtful() -> None:
+    """Braked at a slope, standing, leaving with the square of time: stops of 0.2, 0.6 and 2 times the shortest."""
+    how, points = stops.Thresholds(1e-3, dwell=0.05), 1 << 16
+    tau = stops.TURN * np.arange(points) / points
+    for share, counted, doubted in ((0.2, 0, 0), (0.6, 0, 1), (2.0, 1, 0)):
+        left = 3.0 + share * how.dwell
+        speed = np.where(tau < 3.0, 3.0 - tau, np.where(tau > left, 0.5 * (tau - left) ** 2, 0.0))
+        found = stops.pauses(speed[None], how.still)
+        assert len(stops.stops_of(found, how, points).begin) == counted
+        lengths = stops.doubtful(found, how, points)
+        assert len(lengths) == doubted
+        assert lengths == pytest.approx([share * how.dwell] * doubted, rel=0.02)
