@@ -16,7 +16,7 @@ from frictionlab.planning.hours import LaboratoryTime, laboratory_time
 from frictionlab.planning.information import Told, of_contact, told_by
 from frictionlab.planning.outlook import Outlook, outlook_of
 from frictionlab.planning.plan import Plan, PlannedTest
-from frictionlab.planning.weights import as_weighed, seen_by_fit, weighed
+from frictionlab.planning.weights import Seen, as_weighed, joint_information, seen_by_fit, weighed
 from frictionlab.scene import Scene
 from frictionlab.simulator.engine import choose
 from frictionlab.simulator.kernel import layout
@@ -26,6 +26,7 @@ FloatArray = NDArray[np.float64]
 SLIDES = 100.0  # to see what one candidate tells, roughly
 SWEEPS = 2  # through the tests chosen, each put to the test again
 SLOW = 1.0  # s that a law without exact slides takes to see what one candidate tells, roughly
+ROUNDS = 3  # of a choice by what tests tell roughly and of a closer look at those chosen
 NEAR = 40  # candidates of a choice between two laws to which both are fitted, at least
 AGAIN = 1e-9  # of what a test tells: a tie goes to one not chosen yet
 HOUR = 3600.0
@@ -87,10 +88,9 @@ def plan_tests(
     known = np.eye(len(outlook.coordinates)) + _told_before(measured, outlook)
     limits = _Limits(time, allowed, tests, math.inf if hours is None else hours * HOUR, scene.plan.most_repeats)
     if against is None:
-        joint = of_contact(outlook, as_weighed(outlook, told).own)
-        order = _pick(_least_error(joint, known, _aimed(outlook, aim)), limits)
+        order, seen = _best_known(outlook, told, known, _aimed(outlook, aim), limits)
         some = np.flatnonzero(allowed) if everything else np.unique(order)
-        seen = seen_by_fit(outlook, some.tolist())
+        seen |= seen_by_fit(outlook, [i for i in some.tolist() if i not in seen])
         row = _alone(over_coulomb(outlook, told, seen))
     else:
         open_to, between = _near(apart_of(outlook, told, against), limits)
@@ -135,6 +135,22 @@ EvidenceRow = Callable[[int, Sequence[int] | None], dict[str, float | None]]
 def _alone(evidence: FloatArray) -> EvidenceRow:
     """Evidence of single tests for the rows of a plan."""
     return lambda i, order: {"log_bayes": known_or_none(float(evidence[i]))}  # noqa: ARG005
+
+
+def _best_known(
+    outlook: Outlook, told: Told, known: FloatArray, aim: NDArray[np.bool_], limits: "_Limits"
+) -> tuple[list[int], dict[int, Seen]]:
+    """Tests for the least error, and those looked at: what all tell roughly chooses them, and a closer look again."""
+    joint, looked_at = as_weighed(outlook, told).own.copy(), dict[int, Seen]()
+    for _ in range(ROUNDS):
+        order = _pick(_least_error(of_contact(outlook, joint), known, aim), limits)
+        new = seen_by_fit(outlook, sorted(set(order) - looked_at.keys()))
+        if not new:
+            break
+        looked_at |= new
+        for i, seen in new.items():
+            joint[i] = joint_information(seen) if told.tells[i] else 0.0
+    return _pick(_least_error(of_contact(outlook, joint), known, aim), limits), looked_at
 
 
 def _near(between: Apart, limits: "_Limits") -> tuple["_Limits", Apart]:
