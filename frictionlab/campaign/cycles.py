@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.campaign.trials import Trial
 from frictionlab.identification.coordinates import Coordinate, of_parameter
 from frictionlab.identification.family import Family, family_of
 from frictionlab.identification.fit import Fit
@@ -77,14 +76,22 @@ class Cycle:
 
 
 def cycle_of(
-    trial: Trial, measurement: Measurement, scene: Scene, *, alone: bool = False, law: str | None = None
+    source: str,
+    group: tuple[str, float],
+    measurement: Measurement,
+    scene: Scene,
+    *,
+    alone: bool = False,
+    law: str | None = None,
 ) -> Cycle:
     """Return the cycle of a test.
 
     Parameters
     ----------
-    trial : Trial
-        Its facts.
+    source : str
+        Its name in the campaign.
+    group : tuple of str and float
+        Material and normal force (N).
     measurement : Measurement
         Of its recording.
     scene : Scene
@@ -101,8 +108,8 @@ def cycle_of(
     family, sources = family_of(measurement, scene, law), measurement.sources
     found = coordinates_of(family, measurement, sources)
     return Cycle(
-        source=trial.source,
-        group=trial.group,
+        source=source,
+        group=group,
         amplitude=measurement.base_amplitude_m,
         turn=2.0 * math.pi * measurement.drive_frequency_hz,
         family=family,

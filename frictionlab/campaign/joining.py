@@ -23,6 +23,7 @@ OUT = frozenset({Cause.LONG, Cause.STUCK, Cause.UNSTEADY, Cause.UNSETTLED})
 """Such a test has no steady cycle that a law could be fitted to."""
 OUTLIER = 4.0  # robust standard deviations
 FEWEST = 5  # tests of a material from which one of them may stand out
+KEPT = 0.999  # of a disturbance after a cycle: from so much on a motion is one of many
 SLIGHT = 1e-3  # relative: a friction ratio that differs by less does not stand out
 BY_TWO_NUMBERS = (
     "{}: friction from two numbers of each test (energy and amplitude), for no law could be fitted to their cycles: {}"
@@ -50,13 +51,18 @@ class Material:
 
 
 def usable(fits: Sequence[FrictionFit], cycles: Mapping[str, Cycle]) -> dict[str, list[Cycle]]:
-    """The cycles of each material that a law can be fitted to."""
+    """The cycles of each material that a law can be fitted to.
+
+    Where Coulomb's law has many steady states the cycle tells which of them it is more than the law; it counts only in
+    a group that has no other tests.
+    """
     found: dict[str, list[Cycle]] = {}
     for fit in fits:
-        for verdict in fit.verdicts:
-            cycle = cycles.get(verdict.trial.source)
-            if cycle is not None and (verdict.excluded is None or verdict.excluded.cause not in OUT):
-                found.setdefault(fit.material, []).append(cycle)
+        steady = [v for v in fit.verdicts if v.excluded is None or v.excluded.cause not in OUT]
+        here = [v for v in steady if v.trial.source in cycles]
+        alone = [v for v in here if v.predicted is None or v.predicted.memory < KEPT]
+        if here:
+            found.setdefault(fit.material, []).extend(cycles[v.trial.source] for v in alone or here)
     return found
 
 
@@ -112,12 +118,13 @@ def _material(
     rungs: list[Rung] = []
     if law is None:
         rungs, top = climb_together(cycles, starts)
-        law, known = top.law, {} if top.joint is None else top.joint.values
+        law, known = top.law, {} if top.joint is None else top.joint.start
+        starts = starts if top.joint is None else top.joint.frictions
     joined = join(cycles, law, known, starts)
     out = _standing_out(joined)
     if out:
         rest = [cycle for cycle in cycles if cycle.source not in out]
-        joined = join(rest, law, joined.best.values, joined.best.frictions)
+        joined = join(rest, law, joined.moved.start, joined.best.frictions)
     values = joined.best.values
     held = dict(cycles[0].family.under(law).held) | values
     own = Model(law, tuple(sorted(held.items())), model.wall, model.solver)
@@ -223,6 +230,8 @@ def _excluded(verdict: Verdict, material: Material) -> LeftOut | None:
         return Cause.UNEXPLAINED.because(*material.out[source])
     if source in best.lost:
         return Cause.NEAR_RESONANCE.because()
+    if verdict.excluded is None and verdict.predicted is not None and verdict.predicted.memory >= KEPT:
+        return Cause.NOT_UNIQUE.because()
     return verdict.excluded or Cause.NO_CYCLE.because()
 
 

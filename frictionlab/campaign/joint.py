@@ -26,7 +26,11 @@ from frictionlab.simulator.laws import Law
 
 FloatArray = NDArray[np.float64]
 ROUNDS = 25
-MOVED = 1e-6  # squared errors that a test has moved by, from which it is simulated again
+MOVED = 1e-4  # squared errors that a test has moved by, from which it is simulated again ...
+EXACT = 1e-10  # ... of few tests, which are held against single comparisons
+FEW = 3
+MANY = 4  # tests beyond one a group, from which they show by themselves how sure they are
+BENT = 0.01  # squared errors that a test has moved by, from which its slopes are found anew
 DAMPINGS = 8  # tried, each ten times the one before
 GENTLE = 1e-3  # the first of them, over the curvature
 WEIGHINGS = 3  # of what a law cannot explain in a test
@@ -52,6 +56,12 @@ class Joint:
         """Values of the law's parameters but the friction ratios, of the test that stands for all."""
         told = zip(self.shared.coordinates, self.solution.point, strict=True)
         return {c.name: c.value(float(p)) for c, p in told if c.law and c.name != FRICTION}
+
+    @property
+    def start(self) -> dict[str, float]:
+        """Values at which another fit may begin: the law's but the friction ratios, and the nuisances."""
+        told = zip(self.shared.coordinates, self.solution.point, strict=True)
+        return {c.name: c.value(float(p)) for c, p in told if c.name != FRICTION}
 
     @property
     def frictions(self) -> dict[tuple[str, float], float]:
@@ -81,9 +91,20 @@ class Joint:
         """The tests as quadratic forms."""
         return [_piece(found, place) for found, place in zip(self.fits, self.places, strict=True)]
 
+    @property
+    def freedom(self) -> int:
+        """Tests that tell how far tests are from each other."""
+        return max(0, len(self.fits) - len(self.shared.groups))
+
     @cached_property
     def meat(self) -> tuple[FloatArray, ...]:
-        """Covariance (n, n) of each test's score by its noise, the scatter of its cycles and what the law misses."""
+        """Covariance (n, n) of each test's score by its noise, the scatter of its cycles and what the law misses.
+
+        Few tests are as cautious as a single comparison. Many show by themselves how sure each of them is: what one
+        states too little is in the scatter, and in `spread`'s floor.
+        """
+        if self.freedom >= MANY:
+            return tuple(one.jacobian.T @ one.jacobian / one.excess for one in self.fits)
         found = []
         for one, cycle in zip(self.fits, self.cycles, strict=True):
             plain = replace(one, observed=cycle.fresh().observed)  # what is reckoned on the way is not kept
@@ -92,8 +113,8 @@ class Joint:
 
     @cached_property
     def spread(self) -> Spread:
-        """How sure the shared unknowns are."""
-        return spread_of(self.solution, self.pieces, self.meat, self.solution.hold)
+        """How sure the shared unknowns are; many tests are never surer than their own scores show."""
+        return spread_of(self.solution, self.pieces, self.meat, self.solution.hold, robust=self.freedom >= MANY)
 
     @property
     def log_evidence(self) -> float:
@@ -255,12 +276,15 @@ class _State:
         before = _cost(self, tau)
         for _ in range(DAMPINGS):
             there = self.solved(tau, damping)
-            tried = [_tried(*test) for test in zip(self.cycles, self.fits, there.own, strict=True)]
+            moves = EXACT if len(self.fits) <= FEW else MOVED
+            tried = [_tried(*test, moves) for test in zip(self.cycles, self.fits, there.own, strict=True)]
             if all(one is not None for one in tried):
                 moved = replace(self, point=there.point, fits=tuple(one for one in tried if one is not None))
                 if _cost(moved, tau) <= before + 1e-9 * (1.0 + abs(before)):
-                    again = [one is not two for one, two in zip(moved.fits, self.fits, strict=True)]
-                    return _sloped(moved, again), 0.1 * damping if damping > GENTLE else 0.0, any(again)
+                    pairs = list(zip(moved.fits, self.fits, strict=True))
+                    bent = [_is_bent(one, two, moves) for one, two in pairs]
+                    any_moved = any(one is not two for one, two in pairs)
+                    return _sloped(moved, bent), 0.1 * damping if damping > GENTLE else 0.0, any_moved
             damping = max(10.0 * damping, GENTLE)
         return self, damping, False
 
@@ -294,14 +318,22 @@ def _damped(piece: Piece, point: FloatArray, damping: float) -> Piece:
     return replace(piece, information=piece.information + np.diag(held), score=piece.score + held * point)
 
 
-def _tried(cycle: Cycle, found: Fit, own: FloatArray) -> Fit | None:
+def _tried(cycle: Cycle, found: Fit, own: FloatArray, moves: float) -> Fit | None:
     """A test at other values, its slopes as they were; the same where it hardly moves, None without a steady state."""
     point = _inside(found.coordinates, own)
     way = found.jacobian @ (point - found.point)
-    if float(way @ way) / found.excess < MOVED:
+    if float(way @ way) / found.excess < moves:
         return found
     residual = cycle.residual(found.forward, point)
     return None if residual is None else replace(found, point=point, residual=residual)
+
+
+def _is_bent(here: Fit, before: Fit, moves: float) -> bool:
+    """Whether a test has gone so far that its slopes are to be found anew; those of few tests always are."""
+    if here is before:
+        return False
+    way = before.jacobian @ (here.point - before.point)
+    return moves == EXACT or float(way @ way) / here.excess > BENT
 
 
 def _inside(coordinates: Sequence[Coordinate], own: FloatArray) -> FloatArray:

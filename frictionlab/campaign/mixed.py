@@ -105,7 +105,7 @@ class Mixed:
             lambda log: -self.log_likelihood(math.exp(log)),
             bounds=(math.log(SMALLEST), math.log(LARGEST)),
             method="bounded",
-            options={"xatol": 0.02},
+            options={"xatol": 0.05},
         )
         return math.exp(found.x) if -found.fun > self.log_likelihood(0.0) + NONE else 0.0
 
@@ -189,7 +189,12 @@ class Spread:
 
 
 def spread_of(
-    solution: Solution, pieces: Sequence[Piece], noise: Sequence[FloatArray], hold: FloatArray | None = None
+    solution: Solution,
+    pieces: Sequence[Piece],
+    noise: Sequence[FloatArray],
+    hold: FloatArray | None = None,
+    *,
+    robust: bool = False,
 ) -> Spread:
     """Carry the errors of each test into the shared unknowns.
 
@@ -201,6 +206,8 @@ def spread_of(
         Covariance of each test's score.
     hold : ndarray of shape (S,), optional
         How firmly priors hold what is shared.
+    robust : bool
+        No variance is below what the tests' own scores show, with tests as clusters [Liang and Zeger 1986].
     """
     size, tau = len(solution.point), solution.scatter
     left: FloatArray = np.asarray(np.linalg.inv(solution.precision))
@@ -211,7 +218,23 @@ def spread_of(
         sums[1] += scatter @ scatter.T
         sums[2] += own @ own.T
     noise_, scattered, of_own = (left @ part @ left for part in sums)
+    if robust:
+        shown = np.diag(left @ _shown(solution, pieces) @ left)
+        more = np.sqrt(np.maximum(1.0, shown / np.maximum(np.diag(noise_ + scattered + of_own), 1e-300)))
+        noise_, scattered, of_own = (part * np.outer(more, more) for part in (noise_, scattered, of_own))
     return Spread(noise_, scattered, of_own, left if hold is None else left * np.sqrt(hold))
+
+
+def _shown(solution: Solution, pieces: Sequence[Piece]) -> FloatArray:
+    """Covariance (S, S) of the shared score as the tests' own scores show it."""
+    size, count = len(solution.point), len(pieces)
+    total: FloatArray = np.zeros((size, size))
+    for piece in pieces:
+        into, _, _ = _response(piece, solution.scatter)
+        there = piece.place.scale @ solution.point + piece.place.offset
+        score = into.T @ (piece.score - piece.information @ there)
+        total += np.outer(score, score)
+    return total * count / max(1, count - len({int(np.argmax(p.place.scale[p.place.friction or 0])) for p in pieces}))
 
 
 def _response(piece: Piece, tau: float) -> tuple[FloatArray, FloatArray, FloatArray]:

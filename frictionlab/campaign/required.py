@@ -27,6 +27,7 @@ from frictionlab.simulator.laws import Law, law_of
 FloatArray = NDArray[np.float64]
 WORTH = 1.0  # gain of log evidence by straight lines from which a law is fitted
 MOST = 3  # laws fitted above one
+SURE = 2.0  # errors by which many tests left out must be predicted better: one or two alone never are
 FOLDS = 5  # parts that tests are left out in
 
 
@@ -148,7 +149,8 @@ def _predicts_better(joint: Joint, left: FloatArray, simpler: Rung) -> bool:
         return True
     before = dict(zip([c.source for c in simpler.joint.cycles], simpler.left_out, strict=True))
     gain = np.array([here - before[c.source] for c, here in zip(joint.cycles, left, strict=True) if c.source in before])
-    return len(gain) > 1 and float(gain.mean()) > float(gain.std(ddof=1)) / math.sqrt(len(gain))
+    sure = min(SURE, 0.5 * math.sqrt(len(gain)))
+    return len(gain) > 1 and float(gain.mean()) > sure * float(gain.std(ddof=1)) / math.sqrt(len(gain))
 
 
 def _left_out(joint: Joint) -> FloatArray:

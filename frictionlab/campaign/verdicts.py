@@ -24,6 +24,10 @@ class Cause(Enum):
     )
     UNEXPLAINED = "unexplained", "unexplained: alone it would say {:.3g} where the group says {:.3g}"
     NO_CYCLE = "no cycle", "no recording at hand, or no cycle in it that a law can be fitted to"
+    NOT_UNIQUE = (
+        "not unique",
+        "not unique: by Coulomb's law the motion keeps the asymmetry it began with: no one cycle stands for it",
+    )
     UNPREDICTED = "no prediction", "no prediction: Coulomb's law finds no steady state here"
 
     sentence: str

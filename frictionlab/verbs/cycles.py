@@ -37,7 +37,13 @@ def cycles_of(
     tests = Counter(trial.material for trial in paths.values())
     few = frozenset(path for path, trial in paths.items() if tests[trial.material] <= FEW)
     single = frozenset(path for path, trial in paths.items() if law == AUTO and tests[trial.material] == 1)
-    rows = list(rows_of(list(paths), _Reading(scene, paths, few, single), workers=workers))
+    rows = list(
+        rows_of(
+            list(paths),
+            _Reading(scene, {path: (t.source, t.group) for path, t in paths.items()}, few, single),
+            workers=workers,
+        )
+    )
     cycles = {cycle.source: cycle for row in rows if isinstance(cycle := row.get("cycle"), Cycle)}
     return Recorded(cycles, tuple({k: v for k, v in row.items() if k != "cycle"} for row in rows if len(row) > 1))
 
@@ -47,15 +53,15 @@ class _Reading:
     """What is done to each recording, here or where a worker is."""
 
     scene: Scene
-    trials: Mapping[Path, Trial]
+    tests: Mapping[Path, tuple[str, tuple[str, float]]]
     few: frozenset[Path]
     single: frozenset[Path]
 
     def __call__(self, path: Path) -> Row:
-        trial, recording = self.trials[path], read_recording(path)
+        (source, group), recording = self.tests[path], read_recording(path)
         measurement = measure(recording, self.scene)
         if path not in self.single:
-            return {"cycle": cycle_of(trial, measurement, self.scene, alone=path in self.few)}
+            return {"cycle": cycle_of(source, group, measurement, self.scene, alone=path in self.few)}
         compared = predict(measurement, self.scene, law=AUTO)
-        cycle = cycle_of(trial, measurement, self.scene, alone=True, law=compared.law)
-        return {**compared.row(), "source": trial.source, "cycle": cycle}
+        cycle = cycle_of(source, group, measurement, self.scene, alone=True, law=compared.law)
+        return {**compared.row(), "source": source, "cycle": cycle}

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measure import measure
-from frictionlab.campaign import Cycle, cycle_of, trial_of
+from frictionlab.campaign import Cycle, cycle_of
 from frictionlab.campaign.joined import join
 from frictionlab.campaign.mixed import Mixed, Piece, spread_of
 from frictionlab.campaign.required import climb_together
@@ -138,8 +138,7 @@ def cycles(scene: Scene, law: str, *, gradient: float = 0.0) -> list[Cycle]:
         parameters = {"gradient": gradient * amplitude} if gradient else {}
         recording = steady_recording(problem=Problem(r, beta, law=law, parameters=parameters), amplitude=amplitude)
         measured = measure(recording, scene)
-        row = {**measured.row(), "source": f"{r}", "material": "steel", "normal_force_n": 1.5}
-        found.append(cycle_of(trial_of(row), measured, scene))
+        found.append(cycle_of(f"{r}", ("steel", 1.5), measured, scene))
     return found
 
 
