@@ -11,10 +11,11 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc, gammaincinv
+from scipy.special import gammaincinv
 from scipy.stats import chi2
 
 from frictionlab.campaign.cycles import Cycle
+from frictionlab.campaign.evenness import agreement, variance_of
 from frictionlab.campaign.joint import Joint, fit_together
 from frictionlab.campaign.mixed import influence
 from frictionlab.campaign.shared import FRICTION
@@ -181,35 +182,39 @@ class Joined:
         c, slopes = found.coordinates[k], found.jacobian / math.sqrt(found.excess)
         weight = slopes[:, k] / max(float(slopes[:, k] @ slopes[:, k]), 1e-300)
         point = float(found.point[k] + weight @ found.residual / math.sqrt(found.excess))
-        se = math.sqrt(self._noise(i))
+        se = math.sqrt(self._noises[i])
         rest = [n for n in range(len(found.coordinates)) if n != k and not found.coordinates[n].law]
         rig = float(((weight @ slopes[:, rest]) ** 2).sum())
         return TestTold(_scaled(c.value(point), c.slope(point), se, math.hypot(se, math.sqrt(rig))), *told)
 
+    @cached_property
+    def _noises(self) -> list[float]:
+        return [self._noise(i) for i in range(len(self.best.fits))]
+
     def _noise(self, i: int) -> float:
         """Variance of one test's friction by its own noise, all else held, in deviations squared."""
         found, place = self.best.fits[i], self.best.places[i]
-        k = place.friction or 0
-        information = float(found.jacobian[:, k] @ found.jacobian[:, k]) / found.excess
-        return float(self.best.meat[i][k, k]) / max(information, 1e-300) ** 2
+        slope: FloatArray = np.asarray(np.linalg.solve(found.observed.whitener, found.jacobian[:, place.friction or 0]))
+        return found.excess * variance_of(found.observed, slope)
 
     def evenness(self, group: tuple[str, float]) -> tuple[float, int, float | None]:
         """Chi-square of a group's tests about its friction by their own errors, degrees of freedom, and p."""
-        square, count = 0.0, 0
-        for i, cycle in enumerate(self.best.cycles):
-            if cycle.group != group or self.best.places[i].friction is None:
-                continue
-            square, count = square + self._square(i), count + 1
-        return square, max(count - 1, 0), float(chdtrc(count - 1, square)) if count > 1 else None
+        mine = [
+            i for i, c in enumerate(self.best.cycles) if c.group == group and self.best.places[i].friction is not None
+        ]
+        scores = [self._score(i) for i in mine]
+        weight = np.array([1.0 / self._noises[i] for i in mine])
+        middle = float(np.sum(np.array(scores) * np.sqrt(weight)) / weight.sum()) if mine else 0.0
+        return agreement([score - middle * math.sqrt(w) for score, w in zip(scores, weight, strict=True)])
 
-    def _square(self, i: int) -> float:
+    def _score(self, i: int) -> float:
+        """How many of its own errors a test's friction stands from its group's."""
         found, place = self.best.fits[i], self.best.places[i]
         n = place.friction or 0
         column = found.jacobian[:, n]
-        information = float(column @ column)
-        own = float(found.point[n] + column @ found.residual / max(information, 1e-300))
+        own = float(found.point[n] + column @ found.residual / max(float(column @ column), 1e-300))
         shared = float(place.scale[n] @ self.best.solution.point + place.offset[n])
-        return (own - shared) ** 2 / self._noise(i)
+        return (own - shared) / math.sqrt(self._noises[i])
 
 
 def _scaled(value: float, slope: float, se: float, u: float) -> Estimate:
