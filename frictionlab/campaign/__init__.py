@@ -23,7 +23,10 @@ from frictionlab.campaign.drift import Drift, drift_of
 from frictionlab.campaign.friction import FrictionFit, Known, Verdict, fit_group
 from frictionlab.campaign.joining import Material, fit_of, materials_of
 from frictionlab.campaign.laws import LawEvidence, is_comparison, laws_of, laws_together
+from frictionlab.campaign.loops import Loop, loops_of
+from frictionlab.campaign.parameters import LawParameter, parameters_of
 from frictionlab.campaign.prediction import Curve, Model, curve, model_of, prepare
+from frictionlab.campaign.probes import Probe
 from frictionlab.campaign.ranking import CRITERIA, Rank, rank_all
 from frictionlab.campaign.reading import read_measurements
 from frictionlab.campaign.responses import (
@@ -51,6 +54,8 @@ __all__ = [
     "Drift",
     "FrictionFit",
     "LawEvidence",
+    "LawParameter",
+    "Loop",
     "Material",
     "Model",
     "Rank",
@@ -94,7 +99,8 @@ class Campaign:
     prediction of each fit over frequency; ``responses``: examples, where the recordings are at hand; ``notes``:
     sentences about the campaign as a whole; ``laws``: the joint evidence of the laws tried, one per material and law;
     ``comparisons``: the row of `compare-numeric` by source, where it is given; ``folders``: where recordings stand;
-    ``joined``: materials whose tests were fitted together, by name.
+    ``joined``: materials whose tests were fitted together, by name; ``parameters``: of their laws; ``loops``: of their
+    contacts.
     """
 
     trials: tuple[Trial, ...]
@@ -111,6 +117,8 @@ class Campaign:
     comparisons: Mapping[str, Row] = field(default_factory=dict, repr=False)
     folders: tuple[Path, ...] = ()
     joined: Mapping[str, Material] = field(default_factory=dict, repr=False)
+    parameters: tuple[LawParameter, ...] = ()
+    loops: tuple[Loop, ...] = ()
 
     def __repr__(self) -> str:
         tests = f"{len(self.trials)} tests, {len(self.failures)} failed"
@@ -140,6 +148,7 @@ def evaluate(
     comparisons: Sequence[Row] = (),
     cycles: Mapping[str, Cycle] = {},
     find_law: bool = False,
+    probe: Probe = lambda _: (),
     watch: Watch = iter,
 ) -> Campaign:
     """Evaluate a campaign.
@@ -158,6 +167,8 @@ def evaluate(
         The cycle of each test whose recording is at hand, by source: these are fitted together, material by material.
     find_law : bool
         Find the law that each material's tests require together; else it is the scene's.
+    probe : callable
+        Gives the rows of single ladders of laws of tests by their sources, where a rigid contact explains too little.
     watch : callable
         Wraps the sequence of groups to show progress.
 
@@ -173,8 +184,9 @@ def evaluate(
     groups = _groups(tests)
     prepare(20 * len(tests) + CURVE_POINTS * len(groups))
     fits = tuple(_fit(groups[group], model, scene) for group in watch(sorted(groups)))
-    joined, unfitted = materials_of(fits, cycles, model, _laws(fits, comparisons, find_law=find_law))
+    joined, unfitted = materials_of(fits, cycles, model, _laws(fits, comparisons, find_law=find_law), probe)
     fits = tuple(_joined(fit, joined, model, scene) for fit in fits)
+    comparisons = [*comparisons, *(row for material in joined.values() for row in material.ladders)]
     materials = sorted({fit.material for fit in fits})
     drifts = tuple(drift_of(t, _trend(t, scene, folders), model, fits) for t in tests if t.is_long and not t.failed)
     responses = _responses(tests, folders)
@@ -193,6 +205,8 @@ def evaluate(
         folders=tuple(folders),
         comparisons={str(row.get("source")): row for row in comparisons},
         joined=joined,
+        parameters=parameters_of(joined, scene),
+        loops=tuple(loop for m in joined.values() for loop in loops_of(m, scene.rig.stiffness)),
     )
 
 

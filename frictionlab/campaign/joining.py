@@ -11,12 +11,14 @@ from frictionlab.campaign.cycles import Cycle
 from frictionlab.campaign.friction import FrictionFit, Known, Verdict, in_newtons, reach_of
 from frictionlab.campaign.joined import Joined, TestTold, join
 from frictionlab.campaign.prediction import Model, local
+from frictionlab.campaign.probes import Probe, beyond_rigid
 from frictionlab.campaign.required import Rung, climb_together
 from frictionlab.campaign.trials import Trial
 from frictionlab.campaign.verdicts import Cause, LeftOut
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
 from frictionlab.simulator.laws import Law
+from frictionlab.tables import Row
 
 FloatArray = NDArray[np.float64]
 OUT = frozenset({Cause.LONG, Cause.STUCK, Cause.UNSTEADY, Cause.UNSETTLED})
@@ -35,7 +37,8 @@ class Material:
     """One material whose tests were fitted together.
 
     ``rungs``: the laws tried, where they were; ``model``: what its tests are predicted with; ``out``: tests that stand
-    out, with their own friction ratio and that of the others.
+    out, with their own friction ratio and that of the others; ``dear``: tests that others stand for; ``ladders``: rows
+    of the single tests that were probed.
     """
 
     name: str
@@ -43,6 +46,8 @@ class Material:
     rungs: tuple[Rung, ...]
     model: Model
     out: Mapping[str, tuple[float, float]]
+    dear: frozenset[str] = frozenset()
+    ladders: tuple[Row, ...] = ()
 
     @property
     def law(self) -> Law:
@@ -71,6 +76,7 @@ def materials_of(
     cycles: Mapping[str, Cycle],
     model: Model,
     laws: Mapping[str, Law | None],
+    probe: Probe,
 ) -> tuple[dict[str, Material], list[str]]:
     """Fit the tests of each material together.
 
@@ -84,6 +90,8 @@ def materials_of(
         The scene's.
     laws : mapping
         Law by material; None is found by climbing from plain Coulomb friction.
+    probe : callable
+        Gives the ladders of single tests, by their sources.
 
     Returns
     -------
@@ -95,7 +103,7 @@ def materials_of(
         own = [cycle for cycle in all_of if cycle.group in starts]
         try:
             if own:
-                found[name] = _material(name, own, starts, model, laws.get(name, model.law))
+                found[name] = _material(name, own, starts, model, laws.get(name, model.law), probe)
         except (AnalysisError, np.linalg.LinAlgError) as error:
             notes.append(BY_TWO_NUMBERS.format(name, error))
     return found, notes
@@ -112,12 +120,20 @@ def _starts(fits: Sequence[FrictionFit], cycles: Sequence[Cycle]) -> dict[tuple[
 
 
 def _material(
-    name: str, cycles: list[Cycle], starts: Mapping[tuple[str, float], float], model: Model, law: Law | None
+    name: str,
+    all_of: list[Cycle],
+    starts: Mapping[tuple[str, float], float],
+    model: Model,
+    law: Law | None,
+    probe: Probe,
 ) -> Material:
+    cycles, ladders = all_of, list[Row]()
     known = {} if len(cycles) > 1 or cycles[0].alone is None else dict(cycles[0].alone.fit.law_values)
     rungs: list[Rung] = []
     if law is None:
         rungs, top = climb_together(cycles, starts)
+        others, top, cycles, ladders = beyond_rigid(cycles, top, probe)
+        rungs += others
         law, known = top.law, {} if top.joint is None else top.joint.start
         starts = starts if top.joint is None else top.joint.frictions
     joined = join(cycles, law, known, starts)
@@ -128,7 +144,8 @@ def _material(
     values = joined.best.values
     held = dict(cycles[0].family.under(law).held) | values
     own = Model(law, tuple(sorted(held.items())), model.wall, model.solver)
-    return Material(name, joined, tuple(rungs), own, out)
+    dear = frozenset(cycle.source for cycle in all_of) - {cycle.source for cycle in cycles}
+    return Material(name, joined, tuple(rungs), own, out, dear, tuple(ladders))
 
 
 def _standing_out(joined: Joined) -> dict[str, tuple[float, float]]:
@@ -228,6 +245,8 @@ def _excluded(verdict: Verdict, material: Material) -> LeftOut | None:
         return None
     if source in material.out:
         return Cause.UNEXPLAINED.because(*material.out[source])
+    if source in material.dear:
+        return Cause.DEAR.because()
     if source in best.lost:
         return Cause.NEAR_RESONANCE.because()
     if verdict.excluded is None and verdict.predicted is not None and verdict.predicted.memory >= KEPT:

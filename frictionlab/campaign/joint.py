@@ -19,7 +19,7 @@ from frictionlab.campaign.cycles import Cycle
 from frictionlab.campaign.mixed import Mixed, Piece, Solution, Spread, spread_of
 from frictionlab.campaign.shared import FRICTION, Place, Shared, shared_by
 from frictionlab.errors import AnalysisError
-from frictionlab.identification.coordinates import Coordinate, holds, strains
+from frictionlab.identification.coordinates import STRONGEST, Coordinate, holds, strains
 from frictionlab.identification.fit import Fit, excess_of, noise_of
 from frictionlab.identification.identify import STATES, prepare
 from frictionlab.simulator.laws import Law
@@ -337,7 +337,7 @@ def _is_bent(here: Fit, before: Fit, moves: float) -> bool:
 
 
 def _inside(coordinates: Sequence[Coordinate], own: FloatArray) -> FloatArray:
-    low, high = (np.array(side) for side in zip(*((c.low, c.high) for c in coordinates), strict=True))
+    low, high = (np.array(side) for side in zip(*((c.low, min(c.high, STRONGEST)) for c in coordinates), strict=True))
     return np.asarray(np.clip(own, low, high))
 
 

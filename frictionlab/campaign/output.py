@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-from frictionlab.campaign import Campaign, Drift, FrictionFit, LawEvidence, Rank, Trial, Verdict
+from frictionlab.campaign import Campaign, Drift, FrictionFit, LawEvidence, LawParameter, Rank, Trial, Verdict
 from frictionlab.errors import OutputError
-from frictionlab.schema import DRIFTS, FRICTION, MATERIAL_LAWS, RANKING, TESTS, Table
+from frictionlab.schema import DRIFTS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING, TESTS, Table
 from frictionlab.tables import Row, is_table, refuse_inputs, write_rows
 
 TABLES: Mapping[str, Table] = {
@@ -14,6 +14,7 @@ TABLES: Mapping[str, Table] = {
     "ranking.csv": RANKING,
     "drift.csv": DRIFTS,
     "laws.csv": MATERIAL_LAWS,
+    "parameters.csv": LAW_PARAMETERS,
 }
 REPORT = "report.html"
 MARK = '<meta name="generator" content="frictionlab'
@@ -56,7 +57,7 @@ def _is_ours(path: Path) -> bool:
 
 
 def write_tables(campaign: Campaign, folder: Path) -> tuple[Path, ...]:
-    """Write ``measurements.csv``, ``friction.csv``, ``ranking.csv``, ``drift.csv``, ``laws.csv`` into a folder.
+    """Write ``measurements.csv``, ``friction.csv``, ``ranking.csv``, ``drift.csv``, ``laws.csv``, ``parameters.csv``.
 
     Raises
     ------
@@ -70,6 +71,7 @@ def write_tables(campaign: Campaign, folder: Path) -> tuple[Path, ...]:
         "ranking.csv": [ranking_row(rank) for rank in campaign.ranking],
         "drift.csv": [drift_row(drift) for drift in campaign.drifts],
         "laws.csv": [law_row(law) for law in campaign.laws],
+        "parameters.csv": [parameter_row(parameter) for parameter in campaign.parameters],
     }
     for name, table in TABLES.items():
         write_rows(rows[name], folder / name, table, force=True)
@@ -131,6 +133,11 @@ def ranking_row(rank: Rank) -> Row:
 def law_row(law: LawEvidence) -> Row:
     """One row of ``laws.csv``."""
     return {key: getattr(law, key) for key in MATERIAL_LAWS.names}
+
+
+def parameter_row(parameter: LawParameter) -> Row:
+    """One row of ``parameters.csv``."""
+    return {key: getattr(parameter, key) for key in LAW_PARAMETERS.names}
 
 
 def drift_row(drift: Drift) -> Row:

@@ -139,16 +139,20 @@ def rung_of(
     simpler = [rung for rung in rungs if _above(law, rung.law) and rung.joint is not None]
     left, evidence = _left_out(joint), joint.log_evidence
     best = max(simpler, key=lambda rung: rung.log_evidence, default=None)
-    required = best is not None and evidence - best.log_evidence > REQUIRED and _predicts_better(joint, left, best)
-    return Rung(law, evidence, left, required, joint)
+    rung = Rung(law, evidence, left, required=False, joint=joint)
+    required = best is not None and evidence - best.log_evidence > REQUIRED and predicts_better(rung, best)
+    return replace(rung, required=required)
 
 
-def _predicts_better(joint: Joint, left: FloatArray, simpler: Rung) -> bool:
+def predicts_better(rung: Rung, simpler: Rung) -> bool:
     """Whether tests left out are predicted better by more than their error; a single test leaves none out."""
-    if simpler.left_out is None or simpler.joint is None or len(left) < 2:
+    if rung.left_out is None or rung.joint is None or simpler.left_out is None or simpler.joint is None:
+        return False
+    if len(rung.left_out) < 2:
         return True
     before = dict(zip([c.source for c in simpler.joint.cycles], simpler.left_out, strict=True))
-    gain = np.array([here - before[c.source] for c, here in zip(joint.cycles, left, strict=True) if c.source in before])
+    told = zip(rung.joint.cycles, rung.left_out, strict=True)
+    gain = np.array([here - before[c.source] for c, here in told if c.source in before])
     sure = min(SURE, 0.5 * math.sqrt(len(gain)))
     return len(gain) > 1 and float(gain.mean()) > sure * float(gain.std(ddof=1)) / math.sqrt(len(gain))
 

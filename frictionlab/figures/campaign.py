@@ -10,7 +10,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from frictionlab.campaign import Campaign
-from frictionlab.figures import campaign_energy, campaign_friction, campaign_maps, campaign_time
+from frictionlab.figures import campaign_energy, campaign_friction, campaign_laws, campaign_maps, campaign_time
 from frictionlab.figures.style import look, save
 
 SUFFIXES = (".svg", ".pdf", ".png")
@@ -120,6 +120,14 @@ def _has_envelopes(campaign: Campaign) -> bool:
     return any(r.is_envelope for r in campaign.responses)
 
 
+def _has_loops(campaign: Campaign) -> bool:
+    return bool(campaign.loops)
+
+
+def _with_loops(campaign: Campaign) -> Iterable[str]:
+    return [m for m in campaign.materials if any(loop.material == m for loop in campaign.loops)]
+
+
 def _materials(campaign: Campaign) -> Iterable[str]:
     return campaign.materials
 
@@ -139,6 +147,16 @@ KINDS = (
         " from it; bands: the mean's own confidence.",
         campaign_friction.friction,
         when=_knows_forces,
+    ),
+    _Kind(
+        "law_{}",
+        "The contact of {}",
+        "Left, middle: friction force over displacement and speed, of a slow, a middling and a fast test; broad:"
+        " recovered from the motion, no law assumed; black: the law. Right: log evidence of the laws tried over plain"
+        " Coulomb friction, all tests together; open: screened only.",
+        campaign_laws.law_of_material,
+        when=_has_loops,
+        over=_with_loops,
     ),
     _Kind(
         "irregularity",

@@ -143,7 +143,10 @@ def _verdicts(sheet: Sheet) -> Iterator[tuple[str, str]]:
             yield "energy that the group's friction predicts", f"{verdict.predicted.energy:.4g} k Y²"
         if verdict.residual is not None:
             yield "measured over predicted energy", f"{verdict.residual:+.2%}"
-        if verdict.misfit is not None:
+        if verdict.nrmse is not None and verdict.floor:
+            yield "nrmse of its cycle under its material's law", f"{verdict.nrmse:.3g}"
+            yield "that over what noise alone leaves", f"{verdict.nrmse / verdict.floor:.2g}"
+        elif verdict.misfit is not None:
             yield "energy and amplitude differ from it by", f"{verdict.misfit:.2g} standard errors"
         yield "in the fit of its group", "used" if verdict.excluded is None else f"left out: {verdict.excluded}"
     for key, words in (("law", "law (compare-numeric)"), ("verdict", "verdict"), ("model", "model")):

@@ -4,20 +4,19 @@ import math
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from frictionlab.campaign import CRITERIA, Campaign, Drift, FrictionFit, LawEvidence, Rank, Trial, Verdict
+from frictionlab.campaign import CRITERIA, Campaign, Drift, FrictionFit, LawEvidence, LawParameter, Rank, Trial, Verdict
 from frictionlab.campaign.trials import short_name
 from frictionlab.campaign.warned import Warned, kinds_of
 from frictionlab.report.sheet import sheet_name
-from frictionlab.schema import DRIFTS, FRICTION, MATERIAL_LAWS, TESTS, Column, Table
+from frictionlab.schema import DRIFTS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, TESTS, Column, Table
 
 DASH = "–"
-NO_LAWS = (
-    "Not asked: give the table of `frictionlab compare-numeric RECORDING... --law auto -o laws.jsonl` to the campaign"
-    " beside the measurements."
-)
+NO_LAWS = "Not asked: `frictionlab campaign ... --law auto` finds the law that each material's tests require together."
 LAWS_RULE = (
-    "Log evidence of all tests of a material together, over plain Coulomb friction; each test has its own parameters."
-    " Required is the simplest law within 5 of the best. A column says how many tests require a law on their own."
+    "Log evidence of all tests of a material together, over plain Coulomb friction. Required is a law whose evidence is"
+    " more than 5 above that of every simpler one, and which predicts tests left out better by more than their error."
+    " Where tests were fitted together they share the law's parameters in newtons, metres and seconds; a law that was"
+    " only screened has no nrmse: its evidence is that of straight lines about a simpler law's fit."
 )
 
 
@@ -166,11 +165,32 @@ def _friction(fit: FrictionFit) -> str:
 
 def laws(campaign: Campaign) -> str:
     """Which contact law each material requires, by the evidence of all its tests."""
+    told = _parameters(campaign)
     if not campaign.laws:
-        return paragraph(NO_LAWS)
+        return paragraph(NO_LAWS) + told
     heads = columns(MATERIAL_LAWS, "material", "law", "tests", "gain", "response_nrmse", "chosen_in")
     head: tuple[str | Column, ...] = (*heads[:3], "required", *heads[3:])
-    return paragraph(LAWS_RULE) + table(head, map(_law, campaign.laws))
+    return paragraph(LAWS_RULE) + table(head, map(_law, campaign.laws)) + told
+
+
+def _parameters(campaign: Campaign) -> str:
+    """The parameters of the laws, as all tests of a material tell them."""
+    if not campaign.parameters:
+        return ""
+    heads = columns(LAW_PARAMETERS, "material", "law", "parameter", "value", "physical_value", "unit")
+    return "\n<h3>Parameters</h3>\n" + table((*heads, "told"), map(_parameter, campaign.parameters))
+
+
+def _parameter(parameter: LawParameter) -> str:
+    return _row(
+        words(parameter.material),
+        words(parameter.law),
+        words(parameter.parameter),
+        with_error(parameter.value, parameter.number.error),
+        with_error(parameter.physical_value, parameter.physical.error),
+        words(parameter.unit),
+        words("yes" if parameter.told else "no: the tests do not tell it"),
+    )
 
 
 def _law(law: LawEvidence) -> str:

@@ -6,7 +6,7 @@ the commands print, and the list of columns in this folder's README. Nothing but
 
 from collections.abc import Sequence
 
-from frictionlab.schema.campaign import DRIFTS, FRICTION, MATERIAL_LAWS, RANKING, TESTS
+from frictionlab.schema.campaign import DRIFTS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING, TESTS
 from frictionlab.schema.column import Column, Table, Type
 from frictionlab.schema.measured import COMPARISONS, FREE_VIBRATIONS, LAWS, MEASUREMENTS, OUTCOME, RECORD_LAWS
 from frictionlab.schema.simulated import MOTIONS, PLANS, RESPONSES, STEADY_STATES, TRADES
@@ -17,6 +17,7 @@ __all__ = [
     "FREE_VIBRATIONS",
     "FRICTION",
     "LAWS",
+    "LAW_PARAMETERS",
     "MATERIAL_LAWS",
     "MEASUREMENTS",
     "MOTIONS",
@@ -39,6 +40,7 @@ __all__ = [
 
 TABLES = (
     *(MEASUREMENTS, COMPARISONS, LAWS, RECORD_LAWS, FREE_VIBRATIONS, TESTS, FRICTION, RANKING, DRIFTS, MATERIAL_LAWS),
+    LAW_PARAMETERS,
     *(STEADY_STATES, MOTIONS, RESPONSES, PLANS, TRADES),
 )
 

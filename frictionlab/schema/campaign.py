@@ -103,6 +103,28 @@ MATERIAL_LAWS = Table(
     shown=("material", "law", "tests", "gain", "response_nrmse", "chosen_in", "required"),
 )
 
+_NUMBER = number("value", "", "value", "Dimensionless, of a test at the mean base amplitude and drive frequency.")
+_PHYSICAL = number("physical_value", "", "in units", "The same in `unit`; empty where the scene does not say enough.")
+LAW_PARAMETERS = Table(
+    kind="law parameters",
+    sentence="One parameter of the contact law of one material, by all its tests (`parameters.csv`).",
+    columns=(
+        MATERIAL,
+        LAW,
+        text("parameter", "parameter", "Its name; the friction ratio is in `friction.csv`, by normal force."),
+        _NUMBER,
+        se_of(_NUMBER),
+        u_of(_NUMBER),
+        _PHYSICAL,
+        se_of(_PHYSICAL),
+        u_of(_PHYSICAL),
+        text("unit", "unit", "Of `physical_value`."),
+        yes_no("told", "told", "Whether the tests tell this parameter at all."),
+    ),
+    lead=5,
+    shown=("material", "law", "parameter", "value", "value_u", "physical_value", "physical_value_u", "unit", "told"),
+)
+
 VALUE = number("value", "", "value", "What the material is ranked by; `unit` says what that is.")
 RANKING = Table(
     kind="ranking",

@@ -18,10 +18,11 @@ FEW = 3  # tests of a material up to which each is also fitted for itself, as a 
 
 @dataclass(frozen=True)
 class Recorded:
-    """What the recordings of a campaign give: cycles by source, and a row for each single comparison or failure."""
+    """What the recordings of a campaign give: cycles and paths by source, rows of single comparisons and failures."""
 
     cycles: Mapping[str, Cycle]
     comparisons: tuple[Row, ...]
+    paths: Mapping[str, Path]
 
 
 def cycles_of(
@@ -45,7 +46,32 @@ def cycles_of(
         )
     )
     cycles = {cycle.source: cycle for row in rows if isinstance(cycle := row.get("cycle"), Cycle)}
-    return Recorded(cycles, tuple({k: v for k, v in row.items() if k != "cycle"} for row in rows if len(row) > 1))
+    told = tuple({k: v for k, v in row.items() if k != "cycle"} for row in rows if len(row) > 1)
+    return Recorded(cycles, told, {trial.source: path for path, trial in paths.items()})
+
+
+@dataclass(frozen=True)
+class Ladders:
+    """Gives the ladder of laws of single tests, by their sources; where their recordings are is known."""
+
+    scene: Scene
+    paths: Mapping[str, Path]
+    workers: int | None
+
+    def __call__(self, sources: Sequence[str]) -> list[Row]:
+        """Return the rows of these tests; a failed one has its reason."""
+        rows = rows_of([self.paths[s] for s in sources], _Climbing(self.scene), workers=self.workers)
+        return [{**row, "source": source} for source, row in zip(sources, rows, strict=True)]
+
+
+@dataclass(frozen=True)
+class _Climbing:
+    """What is done to a recording that is probed, here or where a worker is."""
+
+    scene: Scene
+
+    def __call__(self, path: Path) -> Row:
+        return predict(measure(read_recording(path), self.scene), self.scene, law=AUTO).row()
 
 
 @dataclass(frozen=True)

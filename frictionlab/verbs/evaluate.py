@@ -10,7 +10,7 @@ from frictionlab.errors import UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.identification import AUTO
 from frictionlab.tables import Row
-from frictionlab.verbs.cycles import cycles_of
+from frictionlab.verbs.cycles import Ladders, cycles_of
 from frictionlab.verbs.given import AnyScene, FilePath, scene_given
 
 TABLES = ("model", "rig")
@@ -80,5 +80,6 @@ def evaluate(
         comparisons=comparisons,
         cycles=recorded.cycles,
         find_law=law == AUTO,
+        probe=Ladders(known, recorded.paths, workers),
         watch=watch,
     )

@@ -139,10 +139,12 @@ def _even(name: str, values: list[float]) -> str:
 def report(tally: Tally, campaigns: int) -> str:
     """The table."""
     scores = np.abs(tally.scores)
+    within = [f"{np.mean(scores < reach):.1%}" for reach in (1.0, 1.96)]
+    inside = f"{np.mean(tally.inside):.1%} of the 95 % intervals hold it"
     lines = [
         f"{campaigns} campaigns of {len(CONTACTS) * len(FORCES) * len(RATIOS)} tests",
-        f"friction coefficients ({len(scores)}): {np.mean(scores < 1):.1%} within u, {np.mean(scores < 1.96):.1%} in 1.96",
-        f"  rms of error over u {np.sqrt(np.mean(scores**2)):.2f}; {np.mean(tally.inside):.1%} of the 95 % intervals hold it",
+        f"friction coefficients ({len(scores)}): {within[0]} within u, {within[1]} within 1.96 u; {inside}",
+        f"rms of their error over u: {np.sqrt(np.mean(scores**2)):.2f}",
         _even("p of equal tests, where they are equal", tally.tests_p),
         _even("Amontons' p", tally.amontons_p),
         *(

@@ -1,0 +1,85 @@
+"""The loop of a material's contact: its force over displacement and speed, as recovered and as the law has it."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.campaign.cycles import Cycle
+from frictionlab.campaign.joining import Material
+from frictionlab.identification.contact_force import FADE
+from frictionlab.identification.fit import Fit
+
+FloatArray = NDArray[np.float64]
+POINTS = 720  # of a loop
+SHOWN = 3  # tests of a material
+
+
+@dataclass(frozen=True)
+class Loop:
+    """One test's contact over a cycle, arrays (p,): ``place`` m, ``speed`` m/s, ``force`` N (k Y without stiffness).
+
+    These as recovered from the motion, no law assumed; ``law_place``, ``law_speed``, ``law_force``: as the law has it.
+    """
+
+    material: str
+    normal_force_n: float
+    r: float
+    place: FloatArray
+    speed: FloatArray
+    force: FloatArray
+    law_place: FloatArray
+    law_speed: FloatArray
+    law_force: FloatArray
+
+
+def loops_of(material: Material, stiffness: float | None) -> tuple[Loop, ...]:
+    """Return the loops of a few tests that the law explains best, slow, middling and fast."""
+    best = material.joined.best
+    order = sorted(range(len(best.fits)), key=lambda i: best.cycles[i].family.r)
+    parts = [part for part in np.array_split(np.array(order), SHOWN) if len(part)]
+    chosen = [min(map(int, part), key=lambda i: best.fits[i].nrmse / best.fits[i].observed.floor) for part in parts]
+    found = (_loop(best.cycles[i], best.fits[i], stiffness) for i in chosen)
+    return tuple(loop for loop in found if loop is not None)
+
+
+def _loop(cycle: Cycle, found: Fit, stiffness: float | None) -> Loop | None:
+    values = found.values
+    state = found.forward.state(values)
+    if state is None or state.orbit is None:
+        return None
+    tau = 2.0 * math.pi * np.arange(POINTS) / POINTS
+    x, v = state.orbit.at(tau + values.get("lag", 0.0))
+    newtons = 1.0 if stiffness is None else stiffness * cycle.amplitude
+    seen = _recovered(cycle, state.problem.frame_damping_ratio, tau)
+    length, rate = cycle.amplitude, cycle.amplitude * cycle.turn
+    material, force = cycle.group
+    return Loop(
+        material,
+        force,
+        cycle.family.r,
+        length * seen[0],
+        rate * seen[1],
+        newtons * seen[2],
+        length * (x - x.mean()),
+        rate * v,
+        newtons * state.orbit.force(tau + values.get("lag", 0.0)),
+    )
+
+
+def _recovered(cycle: Cycle, damping: float, tau: FloatArray) -> Sequence[FloatArray]:
+    """Displacement, speed and force (p,) by the measured harmonics: what the equation of motion leaves for it."""
+    cosine, sine = np.split(cycle.observed.cosine_sine, 2)
+    k, r = np.arange(1, len(cosine) + 1), cycle.family.r
+    x = cosine - 1j * sine
+    base = np.zeros(len(x), dtype=np.complex128)
+    motion = cycle.family.base
+    count = min(motion.harmonics, len(x))
+    base[:count] = np.array(motion.cosine[:count]) - 1j * np.array(motion.sine[:count])
+    dashpot = 1.0 + 2.0j * damping * r * k
+    fade = np.exp(-((k / FADE) ** 2))
+    force = fade * (base * dashpot - x * (dashpot - (r * k) ** 2))
+    turning = np.exp(1j * np.outer(tau, k))
+    return [np.asarray((turning @ lines).real) for lines in (fade * x, fade * 1j * k * x, force)]

@@ -1,0 +1,55 @@
+"""Which law each material's contact obeys: its loops in newtons over millimetres and speed, and the laws tried."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from frictionlab.campaign import Campaign, LawEvidence, Loop
+from frictionlab.figures.style import MEASURED, PAGE, PALETTE, PREDICTED, headline, new_figure
+
+STEP = 5.0  # log evidence beyond which the scale is logarithmic
+
+
+def law_of_material(campaign: Campaign, material: str) -> Figure:
+    """Loops of a few tests as recovered from the motion, the law over them; the evidence of each law tried."""
+    loops = [loop for loop in campaign.loops if loop.material == material]
+    laws = [law for law in campaign.laws if law.material == material]
+    figure = new_figure(PAGE, 3.0)
+    panels = figure.subplots(1, 3 if laws else 2)
+    unit = "N" if campaign.scene.rig.stiffness is not None else "k Y"
+    for over_speed, ax in zip((False, True), panels[:2], strict=True):
+        for i, loop in enumerate(loops):
+            _draw(ax, loop, PALETTE[i % len(PALETTE)], over_speed=over_speed)
+        ax.set_xlabel("speed [mm/s]" if over_speed else "displacement [mm]")
+        ax.set_ylabel(f"friction force [{unit}]")
+    panels[0].legend(fontsize=6)
+    if laws:
+        _ladder(panels[2], laws)
+    required = campaign.joined[material].law.name
+    headline(figure, f"{material}: {required}")
+    return figure
+
+
+def _draw(ax: Axes, loop: Loop, colour: str, *, over_speed: bool) -> None:
+    seen, law = (loop.speed, loop.law_speed) if over_speed else (loop.place, loop.law_place)
+    name = f"{loop.normal_force_n:g} N, r = {loop.r:.2g}"
+    ax.plot(_closed(1e3 * seen), _closed(loop.force), color=colour, lw=2.0, alpha=0.5, label=name)
+    ax.plot(_closed(1e3 * law), _closed(loop.law_force), color="black", lw=0.7)
+
+
+def _ladder(ax: Axes, laws: list[LawEvidence]) -> None:
+    """Log evidence of each law over plain Coulomb friction; filled: fitted, open: screened; the required one ringed."""
+    rising = sorted(laws, key=lambda law: law.gain or 0.0)
+    for place, law in enumerate(rising):
+        colour = PREDICTED if law.required else MEASURED
+        fill = "none" if law.screened else colour
+        ax.plot(law.gain or 0.0, place, "o", ms=6 if law.required else 4, mec=colour, mfc=fill)
+    ax.axvline(0.0, color="0.7", lw=0.6)
+    ax.set_xscale("symlog", linthresh=STEP)
+    ax.set_yticks(range(len(rising)), [law.law.removeprefix("coulomb") or "coulomb" for law in rising], fontsize=6)
+    ax.margins(x=0.15, y=0.1)
+    ax.set_xlabel("log evidence over Coulomb")
+
+
+def _closed(values: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> "np.ndarray[tuple[int], np.dtype[np.float64]]":
+    return np.append(values, values[:1])
