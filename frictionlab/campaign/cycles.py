@@ -96,7 +96,7 @@ def cycle_of(
         Of its recording.
     scene : Scene
     alone : bool
-        Fit it for itself as well, as a single comparison does.
+        Fit it for itself as well, as a single comparison does; else its cycle is the mean of all steady ones.
     law : str, optional
         In place of the scene's.
 
@@ -114,6 +114,6 @@ def cycle_of(
         turn=2.0 * math.pi * measurement.drive_frequency_hz,
         family=family,
         nuisances=tuple(c for c in found if not c.law),
-        observed=observe_cycle(measurement),
+        observed=observe_cycle(measurement, every=not alone),
         alone=identify(measurement, family, sources) if alone else None,
     )

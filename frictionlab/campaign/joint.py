@@ -21,6 +21,7 @@ from frictionlab.campaign.shared import FRICTION, Place, Shared, shared_by
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import STRONGEST, Coordinate, holds, strains
 from frictionlab.identification.fit import Fit, excess_of, noise_of
+from frictionlab.identification.forward import Forward
 from frictionlab.identification.identify import STATES, prepare
 from frictionlab.simulator.laws import Law
 
@@ -62,6 +63,12 @@ class Joint:
         """Values at which another fit may begin: the law's but the friction ratios, and the nuisances."""
         told = zip(self.shared.coordinates, self.solution.point, strict=True)
         return {c.name: c.value(float(p)) for c, p in told if c.name != FRICTION}
+
+    @property
+    def apart(self) -> dict[str, float]:
+        """How far each test's friction ratio stands from its group's, in deviations of its prior, by source."""
+        told = zip(self.cycles, self.solution.beyond, strict=True)
+        return {cycle.source: float(far) for cycle, far in told}
 
     @property
     def frictions(self) -> dict[tuple[str, float], float]:
@@ -170,6 +177,7 @@ def fit_together(
     rig: bool = True,
     tempered: bool = True,
     scatter: float | None = None,
+    apart: Mapping[str, float] | None = None,
 ) -> Joint:
     """Fit one law to the cycles of many tests.
 
@@ -187,6 +195,8 @@ def fit_together(
         Whether what the law cannot explain in a test counts as its noise.
     scatter : float, optional
         From test to test, in deviations of the friction ratio's prior; it is found unless it is given.
+    apart : mapping, optional
+        How far each test's friction ratio stands from its group's to begin with, in the same deviations, by source.
 
     Raises
     ------
@@ -196,7 +206,7 @@ def fit_together(
     shared = shared_by(cycles, law, rig=rig)
     prepare(cycles[0].family.under(law), STATES * len(cycles))
     point = _start(shared, start, frictions)
-    state, damping = _State.at(shared, cycles, point), 0.0
+    state, damping = _State.at(shared, cycles, point, apart or {}), 0.0
     for _ in range(ROUNDS):
         state = state.weighed() if tempered else state
         state, damping, moved = state.towards(scatter, damping)
@@ -206,14 +216,18 @@ def fit_together(
 
 
 def cost_at(
-    cycles: Sequence[Cycle], law: Law, start: Mapping[str, float], frictions: Mapping[tuple[str, float], float]
+    cycles: Sequence[Cycle],
+    law: Law,
+    start: Mapping[str, float],
+    frictions: Mapping[tuple[str, float], float],
+    apart: Mapping[str, float],
 ) -> float:
     """Misfit of all tests, and what the priors add, where a fit would begin; infinite without steady states."""
     shared = shared_by(cycles, law)
     point, total = _start(shared, start, frictions), 0.0
     for cycle in cycles:
         place, forward = shared.place(cycle), cycle.forward(law)
-        residual = cycle.residual(forward, _inside(forward.coordinates, place.scale @ point + place.offset))
+        residual = cycle.residual(forward, _own(cycle, place, forward, point, apart))
         total += math.inf if residual is None else float(residual @ residual)
     return total + float((strains(shared.coordinates, point) ** 2).sum())
 
@@ -228,6 +242,14 @@ def _start(shared: Shared, start: Mapping[str, float], frictions: Mapping[tuple[
     return point
 
 
+def _own(cycle: Cycle, place: Place, forward: Forward, point: FloatArray, apart: Mapping[str, float]) -> FloatArray:
+    """A test's own unknowns where a fit begins."""
+    own = place.scale @ point + place.offset
+    if place.friction is not None:
+        own[place.friction] += apart.get(cycle.source, 0.0)
+    return _inside(forward.coordinates, own)
+
+
 @dataclass(frozen=True)
 class _State:
     """Where a fit stands: the shared unknowns, and each test simulated at its own."""
@@ -240,13 +262,12 @@ class _State:
     lost: tuple[str, ...]
 
     @classmethod
-    def at(cls, shared: Shared, cycles: Sequence[Cycle], point: FloatArray) -> "_State":
+    def at(cls, shared: Shared, cycles: Sequence[Cycle], point: FloatArray, apart: Mapping[str, float]) -> "_State":
         """Simulate each test where the shared unknowns stand; those without a steady state there are lost."""
         kept, lost = [], []
         for cycle in cycles:
             place, forward = shared.place(cycle), cycle.forward(shared.law, rig=shared.rig)
-            own = _inside(forward.coordinates, place.scale @ point + place.offset)
-            found = cycle.at(forward, own)
+            found = cycle.at(forward, _own(cycle, place, forward, point, apart))
             if found is None:
                 lost.append(cycle.source)
             else:

@@ -19,7 +19,7 @@ class LawParameter:
     """One parameter of one material's law, by all its tests.
 
     ``value``: dimensionless, of a test at the mean Y and omega; ``physical``: in ``unit``, None where the scene does
-    not say what it takes; ``told``: whether the tests tell it at all.
+    not say what it takes; ``is_told``: whether the tests tell it at all.
     """
 
     material: str
@@ -28,7 +28,7 @@ class LawParameter:
     number: Estimate
     physical: Estimate
     unit: str
-    told: bool
+    is_told: bool
 
     value = Flat("number")
     value_se = Flat("number", "se")

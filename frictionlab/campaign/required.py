@@ -27,6 +27,7 @@ from frictionlab.simulator.laws import Law, law_of
 FloatArray = NDArray[np.float64]
 WORTH = 1.0  # gain of log evidence by straight lines from which a law is fitted
 MOST = 3  # laws fitted above one
+ASTRAY = 100.0  # log evidence below that of a law which it holds: such a fit has lost its way and tells nothing
 SURE = 2.0  # errors by which many tests left out must be predicted better: one or two alone never are
 FOLDS = 5  # parts that tests are left out in
 
@@ -73,7 +74,7 @@ def climb_together(cycles: Sequence[Cycle], frictions: Mapping[tuple[str, float]
             rungs += _fitted(cycles, here, pairs, rungs)
             good = _good(here, rungs, 2)
         if not good:
-            seen = {rung.law.name for rung in rungs}
+            seen = {rung.law.name for rung in rungs} | {name for name, gain in singles.items() if gain > WORTH}
             return [*rungs, *(rung for name, rung in left.items() if name not in seen)], here
         here = max(good, key=lambda rung: rung.log_evidence)
 
@@ -110,9 +111,10 @@ def _tried(cycles: Sequence[Cycle], here: Rung, law: Law, rungs: Sequence[Rung])
     starts = [known | {c.name: law.parameter(c.name).neutral or 0.0 for c in new}]
     starts += [known | values for values in trial_values(new)]
     try:
-        return rung_of(cycles, law, starts, here.joint.frictions, rungs)
+        rung = rung_of(cycles, law, starts, here.joint.frictions, rungs, here.joint.apart)
     except (AnalysisError, np.linalg.LinAlgError):
         return None
+    return rung if rung.log_evidence > here.log_evidence - ASTRAY else None
 
 
 def _rig(joint: Joint) -> dict[str, float]:
@@ -126,6 +128,7 @@ def rung_of(
     starts: Sequence[Mapping[str, float]],
     frictions: Mapping[tuple[str, float], float],
     rungs: Sequence[Rung],
+    apart: Mapping[str, float] | None = None,
 ) -> Rung:
     """Fit a law to all tests, from the best of some starts, and hold it against simpler ones.
 
@@ -134,8 +137,10 @@ def rung_of(
     AnalysisError
         No test has a steady state where the fit begins.
     """
-    start = min(starts, key=lambda values: cost_at(cycles, law, values, frictions)) if len(starts) > 1 else starts[0]
-    joint = fit_together(cycles, law, start, frictions, tempered=False)
+    start = starts[0]
+    if len(starts) > 1:
+        start = min(starts, key=lambda values: cost_at(cycles, law, values, frictions, apart or {}))
+    joint = fit_together(cycles, law, start, frictions, tempered=False, apart=apart)
     simpler = [rung for rung in rungs if _above(law, rung.law) and rung.joint is not None]
     left, evidence = _left_out(joint), joint.log_evidence
     best = max(simpler, key=lambda rung: rung.log_evidence, default=None)

@@ -28,7 +28,7 @@ class Cause(Enum):
         "not unique",
         "not unique: by Coulomb's law the motion keeps the asymmetry it began with: no one cycle stands for it",
     )
-    DEAR = "dear", "not fitted: its law has no exact slides, and some tests of each normal force stand for all"
+    DEAR = "dear", "dear: its law has no exact slides, and some tests of each normal force stand for all"
     UNPREDICTED = "no prediction", "no prediction: Coulomb's law finds no steady state here"
 
     sentence: str

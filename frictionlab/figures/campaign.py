@@ -152,8 +152,8 @@ KINDS = (
         "law_{}",
         "The contact of {}",
         "Left, middle: friction force over displacement and speed, of a slow, a middling and a fast test; broad:"
-        " recovered from the motion, no law assumed; black: the law. Right: log evidence of the laws tried over plain"
-        " Coulomb friction, all tests together; open: screened only.",
+        " recovered from the motion, no law assumed; black: the law. Right: how far the log evidence of each law"
+        " tried is below the best, all tests together; orange: the law required; open: screened only.",
         campaign_laws.law_of_material,
         when=_has_loops,
         over=_with_loops,

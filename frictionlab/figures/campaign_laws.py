@@ -8,6 +8,8 @@ from frictionlab.campaign import Campaign, LawEvidence, Loop
 from frictionlab.figures.style import MEASURED, PAGE, PALETTE, PREDICTED, headline, new_figure
 
 STEP = 5.0  # log evidence beyond which the scale is logarithmic
+SHOWN = 8  # laws of a ladder
+TICKS = {0.0: "0", 10.0: "10", 1e3: "10³", 1e5: "10⁵", 1e7: "10⁷", 1e9: "10⁹"}
 
 
 def law_of_material(campaign: Campaign, material: str) -> Figure:
@@ -22,7 +24,7 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
             _draw(ax, loop, PALETTE[i % len(PALETTE)], over_speed=over_speed)
         ax.set_xlabel("speed [mm/s]" if over_speed else "displacement [mm]")
         ax.set_ylabel(f"friction force [{unit}]")
-    panels[0].legend(fontsize=6)
+    panels[0].legend(fontsize=6, loc="center", frameon=True, framealpha=0.9)
     if laws:
         _ladder(panels[2], laws)
     required = campaign.joined[material].law.name
@@ -38,17 +40,22 @@ def _draw(ax: Axes, loop: Loop, colour: str, *, over_speed: bool) -> None:
 
 
 def _ladder(ax: Axes, laws: list[LawEvidence]) -> None:
-    """Log evidence of each law over plain Coulomb friction; filled: fitted, open: screened; the required one ringed."""
-    rising = sorted(laws, key=lambda law: law.gain or 0.0)
-    for place, law in enumerate(rising):
+    """Log evidence of each law below the best; filled: fitted, open: screened; the required one large."""
+    best = sorted(laws, key=lambda law: -law.log_evidence)
+    shown = [law for n, law in enumerate(best) if n < SHOWN or law.required or law.law == "coulomb"]
+    for place, law in enumerate(reversed(shown)):
         colour = PREDICTED if law.required else MEASURED
-        fill = "none" if law.screened else colour
-        ax.plot(law.gain or 0.0, place, "o", ms=6 if law.required else 4, mec=colour, mfc=fill)
-    ax.axvline(0.0, color="0.7", lw=0.6)
+        below = best[0].log_evidence - law.log_evidence
+        ax.plot(below, place, "o", ms=6 if law.required else 4, mec=colour, mfc="none" if law.screened else colour)
     ax.set_xscale("symlog", linthresh=STEP)
-    ax.set_yticks(range(len(rising)), [law.law.removeprefix("coulomb") or "coulomb" for law in rising], fontsize=6)
-    ax.margins(x=0.15, y=0.1)
-    ax.set_xlabel("log evidence over Coulomb")
+    most = max(best[0].log_evidence - law.log_evidence for law in shown)
+    ticks = [tick for tick in TICKS if tick <= 10.0 * most]
+    ax.set_xticks(ticks, [TICKS[tick] for tick in ticks])
+    ax.minorticks_off()
+    ax.set_xlim(-0.8, max(3.0 * most, STEP))
+    names = [law.law.removeprefix("coulomb") or "coulomb" for law in reversed(shown)]
+    ax.set_yticks(range(len(shown)), names, fontsize=6)
+    ax.set_xlabel("log evidence below the best")
 
 
 def _closed(values: "np.ndarray[tuple[int], np.dtype[np.float64]]") -> "np.ndarray[tuple[int], np.dtype[np.float64]]":

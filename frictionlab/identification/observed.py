@@ -116,15 +116,18 @@ def harmonics_of(cycle: FloatArray, count: int) -> ComplexArray:
     return np.asarray(np.fft.rfft(cycle, axis=-1)[..., 1 : count + 1] * (2.0 / cycle.shape[-1]))
 
 
-def observe_cycle(measurement: Measurement) -> Observed:
-    """Return the measured mean cycle with the covariance that its steady cycles show."""
+def observe_cycle(measurement: Measurement, *, every: bool = False) -> Observed:
+    """Return the measured mean cycle with the covariance that its steady cycles show.
+
+    ``every``: the mean of all steady cycles, not of those that the energy rule takes.
+    """
     cycle = measurement.cycle
     each = cycle.each
     points = min(measurement.sampling_rate_hz / measurement.drive_frequency_hz, len(measurement.cycle.tau))
     count = min(each.shape[1], harmonics_told(measurement.frequency_ratio or 1.0, points))
     single = parts(each[:, :count])
-    mean = parts(harmonics_of(cycle.mass, count))
-    used = max(1, int(measurement.series.used.sum()))
+    mean = single.mean(axis=0) if every else parts(harmonics_of(cycle.mass, count))
+    used = len(single) if every else max(1, int(measurement.series.used.sum()))
     power = float(np.mean(cycle.mass**2))
     samples = measurement.sampling_rate_hz / measurement.drive_frequency_hz
     sensor = 2.0 * (measurement.mass_noise_m / measurement.base_amplitude_m) ** 2 / samples

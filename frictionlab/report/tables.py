@@ -189,7 +189,7 @@ def _parameter(parameter: LawParameter) -> str:
         with_error(parameter.value, parameter.number.error),
         with_error(parameter.physical_value, parameter.physical.error),
         words(parameter.unit),
-        words("yes" if parameter.told else "no: the tests do not tell it"),
+        words("yes" if parameter.is_told else "no: the tests do not tell it"),
     )
 
 

@@ -119,10 +119,10 @@ LAW_PARAMETERS = Table(
         se_of(_PHYSICAL),
         u_of(_PHYSICAL),
         text("unit", "unit", "Of `physical_value`."),
-        yes_no("told", "told", "Whether the tests tell this parameter at all."),
+        yes_no("is_told", "told", "Whether the tests tell this parameter at all."),
     ),
     lead=5,
-    shown=("material", "law", "parameter", "value", "value_u", "physical_value", "physical_value_u", "unit", "told"),
+    shown=("material", "law", "parameter", "value", "value_u", "physical_value", "physical_value_u", "unit", "is_told"),
 )
 
 VALUE = number("value", "", "value", "What the material is ranked by; `unit` says what that is.")
