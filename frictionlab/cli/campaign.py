@@ -12,7 +12,7 @@ from frictionlab.cli.options import Force, Quiet, SceneFile, Workers, scene_of
 from frictionlab.cli.output import complain, print_table, printable
 from frictionlab.cli.progress import track
 from frictionlab.errors import AnalysisError, UsageError
-from frictionlab.schema import FRICTION, MATERIAL_LAWS, RANKING
+from frictionlab.schema import FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING
 from frictionlab.tables import Row
 from frictionlab.verbs.failures import FAILED, failure
 
@@ -155,7 +155,7 @@ def _rows_of(paths: Sequence[Path]) -> tuple[list[Row], list[Row]]:
 
 
 def _tell(result: "Campaign", folder: Path) -> None:
-    from frictionlab.campaign.output import friction_row, law_row, ranking_row
+    from frictionlab.campaign.output import friction_row, law_row, parameter_row, ranking_row
 
     elsewhere = f"the tables in {printable(str(folder))} have"
     print_table([friction_row(fit) for fit in result.fits], FRICTION, elsewhere=elsewhere)
@@ -164,6 +164,9 @@ def _tell(result: "Campaign", folder: Path) -> None:
     typer.echo()
     if result.laws:
         print_table([law_row(law) for law in result.laws], MATERIAL_LAWS, elsewhere=elsewhere)
+        typer.echo()
+    if result.parameters:
+        print_table([parameter_row(parameter) for parameter in result.parameters], LAW_PARAMETERS)
         typer.echo()
     for test in result.amontons:
         typer.echo(printable(test.verdict))
