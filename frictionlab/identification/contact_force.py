@@ -8,13 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.simulator import SteadyState
+from frictionlab.simulator import Problem, SteadyState
 
 FloatArray = NDArray[np.float64]
 FADE = 25.0  # harmonics above this fade out: noise times k^2 rules there
 
 
-def contact_force(measurement: Measurement, frame_damping_ratio: float = 0.0) -> FloatArray:
+def contact_force(
+    measurement: Measurement, frame_damping_ratio: float = 0.0, *, found: Problem | None = None, lag: float = 0.0
+) -> FloatArray:
     """Force of the contact on the mass over the measured cycle: what the equation of motion leaves for it.
 
     ``n = y - x - 2 zeta_f r (x' - y') - r^2 x''`` of the mean cycle without its noise.
@@ -25,14 +27,19 @@ def contact_force(measurement: Measurement, frame_damping_ratio: float = 0.0) ->
         With a frequency ratio.
     frame_damping_ratio : float
         Of the frame's own dashpot.
+    found : Problem, optional
+        Whose frequency ratio and base motion are taken in place of the measured ones: a rig as a fit has found it.
+    lag : float
+        By which the mass is seen early, rad of the drive.
 
     Returns
     -------
     ndarray of shape (p,)
         Over k Y, at the phases of ``measurement.cycle.tau``; positive against a motion in the positive direction.
     """
-    cycle, r = measurement.cycle, measurement.frequency_ratio or math.nan
-    mass, base = np.fft.rfft(cycle.mass_smooth), np.fft.rfft(cycle.base)
+    cycle, r = measurement.cycle, (found.r if found else measurement.frequency_ratio) or math.nan
+    moved = found.base.at(cycle.tau + lag) if found else cycle.base
+    mass, base = np.fft.rfft(cycle.mass_smooth), np.fft.rfft(moved)
     k = np.arange(len(mass))
     fade = np.exp(-((k / FADE) ** 2))
     dashpot = 2.0j * frame_damping_ratio * r * k
@@ -45,7 +52,8 @@ class ContactForce:
     """The contact's force over one cycle: recovered from the motion, and as the identified law has it.
 
     Arrays (p,) on the phases of the mean cycle: ``displacement`` x/Y about its mean, ``velocity`` over omega Y,
-    ``force`` over k Y as recovered; ``law_displacement``, ``law_velocity``, ``law_force``: the same of the law, None
+    ``force`` over k Y as recovered, with lag, natural frequency and base motion as the fit has found them;
+    ``law_displacement``, ``law_velocity``, ``law_force``: the same of the law, None
     without a prediction; ``residual`` x/Y: measured minus predicted; ``floor``: what noise alone leaves of it, rms,
     Y. ``law``: its name; ``laws``: the ladder's rungs, name -> (parameters, nrmse, logarithm of the evidence).
     """
@@ -97,7 +105,7 @@ def contact_of(
         tau=cycle.tau,
         displacement=cycle.mass_smooth,
         velocity=cycle.mass_velocity,
-        force=contact_force(measurement, state.problem.frame_damping_ratio),
+        force=contact_force(measurement, state.problem.frame_damping_ratio, found=state.problem, lag=lag),
         law_displacement=None if x is None else x - x.mean(),
         law_velocity=v,
         law_force=None if orbit is None else orbit.force(cycle.tau + lag),
