@@ -22,6 +22,7 @@ from frictionlab.identification.fit import (
     unfitted,
 )
 from frictionlab.identification.forward import Forward
+from frictionlab.identification.loop import loop_friction_ratio
 from frictionlab.identification.observed import EXPLAINED, Observed, observe_cycle
 from frictionlab.identification.valleys import start_at, starts_of
 from frictionlab.simulator.engine import choose
@@ -118,7 +119,8 @@ def identify(measurement: Measurement, family: Family, sources: Sources) -> Iden
     found = released(held[0], forward) if as_it_is else fits[0]
     errors = errors_as_known(found, held[0], fits[0]) if as_it_is else errors_of(found)
     richer = _under_a_richer_law(measurement, sources, found)
-    told = with_errors(family, found, rivals=_rivals(fits), richer=richer, errors=errors)
+    energy = _by_energy(measurement, found) if richer is None else None
+    told = with_errors(family, found, rivals=_rivals(fits), richer=richer, energy=energy, errors=errors)
     return replace(told, moved=fits[0] if as_it_is else None)
 
 
@@ -143,6 +145,17 @@ def _under_a_richer_law(measurement: Measurement, sources: Sources, found: Fit) 
     except AnalysisError:
         return None  # no steady state near under that law: it tells nothing
     return other.values["beta"] if other.nrmse < 0.7 * found.nrmse else None
+
+
+def _by_energy(measurement: Measurement, found: Fit) -> float | None:
+    """The friction ratio by the energy of the loop alone, where a law that takes in energy by friction misses.
+
+    At an edge of the law (the mass would stick) a fit looks certain however wrong it is: energy over path has no edge.
+    """
+    law = found.forward.family.law
+    if found.nrmse <= EXPLAINED * found.observed.floor or law.kind != "rigid" or law.has("speed"):
+        return None
+    return loop_friction_ratio(measurement, found.forward.family.wall) if "beta" in found.values else None
 
 
 def _by_cost(fits: list[Fit]) -> list[Fit]:
@@ -201,11 +214,13 @@ def with_errors(
     *,
     rivals: tuple[float, ...] = (),
     richer: float | None = None,
+    energy: float | None = None,
     errors: Errors | None = None,
 ) -> Identified:
     """Return a fit with the errors, limits and caveats of its values; its errors are found unless they are given.
 
-    ``rivals``: friction ratios that fit nearly as well; ``richer``: what a richer law would say, where this one misses.
+    ``rivals``: friction ratios that fit nearly as well; ``richer``: what a richer law would say, where this one misses;
+    ``energy``: what the energy of the loop says then, where no richer law is better.
     """
     errors = errors_of(found) if errors is None else errors
     parameters, known = {}, {}
@@ -218,9 +233,10 @@ def with_errors(
             known[c.name] = (value, spread, c.width)
     values = found.forward.family.problem(found.law_values).parameters
     own = {p.name: parameters.get(p.name, ParameterEstimate(values[p.name])) for p in family.law.parameters}
-    own["beta"] = _with_law(_widened(own["beta"], rivals), richer)
-    by_law = {} if richer is None else {"the law itself": abs(richer - own["beta"].value)}
-    said = (*_caveats(own, rivals, richer), *_pressed(found, family), *_bounded(own))
+    other = energy if richer is None else richer
+    own["beta"] = _with_law(_widened(own["beta"], rivals), other)
+    by_law = {} if other is None else {"the law itself": abs(other - own["beta"].value)}
+    said = (*_by_loop(own["beta"], energy), *_caveats(own, rivals, richer), *_pressed(found, family), *_bounded(own))
     return Identified(family, found, errors, own, known, shares(found, errors) | by_law, said)
 
 
@@ -279,6 +295,14 @@ def _with_law(estimate: ParameterEstimate, richer: float | None) -> ParameterEst
         lower=max(0.0, estimate.value - reach * u),
         upper=estimate.value + reach * u,
     )
+
+
+def _by_loop(beta: ParameterEstimate, energy: float | None) -> tuple[str, ...]:
+    """Say what the energy says where a law misses."""
+    if energy is None or abs(energy / beta.value - 1.0) < 0.01:
+        return ()
+    said = f"{beta.value:.4g} under this law, {energy:.4g} by the energy of the loop over its path"
+    return (f"friction_ratio: {said}; its error holds the difference",)
 
 
 def _caveats(
