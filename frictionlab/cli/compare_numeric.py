@@ -78,7 +78,10 @@ def compare_numeric(
     ] = False,
     fit: Annotated[
         Literal["cycle", "whole"],
-        typer.Option("--fit", help="What the law is fitted to: the mean steady cycle, or the whole record."),
+        typer.Option(
+            "--fit",
+            help="What the law is fitted to: the mean steady cycle, or the whole record (a sweep has no cycle).",
+        ),
     ] = "cycle",
     solver: Annotated[
         Literal["auto", "closed-form", "exact", "numeric", "thesis"] | None,

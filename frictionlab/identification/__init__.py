@@ -6,8 +6,9 @@
     recording   --compare---> the same, and the whole record over its prediction (WholeRecord)
 
 `observed` says what was measured and how sure it is, `coordinates` what is not known, `forward` what two sensors would
-show, `fit` finds the best values; `track`, `record_fit` and `whole` do the same for a whole record. The README of this
-folder tells the method.
+show, `fit` finds the best values; `track`, `record_fit` and `whole` do the same for a whole record, `colour` weighs it,
+`friction_over_time` follows its friction, `unsteady` compares records that have no cycle. The README of this folder
+tells the method.
 """
 
 from frictionlab.identification.compare import AUTO, compare, predict

@@ -55,7 +55,8 @@ def compare(
     whole : bool
         Compare the whole record too, from its first sample, driven by the measured base.
     fit : {"cycle", "whole"}
-        What the law's parameters are fitted to: the mean steady cycle, or the whole record.
+        What the law's parameters are fitted to: the mean steady cycle, or the whole record. A record without a steady
+        cycle (a sweep, a start-up) can only be fitted whole: what is told of a cycle is None then.
 
     Raises
     ------

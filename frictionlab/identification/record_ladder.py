@@ -3,7 +3,8 @@
 What a law leaves of a record hangs together over many samples. So the evidence of a rung counts a record as
 ``n / (autocorrelation time)`` samples of unknown variance, ``- N / 2 log(rms^2)``, beside the volumes of Laplace's
 approximation; two laws are held against each other with the smaller N of both. A rung is climbed if the logarithm of
-its Bayes factor is above 5, and if the sums of squares of single periods fall by more than their own error.
+its Bayes factor is above 5, if the sums of squares of single periods fall by more than their own error, and if one of
+its new parameters lies 3.5 errors from where its term does nothing.
 """
 
 import math
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import AnalysisError, ParameterError, SimulationError, UsageError
+from frictionlab.identification.colour import Whitener
 from frictionlab.identification.coordinates import Coordinate
 from frictionlab.identification.family import Family
 from frictionlab.identification.fit import Fit, log_evidence
@@ -28,22 +30,21 @@ from frictionlab.simulator.laws import law_of
 FloatArray = NDArray[np.float64]
 Unknowns = Callable[[Family], tuple[Coordinate, ...]]
 MOST_RUNGS = 24
+SURE = 3.5  # errors from where a term does nothing: half its square is an evidence of 6
 
 
 @dataclass(frozen=True)
 class RecordRung:
     """One law fitted to a record.
 
-    ``found``: its fit; ``squares`` (c,): mean square of what it leaves of each period, over Y^2; ``effective``: how
-    many samples the residual is worth; ``gain``: its log evidence over the best simpler law tried; ``required``:
-    whether the record requires it; ``seconds``: what it took.
+    ``found``: its fit; ``per_period``: samples of a period; ``gain``: its log evidence over the best simpler law tried;
+    ``required``: whether the record requires it; ``seconds``: what it took.
     """
 
     found: RecordFit
     forward: RecordForward
     nrmse: float
-    squares: FloatArray
-    effective: float
+    per_period: int
     gain: float = 0.0
     required: bool = True
     seconds: float = 0.0
@@ -52,6 +53,11 @@ class RecordRung:
     def law(self) -> str:
         """The law's name."""
         return self.forward.family.law.name
+
+    def weighed_by(self, whitener: Whitener) -> tuple[FloatArray, float]:
+        """Mean square (c,) of what it leaves of each period, filtered, and how many samples that is worth."""
+        left = whitener(self.found.gap - self.found.gap.mean())
+        return _squares(left, self.per_period), len(left) / together(left)
 
     def row(self) -> dict[str, object]:
         """The rung as one object of the ladder."""
@@ -132,12 +138,12 @@ class RecordLadder:
             found,
             forward,
             nrmse=float(np.sqrt(np.mean(gap**2))) / self.track.rms,
-            squares=_squares(gap, self.track.per_period),
-            effective=len(gap) / together(gap - gap.mean()),
+            per_period=self.track.per_period,
             seconds=time.perf_counter() - begin,
         )
         if below is not None:
             rung = _judged(rung, below, self._simpler(rung, below))
+            rung = replace(rung, required=rung.required and _is_sure(rung, below))
         self.rungs.append(rung)
         return rung
 
@@ -150,16 +156,39 @@ class RecordLadder:
 def _judged(rung: RecordRung, below: RecordRung, simpler: list[RecordRung]) -> RecordRung:
     """A rung with its gain over the law below, and whether it is required over all simpler ones."""
     gain = min(evidence_gain(rung, other) for other in simpler)
-    count = min(len(rung.squares), len(below.squares))
-    better = below.squares[:count] - rung.squares[:count]
+    (before, _), (after, _) = (one.weighed_by(below.found.whitener) for one in (below, rung))
+    count = min(len(before), len(after))
+    better = before[:count] - after[:count]
     error = float(better.std(ddof=1)) / math.sqrt(count) if count > 1 else math.inf
     return replace(rung, gain=gain, required=gain > REQUIRED and float(better.mean()) > error)
 
 
+def _is_sure(rung: RecordRung, below: RecordRung) -> bool:
+    """Whether one of the new parameters lies far enough from where its term does nothing.
+
+    Its error holds what the base's noise does to the motion itself: a stop that it moves stands for many samples.
+    """
+    errors, law = errors_of_record(rung.found, rung.forward), rung.forward.family.law
+    known = {c.name for c in below.found.coordinates}
+    for i, c in enumerate(rung.found.coordinates):
+        if not c.law or c.name in known:
+            continue
+        neutral = law.parameter(c.name).neutral
+        if neutral is None or not math.isfinite(neutral):
+            return True  # no value of it does nothing: its evidence alone decides
+        if abs(rung.found.point[i] - c.at(neutral)) > SURE * math.sqrt(errors.combined[i, i]):
+            return True
+    return False
+
+
 def evidence_gain(rung: RecordRung, below: RecordRung) -> float:
-    """Logarithm of the Bayes factor of one law over another on the same record."""
-    effective = min(rung.effective, below.effective)
-    fits = 0.5 * effective * math.log(float(np.mean(below.squares)) / float(np.mean(rung.squares)))
+    """Logarithm of the Bayes factor of one law over another on the same record.
+
+    Both are weighed as the lower one was: where that leaves nothing but noise, by what makes the noise white. Else the
+    base's noise, which shakes the mass for many samples in a row, would pass for a property of the contact.
+    """
+    (before, fewer), (after, fewest) = (one.weighed_by(below.found.whitener) for one in (below, rung))
+    fits = 0.5 * min(fewer, fewest) * math.log(float(np.mean(before)) / float(np.mean(after)))
     return fits + _volume(rung.found) - _volume(below.found)
 
 

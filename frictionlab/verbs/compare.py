@@ -38,7 +38,7 @@ def compare(
         Compare the whole record too, from its first sample, driven by the measured base: `record_nrmse`,
         `record_energy_difference` and ``record``.
     fit : {"cycle", "whole"}
-        What the law's parameters are fitted to.
+        What the law's parameters are fitted to; a record without a steady cycle (a sweep, a start-up) only "whole".
     **settings
         Keys of ``[model]``, ``[analysis]`` and ``[rig]`` that win over the scene's: ``solver="exact"``.
 
