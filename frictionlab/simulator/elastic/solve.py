@@ -14,6 +14,7 @@ from frictionlab.simulator.state import SteadyState, from_numbers
 
 __all__ = ["last", "run", "steady", "steady_from"]
 
+ROOM = 1e5  # phases for which there is room at first; a motion that has more is begun again
 SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
 
 
@@ -66,7 +67,7 @@ def _solved(problem: Problem, cycles: float, start: tuple[float, float] | None) 
     engine = engines.choose(cycles * engines.phases_per_cycle(problem))
     rig, sliders, force = engines.set_up(engine, problem)
     row = engine.buffer((0.0,) * layout.ROW)
-    phases = 64 + int(engines.phases_per_cycle(problem))
+    phases = 64 + int(min(engines.phases_per_cycle(problem), ROOM))
     while True:
         room = engines.make_elastic_room(engine, problem, phases)
         if engine is engines.plain():
@@ -148,7 +149,7 @@ def run(
         _carry(engine, problem, (rig, sliders, force), room, tau0, cycles - keep)
         room.start[:] = room.image[:]
     begun = list(room.start)
-    phases = 64 + int(2 * keep * engines.phases_per_cycle(problem))
+    phases = 64 + int(min(2 * keep * engines.phases_per_cycle(problem), 10 * ROOM))
     while True:
         room = engines.make_elastic_room(engine, problem, phases)
         room.start[:] = engine.buffer(tuple(begun))

@@ -22,6 +22,7 @@ RTOL = 1e-8
 FINEST, COARSEST = 1e-12, 1e-3
 TIGHTEN, TIGHTER = 0.03, 2  # where the two energies differ by more than the tolerance: how much finer, how many times
 CLOSED, SMALLEST = 1e-9, 1e-15  # and what is always good enough, over the energy and over k Y^2
+LOOSE = 1e-6  # over the energy: a closure error above it is said
 MOST = 200_000  # steps of a search for a steady state: some seconds; a run of many cycles may take more
 HINT = 2_000  # steps that plain Python may try where the compiled kernel is a second away
 Floats = NDArray[np.float64]
@@ -215,9 +216,20 @@ def _told(problem: Problem, found: shooting.Orbit, motion: NumericMotion, tally:
         floquet_multiplier=found.multiplier,
         closure_error=abs(put_in - dissipated),
         residual=found.residual,
-        warnings=_warnings(problem, found, stuck=stuck),
+        warnings=(*_warnings(problem, found, stuck=stuck), *_loose(abs(put_in - dissipated), dissipated, stuck=stuck)),
         orbit=motion,
     )
+
+
+def _loose(off: float, energy: float, *, stuck: bool) -> tuple[str, ...]:
+    """Say so where the two energies differ by more than steps of the default tolerance leave."""
+    if stuck or off <= LOOSE * energy:
+        return ()
+    said = (
+        f"Numbers are good to about {off / energy:.0e} only: energies in and out differ so. Friction this weak, or "
+        "that changes within so small a speed, is lost in the tolerance of the steps."
+    )
+    return (said,)
 
 
 def _resting_share(motion: NumericMotion) -> float:
