@@ -219,7 +219,8 @@ def why_none(problem: Problem, row: Any) -> tuple[str, ...]:
         return (said,)
     if code == layout.COSTLY:
         return (_costly(float(row[layout.MISS])),)
-    if code == layout.NOT_FOUND and (problem.mu > 1.0 or problem.parameter("gradient")):
+    alone = problem.mu == 1.0 and not problem.parameter("gradient") and problem.law.kind == "rigid"
+    if code == layout.NOT_FOUND and not alone:
         if problem.law.kind != "rigid":
             return ("the motion from rest was not seen to settle on an orbit; --cycles N tells the last of N cycles.",)
         return (f"within {PATIENCE} cycles the motion has not settled on an orbit of up to {LONGEST} cycles.",)
