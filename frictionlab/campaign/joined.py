@@ -137,11 +137,16 @@ class Joined:
         """What single tests add for valleys that fit as well, or for a law that does not explain them (P,)."""
         best = self.best
         found = np.zeros(int(best.shared.is_law.sum()))
-        for cycle, piece in zip(best.cycles, best.pieces, strict=True):
-            error = 0.0 if cycle.alone is None else _beyond(cycle, best.shared.law, of_rig=of_rig)
+        for i, (cycle, piece) in enumerate(zip(best.cycles, best.pieces, strict=True)):
+            error = self._bent(i) if cycle.alone is None else _beyond(cycle, best.shared.law, of_rig=of_rig)
             if error:
                 found += np.abs(influence(best.solution, piece)[: len(found)]) * error
         return found
+
+    def _bent(self, i: int) -> float:
+        """What the mean cycle of a friction that scatters may be off by: its relative variance from cycle to cycle."""
+        found, k = self.best.fits[i], self.best.places[i].friction
+        return 0.0 if k is None else found.coordinates[k].width * self._noises[i] * found.observed.used
 
     def friction(self, k: int) -> Estimate:
         """Friction ratio of a group, of the test that stands for all."""
