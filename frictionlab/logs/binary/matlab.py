@@ -32,9 +32,8 @@ def read_matlab(path: Path) -> Sheet:
         first = file.read(1024)
     if b"\x89HDF" in first:
         return _read_hdf5(path)
-    if not first.startswith(b"MATLAB 5.0"):
-        return _read_plain(path)
-    check_elements(path, most_bytes(path.stat().st_size))
+    if 0 not in first[:4]:  # no MATLAB 4 file, as SciPy tells it: whatever the words before its version say
+        check_elements(path, most_bytes(path.stat().st_size))
     return _read_plain(path)
 
 
