@@ -28,6 +28,7 @@ FloatArray = NDArray[np.float64]
 WORTH = 1.0  # gain of log evidence by straight lines from which a law is fitted
 MOST = 3  # laws fitted above one
 ASTRAY = 100.0  # log evidence below that of a law which it holds: such a fit has lost its way and tells nothing
+CLEAR = 10.0  # log likelihood of a test left out beyond which more says no more: none outweighs the rest
 SURE = 2.0  # errors by which many tests left out must be predicted better: one or two alone never are
 FOLDS = 5  # parts that tests are left out in
 
@@ -158,6 +159,7 @@ def predicts_better(rung: Rung, simpler: Rung) -> bool:
     before = dict(zip([c.source for c in simpler.joint.cycles], simpler.left_out, strict=True))
     told = zip(rung.joint.cycles, rung.left_out, strict=True)
     gain = np.array([here - before[c.source] for c, here in told if c.source in before])
+    gain = np.clip(gain, -CLEAR, CLEAR)
     sure = min(SURE, 0.5 * math.sqrt(len(gain)))
     return len(gain) > 1 and float(gain.mean()) > sure * float(gain.std(ddof=1)) / math.sqrt(len(gain))
 
