@@ -129,7 +129,7 @@ def _make_drawable(figure: Figure) -> None:
 def _lay_out_once(figure: Figure) -> None:
     """Give every part its place, and keep it: ``savefig`` lays out and draws twice, a third of a figure's time."""
     engine = figure.get_layout_engine()
-    if engine is not None:
+    if engine is not None and figure.axes:  # one without axes has nothing to lay out, and matplotlib warns
         engine.execute(figure)
         figure.set_layout_engine("none")
 
