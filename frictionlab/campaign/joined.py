@@ -1,7 +1,8 @@
 """What tests fitted together say of a material: friction by normal force, the law's parameters, each test's own.
 
 As for a single test, the values are those of the law alone where it leaves no more than noise, and their errors hold
-how far the fit that moves sensors and rig stands from them.
+how far the fit that moves sensors and rig stands from them. Where the values given need sensors or rig far from what is
+known of them, the distance counts as well.
 """
 
 import math
@@ -21,7 +22,7 @@ from frictionlab.campaign.mixed import influence
 from frictionlab.campaign.shared import FRICTION
 from frictionlab.campaign.sharing import CROSSTALK, FREQUENCY, GAIN, LAG
 from frictionlab.estimate import Estimate
-from frictionlab.identification.fit import excess_of
+from frictionlab.identification.fit import PRESSED, excess_of, strained
 from frictionlab.identification.identify import AS_KNOWN, CORRECTED, SURE, TOLD
 from frictionlab.simulator.laws import Law
 
@@ -81,6 +82,14 @@ class Joined:
         return noise and self.held.cost - self.moved.cost < limit
 
     @property
+    def is_strained(self) -> bool:
+        """Whether the values given need sensors or rig, which all tests share, far from what is known of them."""
+        if len(self.moved.fits) == 1:
+            return bool(strained(self.moved.fits[0]))
+        told = zip(self.moved.shared.coordinates, self.moved.solution.point.tolist(), strict=True)
+        return any(abs(far) > PRESSED for c, far in told if not c.law)
+
+    @property
     def best(self) -> Joint:
         """The fit whose values are given."""
         return self.held if self.is_held else self.moved
@@ -117,10 +126,11 @@ class Joined:
 
     @cached_property
     def apart(self) -> FloatArray:
-        """How far (P,) the values given stand from those of the fit that moves sensors and rig."""
+        """How far (P,) the fit that holds sensors and rig is from the one that moves them, where that counts."""
         law = self.moved.shared.is_law
         moved = self.moved.solution.point[law]
-        return np.asarray(self.held.solution.point - moved if self.is_held else np.zeros(len(moved)))
+        counts = self.is_held or self.is_strained
+        return np.asarray(self.held.solution.point - moved if counts else np.zeros(len(moved)))
 
     def shares(self, k: int) -> dict[str, float]:
         """Relative shift of the friction ratio of a group by one standard uncertainty of what tests share."""
@@ -131,7 +141,7 @@ class Joined:
             shifts = [float(left[names.index(name)]) for name in members if name in names]
             sign = math.copysign(1.0, shifts[0]) if shifts else 1.0
             found[source] = sign * width * math.hypot(*shifts)
-        return found | ({AS_KNOWN: width * float(self.apart[k])} if self.is_held else {})
+        return found | ({AS_KNOWN: apart} if (apart := width * float(self.apart[k])) else {})
 
     def _extra(self, *, of_rig: bool) -> FloatArray:
         """What single tests add for valleys that fit as well, or for a law that does not explain them (P,)."""

@@ -24,6 +24,7 @@ FloatArray = NDArray[np.float64]
 FAR = 1e3  # residual of values that have no steady state, over the measured cycle
 ROUNDS = 3  # of weighing down what the law cannot explain
 MOST_STEPS = 60
+PRESSED = 3.0  # deviations from what is known of sensors and rig at which a nuisance is told
 STEPS_NOT_RIGID = 15  # of laws that cost more a state, and whose misfit is rough: stiff contacts ring
 
 
@@ -154,6 +155,12 @@ def misfit_is_noise(found: Fit) -> bool:
     """Whether what a fit leaves is no more than noise would leave, at the 1 % level of chi-square."""
     points = len(found.residual)
     return excess_of(found) <= 2.0 * float(gammaincinv(0.5 * points, 0.99)) / points
+
+
+def strained(found: Fit) -> list[tuple[Coordinate, float]]:
+    """Return what is known of sensors and rig that a fit had to push far, each with the distance in its deviations."""
+    told = zip(found.coordinates, found.point.tolist(), strict=True)
+    return [(c, far) for c, far in told if not c.law and abs(far) > PRESSED]
 
 
 def _best_start(forward: Forward, observed: Observed, starts: Sequence[FloatArray], excess: float) -> FloatArray:
@@ -293,6 +300,18 @@ def errors_as_known(held: Fit, alone: Fit, moved: Fit) -> Errors:
     combined = of_moved.combined + np.outer(apart, apart)
     np.fill_diagonal(combined, np.maximum(np.diag(combined), statistical**2))
     return Errors(statistical, combined, np.abs(apart))
+
+
+def errors_strained(found: Fit, alone: Fit) -> Errors:
+    """Return how sure values are that need sensors or rig far from what is known of them.
+
+    What was declared of them, or the law, is wrong then, and the data do not say which: how far the values stand from
+    those found with sensors and rig as they are known (`alone`, without them) is added in quadrature.
+    """
+    errors = errors_of(found)
+    apart = np.zeros(len(found.point))
+    apart[: len(alone.point)] = found.point[: len(alone.point)] - alone.point
+    return Errors(errors.statistical, errors.combined + np.outer(apart, apart), np.abs(apart))
 
 
 def _by_noise(found: Fit, gain: FloatArray) -> FloatArray:

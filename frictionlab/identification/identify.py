@@ -16,9 +16,11 @@ from frictionlab.identification.fit import (
     Fit,
     errors_as_known,
     errors_of,
+    errors_strained,
     fit,
     misfit_is_noise,
     released,
+    strained,
     unfitted,
 )
 from frictionlab.identification.forward import Forward
@@ -37,9 +39,8 @@ SURE = 2.0  # ... and it lies so many errors from where its term does nothing
 LEVEL = 0.95  # of a limit
 STATES, WAITED = 150, 20.0  # simulated for one fit, and how much longer each takes where rest's motion is waited for
 ELASTIC_PHASES = 200.0  # of one steady state of an elastic contact of usual stiffness, times r
-AS_KNOWN = "sensors and rig held as known"  # the share of not correcting them
+AS_KNOWN = "sensors and rig as known, or as fitted"  # the share of how far the two fits are from each other
 VAGUE = 0.1  # relative standard error from which a friction ratio is called vague
-PRESSED = 3.0  # deviations from what is known of the rig at which a nuisance is told
 CORRECTED = 9.0  # by which correcting sensors and rig must lower the sum of squares: three errors of one of them
 
 
@@ -117,7 +118,12 @@ def identify(measurement: Measurement, family: Family, sources: Sources) -> Iden
     fits = _by_cost([fit(forward, observed, [start]) for start in starts])
     as_it_is = as_noise and _gained(held[0], fits[0]) < CORRECTED
     found = released(held[0], forward) if as_it_is else fits[0]
-    errors = errors_as_known(found, held[0], fits[0]) if as_it_is else errors_of(found)
+    if as_it_is:
+        errors = errors_as_known(found, held[0], fits[0])
+    elif strained(found):
+        errors = errors_strained(found, held[0])
+    else:
+        errors = errors_of(found)
     richer = _under_a_richer_law(measurement, sources, found)
     energy = _by_energy(measurement, found) if richer is None else None
     told = with_errors(family, found, rivals=_rivals(fits), richer=richer, energy=energy, errors=errors)
@@ -236,7 +242,7 @@ def with_errors(
     other = energy if richer is None else richer
     own["beta"] = _with_law(_widened(own["beta"], rivals), other)
     by_law = {} if other is None else {"the law itself": abs(other - own["beta"].value)}
-    said = (*_by_loop(own["beta"], energy), *_caveats(own, rivals, richer), *_pressed(found, family), *_bounded(own))
+    said = (*_by_loop(own["beta"], energy), *_caveats(own, rivals, richer), *_pressed(found), *_bounded(own))
     return Identified(family, found, errors, own, known, shares(found, errors) | by_law, said)
 
 
@@ -339,18 +345,15 @@ CAUSES = {
 }
 
 
-def _pressed(found: Fit, family: Family) -> tuple[str, ...]:
+def _pressed(found: Fit) -> tuple[str, ...]:
     """Say which known quantity the fit had to push away from what is known of it."""
     said = []
-    for c, at in zip(found.coordinates, found.point, strict=True):
-        moved = c.value(float(at)) - family.held.get(c.name, 0.0)
-        if c.law or abs(moved) <= PRESSED * c.width:
-            continue
+    for c, far in strained(found):
         count, unit = c.unit
         against = "what is assumed where none is declared: measure it and declare it"
         if math.isinf(c.tail):
             against = "its standard uncertainty: check it"
-        moved_by = f"{count * moved:.2g}{unit}, which is {abs(moved) / c.width:.2g} times {against}"
+        moved_by = f"{count * c.width * far:.2g}{unit}, which is {abs(far):.2g} times {against}"
         said.append(f"friction_ratio: the fit moved {CAUSES[c.name]} by {moved_by}")
     return tuple(dict.fromkeys(said))
 
