@@ -60,8 +60,9 @@ def plan(
     Two laws: frictionlab plan --scene my_rig.toml --law coulomb+place --against coulomb+speed --hours 2
     """
     from frictionlab.planning import waiting
-    from frictionlab.verbs.plan import plan
+    from frictionlab.verbs.plan import check_sheet, plan
 
+    check_sheet(output, measured or (), force=force)
     plot = figure_file(plot, "plan", force=force, inputs=measured or ())
     known = scene_of(scene, quiet=quiet)
     if not quiet and (time := waiting(known, law, against)) is not None:

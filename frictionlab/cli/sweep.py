@@ -107,7 +107,7 @@ def _follow(grid: "Grid", steps: "Generator[Step]", output: Path, *, as_json: bo
         _leave(steps, f"stopped: {done} of {len(grid)} points are saved beside {output}")
         raise typer.Exit(STOPPED) from None
     except LostOutputError:
-        _leave(steps, f"standard output takes no more: {done} of {len(grid)} points are saved beside {output}")
+        _leave(steps, f"note: standard output takes no more: {done} of {len(grid)} points are saved beside {output}")
         raise
     return outcomes
 

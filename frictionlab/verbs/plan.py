@@ -62,8 +62,7 @@ def plan(
     """
     known = scene_given(scene, settings, TABLES)
     inputs = [Path(path) for path in measured]
-    if sheet is not None:
-        _check_sheet(Path(sheet), inputs, force=force)
+    check_sheet(sheet, inputs, force=force)
     rows = [row for path in inputs for row in read_rows(Path(path))]
     found = plan_tests(
         known, law=law, against=against, tests=tests, hours=hours, aim=aim, measured=rows, everything=everything
@@ -73,8 +72,10 @@ def plan(
     return found
 
 
-def _check_sheet(sheet: Path, inputs: Sequence[Path], *, force: bool) -> None:
+def check_sheet(sheet: FilePath | None, inputs: Sequence[Path], *, force: bool) -> None:
     """Refuse a sheet that could not be written, or that stands there: the laboratory may have filled it in."""
-    check_output(sheet, force=force, inputs=inputs)
-    if sheet.exists() and not force:
+    if sheet is None:
+        return
+    check_output(Path(sheet), force=force, inputs=inputs)
+    if Path(sheet).exists() and not force:
         raise UsageError(f"{sheet}: exists, and may hold what was filled in: choose another output, or give --force")

@@ -2,7 +2,7 @@
 
 Run: ``python -m tests.benchmarks.plan_against_grid [REPEATS]``; the result goes to results/plan_against_grid.txt. Each
 repeat is a laboratory of its own: its friction, rig, lag and noise, friction that scatters from cycle to cycle and from
-test to test. Estimates of several tests are averaged by the uncertainties that they should have.
+test to test. The tests of a laboratory are fitted together, as `frictionlab campaign` does.
 """
 
 import math
@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.campaign import cycle_of
+from frictionlab.campaign.joined import Joined, join
 from frictionlab.errors import FrictionlabError
-from frictionlab.identification import predict
 from frictionlab.identification.family import family_of
 from frictionlab.identification.fit import fit, log_evidence
 from frictionlab.identification.identify import forward_of
@@ -31,6 +32,7 @@ from frictionlab.recording import Recording
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem
 from frictionlab.simulator.engine import compiled
+from frictionlab.simulator.laws import law_of
 from frictionlab.uncertainty import sources_of
 from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded
 
@@ -133,42 +135,50 @@ def _middle(values: Sequence[float]) -> float:
 
 
 def achieved(what: Scene, law: str, points: list[Point], repeats: int) -> dict[str, float]:
-    """Root mean square error of each parameter over laboratories, of estimates averaged over a set of tests."""
-    alone = {point: promised(what, law, [point]) for point in set(points)}
-    misses: list[dict[str, float]] = []
+    """Root mean square error of each parameter over laboratories, each of which fits its tests together."""
+    misses = []
     for seed in range(repeats):
         generator = np.random.default_rng([23, seed])
         coefficient = COEFFICIENT * (1.0 + 0.02 * generator.standard_normal())
         off = _off(what, generator)
-        sums: dict[str, list[tuple[float, float]]] = {}
-        for point in points:
-            own = coefficient * (1.0 + REPEATABILITY * generator.standard_normal())
-            found = _estimates(what, law, truth(law, point, own, VALUES), generator, off)
-            for name, value in found.items():
-                right = truth(law, point, coefficient, VALUES).parameters[name]
-                scale = right if name == "beta" else 1.0
-                sums.setdefault(name, []).append(((value - right) / scale, alone[point][name]))
-        misses.append({name: _weighed(pairs) for name, pairs in sums.items()})
+        misses.append(_misses(joined_of(what, law, points, coefficient, generator, off), coefficient))
     return {name: float(np.sqrt(np.mean([miss[name] ** 2 for miss in misses]))) for name in misses[0]}
 
 
-def _weighed(pairs: list[tuple[float, float]]) -> float:
-    misses, errors = np.array(pairs).T
-    return float(np.average(misses, weights=1.0 / errors**2))
+def joined_of(
+    what: Scene,
+    law: str,
+    points: list[Point],
+    coefficient: float,
+    generator: np.random.Generator,
+    off: tuple[float, float],
+) -> Joined:
+    """The tests of one laboratory, as a campaign fits them together."""
+    cycles = []
+    for i, point in enumerate(points):
+        own = coefficient * (1.0 + REPEATABILITY * generator.standard_normal())
+        seen = _seen(what, truth(law, point, own, VALUES), generator, off)
+        cycles.append(cycle_of(f"{i}", ("contact", point[1]), measure(seen, what), what, law=law))
+    starts = {("contact", force): coefficient * force / (STIFFNESS * BASE_M) for _, force in points}
+    return join(cycles, law_of(law), {}, starts)
+
+
+def _misses(found: Joined, coefficient: float) -> dict[str, float]:
+    """How far each parameter is from the truth; the coefficient by all forces, as they are known, relative."""
+    own = {told.name: (told.value.value or 0.0) - VALUES[told.name] for told in found.parameters()}
+    relative, weights = [], []
+    for k, (_, force) in enumerate(found.best.shared.groups):
+        ratio = found.friction(k)
+        value, u = ratio.value or math.nan, ratio.u or math.nan
+        relative.append(value * STIFFNESS * BASE_M / (coefficient * force) - 1.0)
+        weights.append((value / u) ** 2)
+    return {"beta": float(np.average(relative, weights=weights)), **own}
 
 
 def _off(what: Scene, generator: np.random.Generator) -> tuple[float, float]:
     """How far this laboratory's natural frequency (a factor) and lag (s) are from what it declares of them."""
     detuned, late = generator.standard_normal(2) * (what.rig.natural_frequency_hz_u or 0.0, what.sensors.lag_s_u or 0.0)
     return 1.0 + detuned / NATURAL_HZ, late
-
-
-def _estimates(
-    what: Scene, law: str, problem: Problem, generator: np.random.Generator, off: tuple[float, float]
-) -> dict[str, float]:
-    seen = _seen(what, problem, generator, off)
-    found = predict(measure(seen, what), what, law=law)
-    return {name: float(str(told["value"])) for name, told in found.parameters.items() if told["se"] is not None}
 
 
 def _seen(
