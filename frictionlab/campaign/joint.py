@@ -20,9 +20,9 @@ from frictionlab.campaign.mixed import Mixed, Piece, Solution, Spread, spread_of
 from frictionlab.campaign.shared import FRICTION, Place, Shared, shared_by
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import STRONGEST, Coordinate, holds, strains
+from frictionlab.identification.engines import STATES, prepare
 from frictionlab.identification.fit import Fit, excess_of, noise_of
 from frictionlab.identification.forward import Forward
-from frictionlab.identification.identify import STATES, prepare
 from frictionlab.simulator.laws import Law
 
 FloatArray = NDArray[np.float64]

@@ -323,7 +323,7 @@ def _required_untold(found: Identified) -> list[str]:
 def _next_step(found: Identified, ladder: Ladder | None) -> str:
     """What may explain a cycle that a law does not."""
     if ladder is not None:
-        return "no law that --law auto tries explains it"
+        return "no law that --law auto tried explains it"
     if "beta" in found.family.held:
         beta = found.family.held["beta"]
         return f"the friction ratio is held at {beta:g}: leave out --beta, and beta of [model.parameters], to fit it"

@@ -1,7 +1,7 @@
 """What two sensors would show of a simulated cycle: harmonics of x over Y, and how they change with the unknowns."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -12,6 +12,7 @@ from frictionlab.identification.coordinates import Coordinate, values_of
 from frictionlab.identification.family import Family
 from frictionlab.identification.observed import harmonics_of, parts
 from frictionlab.simulator import Problem, SteadyState, steady_state
+from frictionlab.simulator.meter import Meter
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -26,12 +27,14 @@ SIMULATED = ("natural_frequency", "frame_damping_ratio", "second_cosine", "secon
 class Forward:
     """Unknowns -> harmonics of the cycle that would be measured.
 
-    ``count``: harmonics; `lines` are complex amplitudes of harmonics 1 to count, over Y.
+    ``count``: harmonics; `lines` are complex amplitudes of harmonics 1 to count, over Y. ``meter``: what steady states
+    may still cost, where that is bounded: beyond it they raise OverspentError.
     """
 
     family: Family
     coordinates: tuple[Coordinate, ...]
     count: int
+    meter: Meter | None = field(default=None, compare=False)
 
     def state(self, values: Mapping[str, float], near: SteadyState | None = None) -> SteadyState | None:
         """The steady state at some values; None where the simulator has none.
@@ -43,8 +46,10 @@ class Forward:
         try:
             problem = self.family.problem(own, detuning=values.get("natural_frequency", 0.0), second=second)
             if near is not None:
-                return _steady_near(problem, near)
-            return _remembered(problem) if self.is_integrated else steady_state(problem)
+                return _integrated(problem, near, self.meter)
+            if self.is_integrated:
+                return _remembered(problem, self.meter)
+            return _elastic(problem, self.meter) if self.family.law.kind == "elastic" else steady_state(problem)
         except SimulationError:
             return None  # no motion to compare with: these values are no candidate
 
@@ -124,17 +129,27 @@ class Forward:
         return np.zeros_like(here)
 
 
-def _steady_near(problem: Problem, near: SteadyState) -> SteadyState:
-    """The steady state of an integrated law, sought from one close by."""
+def _integrated(problem: Problem, near: SteadyState | None, meter: Meter | None) -> SteadyState:
+    """The steady state of an integrated law, sought from one close by if there is one."""
     from frictionlab.simulator import numeric  # noqa: PLC0415 - 10 ms, for such laws alone
 
-    return numeric.steady(problem, near=near)
+    return numeric.steady(problem, near=near, meter=meter)
+
+
+def _elastic(problem: Problem, meter: Meter | None) -> SteadyState:
+    """The steady state of an elastic contact."""
+    from frictionlab.simulator import elastic  # noqa: PLC0415 - 20 ms, for such laws alone
+
+    return elastic.steady(problem, meter=meter)
 
 
 @lru_cache(maxsize=2)
-def _remembered(problem: Problem) -> SteadyState:
-    """The steady state of a problem: slopes are asked for where residuals have just been."""
-    return steady_state(problem)
+def _remembered(problem: Problem, meter: Meter | None) -> SteadyState:
+    """The steady state of a problem: slopes are asked for where residuals have just been.
+
+    Each meter has its own: what one search remembers costs another as much as ever.
+    """
+    return _integrated(problem, None, meter)
 
 
 def bend(lines: ComplexArray, power: int) -> ComplexArray:

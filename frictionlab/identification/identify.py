@@ -10,6 +10,7 @@ from scipy.special import ndtr, ndtri
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, of_sensors, second_harmonic
+from frictionlab.identification.engines import STATES, prepare
 from frictionlab.identification.family import Family
 from frictionlab.identification.fit import (
     Errors,
@@ -27,8 +28,8 @@ from frictionlab.identification.forward import Forward
 from frictionlab.identification.loop import loop_friction_ratio
 from frictionlab.identification.observed import EXPLAINED, Observed, observe_cycle
 from frictionlab.identification.valleys import start_at, starts_of
-from frictionlab.simulator.engine import choose
 from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.meter import Meter
 from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
@@ -37,8 +38,6 @@ RICHER = ("place", "speed")  # what a law that leaves a misfit is held against
 TOLD = 0.5  # a parameter is told if its variance has fallen below this share of its prior's ...
 SURE = 2.0  # ... and it lies so many errors from where its term does nothing
 LEVEL = 0.95  # of a limit
-STATES, WAITED = 150, 20.0  # simulated for one fit, and how much longer each takes where rest's motion is waited for
-ELASTIC_PHASES = 200.0  # of one steady state of an elastic contact of usual stiffness, times r
 AS_KNOWN = "sensors and rig as known, or as fitted"  # the share of how far the two fits are from each other
 VAGUE = 0.1  # relative standard error from which a friction ratio is called vague
 CORRECTED = 9.0  # by which correcting sensors and rig must lower the sum of squares: three errors of one of them
@@ -88,12 +87,14 @@ def coordinates_of(family: Family, measurement: Measurement, sources: Sources) -
     return (*own, *nuisances(family, sources, turn=turn, second=second, gain=gain), *shown)
 
 
-def forward_of(family: Family, measurement: Measurement, sources: Sources, observed: Observed) -> Forward:
+def forward_of(
+    family: Family, measurement: Measurement, sources: Sources, observed: Observed, meter: Meter | None = None
+) -> Forward:
     """What turns the unknowns of one test into the cycle that would be measured."""
-    return Forward(family, coordinates_of(family, measurement, sources), observed.harmonics)
+    return Forward(family, coordinates_of(family, measurement, sources), observed.harmonics, meter)
 
 
-def identify(measurement: Measurement, family: Family, sources: Sources) -> Identified:
+def identify(measurement: Measurement, family: Family, sources: Sources, meter: Meter | None = None) -> Identified:
     """Return the best values of a law for a measured cycle, each with its errors.
 
     Sensors and rig are fitted beside the law, each held by what is known of it. Where the law alone leaves no more than
@@ -104,10 +105,12 @@ def identify(measurement: Measurement, family: Family, sources: Sources) -> Iden
     ------
     AnalysisError
         The mass stands still, the loop takes in no energy, or no value tried has a steady state.
+    OverspentError
+        Nothing is left on the meter.
     """
     prepare(family, STATES)
     observed = observe_cycle(measurement)
-    forward = forward_of(family, measurement, sources, observed)
+    forward = forward_of(family, measurement, sources, observed, meter)
     starts = starts_of(measurement, forward, observed)
     plain = replace(forward, coordinates=tuple(c for c in forward.coordinates if c.law))
     held = _by_cost([fit(plain, observed, [start[: len(plain.coordinates)]]) for start in starts])
@@ -168,20 +171,6 @@ def _by_cost(fits: list[Fit]) -> list[Fit]:
     """Fits in order of their misfit, weighed alike."""
     excess = min(found.excess for found in fits)
     return sorted(fits, key=lambda found: found.chi_square / excess + found.strain)
-
-
-def prepare(family: Family, states: int) -> None:
-    """Load the compiled simulator if so many steady states are worth it; it changes nothing but their time."""
-    waits = WAITED if family.law.has("breakaway") else 1.0
-    choose(states * waits * (10.0 + 4.0 / family.r))
-    if family.law.kind == "elastic":
-        from frictionlab.simulator.elastic import engine as elastic_engine  # noqa: PLC0415 - 20 ms, for such laws alone
-
-        elastic_engine.choose(states * ELASTIC_PHASES / family.r)
-    elif family.law.kind != "rigid" and states >= STATES:
-        from frictionlab.simulator.numeric import machine  # noqa: PLC0415 - as above
-
-        machine.compiled()  # in plain Python a state of these takes a quarter of a second
 
 
 def as_known(measurement: Measurement, family: Family, sources: Sources) -> Identified:

@@ -17,21 +17,20 @@ from numpy.typing import NDArray
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError, ParameterError, SimulationError, UsageError
 from frictionlab.identification.coordinates import Coordinate, strains
+from frictionlab.identification.engines import STATES, prepare, warm
 from frictionlab.identification.family import Family
 from frictionlab.identification.fit import Fit, fit, log_evidence, misfit_is_noise
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.identify import (
-    STATES,
     Identified,
-    coordinates_of,
     forward_of,
     identify,
-    prepare,
     with_errors,
 )
 from frictionlab.identification.observed import Observed, observe_cycle
 from frictionlab.identification.valleys import start_at, starts_of
 from frictionlab.simulator.laws import TERMS, Law, law_of
+from frictionlab.simulator.meter import Meter, OverspentError
 from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
@@ -39,6 +38,9 @@ EXACT = ("place", "speed", "breakaway", "compliance")
 CHEAP = EXACT[:3]  # a rigid contact: some ten microseconds a steady state
 NUMERIC = ("logarithm", "stribeck", "dahl", "bouc-wen")  # milliseconds a steady state ...
 DEAR = ("lugre", "rate-state")  # ... and up to a second
+WORK = 1.4e6  # steps of integration of all laws tried: some fifteen seconds ...
+RESERVE = 3e5  # ... and of the values of the one that is required, found once more from all friction ratios
+SPENT = "the ladder had used up its {steps:,.0f} steps of simulation; give --law {name} to fit it alone"
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 FEW_CYCLES = 15  # below so many they are left out in two halves, else in five parts
 HOPELESS = 4.0  # chi-square over the best rung's from which no other start of a law that costs much is followed
@@ -76,7 +78,7 @@ class Rung:
 class Ladder:
     """All laws fitted, in the order climbed.
 
-    ``chosen``: the one that the recording requires; ``left_out``: law -> why it could not be fitted.
+    ``chosen``: the one that the recording requires; ``left_out``: law -> why it was not fitted, or not to the end.
     """
 
     rungs: tuple[Rung, ...]
@@ -87,6 +89,8 @@ class Ladder:
 def climb(measurement: Measurement, family: Family, sources: Sources) -> Ladder:
     """Return the ladder of a recording: exact laws first, numeric ones where none of those explains the cycle.
 
+    Steady states that are integrated, or elastic, may cost `WORK` steps in all: the same laws are tried anywhere.
+
     Raises
     ------
     AnalysisError
@@ -94,11 +98,13 @@ def climb(measurement: Measurement, family: Family, sources: Sources) -> Ladder:
     """
     ladder = _Climb(measurement, family, sources)
     prepare(family, 10 * STATES)
+    warm(family.law)
     bottom = ladder.bottom()
     top = ladder.upward(bottom, EXACT)
     if not misfit_is_noise(top.identified.fit):
         top = ladder.onto_numeric(bottom, top)
-    top = replace(top, identified=identify(measurement, family.under(top.law), sources))
+    top = ladder.found_again(top)
+    ladder.meter.left = math.inf  # what is asked of these fits later is not the ladder's
     rungs = tuple(top if rung.law.name == top.law.name else rung for rung in ladder.rungs)
     return Ladder(rungs, top, ladder.left_out)
 
@@ -110,6 +116,7 @@ class _Climb:
         self.measurement, self.family, self.sources = measurement, family, sources
         self.rungs: list[Rung] = []
         self.left_out: dict[str, str] = {}
+        self.meter = Meter(WORK)
 
     def bottom(self) -> Rung:
         """Plain Coulomb friction, which every recording begins with."""
@@ -148,7 +155,8 @@ class _Climb:
         alone = self._required(bottom, DEAR, 1)
         worth = tuple(name for name in DEAR if any(rung.law.has(name) for rung in alone))
         spared = tuple(name for name in DEAR if name not in worth)
-        self._spare(top, spared, "alone it predicts no better than plain Coulomb friction")
+        if not self.meter.is_spent:
+            self._spare(top, spared, "alone it predicts no better than plain Coulomb friction")
         return [*alone, *self._required(top, worth, 1)]
 
     def _spare(self, below: Rung, terms: tuple[str, ...], why: str) -> None:
@@ -165,22 +173,27 @@ class _Climb:
         """The rung of a law fitted from the one below; None where it has been tried, or cannot be fitted."""
         if name in self.left_out or any(rung.law.name == name for rung in self.rungs):
             return None
+        law, spent = law_of(name), SPENT.format(steps=WORK, name=name)
+        if self.meter.is_spent and law.kind != "rigid":
+            self.left_out[name] = f"not tried: {spent}"
+            return None
+        prepare(self.family.under(law), STATES)
+        warm(law)
         begin = time.perf_counter()
         try:
-            found = self._fitted(below, law_of(name))
-            return self.rung(found, begin, below)
+            return self.rung(self._fitted(below, law), begin, below)
+        except OverspentError:
+            self.left_out[name] = f"not fitted to the end: {spent}"
+            return None
         except (AnalysisError, SimulationError, UsageError, np.linalg.LinAlgError) as fault:
             self.left_out[name] = f"not compared: {fault}"
             return None
 
     def _fitted(self, below: Rung, law: Law) -> Fit:
         family = self.family.under(law)
-        forward = Forward(
-            family, coordinates_of(family, self.measurement, self.sources), below_observed(below).harmonics
-        )
+        forward = forward_of(family, self.measurement, self.sources, below_observed(below), self.meter)
         known = below.identified.fit.values
         new = [c for c in forward.coordinates if c.law and c.name not in known]
-        prepare(family, STATES)
         starts = [start_at(forward, known | values) for values in trial_values(new)]
         if any(c.name == "stiffness_ratio" for c in new):
             guessed = _shifted(new, 0.0) | below.identified.fit.law_values
@@ -198,8 +211,26 @@ class _Climb:
         for start in starts[1:]:
             if forward.family.law.kind != "rigid" and found.chi_square > enough:
                 break
-            found = min(found, fit(forward, observed, [start], excess=1.0), key=lambda f: f.cost)
+            try:
+                found = min(found, fit(forward, observed, [start], excess=1.0), key=lambda f: f.cost)
+            except OverspentError:
+                name = forward.family.law.name
+                self.left_out[name] = f"not fitted from every start: {SPENT.format(steps=WORK, name=name)}"
+                break
         return found
+
+    def found_again(self, top: Rung) -> Rung:
+        """The required law as it is found when it is given, if what is reserved is enough; else as on the ladder."""
+        self.meter.left = RESERVE
+        try:
+            identified = identify(self.measurement, self.family.under(top.law), self.sources, self.meter)
+        except OverspentError:
+            said = f"{RESERVE:,.0f} steps of simulation; give --law {top.law.name} to search them all"
+            self.left_out[top.law.name] = (
+                f"its values are those near the simpler laws': a search of all takes over {said}"
+            )
+            return top
+        return replace(top, identified=identified)
 
     def _simpler(self, found: Fit, below: Rung) -> float:
         """Best evidence of the laws with fewer terms that were tried: two terms must beat each alone."""

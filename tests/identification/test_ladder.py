@@ -55,6 +55,37 @@ def test_a_law_without_exact_slides_is_found_though_exact_terms_come_near(monkey
     assert spared in found.warnings
 
 
+def test_a_ladder_without_work_left_names_the_laws_that_it_did_not_try(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Work is counted in steps of integration, not in seconds: the same recording gets the same answer anywhere."""
+    monkeypatch.setattr(ladder, "EXACT", ("speed",))
+    monkeypatch.setattr(ladder, "NUMERIC", ("logarithm", "stribeck"))
+    monkeypatch.setattr(ladder, "WORK", 3e3)
+    truth = Problem(0.5, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.4, "stribeck_speed": 0.2})
+    seen = recorded(truth, np.random.default_rng(3), seconds=20.0)
+    found, again = compare(seen, scene(), law="auto"), compare(seen, scene(), law="auto")
+    spent = "the ladder had used up its 3,000 steps of simulation; give --law {0} to fit it alone"
+    assert f"law coulomb+logarithm: not fitted to the end: {spent.format('coulomb+logarithm')}" in found.warnings
+    for law in ("coulomb+stribeck", "coulomb+lugre", "coulomb+rate-state"):
+        assert f"law {law}: not tried: {spent.format(law)}" in found.warnings
+    assert found.verdict == "misfit"
+    assert (again.law, again.parameters, again.warnings) == (found.law, found.parameters, found.warnings)
+
+
+def test_a_required_law_keeps_the_values_of_its_rung_where_finding_them_again_takes_too_much(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(ladder, "EXACT", ("speed",))
+    monkeypatch.setattr(ladder, "NUMERIC", ("stribeck",))
+    monkeypatch.setattr(ladder, "CHEAP", ())
+    monkeypatch.setattr(ladder, "RESERVE", 1e3)
+    truth = Problem(0.5, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.4, "stribeck_speed": 0.2})
+    found = compare(recorded(truth, np.random.default_rng(3), seconds=20.0), scene(), law="auto")
+    assert found.law == "coulomb+stribeck"
+    assert found.friction_ratio == pytest.approx(0.4, rel=0.01)
+    said = "law coulomb+stribeck: its values are those near the simpler laws': a search of all takes over 1,000 steps"
+    assert any(warning.startswith(said) for warning in found.warnings)
+
+
 def test_friction_that_scatters_does_not_hide_a_dashpot_from_the_cycles_left_out() -> None:
     """Beyond resonance the scatter moves a cycle more than the dashpot does: weighed by the noise, it shows."""
     truth = Problem(1.3, 0.3, law="coulomb+speed", parameters={"contact_damping_ratio": 0.02})

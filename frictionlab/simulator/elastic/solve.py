@@ -9,16 +9,18 @@ from frictionlab.simulator.elastic import engine as engines
 from frictionlab.simulator.elastic.layout import CONTACT, PULLED
 from frictionlab.simulator.elastic.motion import ElasticMotion, from_phases
 from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.meter import LOOKS, STATE, Meter
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import SteadyState, from_numbers
 
 __all__ = ["last", "run", "steady", "steady_from"]
 
 ROOM = 1e5  # phases for which there is room at first; a motion that has more is begun again
+UNMETERED = 1e15  # looks at a phase: more than any search takes, and each still counts
 SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
 
 
-def steady(problem: Problem) -> SteadyState:
+def steady(problem: Problem, *, meter: Meter | None = None) -> SteadyState:
     """Return the steady state of a problem whose contact is elastic: ``compliance`` or ``iwan``.
 
     The periodic orbit is solved for by shooting in mass and sliders with exact phases, half a period where the drive's
@@ -28,6 +30,8 @@ def steady(problem: Problem) -> SteadyState:
     ----------
     problem : Problem
         What moves.
+    meter : Meter, optional
+        What a search of many steady states may still spend: this one's looks at its phases are taken from it.
 
     Returns
     -------
@@ -46,7 +50,7 @@ def steady(problem: Problem) -> SteadyState:
     >>> f"{state.energy_per_cycle:.10f}", state.stops_per_cycle
     ('2.1039181422', 2.0)
     """
-    return _solved(problem, 8.0, None)
+    return _solved(problem, 8.0, None, meter)
 
 
 def steady_from(problem: Problem, x0: float, v0: float) -> SteadyState:
@@ -62,7 +66,9 @@ def steady_from(problem: Problem, x0: float, v0: float) -> SteadyState:
     return _solved(problem, 100.0, (x0, v0))
 
 
-def _solved(problem: Problem, cycles: float, start: tuple[float, float] | None) -> SteadyState:
+def _solved(
+    problem: Problem, cycles: float, start: tuple[float, float] | None, meter: Meter | None = None
+) -> SteadyState:
     """Return the steady state, or what a start relative to the wall settles on; about so many cycles of work."""
     engine = engines.choose(cycles * engines.phases_per_cycle(problem))
     rig, sliders, force = engines.set_up(engine, problem)
@@ -72,6 +78,7 @@ def _solved(problem: Problem, cycles: float, start: tuple[float, float] | None) 
         room = engines.make_elastic_room(engine, problem, phases)
         if engine is engines.plain():
             room.meter[0] = engines.hand_over_after()
+        given = room.meter[0] = min(room.meter[0], UNMETERED)
         if start is None:
             engine.kernel.steady_elastic(rig, sliders, force, room, row)
         else:
@@ -87,6 +94,8 @@ def _solved(problem: Problem, cycles: float, start: tuple[float, float] | None) 
         if row[layout.OUTCOME] != layout.OVERFULL:
             break
         phases = count
+    if meter is not None:
+        meter.take(STATE + (given - room.meter[0]) / LOOKS)
     code = int(row[layout.OUTCOME])
     if code == layout.CHATTERED:
         raise _endless(problem, float(row[layout.START]), float(row[layout.START_Z]), float(row[layout.START_V]))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.engine import Engine, as_it_stands, compile_modules, machine_code_folder
 from frictionlab.simulator.laws import bouc_wen, dahl, logarithm, lugre, rate_state, stribeck
+from frictionlab.simulator.meter import Meter
 from frictionlab.simulator.numeric import accounts, contact, layout, phases, step, tableau, travel
 from frictionlab.simulator.problem import Problem
 
@@ -52,7 +53,7 @@ class LostError(SimulationError):
 
 @dataclass(frozen=True)
 class Machine:
-    """A problem in the kernel's form: its functions, numbers and buffers."""
+    """A problem in the kernel's form: its functions, numbers and buffers; ``meter``: where its steps are booked."""
 
     kernel: Any
     buffer: Callable[[tuple[float, ...]], Any]
@@ -61,6 +62,7 @@ class Machine:
     force: Any
     table: Any
     room: Any
+    meter: Meter | None = None
 
     @property
     def size(self) -> int:
@@ -83,8 +85,13 @@ class Machine:
             The steps allowed are used up.
         LostError
             The motion cannot be carried on.
+        OverspentError
+            Nothing is left on the meter.
         """
+        before = self.room[layout.TALLY][layout.STEPS]
         code = self.kernel.carry(self.rig, self.force, self.table, self.room, (tau, span, slopes))
+        if self.meter is not None:
+            self.meter.take(float(self.room[layout.TALLY][layout.STEPS] - before))
         if code == layout.TOO_MANY:
             raise Spent
         problem = self.problem

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError, UsageError
+from frictionlab.simulator.meter import STATE, Meter
 from frictionlab.simulator.numeric import layout, machine, shooting
 from frictionlab.simulator.numeric.machine import Machine, machine_of
 from frictionlab.simulator.numeric.motion import NumericMotion
@@ -29,7 +30,9 @@ Floats = NDArray[np.float64]
 Result = TypeVar("Result")
 
 
-def steady(problem: Problem, *, rtol: float = RTOL, near: SteadyState | None = None) -> SteadyState:
+def steady(
+    problem: Problem, *, rtol: float = RTOL, near: SteadyState | None = None, meter: Meter | None = None
+) -> SteadyState:
     """Return the steady state of a law without exact slides.
 
     Parameters
@@ -42,6 +45,8 @@ def steady(problem: Problem, *, rtol: float = RTOL, near: SteadyState | None = N
     near : SteadyState, optional
         A steady state of this solver of a problem close by: its orbit is where the search starts. Where motions
         coexist, the answer is then the neighbour's branch, not the one that rest settles on.
+    meter : Meter, optional
+        What a search of many steady states may still spend: this one's steps are taken from it.
 
     Raises
     ------
@@ -49,6 +54,8 @@ def steady(problem: Problem, *, rtol: float = RTOL, near: SteadyState | None = N
         The law cannot be integrated with these parameters, or friction turns negative on the way.
     UsageError
         `rtol` is out of its range.
+    OverspentError
+        Nothing is left on the meter.
 
     Examples
     --------
@@ -62,7 +69,7 @@ def steady(problem: Problem, *, rtol: float = RTOL, near: SteadyState | None = N
     if _is_unbounded(problem):
         return SteadyState(problem, "numeric", "unbounded")
     start = near.orbit.state(0.0) if near is not None and isinstance(near.orbit, NumericMotion) else None
-    return _with_means(problem, rtol, lambda means: _steady(problem, means, start), MOST)
+    return _with_means(problem, rtol, lambda means: _steady(problem, means, start), MOST, meter)
 
 
 def steady_from(problem: Problem, x0: float, v0: float) -> SteadyState:
@@ -95,23 +102,33 @@ class _Means:
     fast: bool
     rtol: float
     steps: int
+    meter: Meter | None = None
 
     def machine(self, problem: Problem, rows: int = 0) -> Machine:
         """The problem set up so."""
         rig = machine_of(problem, self.rtol, fast=self.fast, rows=rows)
         rig.room[layout.TALLY][layout.BUDGET] = self.steps
-        return rig
+        return replace(rig, meter=self.meter)
 
 
-def _with_means(problem: Problem, rtol: float, work: Callable[[_Means], Result], most: int = machine.CAP) -> Result:
+def _with_means(
+    problem: Problem,
+    rtol: float,
+    work: Callable[[_Means], Result],
+    most: int = machine.CAP,
+    meter: Meter | None = None,
+) -> Result:
     """Do the work in plain Python while it is short, else with the compiled kernel: the same bits."""
+    if meter is not None:
+        meter.take(STATE)
+        machine.compiled()  # steps that plain Python tries in vain would count twice
     if not machine.compiled.cache_info().currsize:
         try:
             return work(_Means(fast=False, rtol=rtol, steps=HINT if machine.is_ready() else machine.CAP_PLAIN))
         except shooting.Spent:
             machine.compiled()
     try:
-        return work(_Means(fast=True, rtol=rtol, steps=most))
+        return work(_Means(fast=True, rtol=rtol, steps=most, meter=meter))
     except shooting.Spent:
         raise SimulationError(
             f"simulation: law {problem.law.name} at r = {problem.r!r}, parameters {problem.parameters}; expected fewer "

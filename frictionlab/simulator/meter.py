@@ -1,0 +1,47 @@
+"""How much work a search over steady states may still do, in units that do not depend on the machine or its load."""
+
+from frictionlab.errors import FrictionlabError
+
+__all__ = ["Meter", "OverspentError"]
+
+STATE = 100.0  # steps of integration that one steady state costs beside its own
+LOOKS = 60.0  # at an elastic phase that cost as much as a step of integration
+
+
+class OverspentError(FrictionlabError, RuntimeError):
+    """The work that a search may do is used up; no fault of what was asked last."""
+
+
+class Meter:
+    """Work left to a search, in steps of integration (some ten microseconds each, compiled).
+
+    Only steady states that are integrated or elastic are counted: rigid ones cost next to nothing. The same search uses
+    the same work on every machine, so that it ends at the same place.
+
+    Examples
+    --------
+    >>> meter = Meter(1000.0)
+    >>> meter.take(400.0)
+    >>> meter.left
+    600.0
+    """
+
+    def __init__(self, steps: float) -> None:
+        self.left = steps
+
+    def take(self, steps: float) -> None:
+        """Book so many steps.
+
+        Raises
+        ------
+        OverspentError
+            No work is left.
+        """
+        self.left -= steps
+        if self.is_spent:
+            raise OverspentError("the steps of integration allowed are used up")
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether no work is left."""
+        return self.left < 0.0
