@@ -38,9 +38,10 @@ EXACT = ("place", "speed", "breakaway", "compliance")
 CHEAP = EXACT[:3]  # a rigid contact: some ten microseconds a steady state
 NUMERIC = ("logarithm", "stribeck", "dahl", "bouc-wen")  # milliseconds a steady state ...
 DEAR = ("lugre", "rate-state")  # ... and up to a second
-WORK = 1.4e6  # steps of integration of all laws tried: some fifteen seconds ...
+WORK = 1.5e6  # steps of integration of all laws tried: some fifteen seconds, ...
+EXACT_WORK = 5e5  # ... of which elastic contacts may use so many: what they leave is added to the numeric laws' ...
 RESERVE = 3e5  # ... and of the values of the one that is required, found once more from all friction ratios
-SPENT = "the ladder had used up its {steps:,.0f} steps of simulation; give --law {name} to fit it alone"
+SPENT = "the ladder had used up its {steps:,.0f} steps of simulation for such laws; give --law {name} to fit it alone"
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 FEW_CYCLES = 15  # below so many they are left out in two halves, else in five parts
 HOPELESS = 4.0  # chi-square over the best rung's from which no other start of a law that costs much is followed
@@ -116,7 +117,8 @@ class _Climb:
         self.measurement, self.family, self.sources = measurement, family, sources
         self.rungs: list[Rung] = []
         self.left_out: dict[str, str] = {}
-        self.meter = Meter(WORK)
+        self.allowed = EXACT_WORK
+        self.meter = Meter(self.allowed)
 
     def bottom(self) -> Rung:
         """Plain Coulomb friction, which every recording begins with."""
@@ -142,6 +144,7 @@ class _Climb:
 
         Alone too, because some exclude what the exact laws needed in their place.
         """
+        self.allowed = self.meter.left = WORK - EXACT_WORK + max(0.0, self.meter.left)
         good = [rung for below in (bottom, top) for rung in self._required(below, NUMERIC, 1)]
         best = max((top, *good), key=lambda rung: rung.log_evidence)
         if not misfit_is_noise(best.identified.fit):
@@ -173,7 +176,7 @@ class _Climb:
         """The rung of a law fitted from the one below; None where it has been tried, or cannot be fitted."""
         if name in self.left_out or any(rung.law.name == name for rung in self.rungs):
             return None
-        law, spent = law_of(name), SPENT.format(steps=WORK, name=name)
+        law, spent = law_of(name), SPENT.format(steps=self.allowed, name=name)
         if self.meter.is_spent and law.kind != "rigid":
             self.left_out[name] = f"not tried: {spent}"
             return None
@@ -215,7 +218,7 @@ class _Climb:
                 found = min(found, fit(forward, observed, [start], excess=1.0), key=lambda f: f.cost)
             except OverspentError:
                 name = forward.family.law.name
-                self.left_out[name] = f"not fitted from every start: {SPENT.format(steps=WORK, name=name)}"
+                self.left_out[name] = f"not fitted from every start: {SPENT.format(steps=self.allowed, name=name)}"
                 break
         return found
 

@@ -60,10 +60,11 @@ def test_a_ladder_without_work_left_names_the_laws_that_it_did_not_try(monkeypat
     monkeypatch.setattr(ladder, "EXACT", ("speed",))
     monkeypatch.setattr(ladder, "NUMERIC", ("logarithm", "stribeck"))
     monkeypatch.setattr(ladder, "WORK", 3e3)
+    monkeypatch.setattr(ladder, "EXACT_WORK", 1e3)
     truth = Problem(0.5, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.4, "stribeck_speed": 0.2})
     seen = recorded(truth, np.random.default_rng(3), seconds=20.0)
     found, again = compare(seen, scene(), law="auto"), compare(seen, scene(), law="auto")
-    spent = "the ladder had used up its 3,000 steps of simulation; give --law {0} to fit it alone"
+    spent = "the ladder had used up its 3,000 steps of simulation for such laws; give --law {0} to fit it alone"
     assert f"law coulomb+logarithm: not fitted to the end: {spent.format('coulomb+logarithm')}" in found.warnings
     for law in ("coulomb+stribeck", "coulomb+lugre", "coulomb+rate-state"):
         assert f"law {law}: not tried: {spent.format(law)}" in found.warnings
