@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from frictionlab.analysis.measure import measure
+from frictionlab.identification.engines import prepare
 from frictionlab.identification.family import family_of
 from frictionlab.identification.fit import fit, log_evidence
-from frictionlab.identification.identify import forward_of, prepare
+from frictionlab.identification.identify import forward_of
 from frictionlab.identification.observed import observe_cycle
 from frictionlab.identification.valleys import starts_of
 from frictionlab.simulator import Problem
