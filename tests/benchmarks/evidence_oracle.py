@@ -4,8 +4,9 @@ Run: ``python -m tests.benchmarks.evidence_oracle`` (some four minutes of one co
 "test"; the result goes to results/evidence_oracle.txt. Likelihood, priors and nuisances are those of the ladder's
 rungs, of three recordings of 60 s whose law is known. Nested sampling searches the whole prior; points drawn about the
 best values (importance sampling) know only that valley, but tell its integral to a few hundredths where they are worth
-many. Columns: number of unknowns; ln Z by Laplace, by nested sampling with its own error, Laplace's minus that, by points drawn, and how many
-even points these are worth; friction ratio and its deviation by each way; CPU seconds of nested sampling.
+many. Columns: number of unknowns; ln Z by Laplace, by nested sampling with its own error, Laplace's minus that, by
+points drawn, and how many even points these are worth; friction ratio and its deviation by each way; CPU seconds of
+nested sampling.
 """
 
 import sys
