@@ -12,7 +12,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaincinv
 from scipy.stats import chi2
 
 from frictionlab.campaign.cycles import Cycle
@@ -22,8 +21,8 @@ from frictionlab.campaign.mixed import influence
 from frictionlab.campaign.shared import FRICTION
 from frictionlab.campaign.sharing import CROSSTALK, FREQUENCY, GAIN, LAG
 from frictionlab.estimate import Estimate
-from frictionlab.identification.fit import PRESSED, excess_of, strained
-from frictionlab.identification.identify import AS_KNOWN, CORRECTED, SURE, TOLD
+from frictionlab.identification.fit import LEVEL, PRESSED, excess_of, most_of_noise, strained
+from frictionlab.identification.identify import AS_KNOWN, CORRECTED, is_told
 from frictionlab.simulator.laws import Law
 
 FloatArray = NDArray[np.float64]
@@ -35,7 +34,6 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
     "damping of the frame": ("frame_damping_ratio",),
 }
 """What tests share, and the unknowns that stand for it; the first of them gives the sign."""
-LEVEL = 0.01  # of chi-square, beyond which a misfit is no noise
 
 
 @dataclass(frozen=True)
@@ -75,7 +73,7 @@ class Joined:
         points = sum(len(found.residual) for found in self.held.fits)
         unknowns = len(self.held.shared.coordinates) + len(self.held.fits) - len(self.held.shared.groups)
         freedom = max(1, points - unknowns)
-        noise = self.held.chi_square / freedom <= 2.0 * float(gammaincinv(0.5 * points, 1.0 - LEVEL)) / points
+        noise = self.held.chi_square / freedom <= most_of_noise(points)
         nuisances = len(self.moved.shared.coordinates) - len(self.held.shared.coordinates)
         alone = len(self.held.fits) == 1
         limit = CORRECTED if alone else float(chi2.isf(LEVEL, max(nuisances, 1)))
@@ -177,12 +175,9 @@ class Joined:
         return Estimate(c.value(point), *errors)
 
     def _is_told(self, k: int) -> bool:
-        c, point = self.best.shared.coordinates[k], float(self.best.solution.point[k])
-        variance, neutral = float(self.covariance[k, k]), self.best.shared.law.parameter(c.name).neutral
-        far = math.inf
-        if neutral is not None and math.isfinite(neutral) and not c.is_log:
-            far = abs(point - c.at(neutral)) / math.sqrt(variance)
-        return variance < TOLD and far > SURE and point < c.high - 1e-3
+        c, shared = self.best.shared.coordinates[k], self.best.shared
+        point, spread = float(self.best.solution.point[k]), math.sqrt(self.covariance[k, k])
+        return is_told(c, shared.law.parameter(c.name), point, spread)
 
     def tests(self) -> dict[str, TestTold]:
         """What each test says among the others, by its source."""

@@ -13,7 +13,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import log_ndtr
 
 from frictionlab.campaign.cycles import Cycle
 from frictionlab.campaign.mixed import Mixed, Piece, Solution, Spread, spread_of
@@ -21,7 +20,7 @@ from frictionlab.campaign.shared import FRICTION, Place, Shared, shared_by
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import STRONGEST, Coordinate, holds, strains
 from frictionlab.identification.engines import STATES, prepare
-from frictionlab.identification.fit import Fit, excess_of, noise_of
+from frictionlab.identification.fit import Fit, excess_of, half_lines, noise_of
 from frictionlab.identification.forward import Forward
 from frictionlab.simulator.laws import Law
 
@@ -130,21 +129,7 @@ class Joint:
         for found in self.fits:
             total += float(np.log(np.diag(found.observed.whitener)).sum()) - 0.5 * found.chi_square
             total -= 0.5 * len(found.residual) * math.log(2.0 * math.pi)
-        return total + self._folded()
-
-    def _folded(self) -> float:
-        """What the half lines of unknowns with a bound add, as in a single test's evidence."""
-        covariance, total = np.linalg.inv(self.solution.precision), 0.0
-        slope = self.slope
-        for i, c in enumerate(self.shared.coordinates):
-            if not c.folded:
-                continue
-            spread, peak = math.sqrt(covariance[i, i]), float(self.solution.point[i] - c.low)
-            if peak < 1e-6:
-                peak = min(0.0, float(slope[i]) * spread**2)
-                total += 0.5 * (peak / spread) ** 2
-            total += math.log(2.0) + float(log_ndtr(peak / spread))
-        return total
+        return total + half_lines(self.shared.coordinates, self.solution.point, self.solution.precision, self.slope)
 
     @property
     def slope(self) -> FloatArray:

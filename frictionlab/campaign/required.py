@@ -107,7 +107,7 @@ def _tried(cycles: Sequence[Cycle], here: Rung, law: Law, rungs: Sequence[Rung])
     """The rung of a law fitted from the one below; None where it has no steady states."""
     if here.joint is None:
         return None
-    known = here.joint.values | _rig(here.joint)
+    known = here.joint.start
     new = [of_parameter(p) for p in law.own if p.name not in known and p.name != FRICTION]
     starts = [known | {c.name: law.parameter(c.name).neutral or 0.0 for c in new}]
     starts += [known | values for values in trial_values(new)]
@@ -116,11 +116,6 @@ def _tried(cycles: Sequence[Cycle], here: Rung, law: Law, rungs: Sequence[Rung])
     except (AnalysisError, np.linalg.LinAlgError):
         return None
     return rung if rung.log_evidence > here.log_evidence - ASTRAY else None
-
-
-def _rig(joint: Joint) -> dict[str, float]:
-    told = zip(joint.shared.coordinates, joint.solution.point, strict=True)
-    return {c.name: c.value(float(p)) for c, p in told if not c.law}
 
 
 def rung_of(

@@ -130,6 +130,7 @@ def predict(
     solver: Solver | None = None,
 ) -> Comparison:
     """As :func:`compare`, from a measurement that is already made; so without the whole record."""
+    _check_given(law, friction_ratio)
     sources = measurement.sources
     found, ladder = _identified(measurement, scene, sources, law, friction_ratio)
     state = _state(found, solver or scene.model.solver)
@@ -147,7 +148,6 @@ def _identified(
     measurement: Measurement, scene: Scene, sources: Sources, law: str | None, friction_ratio: float | None
 ) -> tuple[Identified, Ladder | None]:
     """Return the law that is given or required, with its values for the mean cycle, and the ladder if climbed."""
-    _check_given(law, friction_ratio)
     family = family_of(measurement, scene, None if law == AUTO else law)
     if law == AUTO:
         ladder = climb(measurement, family.under_plain_coulomb(), sources)

@@ -28,7 +28,7 @@ from frictionlab.identification.forward import Forward
 from frictionlab.identification.loop import loop_friction_ratio
 from frictionlab.identification.observed import EXPLAINED, Observed, observe_cycle
 from frictionlab.identification.valleys import start_at, starts_of
-from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.laws import Parameter, law_of
 from frictionlab.simulator.meter import Meter
 from frictionlab.uncertainty import Sources
 
@@ -238,15 +238,20 @@ def with_errors(
 def _estimate(family: Family, c: Coordinate, found: Fit, errors: Errors, i: int) -> ParameterEstimate:
     point, slope = float(found.point[i]), c.slope(float(found.point[i]))
     spread = math.sqrt(errors.combined[i, i])
-    neutral = family.law.parameter(c.name).neutral
-    from_neutral = math.inf
+    told = is_told(c, family.law.parameter(c.name), point, spread) and bool(found.jacobian[:, i].any())
+    lower, upper = _limits(c, point, spread, told=told)
+    return ParameterEstimate(c.value(point), slope * float(errors.statistical[i]), slope * spread, told, lower, upper)
+
+
+def is_told(c: Coordinate, parameter: Parameter, point: float, spread: float) -> bool:
+    """Whether tests tell a parameter: known better than before, off its upper bound, away from where it does nothing.
+
+    ``point``, ``spread``: its coordinate and the error of that.
+    """
+    neutral, from_neutral = parameter.neutral, math.inf
     if neutral is not None and math.isfinite(neutral) and not c.is_log:
         from_neutral = abs(point - c.at(neutral)) / spread
-    told = spread**2 < TOLD and from_neutral > SURE and point < c.high - 1e-3 and found.jacobian[:, i].any()
-    lower, upper = _limits(c, point, spread, told=bool(told))
-    return ParameterEstimate(
-        c.value(point), slope * float(errors.statistical[i]), slope * spread, bool(told), lower, upper
-    )
+    return spread**2 < TOLD and from_neutral > SURE and point < c.high - 1e-3
 
 
 def _limits(c: Coordinate, point: float, spread: float, *, told: bool) -> tuple[float | None, float | None]:

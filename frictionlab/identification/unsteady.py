@@ -113,7 +113,7 @@ def compare_unsteady(
     question = _question(track, family, sources)
     found, ladder = climb_whole(question) if law == AUTO else (identify_whole(question), None)
     told = (*scene.rig.doubts, *recording.source.warnings, _no_cycle(why, track), *said)
-    return _compared(recording, scene, track, found, ladder, told)
+    return _compared(recording, scene, sources, track, found, ladder, told)
 
 
 def _no_cycle(why: str, track: Track) -> str:
@@ -138,13 +138,13 @@ def _question(track: Track, family: Family, sources: Sources) -> Question:
 def _compared(
     recording: Recording,
     scene: Scene,
+    sources: Sources,
     track: Track,
     found: Identified,
     ladder: RecordLadder | None,
     said: tuple[str, ...],
 ) -> Comparison:
     record, motion = follow(track, found), _motion(track, found)
-    sources = of_sensors_and_rig(recording, scene, recording.sampling_rate_hz)
     normal_force = normal_force_of(recording, scene)
     of_forces = friction_of(found, scene, sources, amplitude=Estimate(track.scale, 0.0), normal_force=normal_force)
     found = _over_size(found, track)  # in a force Y's own error goes out
