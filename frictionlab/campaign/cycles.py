@@ -1,7 +1,6 @@
 """The measured cycle of each test of a campaign, and what a law says of it at given values."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,8 +18,6 @@ from frictionlab.simulator.laws import Law
 
 FloatArray = NDArray[np.float64]
 LOCAL = ("second_cosine", "second_sine")  # nuisances that each test has for itself
-LENGTHS: Mapping[str, int] = {"gradient": -1, "slip_distance": 1}
-"""Parameters that are told over Y: power of the length in their unit."""
 
 
 @dataclass(frozen=True)

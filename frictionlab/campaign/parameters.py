@@ -1,17 +1,13 @@
 """What the tests of each material say of its law's parameters, in newtons, metres and seconds too."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from frictionlab.campaign.cycles import LENGTHS
 from frictionlab.campaign.joined import Told
 from frictionlab.campaign.joining import Material
 from frictionlab.estimate import Estimate, Flat
+from frictionlab.identification.physical import to_physical
 from frictionlab.scene import Scene
-
-STIFF = ("stiffness_ratio",)  # told over the frame's stiffness
-DAMPED = ("contact_damping_ratio",)  # told over twice the root of stiffness and mass
 
 
 @dataclass(frozen=True)
@@ -49,21 +45,7 @@ def parameters_of(joined: Mapping[str, Material], scene: Scene) -> tuple[LawPara
 
 def _physical(told: Told, material: Material, scene: Scene) -> tuple[Estimate, str]:
     """The parameter in newtons, metres and seconds, with its unit."""
-    shared, rig = material.joined.best.shared, scene.rig
+    shared = material.joined.best.shared
     parameter = shared.law.parameter(told.name)
-    if told.name in STIFF:
-        return told.value.scaled(rig.stiffness), "N/m"
-    if told.name in DAMPED:
-        return told.value.scaled(_critical(scene)), "N s/m"
-    if told.name in LENGTHS:
-        power = LENGTHS[told.name]
-        return told.value.scaled(shared.amplitude**power), "m" if power == 1 else "1/m"
-    if parameter.speeds == 1:
-        return told.value.scaled(shared.amplitude * shared.turn), "m/s"
-    return told.value, ""
-
-
-def _critical(scene: Scene) -> float | None:
-    """Twice the root of stiffness and mass, by stiffness and natural frequency, N s/m."""
-    stiffness, frequency = scene.rig.stiffness, scene.rig.natural_frequency
-    return None if stiffness is None or not frequency else 2.0 * stiffness / (2.0 * math.pi * frequency)
+    factor, unit = to_physical(parameter, scene, amplitude=shared.amplitude, turn=shared.turn)
+    return told.value.scaled(factor), unit

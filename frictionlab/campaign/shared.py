@@ -2,8 +2,9 @@
 
 A test tells its parameters over its own Y and omega. In newtons, metres and seconds they are the material's: friction
 force by normal force, so beta goes as 1 / Y; a gradient per metre, so q goes as Y; a slip distance as 1 / Y; a speed
-as 1 / (omega Y). The dashpot and the contact's stiffness are over the rig's, which is one. Gain, lag, natural frequency
-and the frame's damping are the rig's: the same in all tests, in deviations of what is known of them.
+as 1 / (omega Y): each parameter of a law says its own powers. The dashpot and the contact's stiffness are over the
+rig's, which is one. Gain, lag, natural frequency and the frame's damping are the rig's: the same in all tests, in
+deviations of what is known of them.
 
 Shared coordinates are those of a test at the mean Y and omega, so that one test alone has its own.
 """
@@ -15,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.campaign.cycles import LENGTHS, LOCAL, Cycle
+from frictionlab.campaign.cycles import LOCAL, Cycle
 from frictionlab.identification.coordinates import Coordinate, of_parameter
 from frictionlab.simulator.laws import Law, Parameter
 
@@ -85,9 +86,8 @@ class Shared:
 
     def factor(self, parameter: Parameter, cycle: Cycle) -> float:
         """A test's own value over that of the test which stands for all."""
-        length, speed = self.amplitude / cycle.amplitude, self.amplitude * self.turn / (cycle.amplitude * cycle.turn)
-        power = 1 if parameter.name == FRICTION else LENGTHS.get(parameter.name, 0)
-        return float(length**power * speed**parameter.speeds)
+        length, rate = self.amplitude / cycle.amplitude, self.turn / cycle.turn
+        return float(length**parameter.lengths * rate**parameter.rates)
 
 
 def shared_by(cycles: Sequence[Cycle], law: Law, *, rig: bool = True) -> Shared:

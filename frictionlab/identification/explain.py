@@ -16,6 +16,7 @@ from frictionlab.identification.compare import AUTO, predict
 from frictionlab.identification.comparison import Comparison
 from frictionlab.identification.contact_force import ContactForce
 from frictionlab.identification.identify import limits_in_words
+from frictionlab.identification.physical import to_physical
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
 
@@ -29,6 +30,15 @@ TELLS = {
     "stiffness_ratio": "a smaller amplitude of the base, in which the contact bends more than it slides",
 }
 """What would tell a parameter that a test does not."""
+SHOWN = {
+    "gradient": (0.1, "%/mm", "friction grows along the path"),
+    "contact_damping_ratio": (1.0, "N s/m", "dashpot in the contact"),
+    "stiffness_ratio": (1e-3, "N/mm", "stiffness of the contact"),
+    "stribeck_speed": (1e3, "mm/s", "speed at which it has weakened"),
+    "rate_speed": (1e3, "mm/s", "speed of the logarithm"),
+    "slip_distance": (1e6, "um", "way in which the contact is renewed"),
+}
+"""What is told in units that people read: times its size in newtons, metres and seconds, unit, words."""
 ANY = "tests at another amplitude and another speed; frictionlab plan says which"
 
 
@@ -107,24 +117,19 @@ def physical(
     comparison: Comparison, measurement: Measurement, scene: Scene
 ) -> dict[str, tuple[float, float | None, str, str]]:
     """Parameters that were found, in newtons, metres and seconds, as far as the stiffness is known."""
-    reach, turn = measurement.base_amplitude_m, 2.0 * math.pi * measurement.drive_frequency_hz
-    stiffness, own = scene.rig.stiffness, turn / (comparison.frequency_ratio or math.nan)
-    units: dict[str, tuple[float, str, str]] = {
-        "gradient": (0.1 / reach, "%/mm", "friction grows along the path"),
-        "stribeck_speed": (1e3 * turn * reach, "mm/s", "speed at which it has weakened"),
-        "rate_speed": (1e3 * turn * reach, "mm/s", "speed of the logarithm"),
-        "slip_distance": (1e6 * reach, "um", "way in which the contact is renewed"),
-    }
-    if stiffness is not None:
-        units["contact_damping_ratio"] = (2.0 * stiffness / own, "N s/m", "dashpot in the contact")
-        units["stiffness_ratio"] = (1e-3 * stiffness, "N/mm", "stiffness of the contact")
+    law = law_of(comparison.law)
     found: dict[str, tuple[float, float | None, str, str]] = {}
     if comparison.friction_force_n is not None:
         found["beta"] = (comparison.friction_force_n, comparison.friction_force_n_u, "N", "friction force")
+    turn = 2.0 * math.pi * measurement.drive_frequency_hz
     for name, told in comparison.parameters.items():
-        if name in units and told["u"] is not None:
-            factor, unit, words = units[name]
-            found[name] = (factor * told["value"], factor * told["u"], unit, words)
+        if name not in SHOWN or told["u"] is None:
+            continue
+        times, unit, words = SHOWN[name]
+        factor, _ = to_physical(law.parameter(name), scene, amplitude=measurement.base_amplitude_m, turn=turn)
+        if factor is not None:
+            size = times * factor
+            found[name] = (size * told["value"], size * told["u"], unit, words)
     return found
 
 

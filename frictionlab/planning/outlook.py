@@ -26,8 +26,6 @@ Indices = Sequence[int] | NDArray[np.intp]
 HARMONICS = 32  # unless said otherwise
 POINTS = 4  # of a simulated cycle for each harmonic
 DIGITS = 12  # to which problems must agree to share a state
-OVER_AMPLITUDE = {"gradient": 1, "slip_distance": -1, "stribeck_speed": -1, "rate_speed": -1, "reference_speed": -1}
-OVER_FREQUENCY = {"bristle_damping": 1, "stribeck_speed": -1, "rate_speed": -1, "reference_speed": -1, "lag": 1}
 STATES = ("natural_frequency", "frame_damping_ratio")  # nuisances that cost a state
 
 
@@ -188,8 +186,12 @@ def _outlook(lab: Laboratory, columns: Columns) -> Outlook:
     coordinates = (*own, *nuisances(lab.family(r), lab.sources, turn=turn))
     scales = np.ones((len(columns.r), len(coordinates)))
     for i, c in enumerate(coordinates):
-        scales[:, i] *= (columns.amplitude / amplitude) ** OVER_AMPLITUDE.get(c.name, 0)
-        scales[:, i] *= (columns.r / r) ** OVER_FREQUENCY.get(c.name, 0)
         if c.name == "beta":
             scales[:, i] = columns.force / (lab.stiffness_n_per_m * columns.amplitude)
+        elif c.law:
+            parameter = lab.law.parameter(c.name)
+            scales[:, i] *= (columns.amplitude / amplitude) ** -parameter.lengths
+            scales[:, i] *= (columns.r / r) ** -parameter.rates
+        elif c.name == "lag":
+            scales[:, i] *= columns.r / r
     return Outlook(lab, columns, coordinates, scales)

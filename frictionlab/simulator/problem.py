@@ -220,7 +220,7 @@ class Problem:
         >>> Problem(r=0.5, beta=0.4, law="coulomb+logarithm", parameters=law).in_frame_time().parameter("rate_speed")
         0.1
         """
-        numbers = (n * self.r**p.speeds for p, n in zip(self.law.parameters, self.numbers, strict=True))
+        numbers = (n * self.r**p.rates for p, n in zip(self.law.parameters, self.numbers, strict=True))
         return self._but(r=1.0, numbers=tuple(numbers))
 
     def _but(self, **changes: object) -> Self:

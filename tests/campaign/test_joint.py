@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -12,7 +14,7 @@ from frictionlab.campaign import Cycle, cycle_of
 from frictionlab.campaign.joined import join
 from frictionlab.campaign.mixed import Mixed, Piece, spread_of
 from frictionlab.campaign.required import climb_together
-from frictionlab.campaign.shared import Place
+from frictionlab.campaign.shared import Place, Shared
 from frictionlab.hdf5 import write_recording
 from frictionlab.identification import compare
 from frictionlab.scene import Scene
@@ -140,6 +142,25 @@ def cycles(scene: Scene, law: str, *, gradient: float = 0.0) -> list[Cycle]:
         measured = measure(recording, scene)
         found.append(cycle_of(f"{r}", ("steel", 1.5), measured, scene))
     return found
+
+
+@pytest.mark.parametrize(
+    ("law", "name", "factor"),
+    [
+        ("coulomb", "beta", 1 / 2),
+        ("coulomb+place", "gradient", 2),
+        ("coulomb+stribeck", "stribeck_speed", 1 / 6),
+        ("coulomb+lugre", "bristle_damping", 3),
+        ("coulomb+compliance", "stiffness_ratio", 1),
+    ],
+)
+def test_tests_of_other_amplitude_and_speed_share_what_has_the_same_size_in_metres_and_seconds(
+    law: str, name: str, factor: float
+) -> None:
+    """A test at twice Y and three times omega; a damping over k / omega went with Y as well."""
+    shared = Shared(law_of(law), (), (), amplitude=1e-3, turn=2.0)
+    cycle = cast("Cycle", SimpleNamespace(amplitude=2e-3, turn=6.0))
+    assert shared.factor(shared.law.parameter(name), cycle) == pytest.approx(factor, rel=1e-12)
 
 
 def test_a_gradient_per_metre_is_what_tests_of_other_amplitudes_share(scene: Scene) -> None:

@@ -18,6 +18,7 @@ COULOMB = Term(
             usual=(0.02, 1.5),
             scale="log",
             neutral=0.0,
+            lengths=1,
         ),
     ),
 )

@@ -41,8 +41,9 @@ class Parameter:
     scale : {"linear", "log"}
     whole : bool
         Whether it must be a whole number.
-    speeds : int
-        Power of the speed omega Y in its unit: 1 for a speed, -1 for a damping over k / omega.
+    lengths, rates : int
+        Powers of Y and of omega in its unit: 1 and 1 for a speed, -1 and 0 for a change over a way of Y, 0 and -1 for a
+        damping over k / omega.
     """
 
     name: str
@@ -56,7 +57,8 @@ class Parameter:
     default: float | None = None
     neutral: float | None = None
     whole: bool = False
-    speeds: int = 0
+    lengths: int = 0
+    rates: int = 0
 
     @property
     def domain(self) -> str:

@@ -23,7 +23,7 @@ LUGRE = Term(
             high=inf,
             usual=(0.0, 1.0),
             neutral=0.0,
-            speeds=-1,
+            rates=-1,
         ),
         STATIC_RATIO,
         STRIBECK_SPEED,

@@ -22,6 +22,7 @@ PLACE = Term(
             high=inf,
             usual=(-0.1, 0.1),
             neutral=0.0,
+            lengths=-1,
         ),
     ),
 )

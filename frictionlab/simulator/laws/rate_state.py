@@ -11,9 +11,19 @@ from frictionlab.simulator.laws.stiffness import STIFFNESS, YIELDING
 
 
 def _positive(
-    name: str, symbol: str, words: str, usual: tuple[float, float], *, may_be_zero: bool = False, speeds: int = 0
+    name: str,
+    symbol: str,
+    words: str,
+    usual: tuple[float, float],
+    *,
+    may_be_zero: bool = False,
+    lengths: int = 0,
+    rates: int = 0,
 ) -> Parameter:
-    return Parameter(name, symbol, words, 0.0, inf, usual=usual, scale="log", open_low=not may_be_zero, speeds=speeds)
+    open_low = not may_be_zero
+    return Parameter(
+        name, symbol, words, 0.0, inf, usual=usual, scale="log", open_low=open_low, lengths=lengths, rates=rates
+    )
 
 
 RATE_STATE = Term(
@@ -34,13 +44,16 @@ RATE_STATE = Term(
             (0.005, 0.1),
             may_be_zero=True,
         ),
-        _positive("slip_distance", "D_c", "way over which the contact renews itself, over Y", (0.0005, 0.05)),
+        _positive(
+            "slip_distance", "D_c", "way over which the contact renews itself, over Y", (0.0005, 0.05), lengths=1
+        ),
         _positive(
             "reference_speed",
             "V_0",
             "speed at which the steady friction is beta, over omega Y",
             (0.001, 1.0),
-            speeds=1,
+            lengths=1,
+            rates=1,
         ),
         STIFFNESS,
     ),

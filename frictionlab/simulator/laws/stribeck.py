@@ -22,7 +22,8 @@ STRIBECK_SPEED = Parameter(
     open_low=True,
     usual=(0.01, 1.0),
     scale="log",
-    speeds=1,
+    lengths=1,
+    rates=1,
 )
 
 STRIBECK = Term(

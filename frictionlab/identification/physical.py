@@ -1,0 +1,39 @@
+"""Parameters of a law in newtons, metres and seconds: what makes them of the dimensionless numbers."""
+
+import math
+
+from frictionlab.scene import Scene
+from frictionlab.simulator.laws import Parameter
+
+UNITS = {(1, 1): "m/s", (1, 0): "m", (-1, 0): "1/m"}  # by powers of Y and omega
+
+
+def to_physical(parameter: Parameter, scene: Scene, *, amplitude: float, turn: float) -> tuple[float | None, str]:
+    """Return what a parameter is multiplied by, and its unit; None where the scene does not say what that takes.
+
+    Parameters
+    ----------
+    parameter : Parameter
+    scene : Scene
+        ``[rig]``: stiffness and natural frequency.
+    amplitude, turn : float
+        Y [m] and omega [rad/s] of the test.
+
+    Examples
+    --------
+    >>> from frictionlab.scene import Scene
+    >>> from frictionlab.simulator.laws import law_of
+    >>> to_physical(law_of("coulomb+place").parameter("gradient"), Scene(), amplitude=0.5, turn=1.0)
+    (2.0, '1/m')
+    """
+    stiffness, frequency = scene.rig.stiffness, scene.rig.natural_frequency
+    if parameter.name == "beta":
+        return None if stiffness is None else stiffness * amplitude, "N"
+    if parameter.name == "stiffness_ratio":
+        return stiffness, "N/m"
+    if parameter.name == "contact_damping_ratio":  # over twice the root of stiffness and mass
+        if stiffness is None or not frequency:
+            return None, "N s/m"
+        return 2.0 * stiffness / (2.0 * math.pi * frequency), "N s/m"
+    unit = UNITS.get((parameter.lengths, parameter.rates))
+    return (1.0, "") if unit is None else (amplitude**parameter.lengths * turn**parameter.rates, unit)
