@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from frictionlab.campaign.cycles import Cycle
 from frictionlab.campaign.joining import Material
-from frictionlab.identification.contact_force import FADE
+from frictionlab.identification.contact_force import fade, left_for_contact
 from frictionlab.identification.fit import Fit
 
 FloatArray = NDArray[np.float64]
@@ -72,14 +72,12 @@ def _loop(cycle: Cycle, found: Fit, stiffness: float | None) -> Loop | None:
 def _recovered(cycle: Cycle, damping: float, tau: FloatArray) -> Sequence[FloatArray]:
     """Displacement, speed and force (p,) by the measured harmonics: what the equation of motion leaves for it."""
     cosine, sine = np.split(cycle.observed.cosine_sine, 2)
-    k, r = np.arange(1, len(cosine) + 1), cycle.family.r
+    k = np.arange(1, len(cosine) + 1)
     x = cosine - 1j * sine
     base = np.zeros(len(x), dtype=np.complex128)
     motion = cycle.family.base
     count = min(motion.harmonics, len(x))
     base[:count] = np.array(motion.cosine[:count]) - 1j * np.array(motion.sine[:count])
-    dashpot = 1.0 + 2.0j * damping * r * k
-    fade = np.exp(-((k / FADE) ** 2))
-    force = fade * (base * dashpot - x * (dashpot - (r * k) ** 2))
-    turning = np.exp(1j * np.outer(tau, k))
-    return [np.asarray((turning @ lines).real) for lines in (fade * x, fade * 1j * k * x, force)]
+    force = left_for_contact(x, base, k, cycle.family.r, damping)
+    turning = np.exp(1j * np.outer(tau, k)) * fade(k)
+    return [np.asarray((turning @ lines).real) for lines in (x, 1j * k * x, force)]

@@ -11,6 +11,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.simulator import Problem, SteadyState
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 FADE = 25.0  # harmonics above this fade out: noise times k^2 rules there
 
 
@@ -41,10 +42,21 @@ def contact_force(
     moved = found.base.at(cycle.tau + lag) if found else cycle.base
     mass, base = np.fft.rfft(cycle.mass_smooth), np.fft.rfft(moved)
     k = np.arange(len(mass))
-    fade = np.exp(-((k / FADE) ** 2))
-    dashpot = 2.0j * frame_damping_ratio * r * k
-    force = base * (1.0 + dashpot) - mass * (1.0 + dashpot - (r * k) ** 2)
-    return np.asarray(np.fft.irfft(fade * force, len(cycle.tau)))
+    return np.asarray(np.fft.irfft(fade(k) * left_for_contact(mass, base, k, r, frame_damping_ratio), len(cycle.tau)))
+
+
+def left_for_contact(
+    mass: ComplexArray, base: ComplexArray, order: NDArray[np.intp], r: float, frame_damping_ratio: float
+) -> ComplexArray:
+    """Return what the equation of motion leaves for the contact, harmonic by harmonic (k,) of mass and base."""
+    rate = r * order
+    dashpot = 1.0 + 2.0j * frame_damping_ratio * rate
+    return np.asarray(base * dashpot - mass * (dashpot - rate**2))
+
+
+def fade(order: NDArray[np.intp]) -> FloatArray:
+    """Return by how much harmonics fade out, so that noise does not rule."""
+    return np.asarray(np.exp(-((order / FADE) ** 2)))
 
 
 @dataclass(frozen=True)
