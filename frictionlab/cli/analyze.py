@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from frictionlab.cli.budget import Budget, print_budgets, tell_assumed
+from frictionlab.cli.budget import Budget, print_budgets
 from frictionlab.cli.drawing import Figures, figure_places
-from frictionlab.cli.inputs import exit_status, report_rows
-from frictionlab.cli.logs import Files, expanded, on_disk, result_names
+from frictionlab.cli.inputs import exit_status
+from frictionlab.cli.logs import Files, expanded, result_names
 from frictionlab.cli.options import (
     ANALYSIS,
     RECORDINGS,
@@ -26,7 +26,7 @@ from frictionlab.cli.options import (
     takes,
 )
 from frictionlab.cli.output import print_good
-from frictionlab.cli.progress import track
+from frictionlab.cli.recordings import rows_told
 from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import Row, check_output, write_rows
 
@@ -69,7 +69,6 @@ def analyze(
 
     Example: frictionlab analyze build/recordings/*.h5 --scene configs/sample_data.toml -o build/measurements.csv
     """
-    from frictionlab.verbs.each import rows_of
     from frictionlab.verbs.given import scene_given
 
     what = scene_given(scene_of(scene, accuracy, beside=recordings[0], quiet=quiet), settings, ("analysis", "rig"))
@@ -80,12 +79,17 @@ def analyze(
     pages = {} if report is None else _pages(report, recordings)
     with_series = output is not None and output.suffix == ".h5"
     series: dict[str, object] = {}
-    with on_disk(recordings) as files:
-        job = partial(_row, scene=what, plots=plots, pages=pages, files=files, force=force, with_series=with_series)
-        made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
-        watched = track(_put_apart(made, series), total=len(recordings), title="analyze", quiet=quiet)
-        rows = report_rows(watched, as_json=as_json, quiet=quiet)
-    tell_assumed(what, rows, quiet=quiet or as_json)
+    rows = rows_told(
+        recordings,
+        partial(_row, plots=plots, pages=pages, force=force, with_series=with_series),
+        scene=what,
+        title="analyze",
+        as_json=as_json,
+        quiet=quiet,
+        workers=workers,
+        scheduler=scheduler,
+        sifted=partial(_put_apart, series=series),
+    )
     if output is not None:
         write_rows(rows, output, MEASUREMENTS, force=force, inputs=recordings, series=series)
     if not (as_json or quiet):

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from frictionlab.cli.budget import Budget, print_budgets, tell_assumed
+from frictionlab.cli.budget import Budget, print_budgets
 from frictionlab.cli.drawing import Figures, figure_places
-from frictionlab.cli.inputs import exit_status, report_rows
-from frictionlab.cli.logs import Files, expanded, on_disk
+from frictionlab.cli.inputs import exit_status
+from frictionlab.cli.logs import Files, expanded
 from frictionlab.cli.options import (
     ANALYSIS,
     RECORDINGS,
@@ -26,7 +26,7 @@ from frictionlab.cli.options import (
     takes,
 )
 from frictionlab.cli.output import print_good, print_table
-from frictionlab.cli.progress import track
+from frictionlab.cli.recordings import rows_told
 from frictionlab.schema import COMPARISONS, LAWS, RECORD_LAWS
 from frictionlab.tables import Row, check_output, write_rows
 
@@ -98,7 +98,6 @@ def compare_numeric(
 
     Example: frictionlab compare-numeric build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
     """
-    from frictionlab.verbs.each import rows_of
     from frictionlab.verbs.given import scene_given
 
     what = scene_given(
@@ -112,12 +111,16 @@ def compare_numeric(
     plots = figure_places(plot, recordings, kinds, force=force)
     if output is not None:
         check_output(output, COMPARISONS, force=force, inputs=recordings)
-    with on_disk(recordings) as files:
-        job = partial(_row, scene=what, law=law, beta=beta, plots=plots, files=files, whole=whole, fit=fit, force=force)
-        made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
-        watched = track(made, total=len(recordings), title="compare", quiet=quiet)
-        rows = report_rows(watched, as_json=as_json, quiet=quiet)
-    tell_assumed(what, rows, quiet=quiet or as_json)
+    rows = rows_told(
+        recordings,
+        partial(_row, law=law, beta=beta, plots=plots, whole=whole, fit=fit, force=force),
+        scene=what,
+        title="compare",
+        as_json=as_json,
+        quiet=quiet,
+        workers=workers,
+        scheduler=scheduler,
+    )
     if output is not None:
         write_rows(rows, output, COMPARISONS, force=force, inputs=recordings)
     if not (as_json or quiet):

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from frictionlab.cli.budget import tell_assumed
 from frictionlab.cli.drawing import Figures, figure_places
-from frictionlab.cli.inputs import exit_status, report_rows
-from frictionlab.cli.logs import Files, expanded, on_disk
+from frictionlab.cli.inputs import exit_status
+from frictionlab.cli.logs import Files, expanded
 from frictionlab.cli.options import (
     ANALYSIS,
     RECORDINGS,
@@ -25,7 +24,7 @@ from frictionlab.cli.options import (
     scene_of,
     takes,
 )
-from frictionlab.cli.progress import track
+from frictionlab.cli.recordings import rows_told
 from frictionlab.schema import COMPARISONS
 from frictionlab.tables import Row, check_output, write_rows
 
@@ -57,7 +56,6 @@ def explain(
 
     Example: frictionlab explain build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
     """
-    from frictionlab.verbs.each import rows_of
     from frictionlab.verbs.given import scene_given
 
     what = scene_given(
@@ -67,12 +65,17 @@ def explain(
     plots = figure_places(plot, recordings, (FIGURE,), force=force)
     if output is not None:
         check_output(output, COMPARISONS, force=force, inputs=recordings)
-    with on_disk(recordings) as files:
-        job = partial(_row, scene=what, plots=plots, files=files, force=force)
-        made = rows_of(recordings, job, workers=workers, scheduler=scheduler)
-        watched = track(made, total=len(recordings), title="explain", quiet=quiet)
-        rows = report_rows(watched, as_json=as_json, quiet=True)  # the text holds the warnings
-    tell_assumed(what, rows, quiet=quiet or as_json)
+    rows = rows_told(
+        recordings,
+        partial(_row, plots=plots, force=force),
+        scene=what,
+        title="explain",
+        as_json=as_json,
+        quiet=quiet,
+        workers=workers,
+        scheduler=scheduler,
+        warns=False,  # the text holds them
+    )
     if output is not None:
         write_rows(rows, output, COMPARISONS, force=force, inputs=recordings)
     if not (as_json or quiet):
