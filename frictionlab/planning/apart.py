@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.special import log_ndtr
 
 from frictionlab.errors import UsageError
-from frictionlab.planning.information import Told, told_by
+from frictionlab.planning.information import Told, told_by, unexplained
 from frictionlab.planning.outlook import Outlook
 from frictionlab.planning.weights import Seen, as_weighed, seen_by_fit
 
@@ -152,13 +152,12 @@ def _drawn(seen: Seen, rival: Outlook, point: FloatArray, i: int) -> FloatArray:
     truth, told = seen.outlook, seen.told
     other = replace(rival.only([i]), harmonics=truth.harmonics)
     gap, slopes = (part[0] for part in _apart(told, other, point[None, :]))
-    mean = told.here.mean[0]
-    unexplained = truth.lab.scene.plan.model_error**2 * float(mean @ mean) / len(mean)
-    weights = np.linalg.inv(seen.found + unexplained * np.eye(len(mean)))
+    more = unexplained(truth, told.here.mean) * np.eye(len(seen.true))
+    weights = np.linalg.inv(seen.found + more)
     points = np.broadcast_to(point, (len(weights), len(point)))
     turned = weights @ slopes
     sums = Sums((gap.T @ (weights @ gap))[:, 0, 0], (slopes.T @ (weights @ gap))[:, :, 0], slopes.T @ turned)
-    true, mine = seen.true + unexplained * np.eye(len(mean)), weights @ told.slopes[0]
+    true, mine = seen.true + more, weights @ told.slopes[0]
     own, own_noise = told.slopes[0].T @ mine, np.swapaxes(mine, 1, 2) @ true @ mine
     return _log_bayes(truth, own, own_noise, other, points, sums, np.swapaxes(turned, 1, 2) @ true @ turned)
 

@@ -52,10 +52,10 @@ def noise_of(outlook: Outlook, here: Shown, by_friction: FloatArray, *, repeated
     repeated : bool
         Whether friction that differs from test to test counts: it does for the contact, not for this test's own.
     """
-    plan, columns = outlook.lab.scene.plan, outlook.columns
-    cycles, samples = np.maximum(columns.cycles, 1.0), plan.sampling_rate_hz / columns.drive_hz
-    one = (plan.noise_m**2 + plan.step_m**2 / 12.0) / columns.amplitude**2
-    base = np.sqrt(2.0 * one / (samples * cycles))[:, None, None]
+    plan = outlook.lab.scene.plan
+    cycles = np.maximum(outlook.columns.cycles, 1.0)
+    of_mean = sensor_noise(outlook) / cycles
+    base = np.sqrt(of_mean)[:, None, None]
     scatter = (plan.cycle_scatter / np.sqrt(cycles))[:, None, None]
     directions = [
         base * np.stack([here.mean, later(here.mean)], axis=2),
@@ -64,9 +64,19 @@ def noise_of(outlook: Outlook, here: Shown, by_friction: FloatArray, *, repeated
     ]
     if repeated and (plan.repeatability or plan.drift_per_hour):
         directions.append(_between(outlook)[:, None, None] * by_friction[:, :, None])
-    unexplained = plan.model_error**2 * (here.mean**2).sum(axis=1) / here.mean.shape[1]
-    white = 2.0 * one / (samples * cycles) + unexplained
-    return Noise(white[:, None], np.concatenate(directions, axis=2))
+    return Noise((of_mean + unexplained(outlook, here.mean))[:, None], np.concatenate(directions, axis=2))
+
+
+def sensor_noise(outlook: Outlook) -> FloatArray:
+    """Variance (n,) of a part of a single cycle's harmonics by the noise and the steps of a sensor alone."""
+    plan, columns = outlook.lab.scene.plan, outlook.columns
+    one = (plan.noise_m**2 + plan.step_m**2 / 12.0) / columns.amplitude**2
+    return np.asarray(2.0 * one * columns.drive_hz / plan.sampling_rate_hz)
+
+
+def unexplained(outlook: Outlook, mean: FloatArray) -> FloatArray:
+    """Variance (n,) of a part of mean cycles (n, 2 K) by what no law explains (``model_error``)."""
+    return np.asarray(outlook.lab.scene.plan.model_error**2 * (mean**2).mean(axis=1))
 
 
 def _between(outlook: Outlook) -> FloatArray:

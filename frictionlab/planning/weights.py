@@ -19,7 +19,17 @@ from frictionlab.identification.observed import (
     harmonics_told,
     of_mean,
 )
-from frictionlab.planning.information import Noise, Told, after_cuts, friction_slope, noise_of, of_contact, told_by
+from frictionlab.planning.information import (
+    Noise,
+    Told,
+    after_cuts,
+    friction_slope,
+    noise_of,
+    of_contact,
+    sensor_noise,
+    told_by,
+    unexplained,
+)
 from frictionlab.planning.outlook import Outlook
 
 FloatArray = NDArray[np.float64]
@@ -64,7 +74,7 @@ class _Cycle:
     def __init__(self, outlook: Outlook, told: Told) -> None:
         plan, columns = outlook.lab.scene.plan, outlook.columns
         self.cycles, self.mean = int(columns.cycles[0]), told.here.mean[0]
-        self.white = float(_white(outlook)[0])
+        self.white = float(sensor_noise(outlook)[0])
         by_friction = plan.cycle_scatter * friction_slope(outlook, told.slopes)
         self.scatter, self.after = by_friction[0], after_cuts(by_friction, DRAWS)[0]
         self.of_base = by_base(self.mean, np.sqrt(self.white / max(self.cycles, 1)))
@@ -86,13 +96,6 @@ class _Cycle:
         friction, after = generator.standard_normal((count + 1, 1)), self.after[:, cut]
         drawn += friction[:-1] * (self.scatter - after) + friction[1:] * after
         return np.asarray(of_mean(drawn, self.least, self.cycles)[0] + self.of_base)
-
-
-def _white(outlook: Outlook) -> FloatArray:
-    """Variance (n,) of a part of a single cycle's harmonics by the sensor alone."""
-    plan, columns = outlook.lab.scene.plan, outlook.columns
-    one = (plan.noise_m**2 + plan.step_m**2 / 12.0) / columns.amplitude**2
-    return np.asarray(2.0 * one * columns.drive_hz / plan.sampling_rate_hz)
 
 
 def _rounding(mean: FloatArray) -> FloatArray:
@@ -153,14 +156,14 @@ def as_weighed(outlook: Outlook, told: Told) -> Told:
     What shrinking makes of the expected scatter, in place of draws [Schäfer and Strimmer 2005].
     """
     n = np.maximum(outlook.columns.cycles, 1.0)
-    alike, white = _scattered(outlook, told), _white(outlook)
+    alike, white = _scattered(outlook, told), sensor_noise(outlook)
     of_friction = (alike**2).sum(axis=2)
     variance = white[:, None] + of_friction
     kept, hang = 1.0 - _shrunk_by(alike / np.sqrt(variance)[:, :, None], n), _hangs(of_friction, variance, n)
     floor = white + _rounding(told.here.mean) + FEW / n * variance.mean(axis=1)
     own = (hang / n)[:, None] * (variance - kept[:, None] * of_friction + floor[:, None])
-    plan, base = outlook.lab.scene.plan, noise_of(outlook, told.here, friction_slope(outlook, told.slopes)).columns
-    own = own + (plan.model_error**2 * (told.here.mean**2).mean(axis=1))[:, None]
+    base = noise_of(outlook, told.here, friction_slope(outlook, told.slopes)).columns
+    own = own + unexplained(outlook, told.here.mean)[:, None]
     columns = np.sqrt(kept * hang / n)[:, None, None] * alike
     noise = Noise(np.nan_to_num(own, nan=1.0), np.nan_to_num(np.concatenate([base[:, :, :2], columns], axis=2)))
     found = noise.within(told.slopes, told.slopes)

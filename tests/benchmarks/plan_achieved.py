@@ -14,13 +14,13 @@ import numpy as np
 from frictionlab.analysis.measure import measure
 from frictionlab.identification import predict
 from frictionlab.planning import PlannedTest, plan_tests
-from frictionlab.scene import Scene, scene_from_tables
+from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.engine import compiled
-from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded
+from tests.benchmarks.laboratory import COEFFICIENT, STIFFNESS, laboratory
+from tests.identification.contacts import BASE_M, recorded
 
 RESULT = Path(__file__).parent / "results" / "plan_achieved.txt"
-STIFFNESS, COEFFICIENT = 1191.0, 0.6
 LAWS: dict[str, dict[str, float]] = {
     "coulomb": {},
     "coulomb+speed": {"contact_damping_ratio": 0.03},
@@ -34,22 +34,8 @@ FORCES = [0.5, 0.75, 1.0, 1.25, 1.5]
 
 def rig(law: str, ratios: list[float], forces: list[float]) -> Scene:
     """A laboratory that may set these frequency ratios and normal forces."""
-    return scene_from_tables(
-        {
-            "rig": {"natural_frequency_hz": NATURAL_HZ, "stiffness_n_per_m": STIFFNESS, "damping_ratio": 0.0},
-            "model": {"law": law},
-            "analysis": {"transient_s": 2.0, "cycles": "all"},
-            "plan": {
-                "frequency_ratios": ratios,
-                "normal_forces_n": forces,
-                "base_amplitudes_m": [BASE_M],
-                "friction_coefficient": [COEFFICIENT, 0.1],
-                "step_m": 1.02 * 0.05 / 65520,
-                "most_repeats": 1,
-                "expected": LAWS[law],
-            },
-        }
-    )
+    ranges = {"frequency_ratios": ratios, "normal_forces_n": forces, "most_repeats": 1}
+    return laboratory({**ranges, "expected": LAWS[law]}, law=law, declared=False)
 
 
 def tests_of(law: str) -> list[PlannedTest]:

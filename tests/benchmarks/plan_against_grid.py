@@ -24,20 +24,21 @@ from frictionlab.identification.identify import forward_of
 from frictionlab.identification.observed import observe_cycle
 from frictionlab.identification.valleys import starts_of
 from frictionlab.planning import plan_tests
-from frictionlab.planning.candidates import Candidate, candidates, laboratory
+from frictionlab.planning.candidates import Candidate, candidates
+from frictionlab.planning.candidates import laboratory as lab_of
 from frictionlab.planning.information import of_contact, told_by
 from frictionlab.planning.outlook import Outlook, outlook_of
 from frictionlab.planning.weights import as_weighed
 from frictionlab.recording import Recording
-from frictionlab.scene import Scene, scene_from_tables
+from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.engine import compiled
 from frictionlab.simulator.laws import law_of
 from frictionlab.uncertainty import sources_of
+from tests.benchmarks.laboratory import COEFFICIENT, STIFFNESS, laboratory
 from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded
 
 RESULT = Path(__file__).parent / "results" / "plan_against_grid.txt"
-STIFFNESS, COEFFICIENT, SPREAD = 1191.0, 0.6, 0.1
 REPEATABILITY = 0.001  # of friction from test to test
 RATIOS = [round(0.15 + 0.05 * i, 2) for i in range(14)] + [round(1.2 + 0.1 * i, 2) for i in range(9)]
 FORCES = [0.5, 0.75, 1.0, 1.25, 1.5, 1.75]
@@ -54,28 +55,8 @@ Point = tuple[float, float]
 
 def rig(expected: Mapping[str, float], **plan: object) -> Scene:
     """A laboratory that may set all of these."""
-    return scene_from_tables(
-        {
-            "rig": {
-                "natural_frequency_hz": NATURAL_HZ,
-                "natural_frequency_hz_u": 3e-4,
-                "stiffness_n_per_m": STIFFNESS,
-                "damping_ratio": 0.0,
-            },
-            "sensors": {"lag_s_u": 1e-5},
-            "analysis": {"transient_s": 2.0, "cycles": "all"},
-            "plan": {
-                "frequency_ratios": RATIOS,
-                "normal_forces_n": FORCES,
-                "base_amplitudes_m": [BASE_M],
-                "friction_coefficient": [COEFFICIENT, SPREAD],
-                "step_m": 1.02 * 0.05 / 65520,
-                "repeatability": REPEATABILITY,
-                "expected": expected,
-                **plan,
-            },
-        }
-    )
+    ranges = {"frequency_ratios": RATIOS, "normal_forces_n": FORCES, "repeatability": REPEATABILITY}
+    return laboratory({**ranges, "expected": expected, **plan})
 
 
 def grid(count: int) -> list[Point]:
@@ -104,7 +85,7 @@ def truth(law: str, point: Point, coefficient: float, values: dict[str, float]) 
 
 def promised(what: Scene, law: str, points: list[Point]) -> dict[str, float]:
     """Joint standard error of each parameter after a set of tests, with what is not known of sensors and rig."""
-    lab = laboratory(what, law)
+    lab = lab_of(what, law)
     outlook = outlook_of(lab, [Candidate(r, force, BASE_M, what.plan.duration_s) for r, force in points])
     total = np.eye(len(outlook.coordinates)) + _information(outlook).sum(axis=0)
     rows = np.flatnonzero(outlook.law)
@@ -120,7 +101,7 @@ def _information(outlook: Outlook) -> NDArray[np.float64]:
 
 def by_chance(what: Scene, law: str, count: int) -> NDArray[np.float64]:
     """Geometric mean of the promised errors of random sets."""
-    generator, lab = np.random.default_rng(11), laboratory(what, law)
+    generator, lab = np.random.default_rng(11), lab_of(what, law)
     outlook = outlook_of(lab, candidates(lab))
     information, rows = _information(outlook), np.flatnonzero(outlook.law)
     found = []

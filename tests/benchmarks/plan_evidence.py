@@ -25,17 +25,16 @@ from frictionlab.identification.observed import observe_cycle
 from frictionlab.identification.valleys import start_at
 from frictionlab.planning import Plan, PlannedTest, plan_tests
 from frictionlab.recording import Recording
-from frictionlab.scene import Scene, scene_from_tables
+from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.engine import compiled
 from frictionlab.simulator.laws import law_of
 from frictionlab.uncertainty import sources_of
-from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded
+from tests.benchmarks.laboratory import COEFFICIENT, STIFFNESS, laboratory
+from tests.identification.contacts import BASE_M, recorded
 
 FloatArray = NDArray[np.float64]
 RESULT = Path(__file__).parent / "results" / "plan_evidence.txt"
-STIFFNESS, COEFFICIENT = 1191.0, 0.6
-STEP_M = 1.02 * 0.05 / 65520
 RATIOS = [0.2, 0.3, 0.4, 0.47, 0.55, 0.7, 0.8, 1.2, 1.5, 1.8]  # at 1/2 a gradient tells very much, in a narrow band
 FORCES = [0.5, 1.0, 1.5]
 NEAR = 1.3  # asked: promised over achieved, or its inverse
@@ -68,40 +67,20 @@ CASES = (
 )
 
 
-def laboratory(case: Case) -> Scene:
-    """The rig and what it may set."""
-    return scene_from_tables(
-        {
-            "rig": {
-                "natural_frequency_hz": NATURAL_HZ,
-                "natural_frequency_hz_u": 3e-4,
-                "stiffness_n_per_m": STIFFNESS,
-                "damping_ratio": 0.0,
-            },
-            "sensors": {"lag_s_u": 1e-5},
-            "analysis": {"transient_s": 2.0, "cycles": "all"},
-            "plan": {
-                "frequency_ratios": RATIOS,
-                "normal_forces_n": FORCES,
-                "base_amplitudes_m": [BASE_M],
-                "friction_coefficient": [COEFFICIENT, 0.1],
-                "step_m": STEP_M,
-                "most_repeats": 1,
-                "expected": case.expected,
-                **case.plan,
-            },
-        }
-    )
+def rig(case: Case) -> Scene:
+    """The laboratory, and what it may set."""
+    ranges = {"frequency_ratios": RATIOS, "normal_forces_n": FORCES, "most_repeats": 1}
+    return laboratory({**ranges, "expected": case.expected, **case.plan})
 
 
 def planned(case: Case) -> Plan:
     """The plan that a case asks for."""
-    return plan_tests(laboratory(case), law=case.law, against=case.against, tests=TESTS)
+    return plan_tests(rig(case), law=case.law, against=case.against, tests=TESTS)
 
 
 def log_bayes(case: Case, test: PlannedTest, law: str, seed: int, of: int) -> float:
     """Difference of log evidence for the law that holds, of one recording of a test."""
-    what, other = laboratory(case), case.against if law == case.law else case.law
+    what, other = rig(case), case.against if law == case.law else case.law
     measured = measure(_recorded(case, what, test, law, seed, of), what)
     fits = {name: _fitted(case, measured, what, name, test.normal_force_n) for name in (law, other)}
     return log_evidence(fits[law]) - log_evidence(fits[other])
