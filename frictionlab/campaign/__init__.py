@@ -9,7 +9,7 @@
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -40,6 +40,7 @@ from frictionlab.campaign.responses import (
 )
 from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order, trial_of
 from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.identification.contact_force import FittedRig
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.tables import Row
@@ -72,6 +73,7 @@ __all__ = [
 
 FloatArray = NDArray[np.float64]
 CURVE_POINTS = 160
+DEAR_POINTS = 16  # of a law that is integrated step by step
 SLOWEST_HZ = 100.0  # sampling rate that is taken where no measurement tells it
 NO_STIFFNESS = (
     "The scene gives no stiffness ([rig] stiffness_n_per_m, or mass and natural frequency): friction ratios are known,"
@@ -82,6 +84,7 @@ NOT_OPENED = (
     "{} tests name recordings outside the folders of their tables and the working folder (such as {}): these are not"
     " opened. If they are yours, start from a folder above them, or copy them beside the table."
 )
+PLAIN = "by plain Coulomb friction, for rows of measurements do not tell the scene's law: no recordings are at hand"
 SHARED_ERRORS = (
     "Standard errors (_se) hold the scatter from test to test; combined uncertainties (_u) and 95 % intervals also hold"
     " what all tests share: gain, lag, natural frequency, stiffness, normal force."
@@ -135,6 +138,12 @@ class Campaign:
         return {v.trial.source: v for fit in self.fits for v in fit.verdicts}
 
     @property
+    def rigs(self) -> dict[str, FittedRig]:
+        """Sensors and rig of each test that was fitted together with others, as that fit has found them, by source."""
+        best = [material.joined.best for material in self.joined.values()]
+        return {c.source: FittedRig.of(f) for joint in best for c, f in zip(joint.cycles, joint.fits, strict=True)}
+
+    @property
     def failures(self) -> tuple[Trial, ...]:
         """The tests without a measurement, or without the facts it takes."""
         return tuple(t for t in self.trials if t.failed)
@@ -148,7 +157,7 @@ def evaluate(
     comparisons: Sequence[Row] = (),
     cycles: Mapping[str, Cycle] = {},
     find_law: bool = False,
-    probe: Probe = lambda _: (),
+    probe: Probe = lambda *_: (),
     watch: Watch = iter,
 ) -> Campaign:
     """Evaluate a campaign.
@@ -168,7 +177,8 @@ def evaluate(
     find_law : bool
         Find the law that each material's tests require together; else it is the scene's.
     probe : callable
-        Gives the rows of single ladders of laws of tests by their sources, where a rigid contact explains too little.
+        Gives the rows of single comparisons of tests by their sources, under a law or with ladders of laws, where a
+        rigid contact explains too little or the law is of another kind.
     watch : callable
         Wraps the sequence of groups to show progress.
 
@@ -180,15 +190,22 @@ def evaluate(
     if not trials:
         raise UsageError("campaign: expected at least one measurement; got none")
     tests = in_order(trials)
-    model = model_of(scene)
+    model = model_of(scene, recorded=bool(cycles))
+    first = model.first
     groups = _groups(tests)
     prepare(20 * len(tests) + CURVE_POINTS * len(groups))
-    fits = tuple(_fit(groups[group], model, scene) for group in watch(sorted(groups)))
+    fits = tuple(_fit(groups[group], first, scene) for group in watch(sorted(groups)))
     joined, unfitted = materials_of(fits, cycles, model, _laws(fits, comparisons, find_law=find_law), probe)
-    fits = tuple(_joined(fit, joined, model, scene) for fit in fits)
+    fits = tuple(_joined(fit, joined, first, scene) for fit in fits)
+    fits = fits if first is model else tuple(_by_two_numbers(fit) for fit in fits)
     comparisons = [*comparisons, *(row for material in joined.values() for row in material.ladders)]
     materials = sorted({fit.material for fit in fits})
-    drifts = tuple(drift_of(t, _trend(t, scene, folders), model, fits) for t in tests if t.is_long and not t.failed)
+    models = {name: material.model for name, material in joined.items()}
+    drifts = tuple(
+        drift_of(t, _trend(t, scene, folders), models.get(t.group[0], first), fits)
+        for t in tests
+        if t.is_long and not t.failed
+    )
     responses = _responses(tests, folders)
     return Campaign(
         trials=tests,
@@ -196,7 +213,7 @@ def evaluate(
         amontons=tuple(amontons(m, [f for f in fits if f.material == m], joined.get(m)) for m in materials),
         ranking=rank_all(fits, drifts, materials),
         drifts=drifts,
-        curves=_curves(fits, model, joined),
+        curves=_curves(fits, first, models),
         responses=responses,
         notes=(*_notes(tests, fits, drifts, responses, scene), *unfitted, *_not_opened(tests, folders)),
         model=model,
@@ -266,6 +283,11 @@ def _joined(fit: FrictionFit, joined: Mapping[str, Material], model: Model, scen
     return fit_of(fit, material, Known(model, scene.rig.stiffness, sources))
 
 
+def _by_two_numbers(fit: FrictionFit) -> FrictionFit:
+    """Say of a group without recordings that its friction is another law's than the scene's."""
+    return fit if fit.law else replace(fit, note="; ".join(filter(None, (fit.note, PLAIN))))
+
+
 def _responses(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[Response, ...]:
     found = []
     for label, trial in examples(trials):
@@ -279,24 +301,22 @@ def _responses(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[Respon
     return tuple(found)
 
 
-def _curves(fits: Sequence[FrictionFit], model: Model, joined: Mapping[str, Material]) -> tuple[Curve, ...]:
+def _curves(fits: Sequence[FrictionFit], model: Model, models: Mapping[str, Model]) -> tuple[Curve, ...]:
     ratios = [v.trial.r for f in fits for v in f.verdicts]
     if not ratios:
         return ()
-    r = _grid(min(ratios), max(ratios))
-    models = {name: material.model for name, material in joined.items()}
+    known = ((f, f.friction_ratio, models.get(f.material, model)) for f in fits)
     return tuple(
-        curve(models.get(f.material, model), f.material, f.normal_force_n, f.friction_ratio, r)
-        for f in fits
-        if f.friction_ratio is not None
+        curve(own, f.material, f.normal_force_n, beta, _grid(min(ratios), max(ratios), own))
+        for f, beta, own in known
+        if beta is not None
     )
 
 
-def _grid(low: float, high: float) -> FloatArray:
+def _grid(low: float, high: float, model: Model) -> FloatArray:
     """Frequency ratios to draw a prediction at: close at the low end, where the number of stops changes fast."""
-    return np.unique(
-        np.concatenate([np.geomspace(low, high, CURVE_POINTS // 2), np.linspace(low, high, CURVE_POINTS // 2)])
-    )
+    half = (CURVE_POINTS if model.is_cheap else DEAR_POINTS) // 2
+    return np.unique(np.concatenate([np.geomspace(low, high, half), np.linspace(low, high, half)]))
 
 
 def _notes(

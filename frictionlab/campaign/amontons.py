@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from frictionlab.analysis.pooling import welch
 from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.joining import Material
 from frictionlab.campaign.sharing import RIG
@@ -62,7 +63,7 @@ def amontons(material: str, fits: Sequence[FrictionFit], joined: Material | None
     freedom = len(known) - 1
     stretch = max(1.0, math.sqrt(square / freedom)) if freedom else 1.0
     mean_error = math.hypot(stretch / math.sqrt(float(weight.sum())), _common_uncertainty(known))
-    p = _welch(square, weight, np.array([max(f.freedom, 1) for f in known])) if freedom else None
+    p = welch(square, weight, np.array([max(f.freedom, 1) for f in known])) if freedom else None
     if together is not None and freedom:
         square = _square(value, together)
         p = float(stats.f.sf(square / freedom, freedom, max(known[0].freedom, 1)))
@@ -114,13 +115,6 @@ def _common_uncertainty(fits: Sequence[FrictionFit]) -> float:
         for f in fits
     ]
     return math.sqrt(max(0.0, math.fsum(beyond) / len(beyond)))
-
-
-def _welch(square: float, weight: np.ndarray, freedom: np.ndarray) -> float:
-    k = len(weight)
-    spread = float(np.sum((1.0 - weight / weight.sum()) ** 2 / freedom))
-    ratio = square / (k - 1) / (1.0 + 2.0 * (k - 2) / (k**2 - 1) * spread)
-    return float(stats.f.sf(ratio, k - 1, (k**2 - 1) / (3.0 * spread)))
 
 
 def _exponent(force: np.ndarray, value: np.ndarray, error: np.ndarray) -> tuple[float, float]:

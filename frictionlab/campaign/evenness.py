@@ -1,25 +1,40 @@
 """Whether tests agree: how sure one test's friction is by its own cycles alone, and chi-square of many.
 
 The weights of a fit are found from the cycles of its test and let these scatter too little, so each half of the cycles
-is weighed by what the other half says. Neighbours share the change of friction where they are cut.
+is weighed by what the other half says. How neighbours hang together, and how well so few cycles tell their scatter, is
+reckoned as in a single comparison (`frictionlab.identification.observed.of_neighbours`).
 """
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc
 
-from frictionlab.analysis.energy import lag_one
-from frictionlab.identification.observed import FEWEST_CYCLES, ROUNDING, Observed, shrunk
+from frictionlab.analysis.pooling import welch
+from frictionlab.identification.observed import Observed, of_neighbours
 
 FloatArray = NDArray[np.float64]
-SHARED = 0.5  # correlation of two neighbours that share a change at most
+HALVES = 2
+WELL_KNOWN = 1e6  # degrees of freedom of a variance that no cycles are needed for
 
 
-def variance_of(observed: Observed, slope: FloatArray) -> float:
-    """Variance of the one unknown of a mean cycle by its noise and by the scatter of its cycles.
+@dataclass(frozen=True)
+class Own:
+    """How sure one test is of one unknown: a variance, and by how many degrees of freedom that is known."""
+
+    variance: float
+    freedom: float
+
+    @property
+    def cautious(self) -> float:
+        """The variance with Student's factor."""
+        return self.variance * _student(self.freedom)
+
+
+def own_of(observed: Observed, slope: FloatArray) -> Own:
+    """How sure the one unknown of a mean cycle is by its noise and by the scatter of its cycles.
 
     Parameters
     ----------
@@ -31,25 +46,26 @@ def variance_of(observed: Observed, slope: FloatArray) -> float:
     --------
     >>> draws = 0.1 * np.random.default_rng(3).standard_normal((400, 4))
     >>> seen = Observed(draws.mean(0), draws, np.eye(4) * 2.5e-5, 2.5e-9, 400, 399.0, 1.0, 0.0, np.zeros((4, 4)))
-    >>> round(variance_of(seen, np.array([1.0, 0.0, 0.0, 0.0])) / 2.5e-5, 1)
+    >>> round(own_of(seen, np.array([1.0, 0.0, 0.0, 0.0])).variance / 2.5e-5, 1)
     1.0
     """
-    count = len(observed.each)
-    if count <= FEWEST_CYCLES or not math.isfinite(observed.freedom):
-        return _weighed(observed.covariance, slope)[1]
-    about = observed.each - observed.each.mean(axis=0)
-    least = observed.sensor * observed.used + 2.0 * ROUNDING**2 * observed.power / observed.harmonics
-    moved, at_least = np.zeros(count), 0.0
-    for first in (0, 1):
-        rest = shrunk(observed.each[1 - first :: 2], least) / observed.used + observed.of_base
-        weight, _ = _weighed(rest, slope)
-        moved[first::2] = about[first::2] @ weight
-        at_least += 0.5 * observed.sensor * float(weight @ weight)
-    own = float(weight @ observed.of_base @ weight)
-    few = (count - 1.0) / max(count - 3.0, 1.0)
-    hang = 1.0 + 2.0 * min(max(lag_one(moved), 0.0), SHARED)
-    scatter = float(moved @ moved) / (count - 1.0) / observed.used * few * hang
-    return max(at_least, scatter) + own
+    halves = observed.by_others(HALVES)
+    if not halves:
+        return Own(_weighed(observed.covariance, slope)[1], WELL_KNOWN)
+    weights = [_weighed(covariance, slope)[0] for _, covariance in halves]
+    moved = np.concatenate([part @ weight for (part, _), weight in zip(halves, weights, strict=True)])
+    freedom = len(moved) - 1.0
+    raised = of_neighbours(moved) / _student(freedom)  # Student's factor is counted apart from it here
+    scatter = float(moved @ moved) / freedom / observed.used * raised
+    least = observed.sensor * math.fsum(float(weight @ weight) for weight in weights) / len(weights)
+    base = math.fsum(float(weight @ observed.of_base @ weight) for weight in weights) / len(weights)
+    total = max(least, scatter) + base
+    return Own(total, min(freedom * (total / scatter) ** 2, WELL_KNOWN) if scatter > 0.0 else WELL_KNOWN)
+
+
+def _student(freedom: float) -> float:
+    """Variance of Student's t over that of a normal curve."""
+    return freedom / max(freedom - 2.0, 0.5)
 
 
 def _weighed(covariance: FloatArray, slope: FloatArray) -> tuple[FloatArray, float]:
@@ -59,14 +75,18 @@ def _weighed(covariance: FloatArray, slope: FloatArray) -> tuple[FloatArray, flo
     return np.asarray(raw / information), 1.0 / information
 
 
-def agreement(scores: Sequence[float]) -> tuple[float, int, float | None]:
-    """Chi-square of scores about what they share, its degrees of freedom, and how often chance would give more.
+def agreement(values: Sequence[float], owns: Sequence[Own]) -> tuple[float, int, float | None]:
+    """Chi-square of values about what they share, its degrees of freedom, and how often chance would give more.
 
     Examples
     --------
-    >>> square, freedom, p = agreement([1.0, -1.0, 0.5])
-    >>> square, freedom, round(p or 0.0, 3)
-    (2.25, 2, 0.325)
+    >>> known, guessed = [Own(1.0, WELL_KNOWN)] * 3, [Own(1.0, 4.0)] * 3
+    >>> square, freedom, p = agreement([1.0, -1.0, 3.0], known)
+    >>> square, freedom, round(p or 0.0, 3), round(agreement([1.0, -1.0, 3.0], guessed)[2] or 0.0, 3)
+    (8.0, 2, 0.018, 0.073)
     """
-    square, freedom = math.fsum(score**2 for score in scores), max(len(scores) - 1, 0)
-    return square, freedom, float(chdtrc(freedom, square)) if freedom else None
+    if len(values) < 2:
+        return 0.0, 0, None
+    value, weight = np.array(values), np.array([1.0 / own.variance for own in owns])
+    square = float(np.sum(weight * (value - np.sum(weight * value) / weight.sum()) ** 2))
+    return square, len(values) - 1, welch(square, weight, np.array([own.freedom for own in owns]))

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from frictionlab.campaign.cycles import Cycle
-from frictionlab.campaign.evenness import agreement, variance_of
+from frictionlab.campaign.evenness import Own, agreement, own_of
 from frictionlab.campaign.joint import Joint, fit_together
 from frictionlab.campaign.mixed import influence
 from frictionlab.campaign.shared import FRICTION
@@ -199,32 +199,34 @@ class Joined:
 
     @cached_property
     def _noises(self) -> list[float]:
-        return [self._noise(i) for i in range(len(self.best.fits))]
+        """Variance of each test's friction by its own noise, in deviations squared, with Student's factor."""
+        return [own.cautious for own in self._owns]
 
-    def _noise(self, i: int) -> float:
-        """Variance of one test's friction by its own noise, all else held, in deviations squared."""
+    @cached_property
+    def _owns(self) -> list[Own]:
+        return [self._own(i) for i in range(len(self.best.fits))]
+
+    def _own(self, i: int) -> Own:
+        """How sure one test's friction is by its own noise, all else held, in deviations squared."""
         found, place = self.best.fits[i], self.best.places[i]
         slope: FloatArray = np.asarray(np.linalg.solve(found.observed.whitener, found.jacobian[:, place.friction or 0]))
-        return found.excess * variance_of(found.observed, slope)
+        own = own_of(found.observed, slope)
+        return Own(found.excess * own.variance, own.freedom)
 
     def evenness(self, group: tuple[str, float]) -> tuple[float, int, float | None]:
         """Chi-square of a group's tests about its friction by their own errors, degrees of freedom, and p."""
         mine = [
             i for i, c in enumerate(self.best.cycles) if c.group == group and self.best.places[i].friction is not None
         ]
-        scores = [self._score(i) for i in mine]
-        weight = np.array([1.0 / self._noises[i] for i in mine])
-        middle = float(np.sum(np.array(scores) * np.sqrt(weight)) / weight.sum()) if mine else 0.0
-        return agreement([score - middle * math.sqrt(w) for score, w in zip(scores, weight, strict=True)])
+        return agreement([self._apart_from_group(i) for i in mine], [self._owns[i] for i in mine])
 
-    def _score(self, i: int) -> float:
-        """How many of its own errors a test's friction stands from its group's."""
+    def _apart_from_group(self, i: int) -> float:
+        """How far a test's own friction stands from its group's, in deviations of the prior."""
         found, place = self.best.fits[i], self.best.places[i]
         n = place.friction or 0
         column = found.jacobian[:, n]
         own = float(found.point[n] + column @ found.residual / max(float(column @ column), 1e-300))
-        shared = float(place.scale[n] @ self.best.solution.point + place.offset[n])
-        return (own - shared) / math.sqrt(self._noises[i])
+        return own - float(place.scale[n] @ self.best.solution.point + place.offset[n])
 
 
 def _scaled(value: float, slope: float, se: float, u: float) -> Estimate:

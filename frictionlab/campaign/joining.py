@@ -11,7 +11,7 @@ from frictionlab.campaign.cycles import Cycle
 from frictionlab.campaign.friction import FrictionFit, Known, Verdict, in_newtons, reach_of
 from frictionlab.campaign.joined import Joined, TestTold, join
 from frictionlab.campaign.prediction import Model, local
-from frictionlab.campaign.probes import Probe, beyond_rigid
+from frictionlab.campaign.probes import Probe, begin, beyond_rigid
 from frictionlab.campaign.required import Rung, climb_together
 from frictionlab.campaign.trials import Trial
 from frictionlab.campaign.verdicts import Cause, LeftOut
@@ -128,9 +128,12 @@ def _material(
     probe: Probe,
 ) -> Material:
     cycles, ladders = all_of, list[Row]()
-    known = {} if len(cycles) > 1 or cycles[0].alone is None else dict(cycles[0].alone.fit.law_values)
     rungs: list[Rung] = []
-    if law is None:
+    known: Mapping[str, float]
+    if law is not None:
+        begun = begin(all_of, law, starts, probe)
+        known, starts, cycles = begun.start, begun.frictions, begun.cycles
+    else:
         rungs, top = climb_together(cycles, starts)
         others, top, cycles, ladders = beyond_rigid(cycles, top, probe)
         rungs += others

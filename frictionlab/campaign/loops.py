@@ -1,7 +1,6 @@
 """The loop of a material's contact: its force over displacement and speed, as recovered and as the law has it."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +8,7 @@ from numpy.typing import NDArray
 
 from frictionlab.campaign.cycles import Cycle
 from frictionlab.campaign.joining import Material
-from frictionlab.identification.contact_force import fade, left_for_contact
+from frictionlab.identification.contact_force import FittedRig, fade
 from frictionlab.identification.fit import Fit
 
 FloatArray = NDArray[np.float64]
@@ -53,7 +52,7 @@ def _loop(cycle: Cycle, found: Fit, stiffness: float | None) -> Loop | None:
     tau = 2.0 * math.pi * np.arange(POINTS) / POINTS
     x, v = state.orbit.at(tau + values.get("lag", 0.0))
     newtons = 1.0 if stiffness is None else stiffness * cycle.amplitude
-    seen = _recovered(cycle, state.problem.frame_damping_ratio, tau)
+    seen = _recovered(found, tau)
     length, rate = cycle.amplitude, cycle.amplitude * cycle.turn
     material, force = cycle.group
     return Loop(
@@ -69,15 +68,12 @@ def _loop(cycle: Cycle, found: Fit, stiffness: float | None) -> Loop | None:
     )
 
 
-def _recovered(cycle: Cycle, damping: float, tau: FloatArray) -> Sequence[FloatArray]:
-    """Displacement, speed and force (p,) by the measured harmonics: what the equation of motion leaves for it."""
-    cosine, sine = np.split(cycle.observed.cosine_sine, 2)
+def _recovered(found: Fit, tau: FloatArray) -> list[FloatArray]:
+    """Displacement, speed and force (p,) by the measured harmonics, with sensors and rig as the fit has found them."""
+    cosine, sine = np.split(found.observed.cosine_sine, 2)
     k = np.arange(1, len(cosine) + 1)
     x = cosine - 1j * sine
-    base = np.zeros(len(x), dtype=np.complex128)
-    motion = cycle.family.base
-    count = min(motion.harmonics, len(x))
-    base[:count] = np.array(motion.cosine[:count]) - 1j * np.array(motion.sine[:count])
-    force = left_for_contact(x, base, k, cycle.family.r, damping)
-    turning = np.exp(1j * np.outer(tau, k)) * fade(k)
-    return [np.asarray((turning @ lines).real) for lines in (x, 1j * k * x, force)]
+    turning, faded = np.exp(1j * np.outer(tau, k)), fade(k)
+    return [
+        np.asarray((turning @ lines).real) for lines in (faded * x, faded * 1j * k * x, FittedRig.of(found).force(x))
+    ]

@@ -46,35 +46,58 @@ class Model:
         return Family(r, self.law, dict(self.held), self.wall)
 
     @property
+    def open_ones(self) -> list[str]:
+        """Parameters of its law that have no value."""
+        held = {name for name, _ in self.held}
+        return [p.name for p in self.law.own if p.name not in held and p.name != "beta" and p.default is None]
+
+    @property
+    def first(self) -> "Model":
+        """That by which friction is looked for at first: itself, or plain Coulomb friction where it is open or dear."""
+        if self.is_cheap and not self.open_ones:
+            return self
+        rig = tuple((name, value) for name, value in self.held if name == "frame_damping_ratio")
+        return Model(COULOMB, rig, self.wall)
+
+    @property
+    def is_cheap(self) -> bool:
+        """Whether a steady state takes less than a millisecond or two."""
+        return self.law.kind in ("rigid", "elastic")
+
+    @property
     def words(self) -> str:
         """The model as a reader would say it."""
         solver = "" if self.solver == "auto" else f", solver {self.solver}"
         return model_words(self.family(1.0)) + solver
 
 
-def model_of(scene: Scene) -> Model:
+def model_of(scene: Scene, *, recorded: bool = False) -> Model:
     """The model that a scene switches on, by the same translation as a single comparison's.
+
+    ``recorded``: whether recordings are at hand, whose cycles tell more than rows of measurements.
 
     Raises
     ------
     UsageError
         It asks for what rows of measurements cannot give: base harmonics, or the fit of more than the friction ratio.
     """
-    if scene.model.base_harmonics > 1:
-        raise UsageError(
-            f"model.base_harmonics = {scene.model.base_harmonics}: a campaign predicts with a pure cosine base, because"
-            " rows of measurements hold no harmonics: leave it out here; compare-numeric uses it"
-        )
     law, held = law_and_held(scene)
-    open_ones = [p.name for p in law.own if p.name not in held and p.name != "beta" and p.default is None]
-    if open_ones:
-        raise UsageError(
-            f"model.law = {law.name}: a campaign fits the friction ratio alone: hold the law's other parameters"
-            f" fixed in [model.parameters]: {', '.join(open_ones)}; compare-numeric finds them"
-        )
+    model = Model(law, tuple(sorted(held.items())), scene.model.wall, scene.model.solver)
     if "beta" in held:
         raise UsageError("model.parameters.beta: a campaign fits the friction ratio: leave it out here")
-    return Model(law, tuple(sorted(held.items())), scene.model.wall, scene.model.solver)
+    if recorded:
+        return model
+    if scene.model.base_harmonics > 1:
+        raise UsageError(
+            f"model.base_harmonics = {scene.model.base_harmonics}: rows of measurements hold no harmonics, so without"
+            " recordings a campaign predicts with a pure cosine base: leave it out, or put the recordings beside them"
+        )
+    if model.open_ones:
+        raise UsageError(
+            f"law {law.name}: rows of measurements tell the friction ratio alone: put the recordings beside them, or"
+            f" hold the law's other parameters fixed in [model.parameters]: {', '.join(model.open_ones)}"
+        )
+    return model
 
 
 @dataclass(frozen=True)

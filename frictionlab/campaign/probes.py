@@ -6,21 +6,25 @@ some where the law has to be integrated step by step.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.campaign.cycles import Cycle
+from frictionlab.campaign.joint import cost_at
 from frictionlab.campaign.required import Rung, predicts_better, rung_of
 from frictionlab.campaign.shared import FRICTION
 from frictionlab.errors import AnalysisError, SimulationError
+from frictionlab.identification import AUTO
 from frictionlab.identification.ladder import REQUIRED
 from frictionlab.identification.observed import EXPLAINED
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.tables import Row
 
 FloatArray = NDArray[np.float64]
-Probe = Callable[[Sequence[str]], Sequence[Row]]
+Probe = Callable[[Sequence[str], str], Sequence[Row]]
+"""Rows of single comparisons of tests, by their sources, under a law or with `AUTO` a ladder of laws."""
 Frictions = Mapping[tuple[str, float], float]
 PROBED = 3
 MANY = 0.25  # share of tests that a law leaves unexplained, from which others are looked for
@@ -31,10 +35,10 @@ def beyond_rigid(cycles: Sequence[Cycle], top: Rung, probe: Probe) -> tuple[list
     """Return the other laws tried, the one that is required with them, the tests that it was fitted to, and ladders."""
     if not _leaves_much(top):
         return [], top, list(cycles), []
-    rows = list(probe([cycle.source for cycle in spread_over(cycles, PROBED)]))
+    rows = list(probe([cycle.source for cycle in spread_over(cycles, PROBED)], AUTO))
     found, best, fitted = [], top, list(cycles)
     for law, starts in _candidates(rows, top.law).items():
-        some = list(cycles) if law.kind in ("rigid", "elastic") else spread_over(cycles, SOME)
+        some = affordable(cycles, law)
         before = top if len(some) == len(cycles) else _again(some, top)
         rung = _tried(some, law, starts, rows, before)
         if rung is None:
@@ -64,6 +68,61 @@ def spread_over(cycles: Sequence[Cycle], count: int) -> list[Cycle]:
         want = min(len(own), each if count >= len(groups) else count)
         chosen += [own[round((i + 0.5) * len(own) / want - 0.5)] for i in range(want)]
     return chosen
+
+
+def affordable(cycles: Sequence[Cycle], law: Law) -> list[Cycle]:
+    """The tests that a law is fitted to: some, where each steady state has to be integrated step by step."""
+    return list(cycles) if law.kind in ("rigid", "elastic") else spread_over(cycles, SOME)
+
+
+@dataclass(frozen=True)
+class Begun:
+    """Where a fit of a law to tests begins: its values but the friction ratios, those, and the tests."""
+
+    start: Mapping[str, float]
+    frictions: Frictions
+    cycles: list[Cycle]
+
+
+def begin(cycles: Sequence[Cycle], law: Law, frictions: Frictions, probe: Probe) -> Begun:
+    """Return where the fit of a given law begins: by single comparisons of some tests, where the law has valleys.
+
+    Parameters
+    ----------
+    cycles : sequence of Cycle
+        Of one material.
+    law : Law
+    frictions : mapping
+        Friction ratio of each group under a simpler law.
+    probe : callable
+        Compares single tests.
+    """
+    some = affordable(cycles, law)
+    found = {c.source: dict(c.alone.fit.law_values) for c in some if c.alone is not None}
+    if len(found) == len(some):
+        known = found
+    elif law.kind == "rigid":
+        return Begun({}, frictions, some)
+    else:
+        known = _compared(probe([cycle.source for cycle in spread_over(some, PROBED)], law.name))
+    groups = {cycle.source: cycle.group for cycle in some}
+    scales = [values[FRICTION] / frictions[groups[source]] for source, values in known.items() if FRICTION in values]
+    scale = float(np.median(scales)) if scales else 1.0
+    scaled = {group: scale * beta for group, beta in frictions.items()}
+    starts = [{name: value for name, value in values.items() if name != FRICTION} for values in known.values()]
+    if len(starts) > 1:
+        starts.sort(key=lambda start: cost_at(some, law, start, scaled, {}))
+    return Begun(starts[0] if starts else {}, scaled, some)
+
+
+def _compared(rows: Sequence[Row]) -> dict[str, dict[str, float]]:
+    """Values of the law that single comparisons found, by source; those that failed found none."""
+    told = {str(row["source"]): row.get("parameters") for row in rows}
+    return {
+        source: {name: float(one["value"]) for name, one in parameters.items()}
+        for source, parameters in told.items()
+        if isinstance(parameters, Mapping)
+    }
 
 
 def _candidates(rows: Sequence[Row], tried: Law) -> dict[Law, list[dict[str, float]]]:

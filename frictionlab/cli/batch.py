@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -37,8 +37,8 @@ def batch(
         bool, typer.Option("--campaign", help="Measure all tests, then evaluate them together up to report.html.")
     ] = False,
     law: Annotated[
-        Literal["auto"] | None,
-        typer.Option("--law", help="With --campaign, auto: the law that each material requires."),
+        str | None,
+        typer.Option("--law", metavar="LAW", help="With --campaign: as campaign's, a law or auto."),
     ] = None,
     again: Annotated[bool, typer.Option("--again", help="Make everything again, changed or not.")] = False,
     workers: Workers = None,

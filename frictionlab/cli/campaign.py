@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, Protocol, TypeVar
+from typing import TYPE_CHECKING, Annotated, Protocol, TypeVar
 
 import typer
 
@@ -41,8 +41,12 @@ def campaign(
     *,
     scene: SceneFile = None,
     law: Annotated[
-        Literal["auto"] | None,
-        typer.Option("--law", help="auto: the law that each material requires, from the recordings of its tests."),
+        str | None,
+        typer.Option(
+            "--law",
+            metavar="LAW",
+            help="Contact law, like coulomb+speed, or auto: the one that each material's tests require together.",
+        ),
     ] = None,
     workers: Workers = None,
     force: Force = False,

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.identification.fit import Fit
 from frictionlab.simulator import Problem, SteadyState
 
 FloatArray = NDArray[np.float64]
@@ -15,8 +16,31 @@ ComplexArray = NDArray[np.complex128]
 FADE = 25.0  # harmonics above this fade out: noise times k^2 rules there
 
 
+@dataclass(frozen=True)
+class FittedRig:
+    """Sensors and rig as a fit has found them: the ``problem`` simulated; ``lag``: by which the mass is early, rad."""
+
+    problem: Problem
+    lag: float
+
+    @classmethod
+    def of(cls, found: Fit) -> "FittedRig":
+        """Return the rig of a fit; where that holds sensors and rig, it is as it is known."""
+        return cls(found.forward.problem(found.values), found.values.get("lag", 0.0))
+
+    def force(self, mass: ComplexArray) -> ComplexArray:
+        """Harmonics (n,) of the contact's force over k Y, from 1 on, by those of the measured mass over Y."""
+        order = np.arange(1, len(mass) + 1)
+        base = np.zeros(len(mass), dtype=np.complex128)
+        motion = self.problem.base
+        count = min(motion.harmonics, len(mass))
+        base[:count] = np.array(motion.cosine[:count]) - 1j * np.array(motion.sine[:count])
+        base *= np.exp(1j * self.lag * order)
+        return fade(order) * left_for_contact(mass, base, order, self.problem.r, self.problem.frame_damping_ratio)
+
+
 def contact_force(
-    measurement: Measurement, frame_damping_ratio: float = 0.0, *, found: Problem | None = None, lag: float = 0.0
+    measurement: Measurement, frame_damping_ratio: float = 0.0, *, fitted: FittedRig | None = None
 ) -> FloatArray:
     """Force of the contact on the mass over the measured cycle: what the equation of motion leaves for it.
 
@@ -27,22 +51,24 @@ def contact_force(
     measurement : Measurement
         With a frequency ratio.
     frame_damping_ratio : float
-        Of the frame's own dashpot.
-    found : Problem, optional
-        Whose frequency ratio and base motion are taken in place of the measured ones: a rig as a fit has found it.
-    lag : float
-        By which the mass is seen early, rad of the drive.
+        Of the frame's own dashpot, where no fit has found it.
+    fitted : FittedRig, optional
+        Whose frequency ratio, damping, base motion and lag are taken in place of those that are known.
 
     Returns
     -------
     ndarray of shape (p,)
         Over k Y, at the phases of ``measurement.cycle.tau``; positive against a motion in the positive direction.
     """
-    cycle, r = measurement.cycle, (found.r if found else measurement.frequency_ratio) or math.nan
-    moved = found.base.at(cycle.tau + lag) if found else cycle.base
-    mass, base = np.fft.rfft(cycle.mass_smooth), np.fft.rfft(moved)
-    k = np.arange(len(mass))
-    return np.asarray(np.fft.irfft(fade(k) * left_for_contact(mass, base, k, r, frame_damping_ratio), len(cycle.tau)))
+    cycle, r = measurement.cycle, measurement.frequency_ratio or math.nan
+    mass = np.fft.rfft(cycle.mass_smooth)
+    if fitted is None:
+        base, k = np.fft.rfft(cycle.base), np.arange(len(mass))
+        left = fade(k) * left_for_contact(mass, base, k, r, frame_damping_ratio)
+    else:
+        half = 0.5 * len(cycle.tau)
+        left = np.concatenate([[0.0], half * fitted.force(mass[1:] / half)])
+    return np.asarray(np.fft.irfft(left, len(cycle.tau)))
 
 
 def left_for_contact(
@@ -117,7 +143,7 @@ def contact_of(
         tau=cycle.tau,
         displacement=cycle.mass_smooth,
         velocity=cycle.mass_velocity,
-        force=contact_force(measurement, state.problem.frame_damping_ratio, found=state.problem, lag=lag),
+        force=contact_force(measurement, fitted=FittedRig(state.problem, lag)),
         law_displacement=None if x is None else x - x.mean(),
         law_velocity=v,
         law_force=None if orbit is None else orbit.force(cycle.tau + lag),

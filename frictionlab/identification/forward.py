@@ -41,10 +41,8 @@ class Forward:
 
         ``near``: that of values close by, from which an integrated one is found sooner.
         """
-        own = {name: value for name, value in values.items() if name in self._parameters}
-        second = complex(values.get("second_cosine", 0.0), -values.get("second_sine", 0.0))
         try:
-            problem = self.family.problem(own, detuning=values.get("natural_frequency", 0.0), second=second)
+            problem = self.problem(values)
             if near is not None:
                 return _integrated(problem, near, self.meter)
             if self.is_integrated:
@@ -52,6 +50,12 @@ class Forward:
             return _elastic(problem, self.meter) if self.family.law.kind == "elastic" else steady_state(problem)
         except SimulationError:
             return None  # no motion to compare with: these values are no candidate
+
+    def problem(self, values: Mapping[str, float]) -> Problem:
+        """What is simulated at some values: law, rig and base motion."""
+        own = {name: value for name, value in values.items() if name in self._parameters}
+        second = complex(values.get("second_cosine", 0.0), -values.get("second_sine", 0.0))
+        return self.family.problem(own, detuning=values.get("natural_frequency", 0.0), second=second)
 
     @property
     def is_integrated(self) -> bool:

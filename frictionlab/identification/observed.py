@@ -85,10 +85,14 @@ class Observed:
         A weight that is found from some cycles lets those scatter too little: this is how the others see them. Nothing
         where the cycles are too few to tell their own scatter.
         """
+        return self.by_others(PARTS)
+
+    def by_others(self, parts: int) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """As `left_out`, in so many parts."""
         n, about = len(self.each), self.each - self.each.mean(axis=0)
         if n < FEWEST_CYCLES + 1 or not math.isfinite(self.freedom):
             return ()
-        rows = np.array_split(np.arange(n), min(n, PARTS))
+        rows = np.array_split(np.arange(n), min(n, parts))
         least = self.sensor * self.used + 2.0 * ROUNDING**2 * self.power / self.harmonics
         others = (np.delete(self.each, part, axis=0) for part in rows)
         return tuple(

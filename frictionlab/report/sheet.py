@@ -14,7 +14,7 @@ from frictionlab.campaign import Trial, Verdict
 from frictionlab.campaign.trials import short_name
 from frictionlab.estimate import Estimate
 from frictionlab.files import write_whole
-from frictionlab.identification.contact_force import contact_force
+from frictionlab.identification.contact_force import FittedRig, contact_force
 from frictionlab.recording import Recording
 from frictionlab.report.chart import Line, chart
 from frictionlab.scene import Scene
@@ -36,13 +36,15 @@ FORCE = (
 class Sheet:
     """What a page of one test shows; ``measurement``, ``recording``: where the recording is at hand.
 
-    ``verdict``: what the campaign's fit says of it; ``comparison``: the row of `compare-numeric`, where it is given.
+    ``verdict``: what the campaign's fit says of it; ``comparison``: the row of `compare-numeric`, where it is given;
+    ``fitted``: sensors and rig as the fit of its material's tests has found them.
     """
 
     trial: Trial
     scene: Scene
     verdict: Verdict | None = None
     comparison: Row | None = None
+    fitted: FittedRig | None = None
     measurement: Measurement | None = None
     recording: Recording | None = None
 
@@ -147,7 +149,8 @@ def _verdicts(sheet: Sheet) -> Iterator[tuple[str, str]]:
             yield "nrmse of its cycle under its material's law", f"{verdict.nrmse:.3g}"
             yield "that over what noise alone leaves", f"{verdict.nrmse / verdict.floor:.2g}"
         elif verdict.misfit is not None:
-            yield "energy and amplitude differ from it by", f"{verdict.misfit:.2g} standard errors"
+            count = f"{verdict.misfit:.2g}"
+            yield "energy and amplitude differ from it by", f"{count} standard error{'' if count == '1' else 's'}"
         yield "in the fit of its group", "used" if verdict.excluded is None else f"left out: {verdict.excluded}"
     for key, words in (("law", "law (compare-numeric)"), ("verdict", "verdict"), ("model", "model")):
         if row.get(key):
@@ -184,7 +187,7 @@ def _charts(sheet: Sheet) -> Iterator[tuple[str, str, str]]:
 def _forces(sheet: Sheet, measured: Measurement, unit: float) -> Iterator[tuple[str, str, str]]:
     stiffness = sheet.scene.rig.stiffness
     newtons, name = (1.0, "k Y") if stiffness is None else (stiffness * unit * 1e-3, "N")
-    force = _closed(newtons * contact_force(measured, sheet.scene.frame_damping_ratio))
+    force = _closed(newtons * contact_force(measured, sheet.scene.frame_damping_ratio, fitted=sheet.fitted))
     cycle, turn = measured.cycle, 2.0 * np.pi * (measured.drive.value or np.nan)
     place, speed = _closed(unit * cycle.mass_smooth), _closed(unit * turn * cycle.mass_velocity)
     label = f"friction force [{name}]"
@@ -213,7 +216,12 @@ def _response(recording: Recording, measured: Measurement) -> str:
 
 
 def sheets_of(
-    trials: Sequence[Trial], verdicts: Mapping[str, Verdict], comparisons: Mapping[str, Row], scene: Scene
+    trials: Sequence[Trial],
+    verdicts: Mapping[str, Verdict],
+    comparisons: Mapping[str, Row],
+    scene: Scene,
+    rigs: Mapping[str, FittedRig],
 ) -> list[Sheet]:
     """The pages of a campaign, in the order of its tests, without what their recordings would add."""
-    return [Sheet(t, scene, verdicts.get(t.source), comparisons.get(t.source)) for t in trials]
+    sources = ((t, t.source) for t in trials)
+    return [Sheet(t, scene, verdicts.get(name), comparisons.get(name), rigs.get(name)) for t, name in sources]

@@ -51,27 +51,28 @@ def cycles_of(
 
 
 @dataclass(frozen=True)
-class Ladders:
-    """Gives the ladder of laws of single tests, by their sources; where their recordings are is known."""
+class Probes:
+    """Gives single comparisons of tests, by their sources; where their recordings are is known."""
 
     scene: Scene
     paths: Mapping[str, Path]
     workers: int | None
 
-    def __call__(self, sources: Sequence[str]) -> list[Row]:
-        """Return the rows of these tests; a failed one has its reason."""
-        rows = rows_of([self.paths[s] for s in sources], _Climbing(self.scene), workers=self.workers)
+    def __call__(self, sources: Sequence[str], law: str) -> list[Row]:
+        """Return the rows of these tests under a law, or with a ladder of laws; a failed one has its reason."""
+        rows = rows_of([self.paths[s] for s in sources], _Comparing(self.scene, law), workers=self.workers)
         return [{**row, "source": source} for source, row in zip(sources, rows, strict=True)]
 
 
 @dataclass(frozen=True)
-class _Climbing:
+class _Comparing:
     """What is done to a recording that is probed, here or where a worker is."""
 
     scene: Scene
+    law: str
 
     def __call__(self, path: Path) -> Row:
-        return predict(measure(read_recording(path), self.scene), self.scene, law=AUTO).row()
+        return predict(measure(read_recording(path), self.scene), self.scene, law=self.law).row()
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,12 @@ from pathlib import Path
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.campaign import Campaign, Watch, is_comparison, read_measurements, trial_of
 from frictionlab.campaign import evaluate as evaluate_trials
-from frictionlab.errors import UsageError
 from frictionlab.experiment import facts_of
 from frictionlab.identification import AUTO
+from frictionlab.scene import Scene
+from frictionlab.simulator.laws import law_of
 from frictionlab.tables import Row
-from frictionlab.verbs.cycles import Ladders, cycles_of
+from frictionlab.verbs.cycles import Probes, cycles_of
 from frictionlab.verbs.given import AnyScene, FilePath, scene_given
 
 TABLES = ("model", "rig")
@@ -38,8 +39,8 @@ def evaluate(
         ``[experiment]`` gives the facts of each test by the name of its source.
     folders : iterable of str or Path
         Where recordings are looked for too, beside where the measurements stand.
-    law : {"auto"}, optional
-        Find the law that the tests of each material require together, from their recordings.
+    law : str, optional
+        In place of the scene's; "auto" finds the one that the tests of each material require together.
     workers : int, optional
         Processes that read the recordings; None takes what the machine has.
     watch : callable
@@ -50,13 +51,11 @@ def evaluate(
     Raises
     ------
     UsageError, RecordingError
-        A file does not hold measurements, or the law is another one.
+        A file does not hold measurements, or the law cannot be.
     SceneError
         The scene is refused.
     """
-    known = scene_given(scene, settings, TABLES)
-    if law not in (None, AUTO):
-        raise UsageError(f"campaign: law; expected auto, or the scene's own ([model] law) by giving none; got {law!r}")
+    known = _under(scene_given(scene, settings, TABLES), law)
     rows: list[Row] = []
     places = {Path(folder) for folder in folders}
     for what in measurements:
@@ -80,6 +79,13 @@ def evaluate(
         comparisons=comparisons,
         cycles=recorded.cycles,
         find_law=law == AUTO,
-        probe=Ladders(known, recorded.paths, workers),
+        probe=Probes(known, recorded.paths, workers),
         watch=watch,
     )
+
+
+def _under(scene: Scene, law: str | None) -> Scene:
+    """The scene with another law; what it holds of its own law's parameters is none of the other's."""
+    if law is None or law == AUTO or law_of(law).name == law_of(scene.model.law).name:
+        return scene
+    return scene.changed(model={"law": law_of(law).name, "parameters": {}})

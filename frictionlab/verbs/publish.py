@@ -55,7 +55,7 @@ def publish(
 def _write_sheets(campaign: Campaign, folder: Path, *, force: bool) -> None:
     """A page per test, with what its recording shows where that is at hand."""
     folder.mkdir(exist_ok=True)
-    plain = sheets_of(campaign.trials, campaign.verdicts, campaign.comparisons, campaign.scene)
+    plain = sheets_of(campaign.trials, campaign.verdicts, campaign.comparisons, campaign.scene, campaign.rigs)
     for number, sheet in enumerate(plain, 1):
         path = folder / sheet_name(number, sheet.trial)
         write_sheet(_with_recording(sheet, campaign), path, back="../report.html#tests", force=force)

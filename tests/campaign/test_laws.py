@@ -8,7 +8,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.campaign import Campaign
 from frictionlab.campaign.laws import laws_of
 from frictionlab.campaign.output import check_folder, write_tables
-from frictionlab.errors import UsageError
+from frictionlab.errors import ParameterError, UsageError
 from frictionlab.hdf5 import write_recording
 from frictionlab.scene import Scene
 from frictionlab.tables import Row, read_rows, write_rows
@@ -94,6 +94,11 @@ def test_a_campaign_finds_the_law_of_each_material_from_its_own_recordings(scene
     assert len(found.laws) > 1
 
 
-def test_a_campaign_climbs_the_ladder_or_takes_the_scenes_law(scene: Scene) -> None:
-    with pytest.raises(UsageError, match=r"law; expected auto.*got 'coulomb\+place'"):
-        evaluate([], scene, law="coulomb+place")
+def test_a_law_that_does_not_exist_is_refused_by_name(scene: Scene) -> None:
+    with pytest.raises(ParameterError, match=r"law 'coulomb\+plaice': 'plaice' is no term"):
+        evaluate([], scene, law="coulomb+plaice")
+
+
+def test_a_law_with_open_parameters_needs_recordings(scene: Scene) -> None:
+    with pytest.raises(UsageError, match=r"coulomb\+place.*put the recordings beside them.*gradient"):
+        evaluate([row("steel", 1.5, 0.5, 0.6)], scene, law="coulomb+place")

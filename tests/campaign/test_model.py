@@ -66,7 +66,7 @@ def test_the_coefficient_comes_back_under_each_model(rig: dict[str, object], mod
     ("model", "words"),
     [
         ({"base_harmonics": 3}, r"^model.base_harmonics = 3: .*pure cosine"),
-        ({"law": "coulomb+place"}, r"^model.law = coulomb\+place: .*model.parameters.*gradient"),
+        ({"law": "coulomb+place"}, r"^law coulomb\+place: .*recordings.*model.parameters.*gradient"),
         ({"law": "coulomb+compliance", "parameters": {"stiffness_ratio": 9.0}, "solver": "closed-form"}, "closed-form"),
     ],
 )

@@ -1,0 +1,80 @@
+"""A campaign of one recording says what `compare-numeric` says of it: value, errors, the contact's force."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictionlab.analysis.measure import measure
+from frictionlab.campaign import Campaign
+from frictionlab.hdf5 import write_recording
+from frictionlab.identification import compare
+from frictionlab.identification.contact_force import contact_force
+from frictionlab.recording import Recording
+from frictionlab.scene import Scene, scene_from_tables
+from frictionlab.simulator import Problem
+from frictionlab.verbs.evaluate import evaluate
+from tests.campaign.fabricate import SCENE
+from tests.identification.contacts import recorded
+
+KNOWN = SCENE | {"sensors": {"lag_s_u": 1e-4, "gain_error": 0.002}}
+
+
+def made(law: str, parameters: dict[str, float], *, lag_s: float = 0.0, seed: int = 5) -> Recording:
+    """40 s of a contact whose friction scatters by 0.3 % from cycle to cycle."""
+    problem = Problem(0.6, 0.36, law=law, parameters=parameters)
+    return recorded(problem, np.random.default_rng(seed), seconds=40.0, lag_s=lag_s)
+
+
+def campaign_of(recordings: dict[str, Recording], scene: Scene, folder: Path, law: str | None = None) -> Campaign:
+    """The campaign of recordings by the name of their material: one test each."""
+    rows = []
+    for material, recording in recordings.items():
+        write_recording(recording, folder / f"{material}.h5")
+        measured = measure(recording, scene).row()
+        rows.append({**measured, "source": f"{material}.h5", "material": material, "normal_force_n": 1.5})
+    return evaluate(rows, scene, folders=[folder], law=law)
+
+
+@pytest.mark.parametrize(
+    ("law", "asked", "parameters"),
+    [
+        ("coulomb", None, {}),
+        ("coulomb+speed", "coulomb+speed", {"contact_damping_ratio": 0.05}),
+        ("coulomb+place", "coulomb+place", {"gradient": 0.04}),
+        ("coulomb+speed", "auto", {"contact_damping_ratio": 0.05}),
+    ],
+)
+def test_value_and_errors_are_the_single_comparisons(
+    tmp_path: Path, law: str, asked: str | None, parameters: dict[str, float]
+) -> None:
+    scene, recording = scene_from_tables(KNOWN), made(law, parameters)
+    found, alone = campaign_of({"steel": recording}, scene, tmp_path, asked), compare(recording, scene, law=asked)
+    (fit,) = found.fits
+    assert fit.law == alone.law == law
+    assert fit.friction_ratio == pytest.approx(alone.friction_ratio, rel=1e-6)
+    assert fit.friction_ratio_se == pytest.approx(alone.friction_ratio_se, rel=1e-5)
+    assert fit.friction_ratio_u == pytest.approx(alone.friction_ratio_u, rel=1e-5)
+    for told in found.parameters:
+        single = alone.parameters[told.parameter]
+        assert told.value == pytest.approx(single["value"], rel=1e-6)
+        assert (told.value_se, told.value_u) == pytest.approx((single["se"], single["u"]), rel=1e-5)
+        assert told.is_told == single["told"]
+
+
+def test_the_force_of_the_contact_is_recovered_with_the_rig_as_fitted(tmp_path: Path) -> None:
+    """A lag of 8 ms that no scene declares: a page and a material's loop showed the force at the lag as known."""
+    scene, recording = scene_from_tables(SCENE), made("coulomb", {}, lag_s=8e-3)
+    found, alone = campaign_of({"steel": recording}, scene, tmp_path), compare(recording, scene)
+    assert alone.contact is not None
+    fitted, measured = found.rigs["steel.h5"], measure(recording, scene)
+    assert abs(fitted.lag) > 0.05
+    force = contact_force(measured, fitted=fitted)
+    assert force == pytest.approx(alone.contact.force, abs=1e-6)
+    assert np.abs(contact_force(measured) - force).max() > 0.02
+    (loop,) = found.loops
+    scale = 1191.0 * (measured.base_amplitude.value or 0.0)
+    tau = 2.0 * np.pi * np.arange(len(loop.force)) / len(loop.force)
+    at = np.interp(tau, np.append(measured.cycle.tau, 2.0 * np.pi + measured.cycle.tau[0]), np.append(force, force[0]))
+    apart = np.sqrt(np.mean((loop.force / scale - at) ** 2))
+    assert apart < 0.4 * np.sqrt(np.mean((contact_force(measured) - force) ** 2))  # not smoothed: its noise is left
