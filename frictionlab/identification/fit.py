@@ -18,7 +18,8 @@ from scipy.special import gammaincinv, log_ndtr
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import Coordinate, holds, strain_slopes, strains, values_of
 from frictionlab.identification.forward import Forward
-from frictionlab.identification.observed import Observed, of_neighbours
+from frictionlab.identification.neighbours import raised_by
+from frictionlab.identification.observed import Observed
 
 FloatArray = NDArray[np.float64]
 FAR = 1e3  # residual of values that have no steady state, over the measured cycle
@@ -340,8 +341,7 @@ def _by_noise(found: Fit, gain: FloatArray) -> FloatArray:
     slopes: FloatArray = np.asarray(weight * np.linalg.solve(observed.whitener, found.jacobian), dtype=np.float64)
     gains = (_gain(slopes, covariance, found.hold) for _, covariance in observed.left_out)
     moved = weight * np.concatenate([part @ g.T for (part, _), g in zip(observed.left_out, gains, strict=True)])
-    raised = np.array([of_neighbours(series) for series in moved.T])
-    scatter = (moved**2).sum(axis=0) / (len(moved) - 1.0) / observed.used * raised
+    scatter = (moved**2).sum(axis=0) / (len(moved) - 1.0) / observed.used * raised_by(moved)
     return np.asarray(np.maximum(sensor, scatter) + np.einsum("ij,jk,ik->i", white, observed.of_base, white))
 
 

@@ -15,6 +15,7 @@ from scipy.linalg import eigh
 
 from frictionlab.analysis.energy import lag_one
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.identification.neighbours import raised_by
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -25,7 +26,6 @@ EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own sc
 FEW = 3.0  # over the number of cycles: the share of the mean variance below which no variance is known
 PARTS = 8  # that the cycles are left out in, one after the other, to see how far each is from what the others say
 POINTS = 4.0  # of a cycle for each harmonic: with fewer, interpolation takes part of it away
-NEIGHBOURS = (0.285, 0.17)  # correlation of neighbours, mean and deviation, before it is measured (`of_neighbours`)
 ROUNDING = 1e-6  # of the response: interpolation between samples is no better
 
 
@@ -241,24 +241,14 @@ def together(values: FloatArray) -> float:
 def of_neighbours(values: FloatArray) -> float:
     """By how much the variance of the mean of a series is larger than its scatter over its length says.
 
-    What changes from cycle to cycle rarely changes where the cycles are cut. Where it changes after a share s of them,
-    neighbours have ``rho = s (1 - s) / (s^2 + (1 - s)^2)`` in common, and with s anywhere rho is 0.285 +- 0.17 before
-    anything is measured: a few cycles say less of it. The mean's variance grows by 1 + 2 rho, the scatter shows
-    1 - 2 rho / n of itself and is known by ``(n - 1) / (1 + 2 rho^2)`` degrees of freedom (Student).
+    Neighbours hang together, and few cycles know their own scatter badly: `frictionlab.identification.neighbours`.
 
     Examples
     --------
-    >>> round(of_neighbours(np.tile([1.0, -1.0], 50)), 2), round(of_neighbours(np.tile([1.0, -1.0], 4)), 2)
-    (1.02, 1.43)
     >>> round(of_neighbours(np.array([1.0, 0.9, -0.2, -0.8, -0.7, -0.1, 0.2, -0.3])), 1)
-    3.1
+    5.9
     """
-    n, rho = len(values), lag_one(values)
-    told = n * NEIGHBOURS[1] ** 2
-    rho = min(max((told * (rho + (1.0 + 4.0 * rho) / n) + NEIGHBOURS[0]) / (told + 1.0), 0.0), 0.95)
-    freedom = (n - 1.0) / (1.0 + 2.0 * rho**2)
-    student = freedom / max(freedom - 2.0, 0.5)
-    return max(1.0 + 2.0 * rho, together(values)) * student / (1.0 - 2.0 * rho / n)
+    return float(raised_by(values[:, None])[0])
 
 
 def by_base(mean: FloatArray, relative: float) -> FloatArray:

@@ -20,7 +20,8 @@ from frictionlab.identification.colour import Whitener, white, whitener_of
 from frictionlab.identification.coordinates import point_of, strain_slopes, strains
 from frictionlab.identification.fit import Errors, Fit
 from frictionlab.identification.forward import Forward
-from frictionlab.identification.observed import Observed, of_neighbours
+from frictionlab.identification.neighbours import raised_by
+from frictionlab.identification.observed import Observed
 from frictionlab.identification.track import RecordForward
 
 FloatArray = NDArray[np.float64]
@@ -226,7 +227,7 @@ def _by_cycles(found: RecordFit, gain: FloatArray, per_period: int) -> FloatArra
     whole = blocks * per_period
     each = (gain[:whole] * found.gap[:whole, None]).reshape(blocks, per_period, count).sum(axis=1)
     few = blocks / max(blocks - 3.0, 1.0)
-    hang = np.sqrt([of_neighbours(series) for series in each.T])
+    hang = np.sqrt(np.maximum(raised_by(each), 1.0))
     return np.asarray(each.T @ each * few * np.outer(hang, hang))
 
 

@@ -1,0 +1,84 @@
+"""By how much the mean of a few cycles is less sure than their scatter says, because neighbours hang together.
+
+Two things make neighbours alike, and one makes them unlike. Cycles are cut where the base rises, friction changes
+anywhere: with a share s of what a change does before the cut and 1 - s after it, a value of one cycle is
+``(1 - s) f[k] + s f[k+1]``. A parameter that friction moves to and fro has a share beyond 0 and 1: its neighbours
+are unlike, and its mean is surer than its scatter says. And friction itself may wander, ``f[k+1] = phi f[k] + ...``.
+That is a moving average of an autoregression, ARMA(1, 1): its likelihood is exact and cheap for any number of cycles
+(innovations, Brockwell and Davis 1991, section 5.3), so s and phi are averaged over, each pair by how likely it makes
+the series. Few cycles say little of it, and what was thought before them counts.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+SHARES = {-2.0: 0.03, -0.6: 0.03, -0.3: 0.03, -0.15: 0.03} | dict.fromkeys((0.0, 0.1, 0.2, 0.3, 0.4, 0.5), 0.88 / 6)
+WANDERS = {0.0: 0.75} | dict.fromkeys((0.3, 0.6, 0.8, 0.9, 0.95), 0.05)  # phi -> how likely before anything is measured
+
+
+class _Pairs:
+    """All pairs of a share and a wander (c, 1): correlation of neighbours, of a series and of what phi leaves of it."""
+
+    def __init__(self) -> None:
+        share, self.phi = (side.reshape(-1, 1) for side in np.meshgrid(list(SHARES), list(WANDERS)))
+        same, cross = share**2 + (1.0 - share) ** 2, share * (1.0 - share)
+        size = same + 2.0 * cross * self.phi
+        self.rho = (same * self.phi + cross * (1.0 + self.phi**2)) / size
+        self.log_prior = np.log(np.outer(list(WANDERS.values()), list(SHARES.values()))).reshape(-1, 1)
+        self.left = 1.0 + self.phi**2 - 2.0 * self.phi * self.rho  # variance of x[k] - phi x[k-1] ...
+        self.alike = self.rho - self.phi  # ... and its covariance with the next one
+
+    def of_mean(self, n: int) -> FloatArray:
+        """Variance (c, 1) of the mean of n values of unit variance."""
+        apart = np.arange(1, n)
+        return np.asarray((n + 2.0 * ((n - apart) * self.phi ** (apart - 1) * self.rho).sum(axis=1)[:, None]) / n**2)
+
+    def squares(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Sum of squares (c, m) of series (n, m) about their likeliest mean, and log likelihood of the rest (c, 1).
+
+        Each value is predicted from those before it; what is left, over its deviation, is white.
+        """
+        series = np.concatenate([values - values.mean(axis=0), np.ones((len(values), 1))], axis=1)
+        variance, error, before = np.ones_like(self.phi), np.zeros((1, 1)), np.zeros(series.shape[1])
+        square, cross = np.zeros((2, len(self.phi), series.shape[1]))
+        size = np.zeros_like(self.phi)
+        for i, here in enumerate(series):
+            error = here - self.phi * before - (self.alike / variance) * error
+            variance = self.left - self.alike**2 / variance if i else variance
+            before, one = here, error[:, -1:]
+            square, cross = square + error**2 / variance, cross + error * one / variance
+            size = size - 0.5 * np.log(variance)
+        whole = cross[:, -1:]
+        return np.asarray((square - cross**2 / whole)[:, :-1]), np.asarray(size - 0.5 * np.log(whole))
+
+
+PAIRS = _Pairs()
+
+
+def raised_by(series: FloatArray) -> FloatArray:
+    """Return by how much the variance of each mean is larger than scatter over length says.
+
+    Geometric mean of what all pairs say, each by its likelihood: its root is that of a stated error which covers. That
+    the scatter is known from few values alone is counted (Student).
+
+    Parameters
+    ----------
+    series : ndarray of shape (n, m)
+        m series of n values, n at least 2.
+
+    Examples
+    --------
+    >>> draws = np.random.default_rng(1).standard_normal((201, 1))
+    >>> np.round([float(raised_by(some)[0]) for some in (draws, draws[1:] + draws[:-1], draws[1:] - draws[:-1])], 1)
+    array([0.8, 2.2, 0.1])
+    """
+    n = len(series)
+    scatter = series.var(axis=0, ddof=1)
+    varied = scatter > 0.0
+    square, log_weight = PAIRS.squares(np.where(varied, series, np.arange(n)[:, None] % 2))
+    log_weight = log_weight + PAIRS.log_prior - 0.5 * (n - 1.0) * np.log(square)
+    weight = np.exp(log_weight - log_weight.max(axis=0))
+    log_variance = np.log(square / max(n - 3.0, 0.5) * PAIRS.of_mean(n))
+    told = np.exp((weight * log_variance).sum(axis=0) / weight.sum(axis=0))
+    return np.where(varied, told * n / np.where(varied, scatter, 1.0), 1.0)

@@ -1,0 +1,62 @@
+"""How sure the mean of a few cycles is whose neighbours hang together."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.linalg import toeplitz
+from scipy.stats import multivariate_normal
+
+from frictionlab.identification.neighbours import PAIRS, raised_by
+
+FloatArray = NDArray[np.float64]
+
+
+def autocorrelation(share: float, wander: float, n: int) -> FloatArray:
+    """Of ``(1 - share) f[k] + share f[k+1]``, written out."""
+    lag = np.arange(n)
+
+    def of_friction(k: NDArray[np.int64]) -> FloatArray:
+        return np.where(k == 0, 1.0, float(wander) ** np.abs(k))
+
+    found = (share**2 + (1 - share) ** 2) * of_friction(lag)
+    found = found + share * (1 - share) * (of_friction(lag + 1) + of_friction(lag - 1))
+    return np.asarray(found / found[0])
+
+
+def test_likelihood_and_mean_are_those_of_the_covariance_written_out() -> None:
+    """Ratios of the likelihood of a series, its mean free (Gauss), against scipy's of all differences of neighbours."""
+    n, series = 9, np.random.default_rng(3).standard_normal(9)
+    differences = np.eye(n)[1:] - np.eye(n)[:-1]
+    square, size = PAIRS.squares(series[:, None])
+    ours, wanted, spread = size[:, 0] - 0.5 * square[:, 0], [], []
+    for share, wander in [(s, w) for w in (0.0, 0.3, 0.6, 0.8, 0.9, 0.95) for s in (-2, -0.6, -0.3, -0.15, *TENTHS)]:
+        covariance = toeplitz(autocorrelation(share, wander, n))
+        wanted.append(multivariate_normal.logpdf(differences @ series, cov=differences @ covariance @ differences.T))
+        spread.append(covariance.sum() / n**2)
+    assert np.diff(ours) == pytest.approx(np.diff(wanted), abs=1e-8)
+    assert PAIRS.of_mean(n)[:, 0] == pytest.approx(spread, rel=1e-12)
+
+
+TENTHS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
+
+
+@pytest.mark.parametrize(("share", "wander"), [(0.0, 0.0), (0.25, 0.0), (0.5, 0.0), (-0.6, 0.0), (0.5, 0.6)])
+def test_the_error_of_a_mean_covers_wherever_friction_changes_in_a_cycle(share: float, wander: float) -> None:
+    """Rms of error over stated error of 600 means of 63 cycles; friction that changes in mid-cycle had 0.8."""
+    n, rng = 63, np.random.default_rng(7)
+    root = np.linalg.cholesky(toeplitz(autocorrelation(share, wander, n)))
+    series = root @ rng.standard_normal((n, 600))
+    score = series.mean(axis=0) / np.sqrt(series.var(axis=0, ddof=1) / n * raised_by(series))
+    assert math.sqrt(float(np.mean(score**2))) == pytest.approx(1.0, abs=0.1)
+
+
+def test_few_cycles_know_their_scatter_badly() -> None:
+    series = np.random.default_rng(1).standard_normal((8, 800))
+    score = series.mean(axis=0) / np.sqrt(series.var(axis=0, ddof=1) / 8 * raised_by(series))
+    assert 0.94 < float(np.mean(np.abs(score) < 1.96)) < 0.995
+
+
+def test_a_series_that_does_not_vary_is_raised_by_nothing() -> None:
+    assert raised_by(np.ones((6, 2))).tolist() == [1.0, 1.0]
