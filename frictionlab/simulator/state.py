@@ -9,7 +9,7 @@ from frictionlab.simulator.kernel.settle import LONGEST, PATIENCE
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["KEYS", "Outcome", "Regime", "Solver", "SteadyState", "from_numbers", "outcome_of", "regime_of"]
+__all__ = ["KEYS", "Outcome", "Regime", "Solver", "SteadyState", "from_numbers", "outcome_of", "regime_of", "still_far"]
 
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 Outcome = Literal["periodic", "stuck", "unbounded", "not settled", "not found"]
@@ -179,7 +179,7 @@ def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyStat
     if outcome not in ("periodic", "stuck"):
         return SteadyState(problem, "exact", outcome, warnings=why_none(problem, row))
     multiplier = float(row[layout.MULTIPLIER])
-    said = warnings_of(problem, outcome, multiplier)
+    said = warnings_of(problem, outcome, multiplier, awaited=row[layout.UNAWAITED] != 1.0)
     rounding = ROUNDING * problem.force_size * float(row[layout.AMPLITUDE])
     off = max(0.0, float(row[layout.CLOSURE]) - rounding) / float(row[layout.ENERGY]) if row[layout.ENERGY] else 0.0
     if off > LOOSE:
@@ -249,8 +249,18 @@ def to_numbers(state: SteadyState) -> list[float]:
     return row
 
 
-def warnings_of(problem: Problem, outcome: Outcome, multiplier: float | None) -> tuple[str, ...]:
-    """Return what the numbers do not say, a sentence each."""
+def still_far(cycles: int) -> str:
+    """Say of an orbit that the run from rest has not shown to go there."""
+    return (
+        f"This motion is stable, but the run from rest was still far from it after {cycles} cycles: rest may settle on "
+        "another."
+    )
+
+
+def warnings_of(
+    problem: Problem, outcome: Outcome, multiplier: float | None, *, awaited: bool = True
+) -> tuple[str, ...]:
+    """Return what the numbers do not say, a sentence each; awaited: the run from rest was seen to go there."""
     said = []
     if outcome == "periodic" and problem.beta == 0.0 and problem.zeta == problem.frame_damping_ratio == 0.0:
         said.append("Nothing damps this oscillator: free vibration never dies out, and this is the motion without any.")
@@ -263,7 +273,9 @@ def warnings_of(problem: Problem, outcome: Outcome, multiplier: float | None) ->
     elif outcome == "periodic" and multiplier is not None and 1.0 - abs(multiplier) < 1e-3:
         lasts = f"{1.0 / (1.0 - abs(multiplier)):.1g}" if abs(multiplier) < 1.0 else "endlessly many"
         said.append(f"The motion forgets its start slowly: a disturbance lasts {lasts} periods.")
-    if problem.mu > 1.0 and outcome == "periodic":
+    if outcome == "periodic" and not awaited:
+        said.append(still_far(PATIENCE))
+    elif problem.mu > 1.0 and outcome == "periodic":
         said.append("With static friction (mu > 1) other motions may coexist; this is the one that rest settles on.")
     if outcome == "stuck" and problem.mu > 1.0 and problem.beta < problem.force_size:
         said.append("A motion once begun might go on: kinetic friction alone does not hold the mass.")

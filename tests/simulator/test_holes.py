@@ -184,3 +184,29 @@ def test_what_stuck_means_is_said_for_each_kind_of_contact(
     state = steady_state(Problem(0.5, beta, law=law, parameters=parameters))
     assert state.outcome == "stuck"
     assert said in state.verdict
+
+
+@pytest.mark.parametrize(
+    ("r", "beta", "mu", "base"),
+    [
+        (1.0 - 1e-9, 0.3, 1.3, Base()),
+        (1.0 + 3e-6, 0.45, 1.9, Base()),
+        (0.5 * (1.0 + 1e-7), 0.15, 1.6, Base((1.0, 0.3), (0.0, 0.1))),
+        ((1.0 - 1e-11) / 3.0, 0.1, 1.2, Base((1.0, 0.0, 0.2), (0.0, 0.1, 0.1))),
+    ],
+)
+def test_next_to_resonance_static_friction_leaves_the_motion_without_stops(
+    r: float, beta: float, mu: float, base: Base
+) -> None:
+    state, plain = steady_state(Problem(r, beta, mu, base=base)), steady_state(Problem(r, beta, base=base))
+    assert state.outcome == "periodic"
+    assert state.stops_per_cycle == 0.0
+    assert state.energy_per_cycle == pytest.approx(plain.energy_per_cycle, rel=1e-12)
+    assert state.response_amplitude == pytest.approx(plain.response_amplitude, rel=1e-12)
+    assert any("the run from rest was still far from it after 4096 cycles" in said for said in state.warnings)
+
+
+def test_the_motion_told_next_to_resonance_is_where_rest_goes_in_the_end() -> None:
+    state = steady_state(Problem(1.0001, 0.1, 1.9))
+    assert any("still far" in said for said in state.warnings)
+    assert settles_on(state, 400_000, within=1e-6 * (state.response_amplitude or 0.0))

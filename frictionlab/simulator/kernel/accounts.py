@@ -42,7 +42,9 @@ from frictionlab.simulator.kernel.layout import (
     TOP,
     TURN,
     TURNS,
+    UNAWAITED,
     UNBOUNDED,
+    UPCOMING,
     VISCOUS,
     WORK,
     Buffer,
@@ -239,6 +241,8 @@ def tell(rig: Rig, force: Force, found: tuple[int, Leg, float, float, float, boo
     outcome, leg, z, v, miss, exact = found
     for i in range(ROW):
         row[i] = nan
+    row[UNAWAITED] = 1.0 if outcome == UPCOMING else 0.0
+    outcome = PERIODIC if outcome == UPCOMING else outcome
     row[OUTCOME], row[MISS], row[CLOSED_FORM] = outcome, miss, 1.0 if exact else 0.0
     row[START], row[SPAN], row[TURNS], row[SIGN] = leg.tau, leg.span, leg.turns, leg.sign
     row[START_Z], row[START_V] = z, v

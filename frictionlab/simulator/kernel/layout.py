@@ -100,9 +100,9 @@ class Past(NamedTuple):
 
 Found = tuple[Leg, float, float, float, int]  # leg, z, v, miss, code
 
-# How a motion ended; WANDERS: it does not repeat, and motions beside it part; TIRED: the meter has run out.
-DONE, CHATTER, WANDERS = 0, 1, 2
-TIRED = 4
+# How a motion ended; WANDERS: it does not repeat, and motions beside it part; FAR: it no longer stops, but has not
+# settled yet; TIRED: the meter has run out.
+DONE, CHATTER, WANDERS, FAR, TIRED = 0, 1, 2, 3, 4
 
 # A recorded phase: direction (0: stuck), tau, duration, z, v, a.
 PHASE = 6
@@ -116,12 +116,14 @@ TALLY = 15
 # The row of a steady state.
 OUTCOME, ENERGY, AMPLITUDE, STOPS, STUCK_SHARE, SYMMETRIC, PERIOD, MULTIPLIER, CLOSURE, MISS, CLOSED_FORM = range(11)
 START, SPAN, TURNS, SIGN, START_Z, START_V = range(11, 17)
-ROW = 17
+UNAWAITED = 17  # 1: an orbit from which the run from rest was still far when it was left
+ROW = 18
 
 # Outcomes; RUNAWAY: a slide's stiffness is not positive, PULLING: friction would turn into a pull on the orbit,
 # PARTING: the motion does not repeat, and its MISS is the factor by which a neighbour's distance grows in a cycle;
-# COSTLY: the search took more slides than it may.
+# COSTLY: the search took more slides than it may. UPCOMING, within a search: PERIODIC and UNAWAITED.
 PERIODIC, STUCK, UNBOUNDED, NOT_FOUND, CHATTERED, RUNAWAY, PULLING, PARTING, COSTLY, OVERFULL = range(10)
+UPCOMING = 10
 
 # A point of a map: r, then the contact's numbers.
 POINT = 7

@@ -8,6 +8,7 @@ from frictionlab.simulator.kernel.layout import (
     CHATTER,
     CHATTERED,
     DONE,
+    FAR,
     NOT_FOUND,
     PARTING,
     PATH,
@@ -16,6 +17,7 @@ from frictionlab.simulator.kernel.layout import (
     STUCK,
     STUCK_TIME,
     TURN,
+    UPCOMING,
     WANDERS,
     Contact,
     Force,
@@ -38,6 +40,7 @@ __all__ = [
     "orbit_from",
     "search",
     "settled",
+    "upcoming",
     "verdict",
 ]
 
@@ -115,11 +118,26 @@ def settled(rig: Rig, force: Force, z: float, v: float, room: Room) -> tuple[Fou
     if is_simple(rig, force) and rig.contact.beta > 0.0:
         leg, home = calm(rig, force, room)
     found = attract(rig, force, z, v, home, room)
-    if home.near == 0.0 or found[1] != home.z or found[2] != home.v:
+    far = found[4] == FAR
+    if home.near == 0.0 and far:
+        return upcoming(rig, force, found, room), False
+    if home.near == 0.0 or not (far or (found[1] == home.z and found[2] == home.v)):
         return found, False
     _, oz, ov = continuous_state(rig, force, leg.tau)
     iz, iv, code = carry(rig, force, leg, oz, ov, room)
-    return (leg, oz, ov, hypot(iz - oz, rig.plain.r * (iv - ov)), code), rig.plain.zeta == 0.0
+    miss = hypot(iz - oz, rig.plain.r * (iv - ov))
+    return (leg, oz, ov, miss, FAR if far and code == DONE else code), rig.plain.zeta == 0.0
+
+
+def upcoming(rig: Rig, force: Force, found: Found, room: Room) -> Found:
+    """Return the orbit without stops next to resonance, for a motion that no longer stops but is still far from it."""
+    resonates, orbit = resonant_orbit(rig, force, room)
+    if resonates:
+        leg, z, v, miss, _ = orbit
+        return leg, z, v, miss, FAR
+    leg, z, v, miss, _ = found
+    carry(rig, force, leg, z, v, room)
+    return leg, z, v, miss, DONE
 
 
 def search(rig: Rig, force: Force, room: Room) -> tuple[Found, bool]:
@@ -152,7 +170,9 @@ def verdict(rig: Rig, found: Found, room: Room) -> int:
         return PARTING
     if room.tally[PATH] == 0.0:
         return STUCK
-    return PERIODIC if miss <= 1e-9 * size + 1e-14 * rig.plain.rate else NOT_FOUND
+    if miss > 1e-9 * size + 1e-14 * rig.plain.rate:
+        return NOT_FOUND
+    return UPCOMING if code == FAR else PERIODIC
 
 
 def find_orbit(rig: Rig, force: Force, closed: int, room: Room) -> tuple[int, Leg, float, float, float, bool]:

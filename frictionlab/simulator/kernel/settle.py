@@ -13,10 +13,12 @@ from frictionlab.simulator.kernel.continuous import continuous_orbit, continuous
 from frictionlab.simulator.kernel.events import carry
 from frictionlab.simulator.kernel.layout import (
     DONE,
+    FAR,
     FIRST,
     PATH,
     PHASES,
     STOPS_MADE,
+    STUCK_TIME,
     TIRED,
     TURN,
     WANDERS,
@@ -51,6 +53,7 @@ PATIENCE = 4096  # cycles waited for a motion that contracts
 ENOUGH = 1024  # cycles waited for one that does not
 WINDOW = 256  # cycles over which that is judged
 PARTED = 8.0  # e-fold stretching over the window by which a motion is told not to repeat
+GROWN = 1e-3  # the least e-fold stretching over the window that is no rounding
 STEPS = 8  # Newton steps to one of several orbits
 NEAR = 0.01  # of its size: how near a motion must come to where it was before an orbit is tried
 EAGER = 64  # legs after each of which a return is looked for; later after every eighth
@@ -174,7 +177,7 @@ def parting(ring: list[Past], at: int, each: int) -> float:
     if at % (WINDOW * each) != 0 or at < 2 * WINDOW * each:
         return 0.0
     apart = ring[at % len(ring)].grown - ring[(at - WINDOW * each) % len(ring)].grown
-    return exp(apart / WINDOW) if apart > PARTED or (at >= ENOUGH * each and apart > 0.0) else 0.0
+    return exp(apart / WINDOW) if apart > PARTED or (at >= ENOUGH * each and apart > GROWN) else 0.0
 
 
 def attract(rig: Rig, force: Force, z: float, v: float, home: Home, room: Room) -> Found:
@@ -182,15 +185,17 @@ def attract(rig: Rig, force: Force, z: float, v: float, home: Home, room: Room) 
 
     The motion is followed until it is safe within `home`, or nearly repeats and Newton finishes it. Trials may cost
     half of the cycles followed, and each period is tried again only when the motion has come ten times nearer. The code
-    is WANDERS, and the miss the growth of a neighbour's distance in a cycle, if motions beside it part.
+    is WANDERS, and the miss the growth of a neighbour's distance in a cycle, if motions beside it part; FAR if it has
+    not stopped any more for long, but has not settled either.
     """
     r, each = rig.plain.r, 2 if symmetric_force(force) and even_handed(rig) else 1
     leg, most = whole(1, each), LONGEST * each
     ring, tried = [Past(z, v, 0.0, -1.0)] * (2 * most + 1), [NEAR] * (most + 1)
-    dz, dv, grown, spent, held = 1.0, 0.0, 0.0, 0.0, 0
+    dz, dv, grown, spent, held, free = 1.0, 0.0, 0.0, 0.0, 0, 0
     for at in range(1, PATIENCE * each + 1):
         z, v, code = carry(rig, force, leg, z, v, room)
         held = held + 1 if room.tally[PATH] == 0.0 else 0
+        free = free + 1 if room.tally[STUCK_TIME] == 0.0 else 0
         if code == TIRED:
             now, old = ring[(at - 1) % len(ring)], ring[(at - 2) % len(ring)]
             return leg, now.z, now.v, hypot(now.z - old.z, r * (now.v - old.v)), code
@@ -212,4 +217,4 @@ def attract(rig: Rig, force: Force, z: float, v: float, home: Home, room: Room) 
         growth = parting(ring, at, each)
         if growth > 0.0:
             return leg, z, v, growth, WANDERS
-    return leg, z, v, inf, DONE
+    return leg, z, v, inf, FAR if free >= WINDOW * each else DONE

@@ -14,7 +14,7 @@ from frictionlab.simulator.numeric import layout, machine, shooting
 from frictionlab.simulator.numeric.machine import Machine, machine_of
 from frictionlab.simulator.numeric.motion import NumericMotion
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.state import Regime, SteadyState
+from frictionlab.simulator.state import Regime, SteadyState, still_far
 
 __all__ = ["RTOL", "run", "steady", "steady_from"]
 
@@ -23,7 +23,9 @@ RTOL = 1e-8
 FINEST, COARSEST = 1e-12, 1e-3
 TIGHTEN, TIGHTER = 0.03, 2  # where the two energies differ by more than the tolerance: how much finer, how many times
 CLOSED, SMALLEST = 1e-9, 1e-15  # and what is always good enough, over the energy and over k Y^2
+REFINING = 14  # periods' steps that an orbit by finer steps takes: it may cost half of what the search may
 LOOSE = 1e-6  # over the energy: a closure error above it is said
+HIDDEN = 0.1  # and one above which the energy is not known at all
 MOST = 200_000  # steps of a search for a steady state: some seconds; a run of many cycles may take more
 HINT = 2_000  # steps that plain Python may try where the compiled kernel is a second away
 Floats = NDArray[np.float64]
@@ -165,14 +167,24 @@ def _answer(problem: Problem, means: _Means, found: shooting.Orbit | None) -> St
         told = _told(problem, found, *_recorded(problem, means, (found.state, 0.0, found.cycles), periodic=True))
         off, size = told.closure_error or 0.0, told.energy_per_cycle or 0.0
         closed = off <= max(means.rtol, CLOSED) * size or off < SMALLEST
-        if closed or not found.is_exact or means.rtol * TIGHTEN < FINEST:
+        dear = REFINING * len(told.orbit.begin) > MOST if isinstance(told.orbit, NumericMotion) else True
+        if closed or dear or not found.is_exact or means.rtol * TIGHTEN < FINEST:
             break
         means = replace(means, rtol=means.rtol * TIGHTEN)
         better = shooting.newton(means.machine(problem), found.state, found.cycles, mirrored=found.mirrored)
         if better is None:
             break
         found = better
-    return told
+    return _hidden(problem) if problem.beta > 0.0 and told.outcome == "periodic" and off > HIDDEN * size else told
+
+
+def _hidden(problem: Problem) -> SteadyState:
+    """The answer where friction does less work than the steps' tolerance leaves open."""
+    said = (
+        f"friction of {problem.beta:.3g} k Y is too weak for this solver: it does less work than the steps' tolerance "
+        "leaves open, so that the size of the motion is not known. Take the plain law coulomb (exact), or no friction."
+    )
+    return SteadyState(problem, "numeric", "not found", warnings=(said,))
 
 
 def _recorded(
@@ -279,10 +291,7 @@ def _warnings(problem: Problem, found: shooting.Orbit, *, stuck: bool) -> tuple[
     if not found.is_exact:
         said.append(f"The contact holds but creeps: after a cycle the state misses itself by {found.residual:.1g}.")
     if not found.awaited:
-        said.append(
-            f"This motion is stable, but the run from rest was still far from it after {shooting.WAIT} cycles: rest "
-            "may settle on another."
-        )
+        said.append(still_far(shooting.WAIT))
     if stuck:
         return tuple(said)
     if 1.0 - abs(found.multiplier) < 1e-3:

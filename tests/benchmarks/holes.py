@@ -1,0 +1,248 @@
+"""Where rigid steady states were missed once, at fresh random points, each held to a long direct run of another method.
+
+    python -m tests.benchmarks.holes [POINTS] [SEED] [HOLE ...]
+
+An answer is wrong if the direct run (`direct`) from it does not come back, has another energy, period or multiplier, or
+if the direct run from rest goes elsewhere. Named: no orbit is told, and why is said.
+"""
+
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable
+from math import pi
+
+import numpy as np
+
+from frictionlab.simulator import Base, Problem, SteadyState, steady_state
+from frictionlab.simulator.sweep import warm_up
+from tests.benchmarks import direct
+
+Rng = np.random.Generator
+BACK = 1e-8  # of the orbit's size
+THERE = 1e-5
+FORGOTTEN = 1e-7  # what is left of a start
+WAIT, LONGEST = 1000, 20_000  # cycles of the run from rest
+REST = 4000
+
+
+def _power(rng: Rng, low: float, high: float) -> float:
+    return float(10.0 ** rng.uniform(low, high))
+
+
+def _series(rng: Rng, share: float = 0.4) -> Base:
+    """A base with harmonics 2 and 3."""
+    c, s = share * rng.uniform(-1, 1, 2), share * rng.uniform(-1, 1, 3)
+    return Base((1.0, *map(float, c)), tuple(map(float, s)))
+
+
+def vanishing_stops(rng: Rng) -> Problem:
+    """At resonance, friction just above what the drive overcomes."""
+    return Problem(1.0, 0.25 * pi * (1.0 + _power(rng, -14, -1)))
+
+
+def vanishing_stops_beside(rng: Rng) -> Problem:
+    """The same beside resonance, friction on either side."""
+    side = rng.choice([-1.0, 1.0], 2)
+    return Problem(
+        1.0 + float(side[0]) * _power(rng, -14, -3), 0.25 * pi * (1.0 + float(side[1]) * _power(rng, -14, -2))
+    )
+
+
+def static_friction(rng: Rng) -> Problem:
+    """Static friction in both directions."""
+    return Problem(_power(rng, -0.8, 0.2), _power(rng, -1.5, -0.2), float(rng.uniform(1.05, 4.0)))
+
+
+def uneven_static_friction(rng: Rng) -> Problem:
+    """Static friction by direction."""
+    p = {"static_ratio_up": float(rng.uniform(1.0, 2.0)), "static_ratio_down": float(rng.uniform(1.0, 2.0))}
+    return Problem(_power(rng, -0.8, 0.2), _power(rng, -1.2, -0.1), law="coulomb+breakaway", parameters=p)
+
+
+def static_friction_harmonics(rng: Rng) -> Problem:
+    """Static friction, the base not a cosine."""
+    return Problem(
+        _power(rng, -0.8, 0.2), _power(rng, -1.5, -0.2), float(rng.uniform(1.05, 3.0)), base=_series(rng, 0.2)
+    )
+
+
+def harmonics_beside_resonance(rng: Rng) -> Problem:
+    """A harmonic within 1e-8 of resonance, friction too weak to stop its motion, or nearly."""
+    base, n = _series(rng), int(rng.integers(1, 4))
+    drive = float(np.hypot(base.cosine[n - 1], base.sine[n - 1]))
+    r = (1.0 + float(rng.choice([-1.0, 1.0])) * _power(rng, -13, -8)) / n
+    return Problem(r, 0.25 * pi * drive * float(rng.uniform(0.02, 1.3)) + 1e-3, base=base)
+
+
+def harmonics_near_resonance(rng: Rng) -> Problem:
+    """A harmonic 1e-8 to 1e-1 from resonance."""
+    problem = harmonics_beside_resonance(rng)
+    n = round(1.0 / problem.r)
+    return problem.with_r((1.0 + float(rng.choice([-1.0, 1.0])) * _power(rng, -8, -1)) / n)
+
+
+def static_friction_beside_resonance(rng: Rng) -> Problem:
+    """Static friction, with a harmonic 1e-13 to 1e-2 from resonance."""
+    base, n = _series(rng), int(rng.integers(1, 4))
+    drive = float(np.hypot(base.cosine[n - 1], base.sine[n - 1]))
+    r = (1.0 + float(rng.choice([-1.0, 1.0])) * _power(rng, -13, -2)) / n
+    return Problem(
+        r, 0.25 * pi * drive * float(rng.uniform(0.02, 1.3)) + 1e-3, float(rng.uniform(1.01, 2.0)), base=base
+    )
+
+
+def cosine_static_beside_resonance(rng: Rng) -> Problem:
+    """Static friction under a pure cosine 1e-13 to 1e-2 from resonance."""
+    r = 1.0 + float(rng.choice([-1.0, 1.0])) * _power(rng, -13, -2)
+    return Problem(r, 0.25 * pi * float(rng.uniform(0.02, 1.2)), float(rng.uniform(1.01, 2.0)))
+
+
+def displaced_rest(rng: Rng) -> Problem:
+    """Even harmonics, friction between half the force's range and its maximum."""
+    base = _series(rng, 0.5)
+    f = base.at(np.linspace(0.0, 2 * pi, 20001))
+    half, top = 0.5 * float(np.ptp(f)), float(np.abs(f).max())
+    return Problem(_power(rng, -1, 0.5), half + float(rng.uniform(0, 1)) * (top - half), base=base)
+
+
+def displaced_rest_below(rng: Rng) -> Problem:
+    """Even harmonics, friction just below half the force's range."""
+    base = _series(rng, 0.5)
+    half = 0.5 * float(np.ptp(base.at(np.linspace(0.0, 2 * pi, 20001))))
+    return Problem(_power(rng, -1, 0.5), half * (1.0 - _power(rng, -6, -0.5)), base=base)
+
+
+def place_beside_resonance(rng: Rng) -> Problem:
+    """Friction that varies along the path, 1e-12 to 1e-2 from resonance."""
+    r = 1.0 + float(rng.choice([-1.0, 1.0])) * _power(rng, -12, -2)
+    q = float(rng.choice([-1.0, 1.0])) * _power(rng, -6, -0.8)
+    return Problem(r, float(rng.uniform(0.1, 1.0)), law="coulomb+place", parameters={"gradient": q})
+
+
+def all_terms(rng: Rng) -> Problem:
+    """All rigid terms together, harmonics and either wall."""
+    p = {"static_ratio_up": float(rng.uniform(1.0, 1.5)), "static_ratio_down": float(rng.uniform(1.0, 1.5))}
+    p |= {"gradient": float(rng.uniform(-0.15, 0.15)), "contact_damping_ratio": float(rng.uniform(0, 0.1))}
+    moves = rng.random() < 0.5
+    r, beta = _power(rng, -0.8, 0.4), float(rng.uniform(0.05, 0.9))
+    beta *= r * r if moves else 1.0
+    frame, law = float(rng.uniform(0.0, 0.03)), "coulomb+place+speed+breakaway"
+    base = _series(rng, 0.15)
+    return Problem(
+        r, beta, wall="base" if moves else "fixed", base=base, law=law, parameters=p, frame_damping_ratio=frame
+    )
+
+
+HOLES: tuple[Callable[[Rng], Problem], ...] = (
+    vanishing_stops,
+    vanishing_stops_beside,
+    static_friction,
+    uneven_static_friction,
+    static_friction_harmonics,
+    harmonics_beside_resonance,
+    harmonics_near_resonance,
+    static_friction_beside_resonance,
+    cosine_static_beside_resonance,
+    displaced_rest,
+    displaced_rest_below,
+    place_beside_resonance,
+    all_terms,
+)
+
+
+def _start(state: SteadyState) -> tuple[float, float]:
+    """The orbit at tau = 0, relative to the wall."""
+    assert state.orbit is not None
+    z, v = (float(value) for value in state.orbit.at(0.0))
+    if state.problem.wall == "base":
+        z, v = z - float(state.problem.base.at(0.0)), v - float(state.problem.base.rate_at(0.0))
+    return z, v
+
+
+def _faults_of_orbit(problem: Problem, state: SteadyState) -> list[str]:
+    """What the direct run from the orbit, over its period, says against it."""
+    period, (z, v) = state.period_cycles or 1, _start(state)
+    run = direct.run(problem, period, z, v)
+    size = float(np.hypot(z, problem.r * v) + run.path.max())
+    away = np.hypot(run.z - z, problem.r * (run.v - v)) / size
+    faults = []
+    if away[-1] > BACK * max(1.0, abs(state.floquet_multiplier or 0.0)):
+        faults.append(f"not back by {away[-1]:.0e}")
+    if any(away[part - 1] < BACK for part in range(1, period) if period % part == 0):
+        faults.append("period not the shortest")
+    if not problem.frame_damping_ratio:
+        off = abs(float(run.taken.mean()) / (state.energy_per_cycle or 1.0) - 1.0)
+        if off > 1e-8:
+            faults.append(f"energy off by {off:.0e}")
+    if abs(float(run.stops.mean()) - (state.stops_per_cycle or 0.0)) > 1e-9:
+        faults.append(f"stops {state.stops_per_cycle} for {run.stops.mean()}")
+    return faults
+
+
+def _faults_from_rest(problem: Problem, state: SteadyState) -> list[str]:
+    """Where the direct run from rest goes, if other motions may exist and that does not take too long to tell."""
+    if problem.mu == 1.0 and not problem.parameter("gradient"):
+        return []  # two motions never part: what repeats is the only orbit
+    period = state.period_cycles or 1
+    rate = abs(state.floquet_multiplier or 0.0) ** (1.0 / period)
+    wait = WAIT if rate <= 0.0 else max(WAIT, int(3.0 * np.log(FORGOTTEN) / min(np.log(rate), -1e-12)))
+    if wait > LONGEST:
+        return ["(not waited for)"]
+    run, around = direct.run(problem, wait), direct.run(problem, period, *_start(state))
+    size = float(np.hypot(around.z, problem.r * around.v).max() + around.path.max())
+    away = np.hypot(around.z - run.z[-1], problem.r * (around.v - run.v[-1])).min() / size
+    return [f"rest goes elsewhere by {away:.0e}"] if away > THERE else []
+
+
+def judge(problem: Problem, state: SteadyState) -> tuple[str, str]:
+    """What became of a point: "solved", "named", "wrong", ..., and why."""
+    if state.outcome == "periodic":
+        faults = _faults_of_orbit(problem, state) + _faults_from_rest(problem, state)
+        wrong = [fault for fault in faults if not fault.startswith("(")]
+        told = "solved" if not faults else "solved, rest not waited for"
+        if any("good to about" in said for said in state.warnings):
+            told = "solved, warned"
+        return ("wrong", "; ".join(wrong)) if wrong else (told, "")
+    if state.outcome == "stuck":
+        run = direct.run(problem, REST)
+        late, early = float(run.path[-1]), float(run.path[REST // 2 - 1])
+        rests = late < 0.6 * early or late < 1e-6 * problem.beta
+        near = abs(float(run.z[-1]) - _start(state)[0]) < 1e-9 + 4.0 * REST * late
+        return ("stuck", "") if rests and near else ("wrong", f"stuck, but {late:.1e} per cycle at {run.z[-1]}")
+    if state.outcome == "unbounded":
+        run = direct.run(problem, 400)
+        return ("unbounded", "") if run.path[-1] > 1.5 * run.path[199] else ("wrong", "unbounded, but does not grow")
+    said = state.warnings[0] if state.warnings else ""
+    return ("named", said) if "none was found" not in said and said else ("not found", said)
+
+
+def main(count: int, seed: int, names: tuple[str, ...]) -> None:
+    """Draw, solve, judge, print."""
+    warm_up("coulomb")
+    steady_state(Problem(0.5, 0.4))  # loads, or compiles, what is timed
+    for hole in HOLES:
+        if names and hole.__name__ not in names:
+            continue
+        rng, counts, longest = np.random.default_rng((seed, HOLES.index(hole))), Counter[str](), 0.0
+        for _ in range(count):
+            problem = hole(rng)
+            begun = time.process_time()
+            state = steady_state(problem)
+            longest = max(longest, time.process_time() - begun)
+            verdict, why = judge(problem, state)
+            counts[verdict] += 1
+            if verdict in ("wrong", "not found", "named"):
+                exactly = f"r = {problem.r!r}, {problem.parameters}, {problem.base}"
+                sys.stderr.write(f"{hole.__name__}: {verdict}: {why}: {problem.law.name}, {exactly}\n")
+        told = ", ".join(f"{key} {value}" for key, value in sorted(counts.items()))
+        sys.stdout.write(f"{hole.__name__:34s} {count} points: {told}; longest {1e3 * longest:.0f} ms\n")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main(
+        int(sys.argv[1]) if len(sys.argv) > 1 else 200,
+        int(sys.argv[2]) if len(sys.argv) > 2 else 2211,
+        tuple(sys.argv[3:]),
+    )
