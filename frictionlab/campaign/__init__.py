@@ -211,7 +211,7 @@ def evaluate(
         trials=tests,
         fits=fits,
         amontons=tuple(amontons(m, [f for f in fits if f.material == m], joined.get(m)) for m in materials),
-        ranking=rank_all(fits, drifts, materials),
+        ranking=rank_all(fits, drifts, materials, joined),
         drifts=drifts,
         curves=_curves(fits, first, models),
         responses=responses,

@@ -18,6 +18,7 @@ from frictionlab.campaign.cycles import Cycle
 from frictionlab.campaign.evenness import Own, agreement, own_of
 from frictionlab.campaign.joint import Joint, fit_together
 from frictionlab.campaign.mixed import influence
+from frictionlab.campaign.rig import Rig
 from frictionlab.campaign.shared import FRICTION
 from frictionlab.campaign.sharing import CROSSTALK, FREQUENCY, GAIN, LAG
 from frictionlab.estimate import Estimate
@@ -60,10 +61,14 @@ class TestTold:
 
 @dataclass(frozen=True)
 class Joined:
-    """Tests of one material fitted together: ``held`` with sensors and rig as they are known, ``moved`` beside them."""
+    """Tests of one material fitted together: ``held`` with sensors and rig as they are known, ``moved`` beside them.
+
+    ``rig``: that which it shares with other materials, where there are others.
+    """
 
     held: Joint
     moved: Joint
+    rig: Rig | None = None
 
     @cached_property
     def is_held(self) -> bool:
@@ -74,15 +79,22 @@ class Joined:
         unknowns = len(self.held.shared.coordinates) + len(self.held.fits) - len(self.held.shared.groups)
         freedom = max(1, points - unknowns)
         noise = self.held.chi_square / freedom <= most_of_noise(points)
+        return noise and not self._needs_rig
+
+    @property
+    def _needs_rig(self) -> bool:
+        """Whether the tests, those of other materials too, need sensors and rig corrected."""
+        if self.rig is not None:
+            return self.rig.gained >= float(chi2.isf(LEVEL, self.rig.unknowns))
         nuisances = len(self.moved.shared.coordinates) - len(self.held.shared.coordinates)
         alone = len(self.held.fits) == 1
         limit = CORRECTED if alone else float(chi2.isf(LEVEL, max(nuisances, 1)))
-        return noise and self.held.cost - self.moved.cost < limit
+        return self.held.cost - self.moved.cost >= limit
 
     @property
     def is_strained(self) -> bool:
         """Whether the values given need sensors or rig, which all tests share, far from what is known of them."""
-        if len(self.moved.fits) == 1:
+        if len(self.moved.fits) == 1 and self.rig is None:
             return bool(strained(self.moved.fits[0]))
         told = zip(self.moved.shared.coordinates, self.moved.solution.point.tolist(), strict=True)
         return any(abs(far) > PRESSED for c, far in told if not c.law)
@@ -115,8 +127,7 @@ class Joined:
     def covariance(self) -> FloatArray:
         """Covariance (P, P) of the law's unknowns with all that is not known of sensors and rig."""
         spread, law = self.moved.spread, self.moved.shared.is_law
-        total = spread.noise + spread.scatter + spread.own + spread.prior @ spread.prior.T
-        found = total[np.ix_(law, law)] + np.outer(self.apart, self.apart)
+        found = spread.total[np.ix_(law, law)] + np.outer(self.apart, self.apart)
         extra = self._extra(of_rig=True)
         found = found + np.outer(extra, extra)
         np.fill_diagonal(found, np.maximum(np.diag(found), self.statistical))

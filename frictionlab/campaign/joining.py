@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from frictionlab.campaign.joined import Joined, TestTold, join
 from frictionlab.campaign.prediction import Model, local
 from frictionlab.campaign.probes import Probe, begin, beyond_rigid
 from frictionlab.campaign.required import Rung, climb_together
+from frictionlab.campaign.rig import on_one_rig
 from frictionlab.campaign.trials import Trial
 from frictionlab.campaign.verdicts import Cause, LeftOut
 from frictionlab.errors import AnalysisError
@@ -36,15 +38,15 @@ BY_TWO_NUMBERS = (
 class Material:
     """One material whose tests were fitted together.
 
-    ``rungs``: the laws tried, where they were; ``model``: what its tests are predicted with; ``out``: tests that stand
-    out, with their own friction ratio and that of the others; ``dear``: tests that others stand for; ``ladders``: rows
-    of the single tests that were probed.
+    ``rungs``: the laws tried, where they were; ``scenes``: the scene's model; ``out``: tests that stand out, with their
+    own friction ratio and that of the others; ``dear``: tests that others stand for; ``ladders``: rows of the single
+    tests that were probed.
     """
 
     name: str
     joined: Joined
     rungs: tuple[Rung, ...]
-    model: Model
+    scenes: Model
     out: Mapping[str, tuple[float, float]]
     dear: frozenset[str] = frozenset()
     ladders: tuple[Row, ...] = ()
@@ -53,6 +55,13 @@ class Material:
     def law(self) -> Law:
         """The law that was fitted."""
         return self.joined.best.shared.law
+
+    @cached_property
+    def model(self) -> Model:
+        """What its tests are predicted with."""
+        best = self.joined.best
+        held = dict(best.cycles[0].family.under(self.law).held) | best.values
+        return Model(self.law, tuple(sorted(held.items())), self.scenes.wall, self.scenes.solver)
 
 
 def usable(fits: Sequence[FrictionFit], cycles: Mapping[str, Cycle]) -> dict[str, list[Cycle]]:
@@ -106,7 +115,16 @@ def materials_of(
                 found[name] = _material(name, own, starts, model, laws.get(name, model.law), probe)
         except (AnalysisError, np.linalg.LinAlgError) as error:
             notes.append(BY_TWO_NUMBERS.format(name, error))
-    return found, notes
+    return _on_one_rig(found), notes
+
+
+def _on_one_rig(found: Mapping[str, Material]) -> dict[str, Material]:
+    """The materials with the rig that they share."""
+    held = {name: material.joined.held for name, material in found.items()}
+    moved = {name: material.joined.moved for name, material in found.items()}
+    together, rig = on_one_rig(held, moved)
+    joined = {name: Joined(held[name], together[name], rig) for name in found}
+    return {name: replace(material, joined=joined[name]) for name, material in found.items()}
 
 
 def _starts(fits: Sequence[FrictionFit], cycles: Sequence[Cycle]) -> dict[tuple[str, float], float]:
@@ -144,11 +162,8 @@ def _material(
     if out:
         rest = [cycle for cycle in cycles if cycle.source not in out]
         joined = join(rest, law, joined.moved.start, joined.best.frictions)
-    values = joined.best.values
-    held = dict(cycles[0].family.under(law).held) | values
-    own = Model(law, tuple(sorted(held.items())), model.wall, model.solver)
     dear = frozenset(cycle.source for cycle in all_of) - {cycle.source for cycle in cycles}
-    return Material(name, joined, tuple(rungs), own, out, dear, tuple(ladders))
+    return Material(name, joined, tuple(rungs), model, out, dear, tuple(ladders))
 
 
 def _standing_out(joined: Joined) -> dict[str, tuple[float, float]]:

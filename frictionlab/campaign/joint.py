@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.campaign.cycles import Cycle
-from frictionlab.campaign.mixed import Mixed, Piece, Solution, Spread, spread_of
+from frictionlab.campaign.mixed import Mixed, Others, Piece, Solution, Spread, spread_of
 from frictionlab.campaign.shared import FRICTION, Place, Shared, shared_by
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import STRONGEST, Coordinate, holds, strains
@@ -41,7 +41,8 @@ class Joint:
     """Tests fitted together under one law.
 
     ``cycles``, ``fits``: the tests, and each at its own unknowns; ``places``: where these stand among the shared;
-    ``lost``: tests that have no steady state there.
+    ``lost``: tests that have no steady state there; ``on_one_rig``: how sure the shared unknowns are by the tests of
+    all materials, which share a rig.
     """
 
     shared: Shared
@@ -50,6 +51,7 @@ class Joint:
     fits: tuple[Fit, ...]
     solution: Solution
     lost: tuple[str, ...] = ()
+    on_one_rig: Spread | None = None
 
     @property
     def values(self) -> dict[str, float]:
@@ -120,6 +122,8 @@ class Joint:
     @cached_property
     def spread(self) -> Spread:
         """How sure the shared unknowns are; many tests are never surer than their own scores show."""
+        if self.on_one_rig is not None:
+            return self.on_one_rig
         return spread_of(self.solution, self.pieces, self.meat, self.solution.hold, robust=self.freedom >= MANY)
 
     @property
@@ -191,13 +195,13 @@ def fit_together(
     shared = shared_by(cycles, law, rig=rig)
     prepare(cycles[0].family.under(law), STATES * len(cycles))
     point = _start(shared, start, frictions)
-    state, damping = _State.at(shared, cycles, point, apart or {}), 0.0
-    for _ in range(ROUNDS):
-        state = state.weighed() if tempered else state
-        state, damping, moved = state.towards(scatter, damping)
-        if not moved:
-            break
-    return state.joint(scatter)
+    return _State.at(shared, cycles, point, apart or {}).best(scatter, tempered=tempered)
+
+
+def fit_again(joint: Joint, others: Others) -> Joint:
+    """Fit the same tests on from where they are, with what other tests say of the shared unknowns."""
+    state = _State(joint.shared, joint.cycles, joint.places, joint.fits, joint.solution.point, joint.lost, others)
+    return state.best(None, tempered=True)
 
 
 def cost_at(
@@ -245,6 +249,7 @@ class _State:
     fits: tuple[Fit, ...]
     point: FloatArray
     lost: tuple[str, ...]
+    others: Others | None = None
 
     @classmethod
     def at(cls, shared: Shared, cycles: Sequence[Cycle], point: FloatArray, apart: Mapping[str, float]) -> "_State":
@@ -262,6 +267,16 @@ class _State:
         cycles_, places, fits = zip(*kept, strict=True)
         return cls(shared, cycles_, places, fits, point, tuple(lost))
 
+    def best(self, scatter: float | None, *, tempered: bool) -> Joint:
+        """Go on until no test moves."""
+        state, damping = self, 0.0
+        for _ in range(ROUNDS):
+            state = state.weighed() if tempered else state
+            state, damping, moved = state.towards(scatter, damping)
+            if not moved:
+                break
+        return state.joint(scatter)
+
     def weighed(self) -> "_State":
         """Count what the law cannot explain in a test as its noise."""
         return replace(self, fits=tuple(_weighed(found) for found in self.fits))
@@ -271,7 +286,7 @@ class _State:
         low = np.array([c.low for c in self.shared.coordinates])
         pieces = [_piece(found, place) for found, place in zip(self.fits, self.places, strict=True)]
         damped = [_damped(p, f.point, damping) for p, f in zip(pieces, self.fits, strict=True)]
-        return Mixed(damped, low, holds(self.shared.coordinates, self.point)).solve(scatter)
+        return Mixed(damped, low, holds(self.shared.coordinates, self.point), self.others).solve(scatter)
 
     def towards(self, scatter: float | None, damping: float) -> tuple["_State", float, bool]:
         """Go to where the quadratic forms are best, held back as far as that must be to be better in truth.
@@ -309,6 +324,7 @@ def _sloped(state: _State, again: Sequence[bool]) -> _State:
 def _cost(state: _State, scatter: float) -> float:
     """Misfit of all tests, and what priors and scatter add."""
     total = float((strains(state.shared.coordinates, state.point) ** 2).sum())
+    total += 0.0 if state.others is None else state.others.cost(state.point)
     for found, place in zip(state.fits, state.places, strict=True):
         total += found.chi_square / found.excess + float((found.point[place.local] ** 2).sum())
         if place.friction is not None and scatter > 0.0:

@@ -50,6 +50,23 @@ class Piece:
 
 
 @dataclass(frozen=True)
+class Others:
+    """What tests that are not here say of the shared unknowns s: ``-1/2 s' P s + g' s`` (``precision``, ``score``)."""
+
+    precision: FloatArray
+    score: FloatArray
+
+    def cost(self, point: FloatArray) -> float:
+        """Minus twice the logarithm of their likelihood at a point (S,), up to a constant."""
+        return float(point @ self.precision @ point - 2.0 * self.score @ point)
+
+
+def no_others(size: int) -> Others:
+    """Nothing is said of so many shared unknowns."""
+    return Others(np.zeros((size, size)), np.zeros(size))
+
+
+@dataclass(frozen=True)
 class Solution:
     """The best shared unknowns.
 
@@ -69,12 +86,32 @@ class Solution:
     hold: FloatArray
 
 
-class Mixed:
-    """Tests, the bounds of what they share, and how firmly priors hold that: 1 but for one with tails."""
+@dataclass(frozen=True)
+class Summed:
+    """What tests say of the shared unknowns: ``precision`` (S, S) and ``score`` (S,).
 
-    def __init__(self, pieces: Sequence[Piece], low: FloatArray, hold: FloatArray | None = None) -> None:
+    ``volume``: half the logarithm of the determinants of what was integrated out; ``quadratic``: what is left of that.
+    """
+
+    precision: FloatArray
+    score: FloatArray
+    volume: float
+    quadratic: float
+
+
+class Mixed:
+    """Tests, the bounds of what they share, how firmly priors hold that (1 but for one with tails), and other tests."""
+
+    def __init__(
+        self,
+        pieces: Sequence[Piece],
+        low: FloatArray,
+        hold: FloatArray | None = None,
+        others: Others | None = None,
+    ) -> None:
         self.pieces, self.low, self.size = pieces, low, len(low)
         self.hold = np.ones(len(low)) if hold is None else hold
+        self.others = no_others(len(low)) if others is None else others
         self._about = [piece.about_shared() for piece in pieces]
 
     def solve(self, scatter: float | None = None) -> Solution:
@@ -123,6 +160,19 @@ class Mixed:
             found.append((information * np.outer(unit, unit), score * unit, shared))
         return found
 
+    def told(self, tau: float) -> Summed:
+        """What all tests say of the shared unknowns, without their priors; what is a test's own is integrated out."""
+        precision, total = np.zeros((self.size, self.size)), np.zeros(self.size)
+        volume = quadratic = 0.0
+        for information, score, shared in self.scaled(tau):
+            inner = information[shared:, shared:] + np.eye(len(score) - shared)
+            taken = np.linalg.solve(inner, np.column_stack([information[shared:, :shared], score[shared:]]))
+            precision += information[:shared, :shared] - information[:shared, shared:] @ taken[:, :-1]
+            total += score[:shared] - information[:shared, shared:] @ taken[:, -1]
+            quadratic += 0.5 * float(score[shared:] @ taken[:, -1])
+            volume += 0.5 * float(np.linalg.slogdet(inner)[1])
+        return Summed(precision, total, volume, quadratic)
+
     def _locals(self, i: int) -> int:
         return len(self.pieces[i].place.local)
 
@@ -162,16 +212,10 @@ class Mixed:
 
 def _sums(mixed: Mixed, tau: float) -> tuple[FloatArray, FloatArray, float, float]:
     """Precision and score of the shared unknowns, half the logarithm of all determinants, and what is left."""
-    precision, total = np.diag(mixed.hold), np.zeros(mixed.size)
-    volume = quadratic = 0.0
-    for information, score, shared in mixed.scaled(tau):
-        inner = information[shared:, shared:] + np.eye(len(score) - shared)
-        taken = np.linalg.solve(inner, np.column_stack([information[shared:, :shared], score[shared:]]))
-        precision += information[:shared, :shared] - information[:shared, shared:] @ taken[:, :-1]
-        total += score[:shared] - information[:shared, shared:] @ taken[:, -1]
-        quadratic += 0.5 * float(score[shared:] @ taken[:, -1])
-        volume += 0.5 * float(np.linalg.slogdet(inner)[1])
-    return precision, total, volume + 0.5 * float(np.linalg.slogdet(precision)[1]), quadratic
+    told = mixed.told(tau)
+    precision = told.precision + np.diag(mixed.hold) + mixed.others.precision
+    volume = told.volume + 0.5 * float(np.linalg.slogdet(precision)[1])
+    return precision, told.score + mixed.others.score, volume, told.quadratic
 
 
 @dataclass(frozen=True)
@@ -187,6 +231,17 @@ class Spread:
     own: FloatArray
     prior: FloatArray
 
+    @property
+    def total(self) -> FloatArray:
+        """All of it as one covariance (S, S)."""
+        return self.noise + self.scatter + self.own + self.prior @ self.prior.T
+
+    def part(self, at: NDArray[np.intp]) -> "Spread":
+        """The same of some of the unknowns; what the priors of the others add to them counts as ``own``."""
+        square = np.ix_(at, at)
+        rest = np.delete(self.prior, at, axis=1)[at]
+        return Spread(self.noise[square], self.scatter[square], self.own[square] + rest @ rest.T, self.prior[square])
+
 
 def spread_of(
     solution: Solution,
@@ -195,6 +250,7 @@ def spread_of(
     hold: FloatArray | None = None,
     *,
     robust: bool = False,
+    scatters: Sequence[float] | None = None,
 ) -> Spread:
     """Carry the errors of each test into the shared unknowns.
 
@@ -208,31 +264,32 @@ def spread_of(
         How firmly priors hold what is shared.
     robust : bool
         No variance is below what the tests' own scores show, with tests as clusters [Liang and Zeger 1986].
+    scatters : sequence of float, optional
+        From test to test, for each test; by default the solution's.
     """
-    size, tau = len(solution.point), solution.scatter
+    size, taus = len(solution.point), [solution.scatter] * len(pieces) if scatters is None else scatters
     left: FloatArray = np.asarray(np.linalg.inv(solution.precision))
     sums = np.zeros((3, size, size))
-    for piece, covariance in zip(pieces, noise, strict=True):
+    for piece, covariance, tau in zip(pieces, noise, taus, strict=True):
         into, own, scatter = _response(piece, tau)
         sums[0] += into.T @ covariance @ into
         sums[1] += scatter @ scatter.T
         sums[2] += own @ own.T
     noise_, scattered, of_own = (left @ part @ left for part in sums)
     if robust:
-        shown = np.diag(left @ _shown(solution, pieces) @ left)
+        shown = np.diag(left @ _shown(solution.point, pieces, taus) @ left)
         more = np.sqrt(np.maximum(1.0, shown / np.maximum(np.diag(noise_ + scattered + of_own), 1e-300)))
         noise_, scattered, of_own = (part * np.outer(more, more) for part in (noise_, scattered, of_own))
     return Spread(noise_, scattered, of_own, left if hold is None else left * np.sqrt(hold))
 
 
-def _shown(solution: Solution, pieces: Sequence[Piece]) -> FloatArray:
+def _shown(point: FloatArray, pieces: Sequence[Piece], scatters: Sequence[float]) -> FloatArray:
     """Covariance (S, S) of the shared score as the tests' own scores show it."""
-    size, count = len(solution.point), len(pieces)
+    size, count = len(point), len(pieces)
     total: FloatArray = np.zeros((size, size))
-    for piece in pieces:
-        into, _, _ = _response(piece, solution.scatter)
-        there = piece.place.scale @ solution.point + piece.place.offset
-        score = into.T @ (piece.score - piece.information @ there)
+    for piece, tau in zip(pieces, scatters, strict=True):
+        into, _, _ = _response(piece, tau)
+        score = into.T @ (piece.score - piece.information @ (piece.place.scale @ point + piece.place.offset))
         total += np.outer(score, score)
     return total * count / max(1, count - len({int(np.argmax(p.place.scale[p.place.friction or 0])) for p in pieces}))
 
