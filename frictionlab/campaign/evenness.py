@@ -75,8 +75,17 @@ def _weighed(covariance: FloatArray, slope: FloatArray) -> tuple[FloatArray, flo
     return np.asarray(raw / information), 1.0 / information
 
 
-def agreement(values: Sequence[float], owns: Sequence[Own]) -> tuple[float, int, float | None]:
+def agreement(
+    values: Sequence[float], owns: Sequence[Own], shared: FloatArray | None = None
+) -> tuple[float, int, float | None]:
     """Chi-square of values about what they share, its degrees of freedom, and how often chance would give more.
+
+    Parameters
+    ----------
+    values, owns : sequence
+        What each test says of one unknown, and how sure it is of that by itself.
+    shared : ndarray of shape (n, k), optional
+        Their errors by sources that all tests share.
 
     Examples
     --------
@@ -84,9 +93,13 @@ def agreement(values: Sequence[float], owns: Sequence[Own]) -> tuple[float, int,
     >>> square, freedom, p = agreement([1.0, -1.0, 3.0], known)
     >>> square, freedom, round(p or 0.0, 3), round(agreement([1.0, -1.0, 3.0], guessed)[2] or 0.0, 3)
     (8.0, 2, 0.018, 0.073)
+    >>> agreement([1.0, -1.0, 3.0], known, np.array([[1.0], [-1.0], [3.0]]))[0] < 1.0
+    True
     """
     if len(values) < 2:
         return 0.0, 0, None
-    value, weight = np.array(values), np.array([1.0 / own.variance for own in owns])
-    square = float(np.sum(weight * (value - np.sum(weight * value) / weight.sum()) ** 2))
-    return square, len(values) - 1, welch(square, weight, np.array([own.freedom for own in owns]))
+    value, variance = np.array(values), np.array([own.variance for own in owns])
+    inverse = np.linalg.inv(np.diag(variance) + (0.0 if shared is None else shared @ shared.T))
+    about = value - float(inverse.sum(axis=0) @ value / inverse.sum())
+    square = float(about @ inverse @ about)
+    return square, len(values) - 1, welch(square, 1.0 / variance, np.array([own.freedom for own in owns]))

@@ -35,6 +35,7 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
     "damping of the frame": ("frame_damping_ratio",),
 }
 """What tests share, and the unknowns that stand for it; the first of them gives the sign."""
+TINY = 1e-16  # a variance in squared deviations of a prior: as good as none
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,7 @@ class Joined:
         nuisances = len(self.moved.shared.coordinates) - len(self.held.shared.coordinates)
         alone = len(self.held.fits) == 1
         limit = CORRECTED if alone else float(chi2.isf(LEVEL, max(nuisances, 1)))
-        return self.held.cost - self.moved.cost >= limit
+        return self.held.cost(self.moved) - self.moved.cost(self.moved) >= limit
 
     @property
     def is_strained(self) -> bool:
@@ -229,7 +230,29 @@ class Joined:
         mine = [
             i for i, c in enumerate(self.best.cycles) if c.group == group and self.best.places[i].friction is not None
         ]
-        return agreement([self._apart_from_group(i) for i in mine], [self._owns[i] for i in mine])
+        values, owns = [self._apart_from_group(i) for i in mine], [self._owns[i] for i in mine]
+        return agreement(values, owns, self._by_rig([self.best.cycles[i].source for i in mine]))
+
+    def _by_rig(self, sources: Sequence[str]) -> FloatArray:
+        """What a rig that is a little off does to the friction of single tests (n, k), as errors that they share.
+
+        The rig is as sure as all tests leave it, and as far off as they move it.
+        """
+        rig = ~self.moved.shared.is_law
+        names, off = np.array(self.moved.shared.names)[rig].tolist(), self.moved.solution.point[rig]
+        root = np.linalg.cholesky(
+            self.moved.spread.total[np.ix_(rig, rig)] + np.outer(off, off) + TINY * np.eye(len(off))
+        )
+        slopes = np.zeros((len(sources), len(off)))
+        for cycle, found, place in zip(self.moved.cycles, self.moved.fits, self.moved.places, strict=True):
+            if cycle.source not in sources or place.friction is None:
+                continue
+            column = found.jacobian[:, place.friction]
+            for k, c in enumerate(found.coordinates):
+                if c.name in names:
+                    moved = column @ found.jacobian[:, k] / max(float(column @ column), 1e-300)
+                    slopes[sources.index(cycle.source), names.index(c.name)] = moved
+        return np.asarray(slopes @ root)
 
     def _apart_from_group(self, i: int) -> float:
         """How far a test's own friction stands from its group's, in deviations of the prior."""

@@ -82,10 +82,11 @@ class Joint:
         """What all tests leave."""
         return math.fsum(found.chi_square for found in self.fits)
 
-    @property
-    def cost(self) -> float:
-        """What was made least."""
-        return math.fsum(f.chi_square / f.excess for f in self.fits) + 2.0 * self.strain
+    def cost(self, weights: "Joint") -> float:
+        """What was made least, each test weighed as in another fit: costs weighed apart cannot be compared."""
+        excess = {c.source: f.excess for c, f in zip(weights.cycles, weights.fits, strict=True)}
+        told = zip(self.cycles, self.fits, strict=True)
+        return math.fsum(f.chi_square / excess.get(c.source, f.excess) for c, f in told) + 2.0 * self.strain
 
     @property
     def strain(self) -> float:

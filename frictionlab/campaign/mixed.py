@@ -113,6 +113,7 @@ class Mixed:
         self.hold = np.ones(len(low)) if hold is None else hold
         self.others = no_others(len(low)) if others is None else others
         self._about = [piece.about_shared() for piece in pieces]
+        self._plain, self._scattered = _without_local(self._about, [len(p.place.local) for p in pieces], self.size)
 
     def solve(self, scatter: float | None = None) -> Solution:
         """Return the best shared unknowns; the scatter is found unless it is given."""
@@ -162,16 +163,15 @@ class Mixed:
 
     def told(self, tau: float) -> Summed:
         """What all tests say of the shared unknowns, without their priors; what is a test's own is integrated out."""
-        precision, total = np.zeros((self.size, self.size)), np.zeros(self.size)
-        volume = quadratic = 0.0
-        for information, score, shared in self.scaled(tau):
-            inner = information[shared:, shared:] + np.eye(len(score) - shared)
-            taken = np.linalg.solve(inner, np.column_stack([information[shared:, :shared], score[shared:]]))
-            precision += information[:shared, :shared] - information[:shared, shared:] @ taken[:, :-1]
-            total += score[:shared] - information[:shared, shared:] @ taken[:, -1]
-            quadratic += 0.5 * float(score[shared:] @ taken[:, -1])
-            volume += 0.5 * float(np.linalg.slogdet(inner)[1])
-        return Summed(precision, total, volume, quadratic)
+        cross, square, at = self._scattered
+        firm = 1.0 + tau**2 * square
+        share = tau**2 / firm
+        return Summed(
+            self._plain.precision - (cross * share[:, None]).T @ cross,
+            self._plain.score - cross.T @ (share * at),
+            self._plain.volume + 0.5 * float(np.log(firm).sum()),
+            self._plain.quadratic + 0.5 * float(share @ at**2),
+        )
 
     def _locals(self, i: int) -> int:
         return len(self.pieces[i].place.local)
@@ -208,6 +208,39 @@ class Mixed:
             rest = score[free] - precision[np.ix_(free, held)] @ self.low[held]
             point[free] = np.linalg.solve(precision[np.ix_(free, free)], rest)
         return np.asarray(point)
+
+
+def _without_local(
+    about: Sequence[tuple[FloatArray, FloatArray, int]], local: Sequence[int], size: int
+) -> tuple[Summed, tuple[FloatArray, FloatArray, FloatArray]]:
+    """What tests without scatter say, their local unknowns integrated out; and for each what its d has in it.
+
+    That is: of d and the shared unknowns (n, S), of d alone (n,), and the score of d (n,); zero where d is held.
+    """
+    precision, total, volume, quadratic = np.zeros((size, size)), np.zeros(size), 0.0, 0.0
+    cross, square, at = np.zeros((len(about), size)), np.zeros(len(about)), np.zeros(len(about))
+    for i, (one, count) in enumerate(zip(about, local, strict=True)):
+        shared, (left, score, lost, gained) = one[2], _integrated(*one, count)
+        volume, quadratic = volume + lost, quadratic + gained
+        precision += left[:shared, :shared]
+        total += score[:shared]
+        if len(score) > shared:
+            cross[i], square[i], at[i] = left[-1, :shared], left[-1, -1], score[-1]
+    return Summed(precision, total, volume, quadratic), (cross, square, at)
+
+
+def _integrated(
+    information: FloatArray, score: FloatArray, first: int, count: int
+) -> tuple[FloatArray, FloatArray, float, float]:
+    """Information and score without so many unknowns from the first on; half their log determinant, what is left."""
+    if not count:
+        return information, score, 0.0, 0.0
+    own, rest = np.arange(first, first + count), np.delete(np.arange(len(score)), np.s_[first : first + count])
+    inner = information[np.ix_(own, own)] + np.eye(count)
+    taken = np.linalg.solve(inner, np.column_stack([information[np.ix_(own, rest)], score[own]]))
+    cross = information[np.ix_(rest, own)]
+    left, at = information[np.ix_(rest, rest)] - cross @ taken[:, :-1], score[rest] - cross @ taken[:, -1]
+    return left, at, 0.5 * float(np.linalg.slogdet(inner)[1]), 0.5 * float(score[own] @ taken[:, -1])
 
 
 def _sums(mixed: Mixed, tau: float) -> tuple[FloatArray, FloatArray, float, float]:

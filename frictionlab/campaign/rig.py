@@ -126,7 +126,8 @@ def _rig(held: Mapping[str, Joint], moved: Mapping[str, Joint], names: Sequence[
         precision[np.ix_(at, at)] += Mixed(joint.pieces, point[at]).told(joint.solution.scatter).precision
         strain[at[~law] - first[-1]] = strains(joint.shared.coordinates, joint.solution.point)[~law] ** 2
         doubled += float((strains(joint.shared.coordinates, joint.solution.point)[~law] ** 2).sum())
-    gained = sum(held[name].cost - joint.cost for name, joint in moved.items()) + doubled - float(strain.sum())
+    gained = sum(held[name].cost(joint) - joint.cost(joint) for name, joint in moved.items())
+    gained += doubled - float(strain.sum())
     solution = Solution(point, precision + np.diag(hold), 0.0, (), np.zeros(0), 0.0, 0.0, hold)
     return Rig(gained, len(names), columns, _spread(moved, columns, solution))
 
