@@ -1,10 +1,13 @@
 """Do the errors of a campaign hold, are its p-values even, and is each material's law the right one?
 
-Run: ``python -m tests.benchmarks.campaign_coverage [CAMPAIGNS]``; the result goes to results/campaign_coverage.txt.
+Run: ``python -m tests.benchmarks.campaign_coverage [CAMPAIGNS [FIRST SEED [KIND]]]``; the result goes to
+results/campaign_coverage.txt (of another kind: campaign_coverage_KIND.txt). Seeds 0 to 7 are those it was made with.
 Every campaign has a rig of its own, drawn from what its scene declares: gain (0.3 %), lag (0.5 ms), natural frequency
 (0.1 %), stiffness (0.5 %). Four materials of four laws, two normal forces (each off by 1 %), six frequency ratios;
 tests of 40 s at 250 Hz through the optoNCDT's noise and step, friction scattering by 0.3 % from cycle to cycle and, in
-every second campaign, by 1 % from test to test.
+every second campaign, by 1 % from test to test. Of the kind ``harmonic`` the base has a second harmonic of 1 % that no
+scene declares, at a phase drawn for each campaign; of the kind ``uneven`` gradient, dashpot and break-away differ from
+test to test by 15 %, one deviation, beside the friction.
 """
 
 import sys
@@ -19,14 +22,17 @@ from scipy import stats
 from frictionlab.analysis.measure import measure
 from frictionlab.campaign import Campaign, Cycle, Trial, cycle_of, evaluate, trial_of
 from frictionlab.scene import Scene
-from frictionlab.simulator import Problem
+from frictionlab.simulator import COSINE, Base, Problem
 from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded, scene
 
-RESULT = Path(__file__).parent / "results" / "campaign_coverage.txt"
+RESULTS = Path(__file__).parent / "results"
+KINDS = ("plain", "harmonic", "uneven")
 STIFFNESS = 1191.0
 RATIOS, FORCES = (0.3, 0.42, 0.57, 0.75, 1.3, 1.7), (1.0, 1.6)
 GAIN, LAG_S, FREQUENCY, STIFF, NORMAL = 0.003, 5e-4, 0.001, 0.005, 0.01
 BETWEEN = 0.01
+SECOND = 0.01  # of Y
+UNEVEN = 0.15
 
 
 @dataclass(frozen=True)
@@ -59,28 +65,32 @@ def rig() -> Scene:
     )
 
 
-def drawn(seed: int, known: Scene) -> Campaign:
-    """One campaign, evaluated."""
+def drawn(seed: int, known: Scene, kind: str) -> tuple[list[Trial], dict[str, Cycle]]:
+    """The tests of one campaign."""
     generator = np.random.default_rng([20261122, seed])
     trials: list[Trial] = []
     cycles: dict[str, Cycle] = {}
-    for trial, cycle in _tests(generator, known, between=BETWEEN * (seed % 2)):
+    for trial, cycle in _tests(generator, known, kind, between=BETWEEN * (seed % 2)):
         trials.append(trial)
         cycles[trial.source] = cycle
-    return evaluate(trials, known, cycles=cycles, find_law=True)
+    return trials, cycles
 
 
-def _tests(generator: np.random.Generator, known: Scene, *, between: float) -> Iterator[tuple[Trial, Cycle]]:
+def _tests(generator: np.random.Generator, known: Scene, kind: str, *, between: float) -> Iterator[tuple[Trial, Cycle]]:
     base_gain, mass_gain = 1.0 + GAIN * generator.standard_normal(2)
     lag, tuned = LAG_S * generator.standard_normal(), 1.0 + FREQUENCY * generator.standard_normal()
     stiffness = STIFFNESS * (1.0 + STIFF * generator.standard_normal())
+    second = SECOND * np.exp(2j * np.pi * generator.random()) if kind == "harmonic" else 0j
     for name, contact in CONTACTS.items():
         for force in FORCES:
             pressed = force * (1.0 + NORMAL * generator.standard_normal())
             for r in RATIOS:
                 own = contact.coefficient * np.exp(between * generator.standard_normal())
                 beta = own * pressed / (stiffness * BASE_M)
-                problem = Problem(r, beta, law=contact.law, parameters=contact.parameters)
+                spread = UNEVEN if kind == "uneven" else 0.0
+                parameters = _drawn(contact, spread, generator)
+                base = Base((1.0, second.real), (0.0, second.imag)) if second else COSINE
+                problem = Problem(r, beta, base=base, law=contact.law, parameters=parameters)
                 seen = recorded(
                     problem,
                     generator,
@@ -98,11 +108,23 @@ def _tests(generator: np.random.Generator, known: Scene, *, between: float) -> I
                 )
 
 
+def _drawn(contact: Contact, spread: float, generator: np.random.Generator) -> dict[str, float]:
+    """A contact's parameters in one test; a static ratio differs in what it is beyond 1."""
+    return {
+        name: (value - 1.0) * factor + 1.0 if name.startswith("static") else value * factor
+        for name, value in contact.parameters.items()
+        for factor in (1.0 + spread * generator.standard_normal() if spread else 1.0,)
+    }
+
+
 @dataclass
 class Tally:
-    """Scores (error over stated uncertainty), intervals that hold the truth, p-values, laws, seconds."""
+    """Scores (error over stated uncertainty) of coefficients and of other parameters, intervals that hold the truth,
+    p-values, laws, seconds.
+    """
 
     scores: list[float] = field(default_factory=list)
+    others: list[float] = field(default_factory=list)
     inside: list[bool] = field(default_factory=list)
     tests_p: list[float] = field(default_factory=list)
     amontons_p: list[float] = field(default_factory=list)
@@ -120,6 +142,10 @@ class Tally:
             self.inside.append(low <= truth <= high)
             if even and fit.tests_p is not None:
                 self.tests_p.append(fit.tests_p)
+        for told in found.parameters:
+            if told.value is not None and told.value_u and told.parameter in CONTACTS[told.material].parameters:
+                truth = CONTACTS[told.material].parameters[told.parameter]
+                self.others.append((told.value - truth) / told.value_u)
         self.amontons_p += [test.p for test in found.amontons if test.p is not None]
         for name, material in found.joined.items():
             of_this = self.laws.setdefault(name, {})
@@ -136,15 +162,21 @@ def _even(name: str, values: list[float]) -> str:
     return f"{name} ({len(values)}): {shares}; Kolmogorov-Smirnov p = {test:.2g}"
 
 
-def report(tally: Tally, campaigns: int) -> str:
-    """The table."""
-    scores = np.abs(tally.scores)
+def _within(name: str, values: list[float]) -> str:
+    scores = np.abs(values)
     within = [f"{np.mean(scores < reach):.1%}" for reach in (1.0, 1.96)]
+    rms = f"rms of their error over u {np.sqrt(np.mean(scores**2)):.2f}"
+    return f"{name} ({len(scores)}): {within[0]} within u, {within[1]} within 1.96 u; {rms}"
+
+
+def report(tally: Tally, first: int, campaigns: int, kind: str) -> str:
+    """The table."""
     inside = f"{np.mean(tally.inside):.1%} of the 95 % intervals hold it"
+    tests = len(CONTACTS) * len(FORCES) * len(RATIOS)
     lines = [
-        f"{campaigns} campaigns of {len(CONTACTS) * len(FORCES) * len(RATIOS)} tests",
-        f"friction coefficients ({len(scores)}): {within[0]} within u, {within[1]} within 1.96 u; {inside}",
-        f"rms of their error over u: {np.sqrt(np.mean(scores**2)):.2f}",
+        f"{campaigns} campaigns ({kind}, seeds {first} to {first + campaigns - 1}) of {tests} tests",
+        f"{_within('friction coefficients', tally.scores)}; {inside}",
+        _within("other parameters of the laws", tally.others),
         _even("p of equal tests, where they are equal", tally.tests_p),
         _even("Amontons' p", tally.amontons_p),
         *(
@@ -152,20 +184,24 @@ def report(tally: Tally, campaigns: int) -> str:
             + ", ".join(f"{law} {n}" for law, n in sorted(laws.items(), key=lambda item: -item[1]))
             for name, laws in tally.laws.items()
         ),
-        f"CPU seconds of an evaluation with the laws, recordings read: median {np.median(tally.seconds):.1f}",
+        f"CPU seconds of an evaluation with the laws, cycles at hand: median {np.median(tally.seconds):.1f}",
     ]
     return "\n".join(lines) + "\n"
 
 
 def main() -> None:
     """Run the campaigns and write the table."""
-    campaigns = int(sys.argv[1]) if len(sys.argv) > 1 else 40
+    campaigns, first = (int(sys.argv[i]) if len(sys.argv) > i else default for i, default in ((1, 40), (2, 0)))
+    kind = sys.argv[3] if len(sys.argv) > 3 else KINDS[0]
     known, tally = rig(), Tally()
-    for seed in range(campaigns):
+    for seed in range(first, first + campaigns):
+        trials, cycles = drawn(seed, known, kind)
         begin = time.process_time()
-        tally.add(drawn(seed, known), time.process_time() - begin, even=seed % 2 == 0)
-    text = report(tally, campaigns)
-    RESULT.write_text(text)
+        found = evaluate(trials, known, cycles=cycles, find_law=True)
+        tally.add(found, time.process_time() - begin, even=seed % 2 == 0)
+    text = report(tally, first, campaigns, kind)
+    ending = "" if kind == KINDS[0] else f"_{kind}"
+    (RESULTS / f"campaign_coverage{ending}.txt").write_text(text, encoding="utf-8")
     sys.stdout.write(text)
 
 
