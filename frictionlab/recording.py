@@ -222,14 +222,14 @@ class Recording:
         bad = Quality.HELD | Quality.DUPLICATED | Quality.NOT_BRIDGED
         if not np.any(self.quality & np.uint8(bad)):
             return (self,)
-        flags = self.quality
-        sound = np.isfinite(self.mass_displacement) & np.isfinite(self.base_displacement)
-        sound &= (flags & np.uint8(Quality.HELD)) == 0
-        breaks = ((flags & np.uint8(Quality.NOT_BRIDGED)) != 0) | ~sound
-        part = np.cumsum(breaks)
-        keep = np.flatnonzero(sound & ((flags & np.uint8(Quality.DUPLICATED)) == 0))
-        pieces = np.split(keep, np.flatnonzero(np.diff(part[keep])) + 1)
-        return tuple(self._take(piece) for piece in pieces if len(piece) >= 2)
+        keep = np.isfinite(self.mass_displacement) & np.isfinite(self.base_displacement)
+        keep &= (self.quality & np.uint8(Quality.HELD)) == 0
+        breaks = ((self.quality & np.uint8(Quality.NOT_BRIDGED)) != 0) | ~keep
+        keep &= (self.quality & np.uint8(Quality.DUPLICATED)) == 0
+        edges = np.concatenate([[0], np.flatnonzero(breaks), [len(self)]])
+        long = np.flatnonzero(np.diff(edges) > 1)
+        parts = (self._take(*pair, keep) for pair in zip(edges[long].tolist(), edges[long + 1].tolist(), strict=True))
+        return tuple(part for part in parts if part is not None)
 
     @property
     def gaps(self) -> tuple[tuple[float, float], ...]:
@@ -237,14 +237,21 @@ class Recording:
         parts = self.stretches()
         return tuple((float(a.time[-1]), float(b.time[0])) for a, b in pairwise(parts))
 
-    def _take(self, index: NDArray[np.intp]) -> "Recording":
-        quality = self.quality[index] & np.uint8(0xFF & ~Quality.NOT_BRIDGED)
+    def _take(self, start: int, stop: int, keep: NDArray[np.bool_]) -> "Recording | None":
+        """The samples to keep from one break to the next; none is copied where all that follow the first are kept."""
+        first = start + int(np.argmax(keep[start:stop]))
+        index: slice | NDArray[np.intp] = slice(first, stop)
+        if not keep[first:stop].all():
+            index = start + np.flatnonzero(keep[start:stop])
+        time = self.time[index]
+        if len(time) < 2:
+            return None
         return replace(
             self,
-            time=self.time[index],
+            time=time,
             mass_displacement=self.mass_displacement[index],
             base_displacement=self.base_displacement[index],
-            quality=quality,
+            quality=self.quality[index] & np.uint8(0xFF & ~Quality.NOT_BRIDGED),
         )
 
 

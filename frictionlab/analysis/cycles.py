@@ -17,6 +17,7 @@ FloatArray = NDArray[np.float64]
 EVEN = 0.02  # of a step: stamps that stray no further from an even clock are even
 FEW_PASSES = 8  # of the phase where there are fewer than three cycles, and the first guess is poor
 OVERLAP = 0.125  # of a cycle: steps of the phase's window where there are fewer than three cycles
+COARSE_STEPS = 4
 MOST_EVEN = 1e6  # samples on an even clock, or 20 times those there are
 _CHUNK = 1 << 16  # samples folded at a time: stays in the cache
 _ROWS = 1 << 13  # points of rows at a time: what is made of them stays in the nearest cache
@@ -99,12 +100,15 @@ def chunks(rows: FloatArray) -> Iterator[slice]:
 def common(signal: FloatArray, found: Cut, points: int) -> FloatArray:
     """What all cycles of a signal (m,) have in common, at its own samples; the first and last cycle go on outside."""
     cycle = fold(signal, found.start, found.end, points).mean(axis=0)
-    edges = np.append(found.start, found.end[-1])
-    turns = np.interp(np.arange(len(signal)), edges, np.arange(len(edges)))
-    turns += (
-        np.minimum(np.arange(len(signal)) - edges[0], 0.0) + np.maximum(np.arange(len(signal)) - edges[-1], 0.0)
-    ) * (found.frequency)
-    return interpolate(np.concatenate([cycle[-2:], cycle, cycle[:3]]), (turns % 1.0) * points + 2.0)
+    edges, number = np.append(found.start, found.end[-1]), np.arange(len(found) + 1.0)
+    around = np.concatenate([cycle[-2:], cycle, cycle[:3]])
+    every = np.empty(len(signal))
+    for first in range(0, len(signal), _CHUNK):
+        at = np.arange(first, min(first + _CHUNK, len(signal)), dtype=np.float64)
+        beyond = np.minimum(at - edges[0], 0.0) + np.maximum(at - edges[-1], 0.0)
+        turns = np.interp(at, edges, number) + found.frequency * beyond
+        every[first : first + len(at)] = interpolate(around, (turns % 1.0) * points + 2.0)
+    return every
 
 
 def points_per_cycle(samples_per_cycle: float, *, least: int = 64, most: int | None = None) -> int:
@@ -303,7 +307,12 @@ def _slope_error(at: FloatArray, residual: FloatArray, expected: float) -> float
 
 def stray(time: FloatArray, step: float) -> float:
     """How far stamps (n,) stray from an even clock that starts with them, in steps."""
-    return float(np.max(np.abs(time - time[0] - step * np.arange(len(time))))) / step
+    most = 0.0
+    for first in range(0, len(time), _CHUNK):  # in parts: a copy of a long recording would be dear
+        part = time[first : first + _CHUNK] - time[0]
+        part -= step * np.arange(first, first + len(part))
+        most = max(most, float(np.max(np.abs(part, out=part))))
+    return most / step
 
 
 def evenly(time: FloatArray, mass: FloatArray, base: FloatArray, step: float) -> tuple[FloatArray, FloatArray, float]:
@@ -320,7 +329,7 @@ def evenly(time: FloatArray, mass: FloatArray, base: FloatArray, step: float) ->
         Sampling interval, s.
     """
     off = stray(time, step)
-    if off < EVEN or (off < 1.0 and _coarsely_written(np.diff(time), step)):
+    if off < EVEN or (off < 1.0 and _coarsely_written(time, step)):
         return mass, base, 0.0
     _check_span(time, step)
     even = np.arange(time[0], time[-1] + 1e-9 * step, step)
@@ -341,6 +350,11 @@ def _check_span(time: FloatArray, step: float) -> None:
         )
 
 
-def _coarsely_written(steps: FloatArray, step: float) -> bool:
+def _coarsely_written(time: FloatArray, step: float) -> bool:
     """Whether the steps between stamps take at most four values, as stamps rounded to few digits do."""
-    return len(np.unique(np.rint(steps / (1e-3 * step)))) <= 4
+    found: set[float] = set()
+    for first in range(0, len(time) - 1, _CHUNK):
+        found.update(np.unique(np.rint(np.diff(time[first : first + _CHUNK + 1]) / (1e-3 * step))).tolist())
+        if len(found) > COARSE_STEPS:
+            return False
+    return True

@@ -225,7 +225,8 @@ def _of_growth(response: Response, settled: float | None, r: float | None) -> It
 
 
 def _of_the_motion(layout: Layout, response: Response) -> Iterator[str]:
-    share = float(np.var(layout.mass.mean(axis=0)) / np.var(layout.mass))
+    power = float(np.einsum("ij,ij->", layout.mass, layout.mass)) / layout.mass.size  # about a mean of 0
+    share = float(np.var(layout.mass.mean(axis=0))) / power
     if share < 0.5 and len(layout) >= FEW_CYCLES:
         yield (
             f"drive_frequency_hz: the mass does not answer at the drive's frequency: only {100 * share:.2g} % of its"

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +17,7 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 ROUNDS = 0.1  # of a sensor's step: a line below it may be rounding
 FEWEST_SAMPLES = 6  # a cycle; with 5 the base's amplitude comes out 3 % low, with 3 the motion is lost
+SHOWN = 10.0  # times the drive: how far a spectrum is kept
 HARMONICS = 9  # of the base motion: base_distortion counts 2 to 9
 
 
@@ -183,11 +185,15 @@ def lay_out(
         raise AnalysisError("analysis: expected at least 32 samples after the transient: shorten transient_s")
     base_noise = noise.white_noise(longest.base)
     base_lines = spectrum.amplitude_spectrum(longest.base, longest.step, padding=padding)
-    mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=1)
     guess = _drive_frequency(longest, base_lines, base_noise)
     cuts = _cuts(stretches, longest, guess, base_noise)
     cut = next(c for s, c in zip(stretches, cuts, strict=True) if s is longest)
-    stretches, foreign = _cleaned(stretches, cuts, (mass_lines, base_lines))
+    lines_of = _Lines(longest, cut)
+    found = lines_of.foreign(longest.base, base_lines)
+    base_lines = spectrum.up_to(base_lines, SHOWN * lines_of.drive)  # the rest of a long recording's is dear
+    mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=1)
+    stretches, foreign = _cleaned(stretches, cuts, lines_of, mass_lines, found)
+    mass_lines = spectrum.up_to(mass_lines, SHOWN * lines_of.drive)
     if foreign.period > 1 and cut.drifts:  # what it follows is the motion's own change from cycle to cycle
         cut = cycles.cut(stretches[0].base, cut.frequency, noise=base_noise, follow=False)
         cuts = [cut]
@@ -209,8 +215,8 @@ def lay_out(
     return Layout(
         drive=drive,
         offset=float(mass.mean()),
-        mass_spectrum=spectrum.up_to(mass_lines, 10.0 * drive.frequency),
-        base_spectrum=spectrum.up_to(base_lines, 10.0 * drive.frequency),
+        mass_spectrum=mass_lines,
+        base_spectrum=base_lines,
         mass=_scaled(mass, drive.amplitude),
         base=_scaled(base, drive.amplitude),
         time=time,
@@ -246,26 +252,47 @@ def _cuts(stretches: list[Stretch], longest: Stretch, guess: float, base_noise: 
     return cuts
 
 
+@dataclass(frozen=True)
+class _Lines:
+    """What lines are looked for in the longest stretch, whose cycles are known."""
+
+    longest: Stretch
+    cut: cycles.Cut
+
+    @property
+    def drive(self) -> float:
+        """Frequency of the drive [Hz]."""
+        return self.cut.frequency / self.longest.step
+
+    @cached_property
+    def unit(self) -> float:
+        """Amplitude of the base [m]."""
+        return float(np.std(self.longest.base)) * math.sqrt(2.0)
+
+    def foreign(self, signal: FloatArray, of: spectrum.Spectrum) -> tuple[Line, ...]:
+        """Lines of one channel that are no harmonics, by its spectrum."""
+        spread = float(np.std(self.cut.end - self.cut.start)) * self.cut.frequency if len(self.cut) else 0.0
+        found = lines.foreign(of, self.drive, unit=self.unit, resolution=of.resolution, spread=spread)
+        return _beyond_rounding(found, signal, self.unit)
+
+
 def _cleaned(
-    stretches: list[Stretch], cuts: list[cycles.Cut], spectra: tuple[spectrum.Spectrum, spectrum.Spectrum]
+    stretches: list[Stretch],
+    cuts: list[cycles.Cut],
+    lines_of: _Lines,
+    mass_lines: spectrum.Spectrum,
+    of_base: tuple[Line, ...],
 ) -> tuple[list[Stretch], Foreign]:
     """Take high lines that are no harmonics out of all stretches; say what was found in each channel of the longest."""
-    longest, cut = max(zip(stretches, cuts, strict=True), key=lambda pair: len(pair[0].base))
-    drive, resolution = cut.frequency / longest.step, 1.0 / (len(longest.base) * longest.step)
-    spread = float(np.std(cut.end - cut.start)) * cut.frequency if len(cut) else 0.0
-    unit = float(np.std(longest.base)) * math.sqrt(2.0)
-    signals = (longest.mass, longest.base)
-    found = [
-        _beyond_rounding(lines.foreign(s, drive, unit=unit, resolution=resolution, spread=spread), signal, unit)
-        for s, signal in zip(spectra, signals, strict=True)
-    ]
+    drive, resolution = lines_of.drive, mass_lines.resolution
+    found = [lines_of.foreign(lines_of.longest.mass, mass_lines), of_base]
     period = lines.period_of((*found[0], *found[1]), drive, resolution) if len(stretches) == 1 else 1
     if period > 1:  # high lines of that period are the motion's
         found = [lines.beside_period(some, drive / period, resolution) for some in found]
     for role, of_role in zip(("mass", "base"), found, strict=True):
         if any(line.removed for line in of_role):
             stretches = [s.without(role, of_role, c) for s, c in zip(stretches, cuts, strict=True)]
-    return stretches, Foreign(found[0], found[1], period, lines.faintest(spectra[0], drive, unit=unit))
+    return stretches, Foreign(found[0], found[1], period, lines.faintest(mass_lines, drive, unit=lines_of.unit))
 
 
 def _beyond_rounding(found: tuple[Line, ...], signal: FloatArray, unit: float) -> tuple[Line, ...]:
@@ -300,7 +327,7 @@ def _drive_frequency(stretch: Stretch, lines: spectrum.Spectrum, noise_rms: floa
     variance = float(np.var(base))
     if not variance > 0.0:
         raise AnalysisError("analysis: no drive: the base stands still; expected a base motion: check the base column")
-    tone = spectrum.tone_of(lines, len(base), stretch.step, noise=noise_rms)
+    tone = spectrum.tone_of(lines, stretch.step, noise=noise_rms)
     if 0.5 * tone.amplitude**2 < 0.2 * variance:
         raise AnalysisError(
             f"analysis: no drive: the strongest line of the base motion ({tone.frequency:.4g} Hz) holds only"

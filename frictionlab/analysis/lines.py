@@ -4,6 +4,7 @@ A motion that repeats with the drive has its harmonics and nothing between them.
 sensor's, the laboratory's or a second motion's. High lines are taken out, low ones (a beat, a free vibration) are told.
 """
 
+import cmath
 import math
 from dataclasses import dataclass
 
@@ -28,6 +29,7 @@ SAMPLED = 2000  # lines of a spectrum that tell its noise
 MAINS = (50.0, 60.0)
 NEAR = 3e-3  # relative: how far mains may be off
 RESOLVED = 3.0  # resolution cells between a line and a harmonic, in a window that tells them apart
+PART = 1 << 15  # samples a line is drawn on at a time
 SHORTEST_S = 5.0  # of such windows, in which a line may swell and wander
 
 
@@ -169,14 +171,18 @@ def line_in(signal: FloatArray, step: float, line: Line, length: float) -> Float
     In each window the line's complex amplitude is the weighted mean of the signal turned back by its frequency;
     between the windows' middles it runs straight.
     """
-    n = len(signal)
+    n, turn = len(signal), 2.0 * math.pi * line.frequency * step
     size = max(8, min(n, round(min(length, n * step) / step)))
     starts = np.unique(np.linspace(0, n - size, max(1, math.ceil(4.0 * (n - size) / size) + 1)).round().astype(np.intp))
-    turn = np.exp(-2j * math.pi * line.frequency * step * np.arange(n))
-    weight = np.hanning(size + 2)[1:-1]
-    weight /= weight.sum()
-    mean = signal.mean()
-    level = np.array([np.dot(weight, (signal[a : a + size] - mean) * turn[a : a + size]) for a in starts])
-    middle, every = starts + 0.5 * (size - 1), np.arange(n)
-    envelope = np.interp(every, middle, level.real) + 1j * np.interp(every, middle, level.imag)
-    return np.asarray(2.0 * (envelope * turn.conj()).real)
+    weight = np.hanning(size + 2)[1:-1] * np.exp(-1j * turn * np.arange(size))
+    weight /= np.hanning(size + 2).sum()
+    bias, mean = weight.sum(), signal.mean()
+    level = np.array([np.dot(weight, signal[a : a + size]) - mean * bias for a in starts]) * np.exp(-1j * turn * starts)
+    middle, found = starts + 0.5 * (size - 1), np.empty(n)
+    table = np.exp(1j * turn * np.arange(min(n, PART)))
+    for first in range(0, n, PART):
+        every = np.arange(first, min(first + PART, n))
+        envelope = np.interp(every, middle, level.real) + 1j * np.interp(every, middle, level.imag)
+        envelope *= table[: len(every)]
+        found[every[0] : every[-1] + 1] = 2.0 * (envelope * cmath.exp(1j * turn * first)).real
+    return found

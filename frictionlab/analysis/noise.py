@@ -9,6 +9,7 @@ FloatArray = NDArray[np.float64]
 _ORDER = 6
 _GAIN = math.comb(2 * _ORDER, _ORDER)  # variance of the 6th difference of unit white noise
 _BLOCK = 64
+_PART = 128  # blocks looked at together
 
 
 def white_noise(signal: FloatArray) -> float:
@@ -28,15 +29,22 @@ def white_noise(signal: FloatArray) -> float:
     >>> round(white_noise(np.cos(2 * np.pi * 3 * t) + 1e-3 * rng.standard_normal(len(t))), 4)
     0.001
     """
-    power = signal
-    for _ in range(_ORDER):
-        power = power[1:] - power[:-1]
-    power = power * power
-    blocks = len(power) // _BLOCK
+    blocks = (len(signal) - _ORDER) // _BLOCK
     if blocks < 8:
-        return math.sqrt(float(power.mean()) / _GAIN)
-    means = power[: blocks * _BLOCK].reshape(blocks, _BLOCK).mean(axis=1)
+        return math.sqrt(float(_power(signal).mean()) / _GAIN)
+    means = np.empty(blocks)
+    for first in range(0, blocks, _PART):  # in parts that stay in the cache
+        last = min(first + _PART, blocks)
+        part = _power(signal[first * _BLOCK : last * _BLOCK + _ORDER])
+        means[first:last] = part.reshape(last - first, _BLOCK).mean(axis=1)
     return math.sqrt(float(np.median(means)) / _MEDIAN_OVER_MEAN / _GAIN)
+
+
+def _power(signal: FloatArray) -> FloatArray:
+    """Squares of the sixth differences (n - 6,) of a signal (n,)."""
+    for _ in range(_ORDER):
+        signal = signal[1:] - signal[:-1]
+    return signal * signal
 
 
 def rounding_left(noise: float, step: float) -> float:

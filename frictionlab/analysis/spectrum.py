@@ -4,6 +4,7 @@ Amplitudes are scaled by 2 / sum(w), so that a line of amplitude A reads A whate
 """
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,16 +15,21 @@ from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
 DEFAULT_PADDING = 4
+PART = 1 << 15  # points of a window made at a time: they stay in the cache
 LONGEST = 1 << 23
-"""Points of an FFT that is padded: one of 26 million took 1 GB, and told the drive no better."""
+"""Points of an FFT: one of 26 million took 1 GB, and told the drive no better. Longer signals are taken in parts."""
 
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Amplitude spectrum: ``frequency`` (m,) in 1/[step], ``amplitude`` (m,) in the signal's unit."""
+    """Amplitude spectrum: ``frequency`` (m,) in 1/[step], ``amplitude`` (m,) in the signal's unit.
+
+    ``resolution``: 1 / duration of the signal, or of the parts it was taken in, in 1/[step].
+    """
 
     frequency: FloatArray
     amplitude: FloatArray
+    resolution: float
 
 
 @dataclass(frozen=True)
@@ -35,19 +41,31 @@ class Tone:
     amplitude: float
 
 
-def hann(n: int) -> FloatArray:
-    """Hann window of n points, symmetric about the middle of the record and nowhere zero; its sum is n / 2."""
-    return 0.5 - 0.5 * _cosines(2.0 * math.pi / n, math.pi / n, n)
+def hann(n: int) -> Iterator[tuple[slice, FloatArray]]:
+    """Hann window of n points, symmetric about the middle and nowhere zero, in parts; its sum is n / 2."""
+    return ((some, 0.5 - 0.5 * part) for some, part in _cosines(2.0 * math.pi / n, math.pi / n, n))
 
 
-def _cosines(step: float, first: float, n: int) -> FloatArray:
-    """cos(first + step i) for i < n (n,): cos(a + b) = cos a cos b - sin a sin b spares most of the cosines."""
+def _windowed(signal: FloatArray) -> FloatArray:
+    """The signal (n,) about its mean under a Hann window: one copy, for a long recording's are dear."""
+    about = np.asarray(signal - signal.mean())
+    for some, part in hann(len(signal)):
+        about[some] *= part
+    return about
+
+
+def _cosines(step: float, first: float, n: int) -> Iterator[tuple[slice, FloatArray]]:
+    """cos(first + step i) for i < n, in parts: cos(a + b) = cos a cos b - sin a sin b spares most of the cosines."""
     width = math.isqrt(n) + 1
     fine = step * np.arange(width)
-    coarse = first + step * width * np.arange(width)
-    table = np.outer(np.cos(coarse), np.cos(fine))
-    table -= np.outer(np.sin(coarse), np.sin(fine))
-    return np.asarray(table.ravel()[:n])
+    cosine, sine = np.cos(fine), np.sin(fine)
+    rows = max(1, PART // width)
+    for row in range(0, -(-n // width), rows):
+        coarse = first + step * width * np.arange(row, row + rows)
+        table = np.outer(np.cos(coarse), cosine)
+        table -= np.outer(np.sin(coarse), sine)
+        at = row * width
+        yield slice(at, min(at + table.size, n)), table.ravel()[: n - at]
 
 
 def fast_length(least: int) -> int:
@@ -81,7 +99,8 @@ def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAUL
         Sampling interval; frequencies come in its inverse.
     padding : int
         Length of the FFT over the length of the record (rounded up to a length the FFT likes); less where that is
-        longer than `LONGEST`: the lines of such a record are close together as they are.
+        longer than `LONGEST`: the lines of such a record are close together as they are. A record that is longer
+        itself is taken in equal parts; its amplitudes are the root of their mean square.
 
     Raises
     ------
@@ -98,17 +117,24 @@ def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAUL
     n = len(signal)
     if n < 8:
         raise AnalysisError(f"spectrum: expected at least 8 samples; got {n}: give a longer recording")
-    length = fast_length(max(min(padding, LONGEST // n), 1) * n)
-    lines = fft.rfft((signal - signal.mean()) * hann(n), length)
-    amplitude = np.abs(lines)
-    amplitude *= 4.0 / n  # 2 / sum(w)
-    return Spectrum(np.arange(len(amplitude)) / (length * step), amplitude)
+    parts = -(-n // LONGEST)
+    size = n // parts
+    length = fast_length(max(min(padding, LONGEST // size), 1) * size)
+    amplitude = np.abs(fft.rfft(_windowed(signal[:size]), length))
+    if parts > 1:
+        amplitude *= amplitude
+        for first in range(size, size * parts, size):
+            more = np.abs(fft.rfft(_windowed(signal[first : first + size]), length))
+            amplitude += np.multiply(more, more, out=more)
+        np.sqrt(amplitude, out=amplitude)
+    amplitude *= 4.0 / size / math.sqrt(parts)  # 2 / sum(w)
+    return Spectrum(np.arange(len(amplitude)) / (length * step), amplitude, 1.0 / (size * step))
 
 
 def up_to(spectrum: Spectrum, frequency: float) -> Spectrum:
     """The part of a spectrum up to a frequency, copied so that the rest can be forgotten."""
     last = int(np.searchsorted(spectrum.frequency, frequency, side="right"))
-    return Spectrum(spectrum.frequency[:last].copy(), spectrum.amplitude[:last].copy())
+    return Spectrum(spectrum.frequency[:last].copy(), spectrum.amplitude[:last].copy(), spectrum.resolution)
 
 
 def strongest_tone(
@@ -140,13 +166,13 @@ def strongest_tone(
     >>> abs(tone.frequency - 1.7) < 2e-5
     True
     """
-    return tone_of(amplitude_spectrum(signal, step, padding=padding), len(signal), step, noise=noise)
+    return tone_of(amplitude_spectrum(signal, step, padding=padding), step, noise=noise)
 
 
-def tone_of(spectrum: Spectrum, n: int, step: float, *, noise: float | None = None) -> Tone:
-    """Refine the strongest line of a spectrum made from n samples; see :func:`strongest_tone`."""
-    amplitude = spectrum.amplitude
-    resolution = 1.0 / (n * step)
+def tone_of(spectrum: Spectrum, step: float, *, noise: float | None = None) -> Tone:
+    """Refine the strongest line of a spectrum of samples at this interval; see :func:`strongest_tone`."""
+    amplitude, resolution = spectrum.amplitude, spectrum.resolution
+    n = round(1.0 / (resolution * step))
     spacing = float(spectrum.frequency[1])
     first = min(max(1, math.ceil(2.0 * resolution / spacing)), len(amplitude) - 2)
     peak = first + int(np.argmax(amplitude[first:-1]))

@@ -57,4 +57,4 @@ def _thinned(lines: Spectrum) -> Spectrum:
     """Highest of each few neighbouring lines, so that no peak is thinned away."""
     width = math.ceil(len(lines.frequency) / SHOWN_LINES)
     first = np.arange(0, len(lines.frequency), width)
-    return Spectrum(lines.frequency[first], np.maximum.reduceat(lines.amplitude, first))
+    return Spectrum(lines.frequency[first], np.maximum.reduceat(lines.amplitude, first), lines.resolution)

@@ -1,5 +1,6 @@
 import math
 import re
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from frictionlab.errors import AnalysisError
 from frictionlab.recording import Quality, Recording
 from frictionlab.scene import Analysis, Model, Rig, Scene
 from frictionlab.simulator import Problem, steady_state
+from tests.analysis.hostile import motion
 from tests.analysis.seen import BASE_M, NATURAL_HZ, NOISE_M, STEP_M, recording_of, scene, steady, through_laser
 
 DATA = Path(__file__).parents[3] / "shared" / "data"
@@ -246,3 +248,20 @@ def test_stops_are_relative_to_a_wall_that_moves() -> None:
     assert m.stops_per_cycle == state.stops_per_cycle == 2.0
     assert m.stuck_fraction == pytest.approx(state.stuck_fraction, abs=0.05)
     assert m.energy_per_cycle * 0.7**2 == pytest.approx(state.energy_per_cycle, rel=1e-3)
+
+
+def test_a_long_recording_is_measured_in_five_more_columns_of_it() -> None:
+    """With hum to be taken out: 15 and more, so that a log of 2 GB took 9 to 17 GB."""
+    of, n, turn = motion(0.5, 0.4), 1_500_000, 2554
+    place = np.arange(n) % turn
+    time = np.arange(n) / (turn * of.hz)
+    cycle = np.arange(turn) / (turn * of.hz)
+    mass = BASE_M * (of.mass(cycle)[place] + 0.01 * np.sin(2 * np.pi * 50.03 * time))
+    recording = Recording(time, mass, BASE_M * of.base(cycle)[place])
+    tracemalloc.start()
+    m = measure(recording, scene())
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert any("mains hum" in said for said in m.warnings)
+    assert m.response_amplitude == pytest.approx(of.amplitude, rel=1e-4)
+    assert peak < 8 * 8 * n

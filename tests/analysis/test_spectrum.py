@@ -20,8 +20,9 @@ def line(
 def test_the_window_is_a_hann_window_without_zeros() -> None:
     n = 1001
     expected = [0.5 - 0.5 * math.cos(2 * math.pi * (i + 0.5) / n) for i in range(n)]
-    np.testing.assert_allclose(hann(n), expected, atol=1e-13)
-    assert hann(n).sum() == pytest.approx(n / 2, rel=1e-12)
+    window = np.concatenate([part for _, part in hann(n)])
+    np.testing.assert_allclose(window, expected, atol=1e-13)
+    assert window.sum() == pytest.approx(n / 2, rel=1e-12)
 
 
 @pytest.mark.parametrize("padding", [1, 4, 16])
@@ -41,7 +42,7 @@ def test_spectrum_against_the_sum_itself() -> None:
 
 def test_parseval() -> None:
     signal = np.random.default_rng(3).standard_normal(1000)
-    windowed = (signal - signal.mean()) * hann(1000)
+    windowed = (signal - signal.mean()) * np.concatenate([part for _, part in hann(1000)])
     amplitude = amplitude_spectrum(signal, 1.0, padding=1).amplitude * 1000 / 4
     power = (amplitude[0] ** 2 + 2 * (amplitude[1:-1] ** 2).sum() + amplitude[-1] ** 2) / 1000
     assert power == pytest.approx((windowed**2).sum(), rel=1e-10)
@@ -83,3 +84,15 @@ def test_what_holds_no_line_is_refused() -> None:
 @given(st.integers(1, 10**9))
 def test_a_fast_length_is_scipys(least: int) -> None:
     assert fast_length(least) == next_fast_len(least, real=True)
+
+
+def test_a_record_longer_than_the_longest_fft_is_taken_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lines keep their height and place; the parts say how far apart lines can be told."""
+    signal = line(10.0, 2.5, n=4000) + 0.1 * line(37.0, n=4000)
+    monkeypatch.setattr("frictionlab.analysis.spectrum.LONGEST", 1000)
+    whole = amplitude_spectrum(signal, 0.004)
+    assert whole.resolution == pytest.approx(1 / 4.0)
+    assert len(whole.amplitude) == 501
+    assert strongest_tone(signal, 0.004).frequency == pytest.approx(10.0, abs=1e-4)
+    assert whole.amplitude.max() == pytest.approx(2.5, rel=1e-3)
+    assert whole.amplitude[round(37.0 / whole.frequency[1])] == pytest.approx(0.1, rel=1e-2)
