@@ -18,7 +18,9 @@ DISTORTED = 0.02
 NOISIER = 10.0  # noise of a mass that stands, over the base's
 STANDS = 0.05  # of a cycle that the mass would stand if the column were relative
 SLOW = 0.05  # of the highest speed: 3 % of a cosine is slower
-OFF, FITS, CLEARER = 0.3, 0.3, 2.5  # what friction leaves of the force where the mass never stops, one over the other
+OFF, FITS, CLEARER = 0.1, 0.3, 2.0  # what friction leaves of the force where the mass never stops, one over the other
+DETUNED = np.linspace(-0.015, 0.015, 7)  # relative: how far the natural frequency may be from what is known of it
+MATTERS = 0.01  # relative difference of the two amplitudes
 
 
 class Mistake(enum.Enum):
@@ -44,6 +46,11 @@ class Mistake(enum.Enum):
     RELATIVE = (
         "response_amplitude: the mass's column looks like the displacement relative to the base ({why}): the energy is"
         " the same, amplitude and stops are not: give the mass's own displacement, mass {sign} base"
+    )
+    EITHER = (
+        "response_amplitude: so near resonance the motion does not tell whether the mass's column is its own"
+        " displacement or that relative to the base, whose own would be {amplitude:.3g} Y (mass {sign} base): the"
+        " energy is the same, the amplitude is not: check what the sensor stands on"
     )
 
     def said(self, **numbers: object) -> str:
@@ -95,6 +102,8 @@ def relative(
     r : float or None
         Frequency ratio, where known.
     """
+    moves = r is not None and stuck == 0.0
+    own = _left(mass, base, r) if moves and r is not None else 1.0
     for sign, word in ((1.0, "+"), (-1.0, "-")):
         other = base + sign * mass
         least = max(STANDS, 4.0 * stuck)
@@ -102,15 +111,13 @@ def relative(
         if stands > least and float(np.std(other)) > 0.05 * float(np.std(base)):
             why = f"mass {word} base stands for {100.0 * stands:.2g} % of a cycle, the column for {100.0 * stuck:.2g} %"
             return Mistake.RELATIVE.said(why=why, sign=word)
-        if r is not None and stuck == 0.0 and _fits_better(other, mass, base, r):
+        others = _left(other, base, r) if moves and r is not None else 1.0
+        if others < FITS and own > max(OFF, CLEARER * others):
             return Mistake.RELATIVE.said(why=f"mass {word} base fits the equation of motion", sign=word)
+        size = 0.5 * float(np.ptp(other))
+        if CLEARER * own > others < FITS and abs(size / (0.5 * float(np.ptp(mass))) - 1.0) > MATTERS:
+            return Mistake.EITHER.said(amplitude=size, sign=word)
     return None
-
-
-def _fits_better(other: FloatArray, mass: FloatArray, base: FloatArray, r: float) -> bool:
-    """Whether another motion keeps the equation of motion clearly better than the column does."""
-    own, others = _left(mass, base, r), _left(other, base, r)
-    return own > OFF and others < FITS and own > CLEARER * others
 
 
 def _may_stand(cycle: FloatArray, least: float) -> bool:
@@ -131,14 +138,23 @@ def _stuck(cycle: FloatArray, noise: float, samples: float) -> float:
 
 
 def _left(mass: FloatArray, base: FloatArray, r: float) -> float:
-    """What friction against the motion does not explain of the force f - x - r^2 x'', harmonics 1 to 5: 0 to 1."""
+    """What friction against the motion does not explain of the force f - x - r^2 x'', harmonics 1 to 5: 0 to 1.
+
+    It may grow with the place, as of a contact that is no plane. The least within what the natural frequency may be
+    off by.
+    """
     x, f = (np.fft.rfft(cycle)[1:6] for cycle in (mass, base))
     k = np.arange(1, 6)
-    force = f - (1.0 - (r * k) ** 2) * x
     speed = np.fft.irfft(np.concatenate([[0.0], 1j * k * x]), 512)
-    against = np.fft.rfft(np.sign(speed))[1:6]
-    share = max(float(np.vdot(against, force).real), 0.0) / float(np.vdot(against, against).real)
-    return float(np.linalg.norm(force - share * against) / np.linalg.norm(force))
+    place = np.fft.irfft(np.concatenate([[0.0], x]), 512)
+    kinds = np.sign(speed) * np.array([np.ones(512), place / max(float(np.abs(place).max()), 1e-300)])
+    against = np.fft.rfft(kinds)[:, 1:6]
+    both = np.concatenate([against.real, against.imag], axis=1)
+    force = f - (1.0 - (r * (1.0 + DETUNED[:, None]) * k) ** 2) * x
+    parts = np.concatenate([force.real, force.imag], axis=1)
+    share = np.linalg.solve(both @ both.T, both @ parts.T)
+    left = np.linalg.norm(parts - share.T @ both, axis=1) / np.linalg.norm(parts, axis=1)
+    return float(np.where(share[0] > 0.0, left, 1.0).min())
 
 
 def _distortion(cycle: FloatArray) -> float:

@@ -247,6 +247,7 @@ def _of_the_motion(layout: Layout, response: Response) -> Iterator[str]:
     yield from _of_the_clocks(layout, response)
     yield from _of_jumps(layout, response)
     yield from _of_short_stops(response)
+    yield from _of_moves_within_stops(response)
     counts, period = response.stops, layout.foreign.period
     if any(counts[j::period].max() != counts[j::period].min() for j in range(min(period, len(counts)))):
         yield (
@@ -262,6 +263,16 @@ def _of_short_stops(response: Response) -> Iterator[str]:
             f"stops_per_cycle: {often:.2g} times a cycle the mass nearly stands, for about {100.0 * length:.2g} %:"
             " too short to tell a stop from a slow passage here (surely told from"
             f" {100.0 * response.shortest_stop:.2g} % on), and not counted: a faster or quieter sensor would tell"
+        )
+
+
+def _of_moves_within_stops(response: Response) -> Iterator[str]:
+    move = response.unclear
+    if move is not None:
+        yield (
+            f"stops_per_cycle: within a stop of {100.0 * move.length:.2g} % of a cycle the mass moves by"
+            f" {move.way:.1g} Y: two stops parted by a slip, or one with a creep or a slow passage; the sensor does not"
+            " tell which, and the count may be off by it"
         )
 
 

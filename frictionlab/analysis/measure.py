@@ -240,6 +240,7 @@ class _Composition:
             energy_input_per_cycle=float(energy.energy_input(layout.mass[used]).mean()),
             settled_s=settled,
             shortest_stop=response_.shortest_stop,
+            smallest_slip=response_.smallest_slip,
             mass_noise_m=layout.mass_noise * drive.amplitude,
             base_noise_m=layout.base_noise * drive.amplitude,
             accuracy=accuracy_of(scene),

@@ -118,6 +118,7 @@ class Measurement:
     steady_amplitude: Estimate
     settled_s: float | None
     shortest_stop: float
+    smallest_slip: float
     mass_noise_m: float
     base_noise_m: float
     accuracy: str

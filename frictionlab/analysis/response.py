@@ -26,7 +26,9 @@ class Response:
     ``regime``: over all cycles; ``asymmetry``: rms of the even part of the mean cycle over its rms; ``how``: the
     smoother of all cycles; ``shortest_stop``: shortest stop that can be told from a slow passage, in cycles (1: none
     can); ``doubtful``: pauses of a cycle that are too short to tell, and their mean length in cycles;
-    ``slowest_slip``: speed (Y omega) that a slip between two stops must pass to part them.
+    ``slowest_slip``: speed (Y omega) that a slip between two stops must pass to part them; ``smallest_slip``:
+    way (Y) of the smallest slip within a stop of a tenth of a cycle that is seen; ``unclear``: a move within a
+    stop that may part it or not.
     """
 
     energy: FloatArray
@@ -45,6 +47,8 @@ class Response:
     shortest_stop: float
     doubtful: tuple[float, float]
     slowest_slip: float
+    smallest_slip: float
+    unclear: slips.Move | None
     how: Smoother
 
     @property
@@ -74,16 +78,18 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     thresholds = stops.thresholds(sliding.v_noise, sliding.resolution)
     n = len(layout)
     slide, whole, found, doubts = _slides(slid, sliding, thresholds, points)
+    unclear, rough = None, math.hypot(noise / math.sqrt(n), shared)
     if period == 1 and n >= FEW:
-        rough = math.hypot(noise / math.sqrt(n), shared)
-        found = slips.parted(found, slid.mean(axis=0), noise=rough, dwell=thresholds.dwell, cycles=n)
+        mean, whole_stops = slid.mean(axis=0), found
+        found = slips.parted(found, mean, noise=rough, dwell=thresholds.dwell, cycles=n)
+        unclear = slips.unclear(whole_stops, found, mean, noise=rough, dwell=thresholds.dwell, cycles=n)
     is_blurred = float(np.median(slide)) < LEVELLED * float(np.median(whole))
     if is_blurred:  # a threshold above the mass's own speed makes one stop of all
-        found, slide = Stops(np.zeros(0), np.zeros(0)), whole
+        found, slide, unclear = Stops(np.zeros(0), np.zeros(0)), whole, None
     count, stuck = stops.per_cycle(found, n)
     whole_periods = slice(n % period, n) if period <= n else slice(0, n)
     count_mean, stuck_mean = float(count[whole_periods].mean()), float(stuck[whole_periods].mean())
-    size, areas, gain = how if wall_moves else sliding, _loop_areas(layout), layout.drive.growth / math.sqrt(12.0)
+    size, areas, drive = how if wall_moves else sliding, _loop_areas(layout), layout.drive
     amplitude = slide if not wall_moves else _amplitudes(layout, how, points)
     rounding = 1e-14 * (1.0 + abs(layout.offset) / layout.drive.amplitude)
     is_stuck = float(np.median(slide)) < 4.0 * noise + rounding
@@ -95,13 +101,14 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         stuck=np.ones(n) if is_stuck else stuck,
         found=found,
         energy_noise=_energy_noise(layout, how, layout.mass_noise, layout.base_noise),
-        energy_shared=_energy_shared(layout, how, found, float(np.mean(areas)) * gain),
+        energy_shared=_energy_shared(layout, how, found, float(np.mean(areas)) * drive.growth / math.sqrt(12.0)),
         amplitude_noise=math.hypot(
             size.x_noise / math.sqrt(2.0),
             size.x_tail,
             layout.mass_rounding / math.sqrt(2.0),
             layout.left,
-            float(np.mean(slide)) * gain,
+            0.0 if wall_moves else max(0.0, float(np.mean(whole) - np.mean(slide)) - size.x_tail),  # levelled away
+            float(np.mean(slide)) * drive.amplitude_se / drive.amplitude,  # of the unit it is told in
         ),
         stops_per_cycle=0.0 if is_stuck else count_mean,
         stuck_fraction=1.0 if is_stuck else stuck_mean,
@@ -111,6 +118,8 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         shortest_stop=1.0 if is_blurred else 2.0 * thresholds.dwell / (2.0 * math.pi),
         doubtful=(len(doubts) / n, float(np.mean(doubts)) / stops.TURN if len(doubts) else 0.0),
         slowest_slip=2.0 * thresholds.still,
+        smallest_slip=slips.smallest(rough, layout.samples),
+        unclear=None if is_stuck else unclear,
     )
 
 

@@ -95,6 +95,12 @@ MEASUREMENT = (
     se_of(STEADY_AMPLITUDE),
     number("settled_s", "s", "settled", "When the motion had settled, from the start of the recording."),
     number("shortest_stop", "", "shortest stop", "The shortest stop that could be told, as a share of a cycle."),
+    number(
+        "smallest_slip",
+        "",
+        "smallest slip / Y",
+        "The smallest slip in a stop of a tenth of a cycle that would be seen.",
+    ),
     number("mass_noise_m", "m", "mass noise", "Rms of the mass sensor's white noise."),
     number("base_noise_m", "m", "base noise", "Rms of the base sensor's white noise."),
     ACCURACY,

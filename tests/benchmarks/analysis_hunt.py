@@ -1,8 +1,9 @@
 """Wrong and unwarned, hunted: quiet sensors over a grid, and random motions for their stops and for relative columns.
 
-Run: ``python -m tests.benchmarks.analysis_hunt quiet|stops|relative [FIRST [END [SEED]]]``; each writes a table to
-results/analysis_hunt_*.txt. A number is wrong where it is off by more than four of its standard errors; stops are wrong
-where fewer are counted than last 2 % of a cycle, or more than there are. Wrong and without a warning that names the
+Run: ``python -m tests.benchmarks.analysis_hunt quiet|drawn_quiet|stops|thin|relative [FIRST [END [SEED]]]``; each
+writes a table to results/analysis_hunt_*.txt. A number is wrong where it is off by more than four of its standard
+errors; stops are wrong where fewer are counted than last 2 % of a cycle, or more than there are (two that a slip parts
+of less than the `smallest_slip` that a measurement states are one). Wrong and without a warning that names the
 quantity is what is hunted.
 """
 
@@ -22,6 +23,7 @@ from frictionlab.errors import FrictionlabError
 from frictionlab.recording import Recording
 from frictionlab.simulator import Problem, SteadyState, steady_state
 from tests.analysis.hostile import ALL, as_read, changed, motion, seen
+from tests.analysis.seen import STEP_M
 
 RESULTS = Path(__file__).parent / "results"
 FAR = 4.0  # standard errors
@@ -45,23 +47,30 @@ class Found:
         return tuple(what for what in self.wrong if not any(WORDS[what] in sentence for sentence in self.said))
 
 
-def lengths(state: SteadyState) -> np.ndarray:
-    """Lengths of the stops of a cycle, in cycles; one that the orbit's end cuts is one."""
+def lengths(state: SteadyState, way: float = 0.0) -> np.ndarray:
+    """Lengths of the stops of a cycle, in cycles; those that a slip of less than ``way`` parts are one."""
     if state.orbit is None or not len(state.orbit.stops):
         return np.zeros(0)
-    spans = state.orbit.stops.tolist()
     whole = state.orbit.end - state.orbit.start
-    if len(spans) > 1 and abs(spans[-1][1] - spans[0][0] - whole) < 1e-9:
-        spans[-1][1] += spans.pop(0)[1] - state.orbit.start
-    return np.array([end - begin for begin, end in spans]) / (2.0 * math.pi)
+    place = state.orbit.at(state.orbit.stops.mean(axis=1))[0]
+    spans = [[*span, x] for span, x in zip(state.orbit.stops.tolist(), place.tolist(), strict=True)]
+    joined = spans[:1]
+    for begin, end, x in spans[1:]:
+        if abs(x - joined[-1][2]) <= way:
+            joined[-1][1] = end
+        else:
+            joined.append([begin, end, x])
+    wraps = abs(joined[-1][2] - joined[0][2]) <= max(way, 1e-12) and len(joined) > 1
+    if wraps:
+        joined[-1][1] = joined.pop(0)[1] + whole
+    return np.array([end - begin for begin, end, _ in joined]) / (2.0 * math.pi)
 
 
 def judged(m: Measurement, r: float, beta: float) -> Found:
     """One measurement of a plain Coulomb motion against its truth."""
     state = steady_state(Problem(r, beta))
-    every = lengths(state) / (state.period_cycles or 1)
-    of = motion(r, beta)
-    sure = np.count_nonzero(every * (state.period_cycles or 1) >= LEAST) / (state.period_cycles or 1)
+    of, every = motion(r, beta), lengths(state, m.smallest_slip)
+    sure = np.count_nonzero(every >= LEAST) / (state.period_cycles or 1)
     wrong = []
     if abs(m.energy_per_cycle - of.energy) > FAR * m.energy_per_cycle_se:
         wrong.append("energy")
@@ -107,11 +116,40 @@ def drawn(first: int, end: int, seed: int) -> Iterator[tuple[float, float, np.ra
             yield r, beta, generator
 
 
+def is_thin(r: float, beta: float) -> bool:
+    """Whether a motion has a stop of 1.8 to 2.6 % of a cycle, or two stops parted by a slip of less than 0.005 Y."""
+    state = steady_state(Problem(r, beta))
+    every = lengths(state)
+    if state.orbit is None or not len(every):
+        return False
+    place = state.orbit.at(state.orbit.stops.mean(axis=1))[0]
+    way = np.abs(np.diff(np.append(place, place[:1])))
+    return bool(np.any((every > 0.018) & (every < 0.026)) or np.any((way > 1e-9) & (way < 0.005)))
+
+
 def stops(first: int, end: int, seed: int) -> Iterator[tuple[str, Found]]:
     """Random motions through the optoNCDT's noise, 60 s at 500 Hz."""
     for r, beta, generator in drawn(first, end, seed):
         recording = seen(motion(r, beta), seconds=60.0, seed=int(generator.integers(1 << 31)))
         yield f"r {r:.6g}, beta {beta:.6g}", measured(recording, r, beta)
+
+
+def thin(first: int, end: int, seed: int) -> Iterator[tuple[str, Found]]:
+    """The same of those alone whose stops are thin."""
+    for r, beta, generator in drawn(first, end, seed):
+        if is_thin(r, beta):
+            recording = seen(motion(r, beta), seconds=60.0, seed=int(generator.integers(1 << 31)))
+            yield f"r {r:.6g}, beta {beta:.6g}", measured(recording, r, beta)
+
+
+def drawn_quiet(first: int, end: int, seed: int) -> Iterator[tuple[str, Found]]:
+    """Random motions through sensors of 0.03 to 0.4 of a step of noise, 40 s at 1 to 4 kHz, base 0.1 to 1.8 mm."""
+    for r, beta, generator in drawn(first, end, seed):
+        rate, size = float(generator.choice(RATES[1:])), 1e-4 * 18.0 ** float(generator.uniform())
+        noise = STEP_M * 0.03 * (0.4 / 0.03) ** float(generator.uniform())
+        one = as_read(seen(motion(r, beta), noise=noise, size=size, rate=rate, seconds=40.0, seed=first))
+        words = f"{rate:g} Hz, {1e3 * size:.3g} mm, {1e6 * noise:.2g} um, r {r:.6g}, beta {beta:.6g}"
+        yield words, measured(one, r, beta)
 
 
 def relative(first: int, end: int, seed: int) -> Iterator[tuple[str, Found]]:
@@ -125,7 +163,13 @@ def relative(first: int, end: int, seed: int) -> Iterator[tuple[str, Found]]:
             yield f"{name}, r {r:.6g}, beta {beta:.6g}", Found(wrong, () if wrong else said, f"named: {named}")
 
 
-HUNTS = {"quiet": (quiet, 864), "stops": (stops, 600), "relative": (relative, 300)}
+HUNTS = {
+    "quiet": (quiet, 864),
+    "drawn_quiet": (drawn_quiet, 400),
+    "stops": (stops, 400),
+    "thin": (thin, 3000),
+    "relative": (relative, 200),
+}
 
 
 def main(what: str, first: int = 0, end: int | None = None, seed: int = 1) -> None:
