@@ -2,54 +2,21 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis import cycles, lines, noise, spectrum, steadiness
-from frictionlab.analysis.lines import Line
+from frictionlab.analysis.stretches import Foreign, Lines, Stretch, cleaned
 from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-ROUNDS = 0.1  # of a sensor's step: a line below it may be rounding
 FEWEST_SAMPLES = 6  # a cycle; with 5 the base's amplitude comes out 3 % low, with 3 the motion is lost
 SHOWN = 10.0  # times the drive: how far a spectrum is kept
 HARMONICS = 9  # of the base motion: base_distortion counts 2 to 9
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """Uninterrupted samples (n,): ``time`` of the first [s], ``step`` [s], ``mass`` and ``base`` [m], evenly spaced."""
-
-    time: float
-    step: float
-    mass: FloatArray
-    base: FloatArray
-
-    def after(self, time: float) -> "Stretch":
-        """The part from a time on; empty if there is none."""
-        passed = min((time - self.time) / self.step, float(len(self.mass)))
-        first = min(max(0, math.ceil(passed - 1e-6)), len(self.mass))
-        return Stretch(self.time + first * self.step, self.step, self.mass[first:], self.base[first:])
-
-    def without(self, role: str, found: tuple[Line, ...], cut: cycles.Cut) -> "Stretch":
-        """The stretch with the lines that are to go taken out of one channel.
-
-        At first in windows long enough to tell them from the drive's harmonics; then, with those taken off, in short
-        ones that follow a line which swells and wanders.
-        """
-        signal, drive = (self.mass if role == "mass" else self.base), cut.frequency / self.step
-        gone = [line for line in found if line.removed]
-        for line in gone:
-            signal = signal - lines.line_in(signal, self.step, line, lines.window(line, drive))
-        if gone and len(cut):
-            own = signal - cycles.common(signal, cut, cycles.points_per_cycle(1.0 / cut.frequency))
-            signal = signal - sum(lines.line_in(own, self.step, line, lines.SHORTEST_S) for line in gone)
-        return replace(self, mass=signal) if role == "mass" else replace(self, base=signal)
 
 
 @dataclass(frozen=True)
@@ -70,19 +37,6 @@ class Drive:
     wander: float
     drifts: bool
     growth: float = 0.0
-
-
-@dataclass(frozen=True)
-class Foreign:
-    """Lines that are no harmonics of the drive, by channel (m), and after how many cycles of the drive all repeats.
-
-    ``faintest``: amplitude of the faintest line that would be found in the mass's channel above the frame's reach (m).
-    """
-
-    mass: tuple[Line, ...] = ()
-    base: tuple[Line, ...] = ()
-    period: int = 1
-    faintest: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -188,11 +142,11 @@ def lay_out(
     guess = _drive_frequency(longest, base_lines, base_noise)
     cuts = _cuts(stretches, longest, guess, base_noise)
     cut = next(c for s, c in zip(stretches, cuts, strict=True) if s is longest)
-    lines_of = _Lines(longest, cut)
+    lines_of = Lines(longest, cut)
     found = lines_of.foreign(longest.base, base_lines)
     base_lines = spectrum.up_to(base_lines, SHOWN * lines_of.drive)  # the rest of a long recording's is dear
     mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=1)
-    stretches, foreign = _cleaned(stretches, cuts, lines_of, mass_lines, found)
+    stretches, foreign = cleaned(stretches, cuts, lines_of, mass_lines, found)
     mass_lines = spectrum.up_to(mass_lines, SHOWN * lines_of.drive)
     if foreign.period > 1 and cut.drifts:  # what it follows is the motion's own change from cycle to cycle
         cut = cycles.cut(stretches[0].base, cut.frequency, noise=base_noise, follow=False)
@@ -206,10 +160,7 @@ def lay_out(
         base_noise = noise.white_noise(longest.base)
     of_mass = _sensor(longest.mass, mass, noise.white_noise(longest.mass), 1.0 / cut.frequency)
     of_base = _sensor(longest.base, base, base_noise, 1.0 / cut.frequency)
-    white = math.hypot(of_base.noise, of_base.shared * math.sqrt(len(base)))
-    whole = base[len(base) % foreign.period :] if 1 < foreign.period <= len(base) else base
-    wander = slow_wander(base, blocks) if whole is base else _wander_of_periods(whole, foreign.period)
-    drive = _drive(whole, wander.mean(axis=0), cut, longest.step, white)
+    drive, wander = _driven(base, blocks, cut, longest.step, of_base, foreign.period)
     time = np.concatenate([s.time + c.start * s.step for s, c in zip(stretches, cuts, strict=True)])
     end = np.concatenate([s.time + c.end * s.step for s, c in zip(stretches, cuts, strict=True)])
     return Layout(
@@ -235,6 +186,16 @@ def lay_out(
     )
 
 
+def _driven(
+    base: FloatArray, blocks: tuple[slice, ...], cut: cycles.Cut, step: float, sensor: "_Sensor", period: int
+) -> tuple[Drive, FloatArray]:
+    """The base motion of whole periods, and its slow wander."""
+    white = math.hypot(sensor.noise, sensor.shared * math.sqrt(len(base)))
+    whole = base[len(base) % period :] if 1 < period <= len(base) else base
+    wander = slow_wander(base, blocks) if whole is base else _wander_of_periods(whole, period)
+    return _drive(whole, wander.mean(axis=0), cut, step, white), wander
+
+
 def _cuts(stretches: list[Stretch], longest: Stretch, guess: float, base_noise: float) -> list[cycles.Cut]:
     """The cycles of each stretch, all by the longest one's frequency."""
     cut = cycles.cut(longest.base, guess * longest.step, noise=base_noise)
@@ -250,58 +211,6 @@ def _cuts(stretches: list[Stretch], longest: Stretch, guess: float, base_noise: 
             f" ({cut.frequency / longest.step:.4g} Hz): sample faster"
         )
     return cuts
-
-
-@dataclass(frozen=True)
-class _Lines:
-    """What lines are looked for in the longest stretch, whose cycles are known."""
-
-    longest: Stretch
-    cut: cycles.Cut
-
-    @property
-    def drive(self) -> float:
-        """Frequency of the drive [Hz]."""
-        return self.cut.frequency / self.longest.step
-
-    @cached_property
-    def unit(self) -> float:
-        """Amplitude of the base [m]."""
-        return float(np.std(self.longest.base)) * math.sqrt(2.0)
-
-    def foreign(self, signal: FloatArray, of: spectrum.Spectrum) -> tuple[Line, ...]:
-        """Lines of one channel that are no harmonics, by its spectrum."""
-        spread = float(np.std(self.cut.end - self.cut.start)) * self.cut.frequency if len(self.cut) else 0.0
-        found = lines.foreign(of, self.drive, unit=self.unit, resolution=of.resolution, spread=spread)
-        return _beyond_rounding(found, signal, self.unit)
-
-
-def _cleaned(
-    stretches: list[Stretch],
-    cuts: list[cycles.Cut],
-    lines_of: _Lines,
-    mass_lines: spectrum.Spectrum,
-    of_base: tuple[Line, ...],
-) -> tuple[list[Stretch], Foreign]:
-    """Take high lines that are no harmonics out of all stretches; say what was found in each channel of the longest."""
-    drive, resolution = lines_of.drive, mass_lines.resolution
-    found = [lines_of.foreign(lines_of.longest.mass, mass_lines), of_base]
-    period = lines.period_of((*found[0], *found[1]), drive, resolution) if len(stretches) == 1 else 1
-    if period > 1:  # high lines of that period are the motion's
-        found = [lines.beside_period(some, drive / period, resolution) for some in found]
-    for role, of_role in zip(("mass", "base"), found, strict=True):
-        if any(line.removed for line in of_role):
-            stretches = [s.without(role, of_role, c) for s, c in zip(stretches, cuts, strict=True)]
-    return stretches, Foreign(found[0], found[1], period, lines.faintest(mass_lines, drive, unit=lines_of.unit))
-
-
-def _beyond_rounding(found: tuple[Line, ...], signal: FloatArray, unit: float) -> tuple[Line, ...]:
-    """Without the faint lines that may be a quiet sensor's steps: rounding of a periodic motion makes many."""
-    faint = lines.LEAST * unit
-    if all(line.amplitude > faint for line in found):
-        return found
-    least = min(faint, ROUNDS * noise.sensor_step(signal))
-    return tuple(line for line in found if line.amplitude > least)
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from frictionlab.accuracy import accuracy_of
 from frictionlab.analysis import cycles, drift, energy, irregularity, judgement, response, restoring, steadiness, traces
-from frictionlab.analysis.layout import Layout, Stretch, approach, lay_out, wander_of
+from frictionlab.analysis.layout import Layout, approach, lay_out, wander_of
 from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement
 from frictionlab.analysis.response import Response
+from frictionlab.analysis.stretches import Stretch
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
 from frictionlab.recording import Fact, Recording, clock_breaks
@@ -264,8 +265,8 @@ class _Composition:
             turn=2.0 * math.pi * drive.frequency,
             unit=drive.amplitude,
         )
-        ratio, known = estimates["ratio"].value, self.sources.natural_frequency
-        found: dict[str, Shares] = {"frequency_ratio": {"natural frequency": (ratio or 0.0) * known}, **shares}
+        of_ratio = (estimates["ratio"].value or 0.0) * self.sources.natural_frequency
+        found: dict[str, Shares] = {"frequency_ratio": {"natural frequency": of_ratio}, **shares}
         found["response_amplitude"] = {**found["response_amplitude"], LINES: self.layout.hidden}
         own = {key: estimates[name].se or 0.0 for name, key in SHARED.items()}
         return {key: {STATISTICAL: own[key], **found[key]} for key in SHARED.values() if estimates[FIELDS[key]].known}

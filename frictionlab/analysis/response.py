@@ -78,11 +78,8 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     thresholds = stops.thresholds(sliding.v_noise, sliding.resolution)
     n = len(layout)
     slide, whole, found, doubts = _slides(slid, sliding, thresholds, points)
-    unclear, rough = None, math.hypot(noise / math.sqrt(n), shared)
-    if period == 1 and n >= FEW:
-        mean, whole_stops = slid.mean(axis=0), found
-        found = slips.parted(found, mean, noise=rough, dwell=thresholds.dwell, cycles=n)
-        unclear = slips.unclear(whole_stops, found, mean, noise=rough, dwell=thresholds.dwell, cycles=n)
+    rough = math.hypot(noise / math.sqrt(n), shared)
+    found, unclear = _parted(found, slid, rough, thresholds.dwell) if period == 1 else (found, None)
     is_blurred = float(np.median(slide)) < LEVELLED * float(np.median(whole))
     if is_blurred:  # a threshold above the mass's own speed makes one stop of all
         found, slide, unclear = Stops(np.zeros(0), np.zeros(0)), whole, None
@@ -102,14 +99,7 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         found=found,
         energy_noise=_energy_noise(layout, how, layout.mass_noise, layout.base_noise),
         energy_shared=_energy_shared(layout, how, found, float(np.mean(areas)) * drive.growth / math.sqrt(12.0)),
-        amplitude_noise=math.hypot(
-            size.x_noise / math.sqrt(2.0),
-            size.x_tail,
-            layout.mass_rounding / math.sqrt(2.0),
-            layout.left,
-            0.0 if wall_moves else max(0.0, float(np.mean(whole) - np.mean(slide)) - size.x_tail),  # levelled away
-            float(np.mean(slide)) * drive.amplitude_se / drive.amplitude,  # of the unit it is told in
-        ),
+        amplitude_noise=_amplitude_noise(layout, size, amplitude, whole if size is sliding else amplitude),
         stops_per_cycle=0.0 if is_stuck else count_mean,
         stuck_fraction=1.0 if is_stuck else stuck_mean,
         regime="stuck" if is_stuck else "stick-slip" if count_mean >= 0.5 / period else "continuous",
@@ -120,6 +110,28 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         slowest_slip=2.0 * thresholds.still,
         smallest_slip=slips.smallest(rough, layout.samples),
         unclear=None if is_stuck else unclear,
+    )
+
+
+def _parted(found: Stops, slid: FloatArray, rough: float, dwell: float) -> tuple[Stops, slips.Move | None]:
+    """The stops, those parted that are two, and a move within one of which that is not clear; `rough`: of the mean."""
+    if len(slid) < FEW:
+        return found, None
+    mean, n = slid.mean(axis=0), len(slid)
+    parted = slips.parted(found, mean, noise=rough, dwell=dwell, cycles=n)
+    return parted, slips.unclear(found, parted, mean, noise=rough, dwell=dwell, cycles=n)
+
+
+def _amplitude_noise(layout: Layout, how: Smoother, amplitude: FloatArray, whole: FloatArray) -> float:
+    """Return the standard error of one cycle's amplitude; ``whole`` (n,): amplitudes before stops were levelled."""
+    mean, drive = float(np.mean(amplitude)), layout.drive
+    return math.hypot(
+        how.x_noise / math.sqrt(2.0),
+        how.x_tail,
+        layout.mass_rounding / math.sqrt(2.0),
+        layout.left,
+        max(0.0, float(np.mean(whole)) - mean - how.x_tail),  # a stop that begins as a slow passage
+        mean * drive.amplitude_se / drive.amplitude,  # of the unit it is told in
     )
 
 
