@@ -64,6 +64,7 @@ def write_whole(path: Path, data: Bytes | Iterable[Bytes], *, replace: bool | Ca
         with _locked_part(final) as (part, file):
             _write_all(file.fileno(), data)
             check_replaceable(final, replace=replace)
+            _take_mode(part, final)
             put_in_place(file, part, final)
     except OutputError:
         raise
@@ -73,8 +74,32 @@ def write_whole(path: Path, data: Bytes | Iterable[Bytes], *, replace: bool | Ca
     _sync_folder(final.parent)
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder, and those above it, where there is none.
+
+    Raises
+    ------
+    OutputError
+        It cannot be made.
+
+    Examples
+    --------
+    >>> make_folder(Path(os.devnull))
+    Traceback (most recent call last):
+    frictionlab.errors.OutputError: /dev/null: the folder cannot be made (a file has this name): choose another output
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = "a file has this name" if isinstance(error, FileExistsError) else error.strerror
+        raise OutputError(f"{folder}: the folder cannot be made ({reason}): choose another output") from error
+
+
 def check_replaceable(path: Path, *, replace: bool | Callable[[Path], bool]) -> None:
-    """Raise `OutputError` if something stands at this path that must not be replaced; asked before long work too."""
+    """Raise `OutputError` if something stands at this path that must not be replaced; asked before long work too.
+
+    A file that its user has write-protected is replaced only where ``replace`` is plainly True.
+    """
     _check_name(path)
     if not path.parent.is_dir():
         raise OutputError(f"{path}: no such folder as {path.parent}: make it first")
@@ -84,6 +109,13 @@ def check_replaceable(path: Path, *, replace: bool | Callable[[Path], bool]) -> 
         raise OutputError(f"{path}: expected a file or nothing there; got something else: choose another output")
     if not (replace(path) if callable(replace) else replace):
         raise OutputError(f"{path}: exists and is not a file of this kind: choose another output, or give --force")
+    if callable(replace) and is_protected(path):
+        raise OutputError(f"{path}: is write-protected: choose another output, or give --force")
+
+
+def is_protected(path: Path) -> bool:
+    """Whether this file's mode allows nobody to write it: its user wants it to stay."""
+    return not path.stat().st_mode & (stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH)
 
 
 def _check_name(path: Path) -> None:
@@ -117,6 +149,12 @@ def identities(path: Path) -> set[object]:
         known = path.stat()
         found.add((known.st_dev, known.st_ino))
     return found
+
+
+def _take_mode(part: Path, final: Path) -> None:
+    """Let a new file be as private as the one it replaces; a protection that was overruled ends."""
+    if final.exists():
+        part.chmod(stat.S_IMODE(final.stat().st_mode) | stat.S_IWUSR)
 
 
 def _part_of(final: Path) -> Path:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import ClusterError, SimulationError
-from frictionlab.files import check_replaceable
+from frictionlab.files import check_replaceable, make_folder
 from frictionlab.hdf5.maps import GrowingMap, finished_map, growing_map, is_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator.kernel import layout
@@ -213,7 +213,7 @@ def make_map(
         if resume and whole is not None:
             yield from _blocks(whole, len(grid))
             return
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     check_replaceable(path, replace=force or (is_map if path.suffix == ".h5" else _is_table))
     words = {parameter.name: parameter.words for parameter in law_of(grid.law).parameters}
     with growing_map(path, grid.axes(), KINDS, about, words=words, resume=resume, force=force) as file:

@@ -325,7 +325,8 @@ def _pooled_slope(count: NDArray[np.float64], time: NDArray[np.float64], breaks:
 def step_range(time: NDArray[np.float64]) -> tuple[float, float]:
     """Smallest and largest step between stamps (n,), n > 1; nan if one is. In parts that stay in the cache."""
     parts = (np.diff(time[start : start + _PART + 1]) for start in range(0, len(time) - 1, _PART))
-    smallest, largest = zip(*((part.min(), part.max()) for part in parts), strict=True)
+    with np.errstate(invalid="ignore"):  # two infinite stamps: no step, and told by who asks
+        smallest, largest = zip(*((part.min(), part.max()) for part in parts), strict=True)
     return float(np.min(smallest)), float(np.max(largest))
 
 

@@ -1,6 +1,7 @@
 """The habits of every command: exit statuses, one-line errors, JSON Lines that are nothing else."""
 
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -125,6 +126,34 @@ def test_an_unknown_scene_key_is_status_2_for_every_command(run: Run, tmp_path: 
     assert done.returncode == 2
     assert "rig.natural_frequency: unknown key" in one_line(done.stderr)
     assert done.stdout == ""
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("analyze", "a.h5", "--natural-frequency", "5,3"), "'--natural-frequency': expected a number; got '5,3'"),
+        (("simulate", "--r", "0.5", "--beta", "1", "--cycles", "0"), "'--cycles': expected 1 or more; got '0'"),
+        (("simulate", "--r", "0.5", "--beta", "1", "--wall", "left"), "'left' is not one of 'fixed', 'base'"),
+        (("sweep", "--r", "0.5", "--beta", "1", "-o", "m.csv", "--workers", "99999"), ", 32 for each core; got 99999"),
+        (("show", "none"), "none: there is no such file"),
+    ],
+)
+def test_a_value_that_an_option_does_not_take_is_told_in_plain_words(
+    run: Run, words: tuple[str, ...], told: str
+) -> None:
+    done = run(*words)
+    assert (done.returncode, told in " ".join(done.stderr.split())) == (2, True), done.stderr
+    assert not re.search("Input should|Value error", done.stderr)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there nobody can remove a folder that is worked in")
+def test_a_working_folder_that_is_gone_is_said(tmp_path: Path) -> None:
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    script = f'cd "$1" && rmdir "$1" && "{Path(sys.executable).parent}/frictionlab" init'
+    done = subprocess.run(["sh", "-c", script, "-", gone], capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 1
+    assert done.stderr == "frictionlab: the folder that is worked in is no longer there: change into one that is\n"
 
 
 def test_an_unknown_option_and_a_missing_argument_are_status_2(run: Run) -> None:

@@ -43,7 +43,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
     "synthetic": {"base_motion", "errors", "files", "hdf5", "logs", "recording", "scene", "simulator"},
     "campaign": {
-        *("tables", "errors", "scene", "analysis", "simulator", "hdf5", "recording", "schema"),
+        *("tables", "errors", "files", "scene", "analysis", "simulator", "hdf5", "recording", "schema"),
         *("estimate", "identification", "uncertainty"),
     },
     "tradeoff": {

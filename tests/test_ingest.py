@@ -137,7 +137,7 @@ def test_one_of_two_logs_may_come_from_standard_input(tmp_path: Path) -> None:
         (["a.csv", "b.csv", "-o", "one.h5"], "expected a folder for 2 logs"),
         (["*.csv"], "*.csv: no file fits this pattern"),
         (["a.csv", "-o", "one.csv"], "a recording is an HDF5 file: expected a name ending in .h5, or a folder"),
-        (["a.h5"], "would replace a log"),
+        (["a.h5"], "never replaces an input"),
         (["a.csv", "--decimal", ";"], "decimal mark"),
         (["a.csv", "--unit", "parsec"], "unit of displacement"),
         (["a.csv", "--sampling-rate", "-5"], "sampling_rate_hz: expected a positive number"),
@@ -250,9 +250,9 @@ def test_no_input_is_ever_replaced(tmp_path: Path) -> None:
     for output in (base, link, soft):
         result = run("--mass-log", mass, "--base-log", base, "-o", output, "--force")
         assert result.exit_code == 2
-        assert "would replace a log" in result.stderr
+        assert "never replaces an input" in result.stderr
     assert (mass.read_bytes(), base.read_bytes()) == before
-    with pytest.raises(UsageError, match="would replace a log"):
+    with pytest.raises(UsageError, match="never replaces an input"):
         ingest(mass, base_log=base, output=link, force=True)
 
 

@@ -30,6 +30,7 @@ def test_arrays_cannot_be_changed() -> None:
         ((np.where(FIFTH, T[4], T), X, X), "expected increasing stamps; got 0.04 then 0.04 at sample 5"),
         ((np.where(FIFTH, np.nan, T), X, X), "expected finite stamps"),
         ((np.append(T[:-1], np.inf), X, X), "expected finite stamps"),
+        ((np.append(T[:-2], [np.inf, np.inf]), X, X), "expected finite stamps"),
         ((T, np.where(FIFTH, np.nan, X), X), "mass_displacement: expected finite values; got nan unflagged"),
         ((T, X, np.where(FIFTH, np.inf, X)), "base_displacement: expected finite values; got inf unflagged"),
         ((T, X.reshape(10, 10), X), "expected one dimension"),

@@ -5,8 +5,9 @@ from pathlib import Path
 
 from frictionlab.campaign import Campaign, Drift, FrictionFit, LawEvidence, LawParameter, Rank, Trial, Verdict
 from frictionlab.errors import OutputError
+from frictionlab.files import make_folder
 from frictionlab.schema import DRIFTS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING, TESTS, Table
-from frictionlab.tables import Row, is_table, refuse_inputs, write_rows
+from frictionlab.tables import Row, is_table, refuse_inputs, refuse_protected, write_rows
 
 TABLES: Mapping[str, Table] = {
     "measurements.csv": TESTS,
@@ -33,11 +34,8 @@ def check_folder(folder: Path, *, force: bool = False, inputs: Iterable[Path] = 
     inputs = tuple(inputs)
     for name in (*TABLES, REPORT):
         refuse_inputs(folder / name, inputs)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "figures").mkdir(exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be made ({error.strerror}): give another folder") from error
+        refuse_protected(folder / name, force=force)
+    make_folder(folder / "figures")
     there = [name for name in (*TABLES, REPORT) if (folder / name).exists()]
     strange = [name for name in there if not _is_ours(folder / name)]
     if strange and not force:

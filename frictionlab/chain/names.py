@@ -1,6 +1,7 @@
 """Which files of a folder are logs, and a name for the results of each that no other has."""
 
 import os
+import unicodedata
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -62,19 +63,24 @@ def is_log_name(path: Path) -> bool:
 def names_of(logs: Sequence[Path]) -> Mapping[Path, str]:
     """A name for the results of each log: its own without suffix, where no other log has that too.
 
-    Like-named logs keep their suffixes, and a number where that is not enough; names that differ in case alone count as
-    like, so that results may be copied to a disk that does not tell them apart.
+    Like-named logs keep their suffixes, and a number where that is not enough; names that differ in case, or in how an
+    accent is written, count as like, so that results may be copied to a disk that does not tell them apart.
 
     Examples
     --------
     >>> list(names_of([Path("a.csv"), Path("a.txt"), Path("b.csv"), Path("x/c.csv"), Path("y/C.csv")]).values())
     ['a.csv', 'a.txt', 'b', 'c.csv', 'C.csv~2']
     """
-    many = Counter(stem_of(log).casefold() for log in logs)
+    many = Counter(_told(stem_of(log)) for log in logs)
     names: dict[Path, str] = {}
     taken: Counter[str] = Counter()
     for log in logs:
-        name = stem_of(log) if many[stem_of(log).casefold()] == 1 else log.name
-        taken[name.casefold()] += 1
-        names[log] = name if taken[name.casefold()] == 1 else f"{name}~{taken[name.casefold()]}"
+        name = stem_of(log) if many[_told(stem_of(log))] == 1 else log.name
+        taken[_told(name)] += 1
+        names[log] = name if taken[_told(name)] == 1 else f"{name}~{taken[_told(name)]}"
     return names
+
+
+def _told(name: str) -> str:
+    """A name as disks see it that tell neither case nor ways to write an accent apart."""
+    return unicodedata.normalize("NFC", name).casefold()

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from frictionlab import __version__
 from frictionlab.experiment import facts_of
-from frictionlab.files import write_whole
+from frictionlab.files import make_folder, write_whole
 from frictionlab.scene import Scene
 
 Stamp = Mapping[str, object]
@@ -58,5 +58,5 @@ def read_stamp(path: Path) -> Stamp | None:
 
 def write_stamp(path: Path, stamp: Stamp) -> None:
     """Write a stamp, after the results it speaks for."""
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     write_whole(path, json.dumps(stamp, indent=1).encode())

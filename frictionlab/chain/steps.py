@@ -7,6 +7,7 @@ from pathlib import Path
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.chain.stamps import Stamp, is_fresh, stamp_of, write_stamp
 from frictionlab.errors import OutputError, UsageError
+from frictionlab.files import make_folder
 from frictionlab.scene import Scene
 from frictionlab.tables import Row, read_rows, write_rows
 from frictionlab.verbs.analyze import analyze
@@ -87,7 +88,7 @@ class Chain:
     def _made(self, log: Path, left: dict[str, Path]) -> Row:
         """Make the results one by one, taking each from what is left when it stands."""
         for place in left.values():
-            place.parent.mkdir(parents=True, exist_ok=True)
+            make_folder(place.parent)
         place = left["recording"]
         recording = ingest(log, self.scene, output=place)
         del left["recording"]
@@ -120,7 +121,7 @@ class Chain:
         """Write the row of a failed log where its measurement would stand: a campaign tells it, and misses none."""
         if self.steps == MEASURE and row.get("status") == FAILED:
             path = self.row_file(log)
-            path.parent.mkdir(parents=True, exist_ok=True)
+            make_folder(path.parent)
             write_rows([row], path, force=True)
 
     def _stamp(self, log: Path) -> Stamp:

@@ -8,10 +8,11 @@ import sys
 from collections.abc import Callable
 from functools import wraps
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated, Any, ParamSpec
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command as click_command
 
 from frictionlab import __version__
@@ -63,6 +64,37 @@ PLAIN: dict[str, Any] = {
 }
 
 
+class Command(TyperCommand):
+    """A command that says in this house's words what is wrong with its options."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        """Read the options; refuse what stands for nothing, as an unset variable of a shell does."""
+        if "" in args and not ctx.resilient_parsing:
+            before = args[args.index("") - 1] if args.index("") else ""
+            raise typer.BadParameter(
+                f"{before or 'an input'}: expected a name or a value; got an empty one: is a variable of the shell not"
+                " set?"
+            )
+        try:
+            return super().parse_args(ctx, args)
+        except typer.BadParameter as error:
+            error.message = _in_words(error)
+            raise
+
+
+def _in_words(error: typer.BadParameter) -> str:
+    """What a library found wrong with a value, with the value."""
+    faults: list[Any] = getattr(error.__cause__, "errors", list)()
+    if not faults:
+        return error.message
+    from frictionlab.scene.faults import WORDS
+
+    fault = faults[0]
+    told = WORDS.get(fault["type"], str(fault["msg"]).removeprefix("Value error, "))
+    got = "" if fault["type"] == "value_error" else f"; got {fault['input']!r}"
+    return told.format(**fault.get("ctx", {})) + got
+
+
 class Commands(TyperGroup):
     """The commands: the one that is called is loaded, and no other."""
 
@@ -80,7 +112,7 @@ class Commands(TyperGroup):
         if cmd_name not in SUMMARIES:
             return None
         alone = typer.Typer(add_completion=False, **PLAIN)
-        alone.command(cmd_name)(errors_in_one_line(command_of(cmd_name)))
+        alone.command(cmd_name, cls=Command)(errors_in_one_line(command_of(cmd_name)))
         return click_command(alone)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: ARG002
@@ -163,7 +195,18 @@ def _reason(error: Exception) -> str:
 
     if isinstance(error, FrictionlabError):
         return str(error)
+    if isinstance(error, FileNotFoundError) and error.filename is None and _is_nowhere():
+        return "the folder that is worked in is no longer there: change into one that is"
     return f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else reason_of(error)
+
+
+def _is_nowhere() -> bool:
+    """Whether the working folder has been removed."""
+    try:
+        Path.cwd()
+    except FileNotFoundError:
+        return True
+    return False
 
 
 def main() -> None:

@@ -74,7 +74,7 @@ def analyze(
     what = scene_given(scene_of(scene, accuracy, beside=recordings[0], quiet=quiet), settings, ("analysis", "rig"))
     recordings = expanded(recordings, recordings=True)
     if output is not None:
-        check_output(output, MEASUREMENTS, force=force, inputs=recordings)
+        check_output(output, MEASUREMENTS, force=force, inputs=[*recordings, *what.files])
     plots = figure_places(plot, recordings, (FIGURE,), force=force)
     pages = {} if report is None else _pages(report, recordings)
     with_series = output is not None and output.suffix == ".h5"
@@ -91,7 +91,7 @@ def analyze(
         sifted=partial(_put_apart, series=series),
     )
     if output is not None:
-        write_rows(rows, output, MEASUREMENTS, force=force, inputs=recordings, series=series)
+        write_rows(rows, output, MEASUREMENTS, force=force, inputs=[*recordings, *what.files], series=series)
     if not (as_json or quiet):
         print_good(rows, MEASUREMENTS)
     if budget and not (as_json or quiet):

@@ -13,7 +13,7 @@ from frictionlab.cli.options import ANALYSIS, LOG
 from frictionlab.cli.output import print_turned
 from frictionlab.errors import UsageError
 from frictionlab.schema import RESPONSES
-from frictionlab.tables import Row
+from frictionlab.tables import Row, refuse_inputs
 
 if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
@@ -123,8 +123,7 @@ def _check(job: Ride, path: Path) -> None:
         return
     if output.suffix not in SERIES:
         raise UsageError(f"{output}: expected a recording (.h5) or a log (.csv); got {output.suffix!r}")
-    if output.exists() and path.exists() and output.samefile(path):
-        raise UsageError(f"{output}: the result would replace the base motion: choose another output")
+    refuse_inputs(output, [path, *([] if job.scene is None else [job.scene])])
     if output.suffix == ".h5":
         check_writable(output, force=job.force)
     else:

@@ -75,9 +75,9 @@ def _check(work: "Batch", output: Path, *, campaign: bool) -> None:
     if campaign:
         from frictionlab.campaign.output import check_folder
 
-        check_folder(output, inputs=work.logs)
+        check_folder(output, inputs=[*work.logs, *work.chain.scene.files])
     else:
-        check_output(output / TABLE, COMPARISONS, inputs=work.logs)
+        check_output(output / TABLE, COMPARISONS, inputs=[*work.logs, *work.chain.scene.files])
 
 
 def _do(work: "Batch", *, workers: int | None, scheduler: str | None, as_json: bool, quiet: bool) -> Rows:

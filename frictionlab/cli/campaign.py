@@ -63,7 +63,7 @@ def campaign(
     _refuse_recordings(measurements)
     rows, unread = _rows_of(measurements)
     refuse_failures(rows)
-    check_folder(output, force=force, inputs=measurements)
+    check_folder(output, force=force, inputs=[*measurements, *what.files])
     write_campaign(
         rows,
         what,
@@ -98,9 +98,17 @@ def refuse_failures(rows: Sequence[Row]) -> None:
     AnalysisError
         As said.
     """
-    if all(row.get("status") == FAILED for row in rows):
+    from frictionlab.campaign.laws import is_comparison
+
+    good = [row for row in rows if row.get("status") != FAILED]
+    if not good:
         count = f"all {len(rows)} failed" if rows else "there are none"
         raise AnalysisError(f"campaign: no test to evaluate, {count}: no report is written")
+    if all(map(is_comparison, good)):
+        raise AnalysisError(
+            "campaign: comparisons, and no measurements that they belong to: give what `frictionlab analyze -o` wrote"
+            " too: no report is written"
+        )
 
 
 def write_campaign(

@@ -110,7 +110,7 @@ def compare_numeric(
     kinds = ("comparison", "contact", *(("record",) if whole or fit == "whole" else ()))
     plots = figure_places(plot, recordings, kinds, force=force)
     if output is not None:
-        check_output(output, COMPARISONS, force=force, inputs=recordings)
+        check_output(output, COMPARISONS, force=force, inputs=[*recordings, *what.files])
     rows = rows_told(
         recordings,
         partial(_row, law=law, beta=beta, plots=plots, whole=whole, fit=fit, force=force),
@@ -122,7 +122,7 @@ def compare_numeric(
         scheduler=scheduler,
     )
     if output is not None:
-        write_rows(rows, output, COMPARISONS, force=force, inputs=recordings)
+        write_rows(rows, output, COMPARISONS, force=force, inputs=[*recordings, *what.files])
     if not (as_json or quiet):
         _print_parts(print_good(rows, COMPARISONS))
     if budget and not (as_json or quiet):

@@ -64,7 +64,7 @@ def explain(
     recordings = expanded(recordings, recordings=True)
     plots = figure_places(plot, recordings, (FIGURE,), force=force)
     if output is not None:
-        check_output(output, COMPARISONS, force=force, inputs=recordings)
+        check_output(output, COMPARISONS, force=force, inputs=[*recordings, *what.files])
     rows = rows_told(
         recordings,
         partial(_row, plots=plots, force=force),
@@ -77,7 +77,7 @@ def explain(
         warns=False,  # the text holds them
     )
     if output is not None:
-        write_rows(rows, output, COMPARISONS, force=force, inputs=recordings)
+        write_rows(rows, output, COMPARISONS, force=force, inputs=[*recordings, *what.files])
     if not (as_json or quiet):
         _print_texts(rows)
     exit_status(rows)

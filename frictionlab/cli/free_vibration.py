@@ -13,6 +13,7 @@ from frictionlab.cli.inputs import exit_status, report_rows
 from frictionlab.cli.logs import Files, expanded, on_disk
 from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, scene_of
 from frictionlab.cli.output import print_table
+from frictionlab.files import make_folder
 from frictionlab.schema import FREE_VIBRATIONS
 from frictionlab.tables import Row, check_output, write_rows
 
@@ -56,14 +57,15 @@ def free_vibration(
     what = scene_of(scene, beside=inputs[0], quiet=quiet)
     inputs = expanded(inputs, recordings=True)
     if output is not None:
-        check_output(output, FREE_VIBRATIONS, force=force, inputs=inputs)
+        check_output(output, FREE_VIBRATIONS, force=force, inputs=[*inputs, *what.files])
     plots = figure_places(plot, inputs, (FIGURE,), force=force)
     with on_disk(inputs) as files:
         rows = list(rows_of(inputs, partial(_row, scene=what, plots=plots, files=files, force=force)))
     means = _means([tap for row in rows for tap in _taps(row)])
     shown = report_rows((_told(row, means) for row in rows), as_json=as_json, quiet=quiet)
     if output is not None:
-        write_rows([line for row in rows for line in _lines(row)], output, FREE_VIBRATIONS, force=force, inputs=inputs)
+        lines = [line for row in rows for line in _lines(row)]
+        write_rows(lines, output, FREE_VIBRATIONS, force=force, inputs=[*inputs, *what.files])
     if means and not (as_json or quiet):
         _tell([line for row in rows for line in _lines(row) if line["status"] == "ok"], means)
     exit_status(shown)
@@ -120,7 +122,7 @@ def _draw(taps: "Sequence[FreeVibration]", path: Path, place: Path, *, force: bo
     from frictionlab.figures.free_vibration import free_vibration_figure
     from frictionlab.figures.style import save
 
-    place.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(place.parent)
     save(free_vibration_figure(taps, path.name), place, force=force)
 
 

@@ -66,7 +66,8 @@ def ingest(
 
     what = scene_given(scene_of(scene, beside=logs[0] if logs else mass_log, quiet=quiet), settings, ("log",))
     inputs = _inputs(logs or [], mass_log, base_log)
-    places = None if dry_run else _places(inputs, base_log, output)
+    read = [*inputs, *([] if base_log is None else [base_log]), *what.files]
+    places = None if dry_run else _places(inputs, read, output)
     silent = quiet or as_json
     with on_disk([*inputs, *([] if base_log is None else [base_log])]) as files:
         job = _Ingest(what, base_log, places, files, force=force, quiet=silent or len(inputs) > 1)
@@ -113,8 +114,8 @@ def _inputs(logs: Sequence[Path], mass_log: Path | None, base_log: Path | None) 
     return [mass_log] if mass_log is not None else expanded(logs)
 
 
-def _places(inputs: Sequence[Path], base_log: Path | None, output: str | None) -> "Mapping[Path, Path]":
-    """Where each log's recording goes; made sure that no two go to one place and none over a log."""
+def _places(inputs: Sequence[Path], read: Sequence[Path], output: str | None) -> "Mapping[Path, Path]":
+    """Where each log's recording goes; made sure that no two go to one place and none over a file that is read."""
     if output is None:
         folders = {log: _beside(log) for log in inputs}
         places = {
@@ -129,7 +130,7 @@ def _places(inputs: Sequence[Path], base_log: Path | None, output: str | None) -
         places = {inputs[0]: Path(output)}
     else:
         raise UsageError(f"-o {output}: expected a folder for {len(inputs)} logs; got the name of a file")
-    _check_places(places, [*inputs, *([base_log] if base_log is not None else [])])
+    _check_places(places, read)
     return places
 
 
@@ -160,11 +161,11 @@ def _make_folder(folder: Path) -> None:
         raise UsageError(f"-o {folder}: the folder cannot be made ({error.strerror})") from error
 
 
-def _check_places(places: "Mapping[Path, Path]", logs: Sequence[Path]) -> None:
-    files = {identity: log for log in logs for identity in identities(log)}
+def _check_places(places: "Mapping[Path, Path]", read: Sequence[Path]) -> None:
+    files = {identity: file for file in read for identity in identities(file)}
     for place in places.values():
-        if any(identity in files for identity in identities(place)):
-            raise UsageError(f"{place}: the recording would replace a log: choose another output")
+        for file in (files[identity] for identity in identities(place) if identity in files):
+            raise UsageError(f"{place}: is the input {file}: an output never replaces an input: choose another")
 
 
 def _row(recording: "Recording", log: Path, output: Path | None) -> "Row":

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from frictionlab.cli.drawing import figure_file
 from frictionlab.errors import UsageError
+from frictionlab.files import make_folder
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -51,7 +52,7 @@ class MapPicture:
         from frictionlab.figures.map import map_figure
         from frictionlab.figures.style import save
 
-        self._path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(self._path.parent)
         save(map_figure(self._drawing()), self._path, force=self._force)
 
     def _drawing(self) -> "StateMapDrawing":

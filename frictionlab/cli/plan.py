@@ -62,9 +62,10 @@ def plan(
     from frictionlab.planning import waiting
     from frictionlab.verbs.plan import check_sheet, plan
 
-    check_sheet(output, measured or (), force=force)
-    plot = figure_file(plot, "plan", force=force, inputs=measured or ())
     known = scene_of(scene, quiet=quiet)
+    read = [*(measured or ()), *known.files]
+    check_sheet(output, read, force=force)
+    plot = figure_file(plot, "plan", force=force, inputs=read)
     if not quiet and (time := waiting(known, law, against)) is not None:
         complain(time)
     found = plan(

@@ -23,12 +23,12 @@ def show(file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording,
     """
     readers = _readers()
     suffix = file.suffix.lower()
-    if suffix not in readers:
-        raise UsageError(f"{file}: expected one of {', '.join(readers)}; got {file.suffix or 'no suffix'}")
     if not file.exists():
         raise UsageError(f"{file}: there is no such file: give the path of a recording, scene or result")
     if not file.is_file():
         raise UsageError(f"{file}: expected a file; got a folder or a device: give the path of a file")
+    if suffix not in readers:
+        raise UsageError(f"{file}: expected one of {', '.join(readers)}; got {file.suffix or 'no suffix'}")
     try:
         readers[suffix](file)
     except OSError as error:

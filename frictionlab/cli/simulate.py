@@ -15,6 +15,7 @@ from frictionlab.cli.law_options import LawName, Parameters, numbers
 from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, takes
 from frictionlab.cli.output import print_turned
 from frictionlab.errors import SimulationError, UsageError
+from frictionlab.files import make_folder
 from frictionlab.schema import MOTIONS
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
@@ -140,7 +141,7 @@ def _write(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None
         x, v = state.orbit.at(np.minimum(tau, state.orbit.end))
         tree["motion"] = {"tau": tau, "displacement": x, "velocity": v, "base": state.problem.base.at(tau)}
         tree["stops"] = state.orbit.stops
-    output.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(output.parent)
     write_tree(tree, output, kind=MOTIONS.format, force=force, columns=MOTIONS.column)
 
 
@@ -150,5 +151,5 @@ def _draw(state: "SteadyState", path: Path, *, force: bool) -> None:
     from frictionlab.figures.motion import motion_figure
     from frictionlab.figures.style import save
 
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     save(motion_figure(state), path, force=force)

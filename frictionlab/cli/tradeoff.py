@@ -9,6 +9,7 @@ import typer
 from frictionlab.cli.options import AsJson, Force, Quiet
 from frictionlab.cli.output import print_table
 from frictionlab.cli.progress import track
+from frictionlab.files import make_folder
 from frictionlab.schema import TRADES
 from frictionlab.tables import check_output, json_line, write_rows
 
@@ -33,7 +34,7 @@ def tradeoff(
     from frictionlab.tradeoff import FAMILIES, measure_trade
 
     if output is not None:
-        output.mkdir(parents=True, exist_ok=True)
+        make_folder(output)
         check_output(output / "tradeoff.csv", TRADES, force=force)
         check_figures([_figure(output, family) for family in FAMILIES], force=force)
     families: dict[str, list[tuple[Setting, ...]]] = defaultdict(list)

@@ -1,6 +1,7 @@
 """All figures of a campaign by name, each with the caption that its report prints."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -53,7 +54,16 @@ def plates(campaign: Campaign) -> tuple[Plate, ...]:
     known = len(campaign.materials)
     some = "" if drawn is campaign else f" The {MOST} best of {known} materials; all are in the tables."
     found = (plate for kind in KINDS if kind.when(drawn) for plate in kind.plates(drawn))
-    return tuple(replace(plate, caption=plate.caption + some) for plate in found)
+    return tuple(replace(plate, caption=plate.caption + some) for plate in _apart(found))
+
+
+def _apart(found: Iterable[Plate]) -> Iterator[Plate]:
+    """The figures under names that no two share: letters beyond ASCII are all one in a file's name."""
+    taken: Counter[str] = Counter()
+    for plate in found:
+        taken[plate.name.casefold()] += 1
+        count = taken[plate.name.casefold()]
+        yield plate if count == 1 else replace(plate, name=f"{plate.name}~{count}")
 
 
 def _of_best(campaign: Campaign) -> Campaign:

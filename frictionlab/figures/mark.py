@@ -1,10 +1,11 @@
 """How a figure of this tool is known again: by who made it, as its file says; a photo is never replaced by a plot."""
 
+import os
 from collections.abc import Iterable
 from pathlib import Path
 
 from frictionlab.errors import UsageError
-from frictionlab.files import identities
+from frictionlab.files import identities, is_protected
 
 MAKER = "frictionlab"
 METADATA = {
@@ -44,3 +45,15 @@ def check_figures(paths: Iterable[Path], *, force: bool = False, inputs: Iterabl
                 raise UsageError(f"{path}: is the input {other}: an output never replaces an input: choose another")
         if path.exists() and not (force or is_figure(path)):
             raise UsageError(f"{path}: exists and is no figure of frictionlab: draw elsewhere, or move it away")
+        if path.exists() and not force and is_protected(path):
+            raise UsageError(f"{path}: is write-protected: draw elsewhere, or give --force")
+        _check_room(path)
+
+
+def _check_room(path: Path) -> None:
+    """Refuse a place where no folder is, nor can be made, or that cannot be written to."""
+    above = next(parent for parent in (*path.parents, Path()) if os.path.lexists(parent))
+    if not above.is_dir() or not os.access(above, os.W_OK):
+        raise UsageError(
+            f"{path}: {above} {'cannot be written to' if above.is_dir() else 'is no folder'}: draw elsewhere"
+        )

@@ -1,6 +1,7 @@
 """One look for every figure: sizes for print, a colour-blind safe palette, files that are the same bytes each time."""
 
 import io
+import logging
 import math
 import textwrap
 import warnings
@@ -30,6 +31,9 @@ PALETTE = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
 COLUMN, PAGE = 3.5, 7.2  # widths in inches: one column and the whole page of a journal
 HEADLINE = 105  # letters a line above a figure of the whole page
 MOST_WARNINGS, LETTERS, FORE = 3, 150, 40  # below a figure: how many, letters a line, where a number's name ends
+
+logging.getLogger("matplotlib").setLevel(logging.ERROR)
+"""It says at length where it keeps its fonts when nothing can be written at home: nothing that a figure depends on."""
 
 SQUEEZE = {"compress_level": 3}  # of 1 to 9: files 8 % larger than at 6, in three quarters of the time
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

@@ -15,7 +15,7 @@ from frictionlab.recording import Fact
 
 FORMAT_VERSION = 1
 TEXT = h5py.string_dtype()
-NO_FILE = (OSError, RuntimeError, ValueError, KeyError)
+NO_FILE = (OSError, RuntimeError, ValueError, KeyError, TypeError, OverflowError)
 """What h5py raises on a file that is none of ours, or damaged."""
 _SHAPES = {1: "(n,)", 2: "(n, m)"}
 _LONGEST_TEXT = 8000
@@ -41,7 +41,7 @@ def opened(path: Path, kind: str, remedy: str) -> Iterator[tuple[h5py.File, int]
     except OSError as error:
         reason = error.strerror or "not an HDF5 file, or damaged"
         raise RecordingError(f"{path}: cannot be read as {kind} ({reason}): {remedy}") from error
-    except (KeyError, RuntimeError, ValueError, TypeError, OverflowError) as error:
+    except NO_FILE as error:  # OSError is told above
         raise RecordingError(f"{path}: damaged {kind} ({error}): {remedy}") from error
 
 

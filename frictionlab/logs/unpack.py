@@ -146,7 +146,7 @@ def _cut(name: str) -> LogError:
 def _zip(file: Packed) -> Iterator[bytes]:
     """Unpack the one log in a zip archive."""
     with zipfile.ZipFile(file.file) as archive:
-        names = [i.filename for i in archive.infolist() if not i.is_dir() and not i.filename.startswith("__MACOSX/")]
+        names = [i.filename for i in archive.infolist() if not i.filename.endswith("/") and _is_told(i.filename)]
         if len(names) != 1:
             shown = ", ".join(names[:5]) or "none"
             raise LogError(f"a zip archive of {len(names)} files ({shown}): expected one log: unpack it first")
@@ -156,6 +156,11 @@ def _zip(file: Packed) -> Iterator[bytes]:
                 file.done = min(packed, file.file.tell())
                 yield chunk
     _rewind(file)
+
+
+def _is_told(name: str) -> bool:
+    """Whether a member of an archive has a name, and is not one that a Mac adds by itself."""
+    return bool(name) and not name.startswith("__MACOSX/")
 
 
 def _workbook(file: Packed) -> Iterator[bytes]:

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 from frictionlab.errors import SceneError
 
 Lines = Mapping[tuple[str, ...], int]
-HIDDEN = ("folder",)  # fields that are no keys
+HIDDEN = ("folder", "origin")  # fields that are no keys
 WORDS = {
     "float_type": "expected a number",
     "int_type": "expected a whole number",
@@ -31,6 +31,8 @@ WORDS = {
     "too_long": "expected at most {max_length} values",
     "literal_error": "expected {expected}",
     "missing": "is not given, and has no default",
+    "float_parsing": "expected a number",
+    "int_parsing": "expected a whole number",
 }
 """What pydantic finds, in the words that all refusals use."""
 _UNION = re.compile(r"^(?:str|int|float|bool|constrained-.*|list\[.*)$")  # pydantic's names of a union's branches

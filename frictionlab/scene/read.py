@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from frictionlab.errors import SceneError
 from frictionlab.files import check_regular
 from frictionlab.scene.faults import Lines, check_hidden, lines_of, refusal
-from frictionlab.scene.tables import Scene
+from frictionlab.scene.tables import Origin, Scene
 
 SCENE_NAME = "frictionlab.toml"
 
@@ -47,7 +47,7 @@ def read_scene(path: str | PathLike[str]) -> Scene:
         raise SceneError(f"scene {path}: expected UTF-8 text; byte {error.start} is not") from error
     except ValueError as error:  # tomllib's own among them; Python's, of a number of more than 4300 digits
         raise SceneError(f"scene {path}: expected TOML: {error}") from error
-    return _validated(tables, name=f"scene {path}", folder=path.parent, lines=lines_of(text))
+    return _validated(tables, name=f"scene {path}", folder=path.parent, file=path, lines=lines_of(text))
 
 
 def find_scene(beside: Path | None = None) -> Path | None:
@@ -76,12 +76,12 @@ def scene_from_tables(tables: Mapping[str, object], *, name: str = "scene", fold
     Traceback (most recent call last):
     frictionlab.errors.SceneError: scene: analysis.transient_s: expected 0 or more; got -1.0
     """
-    return _validated(tables, name=name if name == "scene" else f"scene {name}", folder=folder, lines={})
+    return _validated(tables, name=name if name == "scene" else f"scene {name}", folder=folder, file=None, lines={})
 
 
-def _validated(tables: Mapping[str, object], *, name: str, folder: Path, lines: Lines) -> Scene:
+def _validated(tables: Mapping[str, object], *, name: str, folder: Path, file: Path | None, lines: Lines) -> Scene:
     check_hidden(tables, Scene, name)
     try:
-        return Scene.model_validate({**tables, "folder": folder})
+        return Scene.model_validate({**tables, "folder": folder, "origin": Origin(file)})
     except ValidationError as error:
         raise refusal(error, Scene, name=name, lines=lines) from error

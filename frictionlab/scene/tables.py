@@ -5,6 +5,7 @@ What a scene does not name is neither simulated nor paid for: ``[model]`` switch
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -243,6 +244,13 @@ class Plan(Table):
     """Frequency ratios to keep away from: [low, high]."""
 
 
+@dataclass(frozen=True)
+class Origin:
+    """The file that a scene was read from; the same scene from another file is the same scene."""
+
+    file: Path | None = field(default=None, compare=False)
+
+
 class Scene(Table):
     """Everything a job needs to know that is not in its logs.
 
@@ -263,6 +271,13 @@ class Scene(Table):
     plan: Plan = Plan()
     synthetic: Synthetic = Synthetic()
     folder: Path = Field(default=Path(), exclude=True)  # where the scene stands; a sheet is looked for there
+    origin: Origin = Field(default=Origin(), exclude=True)
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """What was read to know all this, or will be: the scene's file and the sheet of its tests."""
+        named = (self.origin.file, self.folder / self.experiment.sheet if self.experiment.sheet else None)
+        return tuple(path for path in named if path is not None)
 
     @property
     def frame_damping_ratio(self) -> float:
@@ -304,6 +319,6 @@ class Scene(Table):
         merged = {name: {**now.get(name, {}), **keys} for name, keys in tables.items()}
         check_hidden(tables, type(self))
         try:
-            return self.model_validate({**now, **merged, "folder": self.folder})
+            return self.model_validate({**now, **merged, "folder": self.folder, "origin": self.origin})
         except ValidationError as error:
             raise refusal(error, type(self), name="setting") from error

@@ -1,7 +1,9 @@
 """The tests of a virtual rig: what each of them is, all numbers known."""
 
 import re
+import unicodedata
 import zlib
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
@@ -108,11 +110,16 @@ def virtual_tests(scene: Scene) -> tuple[VirtualTest, ...]:
         for force in group.normal_forces_n
         for ratio in group.frequency_ratios or [1.0]
     )
-    names = [test.log for test in tests]
-    twice = sorted({name for name in names if names.count(name) > 1})
+    many = Counter(_as_told_apart(test.log) for test in tests)
+    twice = sorted({test.log for test in tests if many[_as_told_apart(test.log)] > 1})
     if twice:
         raise SceneError(f"synthetic.tests: the same test stands twice: {', '.join(twice)}; leave one out")
     return tests
+
+
+def _as_told_apart(name: str) -> str:
+    """A name as disks see it that tell neither case nor ways to write an accent apart."""
+    return unicodedata.normalize("NFC", name).casefold()
 
 
 def _check_words(group: VirtualTests, number: int) -> None:

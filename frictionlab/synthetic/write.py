@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.files import check_replaceable, write_whole
+from frictionlab.files import check_replaceable, make_folder, write_whole
 from frictionlab.scene import Scene
 from frictionlab.synthetic.friction import cycle_friction_ratios
 from frictionlab.synthetic.motion import driven, motion, motion_at, phase_times, plain_base, sample_times
@@ -49,7 +49,7 @@ def synthesize(scene: Scene, folder: Path) -> Iterator[VirtualTest]:
         The folder cannot be written, or a log that is not synthetic stands there.
     """
     tests = virtual_tests(scene)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     check_replaceable(folder / "truth.jsonl", replace=is_truth)
     for test in tests:
         check_replaceable(folder / test.log, replace=is_synthetic)

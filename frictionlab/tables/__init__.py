@@ -15,7 +15,7 @@ from itertools import chain
 from pathlib import Path
 
 from frictionlab.errors import UsageError
-from frictionlab.files import identities, write_whole
+from frictionlab.files import identities, is_protected, make_folder, write_whole
 from frictionlab.schema import TABLES, Table, is_marked
 from frictionlab.tables import lines, tree
 from frictionlab.tables.cells import SENTENCES, encodable, plain
@@ -84,7 +84,7 @@ def write_rows(
     [{'source': 'a.h5', 'cycles': 3, 'warnings': ['short']}]
     """
     check_output(path, table, force=force, inputs=inputs)
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     if _kind(path) == ".h5":
         _write_tree(rows, path, table, series or {}, force=force)
     else:
@@ -160,6 +160,7 @@ def check_output(
     if os.path.lexists(path) and not (force or is_table(path, table)):
         what = f"table of {table.kind} of frictionlab" if table else "table of frictionlab"
         raise UsageError(f"{path}: exists and is no {what}: choose another output, or give --force")
+    refuse_protected(path, force=force)
 
 
 def _either(names: Sequence[str]) -> str:
@@ -178,6 +179,18 @@ def refuse_inputs(output: Path, inputs: Iterable[Path]) -> None:
     for path in inputs:
         if ours & identities(path):
             raise UsageError(f"{output}: is the input {path}: an output never replaces an input: choose another")
+
+
+def refuse_protected(output: Path, *, force: bool) -> None:
+    """Refuse to replace a file that its user has write-protected.
+
+    Raises
+    ------
+    UsageError
+        It is, and ``force`` is not set.
+    """
+    if not force and output.exists() and is_protected(output):
+        raise UsageError(f"{output}: is write-protected: choose another output, or give --force")
 
 
 def is_table(path: Path, table: Table | None = None) -> bool:

@@ -3,14 +3,13 @@
 from dataclasses import replace
 from pathlib import Path
 
-from frictionlab.errors import UsageError
 from frictionlab.experiment import facts_of
-from frictionlab.files import identities
 from frictionlab.hdf5 import check_writable, write_recording
 from frictionlab.logs import read_log, read_two_logs
 from frictionlab.logs.lines import Progress
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
+from frictionlab.tables import refuse_inputs
 from frictionlab.verbs.given import AnyScene, FilePath, scene_given
 
 TABLES = ("log", "experiment")
@@ -65,18 +64,12 @@ def ingest(
     """
     known = scene_given(scene, settings, TABLES)
     if output is not None:
-        _check_is_no_log(Path(output), [Path(part) for part in (log, base_log) if part is not None])
+        refuse_inputs(Path(output), [*(Path(part) for part in (log, base_log) if part is not None), *known.files])
         check_writable(Path(output), force=force)
     recording = _read(Path(log), None if base_log is None else Path(base_log), known, progress)
     if output is not None:
         write_recording(recording, Path(output), force=force)
     return recording
-
-
-def _check_is_no_log(output: Path, logs: list[Path]) -> None:
-    """Refuse an output that is one of the logs, by whatever name or link."""
-    if any(identity in identities(log) for identity in identities(output) for log in logs):
-        raise UsageError(f"{output}: the recording would replace a log: choose another output")
 
 
 def _read(log: Path, base_log: Path | None, scene: Scene, progress: Progress | None) -> Recording:

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from frictionlab.errors import OutputError, UsageError
-from frictionlab.files import write_whole
+from frictionlab.errors import UsageError
+from frictionlab.files import make_folder, write_whole
 from frictionlab.scene import SCENE_NAME
 from frictionlab.scene.toml import template
 from frictionlab.verbs.given import FilePath
@@ -29,9 +29,6 @@ def init(folder: FilePath = ".", *, force: bool = False) -> Path:
     path = Path(folder) / SCENE_NAME
     if path.exists() and not force:
         raise UsageError(f"{path}: exists: fill it in, or give --force to replace it")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: the folder cannot be made ({error.strerror})") from error
+    make_folder(path.parent)
     write_whole(path, template().encode())
     return path

@@ -15,6 +15,7 @@ from frictionlab.figures.plan import plan_figure
 from frictionlab.figures.record import record_figure
 from frictionlab.figures.response import response_figure
 from frictionlab.figures.style import save
+from frictionlab.files import make_folder
 from frictionlab.identification import Comparison, ContactForce, WholeRecord
 from frictionlab.planning import Plan
 from frictionlab.simulator import SteadyState
@@ -68,6 +69,6 @@ def plot(
         raise UsageError(f"{place}: there is no motion to draw (outcome {result.outcome}, solver {result.solver})")
     if isinstance(result, Comparison) and not len(result.tau):
         raise UsageError(f"{place}: there is no steady cycle to draw; do: plot its whole record (comparison.record)")
-    place.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(place.parent)
     save(FIGURES[type(result)](result, title), place, force=force)
     return place

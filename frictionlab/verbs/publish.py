@@ -11,6 +11,7 @@ from frictionlab.campaign.responses import recording_of
 from frictionlab.errors import AnalysisError
 from frictionlab.figures.campaign import Plate, plates
 from frictionlab.figures.mark import check_figures
+from frictionlab.files import make_folder
 from frictionlab.report import write_report
 from frictionlab.report.sheet import Sheet, sheet_name, sheets_of, write_sheet
 from frictionlab.verbs.given import FilePath
@@ -54,7 +55,7 @@ def publish(
 
 def _write_sheets(campaign: Campaign, folder: Path, *, force: bool) -> None:
     """A page per test, with what its recording shows where that is at hand."""
-    folder.mkdir(exist_ok=True)
+    make_folder(folder)
     plain = sheets_of(campaign.trials, campaign.verdicts, campaign.comparisons, campaign.scene, campaign.rigs)
     for number, sheet in enumerate(plain, 1):
         path = folder / sheet_name(number, sheet.trial)

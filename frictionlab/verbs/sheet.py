@@ -5,6 +5,7 @@ from pathlib import Path
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.campaign import trial_of
+from frictionlab.files import make_folder
 from frictionlab.recording import Recording
 from frictionlab.report.sheet import Sheet, write_sheet
 from frictionlab.verbs.given import AnyScene, FilePath, scene_given
@@ -40,7 +41,7 @@ def sheet(
     """
     known, place = scene_given(scene, {}, ()), Path(path)
     trial = replace(trial_of(measurement.row()), reason=None)  # a page needs no facts that a campaign needs
-    place.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(place.parent)
     page = Sheet(trial, known, measurement=measurement, recording=recording_given(what, known))
     write_sheet(page, place, force=force)
     return place

@@ -18,6 +18,7 @@ R = TypeVar("R")
 S = TypeVar("S", bound=Sized)
 WORTH_S = 5.0  # work that lasts longer than this is worth starting processes for: they need one or two seconds
 START_S = 2.0  # what the first case may owe to imports
+MOST_PER_CORE = 32  # processes, of some 100 MB each
 HOLD = 8  # batches per worker that may be out or wait for an earlier one: this bounds the memory
 
 
@@ -89,7 +90,7 @@ def run_batches(
             if workers is None and pace.left(done) > WORTH_S and cores() > 1:
                 break
     if done < len(cases):
-        with crew_of(workers=workers or cores(), scheduler=scheduler) as crew:
+        with crew_of(workers=min(workers or cores(), len(cases) - done), scheduler=scheduler) as crew:
             yield from _run_there(crew, job, cases, Ledger(done, pace), pace)
 
 
@@ -130,8 +131,12 @@ class Each(Generic[C, R]):
 def _check(workers: int | None, scheduler: str | None) -> None:
     if workers is not None and scheduler is not None:
         raise UsageError("workers and scheduler: expected one of the two; got both: the scheduler has its own workers")
-    if workers is not None and workers < 1:
-        raise UsageError(f"workers: expected at least 1; got {workers}")
+    if workers is not None and not 1 <= workers <= MOST_PER_CORE * cores():
+        raise UsageError(
+            f"workers: expected at least 1; got {workers}"
+            if workers < 1
+            else f"workers: expected at most {MOST_PER_CORE * cores()}, {MOST_PER_CORE} for each core; got {workers}"
+        )
 
 
 def _run_here(job: Callable[[Sequence[C]], S], cases: Sequence[C], pace: Pace) -> Iterator[Batch[S]]:

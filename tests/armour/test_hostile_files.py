@@ -2,12 +2,15 @@
 
 import os
 import struct
+import zipfile
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pyarrow as pa
 import pytest
+import scipy.io
+import scipy.sparse
 from pyarrow import parquet
 
 from frictionlab.base_motion import sound_base
@@ -15,7 +18,7 @@ from frictionlab.errors import LogError, RecordingError, SceneError, SimulationE
 from frictionlab.experiment import facts_of
 from frictionlab.figures.style import headline, look, new_figure, save
 from frictionlab.hdf5 import describe, is_recording, read_recording, read_tree, write_recording
-from frictionlab.logs import read_log
+from frictionlab.logs import LogOptions, read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import read_scene, scene_from_tables
 from frictionlab.simulator import Problem, last_cycle
@@ -134,6 +137,46 @@ def test_a_matlab_file_is_checked_whatever_its_first_words_are(tmp_path: Path) -
     path.write_bytes(b"MATLAB 5.\0" + whole[10:at] + struct.pack("<I", 0xFF09) + whole[at + 4 :])
     with pytest.raises(LogError, match=r"log\.mat: .*damaged near byte \d+: an element of type 65289"):
         read_log(path)
+
+
+def test_a_damaged_sparse_matrix_is_not_read(tmp_path: Path) -> None:
+    """One whose class was changed ended the process in SciPy: they are passed over, and inside others refused."""
+    path, t = tmp_path / "log.mat", np.arange(60) / 250
+    whole = sound("log.mat5")
+    at = whole.index(struct.pack("<4I", 6, 8, 6, 0), 600)  # flags of the second variable: of doubles
+    path.write_bytes(whole[: at + 8] + struct.pack("<I", 5) + whole[at + 12 :])
+    with pytest.raises(LogError, match=r"log\.mat: no column for mass"):
+        read_log(path, LogOptions(unit="mm"))
+    plain = {"t": t, "x": np.sin(9 * t), "y": np.cos(9 * t), "s": scipy.sparse.eye(3, format="csc")}
+    for packed in (False, True):
+        scipy.io.savemat(path, plain, do_compression=packed)
+        assert len(read_log(path, LogOptions(unit="mm", mass="x", base="y"))) == 60
+        scipy.io.savemat(path, {"log": plain}, do_compression=packed)
+        with pytest.raises(LogError, match="a sparse matrix inside another variable"):
+            read_log(path, LogOptions(unit="mm"))
+
+
+def test_a_member_of_an_archive_without_a_name_is_no_log(tmp_path: Path) -> None:
+    path = tmp_path / "a.zip"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("x", "nameless")
+    path.write_bytes(path.read_bytes().replace(b"xPK", b"\0PK").replace(b"xnameless", b"\0nameless"))
+    with pytest.raises(LogError, match="a zip archive of 0 files"):
+        read_log(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("scene.toml", "[log]\nsampling_rate_hz = 250.0\n", r"a scene \(give it to --scene\), not a log"),
+        ("README.md", "# Logs\n1 2 3\n", "a text to read, not a log"),
+        ("rows.csv", "source,status,reason,warnings\na.h5,ok,,\n", "a table of results, not a log"),
+    ],
+)
+def test_what_is_taken_for_a_log_is_named(name: str, text: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(LogError, match=words):
+        read_log(tmp_path / name)
 
 
 def _with_flag(archive: bytes, flag: int) -> bytes:

@@ -2,17 +2,26 @@
 
 import json
 import os
+import stat
+import sys
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner, Result
 
+from frictionlab.chain.names import names_of
 from frictionlab.cli import app
 from frictionlab.errors import OutputError, SceneError
+from frictionlab.figures.campaign import plates
 from frictionlab.figures.mark import is_figure
 from frictionlab.figures.style import new_figure, save
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.synthetic import synthesize, virtual_tests
+from frictionlab.tables import write_rows
+from frictionlab.verbs.evaluate import evaluate
+from tests.campaign.fabricate import SCENE as CAMPAIGN
+from tests.campaign.fabricate import row as row_of
+from tests.campaign.fabricate import small_campaign
 from tests.desk import ROOT
 
 SAMPLE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv"
@@ -85,6 +94,89 @@ def test_a_table_never_replaces_its_inputs_nor_a_link_of_one(recording: Path, tm
     assert link.read_bytes() == before
 
 
+@pytest.mark.parametrize("force", [(), ("--force",)])
+def test_the_scene_and_its_sheet_are_inputs_too(recording: Path, tmp_path: Path, force: tuple[str, ...]) -> None:
+    """``--force`` allows much, but never to replace what is read."""
+    sheet, scene = tmp_path / "tests.csv", tmp_path / "scene.csv"
+    sheet.write_text("log,material,normal_force_n\na.csv,steel,1.25\n")
+    scene.write_text('[rig]\nnatural_frequency_hz = 3.1\nmass_kg = 3.0\n[experiment]\nsheet = "tests.csv"\n')
+    (tmp_path / "scene.h5").hardlink_to(scene)
+    before = {path: path.read_bytes() for path in (sheet, scene)}
+    told: tuple[str | Path, ...] = ("--scene", scene, *force)
+    commands: tuple[tuple[str | Path, ...], ...] = (
+        *((name, recording, *told) for name in ("analyze", "compare-numeric", "free-vibration", "explain")),
+        ("plan", *told),
+        ("simulate", "--base-motion", SAMPLE, "--natural-frequency", "3", "--beta", "0.2", *told),
+    )
+    for words in commands:
+        for place in (scene, *(() if words[0] == "simulate" else (sheet,))):
+            done = run(*words, "-o", place)
+            assert (done.exit_code, "an output never replaces an input" in done.output) == (2, True), done.output
+    done = run("ingest", SAMPLE, *told, "-o", tmp_path / "scene.h5")
+    assert (done.exit_code, "an output never replaces an input" in done.output) == (2, True), done.output
+    assert {path: path.read_bytes() for path in before} == before
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="modes are POSIX's")
+def test_what_is_write_protected_or_private_stays_so(recording: Path, tmp_path: Path) -> None:
+    rows, figure = tmp_path / "rows.csv", tmp_path / "a.png"
+    words = ("analyze", recording, "--scene", SCENE, "-o", rows, "--plot", figure, "-q")
+    assert run(*words).exit_code == 0
+    rows.chmod(0o600)
+    assert run(*words).exit_code == 0
+    assert stat.S_IMODE(rows.stat().st_mode) == 0o600
+    for path in (rows, figure):
+        path.chmod(0o444)
+        done = run(*words)
+        assert (done.exit_code, f"{path.name}: is write-protected" in done.output) == (2, True), done.output
+        path.chmod(0o644)
+    copy = tmp_path / "copy.h5"
+    copy.write_bytes(recording.read_bytes())
+    copy.chmod(0o444)
+    again = ("ingest", SAMPLE, "--scene", SCENE, "-o", copy, "-q")
+    done = run(*again)
+    assert (done.exit_code, "copy.h5: is write-protected" in done.output) == (1, True), done.output
+    assert run(*again, "--force").exit_code == 0
+    out = tmp_path / "out"
+    assert run("campaign", rows, "-o", out, "-q").exit_code == 0
+    (out / "friction.csv").chmod(0o444)
+    done = run("campaign", rows, "-o", out, "-q")
+    assert (done.exit_code, "friction.csv: is write-protected" in done.output) == (2, True), done.output
+
+
+def test_a_figure_that_finds_no_room_is_refused_before_the_work(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("mine")
+    done = run("analyze", "none.h5", "--plot", tmp_path / "taken" / "figures")
+    assert (done.exit_code, "taken is no folder: draw elsewhere" in done.output) == (2, True), done.output
+    for words in (("synthesize", "--scene", SCENE), ("tradeoff",), ("campaign", recording_rows(tmp_path))):
+        done = run(*words, "-o", tmp_path / "taken")
+        assert (done.exit_code, "taken" in done.output, "Errno" in done.output) == (1, True, False), done.output
+        assert "folder cannot be made" in done.output
+
+
+def recording_rows(folder: Path) -> Path:
+    write_rows(small_campaign()[:3], folder / "small.jsonl")
+    return folder / "small.jsonl"
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("analyze", ""), "analyze: expected a name"),
+        (("ingest", "a.csv", "-o", ""), "-o: expected a name or a value; got an empty one"),
+        (("synthesize", "--scene", "", "-o", "x"), "--scene: expected a name or a value; got an empty one"),
+    ],
+)
+def test_an_empty_name_is_not_the_folder_that_is_worked_in(
+    words: tuple[str, ...], told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = run(*words)
+    assert (done.exit_code, "got an empty one" in done.output) == (2, True), done.output
+    assert told in done.output or words[0] == "analyze"
+    assert not list(tmp_path.iterdir())
+
+
 def test_an_existing_recording_as_output_is_refused_before_the_work(recording: Path, tmp_path: Path) -> None:
     other = tmp_path / "other.h5"
     other.write_bytes(recording.read_bytes())
@@ -124,6 +216,24 @@ def test_synthesize_keeps_a_truth_that_is_not_its_own(tmp_path: Path) -> None:
     (tmp_path / "truth.jsonl").unlink()
     for _ in range(2):
         assert len(list(synthesize(scene_of(), tmp_path))) == 1
+
+
+def test_logs_are_told_apart_on_any_disk() -> None:
+    """Some disks see neither case nor how an accent is written: one log would replace the other there."""
+    for one, other in (("Steel", "steel"), ("St\u00e4hl", "Sta\u0308hl")):
+        test = {"normal_forces_n": [1.0], "frequency_ratios": [0.5], "friction_coefficient": 0.5}
+        rig = {"mass_kg": 3.0, "stiffness_n_per_m": 1200.0}
+        tests = [{"material": one, **test}, {"material": other, **test}]
+        with pytest.raises(SceneError, match="the same test stands twice"):
+            virtual_tests(scene_from_tables({"rig": rig, "synthetic": {"tests": tests}}))
+    assert list(names_of([Path("x/st\u00e4hl.csv"), Path("x/sta\u0308hl.csv")]).values())[1].endswith("~2")
+
+
+def test_materials_whose_letters_no_file_name_has_keep_figures_of_their_own() -> None:
+    rows = [row for name in ("\u94a2", "\u94dc") for row in (row_of(name, 1.0, r, 0.5) for r in (0.3, 0.7, 1.3))]
+    names = [plate.name for plate in plates(evaluate(rows, scene_from_tables(CAMPAIGN)))]
+    assert {"energy__", "energy__~2"} <= set(names)
+    assert len(names) == len(set(names))
 
 
 @pytest.mark.parametrize("word", ["../../escaped", "/escaped", "a\\b", "a\0b", "a\nb", "x" * 300, "", "C:steel"])

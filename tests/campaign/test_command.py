@@ -70,6 +70,10 @@ def test_when_all_inputs_failed_no_report_takes_the_place_of_one(run: Run, tmp_p
     assert "there is no such file" in done.stderr
     assert done.stderr.splitlines()[-1].endswith("no test to evaluate, all 1 failed: no report is written")
     assert not (tmp_path / "out").exists()
+    (tmp_path / "comparisons.jsonl").write_text('{"source": "a.h5", "status": "ok", "law": "coulomb"}\n')
+    done = run("campaign", "comparisons.jsonl", "-o", "out", "--quiet")
+    assert (done.returncode, "comparisons, and no measurements" in done.stderr) == (1, True), done.stderr
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_foreign_folder_and_a_wrong_scene_stop_it(run: Run, tmp_path: Path) -> None:

@@ -12,6 +12,15 @@ from frictionlab.hdf5 import arrays_inside, is_recording
 from frictionlab.logs.binary.mat5 import check_elements
 from frictionlab.logs.binary.sheet import Sheet, check_size, most_bytes, sheet_of_arrays
 
+_READ = (
+    "double",
+    "single",
+    "logical",
+    "struct",
+    *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)),
+)
+"""Kinds of variables, as scipy calls them, that are read: others hold no vector, and their readers trust the file."""
+
 
 def is_matlab(first: bytes, path: Path) -> bool:
     """Whether a file is one of MATLAB, of any version; or another HDF5 file of arrays."""
@@ -51,7 +60,8 @@ def _read_plain(path: Path) -> Sheet:
     check_size(sum(int(np.prod(shape)) for _, shape, _ in listed), path.stat().st_size)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # duplicate names, objects it passes over
-        found = loadmat(str(path), squeeze_me=True, struct_as_record=True)
+        wanted = [name for name, _, kind in listed if kind in _READ]
+        found = loadmat(str(path), squeeze_me=True, struct_as_record=True, variable_names=wanted)
     arrays: dict[str, NDArray[np.float64]] = {}
     scalars: dict[str, float] = {}
     for name, value in found.items():

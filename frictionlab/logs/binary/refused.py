@@ -1,5 +1,7 @@
 """Files that are no logs, or logs of a kind that is not read: named, with what to do."""
 
+from pathlib import PurePath
+
 from frictionlab.errors import LogError
 
 _KINDS = (
@@ -23,7 +25,16 @@ _KINDS = (
     (b"CDF\x02", "a netCDF 3 file: save it as text, MATLAB or Parquet"),
     (b"\x7fELF", "a program"),
     (b"MZ", "a Windows program"),
+    (b"source,status,reason,", "a table of results, not a log: `frictionlab show` and `frictionlab campaign` read it"),
 )  # fmt: skip
+
+_SUFFIXES = {
+    ".toml": "a scene (give it to --scene)",
+    ".jsonl": "a table of results",
+    ".md": "a text to read",
+    ".html": "a web page",
+    ".svg": "a drawing",
+}
 
 
 def refuse_by_name(first: bytes, name: str) -> None:
@@ -35,6 +46,8 @@ def refuse_by_name(first: bytes, name: str) -> None:
     Traceback (most recent call last):
     frictionlab.errors.LogError: tap.wav: a sound file (WAV, AVI): its samples have no unit of length: export ...
     """
+    if (kind := _SUFFIXES.get(PurePath(name).suffix.lower())) is not None:
+        raise LogError(f"{name}: {kind}, not a log")
     for magic, words in _KINDS:
         if first.startswith(magic) and (len(magic) > 2 or b"\0" in first[:64]):
             raise LogError(f"{name}: {words}")

@@ -1,0 +1,312 @@
+"""Commands killed at moments drawn at random: all that stands is whole, and the next run ends in the same bytes.
+
+Sweeps (csv and h5, one worker and two) are killed once or more, by SIGKILL or SIGTERM, then resumed. Other commands are
+killed once, then run again. After each kill every file that stands under its own name must be whole: a map, a table, a
+figure, a report have the bytes of a run that nobody stopped; a recording, which holds the time it was made, its seal.
+After the last run the folder holds these files and nothing else, and no process of the command is left. A worker that
+hangs in a damaged file must go with its master, and a reader beside a writer must find a whole file each time.
+
+    python -m tests.benchmarks.kills [--sweeps 100] [--others 56] [--masters 10] [--reads 2000] [--seed 1]
+"""
+
+import argparse
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from frictionlab.hdf5 import read_recording
+from frictionlab.hdf5.seal import is_whole
+from frictionlab.schema import MEASUREMENTS
+from frictionlab.tables import write_rows
+from tests.armour.sound import case, sound
+from tests.campaign.fabricate import small_campaign
+from tests.desk import ROOT
+
+OFTEN = """
+import sys
+from frictionlab import cli, maps
+maps.CHECKPOINT_S, maps.BATCH_S = 0.02, 0.02  # many moments at which something is half done
+if __name__ == "__main__":
+    cli.main()
+"""
+SCENE = str(ROOT / "configs" / "sample_data.toml")
+LOG = str(ROOT / "sample_data" / "steel_N1.25_r0.3.csv")
+PLAN = """
+[rig]
+natural_frequency_hz = 3.13
+stiffness_n_per_m = 1191.0
+[plan]
+frequency_ratios = [0.3, 0.5, 0.7, 1.2]
+normal_forces_n = [1.0, 1.5]
+base_amplitudes_m = [1.8e-3]
+duration_s = 60.0
+"""
+SYNTHETIC = """
+[rig]
+natural_frequency_hz = 3.13
+stiffness_n_per_m = 1191.0
+[synthetic]
+duration_s = 20.0
+[[synthetic.tests]]
+material = "steel"
+normal_forces_n = [1.0, 1.25, 1.5]
+frequency_ratios = [0.3, 1.2]
+friction_coefficient = 0.6
+"""
+DRIVE = ("--natural-frequency", "6", "--transient", "0.5")
+COMMANDS: dict[str, tuple[str, ...]] = {
+    "ingest": ("ingest", LOG, "--scene", SCENE, "-o", "out/a.h5"),
+    "analyze csv": ("analyze", "a.h5", *DRIVE, "-o", "out/m.csv", "--plot", "out"),
+    "analyze h5": ("analyze", "a.h5", *DRIVE, "-o", "out/m.h5"),
+    "analyze xlsx": ("analyze", "a.h5", *DRIVE, "-o", "out/m.xlsx"),
+    "simulate": ("simulate", "--r", "0.3", "--beta", "0.4", "-o", "out/s.h5", "--plot", "out/s.pdf"),
+    "campaign": ("campaign", "m.jsonl", "-o", "out"),
+    "synthesize": ("synthesize", "--scene", "synthetic.toml", "-o", "out"),
+    "plan": ("plan", "--scene", "plan.toml", "--tests", "3", "-o", "out/plan.csv"),
+}
+SWEEP = ("sweep", "--r", "0.5:2:0.1", "--beta", "0.1:0.9:0.02", "--zeta", "0.02", "-q", "--resume")
+MARK = "FRICTIONLAB_KILLS"
+
+
+def main() -> int:
+    """Run all, print the counts; 1 if something was not whole."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    for name, count in {"sweeps": 100, "others": 56, "masters": 10, "reads": 2000, "seed": 1}.items():
+        parser.add_argument(f"--{name}", type=int, default=count)
+    given = parser.parse_args()
+    rng = np.random.default_rng(given.seed)
+    faults: list[str] = []
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        faults += sweeps(folder, given.sweeps, rng)
+        faults += others(folder, given.others, rng)
+        faults += masters(folder, given.masters)
+        faults += reads(folder, given.reads)
+    sys.stdout.write("".join(f"FAULT {fault}\n" for fault in faults) + f"{len(faults)} faults\n")
+    return 1 if faults else 0
+
+
+def start(words: Sequence[str], folder: Path, mark: str, script: str | None = None) -> "subprocess.Popen[bytes]":
+    """A command in a session of its own, whose processes are known by a mark in their environment."""
+    how = ["-m", "frictionlab"] if script is None else [script]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    command = [sys.executable, *how, *words]
+    return subprocess.Popen(command, cwd=folder, env=os.environ | {MARK: mark}, start_new_session=True, **quiet)  # type: ignore[call-overload, no-any-return] # mypy knows no keywords by name
+
+
+def run(words: Sequence[str], folder: Path, mark: str, script: str | None = None) -> tuple[int, float]:
+    """Exit status and seconds of a run that nobody stops."""
+    begin = time.monotonic()
+    status = start(words, folder, mark, script).wait()
+    return status, time.monotonic() - begin
+
+
+def stop(child: "subprocess.Popen[bytes]", after: float, how: signal.Signals) -> bool:
+    """Kill a command after so many seconds, the master alone; whether it was still at work."""
+    try:
+        child.wait(after)
+    except subprocess.TimeoutExpired:
+        child.send_signal(how)
+        child.wait()
+        return True
+    return False
+
+
+def left(mark: str, seconds: float = 10.0) -> int:
+    """Processes of this mark that are still there after so many seconds."""
+    late = time.monotonic() + seconds
+    while (there := _marked(mark)) and time.monotonic() < late:
+        time.sleep(0.05)
+    return len(there)
+
+
+def _marked(mark: str) -> list[int]:
+    found, wanted = [], f"{MARK}={mark}\0".encode()
+    for place in Path("/proc").glob("[0-9]*/environ"):
+        try:
+            if wanted in place.read_bytes() + b"\0":
+                found.append(int(place.parent.name))
+        except OSError:  # it has left, or is not ours
+            continue
+    return found
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    """All files under a folder."""
+    return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def sweeps(place: Path, count: int, rng: np.random.Generator) -> list[str]:
+    """Sweeps that are killed up to three times and resumed."""
+    script = place / "often.py"
+    script.write_text(OFTEN)
+    faults: list[str] = []
+    seen: Counter[str] = Counter()
+    for suffix in ("csv", "h5"):
+        words = (*SWEEP, "-o", f"map.{suffix}")
+        truth, seconds = place / f"truth_{suffix}", 0.0
+        truth.mkdir()
+        run((*words, "--workers", "1"), truth, "truth", str(script))
+        whole = files(truth)
+        for number in range(count // 2):
+            workers = 1 + number % 2
+            seconds = seconds or run((*words, "--workers", "1"), _fresh(place / "timed"), "timed", str(script))[1]
+            fault = _sweep((*words, "--workers", str(workers)), _fresh(place / "work"), whole, seconds, rng, seen)
+            faults += [f"sweep {suffix}, {workers} workers, number {number}: {fault}"] if fault else []
+    told = ", ".join(f"{n} {what}" for what, n in sorted(seen.items()))
+    sys.stdout.write(f"sweeps: {count} begun, {told}\n")
+    return faults
+
+
+def _sweep(
+    words: Sequence[str],
+    folder: Path,
+    whole: dict[str, bytes],
+    seconds: float,
+    rng: np.random.Generator,
+    seen: Counter[str],
+) -> str:
+    script = str(folder.parent / "often.py")
+    for turn in range(int(rng.integers(1, 4))):
+        how = signal.SIGKILL if rng.random() < 0.7 else signal.SIGTERM
+        mark = f"{folder}{turn}{rng.integers(1 << 40)}"
+        if stop(start(words, folder, mark, script), float(rng.uniform(0.2, 1.1) * seconds), how):
+            seen[f"killed by {how.name}"] += 1
+        if left(mark):
+            return "a process is left"
+        there = {name: data for name, data in files(folder).items() if not name.startswith(".")}
+        if there and there != whole:
+            return f"after {how.name}: {sorted(there)} are not whole"
+        seen["found whole"] += bool(there)
+    status, _ = run(words, folder, "last", script)
+    if status or files(folder) != whole:
+        return f"resumed: status {status}, {sorted(files(folder))}"
+    seen["resumed to the same bytes"] += 1
+    return ""
+
+
+def _fresh(folder: Path) -> Path:
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    return folder
+
+
+def _desk(folder: Path) -> Path:
+    _fresh(folder)
+    (folder / "out").mkdir()
+    (folder / "a.h5").write_bytes(sound("recording"))
+    (folder / "plan.toml").write_text(PLAN)
+    (folder / "synthetic.toml").write_text(SYNTHETIC)
+    write_rows(small_campaign()[:12], folder / "m.jsonl", MEASUREMENTS)
+    return folder
+
+
+def others(place: Path, count: int, rng: np.random.Generator) -> list[str]:
+    """Other commands, killed once and run again."""
+    faults: list[str] = []
+    for name, words in COMMANDS.items():
+        seen: Counter[str] = Counter()
+        desk = _desk(place / "desk")
+        status, seconds = run(words, desk, "truth")
+        whole = files(desk)
+        if status:
+            faults.append(f"{name}: status {status} where nobody stops it")
+            continue
+        for _ in range(count // len(COMMANDS)):
+            fault = _other(words, _desk(place / "desk"), whole, seconds, rng, seen)
+            faults += [f"{name}: {fault}"] if fault else []
+        told = ", ".join(f"{n} {what}" for what, n in sorted(seen.items()))
+        sys.stdout.write(f"{name}: {told}\n")
+    return faults
+
+
+def _other(
+    words: Sequence[str],
+    desk: Path,
+    whole: dict[str, bytes],
+    seconds: float,
+    rng: np.random.Generator,
+    seen: Counter[str],
+) -> str:
+    how = signal.SIGKILL if rng.random() < 0.7 else signal.SIGTERM
+    mark = f"{desk}{rng.integers(1 << 40)}"
+    if stop(start(words, desk, mark), float(rng.uniform(0.2, 1.1) * seconds), how):
+        seen[f"killed by {how.name}"] += 1
+    if left(mark):
+        return "a process is left"
+    there = files(desk)
+    seen["with a part left"] += any(Path(name).name.startswith(".") for name in there)
+    odd = [name for name in there if not Path(name).name.startswith(".") and not _same(desk, name, whole)]
+    if odd:
+        return f"after {how.name}: {odd} are not whole"
+    status, _ = run(words, desk, "last")
+    odd = [name for name in whole.keys() | files(desk).keys() if not _same(desk, name, whole)]
+    if status or odd:
+        return f"run again: status {status}, {odd} are not as they should be"
+    seen["made whole again"] += 1
+    return ""
+
+
+def _same(desk: Path, name: str, whole: dict[str, bytes]) -> bool:
+    """Whether a file is there and as in a run that nobody stopped."""
+    path = desk / name
+    if name not in whole or not path.exists():
+        return False
+    return path.read_bytes() == whole[name] or (name == "out/a.h5" and is_whole(path) is True)
+
+
+def masters(place: Path, count: int) -> list[str]:
+    """Masters whose workers hang in damaged files are killed: nobody stays."""
+    desk, stayed = _fresh(place / "masters"), 0
+    for number in range(4):
+        (desk / f"{number}.h5").write_bytes(case("recording.bare", 1, 118))
+    for number in range(count):
+        mark = f"masters{number}"
+        child = start(("analyze", *(f"{n}.h5" for n in range(4)), "--workers", "2"), desk, mark)
+        while len(_marked(mark)) < 4 and child.poll() is None:  # master, two workers, a twin
+            time.sleep(0.01)
+        stop(child, 0.0, signal.SIGKILL)
+        stayed += left(mark) > 0
+    sys.stdout.write(f"masters of hanging workers: {count} killed, in {stayed} cases somebody stayed for 10 s\n")
+    return ["a worker outlives its master"] if stayed else []
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from frictionlab.hdf5 import read_recording, write_recording
+here = read_recording(Path("b.h5"))
+while True:
+    write_recording(here, Path("b.h5"))
+"""
+
+
+def reads(place: Path, count: int) -> list[str]:
+    """A reader beside a writer of the same recording."""
+    desk = _fresh(place / "reads")
+    (desk / "b.h5").write_bytes(sound("recording"))
+    before, seen, faults = None, 0, []
+    with subprocess.Popen([sys.executable, "-c", WRITER], cwd=desk) as writer:
+        for _ in range(count):
+            try:
+                read_recording(desk / "b.h5")
+            except Exception as error:  # noqa: BLE001 - any of them is a fault
+                faults.append(f"a reader beside a writer: {error!r}")
+            state = (desk / "b.h5").stat().st_ino
+            seen, before = seen + (state != before), state
+        writer.kill()
+    sys.stdout.write(f"reads beside a writer: {count}, of {seen} files, {len(faults)} faults\n")
+    return faults[:3]
+
+
+if __name__ == "__main__":
+    sys.exit(main())
