@@ -53,7 +53,7 @@ def tables_of_keys(root: type[BaseModel] = Scene, path: tuple[str, ...] = ()) ->
     ['[rig]', '[experiment]', '[log]']
     """
     for name, field in root.model_fields.items():
-        for table in tables_in(field.annotation):
+        for table in () if name in HIDDEN else tables_in(field.annotation):
             where = (*path, name)
             many = not isinstance(field.get_default(), table)
             head = f"[[{'.'.join(where)}]]" if many else f"[{'.'.join(where)}]"
