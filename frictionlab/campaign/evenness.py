@@ -33,26 +33,28 @@ class Own:
         return self.variance * _student(self.freedom)
 
 
-def own_of(observed: Observed, slope: FloatArray) -> Own:
-    """How sure the one unknown of a mean cycle is by its noise and by the scatter of its cycles.
+def own_of(observed: Observed, slopes: FloatArray, k: int = 0) -> Own:
+    """How sure one of the unknowns of a mean cycle is by its noise and by the scatter of its cycles.
 
     Parameters
     ----------
     observed : Observed
-    slope : ndarray of shape (2 K,)
-        Of the cycle's harmonics over the unknown.
+    slopes : ndarray of shape (2 K, n)
+        Of the cycle's harmonics over the unknowns.
+    k : int
+        Which of them.
 
     Examples
     --------
     >>> draws = 0.1 * np.random.default_rng(3).standard_normal((400, 4))
     >>> seen = Observed(draws.mean(0), draws, np.eye(4) * 2.5e-5, 2.5e-9, 400, 399.0, 1.0, 0.0, np.zeros((4, 4)))
-    >>> round(own_of(seen, np.array([1.0, 0.0, 0.0, 0.0])).variance / 2.5e-5, 1)
+    >>> round(own_of(seen, np.eye(4)[:, :1]).variance / 2.5e-5, 1)
     1.0
     """
     halves = observed.by_others(HALVES)
     if not halves:
-        return Own(_weighed(observed.covariance, slope)[1], WELL_KNOWN)
-    weights = [_weighed(covariance, slope)[0] for _, covariance in halves]
+        return Own(_weighed(observed.covariance, slopes, k)[1], WELL_KNOWN)
+    weights = [_weighed(covariance, slopes, k)[0] for _, covariance in halves]
     moved = np.concatenate([part @ weight for (part, _), weight in zip(halves, weights, strict=True)])
     freedom = len(moved) - 1.0
     raised = of_neighbours(moved) / _student(freedom)  # Student's factor is counted apart from it here
@@ -68,11 +70,11 @@ def _student(freedom: float) -> float:
     return freedom / max(freedom - 2.0, 0.5)
 
 
-def _weighed(covariance: FloatArray, slope: FloatArray) -> tuple[FloatArray, float]:
-    """Weights (2 K,) of the harmonics for the unknown, and its variance by that covariance."""
-    raw = np.linalg.solve(covariance, slope)
-    information = max(float(slope @ raw), 1e-300)
-    return np.asarray(raw / information), 1.0 / information
+def _weighed(covariance: FloatArray, slopes: FloatArray, k: int) -> tuple[FloatArray, float]:
+    """Weights (2 K,) of the harmonics for the k-th unknown, and its variance by that covariance."""
+    raw = np.linalg.solve(covariance, slopes)
+    told = np.linalg.inv(slopes.T @ raw)
+    return np.asarray(raw @ told[:, k]), float(told[k, k])
 
 
 def agreement(

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from frictionlab.campaign.cycles import Cycle
-from frictionlab.campaign.evenness import Own, agreement, own_of
 from frictionlab.campaign.joint import Joint, fit_together
 from frictionlab.campaign.mixed import influence
 from frictionlab.campaign.rig import Rig
 from frictionlab.campaign.shared import FRICTION
 from frictionlab.campaign.sharing import CROSSTALK, FREQUENCY, GAIN, LAG
+from frictionlab.campaign.singles import SURE, Singles, Uneven
 from frictionlab.estimate import Estimate
 from frictionlab.identification.fit import LEVEL, PRESSED, excess_of, most_of_noise, strained
 from frictionlab.identification.identify import AS_KNOWN, CORRECTED, is_told
@@ -35,16 +35,26 @@ SOURCES: Mapping[str, tuple[str, ...]] = {
     "damping of the frame": ("frame_damping_ratio",),
 }
 """What tests share, and the unknowns that stand for it; the first of them gives the sign."""
-TINY = 1e-16  # a variance in squared deviations of a prior: as good as none
 
 
 @dataclass(frozen=True)
 class Told:
-    """One parameter of the law as all tests tell it, of the test that stands for all; as a single comparison's."""
+    """One parameter of the law as all tests tell it, of the test that stands for all; as a single comparison's.
+
+    ``scatter``: from test to test, beyond their own errors; ``p``: how often equal ones would look as uneven; None
+    where too few tests tell.
+    """
 
     name: str
     value: Estimate
     told: bool
+    scatter: float | None = None
+    p: float | None = None
+
+    @property
+    def differs(self) -> bool:
+        """Whether the tests differ in it beyond doubt."""
+        return self.told and self.p is not None and self.p < SURE and bool(self.scatter)
 
 
 @dataclass(frozen=True)
@@ -122,7 +132,8 @@ class Joined:
         """Variance (P,) of the law's unknowns by noise, misfit and scatter, in deviations squared."""
         spread, law = self.best.spread, self.best.shared.is_law
         own = (spread.prior[:, law] ** 2).sum(axis=1)
-        return np.asarray((np.diag(spread.noise) + np.diag(spread.scatter) + own)[law]) + self._extra(of_rig=False) ** 2
+        stated = (np.diag(spread.noise) + np.diag(spread.scatter) + own)[law] + self._extra(of_rig=False) ** 2
+        return np.asarray(stated + self._widened(stated))
 
     @cached_property
     def covariance(self) -> FloatArray:
@@ -131,6 +142,7 @@ class Joined:
         found = spread.total[np.ix_(law, law)] + np.outer(self.apart, self.apart)
         extra = self._extra(of_rig=True)
         found = found + np.outer(extra, extra)
+        found = found + np.diag(self._widened(np.diag(found)))
         np.fill_diagonal(found, np.maximum(np.diag(found), self.statistical))
         return np.asarray(found)
 
@@ -163,6 +175,13 @@ class Joined:
                 found += np.abs(influence(best.solution, piece)[: len(found)]) * error
         return found
 
+    def _widened(self, stated: FloatArray) -> FloatArray:
+        """What parameters that differ from test to test lack in their variance (P,) by what their tests show."""
+        coordinates = [c for c in self.best.shared.coordinates if c.law]
+        shown = [self.uneven.get(c.name) if c.name != FRICTION else None for c in coordinates]
+        least = np.array([one.error**2 if one is not None and one.is_shown else 0.0 for one in shown])
+        return np.maximum(0.0, least - stated)
+
     def _bent(self, i: int) -> float:
         """What the mean cycle of a friction that scatters may be off by: its relative variance from cycle to cycle."""
         found, k = self.best.fits[i], self.best.places[i].friction
@@ -174,12 +193,12 @@ class Joined:
 
     def parameters(self) -> list[Told]:
         """The law's other parameters."""
-        shared = self.best.shared
-        return [
-            Told(c.name, self._estimate(k), self._is_told(k))
-            for k, c in enumerate(shared.coordinates)
-            if c.law and c.name != FRICTION
-        ]
+        own = [(k, c) for k, c in enumerate(self.best.shared.coordinates) if c.law and c.name != FRICTION]
+        return [Told(c.name, self._estimate(k), self._is_told(k), *self._scattered(k)) for k, c in own]
+
+    def _scattered(self, k: int) -> tuple[float, float] | tuple[None, None]:
+        c, one = self.best.shared.coordinates[k], self.uneven.get(self.best.shared.coordinates[k].name)
+        return (None, None) if one is None else (one.scatter * c.slope(float(self.best.solution.point[k])), one.p)
 
     def _estimate(self, k: int) -> Estimate:
         c, point = self.best.shared.coordinates[k], float(self.best.solution.point[k])
@@ -212,55 +231,24 @@ class Joined:
     @cached_property
     def _noises(self) -> list[float]:
         """Variance of each test's friction by its own noise, in deviations squared, with Student's factor."""
-        return [own.cautious for own in self._owns]
+        return [own.cautious for own in self.singles.frictions]
 
     @cached_property
-    def _owns(self) -> list[Own]:
-        return [self._own(i) for i in range(len(self.best.fits))]
+    def singles(self) -> Singles:
+        """What each test says by itself."""
+        return Singles(self.best, self.moved)
 
-    def _own(self, i: int) -> Own:
-        """How sure one test's friction is by its own noise, all else held, in deviations squared."""
-        found, place = self.best.fits[i], self.best.places[i]
-        slope: FloatArray = np.asarray(np.linalg.solve(found.observed.whitener, found.jacobian[:, place.friction or 0]))
-        own = own_of(found.observed, slope)
-        return Own(found.excess * own.variance, own.freedom)
+    @cached_property
+    def uneven(self) -> dict[str, Uneven]:
+        """How the law's parameters other than friction differ from test to test, those that the tests tell."""
+        shared = self.best.shared
+        own = [(k, c.name) for k, c in enumerate(shared.coordinates) if c.law and c.name != FRICTION]
+        found = {name: self.singles.parameter(k) for k, name in own}
+        return {name: one for name, one in found.items() if one is not None}
 
     def evenness(self, group: tuple[str, float]) -> tuple[float, int, float | None]:
         """Chi-square of a group's tests about its friction by their own errors, degrees of freedom, and p."""
-        mine = [
-            i for i, c in enumerate(self.best.cycles) if c.group == group and self.best.places[i].friction is not None
-        ]
-        values, owns = [self._apart_from_group(i) for i in mine], [self._owns[i] for i in mine]
-        return agreement(values, owns, self._by_rig([self.best.cycles[i].source for i in mine]))
-
-    def _by_rig(self, sources: Sequence[str]) -> FloatArray:
-        """What a rig that is a little off does to the friction of single tests (n, k), as errors that they share.
-
-        The rig is as sure as all tests leave it, and as far off as they move it.
-        """
-        rig = ~self.moved.shared.is_law
-        names, off = np.array(self.moved.shared.names)[rig].tolist(), self.moved.solution.point[rig]
-        root = np.linalg.cholesky(
-            self.moved.spread.total[np.ix_(rig, rig)] + np.outer(off, off) + TINY * np.eye(len(off))
-        )
-        slopes = np.zeros((len(sources), len(off)))
-        for cycle, found, place in zip(self.moved.cycles, self.moved.fits, self.moved.places, strict=True):
-            if cycle.source not in sources or place.friction is None:
-                continue
-            column = found.jacobian[:, place.friction]
-            for k, c in enumerate(found.coordinates):
-                if c.name in names:
-                    moved = column @ found.jacobian[:, k] / max(float(column @ column), 1e-300)
-                    slopes[sources.index(cycle.source), names.index(c.name)] = moved
-        return np.asarray(slopes @ root)
-
-    def _apart_from_group(self, i: int) -> float:
-        """How far a test's own friction stands from its group's, in deviations of the prior."""
-        found, place = self.best.fits[i], self.best.places[i]
-        n = place.friction or 0
-        column = found.jacobian[:, n]
-        own = float(found.point[n] + column @ found.residual / max(float(column @ column), 1e-300))
-        return own - float(place.scale[n] @ self.best.solution.point + place.offset[n])
+        return self.singles.evenness(group)
 
 
 def _scaled(value: float, slope: float, se: float, u: float) -> Estimate:

@@ -280,4 +280,9 @@ def _note(fit: FrictionFit, material: Material, verdicts: Sequence[Verdict], *, 
     missed = [v for v in verdicts if v.excluded is None and v.nrmse is not None and v.floor is not None]
     off = sum((v.nrmse or 0.0) > 2.0 * (v.floor or 0.0) for v in missed)
     parts += [f"{material.law.name} does not explain {off} of {len(missed)} cycles to their noise"] if off else []
+    parts += [
+        f"{told.name} differs from test to test by {told.scatter:.2g} about {told.value.value:.3g}: in its error"
+        for told in material.joined.parameters()
+        if told.differs
+    ]
     return "; ".join(parts)

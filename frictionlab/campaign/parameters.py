@@ -15,7 +15,9 @@ class LawParameter:
     """One parameter of one material's law, by all its tests.
 
     ``value``: dimensionless, of a test at the mean Y and omega; ``physical``: in ``unit``, None where the scene does
-    not say what it takes; ``is_told``: whether the tests tell it at all.
+    not say what it takes; ``is_told``: whether the tests tell it at all; ``scatter``: of the value from test to test
+    beyond each test's own error, ``tests_p``: how often one value in all tests would look at least this uneven (None:
+    too few tests tell).
     """
 
     material: str
@@ -25,6 +27,8 @@ class LawParameter:
     physical: Estimate
     unit: str
     is_told: bool
+    scatter: float | None = None
+    tests_p: float | None = None
 
     value = Flat("number")
     value_se = Flat("number", "se")
@@ -37,7 +41,16 @@ class LawParameter:
 def parameters_of(joined: Mapping[str, Material], scene: Scene) -> tuple[LawParameter, ...]:
     """Return the parameters of each material's law but its friction ratios, which are in ``friction.csv``."""
     return tuple(
-        LawParameter(name, material.law.name, told.name, told.value, *_physical(told, material, scene), told.told)
+        LawParameter(
+            name,
+            material.law.name,
+            told.name,
+            told.value,
+            *_physical(told, material, scene),
+            told.told,
+            told.scatter,
+            told.p,
+        )
         for name, material in sorted(joined.items())
         for told in material.joined.parameters()
     )

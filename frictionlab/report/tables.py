@@ -177,7 +177,7 @@ def _parameters(campaign: Campaign) -> str:
     """The parameters of the laws, as all tests of a material tell them."""
     if not campaign.parameters:
         return ""
-    heads = columns(LAW_PARAMETERS, "material", "law", "parameter", "value", "physical_value", "unit")
+    heads = columns(LAW_PARAMETERS, "material", "law", "parameter", "value", "scatter", "physical_value", "unit")
     return "\n<h3>Parameters</h3>\n" + table((*heads, "told"), map(_parameter, campaign.parameters))
 
 
@@ -187,6 +187,7 @@ def _parameter(parameter: LawParameter) -> str:
         words(parameter.law),
         words(parameter.parameter),
         with_error(parameter.value, parameter.number.error),
+        number(parameter.scatter, 2),
         with_error(parameter.physical_value, parameter.physical.error),
         words(parameter.unit),
         words("yes" if parameter.is_told else "no: the tests do not tell it"),

@@ -120,6 +120,10 @@ LAW_PARAMETERS = Table(
         u_of(_PHYSICAL),
         text("unit", "unit", "Of `physical_value`."),
         yes_no("is_told", "told", "Whether the tests tell this parameter at all."),
+        number(
+            "scatter", "", "scatter", "Standard deviation of `value` from test to test beyond each test's own error."
+        ),
+        number("tests_p", "", "tests p", "How often one value in all tests would look at least this uneven."),
     ),
     lead=5,
     shown=("material", "law", "parameter", "value", "value_u", "physical_value", "physical_value_u", "unit", "is_told"),
