@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.measure import measure
 from frictionlab.identification import predict
+from frictionlab.recording import Recording
 from frictionlab.simulator import Problem, observe, steady_state
 from frictionlab.simulator.engine import compiled
 from tests.identification.contacts import NATURAL_HZ, recorded, scene
@@ -49,15 +50,23 @@ class Sensors:
         return one + HUM_M * self.hum * np.sin(2.0 * math.pi * MAINS_HZ * t + 0.3), two
 
 
+def off_as_declared(
+    nominal: Problem, generator: np.random.Generator, *, seconds: float, hum: bool = True
+) -> tuple[Problem, Recording]:
+    """A contact in a rig whose sensors and frame are off by what `TABLES` declare: what is true, and its recording."""
+    detuned, damped, late, *drawn = generator.standard_normal(10)
+    ratio, frame = nominal.r / (1.0 + FREQUENCY * detuned), max(0.0, DAMPING + DAMPING_U * damped)
+    truth = nominal.with_r(ratio).with_parameters({"frame_damping_ratio": frame})
+    sensors, tuned = Sensors(np.array([*drawn[:6], drawn[6] if hum else 0.0])), nominal.r / truth.r
+    lag = LAG_S * float(late)
+    return truth, recorded(truth, generator, seconds=seconds, lag_s=lag, tuned=tuned, sensors=sensors)
+
+
 def scores_of(r: float, beta: float, seed: int) -> tuple[float, float, float]:
     """Error over combined uncertainty of energy, amplitude and friction ratio of one draw."""
     generator = np.random.default_rng([18, round(1000 * r), seed])
-    detuned, damped, late, *drawn = generator.standard_normal(10)
-    truth = Problem(r / (1.0 + FREQUENCY * detuned), beta, frame_damping_ratio=max(0.0, DAMPING + DAMPING_U * damped))
-    shown, drive = observe(steady_state(truth)), r / truth.r
-    recording = recorded(
-        truth, generator, seconds=30.0, lag_s=LAG_S * float(late), tuned=drive, sensors=Sensors(np.array(drawn))
-    )
+    truth, recording = off_as_declared(Problem(r, beta), generator, seconds=30.0)
+    shown = observe(steady_state(truth))
     measured = measure(recording, scene(**TABLES))
     found = predict(measured, scene(**TABLES))
     pairs = (
