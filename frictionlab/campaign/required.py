@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import log_ndtr
 
 from frictionlab.campaign.cycles import Cycle
 from frictionlab.campaign.joint import Joint, cost_at, fit_together, piece_of
@@ -21,6 +20,7 @@ from frictionlab.campaign.mixed import Mixed, Piece
 from frictionlab.campaign.shared import FRICTION, Shared, shared_by
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import of_parameter, point_of
+from frictionlab.identification.fit import half_priors
 from frictionlab.identification.ladder import CHEAP, REQUIRED, laws_above, trial_values
 from frictionlab.simulator.laws import Law, law_of
 
@@ -196,11 +196,9 @@ def _linear(pieces: Sequence[Piece], shared: Shared, law: Law, hold: FloatArray)
     tau = mixed.likeliest_scatter()
     solution = mixed.solve(tau)
     total = mixed.log_likelihood(tau)
-    deviation = np.sqrt(np.diag(np.linalg.inv(solution.precision)))
-    for i, c in enumerate(c for c, kept in zip(shared.coordinates, keep, strict=True) if kept):
-        if c.folded:
-            total += math.log(2.0) + float(log_ndtr((solution.point[i] - c.low) / deviation[i]))
-    return total
+    kept = [c for c, is_kept in zip(shared.coordinates, keep, strict=True) if is_kept]
+    covariance: FloatArray = np.asarray(np.linalg.inv(solution.precision), dtype=np.float64)
+    return total + float(half_priors(kept, solution.point, covariance))
 
 
 @dataclass(frozen=True)

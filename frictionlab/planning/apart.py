@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import log_ndtr
 
 from frictionlab.errors import UsageError
+from frictionlab.identification.fit import half_priors
 from frictionlab.planning.information import Told, told_by, unexplained
 from frictionlab.planning.outlook import Outlook
 from frictionlab.planning.weights import Seen, as_weighed, seen_by_fit
@@ -187,12 +187,9 @@ def _log_bayes(
 
 def _weight(outlook: Outlook, precision: FloatArray, noise: FloatArray, best: FloatArray) -> FloatArray:
     """Part of a law's log evidence that does not hang on the misfit."""
-    covariance = np.linalg.inv(precision)
-    spread = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+    covariance: FloatArray = np.asarray(np.linalg.inv(precision), dtype=np.float64)
     fitted = 0.5 * np.einsum("...ij,...ji->...", covariance, noise)
-    folded = np.array([c.folded for c in outlook.coordinates])
-    low = np.array([c.low if c.folded else 0.0 for c in outlook.coordinates])
-    inside = np.where(folded, math.log(2.0) + log_ndtr((best - low) / spread), 0.0).sum(axis=-1)
+    inside = half_priors(outlook.coordinates, np.broadcast_to(best, covariance.shape[:-1]), covariance)
     return np.asarray(fitted + inside - 0.5 * np.linalg.slogdet(precision)[1])
 
 

@@ -38,3 +38,17 @@ def test_laplaces_evidence_is_the_integral(law: str, undeclared: Mapping[str, ob
     whole = weighed(found, DRAWS, np.random.default_rng(1))
     assert whole.worth > 200
     assert log_evidence(found) == pytest.approx(whole.log_evidence, abs=0.2)
+
+
+def test_two_parameters_at_their_bounds_are_integrated_together() -> None:
+    """The contact's dashpot and an undeclared one of the frame do nearly the same. Bound by bound: 607.98.
+
+    dynesty 605.37 +- 0.75, and 4000 points drawn 605.45 (tests/benchmarks/evidence_oracle.py).
+    """
+    known = scene(rig={"damping_ratio": None}, sensors={"lag_s_u": 2e-4})
+    truth = Problem(0.4, 0.35, law="coulomb+place", parameters={"gradient": 0.05})
+    measurement = measure(recorded(truth, np.random.default_rng(13)), known)
+    family, observed = family_of(measurement, known, "coulomb+place+speed"), observe_cycle(measurement)
+    forward = forward_of(family, measurement, measurement.sources, observed)
+    found = fit(forward, observed, starts_of(measurement, forward, observed), excess=1.0)
+    assert log_evidence(found) == pytest.approx(605.45, abs=0.3)
