@@ -123,6 +123,20 @@ def _of_the_lines(layout: Layout) -> Iterator[str]:
                     f"{role}: a line at {line.frequency:.5g} Hz, {share:.2g} % of the base's amplitude, {line.origin}:"
                     " it is taken out: look for its source (earthing, cables, a bearing)"
                 )
+    for line in foreign.on_harmonics[:MANY]:
+        k = round(line.frequency / drive.frequency)
+        yield (
+            f"response_amplitude: harmonic {k} of the drive, at {line.frequency:.5g} Hz, is"
+            f" {100.0 * line.amplitude / drive.amplitude:.2g} % of the base's amplitude and stands out of those beside"
+            f" it: {line.cause}; so near a harmonic it cannot be told from the motion: amplitude (its error holds it)"
+            " and stops_per_cycle may be wrong by it: drive a little faster or slower"
+        )
+    if foreign.masked > LEAST * drive.amplitude and not foreign.on_harmonics:
+        yield (
+            f"response_amplitude: a harmonic of the drive lies on the frequency of the mains: hum of up to"
+            f" {100.0 * foreign.masked / drive.amplitude:.2g} % of the base's amplitude could not be told from it, and"
+            " is in the uncertainty: drive a little faster or slower"
+        )
     if foreign.period > 1:
         yield (
             f"cycles: the motion repeats every {foreign.period} cycles of the drive, not every one: energy, amplitude"

@@ -76,19 +76,22 @@ class Layout:
 
     @property
     def left(self) -> float:
-        """Sum of the amplitudes of the mass's lines that were left in and make no beat or period, over Y."""
+        """Sum of the amplitudes of the mass's lines that were left in and make no beat or period, over Y.
+
+        Harmonics that stand out of those beside them are among them.
+        """
         low = 2.0 * self.drive.frequency
         some = [line.amplitude for line in self.foreign.mass if not line.removed and line.frequency > low]
+        some += [line.amplitude for line in self.foreign.on_harmonics]
         return sum(some) / self.drive.amplitude if self.foreign.period == 1 else 0.0
 
     @property
     def hidden(self) -> float:
-        """Standard uncertainty of an extreme (Y) by lines: those too faint to be found, and what taking out leaves."""
+        """Standard uncertainty of an extreme (Y) by lines: faint or hidden ones, and what others leave."""
         rate, taken = self.samples * self.drive.frequency, [line for line in self.foreign.mass if line.removed]
         left = [3.0 / (rate * lines.window(line, self.drive.frequency)) for line in taken]  # of a Hann window's mean
-        return math.hypot(
-            self.foreign.faintest / self.drive.amplitude / math.sqrt(3.0), self.mass_noise * math.sqrt(sum(left))
-        )
+        unseen = math.hypot(self.foreign.faintest, self.foreign.masked) / self.drive.amplitude / math.sqrt(3.0)
+        return math.hypot(unseen, self.mass_noise * math.sqrt(sum(left)))
 
     def __len__(self) -> int:
         return len(self.mass)

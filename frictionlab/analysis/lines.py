@@ -23,6 +23,8 @@ HIGH = 8.0  # times the drive: no frame follows there, so that a line is not the
 LEAKS = 4.0  # times what stronger lines leak there
 ORDERS = 60  # of the drive's harmonics that may leak
 MOST = 12  # lines
+MOST_HARMONICS, WIDEST = 400, 64.0  # of the drive that are looked at; bins to either side of one
+OUT = 3.0  # times the highest of the four beside it with odd, or even, numbers like its own
 LONGEST = 6  # cycles a motion may take to repeat
 FAINT, SURELY = 0.2, 0.1  # of the highest line; of a resolution cell: lines that tell the period, and how well
 SAMPLED = 2000  # lines of a spectrum that tell its noise
@@ -49,6 +51,12 @@ class Line:
             if times >= 1 and abs(self.frequency / (times * mains) - 1.0) < NEAR:
                 return "mains hum" if times == 1 else f"mains hum, {times} times {mains:g} Hz"
         return "no harmonic of the drive"
+
+    @property
+    def cause(self) -> str:
+        """What may stand on a harmonic."""
+        hum = self.origin
+        return f"perhaps {hum}" if "mains" in hum else "a line from outside, or a contact that rings"
 
 
 def foreign(lines: Spectrum, drive: float, *, unit: float, resolution: float, spread: float) -> tuple[Line, ...]:
@@ -109,6 +117,34 @@ def faintest(lines: Spectrum, drive: float, *, unit: float) -> float:
     high = lines.amplitude[np.searchsorted(lines.frequency, HIGH * drive) :]
     noise = float(np.median(high[:: max(1, len(high) // SAMPLED)])) if len(high) else 0.0
     return max(FAINTEST * unit, CLEAR * noise)
+
+
+def on_harmonics(
+    lines: Spectrum, drive: float, *, unit: float, spread: float, found: tuple[Line, ...] = ()
+) -> tuple[tuple[Line, ...], float]:
+    """Harmonics of the drive that stand out of those beside them, and what hum of the mains another may hide.
+
+    A line so near a harmonic cannot be told from it. Where no frame follows, the harmonics of a motion fall evenly,
+    those with odd and those with even numbers each by itself: hum stands out, or a contact that rings. Hum that does
+    not is at most as much as stands on its harmonic and on those beside it. Parameters as of `foreign`; ``found``:
+    lines between the harmonics, which stand on none.
+    """
+    cell, most = float(lines.frequency[1]), min(MOST_HARMONICS, int(lines.frequency[-1] / drive))
+    if most < HIGH:
+        return (), 0.0
+    order = np.arange(1.0, most + 1.0)
+    reach = np.minimum(CLOSE * lines.resolution / cell + 3.0 * spread * order * drive / cell, WIDEST)
+    height = _heights(lines.amplitude, order * (drive / cell), np.minimum(reach, 0.45 * drive / cell))
+    beside = np.stack([np.roll(height, by) for by in (-4, -2, 2, 4)]).max(axis=0)
+    out = (order > HIGH + 1.0) & (order <= most - 4) & (height > LEAST * unit) & (height > OUT * beside)
+    to_lines = np.abs(np.array([line.frequency for line in found])[:, None] - order * drive)
+    clear = ~np.any(to_lines < BESIDE * lines.resolution, axis=0)
+    out &= clear
+    told = zip(order[out].tolist(), height[out].tolist(), strict=True)
+    near = [(k, mains) for mains in MAINS if HIGH < (k := round(mains / drive)) <= most and clear[k - 1]]
+    hides = [k for k, mains in near if abs(mains - k * drive) < reach[k - 1] * cell + NEAR * mains]
+    masked = max((float(height[k - 3 : k + 2].max()) for k in hides), default=0.0)
+    return tuple(Line(k * drive, h, removed=False) for k, h in told), masked
 
 
 def period_of(found: tuple[Line, ...], drive: float, resolution: float) -> int:

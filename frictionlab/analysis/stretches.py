@@ -49,13 +49,17 @@ class Stretch:
 class Foreign:
     """Lines that are no harmonics of the drive, by channel (m), and after how many cycles of the drive all repeats.
 
-    ``faintest``: amplitude of the faintest line that would be found in the mass's channel above the frame's reach (m).
+    ``faintest``: amplitude of the faintest line that would be found in the mass's channel above the frame's reach (m);
+    ``on_harmonics``: harmonics of the mass that stand out of those beside them; ``masked``: amplitude of hum that a
+    harmonic of the drive may hide (m).
     """
 
     mass: tuple[Line, ...] = ()
     base: tuple[Line, ...] = ()
     period: int = 1
     faintest: float = 0.0
+    on_harmonics: tuple[Line, ...] = ()
+    masked: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -75,10 +79,14 @@ class Lines:
         """Amplitude of the base [m]."""
         return float(np.std(self.longest.base)) * math.sqrt(2.0)
 
+    @cached_property
+    def spread(self) -> float:
+        """Relative width of the drive's line."""
+        return float(np.std(self.cut.end - self.cut.start)) * self.cut.frequency if len(self.cut) else 0.0
+
     def foreign(self, signal: FloatArray, of: spectrum.Spectrum) -> tuple[Line, ...]:
         """Lines of one channel that are no harmonics, by its spectrum."""
-        spread = float(np.std(self.cut.end - self.cut.start)) * self.cut.frequency if len(self.cut) else 0.0
-        found = lines.foreign(of, self.drive, unit=self.unit, resolution=of.resolution, spread=spread)
+        found = lines.foreign(of, self.drive, unit=self.unit, resolution=of.resolution, spread=self.spread)
         return _beyond_rounding(found, signal, self.unit)
 
 
@@ -98,7 +106,11 @@ def cleaned(
     for role, of_role in zip(("mass", "base"), found, strict=True):
         if any(line.removed for line in of_role):
             stretches = [s.without(role, of_role, c) for s, c in zip(stretches, cuts, strict=True)]
-    return stretches, Foreign(found[0], found[1], period, lines.faintest(mass_lines, drive, unit=lines_of.unit))
+    faintest, spread = lines.faintest(mass_lines, drive, unit=lines_of.unit), lines_of.spread
+    if period > 1:
+        return stretches, Foreign(found[0], found[1], period, faintest)
+    out, masked = lines.on_harmonics(mass_lines, drive, unit=lines_of.unit, spread=spread, found=found[0])
+    return stretches, Foreign(found[0], found[1], period, faintest, out, masked)
 
 
 def _beyond_rounding(found: tuple[Line, ...], signal: FloatArray, unit: float) -> tuple[Line, ...]:

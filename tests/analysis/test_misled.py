@@ -188,6 +188,29 @@ def test_lines_that_are_no_harmonic_are_named_and_taken_out(size: float, r: floa
     assert origin in said
 
 
+@pytest.mark.parametrize(("r", "beta", "k"), [(0.5, 0.4, 32), (0.5, 0.4, 33), (0.8, 0.3, 20), (1.2, 0.4, 13)])
+@pytest.mark.parametrize("off", [0.0, 0.004])
+def test_hum_on_a_harmonic_of_the_drive_is_said_and_in_the_error(r: float, beta: float, k: int, off: float) -> None:
+    """It cannot be told from the motion: 5 um moved the amplitude by 0.2 % (20 errors) and hid both stops, unwarned."""
+    of = motion(r, beta)
+    one = seen(of, noise=0.0, step=1e-12, seconds=60.0)
+    hummed = one.mass_displacement + 5e-6 * np.sin(2 * np.pi * (k * of.hz + off) * (one.time + 0.0731) + 0.4)
+    m = measure(through(one.time, hummed, one.base_displacement), ALL)
+    assert abs(m.response_amplitude - of.amplitude) < 1.5 * m.response_amplitude_se < 0.006
+    assert abs(m.energy_per_cycle - of.energy) < 4 * m.energy_per_cycle_se
+    (said,) = (w for w in m.warnings if w.startswith("response_amplitude: harmonic"))
+    assert re.search(rf"harmonic {k} of the drive, at .* Hz, is 0\.2\d? % of .*stops_per_cycle may be wrong", said)
+    assert ("perhaps mains hum" in said) == (abs(k * of.hz / 50.0 - 1.0) < 3e-3)
+
+
+def test_hum_that_a_harmonic_of_the_drive_would_hide_is_in_the_budget() -> None:
+    """At r = 0.5 harmonic 32 is 50.08 Hz, where hum may be; at 0.52 no harmonic is within 0.15 Hz of it."""
+    on, off = (measure(seen(motion(r, 0.4), seconds=60.0), ALL) for r in (0.5, 0.52))
+    assert on.warnings == off.warnings == ()
+    shares = [m.budget["response_amplitude"]["hum and other lines"] for m in (on, off)]
+    assert shares[0] > 1.1 * shares[1]
+
+
 def test_faint_hum_is_taken_out_without_a_word_and_counted() -> None:
     """0.03 % of the base's amplitude; rounding makes such lines too, and they are left alone."""
     case = hum(0.5e-6, 0.5, 0.4, 50.0)
