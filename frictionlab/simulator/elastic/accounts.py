@@ -79,7 +79,7 @@ def account_elastic(rig: Rig, force: Force, room: ElasticRoom) -> None:
     plain_room = Room(room.jacobian, tally, phases, room.wall, room.meter)
     tally[TOP], tally[BOTTOM] = (-inf, inf) if moving else (tally[HIGH], tally[LOW])
     for at in range(0, ELASTIC_PHASE * int(tally[PHASES]), ELASTIC_PHASE):
-        held, tau, span = phases[at] == 0.0, phases[at + 1], phases[at + 2]
+        tau, span = phases[at + 1], phases[at + 2]
         start = State(phases[at + 3], phases[at + 4], phases[at + 5])
         slide = stiffened(rig.plain, phases[at + 6])
         local_force(tau, force)
@@ -89,9 +89,11 @@ def account_elastic(rig: Rig, force: Force, room: ElasticRoom) -> None:
             ring_work(rig, slide, (force, room.slow), start, span, tally)
         else:
             slide_work(Rig(rig.contact, rig.plain, slide, slide), force, start, 1.0, span, tally)
+        if not moving and phases[at + 8] == 0.0:
+            continue  # it goes one way: both ends are known
         if long:
             ring_range(slide, (force, room.slow, room.wall), start, span, tally)
-        elif moving or held:
+        else:
             slide_range(slide, force, plain_room, start, 1.0, span)
 
 

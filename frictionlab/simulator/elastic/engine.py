@@ -5,7 +5,19 @@ from math import inf, sqrt
 from typing import Any
 
 from frictionlab.simulator import engine as engines
-from frictionlab.simulator.elastic import accounts, events, holding, layout, orbits, phases, ringing, shooting, works
+from frictionlab.simulator.elastic import (
+    accounts,
+    events,
+    holding,
+    layout,
+    orbits,
+    phases,
+    residues,
+    ringing,
+    shooting,
+    starts,
+    works,
+)
 from frictionlab.simulator.elastic.sliders import sliders_of
 from frictionlab.simulator.engine import LOOKS, Engine
 from frictionlab.simulator.kernel.layout import Contact, Force, Rig
@@ -23,7 +35,7 @@ __all__ = [
 ]
 
 # Each uses only those before it, and the rigid kernel.
-MODULES = (phases, ringing, events, holding, shooting, orbits, works, accounts)
+MODULES = (phases, ringing, events, holding, shooting, starts, residues, orbits, works, accounts)
 COMPILED = (*engines.MODULES, *MODULES)
 WORTH_LOADING = 2e4  # phases; in plain Python they take about as long (1 s) as loading the compiled kernel
 WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version
@@ -66,13 +78,11 @@ def make_elastic_room(engine: Engine, problem: Problem, phases: int) -> Any:
     size = 2 + count
     sizes = (size * size, layout.ELASTIC_TALLY, layout.ELASTIC_PHASE * phases)
     jacobian, tally, recorded = (engine.buffer((0.0,) * n) for n in sizes)
-    start, image, trial = (engine.buffer((0.0,) * (2 + 2 * count)) for _ in range(3))
+    start, image, trial, known = (engine.buffer((0.0,) * (2 + 2 * count)) for _ in range(4))
     matrix, kinds = engine.buffer((0.0,) * (size * (size + 1))), engine.buffer((0.0,) * count)
-    moved = engines.make_force(engine, *wall)
+    moved, meter = engines.make_force(engine, *wall), engine.buffer((inf,))
     slow = engines.make_force(engine, *problem.force)
-    return layout.ElasticRoom(
-        jacobian, tally, recorded, moved, engine.buffer((inf,)), slow, kinds, start, image, trial, matrix
-    )
+    return layout.ElasticRoom(jacobian, tally, recorded, moved, meter, slow, kinds, start, image, trial, known, matrix)
 
 
 def phases_per_cycle(problem: Problem) -> float:

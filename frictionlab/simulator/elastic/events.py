@@ -39,8 +39,11 @@ from frictionlab.simulator.kernel.motion import free_motion, local_force
 __all__ = [
     "all_hold",
     "begin",
+    "begin_jacobian",
     "book",
     "carry_elastic",
+    "carry_plainly",
+    "carry_through",
     "contact_force",
     "contact_stiffness",
     "curvature",
@@ -176,6 +179,8 @@ def yield_along(rig: Rig, sliders: Sliders, z: float, way: float) -> None:
 def propagate_elastic(rig: Rig, sliders: Sliders, slide: Oscillator, span: float, room: ElasticRoom) -> None:
     """Multiply the jacobian from the left by the derivative of a phase's end with respect to its start."""
     jacobian, columns = room.jacobian, int(room.tally[COLUMNS])
+    if columns == 0:
+        return
     g, h, lost = free_motion(span, slide)
     slower, stiff = g - 2.0 * slide.zeta / slide.r * h, h / (slide.r * slide.r)
     for c in range(columns):
@@ -196,9 +201,18 @@ def propagate_elastic(rig: Rig, sliders: Sliders, slide: Oscillator, span: float
 
 
 def book(
-    sliders: Sliders, tau: float, span: float, start: State, stiffness: float, pull: float, room: ElasticRoom
+    sliders: Sliders,
+    time: tuple[float, float],
+    start: State,
+    spring: tuple[float, float],
+    turned: float,
+    room: ElasticRoom,
 ) -> None:
-    """Write one phase into the record, if it has room, and into the tally."""
+    """Write one phase into the record, if it has room, and into the tally.
+
+    `time` is when it began and how long it took, `spring` its stiffness and the sliders' force at its start.
+    """
+    tau, span = time
     tally, phases = room.tally, room.phases
     slipping = 0.0
     for i in range(len(sliders.side)):
@@ -211,7 +225,8 @@ def book(
     if at + ELASTIC_PHASE <= len(phases):
         phases[at], phases[at + 1], phases[at + 2] = slipping, tau, span
         phases[at + 3], phases[at + 4], phases[at + 5] = start.z, start.v, start.a
-        phases[at + 6], phases[at + 7] = stiffness, pull
+        phases[at + 6], phases[at + 7] = spring
+        phases[at + 8] = turned
 
 
 def phases_allowed(rig: Rig, sliders: Sliders, force: Force, span: float) -> float:
@@ -255,13 +270,16 @@ def run_on(
         if all_hold(sliders):
             back, other, behind = nearest(rig, sliders, z, -way)
             limits = (left, -max(0.0, back)) if way > 0.0 else (max(0.0, back), -left)
-            span, made, v, _, what, last = held_end(slide, (force, room.slow), start, way, rate, limits, rest, tally)
+            span, made, v, what, last, turned = held_end(
+                slide, (force, room.slow), start, way, rate, limits, rest, tally
+            )
             which, side = (which, side) if last == way else (other, behind)
         else:
-            span, made, v, _, what = phase_end(slide, force, start, way, rate, left, rest, tally)
+            span, made, v, what = phase_end(slide, force, start, way, rate, left, rest, tally)
+            turned = 0.0
         room.meter[0] -= len(force.p) * (tally[EVALUATIONS] - looks + 1.0) + len(sliders.force)
         z += made
-        book(sliders, tau, span, start, 1.0 + added, pull, room)
+        book(sliders, (tau, span), start, (1.0 + added, pull), turned, room)
         tally[CONTACT] += (pull + 0.5 * added * made) * made
         tally[HIGH], tally[LOW] = max(tally[HIGH], start.z, z), min(tally[LOW], start.z, z)
         propagate_elastic(rig, sliders, slide, span, room)
@@ -277,19 +295,25 @@ def run_on(
 
 
 def begin(rig: Rig, sliders: Sliders, room: ElasticRoom) -> None:
-    """Take the state from the room's start; begin the jacobian, whose columns are what is unknown at the section."""
-    jacobian, tally, start, kinds = room.jacobian, room.tally, room.start, room.kinds
+    """Take the state from the room's start; no column of the jacobian is asked for yet."""
+    tally, start = room.tally, room.start
     for i in range(ELASTIC_TALLY):
         tally[i] = 0.0
     tally[HIGH], tally[LOW] = -inf, inf
-    columns = 2
     for i in range(len(sliders.force)):
         sliders.force[i], sliders.side[i], sliders.slips[i] = start[2 + 2 * i], start[3 + 2 * i], abs(start[3 + 2 * i])
         along = start[3 + 2 * i] * sliders.stiffness[i] - sliders.strength[i] * rig.contact.gradient
         if along * start[1] <= 0.0:
             sliders.side[i] = 0.0  # moving away from its limit, as a trial of Newton's may, it holds
+
+
+def begin_jacobian(rig: Rig, sliders: Sliders, room: ElasticRoom) -> None:
+    """Begin the jacobian, whose columns are what is unknown at the section."""
+    jacobian, start, kinds = room.jacobian, room.start, room.kinds
+    columns = 2
+    for i in range(len(sliders.force)):
         columns += 1 if kinds[i] == FREE else 0
-    tally[COLUMNS] = columns
+    room.tally[COLUMNS] = columns
     for i in range((2 + len(sliders.force)) * columns):
         jacobian[i] = 0.0
     jacobian[0], jacobian[columns + 1] = 1.0, 1.0
@@ -305,9 +329,8 @@ def begin(rig: Rig, sliders: Sliders, room: ElasticRoom) -> None:
             jacobian[own] = start[3 + 2 * i] * sliders.strength[i] * rig.contact.gradient
 
 
-def carry_elastic(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> int:
-    """Carry the room's start over a leg into its image (mirrored if the leg's sign is -1); return how it ended."""
-    begin(rig, sliders, room)
+def carry_through(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> int:
+    """Carry what has been begun over a leg, into the room's image."""
     start, image = room.start, room.image
     z, v, code = start[0], start[1], DONE
     for _ in range(int(leg.turns)):
@@ -317,6 +340,20 @@ def carry_elastic(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: Elas
     image[0], image[1] = leg.sign * z, leg.sign * v
     for i in range(len(sliders.force)):
         image[2 + 2 * i], image[3 + 2 * i] = leg.sign * sliders.force[i], leg.sign * sliders.side[i]
+    return code
+
+
+def carry_plainly(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> int:
+    """Carry the room's start as `carry_elastic` does, without the map's derivative."""
+    begin(rig, sliders, room)
+    return carry_through(rig, sliders, force, leg, room)
+
+
+def carry_elastic(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> int:
+    """Carry the room's start over a leg into its image (mirrored if the leg's sign is -1); return how it ended."""
+    begin(rig, sliders, room)
+    begin_jacobian(rig, sliders, room)
+    code = carry_through(rig, sliders, force, leg, room)
     for i in range((2 + len(sliders.force)) * int(room.tally[COLUMNS])):
         room.jacobian[i] *= leg.sign
     return code

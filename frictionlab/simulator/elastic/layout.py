@@ -21,6 +21,7 @@ __all__ = [
     "SLIDING",
     "TURNED",
     "ElasticRoom",
+    "Point",
     "Ring",
     "Sliders",
 ]
@@ -34,8 +35,9 @@ ENTRIES = (
 LIMIT, TURNED, REACHED = 0, 1, 2  # what ended a phase: the time, a zero of the velocity, a slider's limit
 PULLED = 3  # how a motion ended (beside DONE, CHATTER, WANDERS): where friction would turn into a pull
 
-# A recorded phase: how many sliders slip, tau, duration, z, v, a, stiffness, force of the sliders at its start.
-ELASTIC_PHASE = 8
+# A recorded phase: how many sliders slip, tau, duration, z, v, a, stiffness, force of the sliders at its start; and
+# whether (1.0 or 0.0) the mass may have turned within.
+ELASTIC_PHASE = 9
 
 # The tally of a motion, beyond the rigid kernel's: integral of the sliders' force over the way, time since the last
 # slip ended, columns of the jacobian.
@@ -71,8 +73,18 @@ class ElasticRoom(NamedTuple):
     kinds: Buffer  # of the sliders at the section
     start: Buffer  # z, v, then force and side of each slider
     image: Buffer
-    trial: Buffer
+    trial: Buffer  # a start, and
+    known: Buffer  # its image
     matrix: Buffer  # of Newton's equations, with the right side
+
+
+class Point(NamedTuple):
+    """The way made in a phase, velocity, acceleration and its rate."""
+
+    way: float
+    v: float
+    a: float
+    bend: float
 
 
 class Ring(NamedTuple):

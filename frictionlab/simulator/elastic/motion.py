@@ -181,7 +181,7 @@ def from_phases(
     """
     rows = np.array(record[: ELASTIC_PHASE * count], dtype=np.float64).reshape(count, ELASTIC_PHASE)
     if mirror:
-        flip, later = np.array([1.0, 1, 1, -1, -1, -1, 1, -1]), np.array([0.0, pi, 0, 0, 0, 0, 0, 0])
+        flip, later = np.array([1.0, 1, 1, -1, -1, -1, 1, -1, 1]), np.array([0.0, pi, 0, 0, 0, 0, 0, 0, 0])
         rows = np.vstack((rows, rows * flip + later))
     rows += 0.0
     again = np.diff(rows[:, 1]) < 0.5 * rows[:-1, 2]  # a new cycle begins, also after a phase that filled one

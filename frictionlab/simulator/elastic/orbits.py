@@ -2,39 +2,28 @@
 
 from math import exp, hypot, inf, log, pi, sqrt
 
-from frictionlab.simulator.elastic.events import carry_elastic
+from frictionlab.simulator.elastic.events import carry_elastic, carry_plainly
 from frictionlab.simulator.elastic.holding import never_slips, start_at_rest
 from frictionlab.simulator.elastic.layout import (
-    ELASTIC_PHASE,
-    FREE,
-    HASTY,
-    OUTER,
-    PATIENT,
     PULLED,
-    SLIDING,
     ElasticRoom,
     Sliders,
 )
+from frictionlab.simulator.elastic.residues import NEAR_STEPS, from_rest, keeps_some, spread, start_from, unstrain
 from frictionlab.simulator.elastic.shooting import (
-    back_to_start,
-    classify,
     distance,
     elastic_multiplier,
     follow,
     shoot_elastic,
     span_of,
 )
-from frictionlab.simulator.kernel.events import carry
+from frictionlab.simulator.elastic.starts import rings_often, start_balanced, start_held, start_rigid
 from frictionlab.simulator.kernel.layout import (
     CHATTERED,
     DONE,
-    HIGH,
-    LOW,
     NOT_FOUND,
     PARTING,
-    PATH,
     PERIODIC,
-    PHASE,
     PHASES,
     PULLING,
     RUNAWAY,
@@ -45,147 +34,64 @@ from frictionlab.simulator.kernel.layout import (
     Force,
     Leg,
     Rig,
-    Room,
-    State,
 )
-from frictionlab.simulator.kernel.motion import gap, local_force, slide_at
-from frictionlab.simulator.kernel.orbits import only_orbit
+from frictionlab.simulator.kernel.motion import gap
 from frictionlab.simulator.kernel.shooting import symmetric_force
 
 __all__ = [
     "any_stable",
     "apart",
     "at_once_elastic",
-    "best_section",
     "fewest",
-    "from_rest",
     "growth_of_distance",
     "is_even_handed",
     "is_stable",
+    "nearby",
     "resonates",
     "search_elastic",
     "settle",
-    "spread",
-    "start_from",
-    "start_rigid",
     "verdict",
 ]
 
-RIGID_SHARE = 0.2  # of what a search may cost, to find the rigid contact's orbit
-YIELDING = 3.0  # times a slider's own yield: a motion that small is not like the rigid contact's
-RESIDUES_WAITED = 64.0  # cycles until what sliders that never slip hold no longer changes
 LONGEST_ORBIT = 128  # cycles of the longest orbit looked for
 SHORT_ORBIT = 8  # cycles of an orbit that Newton may finish; a longer one must have closed already
 LIKELY_ORBIT = 2  # cycles of an orbit that Newton may find from afar
 ENOUGH_STEPS = 200.0  # Newton steps to the only orbit
-NEAR_STEPS = 8.0  # Newton steps to one of several
 CYCLES_WAITED = 1024  # for an orbit where several may exist
 PARTED = 1.02  # growth of the distance in a cycle from which motions move apart
 CYCLES_COMPARED = 200.0
 PHASES_WAITED = 1e5  # the same, where a cycle has many
 
 
-def best_section(room: ElasticRoom, leg: Leg) -> float:
-    """Return the phase of the drive at which most sliders slip: there the fewest of their forces are unknown."""
-    phases, most, longest, section = room.phases, 0.0, 0.0, leg.tau
-    recorded = min(int(room.tally[PHASES]), len(phases) // ELASTIC_PHASE)
-    for i in range(recorded):
-        at = ELASTIC_PHASE * i
-        if phases[at] > most or (phases[at] == most > 0.0 and phases[at + 2] > longest):
-            most, longest, section = phases[at], phases[at + 2], phases[at + 1] + 0.5 * phases[at + 2]
-    return section
-
-
-def from_rest(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, int]:
-    """Run from rest for two cycles; leave the state at the best section in the room's start, return the leg from it.
-
-    Sliders that never slip in the orbit keep what the way to it leaves in them: where that is not relaxed at z = 0, as
-    in a mirrored leg, and there are several, the motion is followed until it repeats.
-    """
-    start_at_rest(sliders, room)
-    code = follow(rig, sliders, force, leg, 4.0 if leg.sign < 0.0 else 2.0, room)
-    waited = 0.0 if leg.sign < 0.0 or len(sliders.force) == 1 else RESIDUES_WAITED
-    while code == DONE and waited > 0.0:
-        code = carry_elastic(rig, sliders, force, leg, room)
-        near = distance(rig, sliders, room) <= 1e-9 * span_of(rig, room)
-        classify(sliders, room)
-        back_to_start(rig, sliders, leg, room)
-        waited = 0.0 if near else waited - 1.0
-    section = best_section(room, leg)
-    ahead = Leg(section, leg.span, leg.turns, leg.sign)
-    if code == DONE:
-        code = follow(rig, sliders, force, Leg(leg.tau, section - leg.tau, 1.0, 1.0), 1.0, room)
-    for i in range(len(sliders.force)):  # so short a leg does not tell which sliders never slip
-        room.kinds[i] = FREE if room.kinds[i] == OUTER else room.kinds[i]
-    if code == DONE and leg.sign > 0.0 and len(sliders.force) > 1:
-        code = follow(rig, sliders, force, ahead, 1.0, room)
-    return ahead, code
-
-
-def start_rigid(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, bool]:
-    """Start on the orbit of the rigid contact, in the middle of its longest slide; False where it is of no help."""
-    plain, phases, beta = (
-        Room(room.jacobian, room.tally, room.phases, room.wall, room.meter),
-        room.phases,
-        rig.contact.beta,
-    )
-    if beta == 0.0:
-        return leg, False
-    left = room.meter[0]  # of which a part may be spent here
-    room.meter[0] = RIGID_SHARE * left
-    own, z, v, _, code = only_orbit(rig, force, plain)
-    room.meter[0] += left - RIGID_SHARE * left if left < inf else 0.0
-    if code != DONE or room.tally[PATH] == 0.0:
-        return leg, False
-    carry(rig, force, own, z, v, plain)
-    longest, at = 0.0, 0
-    for i in range(0, PHASE * min(int(room.tally[PHASES]), len(phases) // PHASE), PHASE):
-        if phases[i] != 0.0 and phases[i + 2] > longest:
-            longest, at = phases[i + 2], i
-    side, tau = phases[at], phases[at + 1]
-    local_force(tau, force)
-    start, slide = State(phases[at + 3], phases[at + 4], phases[at + 5]), rig.rising if side > 0.0 else rig.falling
-    way, speed, _ = slide_at(0.5 * longest, slide, force, start)
-    moved = 0.5 * (room.tally[HIGH] - room.tally[LOW]) if own.sign > 0.0 else max(room.tally[HIGH], -room.tally[LOW])
-    z = start.z + way
-    room.start[0], room.start[1] = z, speed
-    load = 1.0 + rig.contact.gradient * z
-    for i in range(len(sliders.force)):
-        room.start[2 + 2 * i], room.start[3 + 2 * i] = side * sliders.strength[i] * load, side
-        room.kinds[i] = SLIDING
-        if moved * sliders.stiffness[i] < YIELDING * sliders.strength[i]:
-            return leg, False
-    return Leg(tau + 0.5 * longest, leg.span, leg.turns, leg.sign), longest > 0.0 and load > 0.0
-
-
-def spread(rig: Rig, room: ElasticRoom, miss: float) -> bool:
-    """Tell whether a miss is nothing but rounding."""
-    return miss <= 1e-12 * span_of(rig, room) + 1e-14 * rig.plain.rate
+def nearby(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> Leg:
+    """Start near the only orbit, as cheaply as it can be had; return the leg from there."""
+    ahead, there = leg, False
+    if len(force.cosine) > 1:
+        ahead, there = start_held(rig, sliders, force, leg, room)
+    if not there and rings_often(rig, sliders):
+        ahead, there = start_rigid(rig, sliders, force, leg, room)
+    return ahead if there else start_balanced(rig, sliders, force, leg, room)
 
 
 def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
-    """Return leg, miss and code of the orbit that a search from the rigid contact's, else from rest, comes down to.
+    """Return leg, miss and code of the orbit that a search comes down to.
 
     Without break-away and gradient there is only one. Where friction varies along the path it may be unstable: then,
-    and with break-away, the orbit that the motion from rest settles on is looked for.
+    and with break-away, the orbit that the motion from rest settles on is looked for. With a gradient it matters what
+    is held by sliders that never slip: it is what the motion from rest leaves in them.
     """
     leg = Leg(0.0, pi, 1.0, -1.0) if is_even_handed(rig, force) else Leg(0.0, TURN, 1.0, 1.0)
-    if max(rig.contact.static_up, rig.contact.static_down) > 1.0:
-        start_at_rest(sliders, room)
-        return settle(rig, sliders, force, room)
-    ahead, there, miss, code = leg, False, inf, DONE
-    if leg.sign < 0.0 or len(sliders.force) == 1:  # else sliders that never slip keep what the way from rest leaves
-        ahead, there = start_rigid(rig, sliders, force, leg, room)
-    if there:
-        miss, code = shoot_elastic(rig, sliders, force, ahead, room, NEAR_STEPS, HASTY)
-    if code != DONE or not spread(rig, room, miss):
-        ahead, code = from_rest(rig, sliders, force, leg, room)
-        if code == DONE:
-            miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS, PATIENT)
-    if rig.contact.gradient == 0.0 or (
-        code == DONE and spread(rig, room, miss) and abs(elastic_multiplier(sliders, room)) <= 1.0 + 1e-9
-    ):
-        return ahead, miss, code
+    if max(rig.contact.static_up, rig.contact.static_down) == 1.0:
+        ahead = nearby(rig, sliders, force, leg, room)
+        miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS)
+        if rig.contact.gradient == 0.0:
+            if code == DONE and spread(rig, room, miss) and unstrain(rig, sliders, ahead, room):
+                miss, code = shoot_elastic(rig, sliders, force, ahead, room, NEAR_STEPS)
+            return ahead, miss, code
+        if code == DONE and keeps_some(sliders):
+            ahead, miss, code = from_rest(rig, sliders, force, room)
+        if is_stable(rig, sliders, room, miss, code):
+            return ahead, miss, code
     start_at_rest(sliders, room)
     return settle(rig, sliders, force, room)
 
@@ -217,7 +123,7 @@ def settle(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple
                 continue
             start_from(now, room)
             trial = Leg(0.0, TURN, float(k), 1.0)
-            miss, code = shoot_elastic(rig, sliders, force, trial, room, NEAR_STEPS, PATIENT)
+            miss, code = shoot_elastic(rig, sliders, force, trial, room, NEAR_STEPS)
             close = apart(rig, now, room.start[0], room.start[1]) < 0.1 * extent
             if close and is_stable(rig, sliders, room, miss, code):
                 return fewest(rig, sliders, force, trial, miss, room)
@@ -243,11 +149,11 @@ def growth_of_distance(rig: Rig, sliders: Sliders, force: Force, now: list[float
     second[0] += tiny
     while cycles < CYCLES_COMPARED:
         start_from(second, room)
-        code = carry_elastic(rig, sliders, force, leg, room)
+        code = carry_plainly(rig, sliders, force, leg, room)
         for i in range(size):
             second[i] = room.image[i]
         start_from(first, room)
-        if carry_elastic(rig, sliders, force, leg, room) != DONE or code != DONE:
+        if carry_plainly(rig, sliders, force, leg, room) != DONE or code != DONE:
             break
         for i in range(size):
             first[i] = room.image[i]
@@ -294,16 +200,10 @@ def any_stable(rig: Rig, sliders: Sliders, force: Force, now: list[float], room:
         start_from(now, room)
         follow(rig, sliders, force, leg, 1.0, room)  # what slips at the section is read from a cycle
         trial = Leg(0.0, TURN, float(turns), 1.0)
-        miss, code = shoot_elastic(rig, sliders, force, trial, room, 4.0 * NEAR_STEPS, PATIENT)
+        miss, code = shoot_elastic(rig, sliders, force, trial, room, 4.0 * NEAR_STEPS)
         if is_stable(rig, sliders, room, miss, code):
             return trial, miss, code
     return leg, inf, DONE
-
-
-def start_from(state: list[float], room: ElasticRoom) -> None:
-    """Start from a state that was kept."""
-    for i in range(len(state)):
-        room.start[i] = state[i]
 
 
 def apart(rig: Rig, state: list[float], z: float, v: float) -> float:

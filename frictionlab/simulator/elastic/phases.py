@@ -2,12 +2,26 @@
 
 from math import inf, sqrt
 
-from frictionlab.simulator.elastic.layout import LIMIT, REACHED, TURNED
-from frictionlab.simulator.kernel.events import jerk_bound, safe_step, slide_start
+from frictionlab.simulator.elastic.layout import LIMIT, REACHED, TURNED, Point
+from frictionlab.simulator.kernel.events import cubic_step, slide_start, snap_bound, stiff_bound
 from frictionlab.simulator.kernel.layout import EVALUATIONS, Buffer, Force, Oscillator, State
-from frictionlab.simulator.kernel.motion import slide_at
+from frictionlab.simulator.kernel.motion import forced_motion, free_motion
 
-__all__ = ["crossing", "phase_end", "stiffened", "time_to", "turn"]
+__all__ = [
+    "crossing",
+    "first_point",
+    "is_exact",
+    "last_step",
+    "motion_at",
+    "phase_end",
+    "snap_of",
+    "speed_after",
+    "stiffened",
+    "time_to",
+    "turn_after",
+]
+
+EXACT = 4e-16  # share of the speed that a Taylor step may err by: less than a look at the phase rounds
 
 
 def stiffened(plain: Oscillator, stiffness: float) -> Oscillator:
@@ -20,84 +34,161 @@ def stiffened(plain: Oscillator, stiffness: float) -> Oscillator:
     return Oscillator(r, zeta, omega, plain.rate / stiffness, plain.rate2 / stiffness, 1.0 / stiffness)
 
 
-def time_to(left: float, speed: float, gain: float) -> float:
-    """Return when a way is made at a steady acceleration: the first h with speed h + gain h^2/2 = left, or never."""
-    inside = speed * speed + 2.0 * gain * left
+def first_point(slide: Oscillator, start: State, rate: float) -> Point:
+    """Return the start of a phase, with v'' from F'."""
+    bend = (slide.share * rate - start.v - 2.0 * slide.zeta * slide.r * start.a) / (slide.r * slide.r)
+    return Point(0.0, start.v, start.a, bend)
+
+
+def motion_at(t: float, slide: Oscillator, force: Force, start: State) -> Point:
+    """Return the way made, v, a and v'' at time t of a phase from its start; the way as in `slide_at`."""
+    r, zeta = slide.r, slide.zeta
+    v0, a0 = start.v, start.a
+    g, h, lost = free_motion(t, slide)
+    way = v0 * h + (r * r * a0 + 2.0 * zeta * r * v0) * lost
+    v = v0 * g + a0 * h
+    a = a0 * (g - 2.0 * zeta / r * h) - v0 * h / (r * r)
+    rate = 0.0
+    for i in range(len(force.p)):
+        k = i + 1.0
+        p, q = slide.share * force.p[i], slide.share * force.q[i]
+        c, s, rest, low, high = forced_motion(t, k, slide, h, lost)
+        way += p * rest + q * s
+        v += k * (q * c - p * s)
+        a += k * (q * (h / (r * r) - k * s) - k * p * c)
+        rate += k * (q * low - p * high)
+    return Point(way, v, a, (rate - v - 2.0 * zeta * r * a) / (r * r))
+
+
+def snap_of(slide: Oscillator, now: Point) -> float:
+    """Bound |v'''| over the next min(r, 1)."""
+    snap = snap_bound(slide, now.v, now.a)
+    return min(snap, stiff_bound(slide, now.v, now.a, now.bend)) if slide.zeta > 1.0 else snap
+
+
+def time_to(near: float, speed: float, gain: float, bend: float) -> float:
+    """Return about when a way is made at the present rates; never: inf.
+
+    The first h with speed h + gain h^2/2 = near, then two Newton steps for what bend h^3/6 adds.
+    """
+    inside = speed * speed + 2.0 * gain * near
     if inside < 0.0 or speed + sqrt(inside) == 0.0:
         return inf
-    return 2.0 * left / (speed + sqrt(inside))
+    first = 2.0 * near / (speed + sqrt(inside))
+    h = first
+    for _ in range(2):
+        slope = speed + h * (gain + 0.5 * bend * h)
+        if slope <= 0.0:
+            return first
+        h -= (h * (speed + h * (0.5 * gain + bend * h / 6.0)) - near) / slope
+    return h if h * first > 0.0 else first
+
+
+def turn_after(speed: float, gain: float, bend: float) -> float:
+    """Return about when the velocity is 0 at the present rates: the first h with speed + gain h + bend h^2/2 = 0."""
+    inside = gain * gain - 2.0 * bend * speed
+    return 2.0 * speed / (sqrt(inside) - gain) if gain < 0.0 < inside else inf
+
+
+def is_exact(slide: Oscillator, now: Point, h: float) -> bool:
+    """Tell whether way and velocity after a short time follow from the present rates to rounding."""
+    return snap_of(slide, now) * abs(h * h * h) <= EXACT * abs(now.v)
+
+
+def speed_after(now: Point, h: float) -> float:
+    """Return the velocity a little later."""
+    return now.v + h * (now.a + 0.5 * now.bend * h)
+
+
+def last_step(now: tuple[float, float, float], snap: float, t: float, safe: float, towards: float) -> tuple[float, int]:
+    """Return the step to the limit or to a turn, and which, where the present rates tell it to rounding; else LIMIT.
+
+    `now` holds speed, gain and bend; the speed is positive for the time `safe`, the limit reached after `towards`.
+    """
+    speed, gain, bend = now
+    if towards <= safe:
+        return towards, REACHED if snap * towards * towards * towards <= EXACT * speed else LIMIT
+    rest = turn_after(speed, gain, bend)
+    if rest < inf and snap * rest * rest * rest <= -EXACT * gain * t:
+        return rest, TURNED
+    return 0.0, TURNED if safe <= 2e-16 * t else LIMIT
 
 
 def phase_end(
     slide: Oscillator, force: Force, start: State, side: float, rate: float, left: float, limit: float, tally: Buffer
-) -> tuple[float, float, float, float, int]:
-    """Return the time of the first of three: the way `left` is made, the velocity is 0, `limit`; way, v, a; which.
+) -> tuple[float, float, float, int]:
+    """Return the time of the first of three: the way `left` is made, the velocity is 0, `limit`; way, v; which.
 
-    The march of `kernel.events.slide_end` proves that the velocity keeps its sign over each step. So the way only
-    grows, and its crossing of `left` cannot be missed: it lies in the step after which the way is longer.
+    From (v, a, v'') and a bound of |v'''| the velocity surely keeps its sign for a step. So the way only grows, and its
+    crossing of `left` cannot be missed. It is looked for where those rates put it, if that lies within the step; and
+    the last step, to a crossing or a turn, needs no look where the rates alone tell it to rounding.
     """
-    reach, low, t = min(slide.r, 1.0), 0.0, 0.0
-    way, v, a = 0.0, start.v, start.a
-    if v != 0.0:
-        safe = min(reach, safe_step(side * v, side * a, jerk_bound(slide, v, a)))
-    else:
-        safe = slide_start(slide, start, side, slide.share * rate)
-        if safe == 0.0:
-            safe = 1e-3 * reach  # force and speed and their rates are all zero: the third derivative decides
-    near = left
+    reach, t, now = min(slide.r, 1.0), 0.0, first_point(slide, start, rate)
     while True:
-        towards = time_to(near, side * v, side * a)
-        step = min(safe, towards)
-        if step <= 2e-16 * t:
-            break
-        low, t = t, min(limit, t + step)
-        way, v, a = slide_at(t, slide, force, start)
+        rates, snap = (side * now.v, side * now.a, side * now.bend), snap_of(slide, now)
+        if t == 0.0 and now.v == 0.0:
+            safe = slide_start(slide, start, side, slide.share * rate)
+            if safe == 0.0:
+                safe = 1e-3 * reach  # force and speed and their rates are all zero: the third derivative decides
+        else:
+            safe = cubic_step(rates[0], rates[1], rates[2], snap, reach)
+        towards = time_to(left - side * now.way, rates[0], rates[1], rates[2])
+        step, what = last_step(rates, snap, t, safe, towards)
+        if what == REACHED and t + step < limit:
+            return t + step, side * left, speed_after(now, step), REACHED
+        if what == TURNED and t + step < limit:
+            return t + step, now.way + step * (now.v + step * (0.5 * now.a + step * now.bend / 6.0)), 0.0, TURNED
+        low, t = t, min(limit, t + min(safe, towards))
+        now = motion_at(t, slide, force, start)
         tally[EVALUATIONS] += 1.0
-        near = left - side * way
+        near = left - side * now.way
         if near < 0.0 or abs(near) <= 4e-16 * left:
-            t, v, a = crossing(slide, force, start, side, left, low, t)
-            return t, side * left, v, a, REACHED
-        if side * v <= 0.0:
-            safe, towards = 0.0, inf
-            break
-        if t >= limit:
-            return t, way, v, a, LIMIT
-        safe = min(reach, safe_step(side * v, side * a, jerk_bound(slide, v, a)))
-    if towards < safe:
-        return t, side * left, v, a, REACHED
-    t, way, a = turn(slide, force, start, side, t, limit)
-    return t, way, 0.0, a, TURNED
-
-
-def turn(
-    slide: Oscillator, force: Force, start: State, side: float, t: float, limit: float
-) -> tuple[float, float, float]:
-    """Return time, way and a of the turn that the march has come down to: a last step of Newton's."""
-    way, v, a = slide_at(t, slide, force, start)
-    if side * a < 0.0 and abs(v) < 1e-6 * abs(a) * t:
-        t = min(limit, t - v / a)
-        way, v, a = slide_at(t, slide, force, start)
-    return t, way, a
+            t, v = crossing(slide, force, start, (side, left), (low, t), now, tally)
+            return t, side * left, v, REACHED
+        if side * now.v <= 0.0 or t >= limit:
+            return t, now.way, max(0.0, side * now.v) * side, TURNED if side * now.v <= 0.0 else LIMIT
 
 
 def crossing(
-    slide: Oscillator, force: Force, start: State, side: float, left: float, low: float, high: float
-) -> tuple[float, float, float]:
-    """Return when the way `left` is made, v and a there; the way grows from low, where it is shorter, to high."""
-    t, v, a = high, 0.0, 0.0
+    slide: Oscillator,
+    force: Force,
+    start: State,
+    goal: tuple[float, float],
+    within: tuple[float, float],
+    now: Point,
+    tally: Buffer,
+) -> tuple[float, float]:
+    """Return when a way is made, and v there; the way grows over a time at whose end, `now`, it is longer.
+
+    `goal` is the side and the way to it.
+    """
+    side, left = goal
+    low, high = within
+    t = high
     for _ in range(80):
-        way, v, a = slide_at(t, slide, force, start)
-        over = side * way - left
+        over = side * now.way - left
         if abs(over) <= 4e-16 * left:
             break
         if over > 0.0:
             high = t
         else:
             low = t
-        new = t - over / (side * v) if side * v > 0.0 else 0.5 * (low + high)
+        speed, gain, bend = side * now.v, side * now.a, side * now.bend
+        step = -over / speed if speed > 0.0 else low - high
+        if speed > 0.0:
+            for _ in range(2):
+                slope = speed + step * (gain + 0.5 * bend * step)
+                step -= (
+                    (step * (speed + step * (0.5 * gain + bend * step / 6.0)) + over) / slope if slope > 0.0 else 0.0
+                )
+            if low < t + step < high and is_exact(slide, now, step):
+                return t + step, speed_after(now, step)
+        new = t + step
         if not low < new < high:
             new = 0.5 * (low + high)
         if abs(new - t) <= 2e-16 * t:
             break
         t = new
-    return t, v, a
+        now = motion_at(t, slide, force, start)
+        tally[EVALUATIONS] += 1.0
+    return t, now.v

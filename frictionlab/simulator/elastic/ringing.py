@@ -6,16 +6,25 @@ Held, the way is ``w = s(t) - c + y(t)``: s the forced motion, whose rates are t
 
 from math import acos, atan2, cos, exp, hypot, pi, sin, sqrt
 
-from frictionlab.simulator.elastic.layout import LIMIT, REACHED, TURNED, Ring
-from frictionlab.simulator.elastic.phases import crossing, time_to
-from frictionlab.simulator.kernel.events import jerk_bound, safe_step, slide_start
+from frictionlab.simulator.elastic.layout import LIMIT, REACHED, TURNED, Point, Ring
+from frictionlab.simulator.elastic.phases import (
+    crossing,
+    first_point,
+    is_exact,
+    motion_at,
+    snap_of,
+    speed_after,
+    time_to,
+)
+from frictionlab.simulator.kernel.events import cubic_step, jerk_bound, safe_step, slide_start
 from frictionlab.simulator.kernel.layout import EVALUATIONS, TURN, Buffer, Force, Oscillator, State
-from frictionlab.simulator.kernel.motion import gap, slide_at
+from frictionlab.simulator.kernel.motion import gap
 
 __all__ = [
     "add_wall",
     "calm_past",
     "forced_part",
+    "heading",
     "held_end",
     "next_zone",
     "over_the_crest",
@@ -27,6 +36,7 @@ __all__ = [
 ]
 
 PAST_TURN = 3  # what ends a step, beside TURNED and REACHED
+TRIES = 2.0  # of a leap, between two turns
 SLOWEST = 0.5  # the drive's highest harmonic over the ring's frequency: above it every turn is followed
 
 
@@ -140,26 +150,29 @@ def over_the_crest(speed: float, gain: float, jerk: float, near: float, reach: f
     return turned if 2.0 * speed < -gain * turned else 0.0
 
 
+def heading(now: Point) -> float:
+    """Return the side to which a mass moves."""
+    return 1.0 if now.v > 0.0 or (now.v == 0.0 and now.a > 0.0) else -1.0
+
+
 def step_ahead(
-    slide: Oscillator, start: State, now: State, t: float, side: float, rate: float, near: float
+    slide: Oscillator, start: State, now: Point, t: float, side: float, rate: float, near: float
 ) -> tuple[float, int]:
     """Return a step that passes nothing unseen, and what lies at its end: maybe a turn, the limit, surely past a turn.
 
-    `now` is the way made, v and a at t; `near` what is left of the way to the limit on the side to which the mass
-    moves.
+    `now` is the motion at t; `near` what is left of the way to the limit on the side to which the mass moves.
     """
-    reach, jerk = min(slide.r, 1.0), jerk_bound(slide, now.v, now.a)
-    speed, gain = side * now.v, side * now.a
-    leap = over_the_crest(speed, gain, jerk, near, reach)
+    reach, speed, gain, bend = min(slide.r, 1.0), side * now.v, side * now.a, side * now.bend
+    leap = over_the_crest(speed, gain, jerk_bound(slide, now.v, now.a), near, reach)
     if leap > 0.0:
         return leap, PAST_TURN
     if now.v == 0.0 and t == 0.0:
         safe = slide_start(slide, start, side, slide.share * rate)
     else:
-        safe = min(reach, safe_step(max(0.0, speed), gain, jerk))
+        safe = cubic_step(max(0.0, speed), gain, bend, snap_of(slide, now), reach)
     if safe == 0.0:
         safe = 1e-3 * reach  # force and speed and their rates are all zero: the third derivative decides
-    towards = time_to(near, speed, gain)
+    towards = time_to(near, speed, gain, bend)
     return (towards, REACHED) if towards <= safe else (safe, TURNED)
 
 
@@ -172,43 +185,44 @@ def held_end(
     limits: tuple[float, float],
     end: float,
     tally: Buffer,
-) -> tuple[float, float, float, float, int, float]:
+) -> tuple[float, float, float, int, float, float]:
     """Return the time at which the way of a mass on held sliders first reaches one of two limits, or `end`.
 
-    With it the way, v, a, what ended it, and the side of the limit. Between turns the march of `phase_end` proves that
-    the velocity keeps its sign, so no limit is passed; over rings that cannot reach one it leaps (`calm_past`).
-    `forces` are the drive and, to be written, the forced motion.
+    With it the way, v, what ended it, the side of the limit, and whether (1.0 or 0.0) the mass may have turned before.
+    Between turns the march of `phase_end` proves that the velocity keeps its sign, so no limit is passed; over rings
+    that cannot reach one it leaps (`calm_past`). `forces` are the drive and, to be written, the forced motion.
     """
     force, slow = forces
     leaps, ring = rings(slide, force), Ring(0.0, 0.0)
     if leaps:
         forced_part(slide, force, slow)
         ring = ring_of(slide, force, slow, start)
-    t, now, leapt = 0.0, State(0.0, start.v, start.a), False
+    t, now, tries, turned = 0.0, first_point(slide, start, rate), TRIES, 0.0
     while t < end:
         left = limits[0] if side > 0.0 else -limits[1]
-        step, what = step_ahead(slide, start, now, t, side, rate, left - side * now.z)
+        step, what = step_ahead(slide, start, now, t, side, rate, left - side * now.way)
+        if what == REACHED and t + step < end and (step <= 2e-16 * t or is_exact(slide, now, step)):
+            return t + step, side * left, speed_after(now, step), REACHED, side, turned
         past, t = t, min(end, t + step)
-        if what != PAST_TURN and step <= 2e-16 * past:
-            if what == REACHED:
-                return t, side * left, now.v, now.a, REACHED, side
-            side, leapt = -side, False  # a turn, met to rounding
+        if what == TURNED and step <= 2e-16 * past:
+            side, tries, turned = -side, TRIES, 1.0  # a turn, met to rounding
             continue
-        way, v, a = slide_at(t, slide, force, start)
+        now = motion_at(t, slide, force, start)
         tally[EVALUATIONS] += 1.0
-        now = State(way, v, a)
-        if what == PAST_TURN and side * v <= 0.0:
-            side, leapt = -side, False
+        if what == PAST_TURN and side * now.v <= 0.0:
+            side, tries, turned = -side, TRIES, 1.0
             left = limits[0] if side > 0.0 else -limits[1]
-        if side * way > left - 4e-16 * abs(left):
-            t, v, a = crossing(slide, force, start, side, left, past, t)
-            return t, side * left, v, a, REACHED, side
-        if side * v <= 0.0:
-            side, leapt = -side, False
-        calm = calm_past(t, way, v, slide, slow, ring, limits, end) if leaps and not leapt else t
-        if calm > t:  # as far as can be known before the next turn
-            t, leapt = calm, True
-            now = State(*slide_at(t, slide, force, start))
-            tally[EVALUATIONS] += 1.0
-            side = 1.0 if now.v > 0.0 or (now.v == 0.0 and now.a > 0.0) else -1.0
-    return t, now.z, now.v, now.a, LIMIT, side
+        if side * now.way > left - 4e-16 * abs(left):
+            t, v = crossing(slide, force, start, (side, left), (past, t), now, tally)
+            return t, side * left, v, REACHED, side, turned
+        if side * now.v <= 0.0:
+            side, tries, turned = -side, TRIES, 1.0
+        if leaps and tries > 0.0:  # as far as can be known before the next turn
+            calm = calm_past(t, now.way, now.v, slide, slow, ring, limits, end)
+            tries = tries - 1.0 if calm == t else 0.0
+            if calm > t:
+                t, turned = calm, 1.0
+                now = motion_at(t, slide, force, start)
+                tally[EVALUATIONS] += 1.0
+                side = heading(now)
+    return t, now.way, now.v, LIMIT, side, turned

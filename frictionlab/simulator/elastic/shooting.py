@@ -2,11 +2,11 @@
 
 from math import exp, hypot, log, sqrt
 
-from frictionlab.simulator.elastic.events import carry_elastic
+from frictionlab.simulator.elastic.events import carry_elastic, carry_plainly
 from frictionlab.simulator.elastic.layout import (
     COLUMNS,
+    CONTACT,
     FREE,
-    HASTY,
     OUTER,
     SLIDING,
     ElasticRoom,
@@ -16,6 +16,7 @@ from frictionlab.simulator.kernel.layout import (
     DONE,
     HIGH,
     LOW,
+    VISCOUS,
     Force,
     Leg,
     Rig,
@@ -26,6 +27,7 @@ __all__ = [
     "adopt",
     "back_to_start",
     "classify",
+    "closes",
     "distance",
     "elastic_multiplier",
     "follow",
@@ -41,6 +43,7 @@ __all__ = [
     "step_towards",
 ]
 
+MOST_TURNS = 16.0  # of the map, in place of a Newton step that does not help
 SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
 
 
@@ -136,11 +139,11 @@ def newton_step(sliders: Sliders, room: ElasticRoom) -> bool:
     return solve(room.matrix, size)
 
 
-def step_towards(rig: Rig, sliders: Sliders, room: ElasticRoom, share: float) -> None:
-    """Move the start by a share of Newton's correction, from `trial`; sliders that are no unknowns follow."""
+def step_towards(rig: Rig, sliders: Sliders, room: ElasticRoom) -> None:
+    """Move the start by Newton's correction, from `trial`; sliders that are no unknowns follow."""
     size = int(room.tally[COLUMNS])
     correction = room.matrix
-    dz, dv = share * correction[size], share * correction[2 * size + 1]
+    dz, dv = correction[size], correction[2 * size + 1]
     room.start[0], room.start[1] = room.trial[0] + dz, room.trial[1] + dv
     load = 1.0 + rig.contact.gradient * room.start[0]
     free = 2
@@ -148,7 +151,7 @@ def step_towards(rig: Rig, sliders: Sliders, room: ElasticRoom, share: float) ->
         at = 2 + 2 * i
         room.start[at + 1] = room.trial[at + 1]
         if room.kinds[i] == FREE:
-            force = room.trial[at] + share * correction[free * (size + 1) + size]
+            force = room.trial[at] + correction[free * (size + 1) + size]
             room.start[at] = max(-sliders.strength[i] * load, min(sliders.strength[i] * load, force))
             free += 1
         elif room.kinds[i] == OUTER:
@@ -157,23 +160,24 @@ def step_towards(rig: Rig, sliders: Sliders, room: ElasticRoom, share: float) ->
             room.start[at] = room.trial[at + 1] * sliders.strength[i] * load
 
 
-def give_up(sliders: Sliders, room: ElasticRoom) -> None:
-    """Go back to the start from which Newton's correction was taken."""
-    for i in range(2 + 2 * len(sliders.force)):
-        room.start[i] = room.trial[i]
-
-
 def adopt(sliders: Sliders, room: ElasticRoom) -> None:
-    """Remember the start, from which Newton's correction is taken."""
+    """Remember the start, from which Newton's correction is taken, and its image."""
     for i in range(2 + 2 * len(sliders.force)):
         room.trial[i] = room.start[i]
+        room.known[i] = room.image[i]
+
+
+def give_up(sliders: Sliders, room: ElasticRoom) -> None:
+    """Go back to the start from which Newton's correction was taken, and its image."""
+    for i in range(2 + 2 * len(sliders.force)):
+        room.start[i], room.image[i] = room.trial[i], room.known[i]
 
 
 def follow(rig: Rig, sliders: Sliders, force: Force, leg: Leg, times: float, room: ElasticRoom) -> int:
     """Apply the leg's map so many times; return how the motion ended."""
     code = DONE
     for _ in range(int(times)):
-        code = carry_elastic(rig, sliders, force, leg, room)
+        code = carry_plainly(rig, sliders, force, leg, room)
         if code != DONE:
             break
         classify(sliders, room)
@@ -181,42 +185,47 @@ def follow(rig: Rig, sliders: Sliders, force: Force, leg: Leg, times: float, roo
     return code
 
 
+def closes(rig: Rig, room: ElasticRoom, miss: float) -> bool:
+    """Tell whether a miss is so small that nothing is gained by a smaller one: neither in state nor in energy."""
+    size, spent = span_of(rig, room), abs(room.tally[CONTACT] + room.tally[VISCOUS])
+    return miss <= 2e-16 * size or (miss <= 4e-15 * size and miss * (size + rig.contact.beta) <= 1e-13 * spent)
+
+
 def shoot_elastic(
-    rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, steps: float, patience: int
+    rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, steps: float
 ) -> tuple[float, int]:
     """Bring the room's start to the fixed point of the leg's map; return its miss and how the last motion ended.
 
-    Newton with the exact derivative, shortened until the miss shrinks; where that does not help, or sliders do other
-    than was assumed, the map itself is applied, or without patience the search given up. The last motion carried is
-    that from the start.
+    Newton with the exact derivative; where a step does not halve the miss, or sliders do other than was assumed, the
+    map itself is applied: once, then twice, and so on. The last motion carried is that from the start.
     """
     turns, floor = 1.0, 1e-15 * rig.plain.rate
     code = carry_elastic(rig, sliders, force, leg, room)
     for _ in range(int(steps)):
         miss, size = distance(rig, sliders, room), span_of(rig, room)
         as_assumed = keeps_kinds(sliders, room)
-        if code != DONE or (as_assumed and miss <= 2e-16 * size):
+        if code != DONE or (as_assumed and closes(rig, room, miss)):
             break
+        there = as_assumed and miss <= 1e-13 * size + floor
         adopt(sliders, room)
-        share = 1.0 if as_assumed and newton_step(sliders, room) else 0.0
-        while share > 0.01:
-            step_towards(rig, sliders, room, share)
+        if not as_assumed:
+            classify(sliders, room)
+        elif newton_step(sliders, room):
+            step_towards(rig, sliders, room)
             code = carry_elastic(rig, sliders, force, leg, room)
             less = distance(rig, sliders, room)
-            if code == DONE and keeps_kinds(sliders, room) and less < (1.0 - 0.5 * share) * miss:
-                break
-            share *= 0.25
-        if share > 0.01:
-            continue
+            borne_out = code == DONE and keeps_kinds(sliders, room)
+            if borne_out and less < 0.5 * miss:
+                continue
+            if there and borne_out and less <= 1e-13 * size + floor:
+                return less, code  # only rounding is left
         give_up(sliders, room)
-        if patience == HASTY and (not as_assumed or miss > 1e-13 * size + floor):
-            return miss, code
-        if not as_assumed or miss > 1e-13 * size + floor:
-            follow(rig, sliders, force, leg, turns, room)
-            turns = min(2.0 * turns, 64.0)
+        if there:  # a step from there leads away: no derivative to trust
+            return miss, carry_elastic(rig, sliders, force, leg, room)
+        back_to_start(rig, sliders, leg, room)
+        follow(rig, sliders, force, leg, turns - 1.0, room)
         code = carry_elastic(rig, sliders, force, leg, room)
-        if as_assumed and miss <= 1e-13 * size + floor:
-            break
+        turns = min(2.0 * turns, MOST_TURNS)
     return distance(rig, sliders, room), code
 
 

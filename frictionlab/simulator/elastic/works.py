@@ -143,14 +143,16 @@ def range_between(
 def ring_range(slide: Oscillator, forces: tuple[Force, Force, Force], start: State, span: float, tally: Buffer) -> None:
     """Widen the tally's range by a held phase; `forces` are the drive, the slow motion, to be written, the wall's.
 
-    First about the slow motion's ends and extremes: then most other rings stay within what has been seen.
+    Where not all of it stays within what has been seen, first about the slow motion's extremes: then most rings do.
     """
     force, slow, wall = forces
     forced_part(slide, force, slow)
     offset = ring_of(slide, force, slow, start).offset
     add_wall(slow, wall)
     ring = Ring(offset, ring_of(slide, force, slow, start).curve)
-    period = TURN / slide.omega
+    period, seen = TURN / slide.omega, (tally[TOP] - start.z, tally[BOTTOM] - start.z)
+    if len(wall.p) == 0 and calm_past(0.0, 0.0, start.v, slide, slow, ring, seen, span) >= span:
+        return
     for side in (1.0, -1.0):
         middle = farthest(slow, span, side)
         range_between(slide, forces, start, ring, max(0.0, middle - period), min(span, middle + period), tally)

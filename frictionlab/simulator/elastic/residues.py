@@ -1,0 +1,124 @@
+"""What sliders hold that never slip in an orbit: arbitrary, as far as the orbit goes, so a rule says it.
+
+Without a gradient it shifts the orbit and changes nothing else: they are relaxed, as far as their limits allow. With
+one it changes friction too, and it is what the motion from rest leaves in them.
+"""
+
+from math import inf, sqrt
+
+from frictionlab.simulator.elastic.holding import held_offset, start_at_rest
+from frictionlab.simulator.elastic.layout import FREE, OUTER, SLIDING, ElasticRoom, Sliders
+from frictionlab.simulator.elastic.shooting import follow, shoot_elastic, span_of
+from frictionlab.simulator.kernel.layout import DONE, HIGH, LOW, TURN, Force, Leg, Rig
+
+__all__ = ["away", "from_rest", "has_slipped_out", "keeps_some", "spread", "start_from", "unstrain"]
+
+STRAINED = 1e-12  # of its strength: a slider that holds so much more than need be is relaxed
+SAME = 1e-9  # of its strength: by which what a slider holds may differ, but for rounding
+NEAR_STEPS = 8.0  # Newton steps to one of several
+LONGEST_WAIT = 256.0  # cycles from rest until no slider that never slips in the orbit can slip any more
+
+
+def spread(rig: Rig, room: ElasticRoom, miss: float) -> bool:
+    """Tell whether a miss is nothing but rounding."""
+    return miss <= 1e-12 * span_of(rig, room) + 1e-14 * rig.plain.rate
+
+
+def start_from(state: list[float], room: ElasticRoom) -> None:
+    """Start from a state that was kept."""
+    for i in range(len(state)):
+        room.start[i] = state[i]
+
+
+def unstrain(rig: Rig, sliders: Sliders, leg: Leg, room: ElasticRoom) -> bool:
+    """Relax the sliders that never slip in the orbit just carried, which are no unknowns; False if nothing changed.
+
+    What they hold is arbitrary: each gets the residual force next to 0 with which it holds (`held_offset`). It shifts
+    the orbit, and without a gradient changes nothing else.
+    """
+    free, residue, spring, z = False, 0.0, 1.0, room.start[0]
+    for i in range(len(sliders.force)):
+        if sliders.slips[i] == 0.0 and room.kinds[i] != SLIDING:
+            residue += room.start[2 + 2 * i] - sliders.stiffness[i] * z
+            spring += sliders.stiffness[i]
+            free = free or room.kinds[i] == FREE
+            room.kinds[i] = OUTER
+    if rig.contact.gradient != 0.0:
+        return free
+    z += residue / spring  # where the mass were with all of them relaxed
+    high, low, shift, strained = room.tally[HIGH] + residue / spring, room.tally[LOW] + residue / spring, 0.0, 0.0
+    for i in range(len(sliders.force)):
+        if room.kinds[i] == OUTER:
+            offset, at = held_offset(rig, sliders, i, high, low) if leg.sign > 0.0 else 0.0, 2 + 2 * i
+            offset = offset if offset < inf else room.start[at] - sliders.stiffness[i] * z
+            held, shift = sliders.stiffness[i] * z + offset, shift + offset
+            strained = max(strained, abs(held - room.start[at]) / sliders.strength[i])
+            room.trial[at] = held
+    if strained <= STRAINED:
+        return free
+    room.start[0] = z - shift
+    for i in range(len(sliders.force)):
+        if room.kinds[i] == OUTER:
+            room.start[2 + 2 * i] = room.trial[2 + 2 * i]
+    return True
+
+
+def keeps_some(sliders: Sliders) -> bool:
+    """Tell whether some of several sliders did not slip in the leg just carried."""
+    kept = 0.0
+    for i in range(len(sliders.force)):
+        kept += 1.0 if sliders.slips[i] == 0.0 else 0.0
+    return kept > 0.0 and len(sliders.force) > 1
+
+
+def away(rig: Rig, sliders: Sliders, state: list[float], room: ElasticRoom) -> float:
+    """Return the distance of a state from the room's start, in the norm that friction never lets grow."""
+    start = room.start
+    total = (state[0] - start[0]) ** 2 + (rig.plain.r * (state[1] - start[1])) ** 2
+    for i in range(len(sliders.force)):
+        total += (state[2 + 2 * i] - start[2 + 2 * i]) ** 2 / max(sliders.stiffness[i], 1e-300)
+    return sqrt(total)
+
+
+def has_slipped_out(rig: Rig, sliders: Sliders, state: list[float], room: ElasticRoom) -> bool:
+    """Tell whether a motion in a state holds what it will hold for good in the orbit just carried.
+
+    It never comes farther from the orbit than it is now. So a slider that holds on the orbit with so much to spare
+    holds from now on.
+    """
+    contact, far, z = rig.contact, away(rig, sliders, state, room), room.start[0]
+    high, low = room.tally[HIGH], room.tally[LOW]
+    for i in range(len(sliders.force)):
+        if sliders.slips[i] > 0.0:
+            continue
+        kappa, beta, held = sliders.stiffness[i], sliders.strength[i], room.start[2 + 2 * i]
+        if room.kinds[i] != OUTER or abs(state[2 + 2 * i] - held - kappa * (state[0] - z)) > SAME * beta:
+            return False
+        if held + kappa * (high + far - z) > contact.static_up * beta * (1.0 + contact.gradient * high):
+            return False
+        if held + kappa * (low - far - z) < -contact.static_down * beta * (1.0 + contact.gradient * low):
+            return False
+    return True
+
+
+def from_rest(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
+    """Return leg, miss and code of the orbit that the motion from rest comes to, with what it leaves in its sliders.
+
+    It is followed until what they hold is settled; Newton does the rest.
+    """
+    leg, cycles, waited, miss = Leg(0.0, TURN, 1.0, 1.0), 2.0, 2.0, inf
+    now = [0.0] * (2 + 2 * len(sliders.force))
+    start_at_rest(sliders, room)
+    code = follow(rig, sliders, force, leg, cycles, room)
+    while code == DONE:
+        for i in range(len(now)):
+            now[i] = room.start[i]
+        miss, code = shoot_elastic(rig, sliders, force, leg, room, NEAR_STEPS)
+        settled = code == DONE and spread(rig, room, miss) and has_slipped_out(rig, sliders, now, room)
+        if settled or waited >= LONGEST_WAIT:
+            break
+        start_from(now, room)
+        code = follow(rig, sliders, force, leg, cycles, room)
+        waited += cycles
+        cycles = waited
+    return leg, miss, code
