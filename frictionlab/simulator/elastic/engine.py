@@ -63,7 +63,7 @@ def set_up(engine: Engine, problem: Problem) -> tuple[Rig, layout.Sliders, Force
     """Return the kernel's rig, sliders and force of a problem."""
     stiffness, strength = sliders_of(problem)
     none = (0.0,) * len(stiffness)
-    sliders = layout.Sliders(*(engine.buffer(values) for values in (stiffness, strength, none, none, none)))
+    sliders = layout.Sliders(*(engine.buffer(values) for values in (stiffness, strength, none, none, none, none)))
     up, down = problem.static_ratios
     damping = problem.zeta, problem.frame_damping_ratio
     contact = Contact(problem.beta, problem.parameter("gradient"), up, down, *damping)

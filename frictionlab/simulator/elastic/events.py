@@ -150,6 +150,7 @@ def give_way(rig: Rig, sliders: Sliders, i: int, side: float, z: float, v: float
     sliders.force[i] = side * sliders.strength[i] * (1.0 + steep * z)
     sliders.side[i] = side
     sliders.slips[i] += 1.0
+    sliders.falls[i] += 1.0 if side < 0.0 else 0.0
 
 
 def hold_all(sliders: Sliders) -> None:
@@ -302,6 +303,7 @@ def begin(rig: Rig, sliders: Sliders, room: ElasticRoom) -> None:
     tally[HIGH], tally[LOW] = -inf, inf
     for i in range(len(sliders.force)):
         sliders.force[i], sliders.side[i], sliders.slips[i] = start[2 + 2 * i], start[3 + 2 * i], abs(start[3 + 2 * i])
+        sliders.falls[i] = 1.0 if start[3 + 2 * i] < 0.0 else 0.0
         along = start[3 + 2 * i] * sliders.stiffness[i] - sliders.strength[i] * rig.contact.gradient
         if along * start[1] <= 0.0:
             sliders.side[i] = 0.0  # moving away from its limit, as a trial of Newton's may, it holds

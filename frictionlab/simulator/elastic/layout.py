@@ -59,6 +59,7 @@ class Sliders(NamedTuple):
     force: Buffer  # n_i now
     side: Buffer  # of the limit it slips along; 0: held
     slips: Buffer  # how often it has begun to slip
+    falls: Buffer  # how often of it downwards
 
 
 class ElasticRoom(NamedTuple):

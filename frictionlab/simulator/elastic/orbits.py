@@ -88,7 +88,7 @@ def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) 
             if code == DONE and spread(rig, room, miss) and unstrain(rig, sliders, ahead, room):
                 miss, code = shoot_elastic(rig, sliders, force, ahead, room, NEAR_STEPS)
             return ahead, miss, code
-        if code == DONE and keeps_some(sliders):
+        if code == DONE and keeps_some(sliders, ahead):
             ahead, miss, code = from_rest(rig, sliders, force, room)
         if is_stable(rig, sliders, room, miss, code):
             return ahead, miss, code

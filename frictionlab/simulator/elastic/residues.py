@@ -7,11 +7,11 @@ one it changes friction too, and it is what the motion from rest leaves in them.
 from math import inf, sqrt
 
 from frictionlab.simulator.elastic.holding import held_offset, start_at_rest
-from frictionlab.simulator.elastic.layout import FREE, OUTER, SLIDING, ElasticRoom, Sliders
+from frictionlab.simulator.elastic.layout import FREE, OUTER, ElasticRoom, Sliders
 from frictionlab.simulator.elastic.shooting import follow, shoot_elastic, span_of
 from frictionlab.simulator.kernel.layout import DONE, HIGH, LOW, TURN, Force, Leg, Rig
 
-__all__ = ["away", "from_rest", "has_slipped_out", "keeps_some", "spread", "start_from", "unstrain"]
+__all__ = ["away", "from_rest", "has_slipped_out", "is_idle", "keeps_some", "spread", "start_from", "unstrain"]
 
 STRAINED = 1e-12  # of its strength: a slider that holds so much more than need be is relaxed
 SAME = 1e-9  # of its strength: by which what a slider holds may differ, but for rounding
@@ -30,6 +30,15 @@ def start_from(state: list[float], room: ElasticRoom) -> None:
         room.start[i] = state[i]
 
 
+def is_idle(sliders: Sliders, i: int, leg: Leg) -> bool:
+    """Tell whether a slider does not slip in the orbit just carried.
+
+    What slips one way must slip back: if not, it only just touches its limit.
+    """
+    forth, back = sliders.slips[i] - sliders.falls[i], sliders.falls[i]
+    return forth + back == 0.0 if leg.sign < 0.0 else forth == 0.0 or back == 0.0
+
+
 def unstrain(rig: Rig, sliders: Sliders, leg: Leg, room: ElasticRoom) -> bool:
     """Relax the sliders that never slip in the orbit just carried, which are no unknowns; False if nothing changed.
 
@@ -38,7 +47,7 @@ def unstrain(rig: Rig, sliders: Sliders, leg: Leg, room: ElasticRoom) -> bool:
     """
     free, residue, spring, z = False, 0.0, 1.0, room.start[0]
     for i in range(len(sliders.force)):
-        if sliders.slips[i] == 0.0 and room.kinds[i] != SLIDING:
+        if is_idle(sliders, i, leg):
             residue += room.start[2 + 2 * i] - sliders.stiffness[i] * z
             spring += sliders.stiffness[i]
             free = free or room.kinds[i] == FREE
@@ -63,11 +72,11 @@ def unstrain(rig: Rig, sliders: Sliders, leg: Leg, room: ElasticRoom) -> bool:
     return True
 
 
-def keeps_some(sliders: Sliders) -> bool:
-    """Tell whether some of several sliders did not slip in the leg just carried."""
+def keeps_some(sliders: Sliders, leg: Leg) -> bool:
+    """Tell whether some of several sliders do not slip in the orbit just carried."""
     kept = 0.0
     for i in range(len(sliders.force)):
-        kept += 1.0 if sliders.slips[i] == 0.0 else 0.0
+        kept += 1.0 if is_idle(sliders, i, leg) else 0.0
     return kept > 0.0 and len(sliders.force) > 1
 
 
@@ -80,7 +89,7 @@ def away(rig: Rig, sliders: Sliders, state: list[float], room: ElasticRoom) -> f
     return sqrt(total)
 
 
-def has_slipped_out(rig: Rig, sliders: Sliders, state: list[float], room: ElasticRoom) -> bool:
+def has_slipped_out(rig: Rig, sliders: Sliders, leg: Leg, state: list[float], room: ElasticRoom) -> bool:
     """Tell whether a motion in a state holds what it will hold for good in the orbit just carried.
 
     It never comes farther from the orbit than it is now. So a slider that holds on the orbit with so much to spare
@@ -89,7 +98,7 @@ def has_slipped_out(rig: Rig, sliders: Sliders, state: list[float], room: Elasti
     contact, far, z = rig.contact, away(rig, sliders, state, room), room.start[0]
     high, low = room.tally[HIGH], room.tally[LOW]
     for i in range(len(sliders.force)):
-        if sliders.slips[i] > 0.0:
+        if not is_idle(sliders, i, leg):
             continue
         kappa, beta, held = sliders.stiffness[i], sliders.strength[i], room.start[2 + 2 * i]
         if room.kinds[i] != OUTER or abs(state[2 + 2 * i] - held - kappa * (state[0] - z)) > SAME * beta:
@@ -114,7 +123,7 @@ def from_rest(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tu
         for i in range(len(now)):
             now[i] = room.start[i]
         miss, code = shoot_elastic(rig, sliders, force, leg, room, NEAR_STEPS)
-        settled = code == DONE and spread(rig, room, miss) and has_slipped_out(rig, sliders, now, room)
+        settled = code == DONE and spread(rig, room, miss) and has_slipped_out(rig, sliders, leg, now, room)
         if settled or waited >= LONGEST_WAIT:
             break
         start_from(now, room)
