@@ -140,12 +140,14 @@ def draw_regimes(chapter: Chapter3) -> Figure:
         figure.subplots(2, 2, sharex=True).flat, chapter.regimes, REGIMES, strict=True
     ):
         orbit = _orbit(state)
-        tau = np.linspace(orbit.start, orbit.start + TURN, 1500)
+        start = 0.0 if orbit.periodic else orbit.start  # a whole cycle, counted from the base's crest
+        tau = np.linspace(start, start + TURN, 1500)
         x = orbit.at(np.minimum(tau, orbit.end) if not orbit.periodic else tau)[0]
-        ax.plot((tau - orbit.start) / np.pi, np.cos(tau), color=BASE, linewidth=0.8, label="base $y/Y$")
-        ax.plot((tau - orbit.start) / np.pi, x, color=PREDICTED, label="mass $x/Y$")
+        ax.plot((tau - start) / np.pi, np.cos(tau), color=BASE, linewidth=0.8, label="base $y/Y$")
+        ax.plot((tau - start) / np.pi, x, color=PREDICTED, label="mass $x/Y$")
         for begin, end in orbit.stops:
-            ax.axvspan((begin - orbit.start) / np.pi, (end - orbit.start) / np.pi, color=GREY, alpha=0.3, linewidth=0)
+            ax.axvspan((begin - start) / np.pi, (end - start) / np.pi, color=GREY, alpha=0.3, linewidth=0)
+        ax.set(xlim=(0.0, 2.0), xticks=(0.0, 0.5, 1.0, 1.5, 2.0))
         ax.set_title(rf"{name}: $r = {r:g}$, $\beta = {beta:g}$")
         ax.set_ylabel("displacement over $Y$")
     for ax in figure.axes[2:]:
@@ -250,12 +252,12 @@ def draw_unconverged(chapter: Chapter3) -> Figure:
         error = np.abs(chapter.waited[:, j] / chapter.energy[:, j] - 1.0)
         ax.semilogy(r, error, ".", color=colour, markersize=3.5, label=rf"$\beta = {BETAS[j]:g}$")
     ax.axhline(0.01, color=GREY, linewidth=0.8)
-    ax.text(2.49, 0.012, "1 %", fontsize=7, ha="right")
-    ax.set_ylim(1e-16, 10.0)
+    ax.text(0.02, 0.015, "1 %", fontsize=7)
+    ax.set_ylim(1e-16, 100.0)
     ax.set_xlabel("frequency ratio $r$")
     ax.set_ylabel("relative error of the energy")
     ax.set_title(f"energy of cycle {WAITED} from rest against the steady state")
-    ax.legend(loc="lower right")
+    ax.legend(loc="upper right", ncols=3)
     return figure
 
 

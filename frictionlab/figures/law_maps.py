@@ -4,6 +4,7 @@
 contacts have; friction of rate and state is solved on every second point, for it costs a hundred times as much.
 """
 
+import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 from frictionlab.figures.laws import RATE_STATE
 from frictionlab.figures.style import GREY, PAGE, headline, look, new_figure
 from frictionlab.simulator import sweep
+from frictionlab.simulator.laws import law_of
 
 Floats = NDArray[np.float64]
 LAWS: Mapping[str, Mapping[str, float]] = MappingProxyType(
@@ -35,6 +37,7 @@ LAWS: Mapping[str, Mapping[str, float]] = MappingProxyType(
 SLOW = ("coulomb+rate-state",)  # solved on a coarser grid
 EDGES = (-1.0, 0.5, 2.5, 4.5, 6.5, 8.5, 12.5, 1000.0)  # stops per cycle that share a colour
 NAMES = ("0", "1-2", "3-4", "5-6", "7-8", "9-12", "more")
+WIDE = 30  # letters above a panel
 CHANGE = 0.3  # relative change at which the colours end
 
 
@@ -93,10 +96,10 @@ def panel(ax: Axes, mapped: LawMap, values: Floats, colours: Colormap, norm: Nor
 
 
 def words(law: str) -> str:
-    """Say a law and its parameters in a panel's title."""
-    values = ", ".join(f"{name} {value:g}" for name, value in LAWS[law].items())
-    shown = values if len(values) < 32 else values.split(",")[0] + ", ..."
-    return law.removeprefix("coulomb+") + (f"\n{shown}" if shown else "\n")
+    """Say a law and its parameters, by their symbols, in a panel's title."""
+    own = law_of(law)
+    shown = ", ".join(f"{own.parameter(name).symbol} = {value:g}" for name, value in LAWS[law].items())
+    return f"{law.removeprefix('coulomb+')}\n{textwrap.fill(shown, WIDE)}"
 
 
 def draw_change(maps: Mapping[str, LawMap], key: str, quantity: str) -> Figure:

@@ -83,13 +83,14 @@ def stops_of(state: SteadyState, ax: Axes, color: str = PALETTE[0]) -> Axes:
     motion = state.orbit
     if motion is None:
         return ax
-    ax.plot(phase / TURN, motion.problem.base.at(phase), color=BASE, linewidth=0.8)
-    ax.plot(phase / TURN, motion.at(phase)[0], color=color)
-    for begin, end in motion.stops:
+    ax.plot(phase / TURN, motion.problem.base.at(phase), color=BASE, linewidth=0.8, label="base $y/Y$")
+    ax.plot(phase / TURN, motion.at(phase)[0], color=color, label="mass $x/Y$")
+    for number, (begin, end) in enumerate(motion.stops):
         held = np.linspace(begin, end, 50)
-        ax.plot(held / TURN, motion.at(held)[0], color="black", linewidth=2.5)
+        ax.plot(held / TURN, motion.at(held)[0], color="black", linewidth=2.5, label="" if number else "stop")
     count = state.stops_per_cycle or 0.0
-    ax.set(xlabel="time / cycle", ylabel="displacement x / Y", title=f"{state.problem.law.name}: {count:g} stops")
+    ax.set(xlabel="time / cycle", ylabel="displacement over $Y$", title=f"{state.problem.law.name}: {count:g} stops")
+    ax.legend(loc="upper center", fontsize=7)
     return ax
 
 
@@ -120,6 +121,11 @@ def draw_slow(figures: LawFigures) -> Figure:
         figure = new_figure(PAGE, 2.6)
         for ax, state, color in zip(figure.subplots(1, 2, sharey=True), figures.slow, PALETTE, strict=False):
             stops_of(state, ax, color)
+        for ax in figure.axes[1:]:
+            ax.set_ylabel("")
+        own = figures.slow[1].problem.law
+        values = ", ".join(f"{own.parameter(name).symbol} = {value:g}" for name, value in RATE_STATE.items())
+        headline(figure, f"r = {SLOW[0]:g}, beta = {SLOW[1]:g}; rate and state: {values}")
         return figure
 
 

@@ -15,7 +15,7 @@ from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.solve import steady_state
 from frictionlab.simulator.state import SteadyState, to_numbers
-from frictionlab.simulator.sweep import MANY, MOST_PHASES, Family, warm_up
+from frictionlab.simulator.sweep import MOST_PHASES, Family, are_many, warm_up
 
 __all__ = ["steady_cycles"]
 
@@ -82,7 +82,7 @@ def _buffer(engine: engines.Engine, size: int) -> Any:
 
 
 def _one_by_one(points: Floats, family: Family, samples: int) -> tuple[Floats, Floats]:
-    if len(points) > MANY:
+    if are_many(len(points), family.law):
         warm_up(family.law)
     tau, rows, cycles = _phases(samples), [], []
     for point in points.tolist():

@@ -265,6 +265,12 @@ def _with_shorthands(law: Law, mu: float | None, zeta: float | None) -> Law:
     """The law with the terms that mu and zeta stand for, where it lacks them."""
     name = law.name
     if mu not in (None, 1.0) and not (law.has("breakaway") or "static_ratio" in {p.name for p in law.own}):
+        for term in law.terms:
+            if "breakaway" in term.excludes:
+                raise ParameterError(
+                    f"law {name}: mu stands for the term breakaway, and {term.name} and breakaway exclude each other: "
+                    "leave one out"
+                )
         name += "+breakaway"
     if zeta not in (None, 0.0) and not law.has("speed"):
         name += "+speed"

@@ -19,11 +19,23 @@ from frictionlab.simulator.problem import COSINE, Base, Problem, Wall
 from frictionlab.simulator.solve import steady_state
 from frictionlab.simulator.state import KEYS, OUTCOMES, PLACES, SOLVERS, to_numbers
 
-__all__ = ["Family", "StateMap", "check_axes", "named", "sweep", "sweep_points", "table", "warm_up", "worth_compiling"]
+__all__ = [
+    "Family",
+    "StateMap",
+    "are_many",
+    "check_axes",
+    "named",
+    "sweep",
+    "sweep_points",
+    "table",
+    "warm_up",
+    "worth_compiling",
+]
 
 Floats = NDArray[np.float64]
 FAILED = "failed"  # outcome of a point that could not be solved
-MANY = 100  # points of a law that is solved point by point, from which its compiled kernel is worth loading
+MANY = {"elastic": 100, "smooth": 16, "inner": 4}  # points solved one by one, from which a compiled kernel is loaded
+UNMADE = 10  # times as many where a numeric one must be compiled first
 CHUNK = 500  # points a call: some 10 ms of work
 AXES = ("r", "beta", "mu", "zeta")
 LONG = 16  # times the phases of one cycle: with static friction orbits last many
@@ -243,8 +255,18 @@ def worth_compiling(axes: Sequence[Floats], law: str = "coulomb") -> bool:
     """Tell whether the map over these axes is large enough for the compiled kernel."""
     others = float(np.prod([len(axis) for axis in axes[1:]]))
     if law_of(law).kind != "rigid":
-        return others * len(axes[0]) > MANY
+        return are_many(others * len(axes[0]), law)
     return engines.is_worth_it(others * (10.0 * len(axes[0]) + float(np.sum(4.0 / axes[0]))))
+
+
+def are_many(points: float, law: str) -> bool:
+    """Tell whether so many points of a law that is not rigid are solved sooner by its compiled kernel."""
+    kind = law_of(law).kind
+    if kind == "elastic":
+        return points > MANY[kind]
+    from frictionlab.simulator.numeric.machine import is_ready  # noqa: PLC0415 - what is not asked for is not loaded
+
+    return points > MANY[kind] * (1 if is_ready() else UNMADE)
 
 
 def _points(axes: Sequence[Floats]) -> Floats:

@@ -1,5 +1,6 @@
 """The contact laws as data: names, parameters, domains, what excludes what."""
 
+import itertools
 import pickle
 import re
 
@@ -7,7 +8,8 @@ import pytest
 
 from frictionlab.errors import ParameterError
 from frictionlab.simulator import Problem
-from frictionlab.simulator.laws import TERMS
+from frictionlab.simulator.laws import TERMS, law_of
+from frictionlab.simulator.numeric.machine import machine_of
 
 CONTRACT = {
     "coulomb": ["beta"],
@@ -43,6 +45,7 @@ def test_exclusion_is_mutual() -> None:
         ("coulomb+wear", {}, "'wear' is no term"),
         ("coulomb+place+place", {}, "each term once"),
         ("coulomb+dahl+lugre", {}, "dahl and lugre exclude each other"),
+        ("coulomb+stribeck+logarithm", {}, "stribeck and logarithm exclude each other"),
         (
             "coulomb+place",
             {},
@@ -56,6 +59,25 @@ def test_exclusion_is_mutual() -> None:
 def test_what_no_law_allows_is_refused_by_name(law: str, parameters: dict[str, float], fault: str) -> None:
     with pytest.raises(ParameterError, match=re.escape(fault)):
         Problem(0.5, 0.4, law=law, parameters=parameters)
+
+
+def test_every_pair_of_terms_is_solved_or_excluded_by_name() -> None:
+    for one, other in itertools.combinations([name for name in TERMS if name != "coulomb"], 2):
+        name = f"coulomb+{one}+{other}"
+        if other in TERMS[one].excludes:
+            with pytest.raises(ParameterError, match=f"{one} and {other} exclude each other: leave one out"):
+                law_of(name)
+        elif law_of(name).kind in ("smooth", "inner"):
+            usual = {p.name: p.usual[1] for p in law_of(name).own if p.name != "beta"}
+            machine_of(Problem(0.5, 0.4, law=name, parameters=usual), 1e-8, fast=False)
+
+
+def test_mu_is_refused_by_its_own_name_where_the_law_has_no_break_away() -> None:
+    said = (
+        "law coulomb+dahl: mu stands for the term breakaway, and dahl and breakaway exclude each other: leave one out"
+    )
+    with pytest.raises(ParameterError, match=re.escape(said)):
+        Problem(0.5, 0.4, mu=1.2, law="coulomb+dahl", parameters={"stiffness_ratio": 10.0})
 
 
 def test_mu_and_zeta_stand_for_terms() -> None:

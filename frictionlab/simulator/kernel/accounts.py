@@ -2,10 +2,11 @@
 
 from math import cos, hypot, inf, nan, pi, sin
 
-from frictionlab.simulator.kernel.events import carry, jerk_bound, safe_step
+from frictionlab.simulator.kernel.events import again, carry, jerk_bound, safe_step
 from frictionlab.simulator.kernel.layout import (
     AMPLITUDE,
     BOTTOM,
+    CARRIED,
     CLOSED_FORM,
     CLOSURE,
     COSTLY,
@@ -251,7 +252,7 @@ def tell(rig: Rig, force: Force, found: tuple[int, Leg, float, float, float, boo
     row[SYMMETRIC] = 1.0 if leg.sign < 0.0 or (outcome == STUCK and z == 0.0) else 0.0
     if outcome == PERIODIC and leg.turns == 1.0 and leg.sign == 1.0 and symmetric_force(force) and even_handed(rig):
         row[SYMMETRIC] = mirrored(rig, force, z, v, room)
-    carry(rig, force, leg, z, v, room)
+    again(rig, force, leg, z, v, room)
     if PHASE * int(room.tally[PHASES]) > len(room.phases):
         row[OUTCOME] = OVERFULL
         return
@@ -293,6 +294,7 @@ def steady(rig: Rig, force: Force, closed: int, room: Room, row: Buffer) -> None
     """
     most = most_looks(rig, force)
     given = begin_search(most, room.meter)
+    room.tally[CARRIED + 1] = 0.0  # what another rig has carried is nothing to this one
     outcome, leg, z, v, miss, exact = find_orbit(rig, force, closed, room)
     costly, left = end_search(most, given, room.meter)
     tell(rig, force, (COSTLY if costly else outcome, leg, z, v, miss, exact), room, row)
@@ -303,6 +305,7 @@ def steady_from(rig: Rig, force: Force, z: float, v: float, room: Room, row: Buf
     """As `steady`, of the orbit that the motion from z and v at tau = 0 settles on."""
     most = most_looks(rig, force)
     given = begin_search(most, room.meter)
+    room.tally[CARRIED + 1] = 0.0
     found, _ = settled(rig, force, z, v, room)
     leg, oz, ov, miss, _ = found
     outcome = verdict(rig, found, room)

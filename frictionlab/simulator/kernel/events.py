@@ -3,6 +3,7 @@
 from math import asin, atan2, cos, hypot, inf, pi, sin, sqrt
 
 from frictionlab.simulator.kernel.layout import (
+    CARRIED,
     CHATTER,
     DONE,
     EVALUATIONS,
@@ -31,6 +32,7 @@ from frictionlab.simulator.kernel.motion import free_motion, local_force, pace_a
 
 __all__ = [
     "advance",
+    "again",
     "carry",
     "cubic_step",
     "jerk_bound",
@@ -310,6 +312,8 @@ def carry(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> t
     for i in range(TALLY):
         tally[i] = 0.0
     tally[HIGH], tally[LOW] = -inf, inf
+    tally[CARRIED], tally[CARRIED + 1], tally[CARRIED + 2] = leg.tau, leg.span, leg.turns
+    tally[CARRIED + 3], tally[CARRIED + 4], tally[CARRIED + 5] = leg.sign, z, v
     code = DONE
     for _ in range(int(leg.turns)):
         z, v, code = advance(rig, force, leg.tau, leg.tau + leg.span, z, v, room)
@@ -318,3 +322,11 @@ def carry(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> t
     for i in range(4):
         jacobian[i] *= leg.sign
     return leg.sign * z, leg.sign * v, code
+
+
+def again(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> None:
+    """Leave the record, jacobian and tally of a state's motion over a leg in `room`, unless they are there already."""
+    tally = room.tally
+    same = tally[CARRIED] == leg.tau and tally[CARRIED + 1] == leg.span and tally[CARRIED + 2] == leg.turns
+    if not (same and tally[CARRIED + 3] == leg.sign and tally[CARRIED + 4] == z and tally[CARRIED + 5] == v):
+        carry(rig, force, leg, z, v, room)

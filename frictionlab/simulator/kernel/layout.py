@@ -111,7 +111,8 @@ PHASE = 6
 # integral of v f'; HIGH and LOW bound z, TOP and BOTTOM the mass's own displacement.
 PATH, STUCK_TIME, STOPS_MADE, HIGH, LOW, FIRST, LAST, PHASES, WORK, VISCOUS, EVALUATIONS = range(11)
 LOADED, CROSS, TOP, BOTTOM = range(11, 15)
-TALLY = 15
+CARRIED = 15  # from here on: tau, span, turns and sign of the leg carried, and the state it was carried from
+TALLY = 21
 
 # The row of a steady state.
 OUTCOME, ENERGY, AMPLITUDE, STOPS, STUCK_SHARE, SYMMETRIC, PERIOD, MULTIPLIER, CLOSURE, MISS, CLOSED_FORM = range(11)

@@ -32,7 +32,7 @@ LOGARITHM = Term(
         ),
     ),
     kind="smooth",
-    excludes=frozenset({"compliance", "iwan", "dahl", "bouc-wen", "lugre", "rate-state"}),
+    excludes=frozenset({"stribeck", "compliance", "iwan", "dahl", "bouc-wen", "lugre", "rate-state"}),
 )
 
 

@@ -45,7 +45,7 @@ STRIBECK = Term(
         ),
     ),
     kind="smooth",
-    excludes=frozenset({"breakaway", "compliance", "iwan", "dahl", "bouc-wen", "lugre", "rate-state"}),
+    excludes=frozenset({"breakaway", "logarithm", "compliance", "iwan", "dahl", "bouc-wen", "lugre", "rate-state"}),
 )
 
 
