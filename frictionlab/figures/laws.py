@@ -123,9 +123,9 @@ def draw_slow(figures: LawFigures) -> Figure:
             stops_of(state, ax, color)
         for ax in figure.axes[1:]:
             ax.set_ylabel("")
-        own = figures.slow[1].problem.law
-        values = ", ".join(f"{own.parameter(name).symbol} = {value:g}" for name, value in RATE_STATE.items())
-        headline(figure, f"r = {SLOW[0]:g}, beta = {SLOW[1]:g}; rate and state: {values}")
+        other = figures.slow[1].problem
+        values = (f"{each.symbol} = {other.parameter(each.name):g}" for each in other.law.own[1:])
+        headline(figure, f"r = {SLOW[0]:g}, beta = {SLOW[1]:g}; {', '.join(values)}")
         return figure
 
 
