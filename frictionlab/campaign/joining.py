@@ -19,6 +19,7 @@ from frictionlab.campaign.trials import Trial
 from frictionlab.campaign.verdicts import Cause, LeftOut
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
+from frictionlab.simulator import COSINE
 from frictionlab.simulator.laws import Law
 from frictionlab.tables import Row
 
@@ -243,7 +244,8 @@ def _verdict(
     if trial.regime == "stuck" or trial.is_long:
         return replace(verdict, excluded=excluded)
     mean = float(np.mean([cycle.amplitude for cycle in mine]))
-    here = local(material.model, trial.r, beta * mean / trial.base_amplitude_m)
+    base = next((cycle.family.base for cycle in mine if cycle.source == trial.source), COSINE)
+    here = local(material.model, trial.r, beta * mean / trial.base_amplitude_m, base)
     own = told.get(trial.source)
     return replace(
         verdict,

@@ -11,7 +11,7 @@ from frictionlab.errors import SimulationError, UsageError
 from frictionlab.identification.compare import model_words
 from frictionlab.identification.family import Family, law_and_held
 from frictionlab.scene import Scene, Solver
-from frictionlab.simulator import observe, steady_state
+from frictionlab.simulator import COSINE, Base, observe, steady_state
 from frictionlab.simulator.engine import choose
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.problem import Wall
@@ -41,9 +41,9 @@ class Model:
     wall: Wall = "fixed"
     solver: Solver = "auto"
 
-    def family(self, r: float) -> Family:
+    def family(self, r: float, base: Base = COSINE) -> Family:
         """All problems that a test at one frequency ratio may be."""
-        return Family(r, self.law, dict(self.held), self.wall)
+        return Family(r, self.law, dict(self.held), self.wall, base)
 
     @property
     def open_ones(self) -> list[str]:
@@ -114,10 +114,10 @@ class Prediction:
 
 
 @lru_cache(maxsize=65536)
-def predict(model: Model, r: float, beta: float) -> Prediction | None:
+def predict(model: Model, r: float, beta: float, base: Base = COSINE) -> Prediction | None:
     """The steady state at (r, beta), or None where there is none (unbounded, or not found)."""
     try:
-        state = steady_state(model.family(r).problem({"beta": beta}), solver=model.solver)
+        state = steady_state(model.family(r, base).problem({"beta": beta}), solver=model.solver)
     except SimulationError:
         return None
     seen = observe(state)
@@ -137,10 +137,10 @@ class Local:
     by_r: FloatArray
 
 
-def local(model: Model, r: float, beta: float) -> Local | None:
+def local(model: Model, r: float, beta: float, base: Base = COSINE) -> Local | None:
     """Prediction and central differences at (r, beta); None where a neighbour has no steady state."""
     h, g = STEP * beta, STEP * r * min(1.0, max(abs(r - 1.0), 0.02))
-    points = [predict(model, *p) for p in ((r, beta), (r, beta - h), (r, beta + h), (r - g, beta), (r + g, beta))]
+    points = [predict(model, *p, base) for p in ((r, beta), (r, beta - h), (r, beta + h), (r - g, beta), (r + g, beta))]
     if any(p is None for p in points):
         return None
     here, low, high, slow, fast = (p for p in points if p is not None)

@@ -12,7 +12,7 @@ from frictionlab.identification import compare
 from frictionlab.identification.contact_force import contact_force
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, scene_from_tables
-from frictionlab.simulator import Problem
+from frictionlab.simulator import COSINE, Base, Problem
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import SCENE
 from tests.identification.contacts import recorded
@@ -20,9 +20,11 @@ from tests.identification.contacts import recorded
 KNOWN = SCENE | {"sensors": {"lag_s_u": 1e-4, "gain_error": 0.002}}
 
 
-def made(law: str, parameters: dict[str, float], *, lag_s: float = 0.0, seed: int = 5) -> Recording:
+def made(
+    law: str, parameters: dict[str, float], *, lag_s: float = 0.0, seed: int = 5, base: Base = COSINE
+) -> Recording:
     """40 s of a contact whose friction scatters by 0.3 % from cycle to cycle."""
-    problem = Problem(0.6, 0.36, law=law, parameters=parameters)
+    problem = Problem(0.6, 0.36, law=law, parameters=parameters, base=base)
     return recorded(problem, np.random.default_rng(seed), seconds=40.0, lag_s=lag_s)
 
 
@@ -78,3 +80,31 @@ def test_the_force_of_the_contact_is_recovered_with_the_rig_as_fitted(tmp_path: 
     at = np.interp(tau, np.append(measured.cycle.tau, 2.0 * np.pi + measured.cycle.tau[0]), np.append(force, force[0]))
     apart = np.sqrt(np.mean((loop.force / scale - at) ** 2))
     assert apart < 0.4 * np.sqrt(np.mean((contact_force(measured) - force) ** 2))  # not smoothed: its noise is left
+
+
+def test_base_harmonics_are_used_where_recordings_are_at_hand(tmp_path: Path) -> None:
+    base = Base((1.0, 0.03, 0.0), (0.0, 0.02, -0.02))
+    scene = scene_from_tables(KNOWN | {"model": {"base_harmonics": 3}})
+    recording = made("coulomb", {}, base=base)
+    found, alone = campaign_of({"steel": recording}, scene, tmp_path), compare(recording, scene)
+    (fit,) = found.fits
+    assert fit.friction_ratio == pytest.approx(alone.friction_ratio, rel=1e-6)
+    assert fit.friction_ratio == pytest.approx(0.36, rel=2e-3)
+    (verdict,) = fit.verdicts
+    assert verdict.residual == pytest.approx(0.0, abs=2e-3)  # 1 % and more with a cosine base
+
+
+def test_recordings_of_one_contact_together_stand_among_those_alone(tmp_path: Path) -> None:
+    scene = scene_from_tables(KNOWN)
+    recordings, rows = [made("coulomb+speed", {"contact_damping_ratio": 0.05}, seed=seed) for seed in range(3)], []
+    for i, recording in enumerate(recordings):
+        write_recording(recording, tmp_path / f"{i}.h5")
+        rows.append(
+            {**measure(recording, scene).row(), "source": f"{i}.h5", "material": "steel", "normal_force_n": 1.5}
+        )
+    (fit,) = evaluate(rows, scene, folders=[tmp_path], law="coulomb+speed").fits
+    alone = [compare(recording, scene, law="coulomb+speed") for recording in recordings]
+    values = np.array([one.friction_ratio for one in alone])
+    errors = np.array([one.friction_ratio_u for one in alone])
+    assert values.min() <= (fit.friction_ratio or 0.0) <= values.max()
+    assert 0.5 * errors.min() <= (fit.friction_ratio_u or 0.0) <= 1.05 * errors.max()  # the rig's part does not fall
