@@ -38,6 +38,7 @@ from frictionlab.campaign.responses import (
     recording_of,
     recording_path,
 )
+from frictionlab.campaign.rig import found_of
 from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order, trial_of
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.identification.contact_force import FittedRig
@@ -215,7 +216,12 @@ def evaluate(
         drifts=drifts,
         curves=_curves(fits, first, models),
         responses=responses,
-        notes=(*_notes(tests, fits, drifts, responses, scene), *unfitted, *_not_opened(tests, folders)),
+        notes=(
+            *_notes(tests, fits, drifts, responses, scene),
+            *unfitted,
+            *_of_rig(joined),
+            *_not_opened(tests, folders),
+        ),
         model=model,
         scene=scene,
         laws=laws_together(joined, laws_of(comparisons, {t.source: t.material for t in tests if t.material})),
@@ -225,6 +231,13 @@ def evaluate(
         parameters=parameters_of(joined, scene),
         loops=tuple(loop for m in joined.values() for loop in loops_of(m, scene.rig.stiffness)),
     )
+
+
+def _of_rig(joined: Mapping[str, Material]) -> Sequence[str]:
+    """What all tests together say of sensors and rig; a single test's comparison says it itself."""
+    found = [material.joined.moved for material in joined.values()]
+    several = sum(len(joint.fits) for joint in found) > 1
+    return found_of(max(found, key=lambda joint: len(joint.shared.coordinates))) if several else ()
 
 
 def _not_opened(trials: Sequence[Trial], folders: Sequence[Path]) -> Sequence[str]:

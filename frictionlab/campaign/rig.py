@@ -6,6 +6,7 @@ elimination of one fit to all tests. How sure the unknowns are, and what those o
 by the whole precision at the end.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -14,9 +15,12 @@ from numpy.typing import NDArray
 
 from frictionlab.campaign.joint import MANY, Joint, fit_again
 from frictionlab.campaign.mixed import Mixed, Others, Piece, Solution, Spread, spread_of
-from frictionlab.identification.coordinates import strains
+from frictionlab.identification.coordinates import Coordinate, strains
+from frictionlab.identification.fit import PRESSED
+from frictionlab.identification.identify import CAUSES
 
 FloatArray = NDArray[np.float64]
+FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
 SWEEPS = 8
 SAME = 0.03  # errors of the rig's unknowns within which two materials stand at the same rig
 BOUND = 1e-9
@@ -148,3 +152,26 @@ def _spread(moved: Mapping[str, Joint], columns: Mapping[str, NDArray[np.intp]],
         robust=any(joint.freedom >= MANY for joint in moved.values()),
         scatters=[joint.solution.scatter for joint in moved.values() for _ in joint.fits],
     )
+
+
+def found_of(joint: Joint) -> tuple[str, ...]:
+    """Say where the tests find sensors and rig, and which of them are far from what is known."""
+    parts, far = [], []
+    for k, c in enumerate(joint.shared.coordinates):
+        if c.law or c.name not in CAUSES:
+            continue
+        off, error = float(joint.solution.point[k]), float(np.sqrt(joint.spread.total[k, k]))
+        parts.append(f"{CAUSES[c.name]} {_size(c, off, sign='+')} ± {_size(c, error)}, known to {_size(c, 1.0)}")
+        if abs(off) > PRESSED:
+            against = (
+                "its standard uncertainty: check it" if math.isinf(c.tail) else "what is assumed: measure, declare it"
+            )
+            far.append(f"{CAUSES[c.name]} is off by {abs(off):.2g} times {against}.")
+    return (FOUND.format("; ".join(parts)), *far) if parts else ()
+
+
+def _size(c: Coordinate, deviations: float, *, sign: str = "") -> str:
+    """So many deviations of what is known in units that people read."""
+    count, unit = c.unit
+    factor, name = (count, unit) if unit else (100.0, " %")
+    return f"{factor * c.width * deviations:{sign}.2g}{name}"

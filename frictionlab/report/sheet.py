@@ -30,6 +30,7 @@ FORCE = (
     "Force of the contact recovered from the mean cycle by the equation of motion: no law assumed. Above 25 harmonics"
     " it fades out, so corners are rounded."
 )
+AS_FITTED = "Lag, frequency and damping are those that the fit of its material's tests gives."
 
 
 @dataclass(frozen=True)
@@ -191,7 +192,8 @@ def _forces(sheet: Sheet, measured: Measurement, unit: float) -> Iterator[tuple[
     cycle, turn = measured.cycle, 2.0 * np.pi * (measured.drive.value or np.nan)
     place, speed = _closed(unit * cycle.mass_smooth), _closed(unit * turn * cycle.mass_velocity)
     label = f"friction force [{name}]"
-    yield "Force over displacement", chart([Line(place, force, "force")], "mass displacement x [mm]", label), FORCE
+    words = FORCE if sheet.fitted is None else f"{FORCE} {AS_FITTED}"
+    yield "Force over displacement", chart([Line(place, force, "force")], "mass displacement x [mm]", label), words
     yield (
         "Force over speed",
         chart([Line(speed, force, "force")], "mass speed [mm/s]", label),

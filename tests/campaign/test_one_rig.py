@@ -12,7 +12,7 @@ from frictionlab.campaign import Cycle, Material, Model, cycle_of
 from frictionlab.campaign.across import of_energies, of_frictions
 from frictionlab.campaign.joined import Joined, join
 from frictionlab.campaign.joint import Joint
-from frictionlab.campaign.rig import Rig, on_one_rig
+from frictionlab.campaign.rig import Rig, found_of, on_one_rig
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import law_of
@@ -100,6 +100,10 @@ def test_a_rig_that_two_materials_share_is_better_known_than_by_either() -> None
     for name, found in joint.items():
         k = found.shared.names.index("lag")
         assert np.sqrt(rig.of(name).total[k, k]) < np.sqrt(alone[name].moved.spread.total[k, k])
+    (said,) = found_of(joint["plain"])
+    assert "the natural frequency (rig.natural_frequency_hz) +0.098 % ± " in said
+    assert "the lag between the channels (sensors.lag_s) +0.4 ms ± " in said
+    assert "known to 0.4 ms" in said
     shared = rig.spread.total[rig.columns["plain"][0], rig.columns["greased"][0]]
     assert abs(shared) > 1e-3 * rig.spread.total[0, 0]  # what the rig does to both is in their covariance
 
