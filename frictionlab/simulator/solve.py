@@ -15,7 +15,7 @@ __all__ = ["last_cycle", "simulate", "steady_state"]
 
 ANSWERS: dict[str, tuple[str, ...]] = {  # kind of a law: the solvers that know it
     "rigid": get_args(Solver),
-    "elastic": ("auto", "exact", "numeric"),
+    "elastic": ("auto", "exact"),
     "smooth": ("auto", "numeric"),
     "inner": ("auto", "numeric"),
 }
@@ -57,9 +57,7 @@ def steady_state(problem: Problem, *, solver: Solver = "auto") -> SteadyState:
     _check_solver(problem, solver)
     if solver == "thesis":
         return last_cycle(problem, cycles=100, solver="thesis")
-    state: SteadyState = (
-        orbit.steady(problem, solver) if _is_rigid(problem, solver) else _room(problem, solver).steady(problem)
-    )
+    state: SteadyState = orbit.steady(problem, solver) if _is_rigid(problem, solver) else _room(problem).steady(problem)
     return state
 
 
@@ -78,9 +76,9 @@ def _is_rigid(problem: Problem, solver: str) -> bool:
     return problem.law.kind == "rigid" and solver != "numeric"
 
 
-def _room(problem: Problem, solver: str) -> Any:
+def _room(problem: Problem) -> Any:
     """The solver of a law that is not rigid, or of any law by integration; loaded when it is needed."""
-    if problem.law.kind == "elastic" and solver != "numeric":
+    if problem.law.kind == "elastic":
         from frictionlab.simulator import elastic  # noqa: PLC0415 - what is not asked for is not loaded
 
         return elastic
@@ -143,7 +141,7 @@ def simulate(
             f"simulate: initial conditions; expected finite numbers of size up to {LARGEST:g}; "
             f"got x0 = {x0}, v0 = {v0}, tau0 = {tau0}"
         )
-    run = simulate_exactly if _is_rigid(problem, solver) else _room(problem, solver).run
+    run = simulate_exactly if _is_rigid(problem, solver) else _room(problem).run
     kept = cycles if keep is None else keep
     motion: Motion = run(problem, cycles=cycles, x0=x0, v0=v0, tau0=tau0 % (2.0 * pi), keep=kept)
     return motion
@@ -180,7 +178,7 @@ def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "auto") -> Ste
         return orbit.waited(problem, cycles)
     if _is_rigid(problem, solver):
         return orbit.last(problem, cycles)
-    if problem.law.kind == "elastic" and solver != "numeric":
-        elastic: SteadyState = _room(problem, solver).last(problem, cycles)
+    if problem.law.kind == "elastic":
+        elastic: SteadyState = _room(problem).last(problem, cycles)
         return elastic
-    return last_of(_room(problem, solver).run(problem, cycles=cycles, keep=1), "numeric")
+    return last_of(_room(problem).run(problem, cycles=cycles, keep=1), "numeric")

@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from frictionlab.errors import ParameterError
-from frictionlab.simulator import Problem
+from frictionlab.errors import ParameterError, UsageError
+from frictionlab.simulator import Problem, Solver, steady_state
 from frictionlab.simulator.laws import TERMS, law_of
 from frictionlab.simulator.numeric.machine import machine_of
 
@@ -78,6 +78,16 @@ def test_mu_is_refused_by_its_own_name_where_the_law_has_no_break_away() -> None
     )
     with pytest.raises(ParameterError, match=re.escape(said)):
         Problem(0.5, 0.4, mu=1.2, law="coulomb+dahl", parameters={"stiffness_ratio": 10.0})
+
+
+@pytest.mark.parametrize(
+    ("law", "solver", "known"),
+    [("coulomb+compliance", "numeric", "auto, exact"), ("coulomb+dahl", "exact", "auto, numeric")],
+)
+def test_a_solver_that_does_not_know_the_law_is_refused_by_name(law: str, solver: Solver, known: str) -> None:
+    said = f"solver '{solver}' does not know law {re.escape(law)}; expected one of {known}"
+    with pytest.raises(UsageError, match=said):
+        steady_state(Problem(0.5, 0.4, law=law, parameters={"stiffness_ratio": 10.0}), solver=solver)
 
 
 def test_mu_and_zeta_stand_for_terms() -> None:
