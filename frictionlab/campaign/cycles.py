@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.identification.coordinates import Coordinate, of_parameter
-from frictionlab.identification.family import Family, family_of
+from frictionlab.identification.family import HIGHER, Family, family_of
 from frictionlab.identification.fit import Fit
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.identify import Identified, coordinates_of, identify
@@ -17,7 +17,7 @@ from frictionlab.scene import Scene
 from frictionlab.simulator.laws import Law
 
 FloatArray = NDArray[np.float64]
-LOCAL = ("second_cosine", "second_sine")  # nuisances that each test has for itself
+LOCAL = ("second_cosine", "second_sine", HIGHER)  # nuisances that each test has for itself
 
 
 @dataclass(frozen=True)

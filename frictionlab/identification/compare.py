@@ -162,12 +162,8 @@ def _state(found: Identified, solver: Solver) -> SteadyState:
 
     A solver without a frame's dashpot leaves out the one that was fitted beside the law, unless the scene has it.
     """
-    values = found.fit.values
-    own = found.fit.law_values
-    if solver in UNDAMPED and "frame_damping_ratio" not in found.family.held:
-        own.pop("frame_damping_ratio", None)
-    second = complex(values.get("second_cosine", 0.0), -values.get("second_sine", 0.0))
-    problem = found.family.problem(own, detuning=values.get("natural_frequency", 0.0), second=second)
+    plain = solver in UNDAMPED and "frame_damping_ratio" not in found.family.held
+    problem = found.family.problem_at(found.fit.values, without=("frame_damping_ratio",) if plain else ())
     return steady_state(problem, solver=solver)
 
 

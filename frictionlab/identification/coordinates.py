@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.identification.family import Family
+from frictionlab.identification.family import HIGHER, Family
 from frictionlab.simulator.laws import Parameter
 from frictionlab.uncertainty import Sources, bent_gain
 
 FloatArray = NDArray[np.float64]
 WIDE = 2.0 * 1.959964  # deviations from end to end of a 95 % interval
-SECOND = 0.4  # of a measured second harmonic, each part: a wider one would pass for friction that varies with place
+SECOND = 0.6  # of a measured second harmonic, each part: the base has it, or its sensor shows what is not there
+SHARE = 0.5  # of the higher harmonics that the sensor of the base shows: the base has them, or it has not
 SMALLEST = 1e-6  # of the cycle: what a sensor bends or mixes less than this is not fitted
 STRONGEST = 12.0  # deviations: farther from its prior no coordinate may go
 UNDECLARED = "sensors.lag_s_u"  # the scene's key without which the lag's prior has tails
@@ -136,6 +137,7 @@ def nuisances(
         _lag(sources, turn),
         _frame(family, sources),
         *(_nuisance(f"second_{part}", words.format(part), SECOND * second) for part in ("cosine", "sine")),
+        _nuisance(HIGHER, "share of the base's higher harmonics that is no sensor's", SHARE if family.higher else 0.0),
     ]
     return tuple(c for c in found if c.width > 0.0)
 

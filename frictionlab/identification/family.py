@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.problem import Wall
 
 FloatArray = NDArray[np.float64]
+HIGHER = "base_higher"  # the nuisance: share of the base's higher harmonics that the sensor shows and the base has
+SEEN = 1e-3  # of Y: smaller harmonics of the base are left out, for each makes a steady state dearer
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,8 @@ class Family:
     wall : {"fixed", "base"}
     base : Base
         Motion of the base over Y.
+    higher : Base, optional
+        Harmonics from the third on that the base's sensor shows and that `base` leaves out: the base's or the sensor's.
     """
 
     r: float
@@ -38,13 +43,26 @@ class Family:
     held: Mapping[str, float]
     wall: Wall
     base: Base = COSINE
+    higher: Base | None = None
 
     @property
     def free(self) -> tuple[str, ...]:
         """The law's own parameters that are to be found, in order: those not held, without counts."""
         return tuple(p.name for p in self.law.own if p.name not in self.held and not p.whole)
 
-    def problem(self, values: Mapping[str, float], *, detuning: float = 0.0, second: complex = 0.0) -> Problem:
+    def problem_at(self, values: Mapping[str, float], *, without: tuple[str, ...] = ()) -> Problem:
+        """Return the problem at the values of a fit, by name, nuisances included; some parameters may be left out."""
+        names = {p.name for p in self.law.parameters}.difference(without)
+        return self.problem(
+            {name: value for name, value in values.items() if name in names},
+            detuning=values.get("natural_frequency", 0.0),
+            second=complex(values.get("second_cosine", 0.0), -values.get("second_sine", 0.0)),
+            share=values.get(HIGHER, 0.0),
+        )
+
+    def problem(
+        self, values: Mapping[str, float], *, detuning: float = 0.0, second: complex = 0.0, share: float = 0.0
+    ) -> Problem:
         """Return the problem with these parameters.
 
         Parameters
@@ -55,12 +73,15 @@ class Family:
             Relative error of the natural frequency: r / (1 + detuning) is simulated.
         second : complex
             A second harmonic added to the base, cosine - i sine part, over Y.
+        share : float
+            Of the higher harmonics that its sensor shows, added to the base.
         """
         given = (
             {p.name: p.default for p in self.law.parameters if p.default is not None} | dict(self.held) | dict(values)
         )
         beta, frame = given.pop("beta"), given.pop("frame_damping_ratio", 0.0)
         base = self.base if second == 0.0 else _with_second(self.base, second)
+        base = _with_share(base, self.higher, share) if self.higher is not None and share else base
         return Problem(
             self.r / (1.0 + detuning),
             beta,
@@ -83,6 +104,14 @@ class Family:
         """Return the family of the same test under another law; what that law lacks is no longer held."""
         names = {p.name for p in law.parameters}
         return replace(self, law=law, held={k: v for k, v in self.held.items() if k in names})
+
+
+def _with_share(base: Base, higher: Base, share: float) -> Base:
+    """A base with so much of some more harmonics."""
+    both = zip((base.cosine, base.sine), (higher.cosine, higher.sine), strict=True)
+    pairs = ([a + share * b for a, b in zip_longest(*one, fillvalue=0.0)] for one in both)
+    cosine, sine = (tuple(values) for values in pairs)
+    return Base(cosine, sine)
 
 
 def _with_second(base: Base, second: complex) -> Base:
@@ -133,7 +162,20 @@ def family_of(measurement: Measurement, scene: Scene, law: str | Law | None = No
             " mass_kg and stiffness_n_per_m; `frictionlab free-vibration` measures it"
         )
     chosen, held = law_and_held(scene, law)
-    return Family(ratio, chosen, held, scene.model.wall, measured_base(measurement, scene.model.base_harmonics))
+    base = measured_base(measurement, scene.model.base_harmonics)
+    return Family(ratio, chosen, held, scene.model.wall, base, higher_harmonics(measurement, base))
+
+
+def higher_harmonics(measurement: Measurement, base: Base) -> Base | None:
+    """The base's harmonics from the third on that its sensor shows; None where they are noise, or simulated anyway."""
+    cycle = measurement.cycle
+    cosine, sine = (np.array(side) for side in (cycle.base_cosine, cycle.base_sine))
+    cosine[:2], sine[:2] = 0.0, 0.0
+    noise = measurement.base_amplitude_m_se / measurement.base_amplitude_m
+    told = np.hypot(cosine, sine) > max(3.0 * noise, SEEN)
+    if base.harmonics > 1 or not told.any():
+        return None
+    return Base(tuple((cosine * told).tolist()), tuple((sine * told).tolist()))
 
 
 def measured_base(measurement: Measurement, harmonics: int) -> Base:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError
 from frictionlab.identification.coordinates import Coordinate, values_of
-from frictionlab.identification.family import Family
+from frictionlab.identification.family import HIGHER, Family
 from frictionlab.identification.observed import harmonics_of, parts
 from frictionlab.simulator import Problem, SteadyState, steady_state
 from frictionlab.simulator.meter import Meter
@@ -20,7 +20,7 @@ ComplexArray = NDArray[np.complex128]
 LEAST_POINTS = 128  # of a simulated cycle: what folds back from beyond is below 1e-6 of it
 STEP = 1e-4  # of a prior's width or of the value: finite differences of the simulated cycle
 BENDS = {2: "parabola", 3: "cubic"}  # powers of its place by which a sensor bends a cycle
-SIMULATED = ("natural_frequency", "frame_damping_ratio", "second_cosine", "second_sine")  # nuisances that cost a state
+SIMULATED = ("natural_frequency", "frame_damping_ratio", "second_cosine", "second_sine", HIGHER)  # cost a state each
 
 
 @dataclass(frozen=True)
@@ -53,18 +53,12 @@ class Forward:
 
     def problem(self, values: Mapping[str, float]) -> Problem:
         """What is simulated at some values: law, rig and base motion."""
-        own = {name: value for name, value in values.items() if name in self._parameters}
-        second = complex(values.get("second_cosine", 0.0), -values.get("second_sine", 0.0))
-        return self.family.problem(own, detuning=values.get("natural_frequency", 0.0), second=second)
+        return self.family.problem_at(values)
 
     @property
     def is_integrated(self) -> bool:
         """Whether a steady state costs milliseconds: one that is asked for again is remembered."""
         return self.family.law.kind in ("smooth", "inner")
-
-    @property
-    def _parameters(self) -> frozenset[str]:
-        return frozenset(p.name for p in self.family.law.parameters)
 
     def lines(self, values: Mapping[str, float]) -> ComplexArray | None:
         """Harmonics of the steady motion itself, before the sensors; None where there is none."""

@@ -11,7 +11,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, of_sensors, second_harmonic
 from frictionlab.identification.engines import STATES, prepare
-from frictionlab.identification.family import Family
+from frictionlab.identification.family import HIGHER, Family
 from frictionlab.identification.fit import (
     Errors,
     Fit,
@@ -336,6 +336,7 @@ CAUSES = {
     "mass_in_base": "the mass's channel in the base's (sensors.crosstalk)",
     "second_cosine": "a second harmonic of the base",
     "second_sine": "a second harmonic of the base",
+    HIGHER: "the share of the base's higher harmonics that is no sensor's (model.base_harmonics)",
 }
 
 

@@ -27,6 +27,7 @@ from frictionlab.identification.identify import (
     identify,
     with_errors,
 )
+from frictionlab.identification.indistinct import held_against
 from frictionlab.identification.observed import Observed, observe_cycle
 from frictionlab.identification.valleys import start_at, starts_of
 from frictionlab.simulator.laws import TERMS, Law, law_of
@@ -105,6 +106,8 @@ def climb(measurement: Measurement, family: Family, sources: Sources) -> Ladder:
     if not misfit_is_noise(top.identified.fit):
         top = ladder.onto_numeric(bottom, top)
     top = ladder.found_again(top)
+    others = [(rung.identified, rung.log_evidence) for rung in ladder.rungs if rung.law.name != top.law.name]
+    top = replace(top, identified=held_against(top.identified, top.log_evidence, others))
     ladder.meter.left = math.inf  # what is asked of these fits later is not the ladder's
     rungs = tuple(top if rung.law.name == top.law.name else rung for rung in ladder.rungs)
     return Ladder(rungs, top, ladder.left_out)
@@ -270,10 +273,13 @@ def trial_values(new: list[Coordinate]) -> list[dict[str, float]]:
 
 
 def _trials(new: list[Coordinate]) -> tuple[float, ...]:
-    """Where new parameters are tried: many places on a scale, both signs of a gradient; one for what only grows."""
+    """Where new parameters are tried: many places on a scale; one for what only grows; three of a gradient.
+
+    Both its signs, and where it does nothing: its valley may be narrow, and the simpler law's values lie in it.
+    """
     if any(c.is_log for c in new):
         return SCALES
-    return TRIALS[:1] if all(c.folded for c in new) else TRIALS[:2] if len(new) == 1 else TRIALS
+    return TRIALS[:1] if all(c.folded for c in new) else TRIALS
 
 
 def _worth(here: Rung, terms: tuple[str, ...]) -> tuple[str, ...]:
