@@ -8,7 +8,7 @@ import numpy as np
 
 from frictionlab.analysis.drift import Trend
 from frictionlab.campaign.laws import is_comparison
-from frictionlab.errors import UsageError
+from frictionlab.errors import RecordingError, UsageError
 from frictionlab.hdf5 import is_recording, read_tree
 from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import SUFFIXES, Row, read_rows
@@ -62,8 +62,11 @@ def _rows_of_tree(path: Path) -> Iterator[Row]:
     tree = read_tree(path, kind=MEASUREMENTS.format)
     series = tree.get("cycles", {})
     for n, row in enumerate(rows_of(tree, path, MEASUREMENTS)):
-        trend = series.get(str(n), {}).get("trend")
-        yield row if trend is None else {**row, "trend": _trend(trend)}
+        try:
+            trend = series.get(str(n), {}).get("trend")
+            yield row if trend is None else {**row, "trend": _trend(trend)}
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            raise RecordingError(f"{path}: damaged series behind row {n + 1} ({error}): make it again") from error
 
 
 def _trend(tree: Mapping[str, Any]) -> Trend:

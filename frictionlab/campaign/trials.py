@@ -23,11 +23,15 @@ TURNED = (
 )
 POSSIBLE: Mapping[str, tuple[float, float]] = {
     "normal_force_n": (1e-6, 1e9),
+    "sampling_rate_hz": (1e-6, 1e9),
+    "natural_frequency_hz": (1e-6, 1e6),
     "duration_s": (0.0, 1e8),
     "transient_s": (0.0, 1e8),
     "settled_s": (0.0, 1e8),
     "drive_frequency_hz": (1e-6, 1e6),
     "base_amplitude_m": (1e-9, 10.0),
+    "base_amplitude_m_se": (0.0, 10.0),
+    "base_amplitude_m_u": (0.0, 10.0),
     "frequency_ratio": (0.005, 50.0),
     "frequency_ratio_se": (0.0, 1.0),
     "energy_per_cycle": (-1e4, 1e4),
@@ -287,8 +291,21 @@ def _reason(merged: Row, number: _Numbers) -> str | None:
         return "no frequency_ratio: give [rig] natural_frequency_hz in the scene when analyzing"
     if wanting:
         return f"no {', no '.join(wanting)} in the measurement: analyze it again"
+    if (rule := _text(merged.get("energy_rule"))) is not None and not _is_rule(rule):
+        return f"energy_rule: expected last, all or window:SECONDS; got {rule[:LONGEST_NAME]!r}: analyze it again"
     energy, error = number("energy_per_cycle", 0.0), number("energy_per_cycle_se", 0.0)
     return TURNED.format(energy) if energy < -max(5.0 * error, NEARLY_NONE) else None
+
+
+def _is_rule(rule: str) -> bool:
+    """Whether a text is a rule of which cycles an energy is of."""
+    kind, _, seconds = rule.partition(":")
+    if kind != "window":
+        return rule in ("last", "all")
+    try:
+        return float(seconds) > 0.0
+    except ValueError:
+        return False
 
 
 def _outside(row: Row, key: str) -> float | None:

@@ -62,6 +62,6 @@ def _inside(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset | None:
 
 def _is_numeric(dataset: h5py.Dataset) -> bool:
     kind = dataset.attrs.get("MATLAB_class", b"double")
-    is_number = kind in (b"double", b"single") or bytes(kind).startswith((b"int", b"uint"))
+    is_number = isinstance(kind, bytes) and kind.startswith((b"double", b"single", b"int", b"uint"))
     stored_here = not dataset.is_virtual and not dataset.external
     return dataset.dtype.kind in "fiu" and is_number and stored_here and "MATLAB_empty" not in dataset.attrs

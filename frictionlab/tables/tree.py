@@ -50,6 +50,8 @@ def rows_of(tree: Mapping[str, Any], path: Path, table: Table) -> Iterator[dict[
     if ROWS not in tree:
         raise RecordingError(f"{path}: expected a table with rows; got a {table.kind}: open it with `frictionlab show`")
     columns = tree[ROWS]
+    if not isinstance(columns, Mapping) or not all(map(_is_column, columns.values())):
+        raise RecordingError(f"{path}: damaged {table.format}: expected a group of columns under {ROWS!r}")
     lengths = {len(values) for values in columns.values()}
     if len(lengths) > 1:
         raise RecordingError(f"{path}: damaged {table.format}: columns of {min(lengths)} and of {max(lengths)} rows")
@@ -58,6 +60,10 @@ def rows_of(tree: Mapping[str, Any], path: Path, table: Table) -> Iterator[dict[
             yield {name: _value(cell, column_of(name, table)) for name, cell in zip(columns, line, strict=True)}
         except CellError as error:
             raise RecordingError(f"{path}, row {number}: {error}: make it again") from error
+
+
+def _is_column(values: object) -> bool:
+    return isinstance(values, list) or (hasattr(values, "__len__") and getattr(values, "ndim", 0) == 1)
 
 
 def _value(cell: Any, column: Column | None) -> object:

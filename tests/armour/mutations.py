@@ -68,14 +68,14 @@ TEXT: tuple[Bytes, ...] = (flipped, cut, word, word, value, value, value, shuffl
 
 
 def hurt(raw: bytes, rng: np.random.Generator) -> bytes:
-    """A recording that is sound HDF5 and holds what no recording holds."""
+    """A file that is sound HDF5 and holds what no file of its kind holds."""
     file_ = io.BytesIO(raw)
     with h5py.File(file_, "r+") as file:
         for _ in range(int(rng.integers(1, 3))):
             names: list[str] = []
             file.visit(names.append)
             name = names[int(rng.integers(len(names)))]
-            with contextlib.suppress(KeyError, OSError):  # gone or there by the change before
+            with contextlib.suppress(KeyError, OSError, TypeError, ValueError):  # gone or another by the change before
                 HURTS[int(rng.integers(len(HURTS)))](file, name, rng)
     return file_.getvalue()
 
@@ -87,6 +87,10 @@ def _replace(file: h5py.File, name: str, new: object, **how: object) -> None:
 
 def _attribute(file: h5py.File, name: str, rng: np.random.Generator) -> None:
     values = [
+        file.ref,
+        np.zeros(3, [("a", "f8"), ("b", "S3")]),
+        np.array([[1, 2], [3, 4]], "u1"),
+        np.array(["a", "b"], h5py.string_dtype()),
         b"\xff\xfe",
         10**15,
         math.nan,
@@ -147,6 +151,56 @@ def _texts(file: h5py.File, name: str, rng: np.random.Generator) -> None:
     _replace(file, name, strange[int(rng.integers(4))], dtype=h5py.string_dtype())
 
 
+def _storage(file: h5py.File, name: str, rng: np.random.Generator) -> None:
+    """The same numbers stored in another way, or somewhere else."""
+    old = file[name]
+    if not isinstance(old, h5py.Dataset):
+        return
+    values, shape = old[()], old.shape or (1,)
+    del file[name]
+    how = int(rng.integers(6))
+    if how == 0:
+        layout = h5py.VirtualLayout(shape, "f8")
+        layout[...] = h5py.VirtualSource("/etc/passwd", "x", shape)
+        file.create_virtual_dataset(name, layout)
+    elif how == 1:
+        file.create_dataset(name, shape, "f8", external=[("/etc/passwd", 0, 8 * int(np.prod(shape)))])
+    else:
+        filters: list[dict[str, object]] = [
+            {"compression": "gzip", "shuffle": True},
+            {"compression": "lzf"},
+            {"fletcher32": True},
+            {"scaleoffset": 3},
+        ]
+        file.create_dataset(name, data=values, chunks=True, **filters[how - 2])
+
+
+def _strange(file: h5py.File, name: str, rng: np.random.Generator) -> None:
+    """What stands there is no array of numbers, though HDF5 knows it."""
+    kinds: list[tuple[object, object]] = [
+        ([file.ref] * 5, h5py.ref_dtype),
+        (np.zeros(800, "u1"), h5py.enum_dtype({"GOOD": 0, "BAD": 1}, "u1")),
+        (h5py.Empty("f8"), None),
+        (np.zeros((1,) * 32), None),
+        (np.zeros(800, "f2"), None),
+        (np.zeros(800, "S0" if rng.random() < 0.1 else "S5"), None),
+        (np.zeros(800, "u8") + np.uint64(2**64 - 1), None),
+    ]
+    data, dtype = kinds[int(rng.integers(len(kinds)))]
+    del file[name]
+    if rng.random() < 0.1:
+        file[name] = np.dtype("f8")  # a type with a name
+    else:
+        file.create_dataset(name, data=data, dtype=dtype)
+
+
+def _more(file: h5py.File, name: str, rng: np.random.Generator) -> None:
+    """Members that nobody asked for."""
+    names = ("x" * 5000, "\u202e", "..", "é\u0301", "a b\n", "#refs#", "\x1b[31m")
+    node = file[name] if isinstance(file[name], h5py.Group) else file
+    node.create_dataset(names[int(rng.integers(len(names)))], data=np.arange(5.0))
+
+
 def _away(file: h5py.File, name: str, _rng: np.random.Generator) -> None:
     del file[name]
 
@@ -156,4 +210,7 @@ def _group(file: h5py.File, name: str, _rng: np.random.Generator) -> None:
     file.create_group(name)
 
 
-HURTS = (_attribute, _attribute, _lose_attribute, _type, _type, _huge, _link, _cycle, _texts, _away, _group)
+HURTS = (
+    _attribute, _attribute, _lose_attribute, _type, _type, _huge, _link, _cycle, _texts, _away, _group, _storage,
+    _strange, _more,
+)  # fmt: skip

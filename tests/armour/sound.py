@@ -1,6 +1,10 @@
 """A sound file of every kind that the program reads, small, to be mutated."""
 
+import bz2
+import gzip
+import lzma
 import tempfile
+import zipfile
 from collections.abc import Callable
 from datetime import UTC, datetime
 from functools import cache
@@ -10,18 +14,26 @@ import h5py
 import numpy as np
 import pandas as pd
 import scipy.io
+from nptdms import ChannelObject, TdmsWriter
 
 from frictionlab.hdf5.recordings import pieces_of
 from frictionlab.maps import Grid, make_map
 from frictionlab.recording import LineCount, QuarantinedLine, Recording, Source, SourceFile
 from frictionlab.scene import read_scene
 from frictionlab.scene.toml import to_toml
-from frictionlab.schema import MEASUREMENTS
+from frictionlab.schema import COMPARISONS, MEASUREMENTS
 from frictionlab.tables import write_rows
 from tests.armour.mutations import BINARY, TEXT, hurt
+from tests.armour.values import cells, entries, keys
 from tests.campaign.fabricate import small_campaign
 from tests.desk import ROOT
 from tests.logs.samples import truth
+
+PACKERS: dict[str, Callable[[bytes], bytes]] = {
+    ".gz": lambda data: gzip.compress(data, mtime=0),
+    ".bz2": bz2.compress,
+    ".xz": lzma.compress,
+}
 
 
 def _recording() -> Recording:
@@ -58,8 +70,12 @@ def _frame() -> pd.DataFrame:
     )
 
 
+def _named() -> dict[str, np.ndarray]:
+    return dict(zip("txy", _frame().to_numpy().T, strict=True))
+
+
 def _rows(path: Path) -> None:
-    write_rows(small_campaign()[:6], path, MEASUREMENTS)
+    write_rows(small_campaign()[:2], path, MEASUREMENTS)
 
 
 def _matlab(path: Path) -> None:
@@ -78,6 +94,30 @@ def _map(path: Path) -> None:
         pass
 
 
+def _text_log(path: Path) -> None:
+    """A log of a plain dialect, packed as the suffix says."""
+    text = _frame().to_csv(index=False).encode()
+    if path.suffix == ".zip":
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.writestr(zipfile.ZipInfo("log.csv"), text)
+    else:
+        path.write_bytes(PACKERS[path.suffix](text))
+
+
+def _tdms(path: Path) -> None:
+    with TdmsWriter(path) as writer:
+        writer.write_segment([ChannelObject("log", name, col.to_numpy()) for name, col in _frame().items()])
+
+
+def _comparisons(path: Path) -> None:
+    parameters = {"beta": {"value": 0.35, "se": 1e-3, "told": True, "lower": None, "upper": None}}
+    rows = [
+        {**row, "friction_ratio": 0.35, "friction_ratio_se": 1e-3, "law": "coulomb", "parameters": parameters}
+        for row in small_campaign()[:2]
+    ]
+    write_rows(rows, path, COMPARISONS)
+
+
 def _bare(write: Callable[[Path], object]) -> Callable[[Path], None]:
     """What writes the same file without its seal, as other programs leave one."""
 
@@ -93,19 +133,35 @@ MAKE: dict[str, tuple[str, Callable[[Path], object]]] = {
     "scene": ("s.toml", lambda path: path.write_text(to_toml(read_scene(ROOT / "configs" / "sample_data.toml")))),
     "sheet": ("tests.csv", _sheet),
     "recording": ("a.h5", _write),
-    "tree": ("a.h5", _write),
     "map": ("m.h5", _map),
     "recording.bare": ("a.h5", _bare(_write)),
     "map.bare": ("m.h5", _bare(_map)),
     "rows.h5.bare": ("r.h5", _bare(_rows)),
     **{f"rows.{end}": (f"r.{end}", _rows) for end in ("csv", "jsonl", "h5", "xlsx", "parquet")},
+    "comparisons.csv": ("c.csv", _comparisons),
+    **{f"log.{end}": (f"l.csv.{end}", _text_log) for end in ("gz", "bz2", "xz", "zip")},
+    "log.tdms": ("l.tdms", _tdms),
+    "log.mat4": ("l.mat", lambda path: scipy.io.savemat(path, _named(), format="4")),
     "log.mat5": ("l.mat", lambda path: scipy.io.savemat(path, {str(k): v.to_numpy() for k, v in _frame().items()})),
     "log.mat73": ("l.mat", _matlab),
     "log.parquet": ("l.parquet", lambda path: _frame().to_parquet(path)),
     "log.xlsx": ("l.xlsx", lambda path: _frame().to_excel(path, index=False)),
 }
 """Kind -> name of the file, and what writes a sound one. A bare one has no seal."""
-TEXTS = ("scene", "sheet", "rows.csv", "rows.jsonl")
+TEXTS = ("scene", "sheet", "rows.csv", "rows.jsonl", "comparisons.csv")
+OTHER: dict[str, tuple[str, Callable[[bytes, np.random.Generator], bytes]]] = {
+    "tree": ("recording", hurt),
+    "map.tree": ("map", hurt),
+    "rows.h5.tree": ("rows.h5", hurt),
+    "log.mat73.tree": ("log.mat73", hurt),
+    "scene.keys": ("scene", keys),
+    "sheet.cells": ("sheet", cells),
+    "rows.csv.cells": ("rows.csv", cells),
+    "rows.jsonl.entries": ("rows.jsonl", entries),
+    "comparisons.csv.cells": ("comparisons.csv", cells),
+}
+"""Kind -> the kind whose sound file is changed, and how: its bytes stay those of its format, what they say does not."""
+MAKE |= {kind: MAKE[of] for kind, (of, _) in OTHER.items()}
 
 
 @cache
@@ -118,8 +174,8 @@ def case(kind: str, seed: int, number: int) -> bytes:
     """Make a mutated file."""
     rng = np.random.default_rng((seed, number))
     raw = sound(kind)
-    if kind == "tree":
-        return hurt(raw, rng)
+    if kind in OTHER:
+        return OTHER[kind][1](raw, rng)
     mutations = TEXT if kind in TEXTS else BINARY
     for _ in range(int(rng.integers(1, 4))):
         raw = mutations[int(rng.integers(len(mutations)))](raw, rng) or b"\n"

@@ -5,11 +5,12 @@ from pathlib import Path
 import pytest
 
 from tests.armour import fuzz
-from tests.armour.sound import MAKE, sound
+from tests.armour.sound import MAKE, OTHER, sound
 
 CASES = 1000
-FEWER = {"tree": 300, "recording.bare": 150, "map.bare": 150, "rows.h5.bare": 150}
-"""Of kinds that cost more than 5 ms a file: the suite has five minutes. `make fuzz` has no such bound."""
+MORE = {"log.gz", "log.bz2", "log.xz", "log.zip", "log.tdms", "log.mat4", "comparisons.csv"} | set(OTHER) - {"tree"}
+FEWER = dict.fromkeys(MORE, 100) | {"rows.h5.bare": 300, "rows.h5.tree": 50}
+"""Of kinds beside those of the first fuzz, and of those that cost 10 ms a file and more: the suite has five minutes."""
 
 
 @pytest.mark.parametrize("kind", list(MAKE))

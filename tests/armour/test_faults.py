@@ -1,0 +1,75 @@
+"""Faults that the fuzz found in sound files with senseless contents, each by itself."""
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from frictionlab.campaign import read_measurements
+from frictionlab.errors import LogError, RecordingError
+from frictionlab.hdf5 import describe
+from frictionlab.logs import read_log
+from frictionlab.scene import scene_from_tables
+from frictionlab.tables import read_rows
+from frictionlab.verbs.evaluate import evaluate
+from tests.armour.sound import case, sound
+from tests.campaign.fabricate import SCENE, small_campaign
+
+
+def test_a_number_where_matlab_names_a_class_takes_no_memory(tmp_path: Path) -> None:
+    """``bytes(10**15)`` asks for so many bytes."""
+    path = tmp_path / "l.mat"
+    path.write_bytes(sound("log.mat73"))
+    with h5py.File(path, "r+") as file:
+        file["x"].attrs["MATLAB_class"] = 10**15
+    with pytest.raises(LogError, match=r"l\.mat: .*no column"):
+        read_log(path)
+
+
+@pytest.mark.parametrize("what", ["nothing", "one number", "no group"])
+def test_columns_that_are_none_are_damage(what: str, tmp_path: Path) -> None:
+    path = tmp_path / "r.h5"
+    path.write_bytes(sound("rows.h5"))
+    with h5py.File(path, "r+") as file:
+        if what == "no group":
+            del file["rows"]
+            file["rows"] = np.zeros(3)
+        else:
+            del file["rows/asymmetry"]
+            file.create_dataset("rows/asymmetry", data=h5py.Empty("f8") if what == "nothing" else 1.0)
+    for reader in (read_rows, read_measurements):
+        with pytest.raises(RecordingError, match=r"r\.h5"):
+            reader(path)
+
+
+def test_a_series_that_is_none_is_damage(tmp_path: Path) -> None:
+    path = tmp_path / "r.h5"
+    path.write_bytes(sound("rows.h5"))
+    with h5py.File(path, "r+") as file:
+        del file["cycles"]
+        file.create_dataset("cycles", data=["a"], dtype=h5py.string_dtype())
+    with pytest.raises(RecordingError, match=r"r\.h5: damaged series behind row 1"):
+        read_measurements(path)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("sampling_rate_hz", 5e-324, "sampling_rate_hz"),
+        ("energy_rule", 'window: {"b": 1}}', "energy_rule: expected last, all or window:SECONDS"),
+        ("energy_rule", "first", "energy_rule: expected last, all or window:SECONDS"),
+    ],
+)
+def test_what_no_measurement_can_tell_is_left_out(key: str, value: object, words: str) -> None:
+    rows = small_campaign()[:6]
+    rows[0] = {**rows[0], key: value}
+    (left_out,) = (t for t in evaluate(rows, scene_from_tables(SCENE)).trials if t.failed)
+    assert words in str(left_out.reason)
+
+
+def test_text_of_an_unknown_encoding_is_damage(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    path.write_bytes(case("recording.bare", 1, 13510))
+    with pytest.raises(RecordingError, match=r"a\.h5: cannot be read"):
+        describe(path)
