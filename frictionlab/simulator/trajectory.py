@@ -11,8 +11,9 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel.layout import DONE, PHASE, PHASES, Leg
 from frictionlab.simulator.problem import Base, Problem
+from frictionlab.simulator.timeline import Timeline, absolute
 
-__all__ = ["Trajectory", "fold", "from_record", "refuse_chatter", "simulate_exactly"]
+__all__ = ["Trajectory", "from_record", "refuse_chatter", "simulate_exactly"]
 
 TURN = 2.0 * pi
 Floats = NDArray[np.float64]
@@ -55,29 +56,30 @@ class Trajectory:
     periodic: bool = False
 
     @property
+    def timeline(self) -> Timeline:
+        """When its phases are."""
+        return Timeline(self.cycle, self.tau, self.duration, self.periodic)
+
+    @property
     def start(self) -> float:
         """Begin of the motion, rad."""
-        return float(self.cycle[0] * TURN + self.tau[0])
+        return self.timeline.start
 
     @property
     def end(self) -> float:
         """End of the motion (or of its first period), rad."""
-        return float(self.cycle[-1] * TURN + self.tau[-1] + self.duration[-1])
+        return self.timeline.end
 
     @property
     def stops(self) -> Floats:
         """Begin and end of each stop, rad, shape (m, 2); sticks that continue across a cut are one stop."""
-        begins = self.cycle * TURN + self.tau
-        held = self.side == 0.0
-        fresh = held & ~np.concatenate(([False], held[:-1]))
-        last = held & ~np.concatenate((held[1:], [False]))
-        return np.column_stack((begins[fresh], (begins + self.duration)[last]))
+        return self.timeline.spans(self.side == 0.0)
 
     @property
     def turning_points(self) -> tuple[Floats, Floats]:
         """Times (rad) at which a slide starts or ends at rest relative to the wall, and the displacement x there."""
         at_rest = (self.velocity == 0.0) & np.concatenate(([True], np.diff(self.displacement) != 0.0))
-        times = (self.cycle * TURN + self.tau)[at_rest]
+        times = self.timeline.begins[at_rest]
         return times, self.at(times)[0]
 
     def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[Floats, Floats]:
@@ -108,10 +110,9 @@ class Trajectory:
         >>> float(x[0]), float(v[0])
         (0.0, 0.0)
         """
-        shape, local, _, z, v = self._relative(tau, cycle)
-        if self.problem.wall == "base":
-            z, v = z + self.problem.base.at(local), v + self.problem.base.rate_at(local)
-        return z.reshape(shape), v.reshape(shape)
+        shape, local, index, within = self.timeline.place(tau, cycle)
+        x, v = absolute(self.problem, local, *self._evaluate(index, within))
+        return x.reshape(shape), v.reshape(shape)
 
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> Floats:
         """Return the force of the contact on the mass, against the motion, over k Y, at any times.
@@ -129,25 +130,10 @@ class Trajectory:
         >>> steady_state(Problem(r=0.7, beta=0.5)).orbit.force([0.0, 3.0]).tolist()
         [0.5, -0.5]
         """
-        shape, local, side, z, v = self._relative(tau, cycle)
-        problem = self.problem
+        shape, local, index, within = self.timeline.place(tau, cycle)
+        (z, v), side, problem = self._evaluate(index, within), self.side[index], self.problem
         sliding = side * problem.beta * (1.0 + problem.parameter("gradient") * z) + 2.0 * problem.zeta * problem.r * v
         return np.where(side == 0.0, Base(*problem.force).at(local) - z, sliding).reshape(shape)
-
-    def _relative(
-        self, tau: ArrayLike, cycle: ArrayLike | None
-    ) -> tuple[tuple[int, ...], Floats, Floats, Floats, Floats]:
-        """Return the shape of tau; flat: phase of the drive, direction, and z and v relative to the wall."""
-        times, turns = np.broadcast_arrays(np.asarray(tau, dtype=np.float64), 0 if cycle is None else np.asarray(cycle))
-        span = float(self.tau[0]), float((self.cycle[-1] - self.cycle[0]) * TURN + self.tau[-1] + self.duration[-1])
-        asked = times.ravel(), turns.ravel().astype(np.float64)
-        local, turns = fold(*asked, span, first=int(self.cycle[0]), periodic=self.periodic)
-        begins = (self.cycle - self.cycle[0]) * TURN + self.tau
-        index = np.searchsorted(begins, turns * TURN + local, side="right") - 1
-        index = np.clip(index, 0, len(begins) - 1)
-        within = np.clip(local - self.tau[index] + (turns + self.cycle[0] - self.cycle[index]) * TURN, 0.0, None)
-        z, v = self._evaluate(index, within)
-        return times.shape, local, self.side[index], z, v
 
     def _evaluate(self, index: NDArray[np.intp], within: Floats) -> tuple[Floats, Floats]:
         """Return z and v at the given times within the given phases."""
@@ -160,42 +146,6 @@ class Trajectory:
         engine.kernel.evaluate(rig, force, flat, times, states)
         both = np.array(states, dtype=np.float64).reshape(-1, 2)
         return both[:, 0], both[:, 1]
-
-
-def fold(tau: Floats, turns: Floats, span: tuple[float, float], *, first: int, periodic: bool) -> tuple[Floats, Floats]:
-    """Return times as a phase of the drive in a motion's first cycle, and whole turns since then; a period repeats.
-
-    Parameters
-    ----------
-    tau, turns : ndarray
-        Times, rad, counted from the starts of cycles.
-    span : (float, float)
-        Begin and end of the motion, rad, counted from the start of its first cycle.
-    first : int
-        The cycle in which the motion begins.
-    periodic : bool
-
-    Raises
-    ------
-    SimulationError
-        If a time lies outside a motion that does not repeat.
-    """
-    low, high = span
-    turns = turns - (0.0 if periodic else float(first))
-    whole = np.floor((tau - low) / TURN)
-    local, turns = tau - whole * TURN, turns + whole
-    if periodic:
-        return local, np.mod(turns, max(1.0, float(np.round((high - low) / TURN))))
-    total = turns * TURN + local
-    slack = 1e-12 * (1.0 + abs(high) + np.abs(total))
-    if not np.all((total >= low - slack) & (total <= high + slack)):
-        begin, end = first * TURN + low, first * TURN + high
-        earliest, latest = np.min(tau, initial=np.inf), np.max(tau, initial=-np.inf)
-        raise SimulationError(
-            f"trajectory: at(tau); expected times between {begin:.6g} and {end:.6g} rad; got times from "
-            f"{earliest:.6g} to {latest:.6g}; do: ask within the motion, or simulate longer"
-        )
-    return local, turns
 
 
 def from_record(problem: Problem, record: Any, count: int, *, periodic: bool, mirror: bool) -> Trajectory:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.simulator.elastic import engine as engines
 from frictionlab.simulator.elastic.layout import ELASTIC_PHASE
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.trajectory import fold
+from frictionlab.simulator.timeline import Timeline, absolute
 
 __all__ = ["ElasticMotion", "from_phases"]
 
@@ -48,26 +48,24 @@ class ElasticMotion:
         return self.phases[:, 0]
 
     @property
+    def timeline(self) -> Timeline:
+        """When its phases are."""
+        return Timeline(self.cycle, self.phases[:, 1], self.phases[:, 2], self.periodic)
+
+    @property
     def start(self) -> float:
         """Begin of the motion, rad."""
-        return float(self._begins[0])
+        return self.timeline.start
 
     @property
     def end(self) -> float:
         """End of the motion (or of its first period), rad."""
-        return float(self._begins[-1] + self.phases[-1, 2])
-
-    @property
-    def _begins(self) -> Floats:
-        return np.asarray(self.cycle * TURN + self.phases[:, 1], dtype=np.float64)
+        return self.timeline.end
 
     @property
     def stops(self) -> Floats:
         """Begin and end of each time in which no slider slips, rad, shape (m, 2); the mass may move in it."""
-        held = self.slipping == 0.0
-        fresh = held & ~np.concatenate(([False], held[:-1]))
-        last = held & ~np.concatenate((held[1:], [False]))
-        return np.column_stack((self._begins[fresh], (self._begins + self.phases[:, 2])[last]))
+        return self.timeline.spans(self.slipping == 0.0)
 
     @property
     def turning_points(self) -> tuple[Floats, Floats]:
@@ -75,7 +73,9 @@ class ElasticMotion:
 
         A held contact that rings turns within its phase: its turns are found on a grid of GRID points a ring.
         """
-        times = np.sort(np.concatenate((self._begins[self.phases[:, 4] == 0.0], *map(self._turns_of, self._held))))
+        times = np.sort(
+            np.concatenate((self.timeline.begins[self.phases[:, 4] == 0.0], *map(self._turns_of, self._held)))
+        )
         return times, self.at(times)[0]
 
     @property
@@ -93,7 +93,7 @@ class ElasticMotion:
         times = first + (last - first) * v[low] / (v[low] - v[low + 1])
         for _ in range(NEWTON_STEPS if len(times) else 0):
             times = np.clip(times - self._velocity_over_slope(phase, times), first, last)
-        return np.asarray(self._begins[phase] + times, dtype=np.float64)
+        return np.asarray(self.timeline.begins[phase] + times, dtype=np.float64)
 
     def _velocity_over_slope(self, phase: int, within: Floats) -> Floats:
         """Return v / v' at times within a phase, the slope from the equation of motion."""
@@ -134,33 +134,16 @@ class ElasticMotion:
         >>> x.round(3).tolist()
         [1.311, 1.161]
         """
-        z, v, _, local = self._states(tau, cycle)
-        if self.problem.wall == "base":
-            z, v = z + self.problem.base.at(local), v + self.problem.base.rate_at(local)
-        return z, v
+        shape, local, index, within = self.timeline.place(tau, cycle)
+        z, v, _ = self._evaluate(index, within).T
+        x, v = absolute(self.problem, local, z, v)
+        return x.reshape(shape), v.reshape(shape)
 
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> Floats:
         """Return the force n of the contact on the mass over k Y: its sliders and its dashpot; times as for `at`."""
-        _, v, pull, _ = self._states(tau, cycle)
-        return pull + 2.0 * self.problem.zeta * self.problem.r * v
-
-    def _states(self, tau: ArrayLike, cycle: ArrayLike | None) -> tuple[Floats, Floats, Floats, Floats]:
-        """Return z, v, the sliders' force and the phase of the drive at times."""
-        times, turns = np.broadcast_arrays(np.asarray(tau, dtype=np.float64), 0 if cycle is None else np.asarray(cycle))
-        span = float(self.phases[0, 1]), float((self.cycle[-1] - self.cycle[0]) * TURN + self.phases[-1, 1:3].sum())
-        asked = times.ravel(), turns.ravel().astype(np.float64)
-        local, turns = fold(*asked, span, first=int(self.cycle[0]), periodic=self.periodic)
-        begins = (self.cycle - self.cycle[0]) * TURN + self.phases[:, 1]
-        index = np.clip(np.searchsorted(begins, turns * TURN + local, side="right") - 1, 0, len(begins) - 1)
-        within = local - self.phases[index, 1] + (turns + self.cycle[0] - self.cycle[index]) * TURN
-        states = self._evaluate(index, np.clip(within, 0.0, None))
-        shape = times.shape
-        return (
-            states[:, 0].reshape(shape),
-            states[:, 1].reshape(shape),
-            states[:, 2].reshape(shape),
-            local.reshape(shape),
-        )
+        shape, _, index, within = self.timeline.place(tau, cycle)
+        _, v, pull = self._evaluate(index, within).T
+        return np.asarray(pull + 2.0 * self.problem.zeta * self.problem.r * v, dtype=np.float64).reshape(shape)
 
     def _evaluate(self, index: NDArray[np.intp], within: Floats) -> Floats:
         """Return z, v and the sliders' force at times within the phases of an index, a row each."""

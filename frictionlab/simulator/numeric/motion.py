@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.numeric import layout, machine, tableau
 from frictionlab.simulator.problem import Base, Problem
+from frictionlab.simulator.timeline import absolute
 
 __all__ = ["STOP_SHARE", "NumericMotion", "ringing", "stop_speed"]
 
@@ -109,16 +110,13 @@ class NumericMotion:
         SimulationError
             If a time lies outside the motion.
         """
-        times = _absolute(tau, cycle)
+        times = _counted(tau, cycle)
         both = self.state(times)
-        x, v = both[..., 0], both[..., 1]
-        if self.problem.wall == "base":
-            x, v = x + self.problem.base.at(times), v + self.problem.base.rate_at(times)
-        return x, v
+        return absolute(self.problem, times, both[..., 0], both[..., 1])
 
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> Floats:
         """Return the force of the contact on the mass, against the motion, over k Y, at times tau."""
-        times = _absolute(tau, cycle)
+        times = _counted(tau, cycle)
         flat = times.ravel()
         index, theta = self._place(flat)
         states = np.ascontiguousarray(_interpolate(self.values[index], theta))
@@ -190,7 +188,8 @@ def _joined(spans: Floats, gap: float) -> Floats:
     return np.column_stack((spans[begins, 0], spans[ends, 1]))
 
 
-def _absolute(tau: ArrayLike, cycle: ArrayLike | None) -> Floats:
+def _counted(tau: ArrayLike, cycle: ArrayLike | None) -> Floats:
+    """Times, rad, from the start of the motion's count of cycles."""
     times = np.asarray(tau, dtype=np.float64)
     return times if cycle is None else times + TURN * np.asarray(cycle, dtype=np.float64)
 
