@@ -47,8 +47,8 @@ ELASTIC_TALLY = TALLY + 3
 # What a slider's force is at the section of a map: tied to its limit, to a spring that never slips, or an unknown.
 SLIDING, OUTER, FREE = 0.0, 1.0, 2.0
 
-# What a search does where Newton's step does not help: it gives up, or applies the map itself.
-HASTY, PATIENT = 0, 1
+# How often a search applies the map itself, where Newton's step does not help, before it gives up.
+HASTY, PATIENT = 2.0, 1e9
 
 
 class Sliders(NamedTuple):

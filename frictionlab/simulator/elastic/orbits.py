@@ -4,11 +4,7 @@ from math import exp, hypot, inf, log, pi, sqrt
 
 from frictionlab.simulator.elastic.events import carry_elastic, carry_plainly
 from frictionlab.simulator.elastic.holding import never_slips, start_at_rest
-from frictionlab.simulator.elastic.layout import (
-    PULLED,
-    ElasticRoom,
-    Sliders,
-)
+from frictionlab.simulator.elastic.layout import HASTY, PATIENT, PULLED, ElasticRoom, Sliders
 from frictionlab.simulator.elastic.residues import NEAR_STEPS, from_rest, keeps_some, spread, start_from, unstrain
 from frictionlab.simulator.elastic.shooting import (
     distance,
@@ -54,6 +50,7 @@ __all__ = [
 ]
 
 LONGEST_ORBIT = 128  # cycles of the longest orbit looked for
+NEARER = 0.5  # an orbit of more cycles is tried if the motion comes so much nearer to itself after them
 SHORT_ORBIT = 8  # cycles of an orbit that Newton may finish; a longer one must have closed already
 LIKELY_ORBIT = 2  # cycles of an orbit that Newton may find from afar
 ENOUGH_STEPS = 200.0  # Newton steps to the only orbit
@@ -83,10 +80,10 @@ def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) 
     leg = Leg(0.0, pi, 1.0, -1.0) if is_even_handed(rig, force) else Leg(0.0, TURN, 1.0, 1.0)
     if max(rig.contact.static_up, rig.contact.static_down) == 1.0:
         ahead = nearby(rig, sliders, force, leg, room)
-        miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS)
+        miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS, PATIENT)
         if rig.contact.gradient == 0.0:
             if code == DONE and spread(rig, room, miss) and unstrain(rig, sliders, ahead, room):
-                miss, code = shoot_elastic(rig, sliders, force, ahead, room, NEAR_STEPS)
+                miss, code = shoot_elastic(rig, sliders, force, ahead, room, NEAR_STEPS, PATIENT)
             return ahead, miss, code
         if code == DONE and keeps_some(sliders, ahead):
             ahead, miss, code = from_rest(rig, sliders, force, room)
@@ -116,14 +113,17 @@ def settle(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple
         wait *= 2
         for i in range(size):
             now[i] = room.start[i]
+        nearest = inf
         for k in range(1, min(LONGEST_ORBIT, cycle) + 1):
             old = 2 * ((cycle - k) % (LONGEST_ORBIT + 1))
             near = (0.01 if cycle >= 16 else 0.001) if k <= SHORT_ORBIT else 1e-6
-            if apart(rig, now, past[old], past[old + 1]) > near * extent:
+            gone = apart(rig, now, past[old], past[old + 1])
+            if gone > near * extent or gone > NEARER * nearest:
                 continue
+            nearest = gone
             start_from(now, room)
             trial = Leg(0.0, TURN, float(k), 1.0)
-            miss, code = shoot_elastic(rig, sliders, force, trial, room, NEAR_STEPS)
+            miss, code = shoot_elastic(rig, sliders, force, trial, room, NEAR_STEPS, HASTY)
             close = apart(rig, now, room.start[0], room.start[1]) < 0.1 * extent
             if close and is_stable(rig, sliders, room, miss, code):
                 return fewest(rig, sliders, force, trial, miss, room)
@@ -200,7 +200,7 @@ def any_stable(rig: Rig, sliders: Sliders, force: Force, now: list[float], room:
         start_from(now, room)
         follow(rig, sliders, force, leg, 1.0, room)  # what slips at the section is read from a cycle
         trial = Leg(0.0, TURN, float(turns), 1.0)
-        miss, code = shoot_elastic(rig, sliders, force, trial, room, 4.0 * NEAR_STEPS)
+        miss, code = shoot_elastic(rig, sliders, force, trial, room, 4.0 * NEAR_STEPS, PATIENT)
         if is_stable(rig, sliders, room, miss, code):
             return trial, miss, code
     return leg, inf, DONE

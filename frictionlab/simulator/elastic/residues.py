@@ -7,7 +7,7 @@ one it changes friction too, and it is what the motion from rest leaves in them.
 from math import inf, sqrt
 
 from frictionlab.simulator.elastic.holding import held_offset, start_at_rest
-from frictionlab.simulator.elastic.layout import FREE, OUTER, ElasticRoom, Sliders
+from frictionlab.simulator.elastic.layout import FREE, HASTY, OUTER, ElasticRoom, Sliders
 from frictionlab.simulator.elastic.shooting import follow, shoot_elastic, span_of
 from frictionlab.simulator.kernel.layout import DONE, HIGH, LOW, TURN, Force, Leg, Rig
 
@@ -122,7 +122,7 @@ def from_rest(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tu
     while code == DONE:
         for i in range(len(now)):
             now[i] = room.start[i]
-        miss, code = shoot_elastic(rig, sliders, force, leg, room, NEAR_STEPS)
+        miss, code = shoot_elastic(rig, sliders, force, leg, room, NEAR_STEPS, HASTY)
         settled = code == DONE and spread(rig, room, miss) and has_slipped_out(rig, sliders, leg, now, room)
         if settled or waited >= LONGEST_WAIT:
             break

@@ -192,12 +192,13 @@ def closes(rig: Rig, room: ElasticRoom, miss: float) -> bool:
 
 
 def shoot_elastic(
-    rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, steps: float
+    rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, steps: float, patience: float
 ) -> tuple[float, int]:
     """Bring the room's start to the fixed point of the leg's map; return its miss and how the last motion ended.
 
     Newton with the exact derivative; where a step does not halve the miss, or sliders do other than was assumed, the
-    map itself is applied: once, then twice, and so on. The last motion carried is that from the start.
+    map itself is applied: once, then twice, and so on, as often as patience allows. The last motion carried is that
+    from the start.
     """
     turns, floor = 1.0, 1e-15 * rig.plain.rate
     code = carry_elastic(rig, sliders, force, leg, room)
@@ -220,12 +221,12 @@ def shoot_elastic(
             if there and borne_out and less <= 1e-13 * size + floor:
                 return less, code  # only rounding is left
         give_up(sliders, room)
-        if there:  # a step from there leads away: no derivative to trust
+        if there or patience <= 0.0:  # there: a step leads away, no derivative to trust
             return miss, carry_elastic(rig, sliders, force, leg, room)
         back_to_start(rig, sliders, leg, room)
         follow(rig, sliders, force, leg, turns - 1.0, room)
         code = carry_elastic(rig, sliders, force, leg, room)
-        turns = min(2.0 * turns, MOST_TURNS)
+        turns, patience = min(2.0 * turns, MOST_TURNS), patience - turns
     return distance(rig, sliders, room), code
 
 
