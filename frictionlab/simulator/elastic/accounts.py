@@ -3,7 +3,7 @@
 from math import inf, nan, pi
 
 from frictionlab.simulator.elastic.events import carry_elastic
-from frictionlab.simulator.elastic.layout import CONTACT, ELASTIC_PHASE, ElasticRoom, Sliders
+from frictionlab.simulator.elastic.layout import CONTACT, DERIVED, ELASTIC_PHASE, ElasticRoom, Sliders
 from frictionlab.simulator.elastic.orbits import at_once_elastic, is_even_handed, search_elastic, settle, verdict
 from frictionlab.simulator.elastic.phases import stiffened
 from frictionlab.simulator.elastic.shooting import elastic_multiplier, span_of
@@ -144,7 +144,7 @@ def tell_elastic(
     if outcome == UNBOUNDED or outcome >= NOT_FOUND:
         return
     if outcome == STUCK:  # a search ends with the motion from the start that it found
-        carry_elastic(rig, sliders, force, leg, room)
+        carry_elastic(rig, sliders, force, leg, room, DERIVED)
     if ELASTIC_PHASE * int(room.tally[PHASES]) > len(room.phases):
         row[OUTCOME] = OVERFULL
         return

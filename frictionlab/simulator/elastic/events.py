@@ -5,6 +5,7 @@ from math import inf, sqrt
 from frictionlab.simulator.elastic.layout import (
     COLUMNS,
     CONTACT,
+    DERIVED,
     ELASTIC_PHASE,
     ELASTIC_TALLY,
     FREE,
@@ -42,8 +43,6 @@ __all__ = [
     "begin_jacobian",
     "book",
     "carry_elastic",
-    "carry_plainly",
-    "carry_through",
     "contact_force",
     "contact_stiffness",
     "curvature",
@@ -331,8 +330,14 @@ def begin_jacobian(rig: Rig, sliders: Sliders, room: ElasticRoom) -> None:
             jacobian[own] = start[3 + 2 * i] * sliders.strength[i] * rig.contact.gradient
 
 
-def carry_through(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> int:
-    """Carry what has been begun over a leg, into the room's image."""
+def carry_elastic(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, asked: int) -> int:
+    """Carry the room's start over a leg into its image (mirrored if the leg's sign is -1); return how it ended.
+
+    With the map's derivative if DERIVED is asked for; PLAIN: without.
+    """
+    begin(rig, sliders, room)
+    if asked == DERIVED:
+        begin_jacobian(rig, sliders, room)
     start, image = room.start, room.image
     z, v, code = start[0], start[1], DONE
     for _ in range(int(leg.turns)):
@@ -342,20 +347,6 @@ def carry_through(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: Elas
     image[0], image[1] = leg.sign * z, leg.sign * v
     for i in range(len(sliders.force)):
         image[2 + 2 * i], image[3 + 2 * i] = leg.sign * sliders.force[i], leg.sign * sliders.side[i]
-    return code
-
-
-def carry_plainly(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> int:
-    """Carry the room's start as `carry_elastic` does, without the map's derivative."""
-    begin(rig, sliders, room)
-    return carry_through(rig, sliders, force, leg, room)
-
-
-def carry_elastic(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> int:
-    """Carry the room's start over a leg into its image (mirrored if the leg's sign is -1); return how it ended."""
-    begin(rig, sliders, room)
-    begin_jacobian(rig, sliders, room)
-    code = carry_through(rig, sliders, force, leg, room)
     for i in range((2 + len(sliders.force)) * int(room.tally[COLUMNS])):
         room.jacobian[i] *= leg.sign
     return code

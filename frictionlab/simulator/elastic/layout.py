@@ -7,6 +7,7 @@ from frictionlab.simulator.kernel.layout import TALLY, Buffer, Force
 __all__ = [
     "COLUMNS",
     "CONTACT",
+    "DERIVED",
     "ELASTIC_PHASE",
     "ELASTIC_TALLY",
     "ENTRIES",
@@ -16,6 +17,7 @@ __all__ = [
     "LIMIT",
     "OUTER",
     "PATIENT",
+    "PLAIN",
     "PULLED",
     "REACHED",
     "SLIDING",
@@ -46,6 +48,9 @@ ELASTIC_TALLY = TALLY + 3
 
 # What a slider's force is at the section of a map: tied to its limit, to a spring that never slips, or an unknown.
 SLIDING, OUTER, FREE = 0.0, 1.0, 2.0
+
+# What is asked of a motion over a leg: where it ends, or the derivative of that, too.
+PLAIN, DERIVED = 0, 1
 
 # How often a search applies the map itself, where Newton's step does not help, before it gives up.
 HASTY, PATIENT = 2.0, 1e9

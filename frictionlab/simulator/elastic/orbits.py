@@ -2,9 +2,9 @@
 
 from math import exp, hypot, inf, log, pi, sqrt
 
-from frictionlab.simulator.elastic.events import carry_elastic, carry_plainly
+from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.holding import never_slips, start_at_rest
-from frictionlab.simulator.elastic.layout import HASTY, PATIENT, PULLED, ElasticRoom, Sliders
+from frictionlab.simulator.elastic.layout import DERIVED, HASTY, PATIENT, PLAIN, PULLED, ElasticRoom, Sliders
 from frictionlab.simulator.elastic.residues import NEAR_STEPS, from_rest, keeps_some, spread, start_from, unstrain
 from frictionlab.simulator.elastic.shooting import (
     distance,
@@ -42,7 +42,6 @@ __all__ = [
     "growth_of_distance",
     "is_even_handed",
     "is_stable",
-    "nearby",
     "resonates",
     "search_elastic",
     "settle",
@@ -60,16 +59,6 @@ CYCLES_COMPARED = 200.0
 PHASES_WAITED = 1e5  # the same, where a cycle has many
 
 
-def nearby(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> Leg:
-    """Start near the only orbit, as cheaply as it can be had; return the leg from there."""
-    ahead, there = leg, False
-    if len(force.cosine) > 1:
-        ahead, there = start_held(rig, sliders, force, leg, room)
-    if not there and rings_often(rig, sliders):
-        ahead, there = start_rigid(rig, sliders, force, leg, room)
-    return ahead if there else start_balanced(rig, sliders, force, leg, room)
-
-
 def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
     """Return leg, miss and code of the orbit that a search comes down to.
 
@@ -79,7 +68,13 @@ def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) 
     """
     leg = Leg(0.0, pi, 1.0, -1.0) if is_even_handed(rig, force) else Leg(0.0, TURN, 1.0, 1.0)
     if max(rig.contact.static_up, rig.contact.static_down) == 1.0:
-        ahead = nearby(rig, sliders, force, leg, room)
+        ahead, there = leg, False
+        if len(force.cosine) > 1:
+            ahead, there = start_held(rig, sliders, force, leg, room)
+        if not there and rings_often(rig, sliders):
+            ahead, there = start_rigid(rig, sliders, force, leg, room)
+        if not there:
+            ahead = start_balanced(rig, sliders, force, leg, room)
         miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS, PATIENT)
         if rig.contact.gradient == 0.0:
             if code == DONE and spread(rig, room, miss) and unstrain(rig, sliders, ahead, room):
@@ -149,11 +144,11 @@ def growth_of_distance(rig: Rig, sliders: Sliders, force: Force, now: list[float
     second[0] += tiny
     while cycles < CYCLES_COMPARED:
         start_from(second, room)
-        code = carry_plainly(rig, sliders, force, leg, room)
+        code = carry_elastic(rig, sliders, force, leg, room, PLAIN)
         for i in range(size):
             second[i] = room.image[i]
         start_from(first, room)
-        if carry_plainly(rig, sliders, force, leg, room) != DONE or code != DONE:
+        if carry_elastic(rig, sliders, force, leg, room, PLAIN) != DONE or code != DONE:
             break
         for i in range(size):
             first[i] = room.image[i]
@@ -179,12 +174,12 @@ def fewest(
     for turns in range(1, int(leg.turns)):
         if int(leg.turns) % turns == 0:
             part = Leg(leg.tau, leg.span, float(turns), leg.sign)
-            code = carry_elastic(rig, sliders, force, part, room)
+            code = carry_elastic(rig, sliders, force, part, room, DERIVED)
             less = distance(rig, sliders, room)
             if code == DONE and less <= 1e-9 * span_of(rig, room):
                 return part, less, DONE
     if leg.turns > 1.0:
-        carry_elastic(rig, sliders, force, leg, room)
+        carry_elastic(rig, sliders, force, leg, room, DERIVED)
     return leg, miss, DONE
 
 

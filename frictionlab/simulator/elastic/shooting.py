@@ -2,12 +2,14 @@
 
 from math import exp, hypot, log, sqrt
 
-from frictionlab.simulator.elastic.events import carry_elastic, carry_plainly
+from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.layout import (
     COLUMNS,
     CONTACT,
+    DERIVED,
     FREE,
     OUTER,
+    PLAIN,
     SLIDING,
     ElasticRoom,
     Sliders,
@@ -177,7 +179,7 @@ def follow(rig: Rig, sliders: Sliders, force: Force, leg: Leg, times: float, roo
     """Apply the leg's map so many times; return how the motion ended."""
     code = DONE
     for _ in range(int(times)):
-        code = carry_plainly(rig, sliders, force, leg, room)
+        code = carry_elastic(rig, sliders, force, leg, room, PLAIN)
         if code != DONE:
             break
         classify(sliders, room)
@@ -201,7 +203,7 @@ def shoot_elastic(
     from the start.
     """
     turns, floor = 1.0, 1e-15 * rig.plain.rate
-    code = carry_elastic(rig, sliders, force, leg, room)
+    code = carry_elastic(rig, sliders, force, leg, room, DERIVED)
     for _ in range(int(steps)):
         miss, size = distance(rig, sliders, room), span_of(rig, room)
         as_assumed = keeps_kinds(sliders, room)
@@ -213,7 +215,7 @@ def shoot_elastic(
             classify(sliders, room)
         elif newton_step(sliders, room):
             step_towards(rig, sliders, room)
-            code = carry_elastic(rig, sliders, force, leg, room)
+            code = carry_elastic(rig, sliders, force, leg, room, DERIVED)
             less = distance(rig, sliders, room)
             borne_out = code == DONE and keeps_kinds(sliders, room)
             if borne_out and less < 0.5 * miss:
@@ -222,10 +224,10 @@ def shoot_elastic(
                 return less, code  # only rounding is left
         give_up(sliders, room)
         if there or patience <= 0.0:  # there: a step leads away, no derivative to trust
-            return miss, carry_elastic(rig, sliders, force, leg, room)
+            return miss, carry_elastic(rig, sliders, force, leg, room, DERIVED)
         back_to_start(rig, sliders, leg, room)
         follow(rig, sliders, force, leg, turns - 1.0, room)
-        code = carry_elastic(rig, sliders, force, leg, room)
+        code = carry_elastic(rig, sliders, force, leg, room, DERIVED)
         turns, patience = min(2.0 * turns, MOST_TURNS), patience - turns
     return distance(rig, sliders, room), code
 

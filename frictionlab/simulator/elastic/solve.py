@@ -6,7 +6,7 @@ from typing import Any
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.elastic import engine as engines
-from frictionlab.simulator.elastic.layout import CONTACT, PULLED
+from frictionlab.simulator.elastic.layout import CONTACT, DERIVED, PLAIN, PULLED
 from frictionlab.simulator.elastic.motion import ElasticMotion, from_phases
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.meter import LOOKS, STATE, Meter
@@ -193,7 +193,7 @@ def last(problem: Problem, cycles: int) -> SteadyState:
     engine.kernel.start_at_rest(sliders, room)
     _set_at_rest(problem, room, 0.0)
     engine.kernel.follow(rig, sliders, force, leg, cycles - 1.0, room)
-    engine.kernel.carry_elastic(rig, sliders, force, leg, room)
+    engine.kernel.carry_elastic(rig, sliders, force, leg, room, DERIVED)
     engine.kernel.account_elastic(rig, force, room)
     row = engine.buffer((0.0,) * layout.ROW)
     engine.kernel.fill_elastic_row(rig, sliders, force, leg, room, row)
@@ -217,7 +217,7 @@ def _set_at_rest(problem: Problem, room: Any, tau: float) -> None:
 
 def _carry(engine: Any, problem: Problem, parts: tuple[Any, ...], room: Any, tau0: float, cycles: int) -> None:
     """Carry the room's start over cycles; raise the named error where that fails."""
-    code = engine.kernel.carry_elastic(*parts, layout.Leg(tau0, 2.0 * pi, float(cycles), 1.0), room)
+    code = engine.kernel.carry_elastic(*parts, layout.Leg(tau0, 2.0 * pi, float(cycles), 1.0), room, PLAIN)
     if code == PULLED:
         raise _steep(problem)
     if code != layout.DONE:
