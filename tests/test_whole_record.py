@@ -18,9 +18,10 @@ from frictionlab.cli import app
 from frictionlab.errors import AnalysisError, RecordingError, UsageError
 from frictionlab.hdf5 import write_recording
 from frictionlab.identification import record_ladder
+from frictionlab.identification.coordinates import point_of
 from frictionlab.identification.family import family_of
-from frictionlab.identification.identify import identify
-from frictionlab.identification.track import track_of
+from frictionlab.identification.identify import coordinates_of, identify
+from frictionlab.identification.track import SHOWN, RecordForward, of_a_record, track_of
 from frictionlab.identification.whole import climb_whole, loop_areas, question_of
 from frictionlab.recording import Quality, Recording
 from frictionlab.scene import Analysis, Rig, Scene
@@ -313,3 +314,66 @@ def test_a_declared_lag_and_filter_are_taken_back_before_the_whole_record_is_sim
     seen = fl.compare(replace(recording, base_displacement=late), scene, fit="whole")
     assert seen.record_nrmse is not None
     assert seen.record_nrmse < 3e-3
+
+
+def test_a_record_that_needs_a_lag_nobody_declared_says_how_far_that_moved_its_values() -> None:
+    """8 ms where half a sample is assumed: the value may be the lag's or the law's, and the error holds both."""
+    recording = virtual(0.7, 14.0, Problem(1.0, 0.3, frame_damping_ratio=0.01))
+    late = np.interp(recording.time - 0.008, recording.time, recording.base_displacement)
+    seen = fl.compare(replace(recording, base_displacement=late), SCENE, fit="whole")
+    share = seen.budget["friction_ratio"]["sensors and rig as known, or as fitted"]
+    assert seen.nuisances["lag_s"]["value"] == pytest.approx(0.008, abs=3e-4)
+    assert any("the fit moved the lag between the channels" in said for said in seen.warnings)
+    assert seen.friction_ratio_u is not None
+    assert 0.003 < share < seen.friction_ratio_u
+    assert seen.friction_ratio == pytest.approx(0.3, abs=2 * seen.friction_ratio_u)
+
+
+def test_bent_sensors_and_crosstalk_are_nuisances_of_a_whole_record() -> None:
+    """Sensors off by what is declared of them: the friction ratio is as far off as its error says, no farther."""
+    recording = virtual(0.7, 14.0, Problem(1.0, 0.3, frame_damping_ratio=0.01))
+    x, y = recording.mass_displacement, recording.base_displacement
+    half = float(np.ptp(x)) / 2
+    shown = replace(
+        recording,
+        mass_displacement=x + 0.002 * y + 0.004 * half * (x / half) ** 3,
+        base_displacement=y + 0.002 * x,
+    )
+    sensors = {"crosstalk": 0.002, "linearity": 0.002, "lag_s_u": 1e-4}
+    seen = fl.compare(shown, SCENE.changed(sensors=sensors, rig={"damping_ratio_u": 1e-4}), fit="whole")
+    assert {"base_in_mass", "mass_in_base", "cubic"} <= set(seen.nuisances)
+    assert seen.friction_ratio_u is not None
+    assert abs(seen.friction_ratio - 0.3) < 2 * seen.friction_ratio_u < 0.01
+    assert seen.budget["friction_ratio"]["mass_in_base"] > 0.0
+
+
+def test_sensors_move_a_record_as_its_fit_thinks() -> None:
+    """Slopes of what sensors do are taken from one motion; differences of whole simulations say the same."""
+    recording = virtual(0.7, 12.0, Problem(1.0, 0.3, frame_damping_ratio=0.01))
+    scene = SCENE.changed(sensors={"crosstalk": 0.002})
+    measurement = fl.analyze(recording, scene)
+    family = family_of(measurement, scene)
+    track, _ = track_of(recording, scene, measurement, measurement.drive_frequency_hz / family.r)
+    unknown = of_a_record(coordinates_of(family, measurement, measurement.sources))
+    forward = RecordForward(family, unknown, track)
+    point = point_of(unknown, {"beta": 0.3, "cubic": 1e-3, "base_in_mass": 1e-3})
+    here = forward.predict(point)
+    assert here is not None
+    slopes = forward.jacobian(point, here)
+    for i, c in enumerate(unknown):
+        if c.name in SHOWN:
+            there = forward.predict(point + 1e-3 * (np.arange(len(point)) == i))
+            assert there is not None
+            np.testing.assert_allclose(slopes[:, i], (there - here) / 1e-3, atol=1e-9)
+    mixed = forward.predict(point_of(unknown, {"beta": 0.3, "mass_in_base": 1e-3}))
+    plain = forward.predict(point_of(unknown, {"beta": 0.3}))
+    assert mixed is not None
+    assert plain is not None
+    assert 1e-5 < float(np.std(mixed - plain)) < 1e-2
+
+
+def test_the_table_of_a_record_tells_the_lag_in_milliseconds(tmp_path: Path) -> None:
+    write_recording(virtual(0.4, 20.0, Problem(1.0, 0.4, frame_damping_ratio=0.01)), tmp_path / "a.h5")
+    settings = ["--natural-frequency", "3.0", "--transient", "8", "--whole"]
+    done = CliRunner().invoke(app, ["compare-numeric", str(tmp_path / "a.h5"), *settings])
+    assert "lag [ms]" in done.stdout

@@ -229,7 +229,7 @@ def _compared(
         model=model_words(found.family),
         solver=state.solver,
         closure_error=state.closure_error,
-        nuisances={n: {"value": v, "u": u, "known_to": p} for n, (v, u, p) in found.nuisances.items()},
+        nuisances=nuisances_told(found),
         laws=None if ladder is None else tuple(_rung_row(rung, left[rung.law.name]) for rung in ladder.rungs),
         accuracy=accuracy_of(scene),
         material=measurement.material,
@@ -242,6 +242,16 @@ def _compared(
         budget={**measurement.budget, **friction.pop("budget")},
         **friction,
     )
+
+
+def nuisances_told(found: Identified) -> dict[str, dict[str, float]]:
+    """What the fit moved beside the law, by name; a lag in seconds."""
+    told = {}
+    for c in found.fit.coordinates:
+        if c.name in found.nuisances:
+            name, one = ("lag_s", 1e-3 * c.unit[0]) if c.name == "lag" else (c.name, 1.0)
+            told[name] = dict(zip(("value", "u", "known_to"), (one * x for x in found.nuisances[c.name]), strict=True))
+    return told
 
 
 def _contact(

@@ -142,16 +142,22 @@ def nuisances(
     return tuple(c for c in found if c.width > 0.0)
 
 
-def of_sensors(sources: Sources, measurement: Measurement) -> tuple[float, tuple[Coordinate, ...]]:
-    """Relative uncertainty of the gain, and what else two sensors may do to a cycle: they bend it, and they mix.
+def of_sensors(sources: Sources, *, amplitude: float, unit: float) -> tuple[float, tuple[Coordinate, ...]]:
+    """Relative uncertainty of the gain, and what else two sensors may do to a motion: they bend it, and they mix.
 
     A bend of the mass's sensor is a cubic over its range (`frictionlab.uncertainty.budget`): a gain, a parabola and a
-    cubic of the cycle. A bend of the base's is a gain here, for all is over its fundamental.
+    cubic of the motion. A bend of the base's is a gain here, for all is over its size.
+
+    Parameters
+    ----------
+    sources : Sources
+    amplitude : float
+        Half the swing of the mass, over Y.
+    unit : float
+        Y [m].
     """
-    reach, swing = sources.measuring_range, 2.0 * measurement.base_amplitude_m
-    in_mass, in_base = (
-        min(1.0, size * swing / reach) if reach else 1.0 for size in (measurement.response_amplitude, 1.0)
-    )
+    reach = sources.measuring_range
+    in_mass, in_base = (min(1.0, size * 2.0 * unit / reach) if reach else 1.0 for size in (amplitude, 1.0))
     free = 1.0 - in_mass
     straight = sources.linearity * math.sqrt(7.2) * free**2
     gain = math.hypot(sources.gain, straight, sources.linearity * bent_gain(in_base))

@@ -83,7 +83,7 @@ def coordinates_of(family: Family, measurement: Measurement, sources: Sources) -
     """The unknowns of a fit: the law's free parameters, then the nuisances."""
     turn, second = 2.0 * math.pi * measurement.drive_frequency_hz, second_harmonic(family, measurement)
     own = (of_parameter(family.law.parameter(name)) for name in family.free)
-    gain, shown = of_sensors(sources, measurement)
+    gain, shown = of_sensors(sources, amplitude=measurement.response_amplitude, unit=measurement.base_amplitude_m)
     return (*own, *nuisances(family, sources, turn=turn, second=second, gain=gain), *shown)
 
 

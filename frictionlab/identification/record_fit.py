@@ -9,7 +9,7 @@ scores of single cycles too (a sandwich over cycles): the larger counts. Errors 
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from scipy.optimize import least_squares
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.colour import Whitener, white, whitener_of
 from frictionlab.identification.coordinates import point_of, strain_slopes, strains
-from frictionlab.identification.fit import Errors, Fit
+from frictionlab.identification.fit import Errors, Fit, strained
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.neighbours import raised_by
 from frictionlab.identification.observed import Observed
@@ -31,6 +31,8 @@ RUNS = 150  # simulated for one fit, about
 SHAKES = 30  # simulated with noise on the base: errors are known to a seventh
 FEW_SHAKES = 6  # to see how much of the residual is that noise
 FAR = 10.0  # residual of values without a motion, over the record's rms
+OF_THE_START = ("start_displacement", "start_velocity", "offset")
+HELD_TRIES = 2  # starts that are followed with sensors and rig held
 SMALLEST = 1e-9  # of the record's rms: no sensor is better
 
 
@@ -194,12 +196,31 @@ def errors_of_record(found: RecordFit, forward: RecordForward) -> Errors:
     per_period = forward.track.per_period
     names = [c.name for c in found.coordinates]
     law = np.array([c.law for c in found.coordinates])
-    own = law | np.isin(names, ("start_displacement", "start_velocity", "offset"))
+    own = law | np.isin(names, OF_THE_START)
     shakes = forward.shaken(found.point, SHAKES)
     joint = _covariance(found, np.ones(len(own), dtype=bool), shakes, per_period)
     statistical = np.zeros(len(own))
     statistical[own] = np.sqrt(np.diag(_covariance(found, own, shakes, per_period)))
     return Errors(np.where(law, statistical, 0.0), _larger(joint, np.diag(statistical**2)))
+
+
+def errors_held(found: RecordFit, forward: RecordForward, starts: Sequence[Mapping[str, float]]) -> Errors:
+    """Return the errors of a record's fit; where it needs sensors or rig far from what is known of them, more.
+
+    What was declared of them, or the law, is wrong then: how far the law's values stand from those found with sensors
+    and rig as they are known, from the best of some starts, is added in quadrature.
+    """
+    errors = errors_of_record(found, forward)
+    if not strained(found):
+        return errors
+    plain = replace(forward, coordinates=tuple(c for c in forward.coordinates if c.law or c.name in OF_THE_START))
+    try:
+        alone = fit_record(plain, found.observed, (found.values, *starts), weighs=False, tries=HELD_TRIES)
+    except AnalysisError:
+        return errors  # no motion with sensors and rig as known: that they were moved is warned of
+    known, told = alone.values, zip(found.coordinates, found.point.tolist(), strict=True)
+    apart = np.array([point - c.at(known[c.name]) if c.law else 0.0 for c, point in told])
+    return Errors(errors.statistical, errors.combined + np.outer(apart, apart), np.abs(apart))
 
 
 def _covariance(found: RecordFit, used: NDArray[np.bool_], shakes: FloatArray, per_period: int) -> FloatArray:

@@ -23,7 +23,7 @@ from frictionlab.identification.fit import Fit, log_evidence
 from frictionlab.identification.identify import Identified, with_errors
 from frictionlab.identification.ladder import EXACT, NUMERIC, REQUIRED, laws_above, trial_values
 from frictionlab.identification.observed import Observed
-from frictionlab.identification.record_fit import RecordFit, errors_of_record, fit_record, together
+from frictionlab.identification.record_fit import RecordFit, errors_held, errors_of_record, fit_record, together
 from frictionlab.identification.track import RecordForward, Track, start_coordinates
 from frictionlab.simulator.laws import law_of
 
@@ -94,7 +94,7 @@ class RecordLadder:
             if not good:
                 break
             here = max(good, key=lambda rung: rung.gain)
-        return with_errors(here.forward.family, here.found, errors=errors_of_record(here.found, here.forward))
+        return with_errors(here.forward.family, here.found, errors=errors_held(here.found, here.forward, starts))
 
     @property
     def rows(self) -> tuple[dict[str, object], ...]:

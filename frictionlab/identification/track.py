@@ -17,6 +17,7 @@ from frictionlab.base_motion import sound_base
 from frictionlab.errors import AnalysisError, SimulationError
 from frictionlab.identification.coordinates import Coordinate, values_of
 from frictionlab.identification.family import Family
+from frictionlab.identification.forward import BENDS
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
@@ -29,7 +30,8 @@ FEWEST, FEWEST_PERIODS = 64, 4.0  # samples, and periods of the frame, that a re
 ROUGHER = 10.0  # the penalty's share: noise is left up to a frequency 1.3 times as high
 REST = 5.0  # times its sensor's noise from its first value: the base moves
 MOVES = 5.0  # times its sensor's noise is a motion
-NUISANCES = ("natural_frequency", "gain", "lag", "frame_damping_ratio")  # that a record is simulated with
+SHOWN = ("gain", "lag", "base_in_mass", "parabola", "cubic")  # what sensors do to a motion that stays the same
+SIMULATED = ("natural_frequency", "frame_damping_ratio", "mass_in_base")
 WIDE = 1.0  # Y: prior of what nobody knows of the start, in the response's own size
 
 
@@ -60,6 +62,9 @@ class Track:
         As it is known, Hz.
     start : float
         s, the first sample by the recording's clock.
+    swing, middle : float
+        Half the swing of the steady mass, and its middle, over Y: of the whole record where nothing is steady. A sensor
+        that bends is told by them.
     scale_u : float
         Relative error of Y, where it is the size of one motion and no mean of many cycles.
     """
@@ -75,6 +80,8 @@ class Track:
     thin: int
     natural_frequency: float
     start: float
+    swing: float
+    middle: float
     scale_u: float = 0.0
 
     def noise_left(self, generator: np.random.Generator) -> FloatArray:
@@ -115,7 +122,7 @@ def track_of(
     whole = max(1, int(steady * drive))  # periods: the mean of the base is that of whole, settled ones
     middle = float(drawn.base[drawn.time >= drawn.time[-1] - whole / drive].mean())
     noise = measurement.mass_noise_m, measurement.base_noise_m
-    return drawn.track(natural_frequency, middle, measurement.base_amplitude_m, 1.0 / drive, noise), said
+    return drawn.track(natural_frequency, middle, measurement.base_amplitude_m, drive, noise, steady=whole), said
 
 
 def unsteady_track(recording: Recording, scene: Scene, natural_frequency: float) -> tuple[Track, tuple[str, ...]]:
@@ -139,7 +146,7 @@ def unsteady_track(recording: Recording, scene: Scene, natural_frequency: float)
     usual = float(np.std(np.gradient(drawn.base, drawn.time)) / (2.0 * math.pi * np.std(drawn.base)))  # Hz
     drawn = drawn.thinned(max(natural_frequency, usual), part.sampling_rate_hz)
     first, size, error = _size(part.base_displacement, noise[1])
-    track = drawn.track(natural_frequency, first, size, 1.0 / min(natural_frequency, usual), noise)
+    track = drawn.track(natural_frequency, first, size, min(natural_frequency, usual), noise)
     return replace(track, scale_u=error / size), said
 
 
@@ -217,21 +224,35 @@ class _Drawn:
         return replace(self, time=self.time[::k], base=self.base[::k], mass=self.mass[::k], thin=k)
 
     def track(
-        self, natural_frequency: float, zero: float, scale: float, period: float, noise: tuple[float, float]
+        self,
+        natural_frequency: float,
+        zero: float,
+        scale: float,
+        drive: float,
+        noise: tuple[float, float],
+        *,
+        steady: float = math.inf,
     ) -> Track:
-        """The same over a scale (m), the base from its zero (m), the mass from its mean."""
+        """The same over a scale (m), the base from its zero (m), the mass from its mean.
+
+        `drive`: Hz; `steady`: so many of its last periods are of a steady motion, if any are.
+        """
+        mass = (self.mass - self.mass.mean()) / scale
+        last = mass[self.time >= self.time[-1] - steady / drive]
         return Track(
             time=self.time,
             base=(self.base - zero) / scale,
-            mass=(self.mass - self.mass.mean()) / scale,
+            mass=mass,
             noise=noise[0] / scale,
             scale=scale,
-            period=period,
+            period=1.0 / drive,
             base_noise=noise[1] / scale,
             penalty=self.penalty,
             thin=self.thin,
             natural_frequency=natural_frequency,
             start=self.start,
+            swing=max(0.5 * float(np.ptp(last)), 1e-300),
+            middle=0.5 * float(last.max() + last.min()),
         )
 
 
@@ -265,7 +286,15 @@ class RecordForward:
     def base(self, values: Mapping[str, float]) -> BaseRecord:
         """The record's base in the time of the frame."""
         frequency = self.track.natural_frequency * (1.0 + values.get("natural_frequency", 0.0))
-        return BaseRecord(2.0 * math.pi * frequency * self.track.time, self.track.base, rest=0.0, scale=1.0)
+        return BaseRecord(2.0 * math.pi * frequency * self.track.time, self._moved(values), rest=0.0, scale=1.0)
+
+    def _moved(self, values: Mapping[str, float]) -> FloatArray:
+        """The base over its own size, without what its channel shows of the mass."""
+        mixed, base = values.get("mass_in_base", 0.0), self.track.base
+        if mixed == 0.0:
+            return base
+        own = base - mixed * self.track.mass
+        return np.asarray(own * float(np.dot(base, base) / np.dot(own, base)))
 
     def response(self, values: Mapping[str, float]) -> Response | None:
         """The simulated motion at some values; None where the simulator has none."""
@@ -282,7 +311,10 @@ class RecordForward:
         return None if response is None else self.seen(response, values)
 
     def seen(self, response: Response, values: Mapping[str, float]) -> FloatArray:
-        """A motion through the sensors: gain, a lag of the base's channel behind the mass's, an offset."""
+        """A motion through the sensors: gain, lag of the base's channel behind the mass's, offset, crosstalk, bends.
+
+        A bend grows with the place, from -1 to 1 in the steady motion.
+        """
         frequency = self.track.natural_frequency * (1.0 + values.get("natural_frequency", 0.0))
         late = values.get("lag", 0.0) * self.track.period * frequency  # rad of the drive -> rad of the frame
         moved = response.displacement
@@ -290,7 +322,14 @@ class RecordForward:
             from scipy.interpolate import CubicHermiteSpline  # noqa: PLC0415 - heavy, and most often not needed
 
             moved = CubicHermiteSpline(response.time, moved, response.velocity)(response.time + late)
-        return np.asarray((1.0 + values.get("gain", 0.0)) * moved + values.get("offset", 0.0))
+        shown = (1.0 + values.get("gain", 0.0)) * moved + values.get("offset", 0.0)
+        if values.get("base_in_mass"):
+            shown = shown + values["base_in_mass"] * self.track.base
+        place = (shown - self.track.middle) / self.track.swing
+        for power, name in BENDS.items():
+            if values.get(name):
+                shown = shown + values[name] * self.track.swing * place**power
+        return np.asarray(shown)
 
     def shaken(self, point: FloatArray, runs: int) -> FloatArray:
         """Changes (runs, n) of the record at a point by what is left in the base of its sensor's noise."""
@@ -306,9 +345,12 @@ class RecordForward:
 
     def jacobian(self, point: FloatArray, here: FloatArray) -> FloatArray:
         """Derivatives (n, m) by the coordinates, by differences; zero where neither neighbour has a motion."""
-        return np.stack([self._column(i, c, point, here) for i, c in enumerate(self.coordinates)], axis=1)
+        motion = self.response(self.values(point))
+        return np.stack([self._column(i, c, point, here, motion) for i, c in enumerate(self.coordinates)], axis=1)
 
-    def _column(self, i: int, c: Coordinate, point: FloatArray, here: FloatArray) -> FloatArray:
+    def _column(
+        self, i: int, c: Coordinate, point: FloatArray, here: FloatArray, motion: Response | None
+    ) -> FloatArray:
         if c.name == "offset":
             return np.full(len(here), c.width)
         for step in (STEP, -STEP):
@@ -316,6 +358,8 @@ class RecordForward:
                 continue
             moved = point.copy()
             moved[i] += step
+            if c.name in SHOWN and motion is not None:
+                return np.asarray((self.seen(motion, self.values(moved)) - here) / step)
             there = self.predict(moved)
             if there is not None:
                 return np.asarray((there - here) / step)
@@ -342,5 +386,5 @@ def start_values(track: Track) -> dict[str, float]:
 
 
 def of_a_record(coordinates: tuple[Coordinate, ...]) -> tuple[Coordinate, ...]:
-    """The unknowns of a cycle that `RecordForward` has too: its base is the measured one, and no sensor bends."""
-    return tuple(c for c in coordinates if c.law or c.name in NUISANCES)
+    """The unknowns of a cycle that `RecordForward` has too: its base is the measured one, with all its harmonics."""
+    return tuple(c for c in coordinates if c.law or c.name in (*SIMULATED, *SHOWN))

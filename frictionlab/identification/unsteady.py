@@ -14,9 +14,9 @@ from frictionlab.analysis.measure import material_of, measure, normal_force_of, 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
-from frictionlab.identification.compare import AUTO, model_words
+from frictionlab.identification.compare import AUTO, model_words, nuisances_told
 from frictionlab.identification.comparison import Comparison
-from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter
+from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, of_sensors
 from frictionlab.identification.family import Family, law_and_held
 from frictionlab.identification.force import friction_of
 from frictionlab.identification.identify import Identified, ParameterEstimate
@@ -127,7 +127,9 @@ def _no_cycle(why: str, track: Track) -> str:
 def _question(track: Track, family: Family, sources: Sources) -> Question:
     def unknowns(family: Family) -> tuple[Coordinate, ...]:
         own = (of_parameter(family.law.parameter(name)) for name in family.free)
-        return of_a_record((*own, *nuisances(family, sources, turn=2.0 * np.pi / track.period)))
+        gain, shown = of_sensors(sources, amplitude=track.swing, unit=track.scale)
+        known = nuisances(family, sources, turn=2.0 * np.pi / track.period, gain=gain)
+        return of_a_record((*own, *known, *shown))
 
     start = start_values(track)
     ratios = TRIED if "beta" in family.free else (family.held["beta"],)
@@ -159,7 +161,7 @@ def _compared(
         model=model_words(found.family, "measured base"),
         solver=motion.solver,
         closure_error=motion.closure_error,
-        nuisances={n: {"value": v, "u": u, "known_to": p} for n, (v, u, p) in found.nuisances.items()},
+        nuisances=nuisances_told(found),
         accuracy=accuracy_of(scene),
         material=material_of(recording, scene),
         normal_force_n=normal_force,

@@ -14,7 +14,7 @@ from frictionlab.identification.family import Family, measured_base
 from frictionlab.identification.friction_over_time import friction_over_time
 from frictionlab.identification.identify import Identified, coordinates_of, with_errors
 from frictionlab.identification.observed import Observed
-from frictionlab.identification.record_fit import errors_of_record, fit_record
+from frictionlab.identification.record_fit import errors_held, fit_record
 from frictionlab.identification.record_ladder import RecordLadder, Unknowns
 from frictionlab.identification.track import (
     RecordForward,
@@ -78,7 +78,7 @@ def identify_whole(question: Question) -> Identified:
     track, family = question.track, question.family
     forward = RecordForward(family, (*question.unknowns(family), *start_coordinates(track)), track)
     best = fit_record(forward, question.observed, question.starts, tries=question.tries)
-    return with_errors(family, best, errors=errors_of_record(best, forward))
+    return with_errors(family, best, errors=errors_held(best, forward, question.starts))
 
 
 def climb_whole(question: Question) -> tuple[Identified, RecordLadder]:
