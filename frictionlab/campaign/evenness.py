@@ -30,7 +30,7 @@ class Own:
     @property
     def cautious(self) -> float:
         """The variance with Student's factor."""
-        return self.variance * _student(self.freedom)
+        return self.variance * student(self.freedom)
 
 
 def own_of(observed: Observed, slopes: FloatArray, k: int = 0) -> Own:
@@ -57,7 +57,7 @@ def own_of(observed: Observed, slopes: FloatArray, k: int = 0) -> Own:
     weights = [_weighed(covariance, slopes, k)[0] for _, covariance in halves]
     moved = np.concatenate([part @ weight for (part, _), weight in zip(halves, weights, strict=True)])
     freedom = len(moved) - 1.0
-    raised = of_neighbours(moved) / _student(freedom)  # Student's factor is counted apart from it here
+    raised = of_neighbours(moved) / student(freedom)  # Student's factor is counted apart from it here
     scatter = float(moved @ moved) / freedom / observed.used * raised
     least = observed.sensor * math.fsum(float(weight @ weight) for weight in weights) / len(weights)
     base = math.fsum(float(weight @ observed.of_base @ weight) for weight in weights) / len(weights)
@@ -65,7 +65,7 @@ def own_of(observed: Observed, slopes: FloatArray, k: int = 0) -> Own:
     return Own(total, min(freedom * (total / scatter) ** 2, WELL_KNOWN) if scatter > 0.0 else WELL_KNOWN)
 
 
-def _student(freedom: float) -> float:
+def student(freedom: float) -> float:
     """Variance of Student's t over that of a normal curve."""
     return freedom / max(freedom - 2.0, 0.5)
 

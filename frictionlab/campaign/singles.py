@@ -11,8 +11,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.pooling import average
-from frictionlab.campaign.evenness import Own, agreement, own_of
+from frictionlab.analysis.pooling import scatter_beyond
+from frictionlab.campaign.evenness import Own, agreement, own_of, student
 from frictionlab.campaign.joint import Joint
 
 FloatArray = NDArray[np.float64]
@@ -26,7 +26,7 @@ class Uneven:
     """How one parameter differs from test to test, in deviations of its prior.
 
     ``p``: how often equal ones would look at least this uneven; ``scatter``: beyond the tests' own errors; ``error``:
-    of their mean, as they show it by themselves.
+    of the one value that the fit gives, by that scatter.
     """
 
     p: float
@@ -84,8 +84,9 @@ class Singles:
         p = self._agreement(told)[2]
         if p is None:
             return None
-        mean = average([one.value for one in told], [one.own.cautious**0.5 for one in told])
-        return Uneven(p, mean.spread or 0.0, mean.se)
+        value, owns = np.array([one.value for one in told]), [one.own for one in told]
+        scatter = scatter_beyond(value, np.sqrt([each.cautious for each in owns]))
+        return Uneven(p, scatter, _error_of(owns, scatter))
 
     def _agreement(self, told: Sequence[_Alone]) -> tuple[float, int, float | None]:
         shared = np.array([one.by_rig for one in told]) @ self._rig if told else None
@@ -135,6 +136,17 @@ class Singles:
             if gain is not None and c.name in names:
                 slopes[names.index(c.name)] = gain[k] @ found.jacobian[:, n]
         return slopes
+
+
+def _error_of(own: Sequence[Own], scatter: float) -> float:
+    """Error of a mean of tests that differ by a scatter, weighed as the fit does: as if they did not.
+
+    How well so few tests tell the scatter counts by Student's factor.
+    """
+    weight = np.array([1.0 / one.variance for one in own])
+    share = weight / weight.sum()
+    spread = np.array([one.cautious for one in own]) + scatter**2 * student(len(own) - 1.0)
+    return float(np.sqrt(share**2 @ spread))
 
 
 def _gain(slopes: FloatArray) -> FloatArray | None:
