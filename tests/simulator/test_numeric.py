@@ -240,3 +240,16 @@ def test_a_stable_orbit_that_rest_approaches_slowly_is_told_with_a_warning() -> 
     found = steady(asked)
     assert found.outcome in ("stuck", "periodic")
     assert number(found.closure_error) < 1e-9
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_without_friction_every_law_is_the_free_oscillator(law: str) -> None:
+    state = steady(Problem(0.5, 0.0, law=law, parameters=LAWS[law]))
+    assert state.energy_per_cycle == pytest.approx(0.0, abs=1e-12)
+    assert state.response_amplitude == pytest.approx(4.0 / 3.0, rel=1e-8)
+
+
+def test_friction_whose_work_is_lost_in_the_tolerance_is_refused_by_name() -> None:
+    state = steady(Problem(0.3, 1e-12, law="coulomb+logarithm", parameters={"rate_strength": 0.05, "rate_speed": 0.1}))
+    assert state.outcome == "not found"
+    assert "friction of 1e-12 k Y is too weak for this solver" in state.verdict

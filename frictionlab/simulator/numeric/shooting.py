@@ -97,7 +97,7 @@ def has_two_alike_halves(problem: Problem) -> bool:
 def is_weakening(problem: Problem) -> bool:
     """Whether friction may fall with speed: then motions may coexist, or last several cycles."""
     p = problem.parameters
-    return (
+    return problem.beta > 0.0 and (
         max(problem.mu, p.get("static_ratio", 1.0)) > 1.0
         or p.get("rate_strength", 0.0) < 0.0
         or p.get("evolution_effect", 0.0) > p.get("direct_effect", 0.0)

@@ -168,7 +168,8 @@ def _answer(problem: Problem, means: _Means, found: shooting.Orbit | None) -> St
         off, size = told.closure_error or 0.0, told.energy_per_cycle or 0.0
         closed = off <= max(means.rtol, CLOSED) * size or off < SMALLEST
         dear = REFINING * len(told.orbit.begin) > MOST if isinstance(told.orbit, NumericMotion) else True
-        if closed or dear or not found.is_exact or means.rtol * TIGHTEN < FINEST:
+        in_vain = off * TIGHTEN**TIGHTER > HIDDEN * size
+        if closed or dear or in_vain or not found.is_exact or means.rtol * TIGHTEN < FINEST:
             break
         means = replace(means, rtol=means.rtol * TIGHTEN)
         better = shooting.newton(means.machine(problem), found.state, found.cycles, mirrored=found.mirrored)
@@ -252,7 +253,7 @@ def _told(problem: Problem, found: shooting.Orbit, motion: NumericMotion, tally:
 
 def _loose(off: float, energy: float, *, stuck: bool) -> tuple[str, ...]:
     """Say so where the two energies differ by more than steps of the default tolerance leave."""
-    if stuck or off <= LOOSE * energy:
+    if stuck or off <= LOOSE * energy or energy == 0.0:
         return ()
     said = (
         f"Numbers are good to about {off / energy:.0e} only: energies in and out differ so. Friction this weak, or "
