@@ -33,6 +33,8 @@ def test_a_page_without_a_recording_tells_numbers_and_joules(campaign: Campaign)
     assert "mJ" in text
     assert "The recording is not at hand" in text
     assert "in the fit of its group" in text
+    assert any(">1 standard error<" in sheet_page(one) for one in pages)
+    assert not any(">1 standard errors<" in sheet_page(one) for one in pages)
     assert 'href="../report.html"' in text
     failed = sheet_page(pages[-1])
     assert "<b>Failed:</b> no drive &amp; &lt;b&gt;nothing" in failed
