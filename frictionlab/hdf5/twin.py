@@ -23,6 +23,11 @@ _LONGEST_S = 20.0  # by the clock: a disk may be slow
 _LONGEST_CPU_S = 0.5  # of computing, where the system counts it: a small file takes 2 ms
 _BYTES_PER_S = 10_000_000
 _ROOM = 1 << 30  # bytes of memory, beside what the file has
+_ASKED_FOR = (
+    *("units", "format", "format_version", "identity", "MATLAB_class", "MATLAB_empty"),
+    *("files", "sha256", "size_bytes"),
+)
+"""Attributes that are read by their name, which may kill where going through all of them ends in a sentence."""
 _FULLY = 1 << 26  # bytes of packed numbers that are read; of more, only where they lie
 
 
@@ -81,15 +86,34 @@ def _try(step: Callable[[], object]) -> None:
 
 def _read(path: str) -> None:
     with h5py.File(path, "r", locking=False) as file:
-        names = ["/"]
-        _try(lambda: file.visit(names.append))
-        for name in names:
-            _try(lambda at=name: _read_node(file[at]))  # type: ignore[misc] # mypy takes no default for an argument
+        _walk(file, set())
+
+
+def _walk(node: Any, seen: set[int]) -> None:
+    """Read a node and what is in it, name by name: `h5py.Group.visit` ends at the first damage."""
+    _try(lambda: _read_node(node))
+    names: list[str] = []
+    if isinstance(node, h5py.Group):
+        _try(lambda: names.extend(node))
+    for name in names:
+        _try(lambda at=name: _enter(node, at, seen))  # type: ignore[misc] # mypy takes no default for an argument
+
+
+def _enter(group: Any, name: str, seen: set[int]) -> None:
+    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        return
+    node = group[name]
+    at = h5py.h5o.get_info(node.id).addr
+    if at not in seen:
+        seen.add(at)
+        _walk(node, seen)
 
 
 def _read_node(node: Any) -> None:
-    for key in node.attrs:
-        _try(lambda at=key: node.attrs[at])  # type: ignore[misc] # as above
+    keys = list(_ASKED_FOR)
+    _try(lambda: keys.extend(node.attrs))
+    for key in keys:
+        _try(lambda at=key: node.attrs.get(at))  # type: ignore[misc] # as above
     if not isinstance(node, h5py.Dataset) or node.is_virtual or node.external:
         return
     is_plain = node.dtype.kind in "iufb"

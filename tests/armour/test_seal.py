@@ -90,6 +90,15 @@ def test_a_file_that_makes_the_library_loop_is_refused_in_seconds(path: Path) ->
     assert time.monotonic() - start < 60
 
 
+def test_an_attribute_that_kills_who_reads_it_by_name_kills_the_twin(path: Path) -> None:
+    """Found by the fuzz: going through all attributes of this file ends in a sentence, asking for one in a crash."""
+    path.write_bytes(case("map.bare", 1, 4674))
+    code = "import sys; from pathlib import Path; from frictionlab.hdf5 import describe; describe(Path(sys.argv[1]))"
+    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, check=False)
+    assert done.returncode == 1, done.stderr
+    assert "RecordingError" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("does", "words"),
     [
