@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.restoring import Channel, low_pass, restored
+from frictionlab.identification import compare
 from frictionlab.identification.coordinates import point_of
 from frictionlab.identification.family import family_of
 from frictionlab.identification.identify import forward_of
@@ -171,3 +172,85 @@ def test_sensors_move_the_cycle_as_the_fit_thinks() -> None:
             there = forward.predict(point + 1e-4 * (np.arange(len(point)) == i))
             assert there is not None
             np.testing.assert_allclose(forward.jacobian(point, here)[:, i], (there - here) / 1e-4, atol=2e-6)
+
+
+DECLARED: dict[str, dict[str, object]] = {
+    "sensors": {"gain_error": 0.002, "linearity": 0.001, "lag_s_u": 5e-4, "crosstalk": 0.001},
+    "rig": {
+        "natural_frequency_hz_u": 0.01,
+        "damping_ratio": 0.01,
+        "damping_ratio_u": 0.002,
+        "stiffness_n_per_m": 1190.0,
+        "stiffness_n_per_m_u": 6.0,
+    },
+    "experiment": {"material": "steel", "normal_force_n": 1.25, "normal_force_n_u": 0.0125},
+}
+SHARES: dict[tuple[str, str], dict[str, tuple[str, ...]]] = {
+    ("sensors", "gain_error"): {
+        "energy_per_cycle": ("gain of the mass sensor", "gain of the base sensor"),
+        "response_amplitude": ("gain of the mass sensor", "gain of the base sensor"),
+        "base_amplitude_m": ("gain of the base sensor",),
+        "friction_ratio": ("gain",),
+    },
+    ("sensors", "linearity"): {
+        "energy_per_cycle": ("linearity of the sensors",),
+        "response_amplitude": ("linearity of the sensors",),
+        "base_amplitude_m": ("linearity of the sensors",),
+        "friction_ratio": ("cubic",),
+    },
+    ("sensors", "lag_s_u"): {"energy_per_cycle": ("lag between the channels",), "friction_ratio": ("lag",)},
+    ("sensors", "crosstalk"): {
+        "energy_per_cycle": ("crosstalk",),
+        "response_amplitude": ("crosstalk",),
+        "base_amplitude_m": ("crosstalk",),
+        "friction_ratio": ("base_in_mass", "mass_in_base"),
+    },
+    ("rig", "natural_frequency_hz_u"): {
+        "frequency_ratio": ("natural frequency",),
+        "friction_ratio": ("natural_frequency",),
+    },
+    ("rig", "damping_ratio_u"): {"friction_ratio": ("frame_damping_ratio",)},
+    ("rig", "stiffness_n_per_m_u"): {"friction_force_n": ("stiffness",), "friction_coefficient": ("stiffness",)},
+    ("experiment", "normal_force_n_u"): {"friction_coefficient": ("normal force",)},
+}
+
+
+def budgets(tables: Mapping[str, Mapping[str, object]]) -> Mapping[str, Mapping[str, float]]:
+    """Budgets of one scattering test, whose friction ratio needs sensors and rig moved by nothing."""
+    recording = recorded(Problem(0.8, 0.35, frame_damping_ratio=0.01), np.random.default_rng(2), seconds=20.0)
+    found = compare(recording, scene(**tables))
+    row = found.row()
+    for quantity, shares in found.budget.items():
+        if row.get(f"{quantity}_u") is not None:
+            assert combined(shares) == pytest.approx(row[f"{quantity}_u"], rel=1e-6), quantity
+    return found.budget
+
+
+def test_each_source_adds_to_each_number_what_is_declared_of_it() -> None:
+    """Half of what is declared of a source is half of its share.
+
+    Not in a fit, which tells the sources too and trades them: there half of all halves what they add.
+    """
+    whole = budgets(DECLARED)
+    halves: dict[str, dict[str, object]] = {name: dict(table) for name, table in DECLARED.items()}
+    for table, key in SHARES:
+        value = DECLARED[table][key]
+        assert isinstance(value, float)
+        halves[table][key] = 0.5 * value
+    half = budgets(halves)
+    for told in SHARES.values():
+        for quantity, sources in told.items():
+            for source in sources:
+                assert whole[quantity][source] > 0.0
+                if quantity != "friction_ratio":
+                    assert half[quantity][source] == pytest.approx(0.5 * whole[quantity][source], rel=0.02)
+    fits = [
+        math.hypot(*(u for source, u in b["friction_ratio"].items() if "noise" not in source)) for b in (half, whole)
+    ]
+    assert 0.4 < fits[0] / fits[1] < 0.7
+    counted = {(q, source) for told in SHARES.values() for q, sources in told.items() for source in sources}
+    rest = {(q, source) for q, shares in whole.items() for source in shares} - counted
+    assert {source for _, source in rest} <= {
+        "noise and scatter", "hum and other lines", "noise and misfit", "friction ratio", "base amplitude", "parabola",
+        "sensors and rig as known, or as fitted",
+    }  # fmt: skip

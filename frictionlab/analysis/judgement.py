@@ -27,6 +27,7 @@ RESONANCE, GROWS = 0.05, 1.05  # |r - 1|, and last over first quarter of the amp
 WHOLE, SAME_SIZE = 0.2, 0.02  # of a sample; of the amplitude: a jump of the clock, not of the motion
 GROWTH, LONG_S = 0.005, 300.0  # relative; longer tests have a trend of their own
 UNEVEN = 2 * math.pi * 0.002  # rms wander of the drive's phase, rad
+SAME_COUNT, MIRRORED = 0.05, 0.01  # of a stop; asymmetry of a motion whose halves are alike
 OFTEN = 0.4  # of the cycles: a pause that may be a stop
 MANY = 6  # times named in one sentence
 
@@ -262,6 +263,7 @@ def _of_the_motion(layout: Layout, response: Response) -> Iterator[str]:
     yield from _of_jumps(layout, response)
     yield from _of_short_stops(response)
     yield from _of_moves_within_stops(response)
+    yield from _of_an_odd_stop(layout, response)
     counts, period = response.stops, layout.foreign.period
     if any(counts[j::period].max() != counts[j::period].min() for j in range(min(period, len(counts)))):
         yield (
@@ -277,6 +279,18 @@ def _of_short_stops(response: Response) -> Iterator[str]:
             f"stops_per_cycle: {often:.2g} times a cycle the mass nearly stands, for about {100.0 * length:.2g} %:"
             " too short to tell a stop from a slow passage here (surely told from"
             f" {100.0 * response.shortest_stop:.2g} % on), and not counted: a faster or quieter sensor would tell"
+        )
+
+
+def _of_an_odd_stop(layout: Layout, response: Response) -> Iterator[str]:
+    """A motion whose halves mirror each other stops as often on its way up as on its way down."""
+    count = round(response.stops_per_cycle)
+    is_odd = count % 2 == 1 and abs(response.stops_per_cycle - count) < SAME_COUNT
+    if is_odd and response.asymmetry < MIRRORED and layout.foreign.period == 1:
+        yield (
+            f"stops_per_cycle: {count}, where the halves of the cycle mirror each other (to"
+            f" {100.0 * response.asymmetry:.2g} %) and stops come in pairs: one of them was too short to be seen, or is"
+            " a slow passage"
         )
 
 

@@ -23,7 +23,7 @@ from frictionlab.campaign.sharing import Own, own_estimate, pooled_shifts
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
 from frictionlab.campaign.verdicts import JUDGED_ANEW, SCREENED, SOFT, Cause, LeftOut
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
-from frictionlab.uncertainty import Sources
+from frictionlab.uncertainty import Sources, unit_uncertainty
 
 FloatArray = NDArray[np.float64]
 UNSTEADY = 0.2  # excess irregularity above which one steady state cannot stand for the test
@@ -321,7 +321,7 @@ def in_newtons(
     coefficient = force.over(normal_force)
     if known.sources is None:
         return force, coefficient
-    by_rig = math.hypot(known.sources.stiffness, known.sources.base_gain)
+    by_rig = math.hypot(known.sources.stiffness, unit_uncertainty(known.sources))
     return _widened(force, by_rig), _widened(coefficient, math.hypot(by_rig, known.sources.normal_force))
 
 

@@ -6,7 +6,7 @@ from typing import Any
 from frictionlab.estimate import Estimate
 from frictionlab.identification.identify import Identified, ParameterEstimate
 from frictionlab.scene import Scene
-from frictionlab.uncertainty import Sources
+from frictionlab.uncertainty import Sources, unit_uncertainty
 
 
 def friction_of(
@@ -21,7 +21,7 @@ def friction_of(
     friction = Estimate(beta.value, beta.se, beta.u)
     force = friction_force(friction, scene, sources, amplitude)
     coefficient = coefficient_of(force, normal_force, sources.normal_force)
-    shares = force_budget(force, coefficient, beta, sources)
+    shares = force_budget(force, coefficient, beta, sources, amplitude)
     return {
         "friction": friction,
         "force": force,
@@ -35,14 +35,20 @@ def friction_force(beta: Estimate, scene: Scene, sources: Sources, base: Estimat
     force = beta.scaled(scene.rig.stiffness).scaled(base.value)
     if force.value is None or base.relative_se is None or beta.se is None or beta.u is None or not beta.value:
         return Estimate(force.value)
-    by_scene = math.hypot(sources.stiffness, sources.base_gain)
-    relative_u = math.hypot(beta.u / beta.value, base.relative_se, by_scene)
+    relative_u = math.hypot(beta.u / beta.value, _of_the_unit(base, sources), sources.stiffness)
     relative_se = math.hypot(beta.se / beta.value, base.relative_se)
     return Estimate(force.value, force.value * relative_se, force.value * relative_u)
 
 
+def _of_the_unit(base: Estimate, sources: Sources) -> float:
+    """Relative uncertainty of Y (m): as it was measured, else its noise and the gain and linearity of its sensor."""
+    if base.u is not None and base.value:
+        return base.u / base.value
+    return math.hypot(base.relative_se or 0.0, unit_uncertainty(sources))
+
+
 def force_budget(
-    force: Estimate, coefficient: Estimate, beta: ParameterEstimate, sources: Sources
+    force: Estimate, coefficient: Estimate, beta: ParameterEstimate, sources: Sources, base: Estimate
 ) -> dict[str, dict[str, float]]:
     """What adds to the uncertainty of force and coefficient."""
     budget = {}
@@ -55,7 +61,7 @@ def force_budget(
         relative = {
             "friction ratio": beta.u / beta.value,
             "stiffness": sources.stiffness,
-            "gain of the base sensor": sources.base_gain,
+            "base amplitude": _of_the_unit(base, sources),
             "normal force": normal,
         }
         budget[name] = {cause: estimate.value * share for cause, share in relative.items() if share}

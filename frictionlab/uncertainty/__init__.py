@@ -6,7 +6,25 @@
 Type A, the numbers' own scatter, is the standard error `_se`; with these, type B, it makes the combined `_u`.
 """
 
-from frictionlab.uncertainty.budget import LINES, STATISTICAL, Shares, bent_gain, combined, cycle_budget
+from frictionlab.uncertainty.budget import (
+    LINES,
+    STATISTICAL,
+    Shares,
+    bent_gain,
+    combined,
+    cycle_budget,
+    unit_uncertainty,
+)
 from frictionlab.uncertainty.sources import Sources, sources_of
 
-__all__ = ["LINES", "STATISTICAL", "Shares", "Sources", "bent_gain", "combined", "cycle_budget", "sources_of"]
+__all__ = [
+    "LINES",
+    "STATISTICAL",
+    "Shares",
+    "Sources",
+    "bent_gain",
+    "combined",
+    "cycle_budget",
+    "sources_of",
+    "unit_uncertainty",
+]

@@ -144,6 +144,19 @@ def hum(size: float, r: float = 0.5, beta: float = 0.4, hz: float = 50.0, scene:
     return Case(through(one.time, mass, one.base_displacement), scene, of, f"{hz:g} Hz" if hz == 50.0 else "line")
 
 
+def hum_on_harmonic(k: int, off: float = 0.0, size: float = 5e-6, r: float = 0.5, beta: float = 0.4) -> Case:
+    """Hum of this amplitude [m] on a harmonic of the drive, or so little beside it (Hz) that it is not told from it."""
+    of = motion(r, beta)
+    one = seen(of, noise=0.0, step=1e-12)
+    mass = one.mass_displacement + size * np.sin(2.0 * math.pi * (k * of.hz + off) * (one.time + 0.0731) + 0.4)
+    return Case(through(one.time, mass, one.base_displacement), ALL, of, "harmonic")
+
+
+def plain(r: float, beta: float) -> Case:
+    """A motion that misleads by itself."""
+    return Case(seen(motion(r, beta)), ALL, motion(r, beta))
+
+
 def clipped(share: float, r: float, beta: float, scene: Scene = LAST, *, before_noise: bool = False) -> Case:
     """A mass whose sensor ends at this share of the motion's amplitude, on one side or both."""
     of = motion(r, beta)
@@ -279,8 +292,12 @@ CASES: dict[str, Callable[[], Case]] = {
     "mass is relative to the base": lambda: wrong_columns("relative"),
     "mass is relative to the base, r = 0.8": lambda: wrong_columns("relative", 0.8, 0.3),
     "mass is noise of 0.1 mm": lambda: wrong_columns("noise"),
-    "stops parted by a slip of 0.001 Y, r = 0.1457": lambda: Case(
-        seen(motion(0.1457, 0.2041)), ALL, motion(0.1457, 0.2041)
-    ),
-    "two stops of 3.5 %, r = 1.452": lambda: Case(seen(motion(1.452, 0.681)), ALL, motion(1.452, 0.681)),
+    "stops parted by a slip of 0.001 Y, r = 0.1457": lambda: plain(0.1457, 0.2041),
+    "stops parted by a slip of 0.0001 Y, r = 0.159": lambda: plain(0.159043, 0.581729),
+    "stop that begins as a slow passage, r = 0.418": lambda: plain(0.41811, 0.185056),
+    "two stops of 3.5 %, r = 1.452": lambda: plain(1.452, 0.681),
+    "hum of 5 um on harmonic 32, r = 0.5": lambda: hum_on_harmonic(32),
+    "hum of 5 um on harmonic 33, 0.004 Hz off": lambda: hum_on_harmonic(33, 0.004),
+    "hum of 5 um on harmonic 13, r = 1.2": lambda: hum_on_harmonic(13, r=1.2),
+    "mass is relative to the base, r = 0.951": lambda: wrong_columns("relative", 0.951, 0.347),
 }

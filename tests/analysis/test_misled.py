@@ -228,6 +228,19 @@ def test_a_pause_too_short_to_tell_is_said() -> None:
     assert any(re.search(r"2 times a cycle the mass nearly stands, for about 0\.\d+ %", said) for said in m.warnings)
 
 
+def test_one_stop_of_a_pair_is_said_to_be_odd() -> None:
+    """Two stops of 3 % of a cycle seen in steps of 0.3 % of the base: one of them was counted, without a word."""
+    of = motion(0.625856, 0.66218)
+    one = as_read(seen(of, noise=8.2e-8, size=2.8e-4, rate=2000.0, seconds=40.0, seed=150))
+    counts = {}
+    for name, recording in (("quiet", one), ("fine", seen(of, seconds=40.0))):
+        m = measure(recording, ALL)
+        counts[name] = m.stops_per_cycle
+        odd = [said for said in m.warnings if "stops come in pairs" in said]
+        assert bool(odd) == (m.stops_per_cycle % 2 == 1)
+    assert counts["fine"] == of.stops == 2
+
+
 def test_hum_that_swells_and_wanders_is_followed() -> None:
     of = motion(0.5, 0.4)
     t = np.arange(45_000) / 500.0

@@ -1,9 +1,11 @@
 """Does the combined uncertainty cover the truth when sensors and rig are off by what is declared of them?
 
-Run: ``python -m tests.benchmarks.uncertainty_coverage [DRAWS]``; the result goes to results/uncertainty_coverage.txt.
+Run: ``python -m tests.benchmarks.uncertainty_coverage [DRAWS [FIRST]]``; the result goes to
+results/uncertainty_coverage.txt, of draws from another FIRST than 0 to results/uncertainty_coverage_FIRST.txt.
 Every draw is one test of 30 s at 250 Hz with its own lag, gains, curvature of both sensors, crosstalk either way,
 natural frequency and frame damping, each drawn from the uncertainty that its scene declares, mains hum on the mass's
-sensor, and its own noise and scatter of friction. No two draws share a random number.
+sensor, and its own noise and scatter of friction. In every other draw each channel has a low-pass filter of its own,
+drawn and declared. No two draws share a random number.
 """
 
 import math
@@ -15,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measure import measure
+from frictionlab.analysis.restoring import low_pass
 from frictionlab.identification import predict
 from frictionlab.recording import Recording
 from frictionlab.simulator import Problem, observe, steady_state
@@ -22,22 +25,27 @@ from frictionlab.simulator.engine import compiled
 from tests.identification.contacts import NATURAL_HZ, recorded, scene
 
 FloatArray = NDArray[np.float64]
-RESULT = Path(__file__).parent / "results" / "uncertainty_coverage.txt"
+RESULTS = Path(__file__).parent / "results"
 POINTS = ((0.1, 0.4), (0.2, 0.4), (0.3, 0.4), (0.5, 0.4), (0.7, 0.3), (0.9, 0.3), (1.2, 0.3), (1.6, 0.3), (2.0, 0.2))
 LAG_S, GAIN, LINEARITY, CROSSTALK = 0.001, 0.001, 0.0005, 0.0005
 FREQUENCY, DAMPING, DAMPING_U = 0.002, 0.005, 0.001
 HUM_M, MAINS_HZ = 2e-6, 50.0
-TABLES: dict[str, Mapping[str, object]] = {
+TABLES: dict[str, dict[str, object]] = {
     "rig": {"natural_frequency_hz_u": FREQUENCY * NATURAL_HZ, "damping_ratio": DAMPING, "damping_ratio_u": DAMPING_U},
     "sensors": {"lag_s_u": LAG_S, "gain_error": GAIN, "linearity": LINEARITY, "crosstalk": CROSSTALK},
 }
+FILTERS_HZ, ORDERS = (15.0, 60.0), (1, 2, 4)
 QUANTITIES = ("energy", "amplitude", "friction ratio")
 
 
 class Sensors:
-    """Two sensors that are off by so many standard uncertainties (7,): gains, curvatures, crosstalk, hum."""
+    """Two sensors that are off by so many standard uncertainties (7,): gains, curvatures, crosstalk, hum.
 
-    def __init__(self, drawn: FloatArray) -> None:
+    ``filters``: keys of ``[sensors]`` that say what low-pass filter each channel has.
+    """
+
+    def __init__(self, drawn: FloatArray, filters: Mapping[str, float]) -> None:
+        self.filters = filters
         self.gain, self.bent, self.mixed, self.hum = drawn[:2] * GAIN, drawn[2:4], drawn[4:6] * CROSSTALK, drawn[6]
 
     def __call__(self, t: FloatArray, mass: FloatArray, base: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -47,28 +55,54 @@ class Sensors:
             (1.0 + gain) * (x + LINEARITY * bent * 2.0 * x**3 / (0.5 * np.ptp(x)) ** 2)
             for x, gain, bent in zip(shown, self.gain, self.bent, strict=True)
         )
-        return one + HUM_M * self.hum * np.sin(2.0 * math.pi * MAINS_HZ * t + 0.3), two
+        one = one + HUM_M * self.hum * np.sin(2.0 * math.pi * MAINS_HZ * t + 0.3)
+        return self._filtered(t, one, "mass"), self._filtered(t, two, "base")
+
+    def _filtered(self, t: FloatArray, signal: FloatArray, role: str) -> FloatArray:
+        """Through the channel's analog filter, by the spectrum of the signal and its mirror image."""
+        if not self.filters:
+            return signal
+        both = np.concatenate([signal, signal[::-1]])
+        frequency = np.asarray(np.fft.rfftfreq(len(both), float(t[1] - t[0])), dtype=np.float64)
+        passed = low_pass(frequency, self.filters[f"{role}_filter_hz"], int(self.filters[f"{role}_filter_order"]))
+        return np.asarray(np.fft.irfft(np.fft.rfft(both) * passed, len(both))[: len(signal)])
+
+
+def filters_of(generator: np.random.Generator) -> dict[str, float]:
+    """Draw a low-pass filter for each channel."""
+    drawn: dict[str, float] = {}
+    for role in ("mass", "base"):
+        drawn[f"{role}_filter_hz"] = float(generator.uniform(*FILTERS_HZ))
+        drawn[f"{role}_filter_order"] = int(generator.choice(ORDERS))
+    return drawn
 
 
 def off_as_declared(
-    nominal: Problem, generator: np.random.Generator, *, seconds: float, hum: bool = True
+    nominal: Problem,
+    generator: np.random.Generator,
+    *,
+    seconds: float,
+    hum: bool = True,
+    filters: Mapping[str, float] | None = None,
 ) -> tuple[Problem, Recording]:
     """A contact in a rig whose sensors and frame are off by what `TABLES` declare: what is true, and its recording."""
     detuned, damped, late, *drawn = generator.standard_normal(10)
     ratio, frame = nominal.r / (1.0 + FREQUENCY * detuned), max(0.0, DAMPING + DAMPING_U * damped)
     truth = nominal.with_r(ratio).with_parameters({"frame_damping_ratio": frame})
-    sensors, tuned = Sensors(np.array([*drawn[:6], drawn[6] if hum else 0.0])), nominal.r / truth.r
-    lag = LAG_S * float(late)
+    sensors = Sensors(np.array([*drawn[:6], drawn[6] if hum else 0.0]), filters or {})
+    lag, tuned = LAG_S * float(late), nominal.r / truth.r
     return truth, recorded(truth, generator, seconds=seconds, lag_s=lag, tuned=tuned, sensors=sensors)
 
 
 def scores_of(r: float, beta: float, seed: int) -> tuple[float, float, float]:
     """Error over combined uncertainty of energy, amplitude and friction ratio of one draw."""
     generator = np.random.default_rng([18, round(1000 * r), seed])
-    truth, recording = off_as_declared(Problem(r, beta), generator, seconds=30.0)
+    filters = filters_of(np.random.default_rng([19, round(1000 * r), seed])) if seed % 2 else {}
+    truth, recording = off_as_declared(Problem(r, beta), generator, seconds=30.0, filters=filters)
+    what = scene(**{**TABLES, "sensors": {**TABLES["sensors"], **filters}})
     shown = observe(steady_state(truth))
-    measured = measure(recording, scene(**TABLES))
-    found = predict(measured, scene(**TABLES))
+    measured = measure(recording, what)
+    found = predict(measured, what)
     pairs = (
         (measured.energy_per_cycle, measured.energy_per_cycle_u, shown.energy_per_cycle),
         (measured.response_amplitude, measured.response_amplitude_u, shown.response_amplitude),
@@ -98,17 +132,18 @@ def table(scores: FloatArray) -> str:
     return "\n".join(lines) + "\n"
 
 
-def main(draws: int) -> None:
+def main(draws: int, first: int = 0) -> None:
     """Write the table, and again after every tenth round of all motions: a study that is cut short is one of fewer."""
     compiled()
     rounds: list[list[tuple[float, float, float]]] = []
-    for seed in range(draws):
+    place = RESULTS / f"uncertainty_coverage{f'_{first}' if first else ''}.txt"
+    for seed in range(first, first + draws):
         rounds.append([scores_of(r, beta, seed) for r, beta in POINTS])
         if len(rounds) % 10 == 0 or len(rounds) == draws:
-            RESULT.write_text(table(np.array(rounds).swapaxes(0, 1)))
+            place.write_text(table(np.array(rounds).swapaxes(0, 1)))
             sys.stdout.write(f"{len(rounds)} rounds\n")
             sys.stdout.flush()
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 225)
+    main(*(int(word) for word in sys.argv[1:3] or ("225",)))
