@@ -174,4 +174,4 @@ def _size(c: Coordinate, deviations: float, *, sign: str = "") -> str:
     """So many deviations of what is known in units that people read."""
     count, unit = c.unit
     factor, name = (count, unit) if unit else (100.0, " %")
-    return f"{factor * c.width * deviations:{sign}.2g}{name}"
+    return f"{factor * c.width * deviations + 0.0:{sign}.2g}{name}"  # no -0
