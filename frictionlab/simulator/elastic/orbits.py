@@ -5,15 +5,16 @@ from math import exp, hypot, inf, log, pi, sqrt
 from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.holding import never_slips, start_at_rest
 from frictionlab.simulator.elastic.layout import DERIVED, HASTY, PATIENT, PLAIN, PULLED, ElasticRoom, Sliders
-from frictionlab.simulator.elastic.residues import NEAR_STEPS, from_rest, keeps_some, spread, start_from, unstrain
+from frictionlab.simulator.elastic.residues import has_slipped_out, keeps_some, unstrain
 from frictionlab.simulator.elastic.shooting import (
     distance,
     elastic_multiplier,
     follow,
     shoot_elastic,
     span_of,
+    spread,
 )
-from frictionlab.simulator.elastic.starts import rings_often, start_balanced, start_held, start_rigid
+from frictionlab.simulator.elastic.starts import NEARLY, rings_often, start_balanced, start_held, start_rigid
 from frictionlab.simulator.kernel.layout import (
     CHATTERED,
     DONE,
@@ -39,12 +40,15 @@ __all__ = [
     "apart",
     "at_once_elastic",
     "fewest",
+    "from_rest",
     "growth_of_distance",
     "is_even_handed",
     "is_stable",
+    "only_elastic",
     "resonates",
     "search_elastic",
     "settle",
+    "start_from",
     "verdict",
 ]
 
@@ -52,11 +56,63 @@ LONGEST_ORBIT = 128  # cycles of the longest orbit looked for
 NEARER = 0.5  # an orbit of more cycles is tried if the motion comes so much nearer to itself after them
 SHORT_ORBIT = 8  # cycles of an orbit that Newton may finish; a longer one must have closed already
 LIKELY_ORBIT = 2  # cycles of an orbit that Newton may find from afar
+NEAR_STEPS = 8.0  # Newton steps to one of several
+LONGEST_WAIT = 256.0  # cycles from rest until no slider that never slips in the orbit can slip any more
+FAIR = 7.0  # cycles in place of Newton steps, after which another start is tried
+LARGELY = 1.5  # times what its sliders can hold: so much more, and a contact is not like one that holds
 ENOUGH_STEPS = 200.0  # Newton steps to the only orbit
 CYCLES_WAITED = 1024  # for an orbit where several may exist
 PARTED = 1.02  # growth of the distance in a cycle from which motions move apart
 CYCLES_COMPARED = 200.0
 PHASES_WAITED = 1e5  # the same, where a cycle has many
+
+
+def start_from(state: list[float], room: ElasticRoom) -> None:
+    """Start from a state that was kept."""
+    for i in range(len(state)):
+        room.start[i] = state[i]
+
+
+def from_rest(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
+    """Return leg, miss and code of the orbit that the motion from rest comes to, with what it leaves in its sliders.
+
+    It is followed until what they hold is settled; Newton does the rest.
+    """
+    leg, cycles, waited, miss = Leg(0.0, TURN, 1.0, 1.0), 2.0, 2.0, inf
+    now = [0.0] * (2 + 2 * len(sliders.force))
+    start_at_rest(sliders, room)
+    code = follow(rig, sliders, force, leg, cycles, room)
+    while code == DONE:
+        for i in range(len(now)):
+            now[i] = room.start[i]
+        miss, code = shoot_elastic(rig, sliders, force, leg, room, NEAR_STEPS, HASTY)
+        settled = code == DONE and spread(rig, room, miss) and has_slipped_out(rig, sliders, leg, now, room)
+        if settled or waited >= LONGEST_WAIT:
+            break
+        start_from(now, room)
+        code = follow(rig, sliders, force, leg, cycles, room)
+        waited += cycles
+        cycles = waited
+    return leg, miss, code
+
+
+def only_elastic(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, float, int]:
+    """Return leg, miss and code of the only orbit, from as near a start as can be had cheaply."""
+    ahead, near = leg, False
+    if len(force.cosine) > 1:
+        ahead, near = start_held(rig, sliders, force, leg, room, NEARLY)
+    there = near
+    if not there and rings_often(rig, sliders):
+        ahead, there = start_rigid(rig, sliders, force, leg, room)
+    if not there:
+        ahead = start_balanced(rig, sliders, force, leg, room)
+    miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS, FAIR)
+    if code == DONE and not spread(rig, room, miss):
+        if len(force.cosine) > 1 and not near:
+            other, near = start_held(rig, sliders, force, leg, room, LARGELY)
+            ahead = other if near else ahead
+        miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS, PATIENT)
+    return ahead, miss, code
 
 
 def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
@@ -68,14 +124,7 @@ def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) 
     """
     leg = Leg(0.0, pi, 1.0, -1.0) if is_even_handed(rig, force) else Leg(0.0, TURN, 1.0, 1.0)
     if max(rig.contact.static_up, rig.contact.static_down) == 1.0:
-        ahead, there = leg, False
-        if len(force.cosine) > 1:
-            ahead, there = start_held(rig, sliders, force, leg, room)
-        if not there and rings_often(rig, sliders):
-            ahead, there = start_rigid(rig, sliders, force, leg, room)
-        if not there:
-            ahead = start_balanced(rig, sliders, force, leg, room)
-        miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS, PATIENT)
+        ahead, miss, code = only_elastic(rig, sliders, force, leg, room)
         if rig.contact.gradient == 0.0:
             if code == DONE and spread(rig, room, miss) and unstrain(rig, sliders, ahead, room):
                 miss, code = shoot_elastic(rig, sliders, force, ahead, room, NEAR_STEPS, PATIENT)

@@ -6,28 +6,14 @@ one it changes friction too, and it is what the motion from rest leaves in them.
 
 from math import inf, sqrt
 
-from frictionlab.simulator.elastic.holding import held_offset, start_at_rest
-from frictionlab.simulator.elastic.layout import FREE, HASTY, OUTER, ElasticRoom, Sliders
-from frictionlab.simulator.elastic.shooting import follow, shoot_elastic, span_of
-from frictionlab.simulator.kernel.layout import DONE, HIGH, LOW, TURN, Force, Leg, Rig
+from frictionlab.simulator.elastic.holding import held_offset
+from frictionlab.simulator.elastic.layout import FREE, OUTER, ElasticRoom, Sliders
+from frictionlab.simulator.kernel.layout import HIGH, LOW, Leg, Rig
 
-__all__ = ["away", "from_rest", "has_slipped_out", "is_idle", "keeps_some", "spread", "start_from", "unstrain"]
+__all__ = ["away", "has_slipped_out", "is_idle", "keeps_some", "unstrain"]
 
 STRAINED = 1e-12  # of its strength: a slider that holds so much more than need be is relaxed
 SAME = 1e-9  # of its strength: by which what a slider holds may differ, but for rounding
-NEAR_STEPS = 8.0  # Newton steps to one of several
-LONGEST_WAIT = 256.0  # cycles from rest until no slider that never slips in the orbit can slip any more
-
-
-def spread(rig: Rig, room: ElasticRoom, miss: float) -> bool:
-    """Tell whether a miss is nothing but rounding."""
-    return miss <= 1e-12 * span_of(rig, room) + 1e-14 * rig.plain.rate
-
-
-def start_from(state: list[float], room: ElasticRoom) -> None:
-    """Start from a state that was kept."""
-    for i in range(len(state)):
-        room.start[i] = state[i]
 
 
 def is_idle(sliders: Sliders, i: int, leg: Leg) -> bool:
@@ -108,26 +94,3 @@ def has_slipped_out(rig: Rig, sliders: Sliders, leg: Leg, state: list[float], ro
         if held + kappa * (low - far - z) < -contact.static_down * beta * (1.0 + contact.gradient * low):
             return False
     return True
-
-
-def from_rest(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
-    """Return leg, miss and code of the orbit that the motion from rest comes to, with what it leaves in its sliders.
-
-    It is followed until what they hold is settled; Newton does the rest.
-    """
-    leg, cycles, waited, miss = Leg(0.0, TURN, 1.0, 1.0), 2.0, 2.0, inf
-    now = [0.0] * (2 + 2 * len(sliders.force))
-    start_at_rest(sliders, room)
-    code = follow(rig, sliders, force, leg, cycles, room)
-    while code == DONE:
-        for i in range(len(now)):
-            now[i] = room.start[i]
-        miss, code = shoot_elastic(rig, sliders, force, leg, room, NEAR_STEPS, HASTY)
-        settled = code == DONE and spread(rig, room, miss) and has_slipped_out(rig, sliders, leg, now, room)
-        if settled or waited >= LONGEST_WAIT:
-            break
-        start_from(now, room)
-        code = follow(rig, sliders, force, leg, cycles, room)
-        waited += cycles
-        cycles = waited
-    return leg, miss, code

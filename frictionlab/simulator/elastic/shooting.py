@@ -14,6 +14,7 @@ from frictionlab.simulator.elastic.layout import (
     ElasticRoom,
     Sliders,
 )
+from frictionlab.simulator.elastic.residues import unstrain
 from frictionlab.simulator.kernel.layout import (
     DONE,
     HIGH,
@@ -42,10 +43,12 @@ __all__ = [
     "sign_of_growth",
     "solve",
     "span_of",
+    "spread",
     "step_towards",
 ]
 
 MOST_TURNS = 16.0  # of the map, in place of a Newton step that does not help
+SLOWLY = 4.0  # maps in a row, from which sliders that do not slip for good are relaxed
 SQUARINGS = 40  # of the map's derivative: its largest multiplier to 2^-40
 
 
@@ -62,6 +65,11 @@ def distance(rig: Rig, sliders: Sliders, room: ElasticRoom) -> float:
 def span_of(rig: Rig, room: ElasticRoom) -> float:
     """Return the size of a motion, against which its miss is judged."""
     return hypot(room.start[0], rig.plain.r * room.start[1]) + max(0.0, room.tally[HIGH] - room.tally[LOW])
+
+
+def spread(rig: Rig, room: ElasticRoom, miss: float) -> bool:
+    """Tell whether a miss is nothing but rounding."""
+    return miss <= 1e-12 * span_of(rig, room) + 1e-14 * rig.plain.rate
 
 
 def classify(sliders: Sliders, room: ElasticRoom) -> None:
@@ -228,6 +236,10 @@ def shoot_elastic(
         back_to_start(rig, sliders, leg, room)
         follow(rig, sliders, force, leg, turns - 1.0, room)
         code = carry_elastic(rig, sliders, force, leg, room, DERIVED)
+        if turns >= SLOWLY and code == DONE and rig.contact.gradient == 0.0 and unstrain(rig, sliders, leg, room):
+            code = carry_elastic(
+                rig, sliders, force, leg, room, DERIVED
+            )  # what only just touches its limit takes for ever
         turns, patience = min(2.0 * turns, MOST_TURNS), patience - turns
     return distance(rig, sliders, room), code
 

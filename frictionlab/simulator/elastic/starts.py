@@ -131,20 +131,20 @@ def strain(sliders: Sliders, high: float, low: float) -> float:
     return most
 
 
-def start_held(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, bool]:
+def start_held(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, most: float) -> tuple[Leg, bool]:
     """Start on the motion with every slider held, half way between crest and trough; False where that is far off.
 
-    A slider that cannot hold is as far from either limit.
+    That is where it asks for more than `most` times what a slider can hold; which then is as far from either limit.
     """
     slow = room.slow
     local_force(0.0, force)
     forced_part(stiffened(rig.plain, held_stiffness(sliders)), force, slow)
     count = FEW * len(slow.p)
     high, low = looked_at(slow, count)
-    if strain(sliders, high, low) > NEARLY:
+    if strain(sliders, high, low) > most:
         return leg, False
     high, low = held_range(slow, MANY * len(slow.p))
-    if strain(sliders, high, low) > NEARLY:
+    if strain(sliders, high, low) > most:
         return leg, False
     middle, tau, nearest = 0.5 * (high + low), 0.0, inf
     for i in range(count):
