@@ -1,11 +1,11 @@
 """What repeats: the outcome that needs no search, and the orbit that rest settles on."""
 
-from math import exp, hypot, inf, log, pi, sqrt
+from math import exp, hypot, inf, log, pi
 
 from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.holding import never_slips, start_at_rest
 from frictionlab.simulator.elastic.layout import DERIVED, HASTY, PATIENT, PLAIN, PULLED, ElasticRoom, Sliders
-from frictionlab.simulator.elastic.residues import has_slipped_out, keeps_some, unstrain
+from frictionlab.simulator.elastic.residues import away, has_slipped_out, keeps_some, unstrain
 from frictionlab.simulator.elastic.shooting import (
     distance,
     elastic_multiplier,
@@ -64,6 +64,9 @@ ENOUGH_STEPS = 200.0  # Newton steps to the only orbit
 CYCLES_WAITED = 1024  # for an orbit where several may exist
 PARTED = 1.02  # growth of the distance in a cycle from which motions move apart
 CYCLES_COMPARED = 200.0
+UNDECIDED = 0.9  # growth from which the two are compared for longer: a stable orbit's neighbours come nearer
+CYCLES_UNDECIDED = 2000.0
+PARTED_SLOWLY = 1.01  # over that many cycles; what parts by a power of time, not exponentially, grows by less
 PHASES_WAITED = 1e5  # the same, where a cycle has many
 
 
@@ -174,24 +177,30 @@ def settle(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple
         start_from(now, room)
         if passed >= PHASES_WAITED:
             break
-    growth = growth_of_distance(rig, sliders, force, now, room)
-    if growth > PARTED:
+    growth, parts = growth_of_distance(rig, sliders, force, now, room)
+    if parts:
         return leg, growth, WANDERS
     return any_stable(rig, sliders, force, now, room)
 
 
-def growth_of_distance(rig: Rig, sliders: Sliders, force: Force, now: list[float], room: ElasticRoom) -> float:
-    """Return by what factor two motions close by move apart in a cycle, in the geometric mean over CYCLES_COMPARED.
+def growth_of_distance(
+    rig: Rig, sliders: Sliders, force: Force, now: list[float], room: ElasticRoom
+) -> tuple[float, bool]:
+    """Return by what factor two motions close by move apart in a cycle, in the geometric mean, and whether they do.
 
-    Both are carried; after each cycle the second is drawn close again, along the line between them.
+    Both are carried; after each cycle the second is drawn close again, along the line between them. Where they hardly
+    move apart over CYCLES_COMPARED, it is for CYCLES_UNDECIDED.
     """
+    compared, least = CYCLES_COMPARED, PARTED
     leg, size, grown, cycles = Leg(0.0, TURN, 1.0, 1.0), len(now), 0.0, 0.0
     first, second = [0.0] * size, [0.0] * size
     for i in range(size):
         first[i], second[i] = now[i], now[i]
     tiny = 1e-8 * (abs(now[0]) + rig.plain.rate)
     second[0] += tiny
-    while cycles < CYCLES_COMPARED:
+    while cycles < compared:
+        if cycles == CYCLES_COMPARED - 1.0 and UNDECIDED < exp(grown / cycles) <= PARTED:
+            compared, least = CYCLES_UNDECIDED, PARTED_SLOWLY
         start_from(second, room)
         code = carry_elastic(rig, sliders, force, leg, room, PLAIN)
         for i in range(size):
@@ -201,19 +210,19 @@ def growth_of_distance(rig: Rig, sliders: Sliders, force: Force, now: list[float
             break
         for i in range(size):
             first[i] = room.image[i]
-        gone = (second[0] - first[0]) ** 2 + (rig.plain.r * (second[1] - first[1])) ** 2
-        for i in range(len(sliders.force)):
-            gone += (second[2 + 2 * i] - first[2 + 2 * i]) ** 2 / max(sliders.stiffness[i], 1e-300)
+        start_from(first, room)
+        gone = away(rig, sliders, second, room)
         if gone == 0.0:
-            return 0.0
-        share = tiny / sqrt(gone)
+            return 0.0, False
+        share = tiny / gone
         grown -= log(share)
         cycles += 1.0
         for i in range(size):
             second[i] = first[i] + share * (second[i] - first[i])
         for i in range(len(sliders.force)):
             second[3 + 2 * i] = first[3 + 2 * i]
-    return exp(grown / max(cycles, 1.0))
+    growth = exp(grown / max(cycles, 1.0))
+    return growth, growth > least
 
 
 def fewest(
