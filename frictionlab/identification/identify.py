@@ -1,6 +1,7 @@
 """Which values of a law a measured cycle asks for, how sure each is, and what the cycle does not tell."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -94,12 +95,19 @@ def forward_of(
     return Forward(family, coordinates_of(family, measurement, sources), observed.harmonics, meter)
 
 
-def identify(measurement: Measurement, family: Family, sources: Sources, meter: Meter | None = None) -> Identified:
+def identify(
+    measurement: Measurement,
+    family: Family,
+    sources: Sources,
+    meter: Meter | None = None,
+    near: Mapping[str, float] | None = None,
+) -> Identified:
     """Return the best values of a law for a measured cycle, each with its errors.
 
     Sensors and rig are fitted beside the law, each held by what is known of it. Where the law alone leaves no more than
     noise, and no correction of sensors and rig lowers that much, the cycle gives no reason to correct them: the values
-    of the law alone are given, and their errors hold how far the other fit is from them.
+    of the law alone are given, and their errors hold how far the other fit is from them. ``near``: values that a fit
+    begins at too.
 
     Raises
     ------
@@ -112,6 +120,7 @@ def identify(measurement: Measurement, family: Family, sources: Sources, meter: 
     observed = observe_cycle(measurement)
     forward = forward_of(family, measurement, sources, observed, meter)
     starts = starts_of(measurement, forward, observed)
+    starts += [] if near is None else [start_at(forward, near)]
     plain = replace(forward, coordinates=tuple(c for c in forward.coordinates if c.law))
     held = _by_cost([fit(plain, observed, [start[: len(plain.coordinates)]]) for start in starts])
     as_noise = misfit_is_noise(held[0])

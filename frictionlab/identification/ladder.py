@@ -205,10 +205,18 @@ class _Climb:
             guessed = _shifted(new, 0.0) | below.identified.fit.law_values
             starts = starts_of(self.measurement, forward, below_observed(below), guessed)
         elif any(c.is_log for c in new):
+            starts += self._near_the_likeliest(forward, new)
             return fit(forward, below_observed(below), starts, excess=1.0)
         elif law.kind != "rigid":  # where the new term does nothing the simpler law's misfit is there already
             starts = [start_at(forward, known | _shifted(new, 0.0)), *starts]
         return self._best_of(starts, forward, below_observed(below))
+
+    def _near_the_likeliest(self, forward: Forward, new: list[Coordinate]) -> list[FloatArray]:
+        """Starting points at the values of the likeliest law so far; a law's static ratio begins at break-away's."""
+        known = max(self.rungs, key=lambda rung: rung.log_evidence).identified.fit.values
+        static = [value for name, value in known.items() if name.startswith("static_ratio_")]
+        own = {"static_ratio": sum(static) / len(static)} if static else {}
+        return [start_at(forward, known | values | own) for values in trial_values(new)]
 
     def _best_of(self, starts: list[FloatArray], forward: Forward, observed: Observed) -> Fit:
         """The best fit from some starts; where even the first misses much more than a rung does, it is enough."""
@@ -228,8 +236,9 @@ class _Climb:
     def found_again(self, top: Rung) -> Rung:
         """The required law as it is found when it is given, if what is reserved is enough; else as on the ladder."""
         self.meter.left = RESERVE
+        near = None if top.law.kind == "rigid" else top.identified.fit.values
         try:
-            identified = identify(self.measurement, self.family.under(top.law), self.sources, self.meter)
+            identified = identify(self.measurement, self.family.under(top.law), self.sources, self.meter, near)
         except OverspentError:
             said = f"{RESERVE:,.0f} steps of simulation; give --law {top.law.name} to search them all"
             self.left_out[top.law.name] = (
