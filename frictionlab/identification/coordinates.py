@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.identification.family import HIGHER, Family
@@ -22,6 +23,7 @@ FloatArray = NDArray[np.float64]
 WIDE = 2.0 * 1.959964  # deviations from end to end of a 95 % interval
 SECOND = 0.6  # of a measured second harmonic, each part: the base has it, or its sensor shows what is not there
 SHARE = 0.5  # of the higher harmonics that the sensor of the base shows: the base has them, or it has not
+WITHIN = 0.5 + 0.5 * 0.682689  # probability below one deviation of a normal curve
 SMALLEST = 1e-6  # of the cycle: what a sensor bends or mixes less than this is not fitted
 STRONGEST = 12.0  # deviations: farther from its prior no coordinate may go
 UNDECLARED = "sensors.lag_s_u"  # the scene's key without which the lag's prior has tails
@@ -87,6 +89,17 @@ class Coordinate:
     def hold(self, c: float) -> float:
         """Return the weight of the normal prior about 0 that pulls as strongly at c: 1 but where a prior has tails."""
         return 1.0 / (1.0 + 0.5 * c * c / self.tail)
+
+    def doubt(self, c: float) -> float:
+        """Return how far what was known before may have pulled a value at c, over the pull of a normal prior.
+
+        A prior with tails pulls by its weight at c times how far off the truth may be, which its curve puts farther
+        out than a normal one with as much weight would: Cauchy's holds 68 % within 2.6, not 1.
+        """
+        if math.isinf(self.tail):
+            return 1.0
+        far = math.sqrt(2.0 * self.tail / (2.0 * self.tail - 1.0)) * float(stdtrit(2.0 * self.tail - 1.0, WITHIN))
+        return max(math.sqrt(self.hold(c)), self.hold(c) * far)
 
     @property
     def log_peak(self) -> float:
@@ -219,6 +232,11 @@ def strains(coordinates: tuple[Coordinate, ...], point: FloatArray) -> FloatArra
 def holds(coordinates: tuple[Coordinate, ...], point: FloatArray) -> FloatArray:
     """Return how firmly the priors hold the coordinates (n,) at a point."""
     return np.array([c.hold(float(p)) for c, p in zip(coordinates, point, strict=True)])
+
+
+def doubts(coordinates: tuple[Coordinate, ...], point: FloatArray) -> FloatArray:
+    """Return how far what was known before may have pulled the values at a point (n,): `Coordinate.doubt`."""
+    return np.array([c.doubt(float(p)) for c, p in zip(coordinates, point, strict=True)])
 
 
 def strain_slopes(coordinates: tuple[Coordinate, ...], point: FloatArray) -> FloatArray:

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from scipy.special import gammaincinv
 
 from frictionlab.errors import AnalysisError
-from frictionlab.identification.coordinates import Coordinate, holds, strain_slopes, strains, values_of
+from frictionlab.identification.coordinates import Coordinate, doubts, holds, strain_slopes, strains, values_of
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.neighbours import raised_by
 from frictionlab.identification.observed import Observed
@@ -267,13 +267,14 @@ def errors_of(found: Fit) -> Errors:
     With the gain K of the fit (coordinates over data) and the Jacobian J, an error e of the data and an error c of what
     was known before leave ``K e + (1 - K J) c``: the first is the statistical error, the second what the priors add.
     ``1 - K J`` is the posterior covariance P, so that the nuisance k adds ``P[i, k]`` to the coordinate i. A prior with
-    tails counts as the normal one that holds as firmly at the best values.
+    tails holds as a normal one with its weight at the best values; the truth may be farther off (`Coordinate.doubt`).
     """
     law = np.array([c.law for c in found.coordinates], dtype=bool)
     joint = np.linalg.inv(found.precision)
     noise = noise_of(found)
     own = (joint[:, law] ** 2).sum(axis=1)
-    return Errors(np.where(law, np.sqrt(np.diag(noise) + own), 0.0), noise + joint * found.hold @ joint.T)
+    pulled = joint * doubts(found.coordinates, found.point)
+    return Errors(np.where(law, np.sqrt(np.diag(noise) + own), 0.0), noise + pulled @ pulled.T)
 
 
 def noise_of(found: Fit) -> FloatArray:

@@ -10,7 +10,14 @@ from scipy.special import ndtr, ndtri
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
-from frictionlab.identification.coordinates import Coordinate, nuisances, of_parameter, of_sensors, second_harmonic
+from frictionlab.identification.coordinates import (
+    Coordinate,
+    doubts,
+    nuisances,
+    of_parameter,
+    of_sensors,
+    second_harmonic,
+)
 from frictionlab.identification.engines import STATES, prepare
 from frictionlab.identification.family import HIGHER, Family
 from frictionlab.identification.fit import (
@@ -394,8 +401,8 @@ def shares(found: Fit, errors: Errors) -> dict[str, float]:
     i = names.index("beta")
     slope = found.coordinates[i].slope(float(found.point[i]))
     left = np.linalg.inv(found.precision)[i]
-    firm = np.sqrt(found.hold)
-    by_cause = {c.name: slope * abs(float(left[k] * firm[k])) for k, c in enumerate(found.coordinates) if not c.law}
+    pulled = left * doubts(found.coordinates, found.point)
+    by_cause = {c.name: slope * abs(float(pulled[k])) for k, c in enumerate(found.coordinates) if not c.law}
     apart = slope * float(np.broadcast_to(errors.apart, len(names))[i])
     by_cause |= {AS_KNOWN: apart} if apart else {}
     rest = slope**2 * float(errors.combined[i, i]) - sum(share**2 for share in by_cause.values())
