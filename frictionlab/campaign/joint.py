@@ -18,7 +18,7 @@ from frictionlab.campaign.cycles import Cycle
 from frictionlab.campaign.mixed import Mixed, Others, Piece, Solution, Spread, spread_of
 from frictionlab.campaign.shared import FRICTION, Place, Shared, shared_by
 from frictionlab.errors import AnalysisError
-from frictionlab.identification.coordinates import STRONGEST, Coordinate, holds, strains
+from frictionlab.identification.coordinates import STRONGEST, Coordinate, doubts, holds, strains
 from frictionlab.identification.engines import STATES, prepare
 from frictionlab.identification.fit import Fit, excess_of, half_lines, noise_of
 from frictionlab.identification.forward import Forward
@@ -125,7 +125,8 @@ class Joint:
         """How sure the shared unknowns are; many tests are never surer than their own scores show."""
         if self.on_one_rig is not None:
             return self.on_one_rig
-        return spread_of(self.solution, self.pieces, self.meat, self.solution.hold, robust=self.freedom >= MANY)
+        doubt = doubts(self.shared.coordinates, self.solution.point)
+        return spread_of(self.solution, self.pieces, self.meat, doubt, robust=self.freedom >= MANY)
 
     @property
     def log_evidence(self) -> float:

@@ -280,7 +280,7 @@ def spread_of(
     solution: Solution,
     pieces: Sequence[Piece],
     noise: Sequence[FloatArray],
-    hold: FloatArray | None = None,
+    doubt: FloatArray | None = None,
     *,
     robust: bool = False,
     scatters: Sequence[float] | None = None,
@@ -293,8 +293,8 @@ def spread_of(
         As found, and of what.
     noise : sequence of ndarray of shape (n, n)
         Covariance of each test's score.
-    hold : ndarray of shape (S,), optional
-        How firmly priors hold what is shared.
+    doubt : ndarray of shape (S,), optional
+        How far priors may have pulled what is shared (`Coordinate.doubt`): 1 but for one with tails.
     robust : bool
         No variance is below what the tests' own scores show, with tests as clusters [Liang and Zeger 1986].
     scatters : sequence of float, optional
@@ -313,7 +313,7 @@ def spread_of(
         shown = np.diag(left @ _shown(solution.point, pieces, taus) @ left)
         more = np.sqrt(np.maximum(1.0, shown / np.maximum(np.diag(noise_ + scattered + of_own), 1e-300)))
         noise_, scattered, of_own = (part * np.outer(more, more) for part in (noise_, scattered, of_own))
-    return Spread(noise_, scattered, of_own, left if hold is None else left * np.sqrt(hold))
+    return Spread(noise_, scattered, of_own, left if doubt is None else left * doubt)
 
 
 def _shown(point: FloatArray, pieces: Sequence[Piece], scatters: Sequence[float]) -> FloatArray:

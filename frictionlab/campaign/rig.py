@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from frictionlab.campaign.joint import MANY, Joint, fit_again
 from frictionlab.campaign.mixed import Mixed, Others, Piece, Solution, Spread, spread_of
-from frictionlab.identification.coordinates import Coordinate, strains
+from frictionlab.identification.coordinates import Coordinate, doubts, strains
 from frictionlab.identification.fit import PRESSED
 from frictionlab.identification.identify import CAUSES
 
@@ -120,23 +120,26 @@ def _rig(held: Mapping[str, Joint], moved: Mapping[str, Joint], names: Sequence[
     own = [int(joint.shared.is_law.sum()) for joint in moved.values()]
     first = np.concatenate([[0], np.cumsum(own)])
     columns: dict[str, NDArray[np.intp]] = {}
-    point, hold = np.zeros(first[-1] + len(names)), np.ones(first[-1] + len(names))
+    point, (hold, doubt) = np.zeros(first[-1] + len(names)), np.ones((2, first[-1] + len(names)))
     precision, strain, doubled = np.zeros((len(point), len(point))), np.zeros(len(names)), 0.0
     for k, (name, joint) in enumerate(moved.items()):
         law, at = joint.shared.is_law, np.zeros(len(joint.shared.coordinates), dtype=np.intp)
         at[law], at[~law] = np.arange(first[k], first[k + 1]), first[-1] + _columns(joint, names)
         columns[name] = at
         point[at], hold[at] = joint.solution.point, joint.solution.hold
+        doubt[at] = doubts(joint.shared.coordinates, joint.solution.point)
         precision[np.ix_(at, at)] += Mixed(joint.pieces, point[at]).told(joint.solution.scatter).precision
         strain[at[~law] - first[-1]] = strains(joint.shared.coordinates, joint.solution.point)[~law] ** 2
         doubled += float((strains(joint.shared.coordinates, joint.solution.point)[~law] ** 2).sum())
     gained = sum(held[name].cost(joint) - joint.cost(joint) for name, joint in moved.items())
     gained += doubled - float(strain.sum())
     solution = Solution(point, precision + np.diag(hold), 0.0, (), np.zeros(0), 0.0, 0.0, hold)
-    return Rig(gained, len(names), columns, _spread(moved, columns, solution))
+    return Rig(gained, len(names), columns, _spread(moved, columns, solution, doubt))
 
 
-def _spread(moved: Mapping[str, Joint], columns: Mapping[str, NDArray[np.intp]], solution: Solution) -> Spread:
+def _spread(
+    moved: Mapping[str, Joint], columns: Mapping[str, NDArray[np.intp]], solution: Solution, doubt: FloatArray
+) -> Spread:
     """How sure all unknowns are, by the tests of all materials."""
     pieces: list[Piece] = []
     for name, joint in moved.items():
@@ -148,7 +151,7 @@ def _spread(moved: Mapping[str, Joint], columns: Mapping[str, NDArray[np.intp]],
         solution,
         pieces,
         [noise for joint in moved.values() for noise in joint.meat],
-        solution.hold,
+        doubt,
         robust=any(joint.freedom >= MANY for joint in moved.values()),
         scatters=[joint.solution.scatter for joint in moved.values() for _ in joint.fits],
     )
