@@ -1,5 +1,6 @@
 """The tests of a virtual rig: what each of them is, all numbers known."""
 
+import math
 import re
 import unicodedata
 import zlib
@@ -100,6 +101,11 @@ def virtual_tests(scene: Scene) -> tuple[VirtualTest, ...]:
         raise SceneError(
             "rig: a virtual rig needs natural frequency and stiffness: give two of natural_frequency_hz, mass_kg and"
             " stiffness_n_per_m"
+        )
+    if not 0.0 < rig.stiffness * synthetic.base_amplitude_m < math.inf:
+        raise SceneError(
+            f"synthetic.base_amplitude_m: expected an amplitude that the frame's {rig.stiffness:g} N/m turn into"
+            f" a force; got {synthetic.base_amplitude_m:g}"
         )
     for number, group in enumerate(synthetic.tests):
         _check_words(group, number)

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 from frictionlab.errors import UsageError
 from frictionlab.schema import OUTCOME, Column, Table, column_of, table_of
@@ -13,6 +14,7 @@ from frictionlab.tables.cells import CellError, cell_of, checked, encodable, har
 from frictionlab.tables.row import Row
 
 LINES_AT_ONCE = 1000
+_DEEPEST = 100  # objects and lists inside each other, of a row
 FAILED = tuple(column.name for column in OUTCOME)
 FIRST_BYTES = 1 << 20  # of a file, in which its mark must be found
 
@@ -73,9 +75,22 @@ def _checked_row(path: Path, number: int, row: dict[str, object], table: Table |
         raise UsageError(f"{path}, line {number}: {said}: correct it, or make the file again") from error
 
 
+def _check_depth(row: object, line: str) -> None:
+    """Raise `RecursionError` for what is nested deeper than any result; how deep JSON itself goes depends on Python."""
+    level: list[Any]
+    level, depth = [row] if line.count("{") + line.count("[") > _DEEPEST else [], 0
+    while level:
+        depth += 1
+        if depth > _DEEPEST:
+            raise RecursionError
+        inner = [value.values() if isinstance(value, dict) else value for value in level]
+        level = [value for values in inner for value in values if isinstance(value, (dict, list))]
+
+
 def _object(path: Path, number: int, line: str) -> dict[str, object]:
     try:
         row = json.loads(line)
+        _check_depth(row, line)
     except (ValueError, RecursionError) as error:
         said = "nested too deep" if isinstance(error, RecursionError) else error
         raise UsageError(f"{path}, line {number}: expected a JSON object; {said}") from error

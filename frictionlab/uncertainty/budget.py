@@ -35,7 +35,7 @@ def combined(shares: Shares) -> float:
     >>> combined({"noise and scatter": 3.0, "lag": 4.0})
     5.0
     """
-    return math.sqrt(sum(share**2 for share in shares.values()))
+    return math.sqrt(math.fsum(share**2 for share in shares.values()))  # from Python 3.12 on `sum` rounds otherwise
 
 
 def cycle_budget(

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from frictionlab.campaign import read_measurements
-from frictionlab.errors import LogError, RecordingError
+from frictionlab.errors import LogError, RecordingError, SceneError
 from frictionlab.hdf5 import describe
 from frictionlab.logs import read_log
 from frictionlab.scene import scene_from_tables
+from frictionlab.synthetic import virtual_tests
 from frictionlab.tables import read_rows
 from frictionlab.verbs.evaluate import evaluate
 from tests.armour.sound import case, sound
@@ -73,3 +74,10 @@ def test_text_of_an_unknown_encoding_is_damage(tmp_path: Path) -> None:
     path.write_bytes(case("recording.bare", 1, 13510))
     with pytest.raises(RecordingError, match=r"a\.h5: cannot be read"):
         describe(path)
+
+
+def test_an_amplitude_that_is_no_length_makes_no_virtual_test() -> None:
+    test = {"material": "steel", "normal_forces_n": [1.0], "frequency_ratios": [0.5], "friction_coefficient": 0.5}
+    tables = {"synthetic": {"base_amplitude_m": 5e-324, "tests": [test]}}
+    with pytest.raises(SceneError, match=r"synthetic\.base_amplitude_m: expected an amplitude"):
+        virtual_tests(scene_from_tables({"rig": {"mass_kg": 3.0, "stiffness_n_per_m": 0.1}, **tables}))

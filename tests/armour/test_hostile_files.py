@@ -83,7 +83,7 @@ def test_a_sheets_name_with_a_nul_is_refused() -> None:
         facts_of(scene_from_tables({"experiment": {"sheet": "a\0b.csv"}}), Path("a.csv"))
 
 
-@pytest.mark.parametrize("depth", [900, 100_000])
+@pytest.mark.parametrize("depth", [120, 900, 100_000])
 def test_a_cell_that_is_nested_too_deep_is_refused(depth: int, tmp_path: Path) -> None:
     path = tmp_path / "m.jsonl"
     path.write_text('{"source": "a.h5", "x": ' + '{"a":' * depth + "1" + "}" * depth + "}\n")
