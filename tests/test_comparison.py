@@ -83,7 +83,7 @@ def test_a_frame_whose_damping_is_not_known_is_found_to_be_damped() -> None:
     assert any("moved the frame's damping (rig.damping_ratio)" in warning for warning in comparison.warnings)
 
 
-@pytest.mark.parametrize("name", ["static friction", "harmonics"])
+@pytest.mark.parametrize("name", ["static friction"])  # harmonics are found beside the law
 def test_physics_that_a_scene_does_not_name_is_missed_in_the_fit(name: str) -> None:
     problem, tables, _ = PHYSICS[name]
     recording = recorded(problem)

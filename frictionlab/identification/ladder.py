@@ -205,8 +205,11 @@ class _Climb:
             guessed = _shifted(new, 0.0) | below.identified.fit.law_values
             starts = starts_of(self.measurement, forward, below_observed(below), guessed)
         elif any(c.is_log for c in new):
-            starts += self._near_the_likeliest(forward, new)
-            return fit(forward, below_observed(below), starts, excess=1.0)
+            found = fit(forward, below_observed(below), starts, excess=1.0)
+            if misfit_is_noise(found):
+                return found
+            near = fit(forward, below_observed(below), self._near_the_likeliest(forward, new), excess=1.0)
+            return min(found, near, key=lambda f: f.cost)
         elif law.kind != "rigid":  # where the new term does nothing the simpler law's misfit is there already
             starts = [start_at(forward, known | _shifted(new, 0.0)), *starts]
         return self._best_of(starts, forward, below_observed(below))
