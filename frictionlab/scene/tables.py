@@ -275,8 +275,12 @@ class Scene(Table):
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """What was read to know all this, or will be: the scene's file and the sheet of its tests."""
-        named = (self.origin.file, self.folder / self.experiment.sheet if self.experiment.sheet else None)
+        """What was read to know all this, or will be: the scene's file and the sheet of its tests, once it is there.
+
+        A plan writes the sheet that its scene already names.
+        """
+        sheet = self.folder / self.experiment.sheet if self.experiment.sheet else None
+        named = (self.origin.file, sheet if sheet is not None and sheet.exists() else None)
         return tuple(path for path in named if path is not None)
 
     @property
