@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import SceneError, UsageError
+from frictionlab.identification.coordinates import doubts
 from frictionlab.identification.identify import SURE, TOLD
 from frictionlab.identification.ladder import REQUIRED
 from frictionlab.planning.apart import Apart, apart_of, known_or_none, over_coulomb
@@ -300,7 +301,8 @@ class _Every:
         self.units, self.values = _units(outlook), outlook.values(outlook.expected)
         self.law = law = np.flatnonzero(outlook.law)
         held = _deviations((np.eye(len(known)) + told.own)[:, law[:, None], law])
-        joint = np.maximum(_deviations(np.eye(len(known)) + told.joint)[:, law], held)
+        self.doubt = doubts(outlook.coordinates, outlook.expected)
+        joint = np.maximum(_combined(np.eye(len(known)) + told.joint, self.doubt)[:, law], held)
         self.expected, self.expected_u, self.is_told = held * self.units, joint * self.units, self._sure(joint)
         self.of_contact = of_contact(outlook, told.joint)
         self.tells = told.tells
@@ -345,7 +347,7 @@ class _Every:
         some, law = np.asarray(order), self.law
         spread = _deviations((self.known + self.told.information[some].sum(axis=0))[np.ix_(law, law)])
         if not held:
-            spread = np.maximum(spread, _deviations(self.known + self.of_contact[some].sum(axis=0))[law])
+            spread = np.maximum(spread, _combined(self.known + self.of_contact[some].sum(axis=0), self.doubt)[law])
         return self._named(spread * self.units[i], tells=True)
 
 
@@ -357,7 +359,16 @@ def _units(outlook: Outlook) -> FloatArray:
 
 
 def _deviations(precision: FloatArray) -> FloatArray:
-    return np.asarray(np.sqrt(np.diagonal(np.linalg.inv(precision), axis1=-2, axis2=-1)))
+    return _combined(precision, np.ones(precision.shape[-1]))
+
+
+def _combined(precision: FloatArray, doubt: FloatArray) -> FloatArray:
+    """Deviations to state: with covariance P, a prior whose tails reach D times as far adds ``P D^2 P``, not ``P^2``.
+
+    As a fit states them (`frictionlab.identification.fit.errors_of`).
+    """
+    left = np.linalg.inv(precision)
+    return np.asarray(np.sqrt(np.diagonal(left + left * (doubt**2 - 1.0) @ left, axis1=-2, axis2=-1)))
 
 
 def _from_neutral(outlook: Outlook, i: int) -> float:

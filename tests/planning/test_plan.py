@@ -22,6 +22,8 @@ from frictionlab.simulator.engine import compiled
 from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded
 from tests.planning.rig import scene
 
+SAMPLING_HZ = 250.0  # of a plan that names none
+
 LINE = [
     "rank",
     "frequency_ratio",
@@ -82,6 +84,20 @@ def test_place_and_speed_are_told_apart_by_what_is_planned() -> None:
         assert alone is not None
         assert held is not None
         assert held <= alone * (1 + 1e-9)  # what is not known of the rig can only add
+
+
+def test_an_undeclared_lag_leaves_more_unknown_than_a_declared_one_of_its_size() -> None:
+    """What is assumed where no lag is declared may be far off: 68 % of its curve lie within 2.6 deviations, not 1."""
+    assumed_s = 0.5 / (SAMPLING_HZ * math.sqrt(3.0))  # half a sample either way
+    rigs = (
+        scene(sensors, frequency_ratios=[1.2], normal_forces_n=[1.0], duration_s=10.0)
+        for sensors in ({}, {"sensors": {"lag_s_u": assumed_s}})
+    )
+    plans = (plan_tests(rig, law="coulomb+speed", tests=1) for rig in rigs)
+    assumed, known = (plan.tests[0].expected_u["contact_damping_ratio"] for plan in plans)
+    assert assumed is not None
+    assert known is not None
+    assert 1.2 * known < assumed < 2.6 * known
 
 
 def test_what_was_measured_is_known_before() -> None:
