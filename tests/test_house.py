@@ -22,19 +22,20 @@ MAY_IMPORT: dict[str, set[str]] = {
     "files": {"errors"},
     "schema": set(),
     "estimate": set(),
+    "cycle_rule": set(),
     "tables": {"errors", "files", "hdf5", "schema"},
     "process": set(),
     "workers": {"__init__", "errors", "process"},
     "recording": {"errors"},
     "units": set(),
     "log_options": {"errors", "units"},
-    "scene": {"errors", "files", "log_options", "simulator"},
+    "scene": {"cycle_rule", "errors", "files", "log_options", "simulator"},
     "accuracy": {"errors", "scene"},
     "experiment": {"errors", "files", "scene"},
     "hdf5": {"__init__", "errors", "files", "recording", "schema"},
     "maps": {"errors", "files", "hdf5", "schema", "simulator", "tables", "workers"},
     "logs": {"errors", "recording", "hdf5", "log_options", "units"},
-    "analysis": {"accuracy", "errors", "estimate", "recording", "scene", "schema", "uncertainty"},
+    "analysis": {"accuracy", "cycle_rule", "errors", "estimate", "recording", "scene", "schema", "uncertainty"},
     "uncertainty": {"scene"},
     "planning": {"errors", "identification", "scene", "schema", "simulator", "uncertainty"},
     "identification": {
@@ -44,7 +45,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "synthetic": {"base_motion", "errors", "files", "hdf5", "logs", "recording", "scene", "simulator"},
     "campaign": {
         *("tables", "errors", "files", "scene", "analysis", "simulator", "hdf5", "recording", "schema"),
-        *("estimate", "identification", "uncertainty"),
+        *("cycle_rule", "estimate", "identification", "uncertainty"),
     },
     "tradeoff": {
         *("accuracy", "analysis", "files", "hdf5", "identification", "logs", "recording", "scene", "simulator"),
@@ -81,6 +82,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
 }
 KERNELS = {
+    "cycle_rule",
     "uncertainty",
     "errors",
     "estimate",

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.cycle_rule import window_of
 from frictionlab.errors import AnalysisError, UsageError
 
 FloatArray = NDArray[np.float64]
@@ -116,17 +117,12 @@ def used_cycles(end_time: FloatArray, rule: str, period: int = 1) -> slice:
 
 def _cycles_of(end_time: FloatArray, rule: str) -> slice:
     n = len(end_time) - 1
-    if rule == "last":
-        return slice(n - 1, n)
-    if rule == "all":
-        return slice(0, n)
-    kind, _, text = rule.partition(":")
     try:
-        window = float(text) if kind == "window" else math.nan
-    except ValueError:
-        window = math.nan
-    if not window > 0.0:
-        raise UsageError(f"cycles: expected 'last', 'all' or 'window:SECONDS'; got {rule!r}")
+        window = window_of(rule)
+    except ValueError as error:
+        raise UsageError(f"cycles: {error}") from error
+    if window is None:
+        return slice(n - 1 if rule == "last" else 0, n)
     first = int(np.searchsorted(end_time[:-1], end_time[-1] - window - 1e-9 * abs(window)))
     if first >= n:
         length = end_time[-1] - end_time[-2]

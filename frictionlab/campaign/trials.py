@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from frictionlab.analysis.drift import Trend
+from frictionlab.cycle_rule import EXPECTED, window_of
 from frictionlab.errors import UsageError
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
 from frictionlab.tables import Row, plain
@@ -292,20 +293,18 @@ def _reason(merged: Row, number: _Numbers) -> str | None:
     if wanting:
         return f"no {', no '.join(wanting)} in the measurement: analyze it again"
     if (rule := _text(merged.get("energy_rule"))) is not None and not _is_rule(rule):
-        return f"energy_rule: expected last, all or window:SECONDS; got {rule[:LONGEST_NAME]!r}: analyze it again"
+        return f"energy_rule: expected {EXPECTED}; got {rule[:LONGEST_NAME]!r}: analyze it again"
     energy, error = number("energy_per_cycle", 0.0), number("energy_per_cycle_se", 0.0)
     return TURNED.format(energy) if energy < -max(5.0 * error, NEARLY_NONE) else None
 
 
 def _is_rule(rule: str) -> bool:
     """Whether a text is a rule of which cycles an energy is of."""
-    kind, _, seconds = rule.partition(":")
-    if kind != "window":
-        return rule in ("last", "all")
     try:
-        return float(seconds) > 0.0
+        window_of(rule)
     except ValueError:
         return False
+    return True
 
 
 def _outside(row: Row, key: str) -> float | None:

@@ -11,6 +11,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
+from frictionlab.cycle_rule import window_of
 from frictionlab.log_options import LogOptions
 from frictionlab.scene.faults import check_hidden, refusal
 from frictionlab.scene.log_table import log_options
@@ -140,16 +141,7 @@ class Analysis(Table):
     @field_validator("cycles")
     @classmethod
     def _known_rule(cls, rule: str) -> str:
-        if rule in ("last", "all"):
-            return rule
-        kind, _, seconds = rule.partition(":")
-        try:
-            good = kind == "window" and math.isfinite(float(seconds)) and float(seconds) > 0
-        except ValueError:
-            good = False
-        if not good:
-            msg = f"expected 'last', 'all' or 'window:SECONDS' (like 'window:15'); got {rule!r}"
-            raise ValueError(msg)
+        window_of(rule)
         return rule
 
 
