@@ -17,7 +17,7 @@ from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
 from frictionlab.recording import Fact, Recording, clock_breaks
 from frictionlab.scene import Scene
-from frictionlab.uncertainty import LINES, STATISTICAL, Shares, Sources, combined, cycle_budget, sources_of
+from frictionlab.uncertainty import FILTER, LINES, STATISTICAL, Shares, Sources, combined, cycle_budget, sources_of
 
 FloatArray = NDArray[np.float64]
 NO_NATURAL_FREQUENCY = (
@@ -75,6 +75,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         )
     except AnalysisError as error:
         raise _for_its_cause(error, recording) from error
+    restoring.check_drive(layout.drive.frequency, channels_of(scene))
     answer = response.response(layout, wall_moves=scene.model.wall == "base")
     return _Composition(recording, scene, layout, answer, parts, (*scene.rig.doubts, *warnings)).measurement()
 
@@ -216,12 +217,13 @@ class _Composition:
         drive = layout.drive
         loop = self._loop(series, used)
         cycle, estimates = self._cycle(used), self._estimates(series, used, loop, self._steady(settled), trend)
-        budget = self._budget(cycle, estimates)
+        cut = 0.0 if stuck else restoring.cut_away(cycle.mass_smooth, drive.frequency, self._of_mass)
+        budget = self._budget(cycle, estimates, {FILTER: cut} if self._of_mass.cutoff else {})
         return Measurement(
             source=source_of(self.recording),
             status="ok",
             reason=None,
-            warnings=self.said + self._warnings(settled, loop),
+            warnings=(*self.said, *self._warnings(settled, loop), *restoring.said_of(cut, self._size, self._of_mass)),
             material=material_of(self.recording, scene),
             normal_force_n=normal_force_of(self.recording, scene),
             sampling_rate_hz=1.0 / self.parts[0].step,
@@ -255,8 +257,16 @@ class _Composition:
             **{name: _with_u(estimate, budget.get(SHARED.get(name, ""))) for name, estimate in estimates.items()},
         )
 
-    def _budget(self, cycle: Cycle, estimates: dict[str, Estimate]) -> dict[str, Shares]:
-        """What each source adds to each number, its own scatter first."""
+    @property
+    def _of_mass(self) -> restoring.Channel:
+        return channels_of(self.scene)[0]
+
+    @property
+    def _size(self) -> float:
+        return float(np.median(self.response.amplitude))
+
+    def _budget(self, cycle: Cycle, estimates: dict[str, Estimate], of_filter: Shares) -> dict[str, Shares]:
+        """What each source adds to each number, its own scatter first; ``of_filter``: to the amplitude."""
         drive = self.layout.drive
         shares = cycle_budget(
             cycle.mass_smooth,
@@ -267,7 +277,7 @@ class _Composition:
         )
         of_ratio = (estimates["ratio"].value or 0.0) * self.sources.natural_frequency
         found: dict[str, Shares] = {"frequency_ratio": {"natural frequency": of_ratio}, **shares}
-        found["response_amplitude"] = {**found["response_amplitude"], LINES: self.layout.hidden}
+        found["response_amplitude"] = {**found["response_amplitude"], LINES: self.layout.hidden, **of_filter}
         own = {key: estimates[name].se or 0.0 for name, key in SHARED.items()}
         return {key: {STATISTICAL: own[key], **found[key]} for key in SHARED.values() if estimates[FIELDS[key]].known}
 
@@ -330,6 +340,7 @@ class _Composition:
             base_cosine=harmonics.real.copy(),
             base_sine=-harmonics.imag,
             each=self._single_cycles(),
+            kept=restoring.kept(self.layout.drive.frequency * np.arange(1, points // 2 + 1), self._of_mass),
         )
 
     def _single_cycles(self) -> "NDArray[np.complex128]":

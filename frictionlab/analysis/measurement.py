@@ -21,6 +21,7 @@ class Cycle:
     ``tau`` (p,) rad; ``mass`` (p,) x/Y about its mean, ``base`` (p,) y/Y about its mean: as measured;
     ``mass_smooth``, ``mass_velocity`` (p,): without the noise, and its derivative by tau;
     ``base_cosine``, ``base_sine`` (9,): Fourier series of y/Y, harmonics 1 to 9 (the first is 1 and 0);
+    ``kept`` (p // 2,): how much of the mass's harmonics 1 to p // 2 its filter leaves once it is taken back;
     ``each`` (n, K): complex amplitudes of harmonics 1 to K of x/Y in single steady cycles, up to 400 of them evenly
     chosen: how far one cycle may be from another.
     """
@@ -33,6 +34,7 @@ class Cycle:
     base_cosine: FloatArray
     base_sine: FloatArray
     each: NDArray[np.complex128]
+    kept: FloatArray
 
 
 @dataclass(frozen=True)

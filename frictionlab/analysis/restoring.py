@@ -1,4 +1,9 @@
-"""What is known to lie between a motion and its samples, taken back: a lag between the channels, low-pass filters."""
+"""What is known to lie between a motion and its samples, taken back: a lag between the channels, low-pass filters.
+
+A filter is taken back where it leaves enough to take back. What it cuts away beyond is gone: `kept` says how much of
+each harmonic is still there, for whoever compares a motion with it, and `cut_away` how much that may be of an
+amplitude.
+"""
 
 import math
 from dataclasses import dataclass
@@ -6,9 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.errors import AnalysisError
+
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 LEAST_GAIN = 0.3  # a filter is taken back up to here: beyond, noise would grow more than the signal
+NARROWER = 2.0  # times: a cycle through so much narrower a filter shows how much this one may have cut away
+MATTERS = 0.002  # of the amplitude: from so much on it is said
 
 
 @dataclass(frozen=True)
@@ -72,3 +81,70 @@ def low_pass(frequency: FloatArray, cutoff: float, order: int) -> ComplexArray:
 def _limited(transfer: ComplexArray) -> ComplexArray:
     size = np.abs(transfer)
     return np.asarray(transfer / size * np.maximum(size, LEAST_GAIN))
+
+
+def kept(frequency: FloatArray, channel: Channel) -> FloatArray:
+    """Return how much of a motion at frequencies in Hz (n,) is there once a channel's filter is taken back.
+
+    Examples
+    --------
+    >>> kept(np.array([5.0, 10.0, 30.0]), Channel(cutoff=10.0, order=4)).round(3)
+    array([1.   , 1.   , 0.041])
+    """
+    if channel.cutoff is None:
+        return np.ones_like(frequency)
+    size = np.abs(low_pass(frequency, channel.cutoff, channel.order))
+    return np.asarray(size / np.maximum(size, LEAST_GAIN))
+
+
+def cut_away(cycle: FloatArray, drive: float, channel: Channel) -> float:
+    """Return how much of the amplitude of a restored mean cycle (p,) its channel's filter may have cut away.
+
+    It is told by what a filter of half the cut-off would cut away: in 55 tests with cut-offs of 0.6 to 2 natural
+    frequencies that held the error as a standard uncertainty does (rms of error over it 0.64, worst 1.7). The drive
+    itself is not cut (`check_drive`).
+    """
+    lines = np.fft.rfft(cycle)
+    share = kept(np.arange(0.0, len(lines)) * (NARROWER * drive), channel)
+    share[:2] = 1.0
+    return 0.5 * abs(float(np.ptp(np.fft.irfft(lines * share, len(cycle))) - np.ptp(cycle)))
+
+
+def in_band(cycle: FloatArray, share: FloatArray) -> FloatArray:
+    """Return a cycle (p,) with so much of each of its harmonics 1 to p // 2 as is kept."""
+    if bool(np.all(share == 1.0)):
+        return cycle
+    return np.asarray(np.fft.irfft(np.fft.rfft(cycle) * np.concatenate([[1.0], share]), len(cycle)))
+
+
+def check_drive(drive: float, channels: tuple[Channel, Channel]) -> None:
+    """Refuse a channel, of mass or base, whose filter leaves too little of the drive itself (Hz) to take it back.
+
+    Raises
+    ------
+    AnalysisError
+        Less than `LEAST_GAIN` of it is left.
+    """
+    for role, channel in zip(("mass", "base"), channels, strict=True):
+        if channel.cutoff is None:
+            continue
+        left = float(np.abs(low_pass(np.array([drive]), channel.cutoff, channel.order))[0])
+        if left < LEAST_GAIN:
+            raise AnalysisError(
+                f"analysis: the {role}'s low-pass filter of {channel.cutoff:.4g} Hz and order {channel.order} would"
+                f" leave {100.0 * left:.2g} % of the drive at {drive:.4g} Hz, too little to take the motion back from:"
+                f" check filter_hz and filter_order, or {role}_filter_hz and {role}_filter_order, in [sensors]; a test"
+                " needs filters well above the drive and the natural frequency"
+            )
+
+
+def said_of(cut: float, amplitude: float, channel: Channel) -> tuple[str, ...]:
+    """Say that a filter cuts what an answer needs, if it does; ``cut``: by `cut_away`, like the amplitude over Y."""
+    if channel.cutoff is None or cut < MATTERS * amplitude:
+        return ()
+    said = (
+        f"response_amplitude: the mass's low-pass filter ({channel.cutoff:.4g} Hz, order {channel.order}: filter_hz,"
+        f" mass_filter_hz in [sensors]) cuts away the fast part of the motion: amplitude (by some {cut:.1g} Y, which"
+        " its error holds), stops_per_cycle and regime may be wrong by it: record with a filter of a higher cut-off"
+    )
+    return (said,)

@@ -47,7 +47,9 @@ class Cycle:
         """What turns the unknowns of this test under a law into its cycle; without `rig` it is as it is known."""
         family = self.family if law.name == self.family.law.name else self.family.under(law)
         own = (of_parameter(family.law.parameter(name)) for name in family.free)
-        return Forward(family, (*own, *(self.nuisances if rig else ())), self.observed.harmonics)
+        return Forward(
+            family, (*own, *(self.nuisances if rig else ())), self.observed.harmonics, kept=self.observed.kept
+        )
 
     def at(self, forward: Forward, point: FloatArray, excess: float = 1.0) -> Fit | None:
         """What is left of the cycle at a point, and its slopes; None where there is no steady state."""

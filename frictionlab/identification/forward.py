@@ -28,13 +28,15 @@ class Forward:
     """Unknowns -> harmonics of the cycle that would be measured.
 
     ``count``: harmonics; `lines` are complex amplitudes of harmonics 1 to count, over Y. ``meter``: what steady states
-    may still cost, where that is bounded: beyond it they raise OverspentError.
+    may still cost, where that is bounded: beyond it they raise OverspentError. ``kept`` (count,): how much of each
+    harmonic the mass's filter leaves.
     """
 
     family: Family
     coordinates: tuple[Coordinate, ...]
     count: int
     meter: Meter | None = field(default=None, compare=False)
+    kept: FloatArray | float = field(default=1.0, compare=False)
 
     def state(self, values: Mapping[str, float], near: SteadyState | None = None) -> SteadyState | None:
         """The steady state at some values; None where the simulator has none.
@@ -76,14 +78,14 @@ class Forward:
         return harmonics_of(cycle, self.count)
 
     def seen(self, lines: ComplexArray, values: Mapping[str, float]) -> ComplexArray:
-        """The same harmonics through the sensors: gain, a lag that shifts the cycle, crosstalk."""
+        """The same harmonics through the sensors: gain, a lag that shifts the cycle, crosstalk, a filter."""
         gain, lag = through(complex(lines[0]), values)
         shown = gain * np.exp(1j * np.arange(1, self.count + 1) * lag) * lines
         shown[0] += values.get("base_in_mass", 0.0)
         for power, name in BENDS.items():
             if values.get(name):
                 shown = shown + values[name] * bend(shown, power)
-        return np.asarray(shown)
+        return np.asarray(self.kept * shown)
 
     def predict(self, point: FloatArray, near: SteadyState | None = None) -> FloatArray | None:
         """Cosine and sine parts (2 count,) at a point; None where there is no steady state."""

@@ -99,7 +99,7 @@ def forward_of(
     family: Family, measurement: Measurement, sources: Sources, observed: Observed, meter: Meter | None = None
 ) -> Forward:
     """What turns the unknowns of one test into the cycle that would be measured."""
-    return Forward(family, coordinates_of(family, measurement, sources), observed.harmonics, meter)
+    return Forward(family, coordinates_of(family, measurement, sources), observed.harmonics, meter, observed.kept)
 
 
 def identify(
@@ -200,7 +200,7 @@ def as_known(measurement: Measurement, family: Family, sources: Sources) -> Iden
     if family.free:
         return identify(measurement, family, sources)
     observed = observe_cycle(measurement)
-    return with_errors(family, unfitted(Forward(family, (), observed.harmonics), observed))
+    return with_errors(family, unfitted(Forward(family, (), observed.harmonics, kept=observed.kept), observed))
 
 
 def _rivals(fits: list[Fit]) -> tuple[float, ...]:

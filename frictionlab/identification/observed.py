@@ -55,6 +55,8 @@ class Observed:
         The part of the covariance that all cycles share: the base's noise.
     raised : float
         By how much neighbours that hang together raise the covariance of the mean.
+    kept : ndarray of shape (K,), or 1
+        How much of each harmonic the mass's filter leaves of a motion.
     """
 
     cosine_sine: FloatArray
@@ -67,6 +69,7 @@ class Observed:
     beyond: float
     of_base: FloatArray
     raised: float = 1.0
+    kept: FloatArray | float = 1.0
 
     @property
     def harmonics(self) -> int:
@@ -143,7 +146,19 @@ def observe_cycle(measurement: Measurement, *, every: bool = False) -> Observed:
         covariance, raised = of_mean(single, least, used)
         freedom = float(len(single) - 1)
     of_base = by_base(mean, measurement.base_amplitude_m_se / measurement.base_amplitude_m)
-    return Observed(mean, single, covariance + of_base, sensor / used, used, freedom, power, beyond, of_base, raised)
+    return Observed(
+        mean,
+        single,
+        covariance + of_base,
+        sensor / used,
+        used,
+        freedom,
+        power,
+        beyond,
+        of_base,
+        raised,
+        cycle.kept[:count],
+    )
 
 
 def harmonics_told(ratio: float, points: float) -> int:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.restoring import in_band
 from frictionlab.identification.comparison import Verdict
 from frictionlab.identification.forward import BENDS, bent, through
 from frictionlab.identification.identify import Identified
@@ -42,7 +43,7 @@ def seen(measurement: Measurement, found: Identified, state: SteadyState) -> Pre
     if gain != 1.0 or lag != 0.0:
         moved = _area(cycle, state) - _area(plain, state)
     energy = None if shown.energy_per_cycle is None else shown.energy_per_cycle + moved
-    return Prediction(cycle - cycle.mean(), energy, amplitude)
+    return Prediction(in_band(cycle - cycle.mean(), measurement.cycle.kept), energy, amplitude)
 
 
 def _area(cycle: FloatArray, state: SteadyState) -> float:

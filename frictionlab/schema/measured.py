@@ -52,6 +52,7 @@ _MEAN_CYCLE_BEHIND = (
     number(
         "each", "Y", "each cycle", "Complex amplitudes of the mass's harmonics in single steady cycles, a row each."
     ),
+    number("kept", "", "kept", "Share of the mass's harmonics 1, 2, ... that its declared filter leaves."),
     number("base_sine", "Y", "base sine", "Sine terms of the base motion's Fourier series, harmonics 1 to 9."),
 )
 _TREND_BEHIND = (number("value", "kY²", "value", "Energy per cycle at the points of the trend."),)

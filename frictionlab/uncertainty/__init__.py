@@ -7,6 +7,7 @@ Type A, the numbers' own scatter, is the standard error `_se`; with these, type 
 """
 
 from frictionlab.uncertainty.budget import (
+    FILTER,
     LINES,
     STATISTICAL,
     Shares,
@@ -18,6 +19,7 @@ from frictionlab.uncertainty.budget import (
 from frictionlab.uncertainty.sources import Sources, sources_of
 
 __all__ = [
+    "FILTER",
     "LINES",
     "STATISTICAL",
     "Shares",

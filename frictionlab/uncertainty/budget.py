@@ -22,6 +22,7 @@ FloatArray = NDArray[np.float64]
 Shares = Mapping[str, float]
 STATISTICAL = "noise and scatter"
 LINES = "hum and other lines"
+FILTER = "filter of the mass sensor"
 KEYS = ("energy_per_cycle", "response_amplitude", "base_amplitude_m")
 ROUNDING = 1e-12  # below it a share is the rounding of differences
 CUBIC_GAIN = 0.75  # of a cosine's cube, in its fundamental
