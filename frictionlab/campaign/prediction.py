@@ -62,7 +62,7 @@ class Model:
     @property
     def is_cheap(self) -> bool:
         """Whether a steady state takes less than a millisecond or two."""
-        return self.law.kind in ("rigid", "elastic")
+        return self.law.is_exact
 
     @property
     def words(self) -> str:

@@ -72,7 +72,7 @@ def spread_over(cycles: Sequence[Cycle], count: int) -> list[Cycle]:
 
 def affordable(cycles: Sequence[Cycle], law: Law) -> list[Cycle]:
     """The tests that a law is fitted to: some, where each steady state has to be integrated step by step."""
-    return list(cycles) if law.kind in ("rigid", "elastic") else spread_over(cycles, SOME)
+    return list(cycles) if law.is_exact else spread_over(cycles, SOME)
 
 
 @dataclass(frozen=True)

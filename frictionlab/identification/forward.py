@@ -60,7 +60,7 @@ class Forward:
     @property
     def is_integrated(self) -> bool:
         """Whether a steady state costs milliseconds: one that is asked for again is remembered."""
-        return self.family.law.kind in ("smooth", "inner")
+        return not self.family.law.is_exact
 
     def lines(self, values: Mapping[str, float]) -> ComplexArray | None:
         """Harmonics of the steady motion itself, before the sensors; None where there is none."""

@@ -116,7 +116,7 @@ def waiting(scene: Scene, law: str | None = None, against: str | None = None) ->
     """
     lab = laboratory(scene, law)
     laws = [lab.law] if against is None else [lab.law, lab.under(against).law]
-    slow, count = [one.name for one in laws if one.kind in ("smooth", "inner")], len(candidates(lab))
+    slow, count = [one.name for one in laws if not one.is_exact], len(candidates(lab))
     minutes = SLOW * len(slow) * (count + (3 * min(count, NEAR) if against is not None else 0)) / 60.0
     if minutes < 0.5:
         return None

@@ -67,7 +67,7 @@ def coexisting(problem: Problem, *, starts: int | None = None) -> tuple[Attracto
     [3]
     """
     if starts is None:
-        starts = STARTS if problem.law.kind in ("rigid", "elastic") else NUMERIC_STARTS
+        starts = STARTS if problem.law.is_exact else NUMERIC_STARTS
     if starts < 1:
         raise UsageError(f"all steady states: starts; expected at least 1; got {starts}")
     first = steady_state(problem)
@@ -86,7 +86,7 @@ def coexisting(problem: Problem, *, starts: int | None = None) -> tuple[Attracto
 
 def _is_alone(problem: Problem) -> bool:
     """Whether friction only grows with speed and is the same everywhere: then motions draw nearer to each other."""
-    if problem.law.kind in ("rigid", "elastic"):
+    if problem.law.is_exact:
         return problem.mu == 1.0 and not problem.parameter("gradient")
     from frictionlab.simulator.numeric.shooting import is_weakening  # noqa: PLC0415 - what is not asked for is not loaded
 
