@@ -32,9 +32,8 @@ class FittedRig:
         """Harmonics (n,) of the contact's force over k Y, from 1 on, by those of the measured mass over Y."""
         order = np.arange(1, len(mass) + 1)
         base = np.zeros(len(mass), dtype=np.complex128)
-        motion = self.problem.base
-        count = min(motion.harmonics, len(mass))
-        base[:count] = np.array(motion.cosine[:count]) - 1j * np.array(motion.sine[:count])
+        count = min(self.problem.base.harmonics, len(mass))
+        base[:count] = self.problem.base.lines[:count]
         base *= np.exp(1j * self.lag * order)
         return fade(order) * left_for_contact(mass, base, order, self.problem.r, self.problem.frame_damping_ratio)
 

@@ -80,7 +80,8 @@ class Family:
             {p.name: p.default for p in self.law.parameters if p.default is not None} | dict(self.held) | dict(values)
         )
         beta, frame = given.pop("beta"), given.pop("frame_damping_ratio", 0.0)
-        base = self.base if second == 0.0 else _with_second(self.base, second)
+        two = (0.0, second.real), (0.0, -second.imag)
+        base = self.base if second == 0.0 else _with_share(self.base, Base(*two), 1.0)
         base = _with_share(base, self.higher, share) if self.higher is not None and share else base
         return Problem(
             self.r / (1.0 + detuning),
@@ -106,19 +107,12 @@ class Family:
         return replace(self, law=law, held={k: v for k, v in self.held.items() if k in names})
 
 
-def _with_share(base: Base, higher: Base, share: float) -> Base:
-    """A base with so much of some more harmonics."""
-    both = zip((base.cosine, base.sine), (higher.cosine, higher.sine), strict=True)
+def _with_share(base: Base, more: Base, share: float) -> Base:
+    """A base with so much of some more harmonics (1.0: all) added."""
+    both = zip((base.cosine, base.sine), (more.cosine, more.sine), strict=True)
     pairs = ([a + share * b for a, b in zip_longest(*one, fillvalue=0.0)] for one in both)
     cosine, sine = (tuple(values) for values in pairs)
     return Base(cosine, sine)
-
-
-def _with_second(base: Base, second: complex) -> Base:
-    cosine, sine = [*base.cosine, 0.0, 0.0][: max(2, base.harmonics)], [*base.sine, 0.0, 0.0][: max(2, base.harmonics)]
-    cosine[1] += second.real
-    sine[1] -= second.imag
-    return Base(tuple(cosine), tuple(sine))
 
 
 def law_and_held(scene: Scene, law: str | Law | None = None) -> tuple[Law, dict[str, float]]:

@@ -51,8 +51,7 @@ def _area(cycle: FloatArray, state: SteadyState) -> float:
     base = state.problem.base
     count = min(base.harmonics, len(cycle) // 2 - 1)
     lines = np.fft.rfft(cycle)[1 : count + 1] * (2.0 / len(cycle))
-    f = np.array([complex(c, -s) for c, s in zip(base.cosine[:count], base.sine[:count], strict=True)])
-    return float(math.pi * np.sum(np.arange(1, count + 1) * (np.conj(f) * 1j * lines).real))
+    return float(math.pi * np.sum(np.arange(1, count + 1) * (np.conj(base.lines[:count]) * 1j * lines).real))
 
 
 def nrmse_of(measured: FloatArray, predicted: FloatArray) -> float:

@@ -100,7 +100,7 @@ MEASUREMENT = (
         "smallest_slip",
         "",
         "smallest slip / Y",
-        "The smallest slip in a stop of a tenth of a cycle that would be seen.",
+        "The smallest slip in a stop of a tenth of a cycle that would be seen, over Y.",
     ),
     number("mass_noise_m", "m", "mass noise", "Rms of the mass sensor's white noise."),
     number("base_noise_m", "m", "base noise", "Rms of the base sensor's white noise."),
@@ -187,7 +187,9 @@ COMPARISONS = Table(
         u_of(FRICTION_FORCE),
         u_of(COEFFICIENT),
         thing(
-            "nuisances", "nuisances", "What else the fit moved -> `value`, `u` and what was known of it, `known_to`."
+            "nuisances",
+            "nuisances",
+            "What else the fit moved -> `value`, `u` and what was known of it, `known_to`: `lag_s` in s, ratios else.",
         ),
         BUDGET,
     ),

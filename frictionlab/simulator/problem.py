@@ -60,6 +60,11 @@ class Base:
         """Number of harmonics kept."""
         return len(self.cosine)
 
+    @property
+    def lines(self) -> NDArray[np.complex128]:
+        """Complex amplitudes (K,): the motion is the real part of their sum, each times exp(i k tau), k from 1 on."""
+        return np.asarray(np.array(self.cosine) - 1j * np.array(self.sine))
+
     def at(self, tau: ArrayLike) -> NDArray[np.float64]:
         """Return the displacement of the base over Y at times tau (rad)."""
         phase = np.multiply.outer(np.asarray(tau, dtype=np.float64), np.arange(1, self.harmonics + 1))
