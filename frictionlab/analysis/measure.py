@@ -217,7 +217,7 @@ class _Composition:
         drive = layout.drive
         loop = self._loop(series, used)
         cycle, estimates = self._cycle(used), self._estimates(series, used, loop, self._steady(settled), trend)
-        cut = 0.0 if stuck else restoring.cut_away(cycle.mass_smooth, drive.frequency, self._of_mass)
+        cut = 0.0 if stuck else self._cut_away(cycle, loop.value)
         budget = self._budget(cycle, estimates, {FILTER: cut} if self._of_mass.cutoff else {})
         return Measurement(
             source=source_of(self.recording),
@@ -260,6 +260,13 @@ class _Composition:
     @property
     def _of_mass(self) -> restoring.Channel:
         return channels_of(self.scene)[0]
+
+    def _cut_away(self, cycle: Cycle, energy_: float) -> float:
+        """How much of the amplitude the mass's filter may have cut away, Y."""
+        drive, natural = self.layout.drive.frequency, self.scene.rig.natural_frequency
+        friction, r = abs(energy_) / (4.0 * max(self._size, 1e-12)), drive / natural if natural else 1.0
+        third = restoring.third_lost(friction, r, drive, self._of_mass)
+        return max(restoring.cut_away(cycle.mass_smooth, drive, self._of_mass), third)
 
     @property
     def _size(self) -> float:

@@ -100,14 +100,29 @@ def kept(frequency: FloatArray, channel: Channel) -> FloatArray:
 def cut_away(cycle: FloatArray, drive: float, channel: Channel) -> float:
     """Return how much of the amplitude of a restored mean cycle (p,) its channel's filter may have cut away.
 
-    It is told by what a filter of half the cut-off would cut away: in 55 tests with cut-offs of 0.6 to 2 natural
-    frequencies that held the error as a standard uncertainty does (rms of error over it 0.64, worst 1.7). The drive
-    itself is not cut (`check_drive`).
+    It is told by what a filter of half the cut-off would cut away; the drive itself is not cut (`check_drive`). With
+    `third_lost`, in 80 tests with cut-offs of 0.6 to 2 natural frequencies, the error was at most 1.4 times the
+    combined uncertainty (rms 0.52).
     """
     lines = np.fft.rfft(cycle)
     share = kept(np.arange(0.0, len(lines)) * (NARROWER * drive), channel)
     share[:2] = 1.0
     return 0.5 * abs(float(np.ptp(np.fft.irfft(lines * share, len(cycle))) - np.ptp(cycle)))
+
+
+def third_lost(friction: float, r: float, drive: float, channel: Channel) -> float:
+    """Return how much of an amplitude (Y) the third harmonic is that a filter takes away from a mass that slides.
+
+    Where only the drive is left, the cycle tells nothing of the rest. Friction of a ratio ``friction`` against the
+    motion has a third harmonic of ``4 friction / (3 pi)`` kY, and the frame answers it by ``1 / |1 - 9 r^2|``.
+
+    Examples
+    --------
+    >>> round(third_lost(0.4, 0.5, 1.565, Channel(cutoff=2.6, order=8)), 3)
+    0.132
+    """
+    share = float(kept(np.array([3.0 * drive]), channel)[0])
+    return (1.0 - share) * 4.0 * friction / (3.0 * math.pi) / max(abs(1.0 - 9.0 * r * r), LEAST_GAIN)
 
 
 def in_band(cycle: FloatArray, share: FloatArray) -> FloatArray:
