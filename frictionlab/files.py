@@ -9,15 +9,17 @@ import errno
 import os
 import stat
 import sys
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
-from frictionlab.errors import OutputError
+from frictionlab.errors import OutputError, UsageError
 
 Bytes = bytes | bytearray | memoryview
 SUFFIX = ".frictionlab-part"
+PROTECTED = "{}: is write-protected: choose another output, or give --force"
 _BLOCK = 1 << 23
 _LARGE = 1 << 26
 _PAST_CACHE = 0x80
@@ -109,11 +111,23 @@ def check_replaceable(path: Path, *, replace: bool | Callable[[Path], bool]) -> 
         raise OutputError(f"{path}: expected a file or nothing there; got something else: choose another output")
     if not (replace(path) if callable(replace) else replace):
         raise OutputError(f"{path}: exists and is not a file of this kind: choose another output, or give --force")
-    if callable(replace) and is_protected(path):
-        raise OutputError(f"{path}: is write-protected: choose another output, or give --force")
+    if callable(replace) and _is_protected(path):
+        raise OutputError(PROTECTED.format(path))
 
 
-def is_protected(path: Path) -> bool:
+def refuse_protected(output: Path, *, force: bool) -> None:
+    """Refuse to replace a file that its user has write-protected; asked before long work.
+
+    Raises
+    ------
+    UsageError
+        It is, and ``force`` is not set.
+    """
+    if not force and output.exists() and _is_protected(output):
+        raise UsageError(PROTECTED.format(output))
+
+
+def _is_protected(path: Path) -> bool:
     """Whether this file's mode allows nobody to write it: its user wants it to stay."""
     return not path.stat().st_mode & (stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH)
 
@@ -149,6 +163,17 @@ def identities(path: Path) -> set[object]:
         known = path.stat()
         found.add((known.st_dev, known.st_ino))
     return found
+
+
+def as_disks_see(name: str) -> str:
+    """Return a file's name as disks see it that tell neither case nor ways to write an accent apart.
+
+    Examples
+    --------
+    >>> as_disks_see("A\N{COMBINING DIAERESIS}.csv") == as_disks_see("\N{LATIN SMALL LETTER A WITH DIAERESIS}.CSV")
+    True
+    """
+    return unicodedata.normalize("NFC", name).casefold()
 
 
 def _take_mode(part: Path, final: Path) -> None:

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from frictionlab.campaign import Campaign, Drift, FrictionFit, LawEvidence, LawParameter, Rank, Trial, Verdict
 from frictionlab.errors import OutputError
-from frictionlab.files import make_folder
+from frictionlab.files import make_folder, refuse_protected
 from frictionlab.schema import DRIFTS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING, TESTS, Table
-from frictionlab.tables import Row, is_table, refuse_inputs, refuse_protected, write_rows
+from frictionlab.tables import Row, is_table, refuse_inputs, write_rows
 
 TABLES: Mapping[str, Table] = {
     "measurements.csv": TESTS,

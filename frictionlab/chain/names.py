@@ -1,13 +1,13 @@
 """Which files of a folder are logs, and a name for the results of each that no other has."""
 
 import os
-import unicodedata
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from frictionlab.errors import UsageError
 from frictionlab.experiment import PACKED, stem_of
+from frictionlab.files import as_disks_see
 
 PLAIN = (".csv", ".txt", ".tsv", ".asc", ".dat", ".lvm", ".mat", ".xlsx", ".parquet", ".tdms")
 
@@ -71,16 +71,11 @@ def names_of(logs: Sequence[Path]) -> Mapping[Path, str]:
     >>> list(names_of([Path("a.csv"), Path("a.txt"), Path("b.csv"), Path("x/c.csv"), Path("y/C.csv")]).values())
     ['a.csv', 'a.txt', 'b', 'c.csv', 'C.csv~2']
     """
-    many = Counter(_told(stem_of(log)) for log in logs)
+    many = Counter(as_disks_see(stem_of(log)) for log in logs)
     names: dict[Path, str] = {}
     taken: Counter[str] = Counter()
     for log in logs:
-        name = stem_of(log) if many[_told(stem_of(log))] == 1 else log.name
-        taken[_told(name)] += 1
-        names[log] = name if taken[_told(name)] == 1 else f"{name}~{taken[_told(name)]}"
+        name = stem_of(log) if many[as_disks_see(stem_of(log))] == 1 else log.name
+        taken[as_disks_see(name)] += 1
+        names[log] = name if taken[as_disks_see(name)] == 1 else f"{name}~{taken[as_disks_see(name)]}"
     return names
-
-
-def _told(name: str) -> str:
-    """A name as disks see it that tell neither case nor ways to write an accent apart."""
-    return unicodedata.normalize("NFC", name).casefold()

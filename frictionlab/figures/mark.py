@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from frictionlab.errors import UsageError
-from frictionlab.files import identities, is_protected
+from frictionlab.files import identities, refuse_protected
 
 MAKER = "frictionlab"
 METADATA = {
@@ -45,8 +45,7 @@ def check_figures(paths: Iterable[Path], *, force: bool = False, inputs: Iterabl
                 raise UsageError(f"{path}: is the input {other}: an output never replaces an input: choose another")
         if path.exists() and not (force or is_figure(path)):
             raise UsageError(f"{path}: exists and is no figure of frictionlab: draw elsewhere, or move it away")
-        if path.exists() and not force and is_protected(path):
-            raise UsageError(f"{path}: is write-protected: draw elsewhere, or give --force")
+        refuse_protected(path, force=force)
         _check_room(path)
 
 

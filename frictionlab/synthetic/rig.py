@@ -2,7 +2,6 @@
 
 import math
 import re
-import unicodedata
 import zlib
 from collections import Counter
 from collections.abc import Mapping
@@ -12,6 +11,7 @@ from typing import Literal
 import numpy as np
 
 from frictionlab.errors import ParameterError, SceneError
+from frictionlab.files import as_disks_see
 from frictionlab.scene import Scene, VirtualBase, VirtualTests
 from frictionlab.simulator import Problem
 
@@ -116,16 +116,11 @@ def virtual_tests(scene: Scene) -> tuple[VirtualTest, ...]:
         for force in group.normal_forces_n
         for ratio in group.frequency_ratios or [1.0]
     )
-    many = Counter(_as_told_apart(test.log) for test in tests)
-    twice = sorted({test.log for test in tests if many[_as_told_apart(test.log)] > 1})
+    many = Counter(as_disks_see(test.log) for test in tests)
+    twice = sorted({test.log for test in tests if many[as_disks_see(test.log)] > 1})
     if twice:
         raise SceneError(f"synthetic.tests: the same test stands twice: {', '.join(twice)}; leave one out")
     return tests
-
-
-def _as_told_apart(name: str) -> str:
-    """A name as disks see it that tell neither case nor ways to write an accent apart."""
-    return unicodedata.normalize("NFC", name).casefold()
 
 
 def _check_words(group: VirtualTests, number: int) -> None:

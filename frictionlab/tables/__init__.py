@@ -15,7 +15,7 @@ from itertools import chain
 from pathlib import Path
 
 from frictionlab.errors import UsageError
-from frictionlab.files import identities, is_protected, make_folder, write_whole
+from frictionlab.files import identities, make_folder, refuse_protected, write_whole
 from frictionlab.schema import TABLES, Table, is_marked
 from frictionlab.tables import lines, tree
 from frictionlab.tables.cells import SENTENCES, encodable, plain
@@ -179,18 +179,6 @@ def refuse_inputs(output: Path, inputs: Iterable[Path]) -> None:
     for path in inputs:
         if ours & identities(path):
             raise UsageError(f"{output}: is the input {path}: an output never replaces an input: choose another")
-
-
-def refuse_protected(output: Path, *, force: bool) -> None:
-    """Refuse to replace a file that its user has write-protected.
-
-    Raises
-    ------
-    UsageError
-        It is, and ``force`` is not set.
-    """
-    if not force and output.exists() and is_protected(output):
-        raise UsageError(f"{output}: is write-protected: choose another output, or give --force")
 
 
 def is_table(path: Path, table: Table | None = None) -> bool:
