@@ -115,6 +115,23 @@ def check_replaceable(path: Path, *, replace: bool | Callable[[Path], bool]) -> 
         raise OutputError(PROTECTED.format(path))
 
 
+def refuse_inputs(outputs: Iterable[Path], inputs: Iterable[Path]) -> None:
+    """Refuse an output that is one of the inputs, by whatever name or link; ``--force`` does not allow it either.
+
+    Raises
+    ------
+    UsageError
+        It is one of them.
+    """
+    read: dict[object, Path] = {}
+    for path in inputs:
+        for one in identities(path):
+            read.setdefault(one, path)
+    for output in outputs:
+        for one in identities(output) & read.keys():
+            raise UsageError(f"{output}: is the input {read[one]}: an output never replaces an input: choose another")
+
+
 def refuse_protected(output: Path, *, force: bool) -> None:
     """Refuse to replace a file that its user has write-protected; asked before long work.
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from frictionlab.campaign import Campaign, Drift, FrictionFit, LawEvidence, LawParameter, Rank, Trial, Verdict
 from frictionlab.errors import OutputError
-from frictionlab.files import make_folder, refuse_protected
+from frictionlab.files import make_folder, refuse_inputs, refuse_protected
 from frictionlab.schema import DRIFTS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING, TESTS, Table
-from frictionlab.tables import Row, is_table, refuse_inputs, write_rows
+from frictionlab.tables import Row, is_table, write_rows
 
 TABLES: Mapping[str, Table] = {
     "measurements.csv": TESTS,
@@ -31,9 +31,8 @@ def check_folder(folder: Path, *, force: bool = False, inputs: Iterable[Path] = 
     UsageError
         One of them is an input.
     """
-    inputs = tuple(inputs)
+    refuse_inputs((folder / name for name in (*TABLES, REPORT)), inputs)
     for name in (*TABLES, REPORT):
-        refuse_inputs(folder / name, inputs)
         refuse_protected(folder / name, force=force)
     make_folder(folder / "figures")
     there = [name for name in (*TABLES, REPORT) if (folder / name).exists()]

@@ -12,8 +12,9 @@ from frictionlab.cli.inputs import exit_status, report_rows
 from frictionlab.cli.options import ANALYSIS, LOG
 from frictionlab.cli.output import print_turned
 from frictionlab.errors import UsageError
+from frictionlab.files import refuse_inputs
 from frictionlab.schema import RESPONSES
-from frictionlab.tables import Row, refuse_inputs
+from frictionlab.tables import Row
 
 if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
@@ -123,7 +124,7 @@ def _check(job: Ride, path: Path) -> None:
         return
     if output.suffix not in SERIES:
         raise UsageError(f"{output}: expected a recording (.h5) or a log (.csv); got {output.suffix!r}")
-    refuse_inputs(output, [path, *([] if job.scene is None else [job.scene])])
+    refuse_inputs([output], [path, *([] if job.scene is None else [job.scene])])
     if output.suffix == ".h5":
         check_writable(output, force=job.force)
     else:

@@ -14,7 +14,7 @@ from frictionlab.cli.options import LOG, AsJson, Force, Quiet, SceneFile, Schedu
 from frictionlab.cli.output import print_table, printable
 from frictionlab.cli.progress import bytes_read, track
 from frictionlab.errors import UsageError
-from frictionlab.files import identities
+from frictionlab.files import refuse_inputs
 
 if TYPE_CHECKING:
     from frictionlab.recording import Recording
@@ -130,7 +130,7 @@ def _places(inputs: Sequence[Path], read: Sequence[Path], output: str | None) ->
         places = {inputs[0]: Path(output)}
     else:
         raise UsageError(f"-o {output}: expected a folder for {len(inputs)} logs; got the name of a file")
-    _check_places(places, read)
+    refuse_inputs(places.values(), read)
     return places
 
 
@@ -159,13 +159,6 @@ def _make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise UsageError(f"-o {folder}: the folder cannot be made ({error.strerror})") from error
-
-
-def _check_places(places: "Mapping[Path, Path]", read: Sequence[Path]) -> None:
-    files = {identity: file for file in read for identity in identities(file)}
-    for place in places.values():
-        for file in (files[identity] for identity in identities(place) if identity in files):
-            raise UsageError(f"{place}: is the input {file}: an output never replaces an input: choose another")
 
 
 def _row(recording: "Recording", log: Path, output: Path | None) -> "Row":

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from frictionlab.errors import UsageError
-from frictionlab.files import identities, refuse_protected
+from frictionlab.files import refuse_inputs, refuse_protected
 
 MAKER = "frictionlab"
 METADATA = {
@@ -38,11 +38,9 @@ def check_figures(paths: Iterable[Path], *, force: bool = False, inputs: Iterabl
     UsageError
         One of them would.
     """
-    ours = [(path, identities(path)) for path in inputs]
-    for path in paths:
-        for other, known in ours:
-            if known & identities(path):
-                raise UsageError(f"{path}: is the input {other}: an output never replaces an input: choose another")
+    places = list(paths)
+    refuse_inputs(places, inputs)
+    for path in places:
         if path.exists() and not (force or is_figure(path)):
             raise UsageError(f"{path}: exists and is no figure of frictionlab: draw elsewhere, or move it away")
         refuse_protected(path, force=force)

@@ -15,7 +15,7 @@ from itertools import chain
 from pathlib import Path
 
 from frictionlab.errors import UsageError
-from frictionlab.files import identities, make_folder, refuse_protected, write_whole
+from frictionlab.files import make_folder, refuse_inputs, refuse_protected, write_whole
 from frictionlab.schema import TABLES, Table, is_marked
 from frictionlab.tables import lines, tree
 from frictionlab.tables.cells import SENTENCES, encodable, plain
@@ -32,7 +32,6 @@ __all__ = [
     "json_line",
     "plain",
     "read_rows",
-    "refuse_inputs",
     "write_rows",
 ]
 
@@ -156,7 +155,7 @@ def check_output(
         raise UsageError(f"{path}: {above} {what}: choose another output")
     if path.is_dir():
         raise UsageError(f"{path}: is a folder: give the name of a file in it")
-    refuse_inputs(path, inputs)
+    refuse_inputs([path], inputs)
     if os.path.lexists(path) and not (force or is_table(path, table)):
         what = f"table of {table.kind} of frictionlab" if table else "table of frictionlab"
         raise UsageError(f"{path}: exists and is no {what}: choose another output, or give --force")
@@ -165,20 +164,6 @@ def check_output(
 
 def _either(names: Sequence[str]) -> str:
     return " or ".join(filter(None, (", ".join(names[:-1]), names[-1])))
-
-
-def refuse_inputs(output: Path, inputs: Iterable[Path]) -> None:
-    """Refuse an output that is one of the inputs, by whatever name or link; ``--force`` does not allow it either.
-
-    Raises
-    ------
-    UsageError
-        It is one of them.
-    """
-    ours = identities(output)
-    for path in inputs:
-        if ours & identities(path):
-            raise UsageError(f"{output}: is the input {path}: an output never replaces an input: choose another")
 
 
 def is_table(path: Path, table: Table | None = None) -> bool:

@@ -4,12 +4,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from frictionlab.experiment import facts_of
+from frictionlab.files import refuse_inputs
 from frictionlab.hdf5 import check_writable, write_recording
 from frictionlab.logs import read_log, read_two_logs
 from frictionlab.logs.lines import Progress
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
-from frictionlab.tables import refuse_inputs
 from frictionlab.verbs.given import AnyScene, FilePath, scene_given
 
 TABLES = ("log", "experiment")
@@ -64,7 +64,7 @@ def ingest(
     """
     known = scene_given(scene, settings, TABLES)
     if output is not None:
-        refuse_inputs(Path(output), [*(Path(part) for part in (log, base_log) if part is not None), *known.files])
+        refuse_inputs([Path(output)], [*(Path(part) for part in (log, base_log) if part is not None), *known.files])
         check_writable(Path(output), force=force)
     recording = _read(Path(log), None if base_log is None else Path(base_log), known, progress)
     if output is not None:
