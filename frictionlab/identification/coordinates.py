@@ -17,7 +17,7 @@ from scipy.special import stdtrit
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.identification.family import HIGHER, Family
 from frictionlab.simulator.laws import Parameter
-from frictionlab.uncertainty import Sources, bent_gain
+from frictionlab.uncertainty import Sources, bent_gain, bent_unknown
 
 FloatArray = NDArray[np.float64]
 WIDE = 2.0 * 1.959964  # deviations from end to end of a 95 % interval
@@ -141,8 +141,7 @@ def nuisances(
         Relative, of the mass's sensor over the base's; by default with what both sensors' linearity does to a cosine.
     """
     if gain is None:
-        bent = sources.linearity * bent_gain(0.0 if sources.measuring_range else 1.0)
-        gain = math.hypot(sources.gain, bent * math.sqrt(2.0))
+        gain = math.hypot(sources.gain, bent_unknown(sources) * math.sqrt(2.0))
     words = "second harmonic of the base, {} part over Y"
     found = [
         _nuisance("natural_frequency", "natural frequency, relative", sources.natural_frequency),

@@ -129,12 +129,17 @@ def bent_gain(filled: float) -> float:
     return float(_bent(np.array([[1.0], [0.0], [CUBIC_GAIN]]), filled)[0])
 
 
-def unit_uncertainty(sources: Sources) -> float:
-    """Relative standard uncertainty of Y by the gain and the linearity of the base's sensor, its swing not known.
+def bent_unknown(sources: Sources) -> float:
+    """Relative standard uncertainty of a cosine's size by the linearity of its sensor, its swing not known.
 
     Where the range is known, the swing is taken as small: a sensor's gain is then most uncertain.
     """
-    return math.hypot(sources.base_gain, sources.linearity * bent_gain(0.0 if sources.measuring_range else 1.0))
+    return sources.linearity * bent_gain(0.0 if sources.measuring_range else 1.0)
+
+
+def unit_uncertainty(sources: Sources) -> float:
+    """Relative standard uncertainty of Y by the gain and the linearity of the base's sensor, its swing not known."""
+    return math.hypot(sources.base_gain, bent_unknown(sources))
 
 
 def _bends(channel: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
