@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictionlab.errors import RecordingError
-from frictionlab.recording import LineCount, Quality, Recording, sampling_interval
+from frictionlab.recording import LineCount, Quality, Recording
+from frictionlab.sampling import sampling_interval
 
 T = np.arange(100, dtype=np.float64) * np.float64(0.01)
 X = np.sin(T)

@@ -9,15 +9,24 @@ from numpy.typing import NDArray
 
 from frictionlab.accuracy import accuracy_of
 from frictionlab.analysis import cycles, drift, energy, irregularity, judgement, response, restoring, steadiness, traces
+from frictionlab.analysis.facts import (
+    channels_of,
+    material_of,
+    normal_force_of,
+    of_sensors_and_rig,
+    of_the_force,
+    source_of,
+)
 from frictionlab.analysis.layout import Layout, approach, lay_out, wander_of
 from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement
 from frictionlab.analysis.response import Response
 from frictionlab.analysis.stretches import Stretch
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
-from frictionlab.recording import Fact, Recording, clock_breaks
+from frictionlab.recording import Recording
+from frictionlab.sampling import clock_breaks
 from frictionlab.scene import Scene
-from frictionlab.uncertainty import FILTER, LINES, STATISTICAL, Shares, Sources, combined, cycle_budget, sources_of
+from frictionlab.uncertainty import FILTER, LINES, STATISTICAL, Shares, Sources, combined, cycle_budget
 
 FloatArray = NDArray[np.float64]
 NO_NATURAL_FREQUENCY = (
@@ -63,7 +72,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     0.250000 1.570796 0.5000 continuous
     """
     parts, warnings = _stretches(recording, scene)
-    warnings += _of_the_force(recording)
+    warnings += of_the_force(recording)
     begin = float(recording.time[0]) + scene.analysis.transient_s
     how = scene.analysis
     try:
@@ -89,13 +98,6 @@ def _for_its_cause(error: AnalysisError, recording: Recording) -> AnalysisError:
         f"analysis: {held} values are held at the end of a sensor's range, and between them no cycle is whole: move the"
         f" sensor or enlarge its range, and test again ({error})"
     )
-
-
-def channels_of(scene: Scene) -> tuple[restoring.Channel, restoring.Channel]:
-    """The ways of mass and base into the log, as the scene declares them."""
-    s = scene.sensors
-    mass = restoring.Channel(0.0, s.mass_filter_hz or s.filter_hz, s.mass_filter_order or s.filter_order)
-    return mass, restoring.Channel(s.lag_s, s.base_filter_hz or s.filter_hz, s.base_filter_order or s.filter_order)
 
 
 def _stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], list[str]]:
@@ -135,40 +137,6 @@ def _of_the_clock(time: FloatArray, breaks: NDArray[np.intp], step: float) -> It
         )
     if len(breaks) > MOST_GAPS:
         yield f"time: {len(breaks) - MOST_GAPS} more such places"
-
-
-def _of_the_force(recording: Recording) -> Iterator[str]:
-    force = recording.experiment.get("normal_force_n")
-    if force is not None and not _is_force(force):
-        yield f"normal_force_n: expected a number above 0; got {force!r} in the recording: it is not used"
-
-
-def _is_force(value: Fact) -> bool:
-    return isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0
-
-
-def source_of(recording: Recording) -> str:
-    """The names of the logs that a recording was made of."""
-    return ", ".join(f.name for f in recording.source.files)
-
-
-def material_of(recording: Recording, scene: Scene) -> str | None:
-    """Material of a test's contact, as the recording has it, else the scene."""
-    value = recording.experiment.get("material", scene.experiment.material)
-    return None if value is None else str(value)
-
-
-def normal_force_of(recording: Recording, scene: Scene) -> float | None:
-    """Normal force of a test [N], as the recording has it, else the scene."""
-    value = recording.experiment.get("normal_force_n", scene.experiment.normal_force_n)
-    return float(value) if value is not None and _is_force(value) else None
-
-
-def of_sensors_and_rig(recording: Recording, scene: Scene, sampling_rate_hz: float) -> Sources:
-    """What is not known of the sensors and the rig of a test."""
-    lag = recording.source.dialect.get("lag_s_u")
-    lag_s_u = lag if isinstance(lag, float) else None
-    return sources_of(scene, sampling_rate_hz, normal_force_n=normal_force_of(recording, scene), lag_s_u=lag_s_u)
 
 
 def _gaps(recording: Recording) -> Iterator[str]:

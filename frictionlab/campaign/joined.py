@@ -22,8 +22,9 @@ from frictionlab.campaign.shared import FRICTION
 from frictionlab.campaign.sharing import CROSSTALK, FREQUENCY, GAIN, LAG
 from frictionlab.campaign.singles import SURE, Singles, Uneven
 from frictionlab.estimate import Estimate
+from frictionlab.identification.causes import AS_KNOWN
 from frictionlab.identification.fit import LEVEL, PRESSED, excess_of, most_of_noise, strained
-from frictionlab.identification.identify import AS_KNOWN, CORRECTED, is_told
+from frictionlab.identification.identify import CORRECTED, is_told
 from frictionlab.simulator.laws import Law
 
 FloatArray = NDArray[np.float64]

@@ -20,7 +20,8 @@ from frictionlab.campaign.shared import FRICTION, Place, Shared, shared_by
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import STRONGEST, Coordinate, doubts, holds, strains
 from frictionlab.identification.engines import STATES, prepare
-from frictionlab.identification.fit import Fit, excess_of, half_lines, noise_of
+from frictionlab.identification.fit import Fit, excess_of, half_lines
+from frictionlab.identification.fit_errors import noise_of
 from frictionlab.identification.forward import Forward
 from frictionlab.simulator.laws import Law
 

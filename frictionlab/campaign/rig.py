@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from frictionlab.campaign.joint import MANY, Joint, fit_again
 from frictionlab.campaign.mixed import Mixed, Others, Piece, Solution, Spread, spread_of
+from frictionlab.identification.causes import CAUSES
 from frictionlab.identification.coordinates import Coordinate, doubts, strains
 from frictionlab.identification.fit import PRESSED
-from frictionlab.identification.identify import CAUSES
 
 FloatArray = NDArray[np.float64]
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."

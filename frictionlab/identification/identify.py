@@ -10,28 +10,18 @@ from scipy.special import ndtr, ndtri
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
+from frictionlab.identification.causes import pressed, shares
 from frictionlab.identification.coordinates import (
     Coordinate,
-    doubts,
     nuisances,
     of_parameter,
     of_sensors,
     second_harmonic,
 )
 from frictionlab.identification.engines import STATES, prepare
-from frictionlab.identification.family import HIGHER, Family
-from frictionlab.identification.fit import (
-    Errors,
-    Fit,
-    errors_as_known,
-    errors_of,
-    errors_strained,
-    fit,
-    misfit_is_noise,
-    released,
-    strained,
-    unfitted,
-)
+from frictionlab.identification.family import Family
+from frictionlab.identification.fit import Fit, fit, misfit_is_noise, released, strained, unfitted
+from frictionlab.identification.fit_errors import Errors, errors_as_known, errors_of, errors_strained
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.loop import loop_friction_ratio
 from frictionlab.identification.observed import EXPLAINED, Observed, observe_cycle
@@ -46,7 +36,6 @@ RICHER = ("place", "speed")  # what a law that leaves a misfit is held against
 TOLD = 0.5  # a parameter is told if its variance has fallen below this share of its prior's ...
 SURE = 2.0  # ... and it lies so many errors from where its term does nothing
 LEVEL = 0.95  # of a limit
-AS_KNOWN = "sensors and rig as known, or as fitted"  # the share of how far the two fits are from each other
 VAGUE = 0.1  # relative standard error from which a friction ratio is called vague
 CORRECTED = 9.0  # by which correcting sensors and rig must lower the sum of squares: three errors of one of them
 
@@ -247,7 +236,7 @@ def with_errors(
     other = energy if richer is None else richer
     own["beta"] = _with_law(_widened(own["beta"], rivals), other)
     by_law = {} if other is None else {"the law itself": abs(other - own["beta"].value)}
-    said = (*_by_loop(own["beta"], energy), *_caveats(own, rivals, richer), *_pressed(found), *_bounded(own))
+    said = (*_by_loop(own["beta"], energy), *_caveats(own, rivals, richer), *pressed(found), *_bounded(own))
     return Identified(family, found, errors, own, known, shares(found, errors) | by_law, said)
 
 
@@ -341,34 +330,6 @@ def _caveats(
     return tuple(said)
 
 
-CAUSES = {
-    "natural_frequency": "the natural frequency (rig.natural_frequency_hz)",
-    "gain": "the gain of a sensor (sensors.gain_error)",
-    "lag": "the lag between the channels (sensors.lag_s)",
-    "frame_damping_ratio": "the frame's damping (rig.damping_ratio)",
-    "parabola": "the linearity of the mass's sensor (sensors.linearity)",
-    "cubic": "the linearity of the mass's sensor (sensors.linearity)",
-    "base_in_mass": "the base's channel in the mass's (sensors.crosstalk)",
-    "mass_in_base": "the mass's channel in the base's (sensors.crosstalk)",
-    "second_cosine": "a second harmonic of the base",
-    "second_sine": "a second harmonic of the base",
-    HIGHER: "the share of the base's higher harmonics that is no sensor's (model.base_harmonics)",
-}
-
-
-def _pressed(found: Fit) -> tuple[str, ...]:
-    """Say which known quantity the fit had to push away from what is known of it."""
-    said = []
-    for c, far in strained(found):
-        count, unit = c.unit
-        against = "what is assumed where none is declared: measure it and declare it"
-        if math.isinf(c.tail):
-            against = "its standard uncertainty: check it"
-        moved_by = f"{count * c.width * far:.2g}{unit}, which is {abs(far):.2g} times {against}"
-        said.append(f"friction_ratio: the fit moved {CAUSES[c.name]} by {moved_by}")
-    return tuple(dict.fromkeys(said))
-
-
 def _bounded(own: dict[str, ParameterEstimate]) -> tuple[str, ...]:
     return tuple(
         f"{name}: this test does not tell it; {limits_in_words(e.lower, e.upper)} (95 %)"
@@ -388,22 +349,3 @@ def limits_in_words(lower: float | None, upper: float | None) -> str:
     if lower is None or upper is None:
         return "no limit" if lower is upper else f"at most {upper:.3g}" if lower is None else f"at least {lower:.3g}"
     return f"from {lower:.3g} to {upper:.3g}"
-
-
-def shares(found: Fit, errors: Errors) -> dict[str, float]:
-    """Standard uncertainty that each source adds to the friction ratio: in quadrature they make the combined one.
-
-    A source's share is what its own error, as it was known before, leaves in the values found (`errors_of`).
-    """
-    names = [c.name for c in found.coordinates]
-    if "beta" not in names:
-        return {}
-    i = names.index("beta")
-    slope = found.coordinates[i].slope(float(found.point[i]))
-    left = np.linalg.inv(found.precision)[i]
-    pulled = left * doubts(found.coordinates, found.point)
-    by_cause = {c.name: slope * abs(float(pulled[k])) for k, c in enumerate(found.coordinates) if not c.law}
-    apart = slope * float(np.broadcast_to(errors.apart, len(names))[i])
-    by_cause |= {AS_KNOWN: apart} if apart else {}
-    rest = slope**2 * float(errors.combined[i, i]) - sum(share**2 for share in by_cause.values())
-    return {"noise and misfit": math.sqrt(max(rest, 0.0)), **by_cause}

@@ -18,7 +18,8 @@ from scipy.optimize import least_squares
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.colour import Whitener, white, whitener_of
 from frictionlab.identification.coordinates import point_of, strain_slopes, strains
-from frictionlab.identification.fit import Errors, Fit, strained
+from frictionlab.identification.fit import Fit, strained
+from frictionlab.identification.fit_errors import Errors
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.neighbours import raised_by
 from frictionlab.identification.observed import Observed

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.denoise import best_penalty, kept, smoothed
-from frictionlab.analysis.measure import channels_of
+from frictionlab.analysis.facts import channels_of
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.noise import white_noise
 from frictionlab.analysis.restoring import restored

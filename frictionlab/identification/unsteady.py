@@ -10,7 +10,8 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from frictionlab.accuracy import accuracy_of
-from frictionlab.analysis.measure import material_of, measure, normal_force_of, of_sensors_and_rig, source_of
+from frictionlab.analysis.facts import material_of, normal_force_of, of_sensors_and_rig, source_of
+from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate

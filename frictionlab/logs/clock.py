@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
-from frictionlab.recording import LATEST_S, Quality, sampling_interval, step_range
+from frictionlab.recording import LATEST_S, Quality
+from frictionlab.sampling import sampling_interval, step_range
 
 _MOST_STRAY = 0.05
 _STATED_TOLERANCE = 1e-4

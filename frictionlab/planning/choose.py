@@ -365,7 +365,7 @@ def _deviations(precision: FloatArray) -> FloatArray:
 def _combined(precision: FloatArray, doubt: FloatArray) -> FloatArray:
     """Deviations to state: with covariance P, a prior whose tails reach D times as far adds ``P D^2 P``, not ``P^2``.
 
-    As a fit states them (`frictionlab.identification.fit.errors_of`).
+    As a fit states them (`frictionlab.identification.fit_errors.errors_of`).
     """
     left = np.linalg.inv(precision)
     return np.asarray(np.sqrt(np.diagonal(left + left * (doubt**2 - 1.0) @ left, axis1=-2, axis2=-1)))
