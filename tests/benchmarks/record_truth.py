@@ -3,9 +3,9 @@
     python -m tests.benchmarks.record_truth [tests] > tests/benchmarks/results/record_truth.txt
 
 Each test draws its rig: friction, and what the scene does not know exactly (natural frequency, frame damping, gain,
-lag) from what `frictionlab` takes as their uncertainty. A motor starts up within two seconds and wanders a little in
-amplitude. Coverage: share of tests whose truth lies within one and within 1.96 combined uncertainties; 68 and 95 % are
-due.
+lag) from what `frictionlab` takes as their uncertainty; its sensors are straight, and declared so. A motor starts up
+within two seconds and wanders a little in amplitude. Coverage: share of tests whose truth lies within one and within
+1.96 combined uncertainties; 68 and 95 % are due.
 """
 
 import math
@@ -18,12 +18,17 @@ import frictionlab as fl
 from frictionlab.errors import FrictionlabError
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
+from frictionlab.scene.tables import Sensors
 from frictionlab.simulator import Problem
 from frictionlab.simulator.record import BaseRecord, respond
 from frictionlab.uncertainty.sources import NATURAL_FREQUENCY, UNKNOWN_DAMPING
 
 FN, Y, RATE, SECONDS, NOISE = 3.0, 2e-3, 250.0, 30.0, 1e-6
-SCENE = Scene(rig=Rig(natural_frequency_hz=FN), analysis=Analysis(transient_s=10.0, cycles="all"))
+SCENE = Scene(
+    rig=Rig(natural_frequency_hz=FN),
+    sensors=Sensors(linearity=0.0),  # straight, and declared so
+    analysis=Analysis(transient_s=10.0, cycles="all"),
+)
 RATIOS = (0.3, 0.7, 0.95, 1.4)
 LAW = "coulomb+place+speed"
 

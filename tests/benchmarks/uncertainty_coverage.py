@@ -1,11 +1,12 @@
 """Does the combined uncertainty cover the truth when sensors and rig are off by what is declared of them?
 
-Run: ``python -m tests.benchmarks.uncertainty_coverage [DRAWS [FIRST]]``; the result goes to
-results/uncertainty_coverage.txt, of draws from another FIRST than 0 to results/uncertainty_coverage_FIRST.txt.
+Run: ``python -m tests.benchmarks.uncertainty_coverage [DRAWS [FIRST [filtered]]]``; the result goes to
+results/uncertainty_coverage.txt, of draws from another FIRST than 0 to results/uncertainty_coverage_FIRST.txt, of
+filtered ones to results/uncertainty_coverage_filtered.txt.
 Every draw is one test of 30 s at 250 Hz with its own lag, gains, curvature of both sensors, crosstalk either way,
 natural frequency and frame damping, each drawn from the uncertainty that its scene declares, mains hum on the mass's
-sensor, and its own noise and scatter of friction. In every other draw each channel has a low-pass filter of its own,
-drawn and declared. No two draws share a random number.
+sensor, and its own noise and scatter of friction. ``filtered``: in every other draw each channel has a low-pass filter
+of its own, drawn and declared. No two draws share a random number.
 """
 
 import math
@@ -94,10 +95,10 @@ def off_as_declared(
     return truth, recorded(truth, generator, seconds=seconds, lag_s=lag, tuned=tuned, sensors=sensors)
 
 
-def scores_of(r: float, beta: float, seed: int) -> tuple[float, float, float]:
+def scores_of(r: float, beta: float, seed: int, *, filtered: bool = False) -> tuple[float, float, float]:
     """Error over combined uncertainty of energy, amplitude and friction ratio of one draw."""
     generator = np.random.default_rng([18, round(1000 * r), seed])
-    filters = filters_of(np.random.default_rng([19, round(1000 * r), seed])) if seed % 2 else {}
+    filters = filters_of(np.random.default_rng([19, round(1000 * r), seed])) if filtered and seed % 2 else {}
     truth, recording = off_as_declared(Problem(r, beta), generator, seconds=30.0, filters=filters)
     what = scene(**{**TABLES, "sensors": {**TABLES["sensors"], **filters}})
     shown = observe(steady_state(truth))
@@ -132,13 +133,14 @@ def table(scores: FloatArray) -> str:
     return "\n".join(lines) + "\n"
 
 
-def main(draws: int, first: int = 0) -> None:
+def main(draws: int, first: int = 0, *, filtered: bool = False) -> None:
     """Write the table, and again after every tenth round of all motions: a study that is cut short is one of fewer."""
     compiled()
     rounds: list[list[tuple[float, float, float]]] = []
-    place = RESULTS / f"uncertainty_coverage{f'_{first}' if first else ''}.txt"
+    kind = "_filtered" if filtered else f"_{first}" if first else ""
+    place = RESULTS / f"uncertainty_coverage{kind}.txt"
     for seed in range(first, first + draws):
-        rounds.append([scores_of(r, beta, seed) for r, beta in POINTS])
+        rounds.append([scores_of(r, beta, seed, filtered=filtered) for r, beta in POINTS])
         if len(rounds) % 10 == 0 or len(rounds) == draws:
             place.write_text(table(np.array(rounds).swapaxes(0, 1)))
             sys.stdout.write(f"{len(rounds)} rounds\n")
@@ -146,4 +148,4 @@ def main(draws: int, first: int = 0) -> None:
 
 
 if __name__ == "__main__":
-    main(*(int(word) for word in sys.argv[1:3] or ("225",)))
+    main(*(int(word) for word in sys.argv[1:3] or ("225",)), filtered="filtered" in sys.argv)
