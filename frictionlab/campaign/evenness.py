@@ -2,7 +2,7 @@
 
 The weights of a fit are found from the cycles of its test and let these scatter too little, so each half of the cycles
 is weighed by what the other half says. How neighbours hang together, and how well so few cycles tell their scatter, is
-reckoned as in a single comparison (`frictionlab.identification.observed.of_neighbours`).
+reckoned as in a single comparison (`frictionlab.identification.neighbours.raised_by`).
 """
 
 import math
@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.pooling import welch
-from frictionlab.identification.observed import Observed, of_neighbours
+from frictionlab.identification.neighbours import raised_by
+from frictionlab.identification.observed import Observed
 
 FloatArray = NDArray[np.float64]
 HALVES = 2
@@ -57,7 +58,7 @@ def own_of(observed: Observed, slopes: FloatArray, k: int = 0) -> Own:
     weights = [_weighed(covariance, slopes, k)[0] for _, covariance in halves]
     moved = np.concatenate([part @ weight for (part, _), weight in zip(halves, weights, strict=True)])
     freedom = len(moved) - 1.0
-    raised = of_neighbours(moved) / student(freedom)  # Student's factor is counted apart from it here
+    raised = float(raised_by(moved[:, None])[0]) / student(freedom)  # Student's factor is counted apart from it here
     scatter = float(moved @ moved) / freedom / observed.used * raised
     least = observed.sensor * math.fsum(float(weight @ weight) for weight in weights) / len(weights)
     base = math.fsum(float(weight @ observed.of_base @ weight) for weight in weights) / len(weights)

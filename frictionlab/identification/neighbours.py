@@ -72,6 +72,9 @@ def raised_by(series: FloatArray) -> FloatArray:
     >>> draws = np.random.default_rng(1).standard_normal((201, 1))
     >>> np.round([float(raised_by(some)[0]) for some in (draws, draws[1:] + draws[:-1], draws[1:] - draws[:-1])], 1)
     array([0.8, 2.2, 0.1])
+    >>> few = np.array([1.0, 0.9, -0.2, -0.8, -0.7, -0.1, 0.2, -0.3])
+    >>> round(float(raised_by(few[:, None])[0]), 1)
+    5.9
     """
     n = len(series)
     scatter = series.var(axis=0, ddof=1)

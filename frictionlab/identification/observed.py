@@ -15,7 +15,6 @@ from scipy.linalg import eigh
 
 from frictionlab.analysis.energy import lag_one
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.identification.neighbours import raised_by
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -251,19 +250,6 @@ def together(values: FloatArray) -> float:
         return 1.0
     rho = min(rho + (1.0 + 4.0 * rho) / n, 0.95)
     return (1.0 + rho) / (1.0 - rho)
-
-
-def of_neighbours(values: FloatArray) -> float:
-    """By how much the variance of the mean of a series is larger than its scatter over its length says.
-
-    Neighbours hang together, and few cycles know their own scatter badly: `frictionlab.identification.neighbours`.
-
-    Examples
-    --------
-    >>> round(of_neighbours(np.array([1.0, 0.9, -0.2, -0.8, -0.7, -0.1, 0.2, -0.3])), 1)
-    5.9
-    """
-    return float(raised_by(values[:, None])[0])
 
 
 def by_base(mean: FloatArray, relative: float) -> FloatArray:
