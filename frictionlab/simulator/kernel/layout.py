@@ -11,6 +11,8 @@ ENTRIES = (
     *("evaluate", "account", "fill_row", "mirrored"),
 )
 
+OWNERS = ("resonance", "settle", "cycles")  # modules that make buffers of their own, or are handed such
+
 Buffer = list[float]  # or an array: anything indexed
 
 
