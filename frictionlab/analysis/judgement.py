@@ -79,10 +79,15 @@ def _of_the_channels(
     else:
         found = [channels.copied(mass, base, noise=noise)]
         found += [channels.turned(mass, base, energy=loop.value, error=loop.se)] if found == [None] else []
-        if found == [None, None] and not wall_moves:
+        if found == [None, None] and not wall_moves and not _is_blurred(response):
             stuck = response.stuck_fraction
             found += [channels.relative(mass, base, noise=noise, samples=layout.samples, stuck=stuck, r=r)]
     yield from (sentence for sentence in found if sentence is not None)
+
+
+def _is_blurred(response: Response) -> bool:
+    """Whether no stop can be told: how long the mass stands is not known then, and 0 is no finding."""
+    return response.shortest_stop >= 1.0
 
 
 def _of_the_ratio(r: float | None) -> Iterator[str]:
@@ -194,10 +199,11 @@ def _of_the_step(layout: Layout, response: Response) -> Iterator[str]:
             " stops, stuck fraction and regime are those of the sensor's steps, and the energy's error is larger than"
             " stated"
         )
-    elif not response.is_stuck and response.shortest_stop >= 1.0:
+    elif not response.is_stuck and _is_blurred(response):
         yield (
-            "stops_per_cycle: the sensor's noise and step hide the mass's speed, so that no stop can be told: use a"
-            " sensor of a smaller range"
+            "stops_per_cycle: the sensor's noise and step hide the mass's speed, so that no stop can be told, nor"
+            " whether the column is the mass's own displacement or that relative to the base: use a sensor of a"
+            " smaller range"
         )
 
 
@@ -274,7 +280,7 @@ def _of_the_motion(layout: Layout, response: Response) -> Iterator[str]:
 
 def _of_short_stops(response: Response) -> Iterator[str]:
     often, length = response.doubtful
-    if often >= OFTEN and response.shortest_stop < 1.0:
+    if often >= OFTEN and not _is_blurred(response):
         yield (
             f"stops_per_cycle: {often:.2g} times a cycle the mass nearly stands, for about {100.0 * length:.2g} %:"
             " too short to tell a stop from a slow passage here (surely told from"

@@ -2,7 +2,7 @@
 
 The weights of a fit are found from the cycles of its test and let these scatter too little, so each half of the cycles
 is weighed by what the other half says. How neighbours hang together, and how well so few cycles tell their scatter, is
-reckoned as in a single comparison (`frictionlab.identification.neighbours.raised_by`).
+reckoned as in a single comparison (`frictionlab.analysis.neighbours`).
 """
 
 import math
@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.analysis.neighbours import raised_by, student
 from frictionlab.analysis.pooling import welch
-from frictionlab.identification.neighbours import raised_by
 from frictionlab.identification.observed import Observed
 
 FloatArray = NDArray[np.float64]
@@ -58,17 +58,11 @@ def own_of(observed: Observed, slopes: FloatArray, k: int = 0) -> Own:
     weights = [_weighed(covariance, slopes, k)[0] for _, covariance in halves]
     moved = np.concatenate([part @ weight for (part, _), weight in zip(halves, weights, strict=True)])
     freedom = len(moved) - 1.0
-    raised = float(raised_by(moved[:, None])[0]) / student(freedom)  # Student's factor is counted apart from it here
-    scatter = float(moved @ moved) / freedom / observed.used * raised
+    scatter = float(moved @ moved) / freedom / observed.used * float(raised_by(moved[:, None])[0])
     least = observed.sensor * math.fsum(float(weight @ weight) for weight in weights) / len(weights)
     base = math.fsum(float(weight @ observed.of_base @ weight) for weight in weights) / len(weights)
     total = max(least, scatter) + base
     return Own(total, min(freedom * (total / scatter) ** 2, WELL_KNOWN) if scatter > 0.0 else WELL_KNOWN)
-
-
-def student(freedom: float) -> float:
-    """Variance of Student's t over that of a normal curve."""
-    return freedom / max(freedom - 2.0, 0.5)
 
 
 def _weighed(covariance: FloatArray, slopes: FloatArray, k: int) -> tuple[FloatArray, float]:

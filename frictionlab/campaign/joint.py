@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from frictionlab.campaign.cycles import Cycle
 from frictionlab.campaign.mixed import Mixed, Others, Piece, Solution, Spread, spread_of
+from frictionlab.campaign.scores import Noise, Stated, noise_by_cycles
 from frictionlab.campaign.shared import FRICTION, Place, Shared, shared_by
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import STRONGEST, Coordinate, doubts, holds, strains
@@ -107,18 +108,19 @@ class Joint:
         return max(0, len(self.fits) - len(self.shared.groups))
 
     @cached_property
-    def meat(self) -> tuple[FloatArray, ...]:
-        """Covariance (n, n) of each test's score by its noise, the scatter of its cycles and what the law misses.
+    def meat(self) -> tuple[Noise, ...]:
+        """What noise, the scatter of its cycles and what the law misses do to each test's score.
 
         Few tests are as cautious as a single comparison. Many show by themselves how sure each of them is: what one
         states too little is in the scatter, and in `spread`'s floor.
         """
         if self.freedom >= MANY:
-            return tuple(one.jacobian.T @ one.jacobian / one.excess for one in self.fits)
-        found = []
+            fresh = zip(self.fits, self.cycles, strict=True)
+            return tuple(noise_by_cycles(replace(one, observed=cycle.fresh().observed)) for one, cycle in fresh)
+        found: list[Noise] = []
         for one, cycle in zip(self.fits, self.cycles, strict=True):
             plain = replace(one, observed=cycle.fresh().observed)  # what is reckoned on the way is not kept
-            found.append(plain.precision @ noise_of(plain) @ plain.precision)
+            found.append(Stated(plain.precision @ noise_of(plain) @ plain.precision))
         return tuple(found)
 
     @cached_property

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from frictionlab.campaign.scores import Noise
 from frictionlab.campaign.shared import Place
 
 FloatArray = NDArray[np.float64]
@@ -279,7 +280,7 @@ class Spread:
 def spread_of(
     solution: Solution,
     pieces: Sequence[Piece],
-    noise: Sequence[FloatArray],
+    noise: Sequence[Noise],
     doubt: FloatArray | None = None,
     *,
     robust: bool = False,
@@ -291,8 +292,8 @@ def spread_of(
     ----------
     solution, pieces
         As found, and of what.
-    noise : sequence of ndarray of shape (n, n)
-        Covariance of each test's score.
+    noise : sequence of Noise
+        What its own noise does to each test's score.
     doubt : ndarray of shape (S,), optional
         How far priors may have pulled what is shared (`Coordinate.doubt`): 1 but for one with tails.
     robust : bool
@@ -303,12 +304,12 @@ def spread_of(
     size, taus = len(solution.point), [solution.scatter] * len(pieces) if scatters is None else scatters
     left: FloatArray = np.asarray(np.linalg.inv(solution.precision))
     sums = np.zeros((3, size, size))
-    for piece, covariance, tau in zip(pieces, noise, taus, strict=True):
+    for piece, of_test, tau in zip(pieces, noise, taus, strict=True):
         into, own, scatter = _response(piece, tau)
-        sums[0] += into.T @ covariance @ into
-        sums[1] += scatter @ scatter.T
-        sums[2] += own @ own.T
-    noise_, scattered, of_own = (left @ part @ left for part in sums)
+        sums[0] += of_test.carried(into @ left)
+        sums[1] += left @ scatter @ scatter.T @ left
+        sums[2] += left @ own @ own.T @ left
+    noise_, scattered, of_own = sums
     if robust:
         shown = np.diag(left @ _shown(solution.point, pieces, taus) @ left)
         more = np.sqrt(np.maximum(1.0, shown / np.maximum(np.diag(noise_ + scattered + of_own), 1e-300)))

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.analysis.neighbours import raised_by, student
 from frictionlab.identification.coordinates import doubts
 from frictionlab.identification.fit import Fit, excess_of, misfit_is_noise
-from frictionlab.identification.neighbours import raised_by
 
 FloatArray = NDArray[np.float64]
 
@@ -109,7 +109,8 @@ def _by_noise(found: Fit, gain: FloatArray) -> FloatArray:
     slopes: FloatArray = np.asarray(weight * np.linalg.solve(observed.whitener, found.jacobian), dtype=np.float64)
     gains = (_gain(slopes, covariance, found.hold) for _, covariance in observed.left_out)
     moved = weight * np.concatenate([part @ g.T for (part, _), g in zip(observed.left_out, gains, strict=True)])
-    scatter = (moved**2).sum(axis=0) / (len(moved) - 1.0) / observed.used * raised_by(moved)
+    freedom = len(moved) - 1.0
+    scatter = (moved**2).sum(axis=0) / freedom / observed.used * raised_by(moved) * student(freedom)
     return np.asarray(np.maximum(sensor, scatter) + np.einsum("ij,jk,ik->i", white, observed.of_base, white))
 
 

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from frictionlab.analysis.neighbours import raised_by, student
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.colour import Whitener, white, whitener_of
 from frictionlab.identification.coordinates import point_of, strain_slopes, strains
 from frictionlab.identification.fit import Fit, strained
 from frictionlab.identification.fit_errors import Errors
 from frictionlab.identification.forward import Forward
-from frictionlab.identification.neighbours import raised_by
 from frictionlab.identification.observed import Observed
 from frictionlab.identification.track import RecordForward
 
@@ -249,7 +249,7 @@ def _by_cycles(found: RecordFit, gain: FloatArray, per_period: int) -> FloatArra
     whole = blocks * per_period
     each = (gain[:whole] * found.gap[:whole, None]).reshape(blocks, per_period, count).sum(axis=1)
     few = blocks / max(blocks - 3.0, 1.0)
-    hang = np.sqrt(np.maximum(raised_by(each), 1.0))
+    hang = np.sqrt(np.maximum(raised_by(each) * student(blocks - 1.0), 1.0))
     return np.asarray(each.T @ each * few * np.outer(hang, hang))
 
 

@@ -1,7 +1,9 @@
 """What misleads is measured right, or its cause is named: motions, sensors, clocks and columns whose truth is known."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +13,10 @@ from frictionlab.analysis.measure import measure
 from frictionlab.analysis.slips import parted, smallest, unclear
 from frictionlab.analysis.stops import Stops
 from frictionlab.errors import AnalysisError
+from frictionlab.logs.read import read_log
+from frictionlab.scene import scene_from_tables
 from frictionlab.simulator import Problem, steady_state
+from frictionlab.synthetic.write import synthesize
 from tests.analysis.hostile import (
     ALL,
     CASES,
@@ -93,6 +98,37 @@ def test_a_column_from_base_to_mass_is_named_with_its_sign() -> None:
     one = seen(motion(0.5, 0.4), seconds=40.0)
     (said,) = measure(changed(one, mass=one.base_displacement - one.mass_displacement), ALL).warnings
     assert said.startswith("energy_per_cycle: ")  # y - x turns the loop as an inverted sensor does
+
+
+def test_a_mass_whose_stops_cannot_be_told_is_not_said_to_be_relative(tmp_path: Path) -> None:
+    """Steel at 3.2 N and r = 0.05 of the virtual campaign: friction that scatters by 25 % hides how long it stands."""
+    tables: dict[str, Mapping[str, object]] = {
+        "rig": {"mass_kg": 3.0799, "stiffness_n_per_m": 1191.0},
+        "analysis": {"transient_s": 20.0, "cycles": "window:15"},
+        "synthetic": {
+            "seed": 22,
+            "duration_s": 90.0,
+            "base_amplitude_m": 1.8e-3,
+            "noise_m": 0.8e-6,
+            "step_m": 7.783882783882784e-7,
+            "tests": [
+                {
+                    "material": "steel",
+                    "label": "short",
+                    "normal_forces_n": [3.2],
+                    "frequency_ratios": [0.05],
+                    "friction_coefficient": 0.45,
+                    "friction_scatter": 0.25,
+                }
+            ],
+        },
+    }
+    rig = scene_from_tables(tables)
+    for test in synthesize(rig, tmp_path):
+        m = measure(read_log(tmp_path / test.log), rig)
+        assert m.shortest_stop == 1.0
+        assert not any("looks like the displacement relative to the base" in said for said in m.warnings)
+        assert any("no stop can be told, nor whether the column is" in said for said in m.warnings)
 
 
 def test_a_continuous_motion_relative_to_the_base_breaks_the_equation_of_motion() -> None:

@@ -65,25 +65,38 @@ def rig() -> Scene:
     )
 
 
-def drawn(seed: int, known: Scene, kind: str) -> tuple[list[Trial], dict[str, Cycle]]:
-    """The tests of one campaign."""
+@dataclass
+class Truth:
+    """What one campaign was made with: relative ``rig`` by the fit's names, friction ratio by material and force."""
+
+    rig: dict[str, float] = field(default_factory=dict)
+    ratios: dict[tuple[str, float], float] = field(default_factory=dict)
+
+
+def drawn(seed: int, known: Scene, kind: str) -> tuple[list[Trial], dict[str, Cycle], Truth]:
+    """The tests of one campaign, and what they were made with."""
     generator = np.random.default_rng([20261122, seed])
     trials: list[Trial] = []
     cycles: dict[str, Cycle] = {}
-    for trial, cycle in _tests(generator, known, kind, between=BETWEEN * (seed % 2)):
+    truth = Truth()
+    for trial, cycle in _tests(generator, known, kind, truth, between=BETWEEN * (seed % 2)):
         trials.append(trial)
         cycles[trial.source] = cycle
-    return trials, cycles
+    return trials, cycles, truth
 
 
-def _tests(generator: np.random.Generator, known: Scene, kind: str, *, between: float) -> Iterator[tuple[Trial, Cycle]]:
+def _tests(
+    generator: np.random.Generator, known: Scene, kind: str, truth: Truth, *, between: float
+) -> Iterator[tuple[Trial, Cycle]]:
     base_gain, mass_gain = 1.0 + GAIN * generator.standard_normal(2)
     lag, tuned = LAG_S * generator.standard_normal(), 1.0 + FREQUENCY * generator.standard_normal()
+    truth.rig.update(gain=mass_gain / base_gain - 1.0, lag=lag / LAG_S, natural_frequency=tuned - 1.0)
     stiffness = STIFFNESS * (1.0 + STIFF * generator.standard_normal())
     second = SECOND * np.exp(2j * np.pi * generator.random()) if kind == "harmonic" else 0j
     for name, contact in CONTACTS.items():
         for force in FORCES:
             pressed = force + NORMAL * generator.standard_normal()
+            truth.ratios[name, force] = contact.coefficient * pressed / (stiffness * BASE_M)
             for r in RATIOS:
                 own = contact.coefficient * np.exp(between * generator.standard_normal())
                 beta = own * pressed / (stiffness * BASE_M)

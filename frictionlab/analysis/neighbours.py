@@ -56,11 +56,16 @@ class _Pairs:
 PAIRS = _Pairs()
 
 
+def student(freedom: float) -> float:
+    """Variance of Student's t over that of a normal curve: what a scatter lacks that so few values tell."""
+    return freedom / max(freedom - 2.0, 0.5)
+
+
 def raised_by(series: FloatArray) -> FloatArray:
     """Return by how much the variance of each mean is larger than scatter over length says.
 
     Geometric mean of what all pairs say, each by its likelihood: its root is that of a stated error which covers. That
-    the scatter is known from few values alone is counted (Student).
+    the scatter is known from few values alone is not in it: multiply by `student`.
 
     Parameters
     ----------
@@ -73,7 +78,7 @@ def raised_by(series: FloatArray) -> FloatArray:
     >>> np.round([float(raised_by(some)[0]) for some in (draws, draws[1:] + draws[:-1], draws[1:] - draws[:-1])], 1)
     array([0.8, 2.2, 0.1])
     >>> few = np.array([1.0, 0.9, -0.2, -0.8, -0.7, -0.1, 0.2, -0.3])
-    >>> round(float(raised_by(few[:, None])[0]), 1)
+    >>> round(float(raised_by(few[:, None])[0]) * student(7.0), 1)
     5.9
     """
     n = len(series)
@@ -82,6 +87,6 @@ def raised_by(series: FloatArray) -> FloatArray:
     square, log_weight = PAIRS.squares(np.where(varied, series, np.arange(n)[:, None] % 2))
     log_weight = log_weight + PAIRS.log_prior - 0.5 * (n - 1.0) * np.log(square)
     weight = np.exp(log_weight - log_weight.max(axis=0))
-    log_variance = np.log(square / max(n - 3.0, 0.5) * PAIRS.of_mean(n))
+    log_variance = np.log(square / (n - 1.0) * PAIRS.of_mean(n))
     told = np.exp((weight * log_variance).sum(axis=0) / weight.sum(axis=0))
     return np.where(varied, told * n / np.where(varied, scatter, 1.0), 1.0)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.stats import multivariate_normal
 
-from frictionlab.identification.neighbours import PAIRS, raised_by
+from frictionlab.analysis.neighbours import PAIRS, raised_by, student
 
 FloatArray = NDArray[np.float64]
 
@@ -48,13 +48,13 @@ def test_the_error_of_a_mean_covers_wherever_friction_changes_in_a_cycle(share: 
     n, rng = 63, np.random.default_rng(7)
     root = np.linalg.cholesky(toeplitz(autocorrelation(share, wander, n)))
     series = root @ rng.standard_normal((n, 600))
-    score = series.mean(axis=0) / np.sqrt(series.var(axis=0, ddof=1) / n * raised_by(series))
+    score = series.mean(axis=0) / np.sqrt(series.var(axis=0, ddof=1) / n * raised_by(series) * student(n - 1.0))
     assert math.sqrt(float(np.mean(score**2))) == pytest.approx(1.0, abs=0.1)
 
 
 def test_few_cycles_know_their_scatter_badly() -> None:
     series = np.random.default_rng(1).standard_normal((8, 800))
-    score = series.mean(axis=0) / np.sqrt(series.var(axis=0, ddof=1) / 8 * raised_by(series))
+    score = series.mean(axis=0) / np.sqrt(series.var(axis=0, ddof=1) / 8 * raised_by(series) * student(7.0))
     assert 0.94 < float(np.mean(np.abs(score) < 1.96)) < 0.995
 
 
