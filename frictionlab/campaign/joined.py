@@ -16,11 +16,11 @@ from scipy.stats import chi2
 
 from frictionlab.campaign.cycles import Cycle
 from frictionlab.campaign.joint import Joint, fit_together
-from frictionlab.campaign.mixed import influence
 from frictionlab.campaign.rig import Rig
 from frictionlab.campaign.shared import FRICTION
 from frictionlab.campaign.sharing import CROSSTALK, FREQUENCY, GAIN, LAG
 from frictionlab.campaign.singles import SURE, Singles, Uneven
+from frictionlab.campaign.spread import influence
 from frictionlab.estimate import Estimate
 from frictionlab.identification.causes import AS_KNOWN
 from frictionlab.identification.fit import LEVEL, PRESSED, excess_of, most_of_noise, strained
@@ -133,8 +133,7 @@ class Joined:
         """Variance (P,) of the law's unknowns by noise, misfit and scatter, in deviations squared."""
         spread, law = self.best.spread, self.best.shared.is_law
         own = (spread.prior[:, law] ** 2).sum(axis=1)
-        stated = (np.diag(spread.noise) + np.diag(spread.scatter) + own)[law] + self._extra(of_rig=False) ** 2
-        return np.asarray(stated + self._widened(stated))
+        return np.asarray((np.diag(spread.noise) + np.diag(spread.scatter) + own)[law] + self._extra(of_rig=False) ** 2)
 
     @cached_property
     def covariance(self) -> FloatArray:
@@ -143,7 +142,6 @@ class Joined:
         found = spread.total[np.ix_(law, law)] + np.outer(self.apart, self.apart)
         extra = self._extra(of_rig=True)
         found = found + np.outer(extra, extra)
-        found = found + np.diag(self._widened(np.diag(found)))
         np.fill_diagonal(found, np.maximum(np.diag(found), self.statistical))
         return np.asarray(found)
 
@@ -175,13 +173,6 @@ class Joined:
             if error:
                 found += np.abs(influence(best.solution, piece)[: len(found)]) * error
         return found
-
-    def _widened(self, stated: FloatArray) -> FloatArray:
-        """What parameters that differ from test to test lack in their variance (P,) by what their tests show."""
-        coordinates = [c for c in self.best.shared.coordinates if c.law]
-        shown = [self.uneven.get(c.name) if c.name != FRICTION else None for c in coordinates]
-        least = np.array([one.error**2 if one is not None and one.is_shown else 0.0 for one in shown])
-        return np.maximum(0.0, least - stated)
 
     def _bent(self, i: int) -> float:
         """What the mean cycle of a friction that scatters may be off by: its relative variance from cycle to cycle."""
@@ -247,6 +238,11 @@ class Joined:
         found = {name: self.singles.parameter(k) for k, name in own}
         return {name: one for name, one in found.items() if one is not None}
 
+    @property
+    def shown(self) -> dict[str, float]:
+        """Scatter of the parameters that differ from test to test beyond doubt, in deviations, by name."""
+        return {name: one.cautious for name, one in self.uneven.items() if one.is_shown}
+
     def evenness(self, group: tuple[str, float]) -> tuple[float, int, float | None]:
         """Chi-square of a group's tests about its friction by their own errors, degrees of freedom, and p."""
         return self.singles.evenness(group)
@@ -288,3 +284,19 @@ def join(
     held = fit_together(cycles, law, start, frictions, rig=False)
     moved = fit_together(cycles, law, {**start, **held.values}, held.frictions, rig=True)
     return Joined(held, moved)
+
+
+def joined_again(joined: Joined) -> Joined:
+    """Fit the same tests again, each with its own value of the parameters that differ from test to test.
+
+    Else the tests that tell a parameter best would give its value alone, and what they do not have in common would look
+    like friction that scatters, or like a rig that is off.
+    """
+    law, uneven = joined.moved.shared.law, joined.shown
+    if not uneven:
+        return joined
+    one, two = (
+        fit_together(fit.cycles, law, fit.start, fit.frictions, rig=fit.shared.rig, apart=fit.apart, uneven=uneven)
+        for fit in (joined.held, joined.moved)
+    )
+    return Joined(one, two)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from frictionlab.campaign.cycles import Cycle
 from frictionlab.campaign.friction import FrictionFit, Known, Verdict, in_newtons, reach_of
-from frictionlab.campaign.joined import Joined, TestTold, join
+from frictionlab.campaign.joined import Joined, TestTold, join, joined_again
 from frictionlab.campaign.prediction import Model, local
 from frictionlab.campaign.probes import Probe, begin, beyond_rigid
 from frictionlab.campaign.required import Rung, climb_together
@@ -120,12 +120,17 @@ def materials_of(
 
 
 def _on_one_rig(found: Mapping[str, Material]) -> dict[str, Material]:
-    """The materials with the rig that they share."""
-    held = {name: material.joined.held for name, material in found.items()}
-    moved = {name: material.joined.moved for name, material in found.items()}
-    together, rig = on_one_rig(held, moved)
-    joined = {name: Joined(held[name], together[name], rig) for name in found}
+    """The materials with the rig that they share; fitted again where parameters differ from test to test."""
+    joined = _sharing({name: material.joined for name, material in found.items()})
+    if any(one.shown for one in joined.values()):
+        joined = _sharing({name: joined_again(one) for name, one in joined.items()})
     return {name: replace(material, joined=joined[name]) for name, material in found.items()}
+
+
+def _sharing(joined: Mapping[str, Joined]) -> dict[str, Joined]:
+    held = {name: one.held for name, one in joined.items()}
+    moved, rig = on_one_rig(held, {name: replace(one.moved, on_one_rig=None) for name, one in joined.items()})
+    return {name: Joined(held[name], moved[name], rig) for name in joined}
 
 
 def _starts(fits: Sequence[FrictionFit], cycles: Sequence[Cycle]) -> dict[tuple[str, float], float]:

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.campaign.cycles import Cycle
-from frictionlab.campaign.mixed import Mixed, Others, Piece, Solution, Spread, spread_of
+from frictionlab.campaign.mixed import Mixed, Others, Piece, Solution
 from frictionlab.campaign.scores import Noise, Stated, noise_by_cycles
 from frictionlab.campaign.shared import FRICTION, Place, Shared, shared_by
+from frictionlab.campaign.spread import Spread, spread_of
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import STRONGEST, Coordinate, doubts, holds, strains
 from frictionlab.identification.engines import STATES, prepare
@@ -125,7 +126,7 @@ class Joint:
 
     @cached_property
     def spread(self) -> Spread:
-        """How sure the shared unknowns are; many tests are never surer than their own scores show."""
+        """How sure the shared unknowns are; many tests show it where they are less sure than stated."""
         if self.on_one_rig is not None:
             return self.on_one_rig
         doubt = doubts(self.shared.coordinates, self.solution.point)
@@ -172,6 +173,7 @@ def fit_together(
     tempered: bool = True,
     scatter: float | None = None,
     apart: Mapping[str, float] | None = None,
+    uneven: Mapping[str, float] | None = None,
 ) -> Joint:
     """Fit one law to the cycles of many tests.
 
@@ -191,13 +193,15 @@ def fit_together(
         From test to test, in deviations of the friction ratio's prior; it is found unless it is given.
     apart : mapping, optional
         How far each test's friction ratio stands from its group's to begin with, in the same deviations, by source.
+    uneven : mapping, optional
+        By how much other parameters of the law scatter from test to test, in deviations of their priors.
 
     Raises
     ------
     AnalysisError
         No test has a steady state where the fit begins.
     """
-    shared = shared_by(cycles, law, rig=rig)
+    shared = shared_by(cycles, law, rig=rig, uneven=uneven)
     prepare(cycles[0].family.under(law), STATES * len(cycles))
     point = _start(shared, start, frictions)
     return _State.at(shared, cycles, point, apart or {}).best(scatter, tempered=tempered)
@@ -331,7 +335,7 @@ def _cost(state: _State, scatter: float) -> float:
     total = float((strains(state.shared.coordinates, state.point) ** 2).sum())
     total += 0.0 if state.others is None else state.others.cost(state.point)
     for found, place in zip(state.fits, state.places, strict=True):
-        total += found.chi_square / found.excess + float((found.point[place.local] ** 2).sum())
+        total += found.chi_square / found.excess + place.strain(found.point, state.point)
         if place.friction is not None and scatter > 0.0:
             far = found.point - place.scale @ state.point - place.offset
             total += float(far[place.friction] / scatter) ** 2

@@ -2,8 +2,9 @@
 
 Test i says ``-1/2 c' H c + g' c`` of its own unknowns ``c = A s + b + L l + e tau d``: s are shared, l its own, and d
 is how far its friction ratio stands from the shared one, in units of the scatter tau. All of s, l, d have a normal
-prior of mean 0 and deviation 1. What is a test's own is integrated out; tau is what makes the tests likeliest (REML,
-[Patterson and Thompson 1971]); unknowns that may not fall below a bound are held there.
+prior of mean 0 and deviation 1. How far other parameters stand from the shared ones is in l, where they scatter. What
+is a test's own is integrated out; tau is what makes the tests likeliest (REML, [Patterson and Thompson 1971]); unknowns
+that may not fall below a bound are held there.
 """
 
 import math
@@ -14,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from frictionlab.campaign.scores import Noise
 from frictionlab.campaign.shared import Place
 
 FloatArray = NDArray[np.float64]
@@ -43,9 +43,8 @@ class Piece:
     def about_shared(self) -> tuple[FloatArray, FloatArray, int]:
         """Information and score of shared unknowns, its own ones and d (last), and the number of the first."""
         place, n = self.place, len(self.score)
-        own = np.eye(n)[:, place.local]
         scatter = np.eye(n)[:, [] if place.friction is None else [place.friction]]
-        basis = np.hstack([place.scale, own, scatter])
+        basis = np.hstack([place.scale, place.own, scatter])
         score = basis.T @ (self.score - self.information @ place.offset)
         return basis.T @ self.information @ basis, score, place.scale.shape[1]
 
@@ -114,7 +113,7 @@ class Mixed:
         self.hold = np.ones(len(low)) if hold is None else hold
         self.others = no_others(len(low)) if others is None else others
         self._about = [piece.about_shared() for piece in pieces]
-        self._plain, self._scattered = _without_local(self._about, [len(p.place.local) for p in pieces], self.size)
+        self._plain, self._scattered = _without_local(self._about, [p.place.own.shape[1] for p in pieces], self.size)
 
     def solve(self, scatter: float | None = None) -> Solution:
         """Return the best shared unknowns; the scatter is found unless it is given."""
@@ -126,8 +125,7 @@ class Mixed:
             inner = information[shared:, shared:] + np.eye(len(at) - shared)
             q = np.linalg.solve(inner, at[shared:] - information[shared:, :shared] @ point)
             place = piece.place
-            unknown = place.scale @ point + place.offset
-            unknown[place.local] += q[: len(place.local)]
+            unknown = place.scale @ point + place.offset + place.own @ q[: place.own.shape[1]]
             far = 0.0 if place.friction is None else tau * float(q[-1])
             if place.friction is not None:
                 unknown[place.friction] += far
@@ -175,7 +173,7 @@ class Mixed:
         )
 
     def _locals(self, i: int) -> int:
-        return len(self.pieces[i].place.local)
+        return int(self.pieces[i].place.own.shape[1])
 
     def left_out(self, tau: float, folds: Sequence[NDArray[np.intp]]) -> FloatArray:
         """Logarithm of each test's likelihood (n,) as predicted by the tests outside its fold, as `log_likelihood`."""
@@ -250,99 +248,3 @@ def _sums(mixed: Mixed, tau: float) -> tuple[FloatArray, FloatArray, float, floa
     precision = told.precision + np.diag(mixed.hold) + mixed.others.precision
     volume = told.volume + 0.5 * float(np.linalg.slogdet(precision)[1])
     return precision, told.score + mixed.others.score, volume, told.quadratic
-
-
-@dataclass(frozen=True)
-class Spread:
-    """How sure shared unknowns are, as covariances (S, S).
-
-    ``noise``: by noise and misfit of the tests; ``scatter``: by how far tests stand from each other; ``own``: by what
-    each test has for itself of its rig; ``prior`` (not itself a covariance): the share of each prior's error by column.
-    """
-
-    noise: FloatArray
-    scatter: FloatArray
-    own: FloatArray
-    prior: FloatArray
-
-    @property
-    def total(self) -> FloatArray:
-        """All of it as one covariance (S, S)."""
-        return self.noise + self.scatter + self.own + self.prior @ self.prior.T
-
-    def part(self, at: NDArray[np.intp]) -> "Spread":
-        """The same of some of the unknowns; what the priors of the others add to them counts as ``own``."""
-        square = np.ix_(at, at)
-        rest = np.delete(self.prior, at, axis=1)[at]
-        return Spread(self.noise[square], self.scatter[square], self.own[square] + rest @ rest.T, self.prior[square])
-
-
-def spread_of(
-    solution: Solution,
-    pieces: Sequence[Piece],
-    noise: Sequence[Noise],
-    doubt: FloatArray | None = None,
-    *,
-    robust: bool = False,
-    scatters: Sequence[float] | None = None,
-) -> Spread:
-    """Carry the errors of each test into the shared unknowns.
-
-    Parameters
-    ----------
-    solution, pieces
-        As found, and of what.
-    noise : sequence of Noise
-        What its own noise does to each test's score.
-    doubt : ndarray of shape (S,), optional
-        How far priors may have pulled what is shared (`Coordinate.doubt`): 1 but for one with tails.
-    robust : bool
-        No variance is below what the tests' own scores show, with tests as clusters [Liang and Zeger 1986].
-    scatters : sequence of float, optional
-        From test to test, for each test; by default the solution's.
-    """
-    size, taus = len(solution.point), [solution.scatter] * len(pieces) if scatters is None else scatters
-    left: FloatArray = np.asarray(np.linalg.inv(solution.precision))
-    sums = np.zeros((3, size, size))
-    for piece, of_test, tau in zip(pieces, noise, taus, strict=True):
-        into, own, scatter = _response(piece, tau)
-        sums[0] += of_test.carried(into @ left)
-        sums[1] += left @ scatter @ scatter.T @ left
-        sums[2] += left @ own @ own.T @ left
-    noise_, scattered, of_own = sums
-    if robust:
-        shown = np.diag(left @ _shown(solution.point, pieces, taus) @ left)
-        more = np.sqrt(np.maximum(1.0, shown / np.maximum(np.diag(noise_ + scattered + of_own), 1e-300)))
-        noise_, scattered, of_own = (part * np.outer(more, more) for part in (noise_, scattered, of_own))
-    return Spread(noise_, scattered, of_own, left if doubt is None else left * doubt)
-
-
-def _shown(point: FloatArray, pieces: Sequence[Piece], scatters: Sequence[float]) -> FloatArray:
-    """Covariance (S, S) of the shared score as the tests' own scores show it."""
-    size, count = len(point), len(pieces)
-    total: FloatArray = np.zeros((size, size))
-    for piece, tau in zip(pieces, scatters, strict=True):
-        into, _, _ = _response(piece, tau)
-        score = into.T @ (piece.score - piece.information @ (piece.place.scale @ point + piece.place.offset))
-        total += np.outer(score, score)
-    return total * count / max(1, count - len({int(np.argmax(p.place.scale[p.place.friction or 0])) for p in pieces}))
-
-
-def _response(piece: Piece, tau: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """What a test's score (n, S), its own unknowns' priors and its scatter (S, k) do to the shared score."""
-    place, n = piece.place, len(piece.score)
-    own = np.eye(n)[:, place.local]
-    inner = np.hstack([own, tau * np.eye(n)[:, [] if place.friction is None else [place.friction]]])
-    block = inner.T @ piece.information @ inner + np.eye(inner.shape[1])
-    cross = inner.T @ piece.information @ place.scale
-    taken: FloatArray = np.asarray(np.linalg.solve(block, cross))
-    back = taken.T
-    return place.scale - inner @ taken, back[:, : own.shape[1]], back[:, own.shape[1] :]
-
-
-def influence(solution: Solution, piece: Piece) -> FloatArray:
-    """By how much the shared unknowns (S,) move if a test's friction ratio says one deviation more."""
-    if piece.place.friction is None:
-        return np.zeros(len(solution.point))
-    into, _, _ = _response(piece, solution.scatter)
-    return np.asarray(np.linalg.solve(solution.precision, into.T @ piece.information[:, piece.place.friction]))

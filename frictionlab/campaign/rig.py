@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.campaign.joint import MANY, Joint, fit_again
-from frictionlab.campaign.mixed import Mixed, Others, Piece, Solution, Spread, spread_of
+from frictionlab.campaign.mixed import Mixed, Others, Piece, Solution
+from frictionlab.campaign.spread import Spread, spread_of
 from frictionlab.identification.causes import CAUSES
 from frictionlab.identification.coordinates import Coordinate, doubts, strains
 from frictionlab.identification.fit import PRESSED

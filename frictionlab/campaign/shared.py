@@ -10,8 +10,9 @@ Shared coordinates are those of a test at the mean Y and omega, so that one test
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,13 +30,26 @@ class Place:
     """Where the unknowns of one test stand: own = ``scale @ shared + offset`` for all but its local ones.
 
     ``scale`` (n, S), ``offset`` (n,); ``local``: which of its own (n,) no other test has; ``friction``: which of them
-    is its friction ratio, that may scatter from test to test; None where it is held.
+    is its friction ratio, that may scatter from test to test; None where it is held. ``uneven`` (n, q): by how much
+    other parameters of the law scatter, each in a column of its own.
     """
 
     scale: FloatArray
     offset: FloatArray
     local: NDArray[np.intp]
     friction: int | None
+    uneven: FloatArray | None = None
+
+    @cached_property
+    def own(self) -> FloatArray:
+        """What the test has for itself beside its friction (n, m): each column is one deviation of one unknown."""
+        alone: FloatArray = np.eye(len(self.offset))[:, self.local]
+        return alone if self.uneven is None else np.hstack([alone, self.uneven])
+
+    def strain(self, point: FloatArray, shared: FloatArray) -> float:
+        """Sum of squares, in deviations, of what the test has for itself at its own unknowns (n,)."""
+        far = (point - self.scale @ shared - self.offset) @ self.own
+        return float(((far / (self.own**2).sum(axis=0)) ** 2).sum())
 
 
 @dataclass(frozen=True)
@@ -43,7 +57,8 @@ class Shared:
     """The unknowns that tests share.
 
     ``coordinates``: first a friction ratio for each of ``groups``, then the law's other parameters, then the nuisances;
-    ``amplitude`` (m), ``turn`` (rad/s): of the test that stands for all; ``rig``: whether the nuisances are among them.
+    ``amplitude`` (m), ``turn`` (rad/s): of the test that stands for all; ``rig``: whether the nuisances are among them;
+    ``uneven``: by how much parameters of the law scatter from test to test, in deviations, by name.
     """
 
     law: Law
@@ -52,6 +67,7 @@ class Shared:
     amplitude: float
     turn: float
     rig: bool = True
+    uneven: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def names(self) -> list[str]:
@@ -75,7 +91,9 @@ class Shared:
             k = self.groups.index(cycle.group) if c.name == FRICTION else names.index(c.name)
             scale[i, k], offset[i] = self._scaled(c, cycle) if c.law else (1.0, 0.0)
         friction = next((i for i, c in enumerate(own) if c.name == FRICTION), None)
-        return Place(scale, offset, np.array(local, dtype=np.intp), friction)
+        columns = [tau * scale[:, names.index(name)] for name, tau in self.uneven.items()]
+        uneven = np.stack(columns, axis=1) if columns else None
+        return Place(scale, offset, np.array(local, dtype=np.intp), friction, uneven)
 
     def _scaled(self, c: Coordinate, cycle: Cycle) -> tuple[float, float]:
         """Slope and offset of a test's own coordinate over the shared one."""
@@ -90,7 +108,9 @@ class Shared:
         return float(length**parameter.lengths * rate**parameter.rates)
 
 
-def shared_by(cycles: Sequence[Cycle], law: Law, *, rig: bool = True) -> Shared:
+def shared_by(
+    cycles: Sequence[Cycle], law: Law, *, rig: bool = True, uneven: Mapping[str, float] | None = None
+) -> Shared:
     """Return what these tests share under a law; without `rig`, sensors and rig are as they are known."""
     groups = tuple(sorted({cycle.group for cycle in cycles}))
     free = cycles[0].forward(law).family.free
@@ -105,4 +125,5 @@ def shared_by(cycles: Sequence[Cycle], law: Law, *, rig: bool = True) -> Shared:
         amplitude=float(np.mean([cycle.amplitude for cycle in cycles])),
         turn=float(np.mean([cycle.turn for cycle in cycles])),
         rig=rig,
+        uneven=uneven or {},
     )

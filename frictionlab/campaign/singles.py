@@ -1,9 +1,10 @@
 """What each test says by itself, among the others: of its friction, and of the law's other parameters.
 
 Tests of one contact have the same parameters. Where they differ by more than each one's own error says, friction's
-scatter is a part of the fit (`mixed`); that of another parameter is told here, and its error widened by what it shows.
+scatter is a part of the fit (`mixed`); that of another parameter is told here, and carried into all errors (`spread`).
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -26,18 +27,23 @@ SURE = 0.05  # p from which tests may be said to agree
 class Uneven:
     """How one parameter differs from test to test, in deviations of its prior.
 
-    ``p``: how often equal ones would look at least this uneven; ``scatter``: beyond the tests' own errors; ``error``:
-    of the one value that the fit gives, by that scatter.
+    ``p``: how often equal ones would look at least this uneven; ``scatter``: beyond the tests' own errors; ``tests``:
+    so many tell it.
     """
 
     p: float
     scatter: float
-    error: float
+    tests: int
 
     @property
     def is_shown(self) -> bool:
         """Whether the tests differ beyond doubt."""
         return self.p < SURE and self.scatter > 0.0
+
+    @property
+    def cautious(self) -> float:
+        """The scatter with Student's factor: so few tests tell it badly."""
+        return self.scatter * math.sqrt(student(self.tests - 1.0))
 
 
 @dataclass(frozen=True)
@@ -87,7 +93,7 @@ class Singles:
             return None
         value, owns = np.array([one.value for one in told]), [one.own for one in told]
         scatter = scatter_beyond(value, np.sqrt([each.cautious for each in owns]))
-        return Uneven(p, scatter, _error_of(owns, scatter))
+        return Uneven(p, scatter, len(told))
 
     def _agreement(self, told: Sequence[_Alone]) -> tuple[float, int, float | None]:
         shared = np.array([one.by_rig for one in told]) @ self._rig if told else None
@@ -137,17 +143,6 @@ class Singles:
             if gain is not None and c.name in names:
                 slopes[names.index(c.name)] = gain[k] @ found.jacobian[:, n]
         return slopes
-
-
-def _error_of(own: Sequence[Own], scatter: float) -> float:
-    """Error of a mean of tests that differ by a scatter, weighed as the fit does: as if they did not.
-
-    How well so few tests tell the scatter counts by Student's factor.
-    """
-    weight = np.array([1.0 / one.variance for one in own])
-    share = weight / weight.sum()
-    spread = np.array([one.cautious for one in own]) + scatter**2 * student(len(own) - 1.0)
-    return float(np.sqrt(share**2 @ spread))
 
 
 def _gain(slopes: FloatArray) -> FloatArray | None:

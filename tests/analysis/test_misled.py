@@ -1,7 +1,6 @@
 """What misleads is measured right, or its cause is named: motions, sensors, clocks and columns whose truth is known."""
 
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -102,7 +101,7 @@ def test_a_column_from_base_to_mass_is_named_with_its_sign() -> None:
 
 def test_a_mass_whose_stops_cannot_be_told_is_not_said_to_be_relative(tmp_path: Path) -> None:
     """Steel at 3.2 N and r = 0.05 of the virtual campaign: friction that scatters by 25 % hides how long it stands."""
-    tables: dict[str, Mapping[str, object]] = {
+    tables = {
         "rig": {"mass_kg": 3.0799, "stiffness_n_per_m": 1191.0},
         "analysis": {"transient_s": 20.0, "cycles": "window:15"},
         "synthetic": {

@@ -21,6 +21,7 @@ from scipy import stats
 
 from frictionlab.analysis.measure import measure
 from frictionlab.campaign import Campaign, Cycle, Trial, cycle_of, evaluate, trial_of
+from frictionlab.campaign.joint import Joint
 from frictionlab.scene import Scene
 from frictionlab.simulator import COSINE, Base, Problem
 from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded, scene
@@ -132,22 +133,27 @@ def _drawn(contact: Contact, spread: float, generator: np.random.Generator) -> d
 
 @dataclass
 class Tally:
-    """Scores (error over stated uncertainty) of coefficients and of other parameters, intervals that hold the truth,
-    p-values, laws, seconds.
+    """Scores (error over stated uncertainty) of coefficients, friction ratios, other parameters and the rig, intervals
+    that hold the truth, p-values, laws, seconds.
     """
 
     scores: list[float] = field(default_factory=list)
-    others: list[float] = field(default_factory=list)
+    ratios: list[float] = field(default_factory=list)
+    others: dict[str, list[float]] = field(default_factory=dict)
+    rig: list[float] = field(default_factory=list)
     inside: list[bool] = field(default_factory=list)
     tests_p: list[float] = field(default_factory=list)
     amontons_p: list[float] = field(default_factory=list)
     laws: dict[str, dict[str, int]] = field(default_factory=dict)
     seconds: list[float] = field(default_factory=list)
 
-    def add(self, found: Campaign, seconds: float, *, even: bool) -> None:
+    def add(self, found: Campaign, made: Truth, seconds: float, *, even: bool) -> None:
         """Count one campaign; `even`: its tests have equal friction."""
         self.seconds.append(seconds)
         for fit in found.fits:
+            if fit.friction_ratio and fit.friction_ratio_u:
+                truth = made.ratios[fit.material, fit.normal_force_n]
+                self.ratios.append((fit.friction_ratio - truth) / fit.friction_ratio_u)
             truth, (low, high) = CONTACTS[fit.material].coefficient, fit.coefficient_interval
             if fit.friction_coefficient is None or fit.friction_coefficient_u is None or low is None or high is None:
                 continue
@@ -158,11 +164,23 @@ class Tally:
         for told in found.parameters:
             if told.value is not None and told.value_u and told.parameter in CONTACTS[told.material].parameters:
                 truth = CONTACTS[told.material].parameters[told.parameter]
-                self.others.append((told.value - truth) / told.value_u)
+                self.others.setdefault(told.parameter, []).append((told.value - truth) / told.value_u)
+        if found.joined:
+            self.rig += _rig_scores(next(iter(found.joined.values())).joined.moved, made.rig)
         self.amontons_p += [test.p for test in found.amontons if test.p is not None]
         for name, material in found.joined.items():
             of_this = self.laws.setdefault(name, {})
             of_this[material.law.name] = of_this.get(material.law.name, 0) + 1
+
+
+def _rig_scores(joint: Joint, made: Mapping[str, float]) -> list[float]:
+    """Error over uncertainty of what the fit says of gain, lag and natural frequency, which all materials share."""
+    told = zip(joint.shared.coordinates, joint.solution.point, np.diag(joint.spread.total), strict=True)
+    return [
+        (float(point) - made[c.name] / (1.0 if c.name == "lag" else c.width)) / np.sqrt(variance)
+        for c, point, variance in told
+        if c.name in made
+    ]
 
 
 def _share(values: list[float], below: float) -> float:
@@ -189,7 +207,10 @@ def report(tally: Tally, first: int, campaigns: int, kind: str) -> str:
     lines = [
         f"{campaigns} campaigns ({kind}, seeds {first} to {first + campaigns - 1}) of {tests} tests",
         f"{_within('friction coefficients', tally.scores)}; {inside}",
-        _within("other parameters of the laws", tally.others),
+        _within("friction ratios", tally.ratios),
+        _within("other parameters of the laws", [score for scores in tally.others.values() for score in scores]),
+        *(_within(f"  {name}", scores) for name, scores in sorted(tally.others.items())),
+        _within("gain, lag and natural frequency of the rig", tally.rig),
         _even("p of equal tests, where they are equal", tally.tests_p),
         _even("Amontons' p", tally.amontons_p),
         *(
@@ -208,10 +229,10 @@ def main() -> None:
     kind = sys.argv[3] if len(sys.argv) > 3 else KINDS[0]
     known, tally = rig(), Tally()
     for seed in range(first, first + campaigns):
-        trials, cycles = drawn(seed, known, kind)
+        trials, cycles, made = drawn(seed, known, kind)
         begin = time.process_time()
         found = evaluate(trials, known, cycles=cycles, find_law=True)
-        tally.add(found, time.process_time() - begin, even=seed % 2 == 0)
+        tally.add(found, made, time.process_time() - begin, even=seed % 2 == 0)
     text = report(tally, first, campaigns, kind)
     ending = "" if kind == KINDS[0] else f"_{kind}"
     (RESULTS / f"campaign_coverage{ending}.txt").write_text(text, encoding="utf-8")

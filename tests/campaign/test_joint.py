@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from frictionlab.analysis.measure import measure
 from frictionlab.campaign import Cycle, cycle_of
 from frictionlab.campaign.joined import join
-from frictionlab.campaign.mixed import Mixed, Piece, spread_of
+from frictionlab.campaign.mixed import Mixed, Piece
 from frictionlab.campaign.required import climb_together
+from frictionlab.campaign.scores import Stated
 from frictionlab.campaign.shared import Place, Shared
+from frictionlab.campaign.spread import spread_of
 from frictionlab.hdf5 import write_recording
 from frictionlab.identification import compare
 from frictionlab.scene import Scene
@@ -27,7 +29,9 @@ FloatArray = NDArray[np.float64]
 UNKNOWN, SHARED = 4, 3  # of a made-up test: friction, a gain, what is its own, another law's parameter
 
 
-def made_up(count: int, *, scatter: float = 0.0, noise: float = 0.05, seed: int = 1) -> tuple[list[Piece], FloatArray]:
+def made_up(
+    count: int, *, scatter: float = 0.0, uneven: float = 0.0, noise: float = 0.05, seed: int = 1
+) -> tuple[list[Piece], FloatArray]:
     """Tests that are linear in their unknowns, and the shared ones that made them."""
     generator = np.random.default_rng(seed)
     truth = generator.standard_normal(SHARED)
@@ -39,6 +43,7 @@ def made_up(count: int, *, scatter: float = 0.0, noise: float = 0.05, seed: int 
         place = Place(scale, np.array([0.3, 0.0, 0.0, 0.1]), np.array([2]), 0)
         own = scale @ truth + place.offset + np.array([scatter * generator.standard_normal(), 0.0, 0.0, 0.0])
         own[2] += generator.standard_normal()
+        own[3] += uneven * generator.standard_normal() if uneven else 0.0
         slopes = generator.standard_normal((12, UNKNOWN)) / noise
         data = slopes @ own + generator.standard_normal(12)
         level = -0.5 * float(data @ data)
@@ -97,7 +102,7 @@ def test_stated_errors_hold_what_the_tests_scatter_by() -> None:
     for seed in range(200):
         pieces, truth = made_up(12, scatter=0.2, seed=seed)
         found = Mixed(pieces, FREE).solve()
-        spread = spread_of(found, pieces, [piece.information for piece in pieces])
+        spread = spread_of(found, pieces, [Stated(piece.information) for piece in pieces])
         error = np.sqrt(np.diag(spread.noise + spread.scatter + spread.own + spread.prior @ spread.prior.T))
         off.append((found.point - truth) / error)
     assert np.sqrt(np.mean(np.square(off), axis=0)) == pytest.approx(np.ones(SHARED), abs=0.15)

@@ -13,6 +13,7 @@ from frictionlab.campaign.across import of_energies, of_frictions
 from frictionlab.campaign.joined import Joined, join
 from frictionlab.campaign.joint import Joint
 from frictionlab.campaign.rig import Rig, found_of, on_one_rig
+from frictionlab.campaign.scores import Stated
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import law_of
@@ -82,7 +83,7 @@ def dense(joints: dict[str, Joint], rig: Rig) -> tuple[FloatArray, FloatArray]:
 
 
 def test_block_elimination_is_the_fit_to_all_tests_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    plain = property(lambda self: tuple(f.jacobian.T @ f.jacobian / f.excess for f in self.fits))
+    plain = property(lambda self: tuple(Stated(f.jacobian.T @ f.jacobian / f.excess) for f in self.fits))
     monkeypatch.setattr(Joint, "meat", plain)  # errors by noise alone, as the twin's
     _, joint, rig = together()
     point, covariance = dense(joint, rig)
