@@ -4,8 +4,9 @@ from math import inf, nan, pi
 
 from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.layout import CONTACT, DERIVED, ELASTIC_PHASE, ElasticRoom, Sliders
-from frictionlab.simulator.elastic.orbits import at_once_elastic, is_even_handed, search_elastic, settle, verdict
+from frictionlab.simulator.elastic.orbits import at_once_elastic, is_even_handed, search_elastic, verdict
 from frictionlab.simulator.elastic.phases import stiffened
+from frictionlab.simulator.elastic.settling import no_candidate, settle
 from frictionlab.simulator.elastic.shooting import elastic_multiplier, span_of
 from frictionlab.simulator.elastic.works import is_long_ring, ring_range, ring_work
 from frictionlab.simulator.kernel.accounts import (
@@ -177,7 +178,7 @@ def steady_elastic_from(rig: Rig, sliders: Sliders, force: Force, room: ElasticR
     """As `steady_elastic`, of the orbit that the motion from the room's start settles on."""
     most = most_looks(rig, force)
     given = begin_search(most, room.meter)
-    leg, miss, code = settle(rig, sliders, force, room)
+    leg, miss, code = settle(rig, sliders, force, 0.0, no_candidate(), room)
     outcome = verdict(rig, room, miss, code)
     costly, left = end_search(most, given, room.meter)
     tell_elastic(rig, sliders, force, (COSTLY if costly else outcome, leg, miss), room, row)

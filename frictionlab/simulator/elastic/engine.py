@@ -14,6 +14,7 @@ from frictionlab.simulator.elastic import (
     phases,
     residues,
     ringing,
+    settling,
     shooting,
     starts,
     works,
@@ -35,7 +36,7 @@ __all__ = [
 ]
 
 # Each uses only those before it, and the rigid kernel.
-MODULES = (phases, ringing, events, holding, residues, shooting, starts, orbits, works, accounts)
+MODULES = (phases, ringing, events, holding, residues, shooting, starts, settling, orbits, works, accounts)
 COMPILED = (*engines.MODULES, *MODULES)
 WORTH_LOADING = 2e4  # phases; in plain Python they take about as long (1 s) as loading the compiled kernel
 WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version

@@ -22,6 +22,7 @@ __all__ = [
     "REACHED",
     "SLIDING",
     "TURNED",
+    "Candidate",
     "ElasticRoom",
     "Point",
     "Ring",
@@ -33,8 +34,6 @@ ENTRIES = (
     *("start_at_rest", "follow", "carry_elastic", "steady_elastic", "steady_elastic_from", "evaluate_elastic"),
     *("account_elastic", "fill_elastic_row", "is_mirrored", "distance", "span_of"),
 )
-
-OWNERS = ("residues", "shooting", "orbits")  # modules that make buffers of their own, or are handed such
 
 LIMIT, TURNED, REACHED = 0, 1, 2  # what ended a phase: the time, a zero of the velocity, a slider's limit
 PULLED = 3  # how a motion ended (beside DONE, CHATTER, WANDERS): where friction would turn into a pull
@@ -84,6 +83,18 @@ class ElasticRoom(NamedTuple):
     trial: Buffer  # a start, and
     known: Buffer  # its image
     matrix: Buffer  # of Newton's equations, with the right side
+
+
+class Candidate(NamedTuple):
+    """An orbit that a motion may settle on, at the section of whole cycles."""
+
+    state: list[float]  # as the room's start
+    passed: list[float]  # slips and falls of each slider in a cycle
+    rows: list[int]  # of the jacobian that are unknowns: z, v, 2 + i of slider i
+    jacobian: list[float]  # their derivative, row by row
+    contraction: float  # 1 less its largest multiplier; not positive: no candidate
+    high: float  # of z
+    low: float
 
 
 class Point(NamedTuple):

@@ -1,19 +1,13 @@
 """What repeats: the outcome that needs no search, and the orbit that rest settles on."""
 
-from math import exp, hypot, inf, log, pi
+from math import hypot, inf, pi
 
 from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.holding import never_slips, start_at_rest
 from frictionlab.simulator.elastic.layout import DERIVED, HASTY, PATIENT, PLAIN, PULLED, ElasticRoom, Sliders
-from frictionlab.simulator.elastic.residues import away, has_slipped_out, keeps_some, unstrain
-from frictionlab.simulator.elastic.shooting import (
-    distance,
-    elastic_multiplier,
-    follow,
-    shoot_elastic,
-    span_of,
-    spread,
-)
+from frictionlab.simulator.elastic.residues import keeps_some, unstrain
+from frictionlab.simulator.elastic.settling import NEAR_STEPS, candidate_of, is_stable, no_candidate, settle
+from frictionlab.simulator.elastic.shooting import back_to_start, shoot_elastic, span_of, spread
 from frictionlab.simulator.elastic.starts import NEARLY, rings_often, start_balanced, start_held, start_rigid
 from frictionlab.simulator.kernel.layout import (
     CHATTERED,
@@ -21,7 +15,6 @@ from frictionlab.simulator.kernel.layout import (
     NOT_FOUND,
     PARTING,
     PERIODIC,
-    PHASES,
     PULLING,
     RUNAWAY,
     STUCK,
@@ -36,67 +29,19 @@ from frictionlab.simulator.kernel.motion import gap
 from frictionlab.simulator.kernel.shooting import symmetric_force
 
 __all__ = [
-    "any_stable",
-    "apart",
     "at_once_elastic",
-    "fewest",
     "from_rest",
-    "growth_of_distance",
     "is_even_handed",
-    "is_stable",
     "only_elastic",
     "resonates",
     "search_elastic",
-    "settle",
-    "start_from",
     "verdict",
 ]
 
-LONGEST_ORBIT = 128  # cycles of the longest orbit looked for
-NEARER = 0.5  # an orbit of more cycles is tried if the motion comes so much nearer to itself after them
-SHORT_ORBIT = 8  # cycles of an orbit that Newton may finish; a longer one must have closed already
-LIKELY_ORBIT = 2  # cycles of an orbit that Newton may find from afar
-NEAR_STEPS = 8.0  # Newton steps to one of several
-LONGEST_WAIT = 256.0  # cycles from rest until no slider that never slips in the orbit can slip any more
 FAIR = 7.0  # cycles in place of Newton steps, after which another start is tried
 LARGELY = 1.5  # times what its sliders can hold: so much more, and a contact is not like one that holds
 ENOUGH_STEPS = 200.0  # Newton steps to the only orbit
-CYCLES_WAITED = 1024  # for an orbit where several may exist
-PARTED = 1.02  # growth of the distance in a cycle from which motions move apart
-CYCLES_COMPARED = 200.0
-UNDECIDED = 0.9  # growth from which the two are compared for longer: a stable orbit's neighbours come nearer
-CYCLES_UNDECIDED = 2000.0
-PARTED_SLOWLY = 1.01  # over that many cycles; what parts by a power of time, not exponentially, grows by less
-PHASES_WAITED = 1e5  # the same, where a cycle has many
-
-
-def start_from(state: list[float], room: ElasticRoom) -> None:
-    """Start from a state that was kept."""
-    for i in range(len(state)):
-        room.start[i] = state[i]
-
-
-def from_rest(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
-    """Return leg, miss and code of the orbit that the motion from rest comes to, with what it leaves in its sliders.
-
-    It is followed until what they hold is settled; Newton does the rest.
-    """
-    leg, cycles, waited, miss = Leg(0.0, TURN, 1.0, 1.0), 2.0, 2.0, inf
-    now = [0.0] * (2 + 2 * len(sliders.force))
-    start_at_rest(sliders, room)
-    code = follow(rig, sliders, force, leg, cycles, room)
-    while code == DONE:
-        for i in range(len(now)):
-            now[i] = room.start[i]
-        miss, code = shoot_elastic(rig, sliders, force, leg, room, NEAR_STEPS, HASTY)
-        settled = code == DONE and spread(rig, room, miss) and has_slipped_out(rig, sliders, leg, now, room)
-        if settled or waited >= LONGEST_WAIT:
-            break
-        start_from(now, room)
-        code = follow(rig, sliders, force, leg, cycles, room)
-        waited += cycles
-        cycles = waited
-    return leg, miss, code
+FEW_STEPS = 12.0  # Newton steps to an orbit that rest may settle on
 
 
 def only_elastic(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, float, int]:
@@ -132,136 +77,36 @@ def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) 
             if code == DONE and spread(rig, room, miss) and unstrain(rig, sliders, ahead, room):
                 miss, code = shoot_elastic(rig, sliders, force, ahead, room, NEAR_STEPS, PATIENT)
             return ahead, miss, code
-        if code == DONE and keeps_some(sliders, ahead):
-            ahead, miss, code = from_rest(rig, sliders, force, room)
-        if is_stable(rig, sliders, room, miss, code):
+        if is_stable(rig, sliders, room, miss, code) and not keeps_some(sliders, ahead):
             return ahead, miss, code
-    start_at_rest(sliders, room)
-    return settle(rig, sliders, force, room)
+    else:
+        ahead = start_balanced(rig, sliders, force, leg, room)
+        miss, code = shoot_elastic(rig, sliders, force, ahead, room, FEW_STEPS, HASTY)
+    likely = 1.0 if is_stable(rig, sliders, room, miss, code) else 0.0
+    return from_rest(rig, sliders, force, ahead, likely, room)
 
 
-def settle(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
-    """Return the orbit of up to LONGEST_ORBIT cycles that the motion from the room's start settles on, if it is stable.
-
-    The motion is waited for until it nearly repeats, and Newton finishes it; only an orbit close by is taken. Where it
-    takes too long, a stable orbit that Newton comes to from there is.
-    """
-    leg, wait, size, passed = Leg(0.0, TURN, 1.0, 1.0), 4, 2 + 2 * len(sliders.force), 0.0
-    past, now = [0.0] * (2 * LONGEST_ORBIT + 2), [0.0] * size
-    for cycle in range(1, CYCLES_WAITED + 1):
-        code = follow(rig, sliders, force, leg, 1.0, room)
-        if code != DONE:
-            return leg, inf, code
-        at, extent = 2 * (cycle % (LONGEST_ORBIT + 1)), span_of(rig, room)
-        past[at], past[at + 1] = room.start[0], room.start[1]
-        passed += room.tally[PHASES]
-        if cycle < wait and passed < PHASES_WAITED:
-            continue
-        wait *= 2
-        for i in range(size):
-            now[i] = room.start[i]
-        nearest = inf
-        for k in range(1, min(LONGEST_ORBIT, cycle) + 1):
-            old = 2 * ((cycle - k) % (LONGEST_ORBIT + 1))
-            near = (0.01 if cycle >= 16 else 0.001) if k <= SHORT_ORBIT else 1e-6
-            gone = apart(rig, now, past[old], past[old + 1])
-            if gone > near * extent or gone > NEARER * nearest:
-                continue
-            nearest = gone
-            start_from(now, room)
-            trial = Leg(0.0, TURN, float(k), 1.0)
-            miss, code = shoot_elastic(rig, sliders, force, trial, room, NEAR_STEPS, HASTY)
-            close = apart(rig, now, room.start[0], room.start[1]) < 0.1 * extent
-            if close and is_stable(rig, sliders, room, miss, code):
-                return fewest(rig, sliders, force, trial, miss, room)
-        start_from(now, room)
-        if passed >= PHASES_WAITED:
-            break
-    growth, parts = growth_of_distance(rig, sliders, force, now, room)
-    if parts:
-        return leg, growth, WANDERS
-    return any_stable(rig, sliders, force, now, room)
-
-
-def growth_of_distance(
-    rig: Rig, sliders: Sliders, force: Force, now: list[float], room: ElasticRoom
-) -> tuple[float, bool]:
-    """Return by what factor two motions close by move apart in a cycle, in the geometric mean, and whether they do.
-
-    Both are carried; after each cycle the second is drawn close again, along the line between them. Where they hardly
-    move apart over CYCLES_COMPARED, it is for CYCLES_UNDECIDED.
-    """
-    compared, least = CYCLES_COMPARED, PARTED
-    leg, size, grown, cycles = Leg(0.0, TURN, 1.0, 1.0), len(now), 0.0, 0.0
-    first, second = [0.0] * size, [0.0] * size
-    for i in range(size):
-        first[i], second[i] = now[i], now[i]
-    tiny = 1e-8 * (abs(now[0]) + rig.plain.rate)
-    second[0] += tiny
-    while cycles < compared:
-        if cycles == CYCLES_COMPARED - 1.0 and UNDECIDED < exp(grown / cycles) <= PARTED:
-            compared, least = CYCLES_UNDECIDED, PARTED_SLOWLY
-        start_from(second, room)
-        code = carry_elastic(rig, sliders, force, leg, room, PLAIN)
-        for i in range(size):
-            second[i] = room.image[i]
-        start_from(first, room)
-        if carry_elastic(rig, sliders, force, leg, room, PLAIN) != DONE or code != DONE:
-            break
-        for i in range(size):
-            first[i] = room.image[i]
-        start_from(first, room)
-        gone = away(rig, sliders, second, room)
-        if gone == 0.0:
-            return 0.0, False
-        share = tiny / gone
-        grown -= log(share)
-        cycles += 1.0
-        for i in range(size):
-            second[i] = first[i] + share * (second[i] - first[i])
-        for i in range(len(sliders.force)):
-            second[3 + 2 * i] = first[3 + 2 * i]
-    growth = exp(grown / max(cycles, 1.0))
-    return growth, growth > least
-
-
-def fewest(
-    rig: Rig, sliders: Sliders, force: Force, leg: Leg, miss: float, room: ElasticRoom
+def from_rest(
+    rig: Rig, sliders: Sliders, force: Force, leg: Leg, likely: float, room: ElasticRoom
 ) -> tuple[Leg, float, int]:
-    """Return the leg of fewest cycles after which the orbit at the room's start already repeats; carried last."""
-    for turns in range(1, int(leg.turns)):
-        if int(leg.turns) % turns == 0:
-            part = Leg(leg.tau, leg.span, float(turns), leg.sign)
-            code = carry_elastic(rig, sliders, force, part, room, DERIVED)
-            less = distance(rig, sliders, room)
-            if code == DONE and less <= 1e-9 * span_of(rig, room):
-                return part, less, DONE
-    if leg.turns > 1.0:
-        carry_elastic(rig, sliders, force, leg, room, DERIVED)
-    return leg, miss, DONE
+    """Return leg, miss and code of the orbit that the motion from rest settles on.
 
-
-def is_stable(rig: Rig, sliders: Sliders, room: ElasticRoom, miss: float, code: int) -> bool:
-    """Tell whether a search has come to an orbit, and a stable one."""
-    return code == DONE and spread(rig, room, miss) and abs(elastic_multiplier(sliders, room)) <= 1.0 + 1e-9
-
-
-def any_stable(rig: Rig, sliders: Sliders, force: Force, now: list[float], room: ElasticRoom) -> tuple[Leg, float, int]:
-    """Return a stable orbit of few cycles to which Newton comes from a state, however far it lies."""
-    leg = Leg(0.0, TURN, 1.0, 1.0)
-    for turns in range(1, LIKELY_ORBIT + 1):
-        start_from(now, room)
-        follow(rig, sliders, force, leg, 1.0, room)  # what slips at the section is read from a cycle
-        trial = Leg(0.0, TURN, float(turns), 1.0)
-        miss, code = shoot_elastic(rig, sliders, force, trial, room, 4.0 * NEAR_STEPS, PATIENT)
-        if is_stable(rig, sliders, room, miss, code):
-            return trial, miss, code
-    return leg, inf, DONE
-
-
-def apart(rig: Rig, state: list[float], z: float, v: float) -> float:
-    """Return how far a state of the mass is from z, v."""
-    return hypot(state[0] - z, rig.plain.r * (state[1] - v))
+    It probably is the one in the room if `likely` (1.0, else 0.0): a stable one of the leg.
+    """
+    orbit, cycle = no_candidate(), Leg(leg.tau, TURN, 1.0, 1.0)
+    code = DONE
+    if likely > 0.0 and leg.sign < 0.0:  # of half a cycle: carried on
+        code = carry_elastic(rig, sliders, force, cycle, room, DERIVED)
+    if likely > 0.0 and code == DONE:
+        orbit = candidate_of(sliders, room)
+    start_at_rest(sliders, room)
+    if orbit.contraction <= 0.0:
+        return settle(rig, sliders, force, 0.0, orbit, room)
+    code = carry_elastic(rig, sliders, force, Leg(0.0, leg.tau, 1.0, 1.0), room, PLAIN)
+    if code != DONE:
+        return cycle, inf, code
+    back_to_start(rig, sliders, cycle, room)
+    return settle(rig, sliders, force, leg.tau, orbit, room)
 
 
 def resonates(rig: Rig, force: Force) -> bool:

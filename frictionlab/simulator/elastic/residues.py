@@ -7,8 +7,8 @@ one it changes friction too, and it is what the motion from rest leaves in them.
 from math import inf, sqrt
 
 from frictionlab.simulator.elastic.holding import held_offset
-from frictionlab.simulator.elastic.layout import FREE, OUTER, ElasticRoom, Sliders
-from frictionlab.simulator.kernel.layout import HIGH, LOW, Leg, Rig
+from frictionlab.simulator.elastic.layout import FREE, OUTER, Candidate, ElasticRoom, Sliders
+from frictionlab.simulator.kernel.layout import HIGH, LOW, Buffer, Leg, Rig
 
 __all__ = ["away", "has_slipped_out", "is_idle", "keeps_some", "unstrain"]
 
@@ -66,31 +66,35 @@ def keeps_some(sliders: Sliders, leg: Leg) -> bool:
     return kept > 0.0 and len(sliders.force) > 1
 
 
-def away(rig: Rig, sliders: Sliders, state: list[float], room: ElasticRoom) -> float:
-    """Return the distance of a state from the room's start, in the norm that friction never lets grow."""
-    start = room.start
-    total = (state[0] - start[0]) ** 2 + (rig.plain.r * (state[1] - start[1])) ** 2
+def away(rig: Rig, sliders: Sliders, state: list[float], other: Buffer) -> float:
+    """Return the distance of two states, in the norm that friction never lets grow."""
+    total = (state[0] - other[0]) ** 2 + (rig.plain.r * (state[1] - other[1])) ** 2
     for i in range(len(sliders.force)):
-        total += (state[2 + 2 * i] - start[2 + 2 * i]) ** 2 / max(sliders.stiffness[i], 1e-300)
+        total += (state[2 + 2 * i] - other[2 + 2 * i]) ** 2 / max(sliders.stiffness[i], 1e-300)
     return sqrt(total)
 
 
-def has_slipped_out(rig: Rig, sliders: Sliders, leg: Leg, state: list[float], room: ElasticRoom) -> bool:
-    """Tell whether a motion in a state holds what it will hold for good in the orbit just carried.
+def has_slipped_out(rig: Rig, sliders: Sliders, orbit: Candidate, beside: Buffer, state: Buffer) -> bool:
+    """Tell whether a motion in a state holds for good what it holds now; the orbit that holds the same is `beside` it.
 
     It never comes farther from the orbit than it is now. So a slider that holds on the orbit with so much to spare
     holds from now on.
     """
-    contact, far, z = rig.contact, away(rig, sliders, state, room), room.start[0]
-    high, low = room.tally[HIGH], room.tally[LOW]
+    contact, far, shift = rig.contact, away(rig, sliders, state, beside), beside[0] - orbit.state[0]
+    high, low = orbit.high + shift, orbit.low + shift
     for i in range(len(sliders.force)):
-        if not is_idle(sliders, i, leg):
+        forth, back = orbit.passed[2 * i] - orbit.passed[2 * i + 1], orbit.passed[2 * i + 1]
+        if forth > 0.0 and back > 0.0:
             continue
-        kappa, beta, held = sliders.stiffness[i], sliders.strength[i], room.start[2 + 2 * i]
-        if room.kinds[i] != OUTER or abs(state[2 + 2 * i] - held - kappa * (state[0] - z)) > SAME * beta:
+        kappa, beta, held = (
+            sliders.stiffness[i],
+            sliders.strength[i],
+            beside[2 + 2 * i] - sliders.stiffness[i] * beside[0],
+        )
+        if abs(state[2 + 2 * i] - kappa * state[0] - held) > SAME * beta:
             return False
-        if held + kappa * (high + far - z) > contact.static_up * beta * (1.0 + contact.gradient * high):
+        if held + kappa * (high + far) > contact.static_up * beta * (1.0 + contact.gradient * high):
             return False
-        if held + kappa * (low - far - z) < -contact.static_down * beta * (1.0 + contact.gradient * low):
+        if held + kappa * (low - far) < -contact.static_down * beta * (1.0 + contact.gradient * low):
             return False
     return True

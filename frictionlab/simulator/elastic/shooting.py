@@ -40,6 +40,7 @@ __all__ = [
     "product",
     "reduced",
     "shoot_elastic",
+    "shoot_on",
     "sign_of_growth",
     "solve",
     "span_of",
@@ -210,8 +211,15 @@ def shoot_elastic(
     map itself is applied: once, then twice, and so on, as often as patience allows. The last motion carried is that
     from the start.
     """
-    turns, floor = 1.0, 1e-15 * rig.plain.rate
     code = carry_elastic(rig, sliders, force, leg, room, DERIVED)
+    return shoot_on(rig, sliders, force, leg, room, steps, patience, code)
+
+
+def shoot_on(
+    rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, steps: float, patience: float, code: int
+) -> tuple[float, int]:
+    """As `shoot_elastic`, where the leg has just been carried with its derivative, and ended in `code`."""
+    turns, floor = 1.0, 1e-15 * rig.plain.rate
     for _ in range(int(steps)):
         miss, size = distance(rig, sliders, room), span_of(rig, room)
         as_assumed = keeps_kinds(sliders, room)

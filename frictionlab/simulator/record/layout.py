@@ -5,7 +5,6 @@ from typing import NamedTuple
 Buffer = list[float]  # or an array: anything indexed
 
 ENTRIES = ("travel", "spline_slopes")  # what Python calls of the kernel
-OWNERS = ()
 
 
 class Rig(NamedTuple):
