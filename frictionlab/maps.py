@@ -5,6 +5,7 @@ from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, field
 from math import prod
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from frictionlab.hdf5.maps import GrowingMap, finished_map, growing_map, is_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.notes import WORDS, Note
 from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.source import digest
 from frictionlab.simulator.state import PLACES
@@ -32,13 +34,13 @@ from frictionlab.simulator.sweep import (
 from frictionlab.tables import Row, is_table, write_rows
 from frictionlab.workers import run_batches
 
-KINDS = {"solver": "S11", "outcome": "S10", "regime": "S10"} | dict.fromkeys(PLACES, "float64")
+KINDS = {"solver": "S11", "outcome": "S10", "regime": "S10"} | dict.fromkeys(PLACES, "float64") | {"warnings": "uint32"}
 CHECKPOINT_S = 2.0  # what a killed sweep loses at most, beside what was in work
 BATCH_S = 1.0  # seconds of work in a batch
 BLOCK = 20_000  # points read back at a time
 Floats = NDArray[np.float64]
 
-__all__ = ["FAILED", "KINDS", "Grid", "Solve", "Step", "faults", "make_map", "rows"]
+__all__ = ["FAILED", "KINDS", "Grid", "Solve", "Step", "Warned", "faults", "make_map", "rows"]
 
 
 @dataclass(frozen=True)
@@ -216,7 +218,8 @@ def make_map(
     make_folder(path.parent)
     check_replaceable(path, replace=force or (is_map if path.suffix == ".h5" else _is_table))
     words = {parameter.name: parameter.words for parameter in law_of(grid.law).parameters}
-    with growing_map(path, grid.axes(), KINDS, about, words=words, resume=resume, force=force) as file:
+    flags = {"warnings": {note.name.lower(): (note.value, said) for note, said in WORDS.items() if note.name}}
+    with growing_map(path, grid.axes(), KINDS, about, words=words, flags=flags, resume=resume, force=force) as file:
         yield from _blocks(file, len(grid))
         yield from _solved(grid, file, workers, scheduler)
         _finish(file, grid, path, force=force)
@@ -234,6 +237,39 @@ def faults(grid: Grid, step: Step) -> list[str]:
     lost = np.flatnonzero(step.records["outcome"] == FAILED.encode()) + step.start
     why = step.reason or "`frictionlab simulate` says why"
     return [f"{_place(grid, number)} could not be solved: {why}" for number in lost.tolist()]
+
+
+@dataclass
+class Warned:
+    """What is to be said of a map's points beside their numbers, gathered step by step.
+
+    Examples
+    --------
+    >>> warned, grid = Warned(), Grid((0.5,), (0.2, 0.4))
+    >>> for number, notes in enumerate((Note.CONTINUUM, Note(0))):
+    ...     warned.add(grid, number, np.array([notes]))
+    >>> list(warned.sentences())
+    ['at 1 of 2 points one of a continuum of motions is told (the first: r = 0.5, beta = 0.2, mu = 1, zeta = 0)']
+    """
+
+    counts: dict[Note, int] = field(default_factory=dict)
+    places: dict[Note, str] = field(default_factory=dict)
+    points: int = 0
+
+    def add(self, grid: Grid, start: int, notes: NDArray[np.integer[Any]]) -> None:
+        """Take the notes of the points from number `start` on."""
+        self.points += len(notes)
+        for note in Note if np.any(notes) else ():
+            here = np.flatnonzero(notes & note.value)
+            if here.size:
+                self.counts[note] = self.counts.get(note, 0) + here.size
+                self.places.setdefault(note, _place(grid, start + int(here[0])))
+
+    def sentences(self) -> Iterator[str]:
+        """A sentence for each kind of note: at how many points it stands, what it says, and which is the first."""
+        for note, count in sorted(self.counts.items()):
+            if note != Note.FAILED:  # told point by point, see `faults`
+                yield f"at {count} of {self.points} points {WORDS[note]} (the first: {self.places[note]})"
 
 
 def _place(grid: Grid, number: int) -> str:

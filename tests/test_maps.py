@@ -132,7 +132,9 @@ def test_every_dataset_of_a_map_says_what_it_is_and_in_what_unit(tmp_path: Path)
         assert {"r", "energy_per_cycle", "outcome"} <= set(file)
         for name in file:
             assert file[name].attrs["long_name"] == str(getattr(STEADY_STATES.column(name), "sentence", ""))
-            assert file[name].attrs["units"] == ("" if name in ("wall", "solver", "outcome", "regime") else "1")
+            assert file[name].attrs["units"] == (
+                "" if name in ("wall", "solver", "outcome", "regime", "warnings") else "1"
+            )
 
 
 def test_a_point_that_cannot_be_solved_costs_only_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from frictionlab.cli.inputs import numbers_of
 from frictionlab.cli.output import print_turned
 from frictionlab.errors import UsageError
 from frictionlab.schema import MOTIONS
@@ -37,7 +38,7 @@ def print_all(problem: "Problem", output: Path | None, *, force: bool, as_json: 
     for row in rows if as_json else ():
         typer.echo(json_line(row))
     if not (as_json or quiet):
-        print_turned(rows, MOTIONS)
+        print_turned(map(numbers_of, rows), MOTIONS)
         for each in found:
             typer.echo(f"{each.share:.3g} of the starts: {each.state.verdict}")
     if output is not None:

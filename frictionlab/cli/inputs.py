@@ -50,6 +50,12 @@ def _tell(row: Row, *, as_json: bool, quiet: bool) -> None:
         tell_warnings(row)
 
 
+def numbers_of(row: Row) -> Row:
+    """The row of a steady state as it stands on a screen: warnings are told below it, and growth where it is known."""
+    hidden = {"warnings"} | ({"growth_per_cycle"} if row.get("growth_per_cycle") is None else set())
+    return {key: value for key, value in row.items() if key not in hidden}
+
+
 def tell_warnings(row: Row) -> None:
     """Print the warnings of a row on stderr; every command tells them by this, unless ``--json`` or ``--quiet``."""
     warnings = row.get("warnings")

@@ -29,6 +29,7 @@ class MapPicture:
         import numpy as np
 
         from frictionlab.figures.map import PANELS, varying
+        from frictionlab.maps import Warned
 
         path = figure_file(plot, "map", force=force) or plot
         self.axes = varying(grid.axes())
@@ -38,6 +39,7 @@ class MapPicture:
                 " of fewer axes, or leave --plot out"
             )
         self._grid, self._path, self._force = grid, path, force
+        self._warned = Warned()
         self._columns = {key: np.full(len(grid), np.nan) for key in PANELS}
 
     def seen(self, steps: "Generator[Step]") -> "Generator[Step]":
@@ -45,6 +47,7 @@ class MapPicture:
         for step in steps:
             for key, column in self._columns.items():
                 column[step.start : step.done] = step.records[key]
+            self._warned.add(self._grid, step.start, step.records["warnings"])
             yield step
 
     def draw(self) -> None:
@@ -62,4 +65,4 @@ class MapPicture:
         fixed = [f"{name} = {along[0]:g}" for name, along in self._grid.axes().items() if name not in self.axes]
         columns = {key: column.reshape(shape) for key, column in self._columns.items()}
         title = ", ".join([self._grid.law, f"wall {self._grid.wall}", *fixed])
-        return StateMapDrawing(self.axes, columns, title)
+        return StateMapDrawing(self.axes, columns, title, tuple(self._warned.sentences()))

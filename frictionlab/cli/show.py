@@ -80,6 +80,7 @@ def _show_rows(file: Path) -> None:
         typer.echo("no rows" if not rows else "no row without a failure")
     for row in rows:
         _tell(row)
+    _tell_alike(rows)
 
 
 def _rows_of(file: Path) -> "list[Row]":
@@ -98,6 +99,22 @@ def _tell(row: "Row") -> None:
     source = row.get("source")
     if row.get("status") == "failed":
         typer.echo(f"{printable(str(source))}: failed: {printable(str(row.get('reason')))}")
+    for warning in _warnings(row) if source is not None else ():
+        typer.echo(f"{printable(str(source))}: {printable(warning)}")
+
+
+def _tell_alike(rows: "list[Row]") -> None:
+    """Tell the warnings of rows without a source (points of a map), those of a kind once."""
+    from frictionlab.campaign.warned import kinds_of
+    from frictionlab.cli.output import printable
+
+    numbered = enumerate(rows, 1)
+    found = [(f"row {i}", said) for i, row in numbered if row.get("source") is None for said in _warnings(row)]
+    for warned in kinds_of(found):
+        more = f" and {len(warned.sources) - 1} more" if len(warned.sources) > 1 else ""
+        typer.echo(f"{warned.sources[0]}{more}: {printable(warned.sentence)}")
+
+
+def _warnings(row: "Row") -> list[str]:
     warnings = row.get("warnings")
-    for warning in warnings if isinstance(warnings, list) else []:
-        typer.echo(f"{printable(str(source))}: {printable(str(warning))}")
+    return [str(warning) for warning in warnings] if isinstance(warnings, list) else []

@@ -10,7 +10,7 @@ import typer
 from frictionlab.cli.all_states import All, print_all
 from frictionlab.cli.base_motion import SETTINGS, BaseMotion, Highpass, Ride, one_of_both, ride
 from frictionlab.cli.drawing import figure_file
-from frictionlab.cli.inputs import tell_warnings
+from frictionlab.cli.inputs import numbers_of, tell_warnings
 from frictionlab.cli.law_options import LawName, Parameters, numbers
 from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, takes
 from frictionlab.cli.output import print_turned
@@ -109,9 +109,9 @@ def simulate(
     if as_json:
         typer.echo(json_line(row))
     elif not quiet:
-        print_turned([row], MOTIONS)
+        print_turned([numbers_of(row)], MOTIONS)
         typer.echo(state.verdict)
-        tell_warnings({"warnings": state.warnings})
+        tell_warnings({"warnings": [said for said in state.warnings if said not in state.verdict]})
     if output is not None:
         _write(state, row, output, force=force)
     if plot is not None:

@@ -91,6 +91,7 @@ def _follow(grid: "Grid", steps: "Generator[Step]", output: Path, *, as_json: bo
     from frictionlab import maps
 
     outcomes: Counter[str] = Counter()
+    warned = maps.Warned()
     done = 0
     try:
         with count("sweep", quiet=quiet) as progress:
@@ -101,6 +102,7 @@ def _follow(grid: "Grid", steps: "Generator[Step]", output: Path, *, as_json: bo
                 for sentence in maps.faults(grid, step):
                     complain(sentence)
                 outcomes.update(step.records["outcome"].astype(str).tolist())
+                warned.add(grid, step.start, step.records["warnings"])
                 if progress is not None:
                     progress(step.done, step.total)
     except KeyboardInterrupt:
@@ -109,6 +111,8 @@ def _follow(grid: "Grid", steps: "Generator[Step]", output: Path, *, as_json: bo
     except LostOutputError:
         _leave(steps, f"note: standard output takes no more: {done} of {len(grid)} points are saved beside {output}")
         raise
+    for sentence in () if as_json or quiet else warned.sentences():
+        complain(f"warning: {sentence}")
     return outcomes
 
 

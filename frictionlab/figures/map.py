@@ -9,7 +9,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from frictionlab.figures.style import BLUE, PAGE, look, new_figure
+from frictionlab.figures.style import BLUE, PAGE, caution, look, new_figure
 
 Floats = NDArray[np.float64]
 PANELS = {
@@ -32,11 +32,14 @@ class StateMapDrawing:
         Key of `PANELS` -> array over the axes in their order.
     title
         The law and what stays the same.
+    warnings
+        What is to be said of the points beside their numbers.
     """
 
     axes: Mapping[str, Floats]
     columns: Mapping[str, Floats]
     title: str
+    warnings: Sequence[str] = ()
 
 
 def map_figure(drawn: StateMapDrawing) -> Figure:
@@ -47,6 +50,7 @@ def map_figure(drawn: StateMapDrawing) -> Figure:
         for ax, (key, words) in zip(panels, PANELS.items(), strict=True):
             draw_panel(drawn, key, ax).set_title(words)
         figure.suptitle(drawn.title, fontsize=8.0)
+        caution(figure, drawn.warnings)
     return figure
 
 

@@ -6,6 +6,7 @@ The tree, format version 1::
     /r, /beta ...   (n,) float64, dimension scales
     /KEY            over all axes; float64 (NaN: not known) or ASCII text of fixed length (empty: not known)
     /wall           over all axes, the same at each point: stored once, as the value of what is not written
+    /warnings       over all axes, uint32: CF flag_masks and flag_meanings, and flag_sentences (one for each, in words)
     (each with units and long_name, from `frictionlab.schema`)
 
 All datasets are contiguous and get their place in the file before the first point is solved. Points are solved in the
@@ -40,6 +41,7 @@ FORMAT = "frictionlab map"
 FORMAT_VERSION = 1
 SUFFIX = ".frictionlab-sweep"
 NOTE = ".done"
+Flags = Mapping[str, tuple[int, str]]  # meaning (one word) -> its bit and what it says
 
 
 class GrowingMap:
@@ -115,6 +117,7 @@ def growing_map(
     attributes: Mapping[str, str],
     *,
     words: Mapping[str, str] | None = None,
+    flags: Mapping[str, Flags] | None = None,
     resume: bool = False,
     force: bool = False,
 ) -> Iterator[GrowingMap]:
@@ -132,6 +135,8 @@ def growing_map(
         What holds for the whole map.
     words
         What a dimension is, by its name, where `frictionlab.schema` does not list it: a law's parameter, without unit.
+    flags
+        Of each key that holds flags: meaning (one word) -> its bit and what it says.
     resume
         Continue a map of the same values that was left unfinished; without one, begin.
     force
@@ -149,7 +154,7 @@ def growing_map(
     with _locked(path) as file:
         done = _done_before(path, identity, resume=resume, force=force)
         if not done:
-            _begin(path, file, axes, kinds, {**attributes, "identity": identity}, words or {})
+            _begin(path, file, axes, kinds, {**attributes, "identity": identity}, words or {}, flags or {})
         grown = GrowingMap(path, file, identity, _places_in(file, kinds))
         grown.done = done
         try:
@@ -257,10 +262,11 @@ def _begin(
     kinds: Mapping[str, str],
     attributes: Mapping[str, str],
     words: Mapping[str, str],
+    flags: Mapping[str, Flags],
 ) -> None:
     """Lay a new map out, or leave nothing of it."""
     try:
-        _lay_out(file, axes, kinds, attributes, words)
+        _lay_out(file, axes, kinds, attributes, words, flags)
     except BaseException as error:
         remove_part(file, part_of(path))
         if isinstance(error, OSError):
@@ -274,6 +280,7 @@ def _lay_out(
     kinds: Mapping[str, str],
     attributes: Mapping[str, str],
     words: Mapping[str, str],
+    flags: Mapping[str, Flags],
 ) -> None:
     """Give every dataset its place; nothing but the axes is in it yet."""
     shape = tuple(len(values) for values in axes.values())
@@ -285,7 +292,9 @@ def _lay_out(
             axis.make_scale(name)
             axis.attrs.update(_described(name) or {"units": "1", "long_name": words.get(name, name)})
         for key, kind in kinds.items():
-            _give_axes(image.keep_room(tree, key, shape, np.dtype(kind)), tree, axes)
+            data = image.keep_room(tree, key, shape, np.dtype(kind))
+            _give_axes(data, tree, axes)
+            data.attrs.update(_flagged(flags.get(key, {}), np.dtype(kind)))
         for key in (name for name in attributes if STEADY_STATES.column(name) is not None):
             word = attributes[key].encode()
             _give_axes(tree.create_dataset(key, shape, f"S{len(word)}", fillvalue=word), tree, axes)
@@ -304,6 +313,15 @@ def _give_axes(data: h5py.Dataset, tree: h5py.File, axes: Iterable[str]) -> None
 def _described(name: str) -> dict[str, str]:
     column = STEADY_STATES.column(name)
     return {} if column is None else {"units": column.units, "long_name": column.sentence}
+
+
+def _flagged(flags: Flags, dtype: np.dtype[Any]) -> dict[str, Any]:
+    """The attributes of a dataset of flags, as CF conventions have them, and each flag in words; none without flags."""
+    if not flags:
+        return {}
+    masks = np.array([bit for bit, _ in flags.values()], dtype)
+    said = [sentence for _, sentence in flags.values()]
+    return {"flag_masks": masks, "flag_meanings": " ".join(flags), "flag_sentences": said}
 
 
 def _reserve(file: BinaryIO, size: int) -> None:

@@ -33,6 +33,14 @@ _STATE = (
     whole("period_cycles", "period", "Cycles of the drive after which the motion repeats."),
     number("floquet_multiplier", "", "multiplier", "What a small disturbance is multiplied by in one period."),
     CLOSURE,
+    number("residual", "Y", "residual", "By how much the state misses itself after one period."),
+    number(
+        "growth_per_cycle",
+        "",
+        "growth",
+        "Of a motion that does not repeat: what the distance of motions beside it is multiplied by in a cycle.",
+    ),
+    WARNINGS,
 )
 _SHOWN = ("r", "beta", "mu", "zeta", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "outcome")
 STEADY_STATES = Table(

@@ -95,7 +95,7 @@ def _is_alone(problem: Problem) -> bool:
 
 def _of_any_start(state: SteadyState) -> SteadyState:
     """A steady state without the sentences about rest and other motions: all are told. Why there is none is kept."""
-    return replace(state, warnings=()) if state.orbit is not None else state
+    return replace(state, notes=0) if state.orbit is not None else state
 
 
 def _settled(problem: Problem, first: SteadyState, starts: int) -> Iterator[SteadyState]:

@@ -57,6 +57,7 @@ __all__ = [
 # Each uses only those before it.
 MODULES = (motion, events, outlook, continuous, shooting, resonance, settle, orbits, accounts, cycles)
 LOOKS = 6.0  # at a slide, while its end is looked for
+INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # what only other compiled functions call
 WORTH_LOADING = 2e4  # slides; in plain Python they take about as long (1 s) as loading the compiled kernel
 WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version (15 s)
 
@@ -107,12 +108,15 @@ def compile_modules(
 ) -> Engine:
     """Return a kernel of the functions that modules list, compiled.
 
-    What only other compiled functions call needs no way in from Python: a quarter of the time to compile.
+    What only other compiled functions call needs no way in from Python: a quarter of the time to compile. Buffers are
+    Python's, so that nothing counts who refers to them (`_nrt`): numba would at every call of a function, by atomic
+    steps that took half the time of a steady state. Only buffers made on the way are counted.
 
     Parameters
     ----------
     names : module
-        Holds their constants, and as ENTRIES the names of the functions that Python calls.
+        Holds their constants, as ENTRIES the names of the functions that Python calls, and as OWNERS those of the
+        modules that make buffers of their own or are handed such.
     modules : tuple of modules
         Each uses those before it only.
     formulas : mapping, optional
@@ -140,14 +144,14 @@ def compile_modules(
         _announce()
     with _cached_in(folder, numba.config) as cache:
         njit: Any = functools.partial(numba.njit, cache=cache, error_model="numpy", nogil=True)
-        outer, inner = njit(), njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)
         for module, listed in sources.items():
-            functions.update({(module.__name__, name): inner(getattr(module, name)) for name in listed})
+            functions.update({(module.__name__, name): njit(**INNER)(getattr(module, name)) for name in listed})
         for module in modules:
-            twin = _fresh(module)
+            twin, owns = _fresh(module), module.__name__.rpartition(".")[2] in names.OWNERS
             vars(twin).update({name: functions[home] for name, home in borrowed(twin).items() if home in functions})
             for name in module.__all__:
-                fast = (outer if name in entries else inner)(getattr(twin, name))
+                declare = njit(_nrt=owns, **({} if name in entries else INNER))
+                fast = declare(getattr(twin, name))
                 setattr(twin, name, fast)
                 functions[module.__name__, name] = fast
     called = {name: fast for (_, name), fast in functions.items() if name in entries}

@@ -78,7 +78,7 @@ def last(problem: Problem, cycles: int) -> SteadyState:
     settled = miss <= SETTLED * (hypot(*start) + path)
     if settled:
         return state
-    unknown: dict[str, Any] = {"symmetric": None, "period_cycles": None, "floquet_multiplier": None, "warnings": ()}
+    unknown: dict[str, Any] = {"symmetric": None, "period_cycles": None, "floquet_multiplier": None, "notes": 0}
     return replace(state, outcome="not settled", **unknown)
 
 

@@ -1,15 +1,15 @@
 """A steady state: its numbers, its verdict as a sentence, and what the numbers alone would not say."""
 
 from dataclasses import dataclass
-from math import isfinite, nan
+from math import nan
 from typing import Any, Literal
 
 from frictionlab.simulator.kernel import layout
-from frictionlab.simulator.kernel.settle import LONGEST, PATIENCE
 from frictionlab.simulator.motion import Motion
+from frictionlab.simulator.notes import Note, asked_of, notes_of, sentences
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["KEYS", "Outcome", "Regime", "Solver", "SteadyState", "from_numbers", "outcome_of", "regime_of", "still_far"]
+__all__ = ["KEYS", "Outcome", "Regime", "Solver", "SteadyState", "from_numbers", "outcome_of", "regime_of"]
 
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 Outcome = Literal["periodic", "stuck", "unbounded", "not settled", "not found"]
@@ -27,14 +27,6 @@ OUTCOMES: dict[int, Outcome] = {
     layout.COSTLY: "not found",
 }
 SOLVERS = ("exact", "closed-form", "numeric")  # what the number CLOSED_FORM of a row says
-DECLINED = {
-    layout.RUNAWAY: "gradient: beta |gradient| >= 1: friction changes along the path faster than the spring's force "
-    "and the mass runs away; this is not computed: take a smaller gradient.",
-    layout.PULLING: "gradient: on this motion the mass goes where the friction force beta (1 + gradient z) is below 0, "
-    "which no contact does; no numbers are given: take a smaller gradient.",
-}
-LOOSE = 1e-10  # relative closure error above which it is said
-ROUNDING = 1e-14  # of the force times the amplitude: what rounding leaves of the work put in
 PARAMETERS = ("r", "beta", "mu", "zeta", "wall")
 NUMBERS = (
     "energy_per_cycle",
@@ -46,6 +38,9 @@ NUMBERS = (
     "period_cycles",
     "floquet_multiplier",
     "closure_error",
+    "residual",
+    "growth_per_cycle",
+    "warnings",
 )
 PLACES = {  # number of a state: its place in a kernel's row
     "energy_per_cycle": layout.ENERGY,
@@ -56,6 +51,8 @@ PLACES = {  # number of a state: its place in a kernel's row
     "period_cycles": layout.PERIOD,
     "floquet_multiplier": layout.MULTIPLIER,
     "closure_error": layout.CLOSURE,
+    "residual": layout.MISS,
+    "growth_per_cycle": layout.GROWTH,
 }
 KEYS = (*PARAMETERS, "solver", "outcome", *NUMBERS)
 
@@ -93,8 +90,10 @@ class SteadyState:
         |energy put in (2.16) - energy dissipated| per cycle: zero but for rounding.
     residual : float or None
         By how much the state misses itself after one period (z and r z').
-    warnings : tuple of str
-        Sentences about what the numbers do not say.
+    growth_per_cycle : float or None
+        Of a motion that does not repeat: what the distance of motions beside it is multiplied by in a cycle (mean).
+    notes : int
+        What the numbers do not say: `notes.Note` as bits; `warnings` are their sentences.
     orbit : Motion or None
         The motion over one period.
     """
@@ -112,11 +111,17 @@ class SteadyState:
     floquet_multiplier: float | None = None
     closure_error: float | None = None
     residual: float | None = None
-    warnings: tuple[str, ...] = ()
+    growth_per_cycle: float | None = None
+    notes: int = 0
     orbit: Motion | None = None
 
     def __repr__(self) -> str:
         return f"<SteadyState r = {self.problem.r:g}, {self.problem.law.name}: {self.verdict}>"
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences about what the numbers do not say."""
+        return sentences(self)
 
     @property
     def verdict(self) -> str:
@@ -175,17 +180,12 @@ def regime_of(row: Any) -> Regime | None:
 
 def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyState:
     """Turn a kernel's row into a steady state."""
-    outcome = outcome_of(row)
+    outcome, said = outcome_of(row), int(notes_of(asked_of(problem), row))
     if outcome not in ("periodic", "stuck"):
-        return SteadyState(problem, "exact", outcome, warnings=why_none(problem, row))
-    multiplier = float(row[layout.MULTIPLIER])
-    said = warnings_of(problem, outcome, multiplier, awaited=row[layout.UNAWAITED] != 1.0)
-    rounding = ROUNDING * problem.force_size * float(row[layout.AMPLITUDE])
-    off = max(0.0, float(row[layout.CLOSURE]) - rounding) / float(row[layout.ENERGY]) if row[layout.ENERGY] else 0.0
-    if off > LOOSE:
-        said += (
-            f"So close to resonance or rest, numbers are good to about {off:.0e} only: energies in and out differ so.",
-        )
+        parts, given_up = (bool(note & said) for note in (Note.PARTS, Note.GIVEN_UP))
+        miss = float(row[layout.MISS])
+        residual, growth = miss if given_up else None, miss if parts else None
+        return SteadyState(problem, "exact", outcome, residual=residual, growth_per_cycle=growth, notes=said)
     return SteadyState(
         problem=problem,
         solver=SOLVERS[int(row[layout.CLOSED_FORM])],
@@ -197,43 +197,11 @@ def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyStat
         regime=regime_of(row),
         symmetric=bool(row[layout.SYMMETRIC]),
         period_cycles=int(row[layout.PERIOD]),
-        floquet_multiplier=multiplier,
+        floquet_multiplier=float(row[layout.MULTIPLIER]),
         closure_error=float(row[layout.CLOSURE]),
         residual=float(row[layout.MISS]),
-        warnings=said,
+        notes=said,
         orbit=orbit,
-    )
-
-
-def why_none(problem: Problem, row: Any) -> tuple[str, ...]:
-    """Return why there are no numbers, a sentence each."""
-    code = int(row[layout.OUTCOME])
-    if code in DECLINED:
-        return (DECLINED[code],)
-    if code == layout.PARTING:
-        said = (
-            "the motion does not repeat: motions beside it move apart, in the mean by a factor of "
-            f"{float(row[layout.MISS]):.3g} in each cycle (chaos). --cycles N tells the last of N cycles, and --all "
-            "whether other starts settle."
-        )
-        return (said,)
-    if code == layout.COSTLY:
-        return (_costly(float(row[layout.MISS])),)
-    alone = problem.mu == 1.0 and not problem.parameter("gradient") and problem.law.kind == "rigid"
-    if code == layout.NOT_FOUND and not alone:
-        if problem.law.kind != "rigid":
-            return ("the motion from rest was not seen to settle on an orbit; --cycles N tells the last of N cycles.",)
-        return (f"within {PATIENCE} cycles the motion has not settled on an orbit of up to {LONGEST} cycles.",)
-    return ()
-
-
-def _costly(miss: float) -> str:
-    """Say of a search that was given up why, and how far it came."""
-    near = f" When it was, the motion missed itself by {miss:.1g} Y." if isfinite(miss) and miss > 0.0 else ""
-    return (
-        "the search was given up after a second of work: this motion makes thousands of slides in a cycle, or is "
-        f"braked so little that it takes too long to settle.{near} --cycles N tells the last of N cycles; with more "
-        "friction or damping, or a larger r, there is less to do."
     )
 
 
@@ -246,46 +214,5 @@ def to_numbers(state: SteadyState) -> list[float]:
     for key, position in PLACES.items():
         value = getattr(state, key)
         row[position] = nan if value is None else float(value)
+    row[layout.NOTES] = float(state.notes)
     return row
-
-
-def still_far(cycles: int) -> str:
-    """Say of an orbit that the run from rest has not shown to go there."""
-    return (
-        f"This motion is stable, but the run from rest was still far from it after {cycles} cycles: rest may settle on "
-        "another."
-    )
-
-
-def warnings_of(
-    problem: Problem, outcome: Outcome, multiplier: float | None, *, awaited: bool = True
-) -> tuple[str, ...]:
-    """Return what the numbers do not say, a sentence each; awaited: the run from rest was seen to go there."""
-    said = []
-    if outcome == "periodic" and problem.beta == 0.0 and problem.zeta == problem.frame_damping_ratio == 0.0:
-        said.append("Nothing damps this oscillator: free vibration never dies out, and this is the motion without any.")
-    elif outcome == "periodic" and in_continuum(problem):
-        n = round(0.5 / problem.r)
-        said.append(
-            f"At r = 1/{2 * n} with beta <= 1/(4 n^2 - 1) a continuum of asymmetric motions (3.3) has the same energy "
-            "and amplitude; this is the symmetric one. A run from rest creeps towards its edge like N^(-1/2)."
-        )
-    elif outcome == "periodic" and multiplier is not None and 1.0 - abs(multiplier) < 1e-3:
-        lasts = f"{1.0 / (1.0 - abs(multiplier)):.1g}" if abs(multiplier) < 1.0 else "endlessly many"
-        said.append(f"The motion forgets its start slowly: a disturbance lasts {lasts} periods.")
-    if outcome == "periodic" and not awaited:
-        said.append(still_far(PATIENCE))
-    elif problem.mu > 1.0 and outcome == "periodic":
-        said.append("With static friction (mu > 1) other motions may coexist; this is the one that rest settles on.")
-    if outcome == "stuck" and problem.mu > 1.0 and problem.beta < problem.force_size:
-        said.append("A motion once begun might go on: kinetic friction alone does not hold the mass.")
-    return tuple(said)
-
-
-def in_continuum(problem: Problem) -> bool:
-    """Tell whether the problem lies on the continuum of asymmetric motions, eq. (3.3)."""
-    n = round(0.5 / problem.r)
-    plain = problem.base.harmonics == 1 and problem.zeta == problem.frame_damping_ratio == 0.0 and problem.mu == 1.0
-    if n < 1 or not plain or problem.parameter("gradient") or abs(problem.r * 2 * n - 1.0) > 1e-12:
-        return False
-    return problem.beta <= problem.force_size / (4 * n * n - 1)

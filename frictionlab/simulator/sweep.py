@@ -15,9 +15,10 @@ from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.notes import WORDS, Asked, Note, drive_of, notes_of
 from frictionlab.simulator.problem import COSINE, Base, Problem, Wall
 from frictionlab.simulator.solve import steady_state
-from frictionlab.simulator.state import KEYS, OUTCOMES, PLACES, SOLVERS, to_numbers
+from frictionlab.simulator.state import KEYS, OUTCOMES, PLACES, SOLVERS, SteadyState, to_numbers
 
 __all__ = [
     "Family",
@@ -79,6 +80,12 @@ class Family:
         damping, none = values.get("contact_damping_ratio", values["zeta"]), np.zeros(len(points))
         gradient, frame = values.get("gradient", none), values.get("frame_damping_ratio", none)
         return np.column_stack((values["r"], values["beta"], gradient, up, down, damping, frame))
+
+    def asked(self, contacts: Floats) -> Asked:
+        """Return what is asked at points of a rigid law, given as `contacts` tells them, as notes depend on it."""
+        r, beta, gradient, up, down, zeta, frame = contacts.T
+        drive = drive_of(r, frame, self.wall, self.base)
+        return Asked(r, beta, np.maximum(up, down), zeta, frame, gradient, drive, self.base.harmonics == 1, rigid=True)
 
 
 @dataclass(frozen=True)
@@ -145,6 +152,8 @@ class StateMap:
 def named(numbers: Floats) -> dict[str, NDArray[Any]]:
     """Return one array (n,) per key of the contract: numbers with NaN, texts with "", for what is not.
 
+    Warnings are told as the bits of `notes.Note`; `table` makes sentences of them.
+
     Parameters
     ----------
     numbers : ndarray of shape (n, columns)
@@ -159,7 +168,8 @@ def named(numbers: Floats) -> dict[str, NDArray[Any]]:
         "outcome": outcome,
         "regime": regime,
     }
-    return texts | {key: numbers[:, position] for key, position in PLACES.items()}
+    notes = np.nan_to_num(numbers[:, layout.NOTES], nan=Note.FAILED).astype(np.uint32)
+    return texts | {key: numbers[:, position] for key, position in PLACES.items()} | {"warnings": notes}
 
 
 def table(points: Floats, family: Family, columns: Mapping[str, NDArray[Any]]) -> Iterator[dict[str, object]]:
@@ -171,8 +181,17 @@ def table(points: Floats, family: Family, columns: Mapping[str, NDArray[Any]]) -
     arrays = dict(columns) | dict(zip(family.coordinates, points.T, strict=True))
     arrays |= {"wall": np.full(len(points), family.wall), "law": np.full(len(points), family.law)}
     keys = (*KEYS, *also)
-    for values in zip(*(_listed(key, arrays[key]) for key in keys), strict=True):
-        yield dict(zip(keys, values, strict=True))
+    for point, *values in zip(points, *(_listed(key, arrays[key]) for key in keys), strict=True):
+        row = dict(zip(keys, values, strict=True))
+        yield row | {"warnings": _said(row, family, point) if row["warnings"] else []}
+
+
+def _said(row: Mapping[str, Any], family: Family, point: Floats) -> list[str]:
+    """Return the sentences of a point's notes, with its numbers."""
+    if row["outcome"] == FAILED:
+        return [f"{WORDS[Note.FAILED]}."]
+    numbers = {key: row[key] for key in (*PLACES, "solver", "outcome")}
+    return list(SteadyState(family.problem(point.tolist()), **numbers, notes=row["warnings"]).warnings)
 
 
 def _listed(key: str, values: NDArray[Any]) -> list[object]:
@@ -180,7 +199,7 @@ def _listed(key: str, values: NDArray[Any]) -> list[object]:
     known = values.astype(object)
     if values.dtype.kind == "f":
         known[np.isnan(values)] = None
-    kind = {"symmetric": bool, "period_cycles": int}.get(key)
+    kind = {"symmetric": bool, "period_cycles": int, "warnings": int}.get(key)
     return [None if value == "" or value is None else kind(value) if kind else value for value in known.tolist()]
 
 
@@ -316,4 +335,13 @@ def _call(engine: engines.Engine, points: Floats, family: Family, phases: int) -
     rows = engine.buffer((0.0,) * (layout.ROW * len(points)))
     flat = engine.buffer(tuple(family.contacts(points).ravel().tolist()))
     engine.kernel.sweep(flat, engine.buffer(base.cosine), engine.buffer(base.sine), force, 0, room, rows)
-    return np.array(rows, dtype=np.float64).reshape(len(points), layout.ROW)
+    return _with_notes(np.array(rows, dtype=np.float64).reshape(len(points), layout.ROW), points, family)
+
+
+def _with_notes(rows: Floats, points: Floats, family: Family) -> Floats:
+    """Add to the kernel's rows what their numbers do not say, and what it tells in one place in its own."""
+    parts, kept = rows[:, layout.OUTCOME] == layout.PARTING, (layout.PERIODIC, layout.STUCK, layout.COSTLY)
+    rows[:, layout.GROWTH] = np.where(parts, rows[:, layout.MISS], np.nan)
+    rows[:, layout.MISS] = np.where(np.isin(rows[:, layout.OUTCOME], kept), rows[:, layout.MISS], np.nan)
+    rows[:, layout.NOTES] = notes_of(family.asked(family.contacts(points)), rows.T)
+    return rows

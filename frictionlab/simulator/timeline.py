@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["Timeline", "absolute"]
+__all__ = ["Timeline", "absolute", "cycles_of"]
 
 TURN = 2.0 * np.pi
 Floats = NDArray[np.float64]
@@ -100,6 +100,21 @@ class Timeline:
                 f"{earliest:.6g} to {latest:.6g}; do: ask within the motion, or simulate longer"
             )
         return local, turns
+
+
+def cycles_of(tau: Floats, duration: Floats) -> NDArray[np.int64]:
+    """Return the cycle in which each phase begins, counted from the first: from starts within a cycle, and lengths.
+
+    A phase ends where the next one begins, or whole turns later. A phase without length (two sliders that give way at
+    once) begins no cycle, one that fills a cycle does.
+
+    Examples
+    --------
+    >>> cycles_of(np.array([1.0, 2.0, 2.0, 0.0]), np.array([1.0, 4e-16, TURN - 2.0, TURN])).tolist()
+    [0, 0, 0, 1]
+    """
+    turns = np.round((tau[:-1] + duration[:-1] - tau[1:]) / TURN).astype(np.int64)
+    return np.concatenate((np.zeros(1, np.int64), np.cumsum(turns)))
 
 
 def absolute(problem: Problem, tau: Floats, z: Floats, v: Floats) -> tuple[Floats, Floats]:

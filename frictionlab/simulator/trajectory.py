@@ -11,7 +11,7 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel.layout import DONE, PHASE, PHASES, Leg
 from frictionlab.simulator.problem import Base, Problem
-from frictionlab.simulator.timeline import Timeline, absolute
+from frictionlab.simulator.timeline import Timeline, absolute, cycles_of
 
 __all__ = ["Trajectory", "from_record", "refuse_chatter", "simulate_exactly"]
 
@@ -153,9 +153,7 @@ def from_record(problem: Problem, record: Any, count: int, *, periodic: bool, mi
     rows = np.array(record[: PHASE * count], dtype=np.float64).reshape(count, PHASE)
     if mirror:
         rows = np.vstack((rows, rows * np.array([-1.0, 1.0, 1.0, -1.0, -1.0, -1.0]) + np.array([0, pi, 0, 0, 0, 0])))
-    again = np.diff(rows[:, 1]) < 0.5 * rows[:-1, 2]  # a new cycle begins, also after a phase that filled one
-    cycle = np.concatenate(([0], np.cumsum(again)))
-    return _frozen(problem, rows, cycle, periodic=periodic)
+    return _frozen(problem, rows, cycles_of(rows[:, 1], rows[:, 2]), periodic=periodic)
 
 
 def _frozen(problem: Problem, rows: Floats, cycle: NDArray[np.int64], *, periodic: bool) -> Trajectory:

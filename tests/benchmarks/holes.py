@@ -25,9 +25,12 @@ THERE = 1e-5
 FORGOTTEN = 1e-7  # what is left of a start
 WAIT, LONGEST = 1000, 20_000  # cycles of the run from rest
 REST = 1500
+NEARLY = 0.15  # how well a creep is known by its leading term
+MULTIPLIER = 1e-4  # of itself, or of 1 if that is more: what differences leave of it
+Verdict = tuple[str, str]
 
 
-def _power(rng: Rng, low: float, high: float) -> float:
+def power(rng: Rng, low: float, high: float) -> float:
     return float(10.0 ** rng.uniform(low, high))
 
 
@@ -39,40 +42,36 @@ def _series(rng: Rng, share: float = 0.4) -> Base:
 
 def vanishing_stops(rng: Rng) -> Problem:
     """At resonance, friction just above what the drive overcomes."""
-    return Problem(1.0, 0.25 * pi * (1.0 + _power(rng, -14, -1)))
+    return Problem(1.0, 0.25 * pi * (1.0 + power(rng, -14, -1)))
 
 
 def vanishing_stops_beside(rng: Rng) -> Problem:
     """The same beside resonance, friction on either side."""
     side = rng.choice([-1.0, 1.0], 2)
-    return Problem(
-        1.0 + float(side[0]) * _power(rng, -14, -3), 0.25 * pi * (1.0 + float(side[1]) * _power(rng, -14, -2))
-    )
+    return Problem(1.0 + float(side[0]) * power(rng, -14, -3), 0.25 * pi * (1.0 + float(side[1]) * power(rng, -14, -2)))
 
 
 def static_friction(rng: Rng) -> Problem:
     """Static friction in both directions."""
-    return Problem(_power(rng, -0.8, 0.2), _power(rng, -1.5, -0.2), float(rng.uniform(1.05, 4.0)))
+    return Problem(power(rng, -0.8, 0.2), power(rng, -1.5, -0.2), float(rng.uniform(1.05, 4.0)))
 
 
 def uneven_static_friction(rng: Rng) -> Problem:
     """Static friction by direction."""
     p = {"static_ratio_up": float(rng.uniform(1.0, 2.0)), "static_ratio_down": float(rng.uniform(1.0, 2.0))}
-    return Problem(_power(rng, -0.8, 0.2), _power(rng, -1.2, -0.1), law="coulomb+breakaway", parameters=p)
+    return Problem(power(rng, -0.8, 0.2), power(rng, -1.2, -0.1), law="coulomb+breakaway", parameters=p)
 
 
 def static_friction_harmonics(rng: Rng) -> Problem:
     """Static friction, the base not a cosine."""
-    return Problem(
-        _power(rng, -0.8, 0.2), _power(rng, -1.5, -0.2), float(rng.uniform(1.05, 3.0)), base=_series(rng, 0.2)
-    )
+    return Problem(power(rng, -0.8, 0.2), power(rng, -1.5, -0.2), float(rng.uniform(1.05, 3.0)), base=_series(rng, 0.2))
 
 
 def harmonics_beside_resonance(rng: Rng) -> Problem:
     """A harmonic within 1e-8 of resonance, friction too weak to stop its motion, or nearly."""
     base, n = _series(rng), int(rng.integers(1, 4))
     drive = float(np.hypot(base.cosine[n - 1], base.sine[n - 1]))
-    r = (1.0 + float(rng.choice([-1.0, 1.0])) * _power(rng, -13, -8)) / n
+    r = (1.0 + float(rng.choice([-1.0, 1.0])) * power(rng, -13, -8)) / n
     return Problem(r, 0.25 * pi * drive * float(rng.uniform(0.02, 1.3)) + 1e-3, base=base)
 
 
@@ -80,14 +79,14 @@ def harmonics_near_resonance(rng: Rng) -> Problem:
     """A harmonic 1e-8 to 1e-1 from resonance."""
     problem = harmonics_beside_resonance(rng)
     n = round(1.0 / problem.r)
-    return problem.with_r((1.0 + float(rng.choice([-1.0, 1.0])) * _power(rng, -8, -1)) / n)
+    return problem.with_r((1.0 + float(rng.choice([-1.0, 1.0])) * power(rng, -8, -1)) / n)
 
 
 def static_friction_beside_resonance(rng: Rng) -> Problem:
     """Static friction, with a harmonic 1e-13 to 1e-2 from resonance."""
     base, n = _series(rng), int(rng.integers(1, 4))
     drive = float(np.hypot(base.cosine[n - 1], base.sine[n - 1]))
-    r = (1.0 + float(rng.choice([-1.0, 1.0])) * _power(rng, -13, -2)) / n
+    r = (1.0 + float(rng.choice([-1.0, 1.0])) * power(rng, -13, -2)) / n
     return Problem(
         r, 0.25 * pi * drive * float(rng.uniform(0.02, 1.3)) + 1e-3, float(rng.uniform(1.01, 2.0)), base=base
     )
@@ -95,7 +94,7 @@ def static_friction_beside_resonance(rng: Rng) -> Problem:
 
 def cosine_static_beside_resonance(rng: Rng) -> Problem:
     """Static friction under a pure cosine 1e-13 to 1e-2 from resonance."""
-    r = 1.0 + float(rng.choice([-1.0, 1.0])) * _power(rng, -13, -2)
+    r = 1.0 + float(rng.choice([-1.0, 1.0])) * power(rng, -13, -2)
     return Problem(r, 0.25 * pi * float(rng.uniform(0.02, 1.2)), float(rng.uniform(1.01, 2.0)))
 
 
@@ -104,20 +103,20 @@ def displaced_rest(rng: Rng) -> Problem:
     base = _series(rng, 0.5)
     f = base.at(np.linspace(0.0, 2 * pi, 20001))
     half, top = 0.5 * float(np.ptp(f)), float(np.abs(f).max())
-    return Problem(_power(rng, -1, 0.5), half + float(rng.uniform(0, 1)) * (top - half), base=base)
+    return Problem(power(rng, -1, 0.5), half + float(rng.uniform(0, 1)) * (top - half), base=base)
 
 
 def displaced_rest_below(rng: Rng) -> Problem:
     """Even harmonics, friction just below half the force's range."""
     base = _series(rng, 0.5)
     half = 0.5 * float(np.ptp(base.at(np.linspace(0.0, 2 * pi, 20001))))
-    return Problem(_power(rng, -1, 0.5), half * (1.0 - _power(rng, -6, -0.5)), base=base)
+    return Problem(power(rng, -1, 0.5), half * (1.0 - power(rng, -6, -0.5)), base=base)
 
 
 def place_beside_resonance(rng: Rng) -> Problem:
     """Friction that varies along the path, 1e-12 to 1e-2 from resonance."""
-    r = 1.0 + float(rng.choice([-1.0, 1.0])) * _power(rng, -12, -2)
-    q = float(rng.choice([-1.0, 1.0])) * _power(rng, -6, -0.8)
+    r = 1.0 + float(rng.choice([-1.0, 1.0])) * power(rng, -12, -2)
+    q = float(rng.choice([-1.0, 1.0])) * power(rng, -6, -0.8)
     return Problem(r, float(rng.uniform(0.1, 1.0)), law="coulomb+place", parameters={"gradient": q})
 
 
@@ -126,7 +125,7 @@ def all_terms(rng: Rng) -> Problem:
     p = {"static_ratio_up": float(rng.uniform(1.0, 1.5)), "static_ratio_down": float(rng.uniform(1.0, 1.5))}
     p |= {"gradient": float(rng.uniform(-0.15, 0.15)), "contact_damping_ratio": float(rng.uniform(0, 0.1))}
     moves = rng.random() < 0.5
-    r, beta = _power(rng, -0.8, 0.4), float(rng.uniform(0.05, 0.9))
+    r, beta = power(rng, -0.8, 0.4), float(rng.uniform(0.05, 0.9))
     beta *= r * r if moves else 1.0
     frame, law = float(rng.uniform(0.0, 0.03)), "coulomb+place+speed+breakaway"
     base = _series(rng, 0.15)
@@ -152,7 +151,7 @@ HOLES: tuple[Callable[[Rng], Problem], ...] = (
 )
 
 
-def _start(state: SteadyState) -> tuple[float, float]:
+def start_of(state: SteadyState) -> tuple[float, float]:
     """The orbit at tau = 0, relative to the wall."""
     assert state.orbit is not None
     z, v = (float(value) for value in state.orbit.at(0.0))
@@ -163,7 +162,7 @@ def _start(state: SteadyState) -> tuple[float, float]:
 
 def _faults_of_orbit(problem: Problem, state: SteadyState) -> list[str]:
     """What the direct run from the orbit, over its period, says against it."""
-    period, (z, v) = state.period_cycles or 1, _start(state)
+    period, (z, v) = state.period_cycles or 1, start_of(state)
     run = direct.run(problem, period, z, v)
     size = float(np.hypot(z, problem.r * v) + run.path.max())
     away = np.hypot(run.z - z, problem.r * (run.v - v)) / size
@@ -182,6 +181,29 @@ def _faults_of_orbit(problem: Problem, state: SteadyState) -> list[str]:
     return faults
 
 
+def _faults_of_multiplier(problem: Problem, state: SteadyState) -> list[str]:
+    """Hold the multiplier to differences of the direct map over a period."""
+    period, (z, v) = state.period_cycles or 1, start_of(state)
+    around, found = direct.run(problem, period, z, v), []
+    size = float(np.hypot(z, problem.r * v) + around.path.max())
+    for step in (1e-6 * size, 3e-5 * size, 3e-8 * size):
+        ends = []
+        for dz, dv in ((step, 0.0), (-step, 0.0), (0.0, step / problem.r), (0.0, -step / problem.r)):
+            run = direct.run(problem, period, z + dz, v + dv)
+            ends.append((run.z[-1], problem.r * run.v[-1]))
+        slopes = np.array([np.subtract(ends[0], ends[1]), np.subtract(ends[2], ends[3])]).T / (2.0 * step)
+        slopes = slopes[:1, :1] if v == 0.0 else slopes  # in a stop only the place is free
+        found.append(float(np.abs(np.linalg.eigvals(slopes)).max()))
+    return off_multiplier(state, found)
+
+
+def off_multiplier(state: SteadyState, found: list[float]) -> list[str]:
+    """Say by how much a multiplier differs from the nearest of those found by differences of several sizes."""
+    told = abs(state.floquet_multiplier or 0.0)
+    off = min(abs(told - size) for size in found)
+    return [f"multiplier {told:.6g}, by differences {found}"] if off > MULTIPLIER * max(1.0, told) else []
+
+
 def _faults_from_rest(problem: Problem, state: SteadyState) -> list[str]:
     """Where the direct run from rest goes, if other motions may exist and that does not take too long to tell."""
     if problem.mu == 1.0 and not problem.parameter("gradient"):
@@ -191,27 +213,52 @@ def _faults_from_rest(problem: Problem, state: SteadyState) -> list[str]:
     wait = WAIT if rate <= 0.0 else max(WAIT, int(3.0 * np.log(FORGOTTEN) / min(np.log(rate), -1e-12)))
     if wait > LONGEST:
         return ["(not waited for)"]
-    run, around = direct.run(problem, wait), direct.run(problem, period, *_start(state))
+    run, around = direct.run(problem, wait), direct.run(problem, period, *start_of(state))
     size = float(np.hypot(around.z, problem.r * around.v).max() + around.path.max())
     away = np.hypot(around.z - run.z[-1], problem.r * (around.v - run.v[-1])).min() / size
     return [f"rest goes elsewhere by {away:.0e}"] if away > THERE else []
 
 
-def judge(problem: Problem, state: SteadyState) -> tuple[str, str]:
+def _against_rest(problem: Problem, state: SteadyState) -> str:
+    """What a run from rest says against a mass that comes to rest.
+
+    At a distance d from the place the crest of the force still pulls by d: with ``F = crest - a t^2 / 2`` the slide
+    begins at -T, T^2 = 2 d / a, its velocity is a cubic that returns to 0 at 2 T, and its way is ``9 d^2 / (2 a r^2)``.
+    So the distance falls like 1 / N, for ever: a way that is this multiple of d^2 is on its way to that place.
+    """
+    run, place = direct.run(problem, REST), start_of(state)[0]
+    late, early = float(run.path[-1]), float(run.path[REST // 2 - 1])
+    left = abs(float(run.z[-1]) - place)
+    if late < 1e-6 * problem.beta * 1e-6 or (late < 0.6 * early and left < 1e-9 + 4.0 * REST * late):
+        return "" if left < 1e-9 + 4.0 * REST * late else f"stuck at {place}, but rests at {run.z[-1]}"
+    creep = _creep(problem, above=float(run.z[-1]) < place) * float(run.z[-1] - place) ** 2
+    if abs(late / creep - 1.0) < NEARLY:
+        return ""
+    return f"stuck at {place}, but {late:.1e} per cycle at {run.z[-1]}, where {creep:.1e} is on the way there"
+
+
+def _creep(problem: Problem, *, above: bool) -> float:
+    """The way of a slide over the square of the distance to rest, from the highest crest or the lowest of the force."""
+    tau, k = np.linspace(0.0, 2.0 * pi, 200_001), np.arange(1, problem.base.harmonics + 1)[:, np.newaxis]
+    cosine, sine = (np.array(part)[:, np.newaxis] for part in problem.force)
+    force = (cosine * np.cos(k * tau) + sine * np.sin(k * tau)).sum(axis=0)
+    top = int(np.argmax(force if above else -force))
+    bend = -(k * k * (cosine * np.cos(k * tau[top]) + sine * np.sin(k * tau[top]))).sum()
+    return 4.5 / (abs(float(bend)) * problem.r**2)
+
+
+def judge(problem: Problem, state: SteadyState) -> Verdict:
     """What became of a point: "solved", "named", "wrong", ..., and why."""
     if state.outcome == "periodic":
         faults = _faults_of_orbit(problem, state) + _faults_from_rest(problem, state)
+        faults += _faults_of_multiplier(problem, state)
         wrong = [fault for fault in faults if not fault.startswith("(")]
         told = "solved" if not faults else "solved, rest not waited for"
         if any("good to about" in said for said in state.warnings):
             told = "solved, warned"
         return ("wrong", "; ".join(wrong)) if wrong else (told, "")
     if state.outcome == "stuck":
-        run = direct.run(problem, REST)
-        late, early = float(run.path[-1]), float(run.path[REST // 2 - 1])
-        rests = late < 0.6 * early or late < 1e-6 * problem.beta
-        near = abs(float(run.z[-1]) - _start(state)[0]) < 1e-9 + 4.0 * REST * late
-        return ("stuck", "") if rests and near else ("wrong", f"stuck, but {late:.1e} per cycle at {run.z[-1]}")
+        return ("stuck", "") if (why := _against_rest(problem, state)) == "" else ("wrong", why)
     if state.outcome == "unbounded":
         run = direct.run(problem, 400)
         return ("unbounded", "") if run.path[-1] > 1.5 * run.path[199] else ("wrong", "unbounded, but does not grow")
@@ -219,20 +266,26 @@ def judge(problem: Problem, state: SteadyState) -> tuple[str, str]:
     return ("named", said) if "none was found" not in said and said else ("not found", said)
 
 
-def main(count: int, seed: int, names: tuple[str, ...]) -> None:
-    """Draw, solve, judge, print."""
-    warm_up("coulomb")
-    steady_state(Problem(0.5, 0.4))  # loads, or compiles, what is timed
-    for hole in HOLES:
+def main(
+    count: int,
+    seed: int,
+    names: tuple[str, ...],
+    holes: tuple[Callable[[Rng], Problem], ...] = HOLES,
+    judged: Callable[[Problem, SteadyState], Verdict] = judge,
+    law: str = "coulomb",
+) -> None:
+    """Draw, solve, judge, print; the law's compiled kernel is loaded, or made, before anything is timed."""
+    warm_up(law)
+    for hole in holes:
         if names and hole.__name__ not in names:
             continue
-        rng, counts, longest = np.random.default_rng((seed, HOLES.index(hole))), Counter[str](), 0.0
+        rng, counts, longest = np.random.default_rng((seed, holes.index(hole))), Counter[str](), 0.0
         for _ in range(count):
             problem = hole(rng)
             begun = time.process_time()
             state = steady_state(problem)
             longest = max(longest, time.process_time() - begun)
-            verdict, why = judge(problem, state)
+            verdict, why = judged(problem, state)
             counts[verdict] += 1
             if verdict in ("wrong", "not found", "named"):
                 exactly = f"r = {problem.r!r}, {problem.parameters}, {problem.base}"

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from mpmath import mpf
 
 from frictionlab.errors import ParameterError, SimulationError
-from frictionlab.simulator import Base, Problem, last_cycle, steady_state
+from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_state
 from frictionlab.simulator.elastic import engine, iwan_sliders, ringing, run, sliders_of, steady, works
 from tests.simulator import elastic_twin
 
@@ -348,3 +348,35 @@ def test_leaps_over_rings_change_nothing(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_sliders_of_a_law() -> None:
     assert sliders_of(jenkins(0.5, 0.4, 7.0)) == ((7.0,), (0.4,))
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        Problem(
+            0.3569030607078718,
+            0.13358106257405972,
+            law="coulomb+iwan",
+            parameters={"stiffness_ratio": 13.927174899438791, "sliders": 5.0, "chi": -0.08327430956159687},
+        ),
+        Problem(
+            0.5011922540640246,
+            0.0612888329833582,
+            law="coulomb+iwan+place",
+            parameters={
+                "stiffness_ratio": 22.523110916949356,
+                "sliders": 6.0,
+                "chi": -0.2683429033506971,
+                "gradient": 0.0964722648370136,
+            },
+        ),
+    ],
+)
+def test_sliders_that_give_way_at_once_do_not_begin_a_cycle(problem: Problem) -> None:
+    """The orbit at each phase is the motion from rest; a phase of no length was taken for the begin of a cycle."""
+    orbit, late = steady_state(problem).orbit, simulate(problem, cycles=60, keep=1)
+    assert orbit is not None
+    tau = np.linspace(0.0, 2.0 * pi, 40, endpoint=False)
+    assert orbit.end - orbit.start == pytest.approx(2.0 * pi, abs=1e-12)
+    assert np.abs(np.subtract(orbit.at(tau), late.at(late.start + tau))).max() < 1e-11
+    assert np.abs(orbit.force(tau) - late.force(late.start + tau)).max() < 1e-11

@@ -5,9 +5,11 @@ import logging
 import os
 import subprocess
 import sys
+import typing
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,8 +19,13 @@ from frictionlab.errors import UsageError
 from frictionlab.simulator import engine, steady_state, sweep
 from frictionlab.simulator.elastic import engine as elastic
 from frictionlab.simulator.elastic import events
+from frictionlab.simulator.elastic import layout as elastic_layout
 from frictionlab.simulator.kernel import layout, motion
+from frictionlab.simulator.numeric import layout as numeric_layout
+from frictionlab.simulator.numeric import machine
 from frictionlab.simulator.problem import COSINE, Base, Wall
+from frictionlab.simulator.record import layout as record_layout
+from frictionlab.simulator.record.respond import MODULES as RECORD_MODULES
 from frictionlab.simulator.state import to_numbers
 from frictionlab.simulator.sweep import Family, sweep_points
 
@@ -136,6 +143,29 @@ def test_what_only_compiled_functions_call_is_not_offered_to_python() -> None:
     fast = engine.compiled()
     assert set(vars(fast.kernel)) == set(layout.ENTRIES)
     assert {name for _, name in fast.functions} > set(layout.ENTRIES)
+
+
+def holds_no_buffer(kind: Any) -> bool:
+    """Tell whether an annotation means numbers only, or tuples of such."""
+    parts = typing.get_args(kind) or tuple(getattr(kind, "__annotations__", {}).values())
+    numbers = {float, int, bool, complex, type(None), ...}
+    return kind in numbers or (bool(parts) and all(holds_no_buffer(part) for part in parts))
+
+
+@pytest.mark.parametrize(
+    ("names", "modules"),
+    [
+        (layout, engine.MODULES),
+        (elastic_layout, elastic.MODULES),
+        (numeric_layout, machine.MODULES),
+        (record_layout, RECORD_MODULES),
+    ],
+    ids=["rigid", "elastic", "numeric", "record"],
+)
+def test_a_buffer_that_nobody_counts_is_not_handed_back(names: ModuleType, modules: tuple[ModuleType, ...]) -> None:
+    lean = [module for module in modules if module.__name__.rpartition(".")[2] not in names.OWNERS]
+    made = [getattr(module, name) for module in lean for name in module.__all__]
+    assert not [f.__name__ for f in made if not holds_no_buffer(typing.get_type_hints(f)["return"])]
 
 
 @pytest.fixture

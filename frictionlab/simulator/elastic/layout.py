@@ -35,6 +35,8 @@ ENTRIES = (
     *("account_elastic", "fill_elastic_row", "is_mirrored", "distance", "span_of"),
 )
 
+OWNERS = ("residues", "shooting", "orbits")  # modules that make buffers of their own, or are handed such
+
 LIMIT, TURNED, REACHED = 0, 1, 2  # what ended a phase: the time, a zero of the velocity, a slider's limit
 PULLED = 3  # how a motion ended (beside DONE, CHATTER, WANDERS): where friction would turn into a pull
 

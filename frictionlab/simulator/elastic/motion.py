@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.simulator.elastic import engine as engines
 from frictionlab.simulator.elastic.layout import ELASTIC_PHASE
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.timeline import Timeline, absolute
+from frictionlab.simulator.timeline import Timeline, absolute, cycles_of
 
 __all__ = ["ElasticMotion", "from_phases"]
 
@@ -167,8 +167,7 @@ def from_phases(
         flip, later = np.array([1.0, 1, 1, -1, -1, -1, 1, -1, 1]), np.array([0.0, pi, 0, 0, 0, 0, 0, 0, 0])
         rows = np.vstack((rows, rows * flip + later))
     rows += 0.0
-    again = np.diff(rows[:, 1]) < 0.5 * rows[:-1, 2]  # a new cycle begins, also after a phase that filled one
-    cycle = first + np.concatenate(([0], np.cumsum(again)))
+    cycle = first + cycles_of(rows[:, 1], rows[:, 2])
     for column in (rows, cycle):
         column.setflags(write=False)
     return ElasticMotion(problem, rows, cycle, periodic)

@@ -101,18 +101,7 @@ def _solved(
         raise _endless(problem, float(row[layout.START]), float(row[layout.START_Z]), float(row[layout.START_V]))
     moved, mirror = code in (layout.PERIODIC, layout.STUCK), bool(row[layout.SIGN] < 0.0)
     orbit = from_phases(problem, room.phases, count, periodic=True, mirror=mirror) if moved else None
-    state = from_numbers(problem, row, orbit)
-    return replace(state, warnings=_of_stuck(problem)) if state.outcome == "stuck" else state
-
-
-def _of_stuck(problem: Problem) -> tuple[str, ...]:
-    """Return what is to be said of a contact that never slips."""
-    if problem.zeta or problem.frame_damping_ratio:
-        return ()
-    said = (
-        "The contact never slips and nothing else damps it: free vibration never dies out; this is the motion without."
-    )
-    return (said,)
+    return from_numbers(problem, row, orbit)
 
 
 def run(
@@ -205,7 +194,7 @@ def last(problem: Problem, cycles: int) -> SteadyState:
     state = from_numbers(problem, row, motion)
     if row[layout.MISS] <= SETTLED * engine.kernel.span_of(rig, room):
         return state
-    unknown: dict[str, Any] = {"symmetric": None, "period_cycles": None, "floquet_multiplier": None, "warnings": ()}
+    unknown: dict[str, Any] = {"symmetric": None, "period_cycles": None, "floquet_multiplier": None, "notes": 0}
     return replace(state, outcome="not settled", **unknown)
 
 

@@ -27,7 +27,6 @@ from frictionlab.simulator.kernel.layout import (
     PERIODIC,
     PHASE,
     PHASES,
-    POINT,
     ROW,
     SIGN,
     SPAN,
@@ -49,7 +48,6 @@ from frictionlab.simulator.kernel.layout import (
     VISCOUS,
     WORK,
     Buffer,
-    Contact,
     Force,
     Leg,
     Oscillator,
@@ -57,7 +55,7 @@ from frictionlab.simulator.kernel.layout import (
     Room,
     State,
 )
-from frictionlab.simulator.kernel.motion import local_force, make_rig, push_at, slide_at
+from frictionlab.simulator.kernel.motion import local_force, push_at, slide_at
 from frictionlab.simulator.kernel.orbits import find_orbit, settled, verdict
 from frictionlab.simulator.kernel.outlook import even_handed
 from frictionlab.simulator.kernel.shooting import spectral_radius, symmetric_force
@@ -78,7 +76,6 @@ __all__ = [
     "slide_work",
     "steady",
     "steady_from",
-    "sweep",
     "tell",
 ]
 
@@ -324,19 +321,6 @@ def set_force(r: float, frame: float, cosine: Buffer, sine: Buffer, force: Force
         else:
             lead = 2.0 * frame * r * k
             force.cosine[i], force.sine[i] = cosine[i] + lead * sine[i], sine[i] - lead * cosine[i]
-
-
-def sweep(points: Buffer, cosine: Buffer, sine: Buffer, force: Force, closed: int, room: Room, rows: Buffer) -> None:
-    """Fill one row of `rows` for each point: r and the numbers of its contact; each by itself, whatever the chunks."""
-    row = rows[:ROW].copy()
-    for i in range(len(points) // POINT):
-        at = POINT * i
-        r, beta, gradient, up, down = points[at], points[at + 1], points[at + 2], points[at + 3], points[at + 4]
-        contact = Contact(beta, gradient, up, down, points[at + 5], points[at + 6])
-        set_force(r, contact.frame, cosine, sine, force, room.wall)
-        steady(make_rig(r, contact, force), force, closed, room, row)
-        for j in range(ROW):
-            rows[ROW * i + j] = row[j]
 
 
 def evaluate(rig: Rig, force: Force, phases: Buffer, within: Buffer, states: Buffer) -> None:

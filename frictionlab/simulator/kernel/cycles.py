@@ -1,4 +1,4 @@
-"""Steady cycles on equally spaced phases of the drive, many in one call: what a plan and a fit compare."""
+"""Many steady states in one call: a map; and steady cycles on equally spaced phases, what a plan and a fit compare."""
 
 from math import ceil, nan
 
@@ -25,7 +25,20 @@ from frictionlab.simulator.kernel.layout import (
 )
 from frictionlab.simulator.kernel.motion import local_force, make_rig, slide_at
 
-__all__ = ["cycles", "sample"]
+__all__ = ["cycles", "sample", "sweep"]
+
+
+def sweep(points: Buffer, cosine: Buffer, sine: Buffer, force: Force, closed: int, room: Room, rows: Buffer) -> None:
+    """Fill one row of `rows` for each point: r and the numbers of its contact; each by itself, whatever the chunks."""
+    row = rows[:ROW].copy()
+    for i in range(len(points) // POINT):
+        at = POINT * i
+        r, beta, gradient, up, down = points[at], points[at + 1], points[at + 2], points[at + 3], points[at + 4]
+        contact = Contact(beta, gradient, up, down, points[at + 5], points[at + 6])
+        set_force(r, contact.frame, cosine, sine, force, room.wall)
+        steady(make_rig(r, contact, force), force, closed, room, row)
+        for j in range(ROW):
+            rows[ROW * i + j] = row[j]
 
 
 def sample(rig: Rig, force: Force, row: Buffer, room: Room, at: int, count: int, out: Buffer) -> None:

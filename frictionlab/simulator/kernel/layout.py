@@ -11,6 +11,8 @@ ENTRIES = (
     *("evaluate", "account", "fill_row", "mirrored"),
 )
 
+OWNERS = ("resonance", "settle", "cycles")  # modules that make buffers of their own, or are handed such
+
 Buffer = list[float]  # or an array: anything indexed
 
 
@@ -118,7 +120,8 @@ TALLY = 21
 OUTCOME, ENERGY, AMPLITUDE, STOPS, STUCK_SHARE, SYMMETRIC, PERIOD, MULTIPLIER, CLOSURE, MISS, CLOSED_FORM = range(11)
 START, SPAN, TURNS, SIGN, START_Z, START_V = range(11, 17)
 UNAWAITED = 17  # 1: an orbit from which the run from rest was still far when it was left
-ROW = 18
+GROWTH, NOTES = 18, 19  # written by Python: of a motion that does not repeat, what MISS says; `notes.Note` as bits
+ROW = 20
 
 # Outcomes; RUNAWAY: a slide's stiffness is not positive, PULLING: friction would turn into a pull on the orbit,
 # PARTING: the motion does not repeat, and its MISS is the factor by which a neighbour's distance grows in a cycle;

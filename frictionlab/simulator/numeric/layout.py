@@ -17,6 +17,7 @@ Table = tuple[Buffer, Buffer, Buffer, Buffer]  # the tableau as buffers
 Room = tuple[Buffer, ...]
 
 ENTRIES = ("carry", "account", "slips", "travel", "force_now", "close")  # what Python calls of the kernel
+OWNERS = ()
 
 COULOMB, STRIBECK, LOGARITHM, DAHL, BOUC_WEN, LUGRE, RATE_STATE = range(7)
 

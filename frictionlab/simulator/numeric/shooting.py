@@ -7,6 +7,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.simulator.meter import WAITED_CYCLES, WAITED_STEPS
 from frictionlab.simulator.numeric import layout
 from frictionlab.simulator.numeric.machine import LostError, Machine, Spent
 from frictionlab.simulator.problem import Problem
@@ -24,8 +25,6 @@ __all__ = [
 
 TURN = 2.0 * pi
 LONGEST = 8  # cycles of a period
-WAIT = 400  # cycles from rest before the answer is "not found"
-PATIENCE = 150_000  # steps of waiting; some seconds
 TRIES = (2, 4, 16, 64, 256)  # cycles after which Newton is tried though nothing repeats yet
 HELD_AFTER = 16  # cycles after which a contact that holds is believed to hold
 NEWTON = 15  # maps of one search
@@ -138,8 +137,8 @@ def find_orbit(machine: Machine, start: Floats | None, is_held: Callable[[Floats
 def settle(machine: Machine, begin: Floats, is_held: Callable[[Floats], bool]) -> Orbit | None:
     """Follow the run from a state until Newton can finish it: when it nearly repeats, and at times in any case."""
     past, close = [begin], CLOSE
-    for waited in range(1, WAIT + 1):
-        if machine.room[layout.TALLY][layout.STEPS] > PATIENCE:
+    for waited in range(1, WAITED_CYCLES + 1):
+        if machine.room[layout.TALLY][layout.STEPS] > WAITED_STEPS:
             return None
         past = [*past[-LONGEST:], propagate(machine, past[-1], TURN)[0]]
         misses = [_distance(machine, past[-1], other) for other in past[-2::-1]]

@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator.meter import STATE, Meter
+from frictionlab.simulator.notes import COARSE, SLOW, Note
 from frictionlab.simulator.numeric import layout, machine, shooting
 from frictionlab.simulator.numeric.machine import Machine, machine_of
 from frictionlab.simulator.numeric.motion import NumericMotion
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.state import Regime, SteadyState, still_far
+from frictionlab.simulator.state import Regime, SteadyState
 
 __all__ = ["RTOL", "run", "steady", "steady_from"]
 
@@ -24,7 +25,6 @@ FINEST, COARSEST = 1e-12, 1e-3
 TIGHTEN, TIGHTER = 0.03, 2  # where the two energies differ by more than the tolerance: how much finer, how many times
 CLOSED, SMALLEST = 1e-9, 1e-15  # and what is always good enough, over the energy and over k Y^2
 REFINING = 14  # periods' steps that an orbit by finer steps takes: it may cost half of what the search may
-LOOSE = 1e-6  # over the energy: a closure error above it is said
 HIDDEN = 0.1  # and one above which the energy is not known at all
 MOST = 200_000  # steps of a search for a steady state: some seconds; a run of many cycles may take more
 HINT = 2_000  # steps that plain Python may try where the compiled kernel is a second away
@@ -158,11 +158,9 @@ def _holds(problem: Problem, means: _Means) -> Callable[[Floats], bool]:
 def _answer(problem: Problem, means: _Means, found: shooting.Orbit | None) -> SteadyState:
     """The numbers of an orbit, by finer steps where its two energies differ by more than the tolerance."""
     if found is None:
-        said = (
-            f"the motion from rest was not seen to settle on an orbit within {shooting.WAIT} cycles and "
-            f"{shooting.PATIENCE:,} steps; --cycles N tells the last of N cycles."
+        return SteadyState(
+            problem, "numeric", "not found", notes=Note.UNSETTLED | _gives_energy(problem) * Note.NOT_PASSIVE
         )
-        return SteadyState(problem, "numeric", "not found", warnings=(said,))
     for _ in range(TIGHTER + 1):
         told = _told(problem, found, *_recorded(problem, means, (found.state, 0.0, found.cycles), periodic=True))
         off, size = told.closure_error or 0.0, told.energy_per_cycle or 0.0
@@ -176,16 +174,9 @@ def _answer(problem: Problem, means: _Means, found: shooting.Orbit | None) -> St
         if better is None:
             break
         found = better
-    return _hidden(problem) if problem.beta > 0.0 and told.outcome == "periodic" and off > HIDDEN * size else told
-
-
-def _hidden(problem: Problem) -> SteadyState:
-    """The answer where friction does less work than the steps' tolerance leaves open."""
-    said = (
-        f"friction of {problem.beta:.3g} k Y is too weak for this solver: it does less work than the steps' tolerance "
-        "leaves open, so that the size of the motion is not known. Take the plain law coulomb (exact), or no friction."
-    )
-    return SteadyState(problem, "numeric", "not found", warnings=(said,))
+    if problem.beta > 0.0 and told.outcome == "periodic" and off > HIDDEN * size:
+        return SteadyState(problem, "numeric", "not found", notes=Note.FRICTION_HIDDEN)
+    return told
 
 
 def _recorded(
@@ -246,20 +237,9 @@ def _told(problem: Problem, found: shooting.Orbit, motion: NumericMotion, tally:
         floquet_multiplier=found.multiplier,
         closure_error=abs(put_in - dissipated),
         residual=found.residual,
-        warnings=(*_warnings(problem, found, stuck=stuck), *_loose(abs(put_in - dissipated), dissipated, stuck=stuck)),
+        notes=_notes(problem, found, abs(put_in - dissipated) / dissipated if dissipated else 0.0, stuck=stuck),
         orbit=motion,
     )
-
-
-def _loose(off: float, energy: float, *, stuck: bool) -> tuple[str, ...]:
-    """Say so where the two energies differ by more than steps of the default tolerance leave."""
-    if stuck or off <= LOOSE * energy or energy == 0.0:
-        return ()
-    said = (
-        f"Numbers are good to about {off / energy:.0e} only: energies in and out differ so. Friction this weak, or "
-        "that changes within so small a speed, is lost in the tolerance of the steps."
-    )
-    return (said,)
 
 
 def _resting_share(motion: NumericMotion) -> float:
@@ -286,39 +266,25 @@ def _is_symmetric(found: shooting.Orbit, motion: NumericMotion) -> bool:
     return bool(np.max(np.abs(one + other)) < 1e-6 * np.max(np.abs(one)))
 
 
-def _warnings(problem: Problem, found: shooting.Orbit, *, stuck: bool) -> tuple[str, ...]:
-    """What the numbers do not say, a sentence each."""
-    said = [*_not_passive(problem)]
-    if not found.is_exact:
-        said.append(f"The contact holds but creeps: after a cycle the state misses itself by {found.residual:.1g}.")
-    if not found.awaited:
-        said.append(still_far(shooting.WAIT))
-    if stuck:
-        return tuple(said)
-    if 1.0 - abs(found.multiplier) < 1e-3:
-        lasts = f"{1.0 / (1.0 - abs(found.multiplier)):.1g}" if abs(found.multiplier) < 1.0 else "endlessly many"
-        said.append(f"The motion forgets its start slowly: a disturbance lasts {lasts} periods.")
-    if found.awaited and shooting.is_weakening(problem):
-        said.append(
-            "Friction that falls with speed or varies along the path may have other motions beside this one, which "
-            "rest settles on."
-        )
-    return tuple(said)
+def _notes(problem: Problem, found: shooting.Orbit, off: float, *, stuck: bool) -> int:
+    """What the numbers do not say; `off` is the closure error over the energy."""
+    said = {
+        Note.NOT_PASSIVE: _gives_energy(problem),
+        Note.CREEPS: not found.is_exact,
+        Note.FORGETS_SLOWLY: not stuck and 1.0 - abs(found.multiplier) < SLOW,
+        Note.REST_STILL_FAR: not found.awaited,
+        Note.MAY_COEXIST: not stuck and found.awaited and shooting.is_weakening(problem),
+        Note.FEWER_DIGITS: not stuck and off > COARSE,
+    }
+    return sum(int(note) for note, is_so in said.items() if is_so)
 
 
-def _not_passive(problem: Problem) -> tuple[str, ...]:
+def _gives_energy(problem: Problem) -> bool:
     """Whether LuGre friction may give energy back."""
     p = problem.parameters
     if not problem.law.has("lugre"):
-        return ()
-    needed = p["bristle_damping"] * (p["static_ratio"] - 1.0)
-    if 2.0 * problem.zeta * problem.r >= needed:
-        return ()
-    said = (
-        "LuGre friction is not passive here: it may give energy back; passive needs 2 contact_damping_ratio r > "
-        f"bristle_damping (static_ratio - 1) = {needed:.3g} (term speed, or a smaller bristle_damping)."
-    )
-    return (said,)
+        return False
+    return 2.0 * problem.zeta * problem.r < p["bristle_damping"] * (p["static_ratio"] - 1.0)
 
 
 def _is_unbounded(problem: Problem) -> bool:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 Buffer = list[float]  # or an array: anything indexed
 
 ENTRIES = ("travel", "spline_slopes")  # what Python calls of the kernel
+OWNERS = ()
 
 
 class Rig(NamedTuple):

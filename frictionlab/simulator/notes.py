@@ -1,0 +1,284 @@
+"""What the numbers of a steady state do not say: each note stands once, as a bit of a map's row and as a sentence."""
+
+from collections.abc import Callable, Mapping
+from enum import IntFlag, auto
+from math import isfinite
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.kernel.settle import LONGEST, PATIENCE
+from frictionlab.simulator.meter import WAITED_CYCLES, WAITED_STEPS
+
+if TYPE_CHECKING:
+    from frictionlab.simulator.problem import Problem
+    from frictionlab.simulator.state import SteadyState
+
+__all__ = ["WORDS", "Asked", "Note", "asked_of", "drive_of", "in_continuum", "notes_of", "sentences"]
+
+LOOSE = 1e-10  # relative closure error of exact phases above which it is said
+COARSE = 1e-6  # the same of a law that is integrated
+ROUNDING = 1e-14  # of the force times the amplitude: what rounding leaves of the work put in
+SLOW = 1e-3  # of a disturbance is forgotten in a period, or less: that is said
+
+
+class Note(IntFlag):
+    """What a reader of a steady state must know; in the order in which the sentences are told."""
+
+    FAILED = auto()
+    RUNS_AWAY = auto()
+    PULLS = auto()
+    CHATTERS = auto()
+    PARTS = auto()
+    GIVEN_UP = auto()
+    UNSETTLED = auto()
+    FRICTION_HIDDEN = auto()
+    NOT_PASSIVE = auto()
+    UNDAMPED = auto()
+    CONTINUUM = auto()
+    CREEPS = auto()
+    FORGETS_SLOWLY = auto()
+    REST_STILL_FAR = auto()
+    MAY_COEXIST = auto()
+    MAY_GO_ON = auto()
+    FEWER_DIGITS = auto()
+
+
+WORDS: Mapping[Note, str] = {
+    Note.FAILED: "could not be solved: `frictionlab simulate` says why",
+    Note.RUNS_AWAY: "the gradient is so steep that the mass runs away",
+    Note.PULLS: "friction would turn into a pull on the way",
+    Note.CHATTERS: "events without end",
+    Note.PARTS: "the motion does not repeat (chaos)",
+    Note.GIVEN_UP: "the search was given up after its share of work",
+    Note.UNSETTLED: "the motion from rest was not seen to settle on an orbit",
+    Note.FRICTION_HIDDEN: "friction is too weak for the solver",
+    Note.NOT_PASSIVE: "LuGre friction is not passive: it may give energy back",
+    Note.UNDAMPED: "nothing damps: free vibration never dies out",
+    Note.CONTINUUM: "one of a continuum of motions is told",
+    Note.CREEPS: "the contact holds but creeps",
+    Note.FORGETS_SLOWLY: "the motion forgets its start slowly",
+    Note.REST_STILL_FAR: "the run from rest was still far from this motion: rest may settle on another",
+    Note.MAY_COEXIST: "other motions may coexist with this one, which rest settles on",
+    Note.MAY_GO_ON: "the mass stays at rest, but a motion once begun might go on",
+    Note.FEWER_DIGITS: "numbers are good to fewer digits than usual: energies in and out differ",
+}
+"""What each note says of many points, in few words."""
+
+
+class Asked(NamedTuple):
+    """What was asked, as far as notes depend on it: numbers of one problem, or arrays over the points of a map."""
+
+    r: Any
+    beta: Any
+    mu: Any
+    zeta: Any
+    frame: Any
+    gradient: Any
+    drive: Any  # bound of the force
+    plain: bool  # whether the base is one cosine
+    rigid: bool
+
+
+def drive_of(r: Any, frame: Any, wall: str, base: Any) -> Any:
+    """Return the bound of |F|, the sum of its harmonics' amplitudes (as `Problem.force_size`), of numbers or arrays."""
+    total = 0.0
+    for k, (c, s) in enumerate(zip(base.cosine, base.sine, strict=True), 1):
+        size = (c * c + s * s) ** 0.5
+        total = total + size * ((k * r) ** 2 if wall == "base" else (1.0 + (2.0 * k * frame * r) ** 2) ** 0.5)
+    return total
+
+
+def asked_of(problem: "Problem") -> Asked:
+    """Return what was asked by one problem."""
+    numbers = (problem.r, problem.beta, problem.mu, problem.zeta, problem.frame_damping_ratio)
+    drive = drive_of(problem.r, problem.frame_damping_ratio, problem.wall, problem.base)
+    plain, rigid = problem.base.harmonics == 1, problem.law.kind == "rigid"
+    return Asked(*numbers, problem.parameter("gradient"), drive, plain, rigid)
+
+
+def notes_of(asked: Asked, row: Any) -> Any:
+    """Return the notes of a kernel's row (or of columns of rows) of a law with exact phases, as bits.
+
+    Parameters
+    ----------
+    asked : Asked
+    row : sequence
+        What `kernel.layout` says stands in a row: numbers, or arrays over the points of a map.
+    """
+    outcome, multiplier, beta = row[layout.OUTCOME], row[layout.MULTIPLIER], asked.beta
+    moves, rests, unawaited = outcome == layout.PERIODIC, outcome == layout.STUCK, row[layout.UNAWAITED] == 1.0
+    undamped = (asked.zeta == 0.0) & (asked.frame == 0.0)
+    free = (beta == 0.0) & undamped
+    many = in_continuum(asked) & _not(free)
+    static = asked.mu > 1.0
+    left = row[layout.CLOSURE] - ROUNDING * asked.drive * row[layout.AMPLITUDE]
+    loose = (left > LOOSE * row[layout.ENERGY]) & (row[layout.ENERGY] > 0.0)
+    alone = (asked.mu == 1.0) & (asked.gradient == 0.0) & asked.rigid
+    held = rests & (not asked.rigid)
+    said = {
+        Note.FAILED: outcome != outcome,  # noqa: PLR0124 - not a number
+        Note.RUNS_AWAY: outcome == layout.RUNAWAY,
+        Note.PULLS: outcome == layout.PULLING,
+        Note.CHATTERS: outcome == layout.CHATTERED,
+        Note.PARTS: outcome == layout.PARTING,
+        Note.GIVEN_UP: outcome == layout.COSTLY,
+        Note.UNSETTLED: (outcome == layout.NOT_FOUND) & _not(alone),
+        Note.UNDAMPED: (moves & free) | (held & undamped),
+        Note.CONTINUUM: moves & many,
+        Note.FORGETS_SLOWLY: moves & _not(free) & _not(many) & (1.0 - abs(multiplier) < SLOW),
+        Note.REST_STILL_FAR: moves & unawaited,
+        Note.MAY_COEXIST: moves & _not(unawaited) & static,
+        Note.MAY_GO_ON: rests & _not(held) & static & (beta < asked.drive),
+        Note.FEWER_DIGITS: (moves | rests) & _not(held) & loose,
+    }
+    return sum(int(note) * found for note, found in said.items())
+
+
+def _not(truth: Any) -> Any:
+    return truth ^ True
+
+
+def in_continuum(asked: Asked) -> Any:
+    """Tell whether the problem lies on the continuum of asymmetric motions, eq. (3.3)."""
+    n = (0.5 / asked.r + 0.5) // 1.0
+    cosine = (asked.zeta == 0.0) & (asked.frame == 0.0) & (asked.mu == 1.0) & (asked.gradient == 0.0) & asked.plain
+    there = (n >= 1.0) & (abs(asked.r * 2.0 * n - 1.0) <= 1e-12)
+    return cosine & asked.rigid & there & (asked.beta * abs(4.0 * n * n - 1.0) <= asked.drive)
+
+
+def sentences(state: "SteadyState") -> tuple[str, ...]:
+    """Return the notes of a steady state as sentences, with its numbers."""
+    return tuple(SENTENCES[note](state) for note in Note if note & state.notes)
+
+
+def _parts(state: "SteadyState") -> str:
+    grown = state.growth_per_cycle
+    told = "" if grown is None else f", in the mean by a factor of {grown:.3g} in each cycle"
+    return (
+        f"the motion does not repeat: motions beside it move apart{told} (chaos). --cycles N tells the last of N "
+        "cycles, and --all whether other starts settle."
+    )
+
+
+def _given_up(state: "SteadyState") -> str:
+    miss = state.residual
+    near = "" if not miss or not isfinite(miss) else f" When it was, the motion missed itself by {miss:.1g} Y."
+    return (
+        "the search was given up after a second of work: this motion makes thousands of slides in a cycle, or is "
+        f"braked so little that it takes too long to settle.{near} --cycles N tells the last of N cycles; with more "
+        "friction or damping, or a larger r, there is less to do."
+    )
+
+
+def _unsettled(state: "SteadyState") -> str:
+    kind = state.problem.law.kind
+    if kind == "rigid":
+        return f"within {PATIENCE} cycles the motion has not settled on an orbit of up to {LONGEST} cycles."
+    within = "" if kind == "elastic" else f" within {WAITED_CYCLES} cycles and {WAITED_STEPS:,} steps"
+    return f"the motion from rest was not seen to settle on an orbit{within}; --cycles N tells the last of N cycles."
+
+
+def _friction_hidden(state: "SteadyState") -> str:
+    return (
+        f"friction of {state.problem.beta:.3g} k Y is too weak for this solver: it does less work than the steps' "
+        "tolerance leaves open, so that the size of the motion is not known. Take the plain law coulomb (exact), or "
+        "no friction."
+    )
+
+
+def _not_passive(state: "SteadyState") -> str:
+    p = state.problem.parameters
+    needed = p["bristle_damping"] * (p["static_ratio"] - 1.0)
+    return (
+        "LuGre friction is not passive here: it may give energy back; passive needs 2 contact_damping_ratio r > "
+        f"bristle_damping (static_ratio - 1) = {needed:.3g} (term speed, or a smaller bristle_damping)."
+    )
+
+
+def _undamped(state: "SteadyState") -> str:
+    if state.outcome == "stuck":
+        return (
+            "The contact never slips and nothing else damps it: free vibration never dies out; this is the motion "
+            "without."
+        )
+    return "Nothing damps this oscillator: free vibration never dies out, and this is the motion without any."
+
+
+def _continuum(state: "SteadyState") -> str:
+    n = round(0.5 / state.problem.r)
+    return (
+        f"At r = 1/{2 * n} with beta <= 1/(4 n^2 - 1) a continuum of asymmetric motions (3.3) has the same energy "
+        "and amplitude; this is the symmetric one. A run from rest creeps towards its edge like N^(-1/2)."
+    )
+
+
+def _creeps(state: "SteadyState") -> str:
+    return f"The contact holds but creeps: after a cycle the state misses itself by {state.residual:.1g}."
+
+
+def _forgets_slowly(state: "SteadyState") -> str:
+    kept = abs(state.floquet_multiplier or 0.0)
+    lasts = f"{1.0 / (1.0 - kept):.1g}" if kept < 1.0 else "endlessly many"
+    return f"The motion forgets its start slowly: a disturbance lasts {lasts} periods."
+
+
+def _rest_still_far(state: "SteadyState") -> str:
+    waited = PATIENCE if state.problem.law.is_exact else WAITED_CYCLES
+    return (
+        f"This motion is stable, but the run from rest was still far from it after {waited} cycles: rest may settle on "
+        "another."
+    )
+
+
+def _may_coexist(state: "SteadyState") -> str:
+    if state.problem.law.is_exact:
+        return "With static friction (mu > 1) other motions may coexist; this is the one that rest settles on."
+    return (
+        "Friction that falls with speed or varies along the path may have other motions beside this one, which rest "
+        "settles on."
+    )
+
+
+def _fewer_digits(state: "SteadyState") -> str:
+    off, energy = state.closure_error or 0.0, state.energy_per_cycle or np.nan
+    if not state.problem.law.is_exact:
+        return (
+            f"Numbers are good to about {off / energy:.0e} only: energies in and out differ so. Friction this weak, or "
+            "that changes within so small a speed, is lost in the tolerance of the steps."
+        )
+    off = max(0.0, off - ROUNDING * asked_of(state.problem).drive * (state.response_amplitude or 0.0))
+    return (
+        f"So close to resonance or rest, numbers are good to about {off / energy:.0e} only: energies in and out differ "
+        "so."
+    )
+
+
+SENTENCES: Mapping[Note, Callable[["SteadyState"], str]] = {
+    Note.FAILED: lambda _: f"{WORDS[Note.FAILED]}.",
+    Note.RUNS_AWAY: lambda _: (
+        "gradient: beta |gradient| >= 1: friction changes along the path faster than the spring's force "
+        "and the mass runs away; this is not computed: take a smaller gradient."
+    ),
+    Note.PULLS: lambda _: (
+        "gradient: on this motion the mass goes where the friction force beta (1 + gradient z) is below 0, "
+        "which no contact does; no numbers are given: take a smaller gradient."
+    ),
+    Note.CHATTERS: lambda _: (
+        "events without end: more phases in a cycle than any motion has; `frictionlab simulate` tells the last state."
+    ),
+    Note.PARTS: _parts,
+    Note.GIVEN_UP: _given_up,
+    Note.UNSETTLED: _unsettled,
+    Note.FRICTION_HIDDEN: _friction_hidden,
+    Note.NOT_PASSIVE: _not_passive,
+    Note.UNDAMPED: _undamped,
+    Note.CONTINUUM: _continuum,
+    Note.CREEPS: _creeps,
+    Note.FORGETS_SLOWLY: _forgets_slowly,
+    Note.REST_STILL_FAR: _rest_still_far,
+    Note.MAY_COEXIST: _may_coexist,
+    Note.MAY_GO_ON: lambda _: "A motion once begun might go on: kinetic friction alone does not hold the mass.",
+    Note.FEWER_DIGITS: _fewer_digits,
+}

@@ -1,0 +1,127 @@
+"""What the numbers of a steady state do not say reaches row, file, figure and screen alike, from one place."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from frictionlab.cli import app
+from frictionlab.maps import Grid, make_map
+from frictionlab.simulator import Problem, steady_state, sweep
+from frictionlab.simulator.notes import SENTENCES, WORDS, Note, asked_of
+from frictionlab.simulator.sweep import Family, warm_up
+from frictionlab.tables import read_rows
+
+CHAOS = (0.36543323682064005, 0.1186830137216871, 2.5182266324590397)
+SAID = {  # r, beta, mu, zeta, law, parameters: a word of what is to be said
+    "continuum": ((0.5, 0.2, 1.0, 0.0), "coulomb", {}),
+    "Nothing damps": ((0.5, 0.0, 1.0, 0.0), "coulomb", {}),
+    "a disturbance lasts": ((1.0 + 1e-6, 0.1, 1.0, 0.0), "coulomb", {}),
+    "factor of 1.17": ((*CHAOS, 0.0), "coulomb", {}),
+    "rest settles on": ((0.3, 0.2, 3.0, 0.0), "coulomb", {}),
+    "might go on": ((0.3, 0.4, 3.0, 0.0), "coulomb", {}),
+    "mass runs away": ((0.5, 0.5, 1.0, 0.0), "coulomb+place", {"gradient": 2.5}),
+    "which no contact does": ((1.0001, 0.3, 1.0, 0.0), "coulomb+place", {"gradient": 0.1}),
+    "The contact never slips": ((0.3, 3.0, 1.0, 0.0), "coulomb+compliance", {"stiffness_ratio": 10.0}),
+    "Friction that falls with speed": (
+        (0.5, 0.4, 1.0, 0.0),
+        "coulomb+stribeck",
+        {"static_ratio": 1.3, "stribeck_speed": 0.1},
+    ),
+    "not passive": (
+        (0.7, 0.4, 1.0, 0.0),
+        "coulomb+lugre",
+        {"stiffness_ratio": 50.0, "bristle_damping": 0.1, "static_ratio": 1.05, "stribeck_speed": 1.0},
+    ),
+}
+
+
+@pytest.mark.parametrize("words", SAID)
+def test_a_row_of_a_map_says_what_the_steady_state_says(words: str) -> None:
+    point, law, parameters = SAID[words]
+    told = steady_state(Problem(*point, law=law, parameters=parameters))
+    r, beta, mu, zeta = point
+    states = sweep([r], [beta], [mu], [zeta], law=law, parameters={name: [value] for name, value in parameters.items()})
+    row = next(states.rows())
+    assert any(words in sentence for sentence in told.warnings)
+    assert row["warnings"] == list(told.warnings) == list(told.row()["warnings"])  # type: ignore[call-overload]
+    for key in ("energy_per_cycle", "residual", "growth_per_cycle"):
+        value = told.row()[key]
+        assert row[key] == (None if value is None else pytest.approx(value, rel=1e-12, abs=1e-14)), key
+
+
+def test_notes_of_many_points_are_those_of_each() -> None:
+    """The rules are elementwise: arrays and numbers go through the same lines."""
+    warm_up("coulomb")
+    rng = np.random.default_rng(20)
+    r, beta = np.append(rng.uniform(0.3, 1.5, 2), [0.5, 1.0]), np.append(rng.uniform(0.0, 0.9, 2), [0.0, 0.05])
+    gradients = [0.0, 0.1]
+    states = sweep(
+        r.tolist(), beta.tolist(), [1.0, 2.0], [0.0, 0.02], law="coulomb+place", parameters={"gradient": gradients}
+    )
+    seen = set()
+    for row in states.rows():
+        r0, b0, mu, zeta, gradient = (float(str(row[key])) for key in ("r", "beta", "mu", "zeta", "gradient"))
+        told = steady_state(Problem(r0, b0, mu, zeta, law="coulomb+place", parameters={"gradient": gradient}))
+        assert row["warnings"] == list(told.warnings), told
+        seen |= {note for note in Note if note & told.notes}
+    assert len(seen) >= 4
+
+
+@pytest.mark.parametrize("wall", ["fixed", "base"])
+def test_the_force_of_many_points_is_that_of_each(wall: str) -> None:
+    points = np.array([[0.3, 0.2, 1.0, 0.0, 0.1], [1.7, 0.5, 1.0, 0.1, 0.3]])
+    family = Family("coulomb+speed", ("frame_damping_ratio",), wall)  # type: ignore[arg-type]  # a parameter's value
+    drives = family.asked(family.contacts(points)).drive
+    for point, drive in zip(points, np.broadcast_to(drives, 2), strict=True):
+        problem = family.problem(point.tolist())
+        assert drive == pytest.approx(problem.force_size, rel=1e-14) == asked_of(problem).drive
+
+
+def test_every_note_has_words_and_a_sentence() -> None:
+    assert set(WORDS) == set(SENTENCES) == set(Note)
+    assert not any(words.endswith(".") for words in WORDS.values())
+
+
+def test_the_file_of_a_map_has_flags_with_their_meanings(tmp_path: Path) -> None:
+    for _ in make_map(Grid((0.5, 0.6), (0.2,)), tmp_path / "map.h5", workers=1):
+        pass
+    with h5py.File(tmp_path / "map.h5") as file:
+        flags = file["warnings"]
+        meanings, masks = flags.attrs["flag_meanings"].split(), flags.attrs["flag_masks"]
+        said = dict(zip(meanings, zip(masks, flags.attrs["flag_sentences"], strict=True), strict=True))
+        mask, sentence = said["continuum"]
+        assert flags[...].ravel().tolist() == [mask, 0]
+        assert sentence == WORDS[Note.CONTINUUM]
+        assert len(meanings) == len(masks) == len(Note)
+
+
+def _ran(*arguments: str) -> Any:
+    return CliRunner().invoke(app, [*arguments])
+
+
+def test_a_sweep_tells_each_kind_of_warning_once_with_its_place(tmp_path: Path) -> None:
+    grid = ("sweep", "--r", "0.5,0.6", "--beta", "0.1,0.2", "-o", str(tmp_path / "map.csv"), "--force")
+    ran = _ran(*grid)
+    assert ran.stderr.count("warning") == 1
+    assert (
+        "warning: at 2 of 4 points one of a continuum of motions is told (the first: r = 0.5, beta = 0.1" in ran.stderr
+    )
+    assert "continuum" not in _ran(*grid, "--quiet").stderr
+    rows = [json.loads(line) for line in _ran(*grid, "--json").stdout.splitlines()]
+    assert [len(row["warnings"]) for row in rows] == [1, 1, 0, 0]
+    assert [row["warnings"] for row in read_rows(tmp_path / "map.csv")] == [row["warnings"] for row in rows]
+    shown = _ran("show", str(tmp_path / "map.csv")).stdout
+    assert shown.count("continuum") == 1
+    assert "row 1 and 1 more: At r = 1/2" in shown
+
+
+def test_simulate_has_its_warnings_in_the_row_and_once_on_the_screen() -> None:
+    row = json.loads(_ran("simulate", "--r", "0.5", "--beta", "0.2", "--json").stdout)
+    assert row["warnings"] == list(steady_state(Problem(0.5, 0.2)).warnings)
+    ran = _ran("simulate", "--r", "0.5", "--beta", "0.2")
+    assert (ran.stdout + ran.stderr).count("continuum") == 1
