@@ -1,5 +1,6 @@
 """Elastic contacts, slow and obvious: a tight Runge-Kutta integration, an event for every turn and every limit."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -40,14 +41,16 @@ class Event:
         return float(self.way * y[2 + self.slider] - limit)
 
 
-def run(problem: Problem, end: float, z: float = 0.0, v: float = 0.0) -> Run:
-    """Carry a state from tau = 0, relaxed sliders, to the end."""
+def run(
+    problem: Problem, end: float, z: float = 0.0, v: float = 0.0, forces: Sequence[float] = (), *, slips: bool = False
+) -> Run:
+    """Carry a state from tau = 0 to the end; relaxed sliders, or with forces, and all slip the way the mass goes."""
     kappa, beta = (np.array(values) for values in sliders_of(problem))
     cosine, sine = (np.array(values) for values in problem.force)
     order = np.arange(1, len(cosine) + 1)
     q, thick = problem.parameter("gradient"), 2 * (problem.zeta + problem.frame_damping_ratio) * problem.r
-    tau, side, held, times = 0.0, np.zeros(len(kappa)), 0.0, []
-    y = np.concatenate(([z, v], np.zeros(len(kappa)), [0.0]))
+    tau, side, held, times = 0.0, np.full(len(kappa), np.sign(v) if slips else 0.0), 0.0, []
+    y = np.concatenate(([z, v], forces if len(forces) else np.zeros(len(kappa)), [0.0]))
 
     def rates(t: float, y: np.ndarray) -> np.ndarray:
         f = float(np.cos(order * t) @ cosine + np.sin(order * t) @ sine)

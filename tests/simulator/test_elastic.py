@@ -14,8 +14,10 @@ from mpmath import mpf
 from frictionlab.errors import ParameterError, SimulationError
 from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_state
 from frictionlab.simulator.elastic import engine, iwan_sliders, ringing, run, sliders_of, steady, works
+from frictionlab.simulator.elastic.motion import ElasticMotion
 from tests.simulator import elastic_twin
 
+TURN = 2.0 * pi
 REFERENCE = json.loads((Path(__file__).parent / "reference" / "elastic_reference.json").read_text())
 
 
@@ -63,6 +65,22 @@ def test_agrees_with_fifty_digits_at_hard_points(row: dict[str, Any]) -> None:
     assert state.closure_error < 1e-11 * state.energy_per_cycle
 
 
+def drawn(seed: int) -> Problem:
+    """Every term, five harmonics, either wall, a damped frame; one slider or three."""
+    rng = np.random.default_rng(seed)
+    base = Base((1.0, *map(float, rng.uniform(-0.3, 0.3, 4))), tuple(map(float, rng.uniform(-0.3, 0.3, 5))))
+    kind, wall = ("compliance", "iwan")[seed % 2], ("fixed", "base")[seed // 2 % 2]
+    r, beta = float(rng.uniform(0.3, 1.5)), float(rng.uniform(0.2, 0.7))
+    given = {"stiffness_ratio": float(rng.uniform(5.0, 100.0)), "gradient": float(rng.uniform(-0.15, 0.15))}
+    given |= {"contact_damping_ratio": float(rng.uniform(0.0, 0.1))}
+    given |= {f"static_ratio_{way}": float(rng.uniform(1.0, 1.4)) for way in ("up", "down")}
+    given |= {"sliders": 3.0, "chi": float(rng.uniform(-0.8, 0.0))} if kind == "iwan" else {}
+    law = f"coulomb+{kind}+place+speed+breakaway"
+    size = r * r if wall == "base" else 1.0
+    frame = float(rng.uniform(0.0, 0.1))
+    return Problem(r, beta * size, wall=wall, base=base, law=law, parameters=given, frame_damping_ratio=frame)  # type: ignore[arg-type]  # one of two words
+
+
 @pytest.mark.parametrize(
     "problem",
     [
@@ -82,6 +100,7 @@ def test_agrees_with_fifty_digits_at_hard_points(row: dict[str, Any]) -> None:
             parameters={"static_ratio_up": 1.2, "static_ratio_down": 1.1, "gradient": -0.1},
             wall="base",
         ),
+        *map(drawn, range(4)),
     ],
     ids=lambda problem: problem.law.name,
 )
@@ -99,6 +118,24 @@ def test_two_cycles_from_rest_agree_with_the_slow_twin(problem: Problem) -> None
     given_way = np.clip(fast.slipping - before, 0.0, None).sum()
     assert len(fast.turning_points[0]) + given_way == pytest.approx(len(slow.events), abs=1)
     assert float(np.diff(fast.stops).sum()) == pytest.approx(slow.held, abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", [20, 22, 24, 26, 28, 30])
+def test_under_harmonics_the_slow_twin_carries_the_orbit_back(seed: int) -> None:
+    problem = drawn(seed)
+    state = steady_state(problem)
+    orbit, spring = state.orbit, 2.0 * problem.zeta * problem.r
+    assert isinstance(orbit, ElasticMotion)
+    assert state.period_cycles == 1
+    x, v = (float(value) for value in orbit.at(0.0))
+    wall = (float(problem.base.at(0.0)), float(problem.base.rate_at(0.0))) if problem.wall == "base" else (0.0, 0.0)
+    z, v = x - wall[0], v - wall[1]
+    held = any(begin <= tau < end for begin, end in orbit.stops for tau in (0.0, TURN))
+    force = float(orbit.force(0.0)) - spring * v
+    slow = elastic_twin.run(problem, TURN, z, v, [force], slips=not held)
+    assert [slow.z, slow.v, slow.force] == pytest.approx([z, v, force], abs=1e-9)
+    if problem.wall == "base":  # a fixed wall's frame dashpot takes from the base, too
+        assert slow.work == pytest.approx(state.energy_per_cycle, rel=1e-8)
 
 
 def test_the_steady_state_is_the_one_that_the_run_from_rest_comes_to() -> None:
