@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 AXES = ("r", "beta", "mu", "zeta")
 MOST_VALUES = 10_000_000
 VALUES = "START:STOP:STEP"
+TIMES = "x"  # before a factor, in the place of a step
+NEARLY = Decimal("1e-12")  # how far a factor's last value may lie beyond the end
 
 
 def sweep(
@@ -61,8 +63,8 @@ def sweep(
     """Map steady states over frequency ratio, friction ratio, static friction, damping and parameters of a law.
 
     Each takes a list (0.1,0.2), a range with both ends (0.1:0.9:0.1), or one number; so does --parameter, as in
-    --parameter gradient=0:0.1:0.02. What is solved is saved as it goes; --resume continues after Ctrl-C or a power cut
-    and ends in the same file.
+    --parameter gradient=0:0.1:0.02. A range may go by a factor: stiffness_ratio=10:1e6:x10. What is solved is saved as
+    it goes; --resume continues after Ctrl-C or a power cut and ends in the same file.
 
     Example: frictionlab sweep --r 0.02:2.5:0.01 --beta 0.1:0.9:0.1 -o map.h5
     """
@@ -125,18 +127,37 @@ def _leave(steps: "Generator[Step]", words: str) -> None:
 def values_of(text: str, option: str) -> list[float]:
     """Read a list ``0.1,0.2`` or a range ``START:STOP:STEP`` with both ends; decimal, so that 0.3 is 0.3.
 
+    A step that begins with x is a factor.
+
     Examples
     --------
-    >>> values_of("0.1:0.4:0.1", "--beta"), values_of("0.5,1", "--r")
-    ([0.1, 0.2, 0.3, 0.4], [0.5, 1.0])
+    >>> values_of("0.1:0.4:0.1", "--beta"), values_of("0.5,1", "--r"), values_of("10:1e4:x10", "--parameter kappa")
+    ([0.1, 0.2, 0.3, 0.4], [0.5, 1.0], [10.0, 100.0, 1000.0, 10000.0])
     """
     try:
         if ":" not in text:
             return [float(Decimal(part)) for part in text.split(",")]
-        start, stop, step = (Decimal(part) for part in text.split(":"))
+        first, last, by = text.split(":")
+        if by.strip().startswith(TIMES):
+            return _by_factor(Decimal(first), Decimal(last), Decimal(by.strip().removeprefix(TIMES)), option)
+        start, stop, step = Decimal(first), Decimal(last), Decimal(by)
         number = math.floor((stop - start) / step) + 1
     except (InvalidOperation, ValueError, ZeroDivisionError, OverflowError) as error:
-        raise UsageError(f"{option}: expected a list 0.1,0.2 or a range START:STOP:STEP; got {text!r}") from error
+        raise UsageError(
+            f"{option}: expected a list 0.1,0.2 or a range START:STOP:STEP or START:STOP:xFACTOR; got {text!r}"
+        ) from error
     if not (0 < number <= MOST_VALUES and step > 0):
         raise UsageError(f"{option}: expected 1 to {MOST_VALUES} values going up; got {number} from {text!r}")
     return [float(start + i * step) for i in range(number)]
+
+
+def _by_factor(start: Decimal, stop: Decimal, factor: Decimal, option: str) -> list[float]:
+    """The values from start to stop, each a factor larger than the one before."""
+    if not (0 < start <= stop < Decimal("Infinity") and 1 < factor < Decimal("Infinity")):
+        raise UsageError(
+            f"{option}: expected START:STOP:xFACTOR with 0 < START <= STOP and FACTOR > 1; got {start}:{stop}:x{factor}"
+        )
+    number = int((stop * (1 + NEARLY) / start).ln() / factor.ln()) + 1
+    if number > MOST_VALUES:
+        raise UsageError(f"{option}: expected 1 to {MOST_VALUES} values; got {number}")
+    return [float(start * factor**i) for i in range(number)]

@@ -17,6 +17,7 @@ PANELS = {
     "response_amplitude": "amplitude over $Y$",
     "stops_per_cycle": "stops per cycle",
 }
+MANY, WIDE = 3, 10.0  # values of an axis, and how much larger the last is, from which its scale may be logarithmic
 MOST = 95.0  # percentile where the colours end: a few points at resonance would bleach all others
 
 
@@ -58,6 +59,7 @@ def draw_panel(drawn: StateMapDrawing, key: str, ax: Axes) -> Axes:
     """One column over the axes; left white where there is no steady state."""
     names = list(drawn.axes)
     ax.set_xlabel(names[0])
+    ax.set_xscale(_scale(drawn.axes[names[0]]))
     values = drawn.columns[key]
     if len(names) == 1:
         ax.plot(drawn.axes[names[0]], values, color=BLUE, marker=".", markersize=2.5)
@@ -65,11 +67,20 @@ def draw_panel(drawn: StateMapDrawing, key: str, ax: Axes) -> Axes:
     along, up = drawn.axes[names[0]], drawn.axes[names[1]]
     mesh = ax.pcolormesh(along, up, values.T, shading="nearest", norm=_colours(values), rasterized=True)
     ax.set_ylabel(names[1])
+    ax.set_yscale(_scale(up))
     ax.grid(visible=False)
     beyond = np.nanmax(values, initial=0.0) > (mesh.norm.vmax or 0.0)
     if (figure := ax.get_figure(root=True)) is not None:
         figure.colorbar(mesh, ax=ax, extend="max" if beyond else "neither")
     return ax
+
+
+def _scale(values: Floats) -> str:
+    """Logarithmic where each value is the same factor larger than the one before, and the last much larger."""
+    if len(values) < MANY or values[0] <= 0.0 or values[-1] < WIDE * values[0]:
+        return "linear"
+    factors = values[1:] / values[:-1]
+    return "log" if np.ptp(factors) < 1e-6 * factors[0] else "linear"
 
 
 def _colours(values: Floats) -> Normalize:

@@ -115,7 +115,6 @@ def notes_of(asked: Asked, row: Any) -> Any:
     static = asked.mu > 1.0
     left = row[layout.CLOSURE] - ROUNDING * asked.drive * row[layout.AMPLITUDE]
     loose = (left > LOOSE * row[layout.ENERGY]) & (row[layout.ENERGY] > 0.0)
-    alone = (asked.mu == 1.0) & (asked.gradient == 0.0) & asked.rigid
     held = rests & (not asked.rigid)
     said = {
         Note.FAILED: outcome != outcome,  # noqa: PLR0124 - not a number
@@ -124,7 +123,7 @@ def notes_of(asked: Asked, row: Any) -> Any:
         Note.CHATTERS: outcome == layout.CHATTERED,
         Note.PARTS: outcome == layout.PARTING,
         Note.GIVEN_UP: outcome == layout.COSTLY,
-        Note.UNSETTLED: (outcome == layout.NOT_FOUND) & _not(alone),
+        Note.UNSETTLED: outcome == layout.NOT_FOUND,
         Note.UNDAMPED: (moves & free) | (held & undamped),
         Note.CONTINUUM: moves & many,
         Note.FORGETS_SLOWLY: moves & _not(free) & _not(many) & (1.0 - abs(multiplier) < SLOW),
@@ -173,7 +172,12 @@ def _given_up(state: "SteadyState") -> str:
 
 
 def _unsettled(state: "SteadyState") -> str:
-    kind = state.problem.law.kind
+    kind, problem = state.problem.law.kind, state.problem
+    if kind == "rigid" and problem.mu == 1.0 and not problem.parameter("gradient"):
+        return (
+            "friction and dashpots bring motions together by less than rounding in a cycle, so that the one that "
+            "repeats cannot be told; with more of either, or a smaller r, it can."
+        )
     if kind == "rigid":
         return f"within {PATIENCE} cycles the motion has not settled on an orbit of up to {LONGEST} cycles."
     within = "" if kind == "elastic" else f" within {WAITED_CYCLES} cycles and {WAITED_STEPS:,} steps"

@@ -144,7 +144,8 @@ class SteadyState:
         kept = (
             "has not repeated yet" if self.outcome == "not settled" else f"repeats every {_cycles(self.period_cycles)}"
         )
-        stops = f" with {self.stops_per_cycle:g} stops per cycle" if self.stops_per_cycle else ""
+        told = "1 stop" if self.stops_per_cycle == 1.0 else f"{self.stops_per_cycle:g} stops"
+        stops = f" with {told} per cycle" if self.stops_per_cycle else ""
         return f"The motion {kept}: {self.regime}{stops}, {self.energy_per_cycle:.10g} k Y^2 per cycle ({self.solver})."
 
     def row(self) -> dict[str, object]:

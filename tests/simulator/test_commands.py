@@ -11,6 +11,7 @@ from typer.testing import CliRunner, Result
 
 from frictionlab.cli import app
 from frictionlab.simulator.state import KEYS
+from frictionlab.tables import read_rows
 
 
 def run(*arguments: str | Path) -> Result:
@@ -152,6 +153,15 @@ def test_a_map_carries_its_scales(tmp_path: Path) -> None:
         assert energy.shape == (2, 1, 1, 1)
         assert energy.dims[0][0][:].tolist() == [0.3, 0.5]
         assert energy[1, 0, 0, 0] == pytest.approx(2.1260422664, abs=1e-10)
+
+
+def test_a_range_may_go_by_a_factor(tmp_path: Path) -> None:
+    grid = ("sweep", "--r", "0.5", "--beta", "0.4", "--law", "coulomb+compliance", "-o", str(tmp_path / "map.csv"))
+    ran = run(*grid, "--parameter", "stiffness_ratio=1:1e3:x10", "--plot", str(tmp_path / "map.svg"))
+    assert ran.exit_code == 0
+    assert [row["stiffness_ratio"] for row in read_rows(tmp_path / "map.csv")] == [1.0, 10.0, 100.0, 1000.0]
+    for said in ("0:1:x10", "1:10:x1", "1:10:xy", "10:1:x2", "1:inf:x2", "1:10:xNaN"):
+        assert run(*grid, "--force", "--parameter", f"stiffness_ratio={said}").exit_code == 2
 
 
 def test_a_range_that_is_none_is_refused(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from frictionlab.cli import app
 from frictionlab.maps import Grid, make_map
-from frictionlab.simulator import Problem, steady_state, sweep
+from frictionlab.simulator import Base, Problem, steady_state, sweep
 from frictionlab.simulator.notes import SENTENCES, WORDS, Note, asked_of
 from frictionlab.simulator.sweep import Family, warm_up
 from frictionlab.tables import read_rows
@@ -52,6 +52,13 @@ def test_a_row_of_a_map_says_what_the_steady_state_says(words: str) -> None:
     for key in ("energy_per_cycle", "residual", "growth_per_cycle"):
         value = told.row()[key]
         assert row[key] == (None if value is None else pytest.approx(value, rel=1e-12, abs=1e-14)), key
+
+
+def test_an_orbit_that_rounding_hides_is_refused_by_name() -> None:
+    """On a moving wall and at large r the mass hardly moves: its motion is a difference of two large ones."""
+    state = steady_state(Problem(1e5, 0.0, wall="base", base=Base((1.0, 0.2))))
+    assert (state.outcome, state.notes) == ("not found", Note.UNSETTLED)
+    assert "less than rounding in a cycle" in state.verdict
 
 
 def test_notes_of_many_points_are_those_of_each() -> None:
