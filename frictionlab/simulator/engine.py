@@ -115,8 +115,8 @@ def compile_modules(
     Parameters
     ----------
     names : module
-        Holds their constants, as ENTRIES the names of the functions that Python calls, and as OWNERS those of the
-        modules that make buffers of their own or are handed such.
+        Holds their constants, as ENTRIES the names of the functions that Python calls, as OWNERS those of the modules
+        that make buffers of their own or are handed such, and as INLINED those of functions worth a copy at each call.
     modules : tuple of modules
         Each uses those before it only.
     formulas : mapping, optional
@@ -150,7 +150,8 @@ def compile_modules(
             twin, owns = _fresh(module), module.__name__.rpartition(".")[2] in names.OWNERS
             vars(twin).update({name: functions[home] for name, home in borrowed(twin).items() if home in functions})
             for name in module.__all__:
-                declare = njit(_nrt=owns, **({} if name in entries else INNER))
+                inlined = name in names.INLINED
+                declare = njit(_nrt=owns, forceinline=inlined, **({} if name in entries else INNER))
                 fast = declare(getattr(twin, name))
                 setattr(twin, name, fast)
                 functions[module.__name__, name] = fast

@@ -36,6 +36,7 @@ ENTRIES = (
 )
 
 OWNERS = ("residues", "shooting", "orbits")  # modules that make buffers of their own, or are handed such
+INLINED = ()  # functions worth a copy at each call
 
 LIMIT, TURNED, REACHED = 0, 1, 2  # what ended a phase: the time, a zero of the velocity, a slider's limit
 PULLED = 3  # how a motion ended (beside DONE, CHATTER, WANDERS): where friction would turn into a pull

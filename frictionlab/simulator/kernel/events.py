@@ -50,6 +50,7 @@ __all__ = [
 ]
 
 STILL = 1e-13  # rad: a shorter stick is a touch, not a stop
+NEARLY = 1e-8  # of a slope's share of a step
 
 
 def jerk_bound(slide: Oscillator, v: float, a: float) -> float:
@@ -126,7 +127,8 @@ def slide_end(
     """Return the time of the slide's first zero of velocity, or `limit` if there is none before; way, v, a there.
 
     From (v, a, v'') the velocity keeps its sign for a step h while v + a h + v'' h^2/2 - M h^3/6 > 0, with M a bound of
-    |v'''|: the march cannot pass a zero and converges to it cubically. `rate` is F' at the start.
+    |v'''|: the march cannot pass a zero and converges to it cubically. Once the cubic's last term is NEARLY nothing
+    beside the slope, Newton's step from there meets the zero to rounding. `rate` is F' at the start.
     """
     reach = min(slide.r, 1.0)
     t = 0.0 if start.v != 0.0 else slide_start(slide, start, side, slide.share * rate)
@@ -143,15 +145,19 @@ def slide_end(
             snap = min(snap, stiff_bound(slide, v, a, bend))
         step = cubic_step(side * v, side * a, side * bend, snap, reach)
         t += step
-        if step <= 2e-16 * t:
+        if step <= 2e-16 * t or snap * step * step <= NEARLY * abs(a):
             break
     t = min(t, limit)
     way, v, a = slide_at(t, slide, force, start)
     if t == limit:
         return t, way, v, a
     if side * a < 0.0 and abs(v) < 1e-6 * abs(a) * t:
-        t = min(limit, t - v / a)
-        way, v, a = slide_at(t, slide, force, start)
+        last = -v / a
+        if t + last >= limit or abs(last) > 1e-10 * t:
+            t = min(limit, t + last)
+            way, v, a = slide_at(t, slide, force, start)
+        else:
+            t, way, a = t + last, way + 0.5 * v * last, a + bend * last
     return t, way, 0.0, a
 
 

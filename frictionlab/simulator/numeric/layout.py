@@ -18,6 +18,7 @@ Room = tuple[Buffer, ...]
 
 ENTRIES = ("carry", "account", "slips", "travel", "force_now", "close")  # what Python calls of the kernel
 OWNERS = ()
+INLINED = ()  # functions worth a copy at each call
 
 COULOMB, STRIBECK, LOGARITHM, DAHL, BOUC_WEN, LUGRE, RATE_STATE = range(7)
 

@@ -6,6 +6,7 @@ Buffer = list[float]  # or an array: anything indexed
 
 ENTRIES = ("travel", "spline_slopes")  # what Python calls of the kernel
 OWNERS = ()
+INLINED = ()  # functions worth a copy at each call
 
 
 class Rig(NamedTuple):
