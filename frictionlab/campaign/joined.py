@@ -23,7 +23,8 @@ from frictionlab.campaign.singles import SURE, Singles, Uneven
 from frictionlab.campaign.spread import influence
 from frictionlab.estimate import Estimate
 from frictionlab.identification.causes import AS_KNOWN
-from frictionlab.identification.fit import LEVEL, PRESSED, excess_of, most_of_noise, strained
+from frictionlab.identification.coordinates import suspicion
+from frictionlab.identification.fit import LEVEL, excess_of, most_of_noise, suspected
 from frictionlab.identification.identify import CORRECTED, is_told
 from frictionlab.simulator.laws import Law
 
@@ -104,12 +105,11 @@ class Joined:
         return self.held.cost(self.moved) - self.moved.cost(self.moved) >= limit
 
     @property
-    def is_strained(self) -> bool:
-        """Whether the values given need sensors or rig, which all tests share, far from what is known of them."""
+    def suspicion(self) -> float:
+        """How sure it is (0 to 1) that sensors and rig, which all tests share, were moved for something else's sake."""
         if len(self.moved.fits) == 1 and self.rig is None:
-            return bool(strained(self.moved.fits[0]))
-        told = zip(self.moved.shared.coordinates, self.moved.solution.point.tolist(), strict=True)
-        return any(abs(far) > PRESSED for c, far in told if not c.law)
+            return suspected(self.moved.fits[0])
+        return suspicion(self.moved.shared.coordinates, self.moved.solution.point)
 
     @property
     def best(self) -> Joint:
@@ -150,8 +150,8 @@ class Joined:
         """How far (P,) the fit that holds sensors and rig is from the one that moves them, where that counts."""
         law = self.moved.shared.is_law
         moved = self.moved.solution.point[law]
-        counts = self.is_held or self.is_strained
-        return np.asarray(self.held.solution.point - moved if counts else np.zeros(len(moved)))
+        counts = 1.0 if self.is_held else self.suspicion
+        return np.asarray(counts * (self.held.solution.point - moved) if counts else np.zeros(len(moved)))
 
     def shares(self, k: int) -> dict[str, float]:
         """Relative shift of the friction ratio of a group by one standard uncertainty of what tests share."""

@@ -17,8 +17,7 @@ from frictionlab.campaign.joint import MANY, Joint, fit_again
 from frictionlab.campaign.mixed import Mixed, Others, Piece, Solution
 from frictionlab.campaign.spread import Spread, spread_of
 from frictionlab.identification.causes import CAUSES
-from frictionlab.identification.coordinates import Coordinate, doubts, strains
-from frictionlab.identification.fit import PRESSED
+from frictionlab.identification.coordinates import PRESSED, Coordinate, doubts, strains
 
 FloatArray = NDArray[np.float64]
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
@@ -166,11 +165,11 @@ def found_of(joint: Joint) -> tuple[str, ...]:
             continue
         off, error = float(joint.solution.point[k]), float(np.sqrt(joint.spread.total[k, k]))
         parts.append(f"{CAUSES[c.name]} {_size(c, off, sign='+')} ± {_size(c, error)}, known to {_size(c, 1.0)}")
-        if abs(off) > PRESSED:
+        if abs(off) > PRESSED * c.assumed:
             against = (
                 "its standard uncertainty: check it" if math.isinf(c.tail) else "what is assumed: measure, declare it"
             )
-            far.append(f"{CAUSES[c.name]} is off by {abs(off):.2g} times {against}.")
+            far.append(f"{CAUSES[c.name]} is off by {abs(off) / c.assumed:.2g} times {against}.")
     return (FOUND.format("; ".join(parts)), *far) if parts else ()
 
 

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from frictionlab.identification.coordinates import doubts
+from frictionlab.identification.coordinates import PRESSED, Coordinate, doubts
 from frictionlab.identification.family import HIGHER
-from frictionlab.identification.fit import Fit, strained
+from frictionlab.identification.fit import Fit
 from frictionlab.identification.fit_errors import Errors
 
 AS_KNOWN = "sensors and rig as known, or as fitted"  # the share of how far the two fits are from each other
@@ -28,14 +28,21 @@ CAUSES = {
 def pressed(found: Fit) -> tuple[str, ...]:
     """Say which known quantity the fit had to push away from what is known of it."""
     said = []
-    for c, far in strained(found):
+    for c, far in _pushed(found):
         count, unit = c.unit
+        times = abs(far) / c.assumed
         against = "what is assumed where none is declared: measure it and declare it"
         if math.isinf(c.tail):
             against = "its standard uncertainty: check it"
-        moved_by = f"{count * c.width * far:.2g}{unit}, which is {abs(far):.2g} times {against}"
+        moved_by = f"{count * c.width * far:.2g}{unit}, which is {times:.2g} times {against}"
         said.append(f"friction_ratio: the fit moved {CAUSES[c.name]} by {moved_by}")
     return tuple(dict.fromkeys(said))
+
+
+def _pushed(found: Fit) -> list[tuple[Coordinate, float]]:
+    """What is known of sensors and rig that a fit had to push far, each with the distance in widths of its prior."""
+    told = zip(found.coordinates, found.point.tolist(), strict=True)
+    return [(c, far) for c, far in told if not c.law and abs(far) > PRESSED * c.assumed]
 
 
 def shares(found: Fit, errors: Errors) -> dict[str, float]:

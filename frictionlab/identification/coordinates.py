@@ -1,9 +1,10 @@
 """The unknowns of a fit: a law's parameters and the nuisances beside them, each with its prior, in units of it.
 
 Every coordinate is normal with mean 0 and deviation 1 before anything is measured; one that has a bound at its neutral
-value (a damping ratio, a static ratio) starts there and has half of that. A lag that nobody has declared has tails:
-half a sample is a habit of instruments and no measurement. With a normal curve, three milliseconds cost so much that a
-law was climbed in their stead. So has the damping of a frame that nobody has measured.
+value (a damping ratio, a static ratio) starts there and has half of that. A lag that nobody has declared has tails, and
+three times the width of half a sample, which is a habit of instruments and no measurement: with a normal curve three
+milliseconds cost so much that a law was climbed in their stead, and held as firmly as half a sample it was found too
+small. The damping of a frame that nobody has measured has tails too.
 """
 
 import math
@@ -27,6 +28,9 @@ WITHIN = 0.5 + 0.5 * 0.682689  # probability below one deviation of a normal cur
 SMALLEST = 1e-6  # of the cycle: what a sensor bends or mixes less than this is not fitted
 STRONGEST = 12.0  # deviations: farther from its prior no coordinate may go
 UNDECLARED = "sensors.lag_s_u"  # the scene's key without which the lag's prior has tails
+UNDECLARED_LAG = 3.0  # widths of half a sample: that of the prior of a lag that nobody has declared
+PRESSED = 3.0  # deviations from what is declared of sensors and rig beyond which it, or the law, is wrong, ...
+SUSPECT = (2.0, 4.0)  # ... and over which that grows sure of what is not declared, whose prior has tails
 TAIL = 1.0  # exponent of the prior of a lag, and of a frame's damping, that nobody has declared: Cauchy's curve
 
 
@@ -36,8 +40,8 @@ class Coordinate:
 
     ``low``, ``high``: bounds of c; ``law``: whether it belongs to the law (else it is a nuisance); ``words``: what it
     is; ``folded``: whether its prior is the upper half of the normal curve; ``tail``: the exponent a of a prior that
-    falls by ``(1 + c^2 / 2 a)^-a`` (Pearson's type VII), infinite for a normal one; ``unit``: that in which people read
-    it, and how many of them the value 1 is.
+    falls by ``(1 + c^2 / 2 a)^-a`` (Pearson's type VII), infinite for a normal one; ``assumed``: what budgets assume of
+    it, in widths; ``unit``: that in which people read it, and how many of them the value 1 is.
     """
 
     name: str
@@ -50,6 +54,7 @@ class Coordinate:
     law: bool = False
     folded: bool = False
     tail: float = math.inf
+    assumed: float = 1.0
     unit: tuple[float, str] = (1.0, "")
 
     def value(self, c: float) -> float:
@@ -100,6 +105,21 @@ class Coordinate:
             return 1.0
         far = math.sqrt(2.0 * self.tail / (2.0 * self.tail - 1.0)) * float(stdtrit(2.0 * self.tail - 1.0, WITHIN))
         return max(math.sqrt(self.hold(c)), self.hold(c) * far)
+
+    def suspicion(self, c: float) -> float:
+        """Return how sure it is (0 to 1) that a fit which moves a nuisance to c does so for something else's sake.
+
+        Examples
+        --------
+        >>> [Coordinate("a", "").suspicion(c) for c in (2.9, 3.1)]
+        [0.0, 1.0]
+        >>> [Coordinate("b", "", tail=1.0).suspicion(c) for c in (1.0, -3.0, 8.0)]
+        [0.0, 0.5, 1.0]
+        """
+        if math.isinf(self.tail):
+            return 1.0 if abs(c) > PRESSED else 0.0
+        low, high = SUSPECT
+        return min(1.0, max(0.0, (abs(c) - low) / (high - low)))
 
     @property
     def log_peak(self) -> float:
@@ -200,8 +220,9 @@ def _nuisance(name: str, words: str, width: float) -> Coordinate:
 def _lag(sources: Sources, turn: float) -> Coordinate:
     """The lag between the channels: its prior has tails where nobody has declared it."""
     tail = TAIL if UNDECLARED in sources.assumed else math.inf
-    plain = _nuisance("lag", "lag between the channels, rad of the drive", turn * sources.lag)
-    return replace(plain, tail=tail, unit=(1e3 / turn, " ms"))
+    wider = 1.0 if math.isinf(tail) else UNDECLARED_LAG
+    plain = _nuisance("lag", "lag between the channels, rad of the drive", wider * turn * sources.lag)
+    return replace(plain, tail=tail, assumed=1.0 / wider, unit=(1e3 / turn, " ms"))
 
 
 def _frame(family: Family, sources: Sources) -> Coordinate:
@@ -241,3 +262,9 @@ def doubts(coordinates: tuple[Coordinate, ...], point: FloatArray) -> FloatArray
 def strain_slopes(coordinates: tuple[Coordinate, ...], point: FloatArray) -> FloatArray:
     """Return how these residuals (n,) change by the coordinates."""
     return np.array([c.strain_slope(float(p)) for c, p in zip(coordinates, point, strict=True)])
+
+
+def suspicion(coordinates: tuple[Coordinate, ...], point: FloatArray) -> float:
+    """Return how sure it is (0 to 1) that a fit moves sensors and rig for something else: by the worst of them."""
+    told = zip(coordinates, point.tolist(), strict=True)
+    return max((c.suspicion(far) for c, far in told if not c.law), default=0.0)

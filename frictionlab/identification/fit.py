@@ -16,7 +16,14 @@ from scipy.optimize import least_squares
 from scipy.special import gammaincinv
 
 from frictionlab.errors import AnalysisError
-from frictionlab.identification.coordinates import Coordinate, holds, strain_slopes, strains, values_of
+from frictionlab.identification.coordinates import (
+    Coordinate,
+    holds,
+    strain_slopes,
+    strains,
+    suspicion,
+    values_of,
+)
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.observed import Observed
 from frictionlab.identification.orthant import log_orthant
@@ -26,7 +33,6 @@ FAR = 1e3  # residual of values that have no steady state, over the measured cyc
 ROUNDS = 3  # of weighing down what the law cannot explain
 LEVEL = 0.01  # of chi-square, beyond which a misfit is no noise
 MOST_STEPS = 60
-PRESSED = 3.0  # deviations from what is known of sensors and rig at which a nuisance is told
 STEPS_NOT_RIGID = 15  # of laws that cost more a state, and whose misfit is rough: stiff contacts ring
 
 
@@ -169,10 +175,9 @@ def most_of_noise(points: int) -> float:
     return 2.0 * float(gammaincinv(0.5 * points, 1.0 - LEVEL)) / points
 
 
-def strained(found: Fit) -> list[tuple[Coordinate, float]]:
-    """Return what is known of sensors and rig that a fit had to push far, each with the distance in its deviations."""
-    told = zip(found.coordinates, found.point.tolist(), strict=True)
-    return [(c, far) for c, far in told if not c.law and abs(far) > PRESSED]
+def suspected(found: Fit) -> float:
+    """Return how sure it is (0 to 1) that a fit moved sensors and rig for the sake of something else."""
+    return suspicion(found.coordinates, found.point)
 
 
 def _best_start(forward: Forward, observed: Observed, starts: Sequence[FloatArray], excess: float) -> FloatArray:

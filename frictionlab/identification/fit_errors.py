@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.neighbours import raised_by, student
 from frictionlab.identification.coordinates import doubts
-from frictionlab.identification.fit import Fit, excess_of, misfit_is_noise
+from frictionlab.identification.fit import Fit, excess_of, misfit_is_noise, suspected
 
 FloatArray = NDArray[np.float64]
 
@@ -86,11 +86,12 @@ def errors_strained(found: Fit, alone: Fit) -> Errors:
     """Return how sure values are that need sensors or rig far from what is known of them.
 
     What was declared of them, or the law, is wrong then, and the data do not say which: how far the values stand from
-    those found with sensors and rig as they are known (`alone`, without them) is added in quadrature.
+    those found with sensors and rig as they are known (`alone`, without them) is added in quadrature, by as much as
+    that is sure (`Coordinate.suspicion`).
     """
     errors = errors_of(found)
     apart = np.zeros(len(found.point))
-    apart[: len(alone.point)] = found.point[: len(alone.point)] - alone.point
+    apart[: len(alone.point)] = suspected(found) * (found.point[: len(alone.point)] - alone.point)
     return Errors(errors.statistical, errors.combined + np.outer(apart, apart), np.abs(apart))
 
 

@@ -20,7 +20,7 @@ from frictionlab.identification.coordinates import (
 )
 from frictionlab.identification.engines import STATES, prepare
 from frictionlab.identification.family import Family
-from frictionlab.identification.fit import Fit, fit, misfit_is_noise, released, strained, unfitted
+from frictionlab.identification.fit import Fit, fit, misfit_is_noise, released, suspected, unfitted
 from frictionlab.identification.fit_errors import Errors, errors_as_known, errors_of, errors_strained
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.loop import loop_friction_ratio
@@ -128,7 +128,7 @@ def identify(
     found = released(held[0], forward) if as_it_is else fits[0]
     if as_it_is:
         errors = errors_as_known(found, held[0], fits[0])
-    elif strained(found):
+    elif suspected(found):
         errors = errors_strained(found, held[0])
     else:
         errors = errors_of(found)

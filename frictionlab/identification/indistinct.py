@@ -2,19 +2,21 @@
 
 The ladder gives the simplest law that the recording requires. Where richer ones are about as likely, because a weak
 term stays unseen or does what another does, the values under the one that is given are not all that the recording
-allows. Each law counts by its evidence [Hoeting et al. 1999, Bayesian model averaging]; values stay those of the law
-that is required, and how far the others stand from them is added to their errors in quadrature.
+allows. Each law counts by its evidence over that of the given one, at most once; values stay those of the law that is
+required, and how far the others stand from them is added to their errors in quadrature. Averaging over laws [Hoeting et
+al. 1999] would make them share one vote: where two are alike, half of the distance between them was left out, and a
+friction ratio that holds an unseen term lay within its error in 39 % of twins of a rig (46 % now), not in 68.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-from scipy.special import ndtri, softmax
+from scipy.special import ndtri
 
 from frictionlab.identification.identify import LEVEL, Identified, ParameterEstimate
 
-LIKELY = 0.05  # share of the probability of all laws tried from which one counts, ...
+LIKELY = 0.05  # times as likely as the chosen law: from there on a law counts, ...
 APART = 1.0  # ... and is named if its friction ratio is so many of the chosen law's errors away
 NOTICED = 0.05  # share of a variance below which what other laws add to it is nothing
 NOT_TOLD_APART = "laws that the recording does not tell apart"  # the share of the budget
@@ -26,8 +28,8 @@ def held_against(chosen: Identified, log_evidence: float, others: Sequence[Other
 
     ``others``: identified laws beside it, each with its log evidence.
     """
-    likely = softmax([log_evidence, *(evidence for _, evidence in others)])[1:]
-    told = [(other, float(share)) for (other, _), share in zip(others, likely, strict=True) if share > LIKELY]
+    likely = [(other, math.exp(min(0.0, evidence - log_evidence))) for other, evidence in others]
+    told = [(other, share) for other, share in likely if share > LIKELY]
     more = {name: _spread(name, estimate, told) for name, estimate in chosen.parameters.items()}
     wider = {name: _widened(estimate, more[name]) for name, estimate in chosen.parameters.items()}
     shares = chosen.shares | ({NOT_TOLD_APART: math.sqrt(more["beta"])} if more["beta"] > 0.0 else {})

@@ -19,7 +19,7 @@ from frictionlab.analysis.neighbours import raised_by, student
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.colour import Whitener, white, whitener_of
 from frictionlab.identification.coordinates import point_of, strain_slopes, strains
-from frictionlab.identification.fit import Fit, strained
+from frictionlab.identification.fit import Fit, suspected
 from frictionlab.identification.fit_errors import Errors
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.observed import Observed
@@ -212,7 +212,8 @@ def errors_held(found: RecordFit, forward: RecordForward, starts: Sequence[Mappi
     and rig as they are known, from the best of some starts, is added in quadrature.
     """
     errors = errors_of_record(found, forward)
-    if not strained(found):
+    sure = suspected(found)
+    if not sure:
         return errors
     plain = replace(forward, coordinates=tuple(c for c in forward.coordinates if c.law or c.name in OF_THE_START))
     try:
@@ -220,7 +221,7 @@ def errors_held(found: RecordFit, forward: RecordForward, starts: Sequence[Mappi
     except AnalysisError:
         return errors  # no motion with sensors and rig as known: that they were moved is warned of
     known, told = alone.values, zip(found.coordinates, found.point.tolist(), strict=True)
-    apart = np.array([point - c.at(known[c.name]) if c.law else 0.0 for c, point in told])
+    apart = sure * np.array([point - c.at(known[c.name]) if c.law else 0.0 for c, point in told])
     return Errors(errors.statistical, errors.combined + np.outer(apart, apart), np.abs(apart))
 
 

@@ -31,7 +31,7 @@ def test_a_law_as_likely_adds_how_far_it_stands_and_how_unsure_it_is(chosen: Ide
     assert beta.u is not None
     rival = other(chosen, beta.value + 0.02, 3.0 * beta.u)
     found = held_against(chosen, 100.0, [(rival, 100.0)])
-    more = 0.5 * (0.02**2 + 8.0 * beta.u**2)
+    more = 0.02**2 + 8.0 * beta.u**2
     told = found.parameters["beta"]
     assert told.value == beta.value
     assert told.u is not None
@@ -41,6 +41,14 @@ def test_a_law_as_likely_adds_how_far_it_stands_and_how_unsure_it_is(chosen: Ide
     assert told.lower is not None
     assert told.lower < (beta.lower or 0.0)
     assert found.warnings[-1].startswith("friction_ratio: this recording does not tell coulomb+place (")
+
+
+def test_a_law_counts_by_its_evidence_over_that_of_the_given_one(chosen: Identified) -> None:
+    beta = chosen.parameters["beta"]
+    assert beta.u is not None
+    for evidence, share in [(99.0, math.exp(-1.0)), (103.0, 1.0)]:
+        told = held_against(chosen, 100.0, [(other(chosen, beta.value + 0.02, beta.u), evidence)]).parameters["beta"]
+        assert told.u == pytest.approx(math.hypot(beta.u, math.sqrt(share) * 0.02))
 
 
 def test_a_law_that_is_hardly_likely_changes_nothing(chosen: Identified) -> None:
