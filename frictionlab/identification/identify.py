@@ -16,6 +16,7 @@ from frictionlab.identification.coordinates import (
     nuisances,
     of_parameter,
     of_sensors,
+    point_of,
     second_harmonic,
 )
 from frictionlab.identification.engines import STATES, prepare
@@ -118,11 +119,13 @@ def identify(
     starts = starts_of(measurement, forward, observed)
     starts += [] if near is None else [start_at(forward, near)]
     plain = replace(forward, coordinates=tuple(c for c in forward.coordinates if c.law))
-    held = _by_cost([fit(plain, observed, [start[: len(plain.coordinates)]]) for start in starts])
+    known = len(plain.coordinates)
+    begun = starts_of(measurement, plain, observed) if any(start[known:].any() for start in starts) else starts
+    held = _by_cost([fit(plain, observed, [start[:known]]) for start in begun])
     as_noise = misfit_is_noise(held[0])
     if as_noise:  # the rig is nearly as it is known: the valleys that matter can be told without it
-        known = starts[0][len(plain.coordinates) :]
-        starts = [np.concatenate([found.point, known]) for found in (held[0], *_near(held))]
+        rig = point_of(forward.coordinates[known:], {})
+        starts = [np.concatenate([found.point, rig]) for found in (held[0], *_near(held))]
     fits = _by_cost([fit(forward, observed, [start]) for start in starts])
     as_it_is = as_noise and _gained(held[0], fits[0]) < CORRECTED
     found = released(held[0], forward) if as_it_is else fits[0]

@@ -239,7 +239,7 @@ class _Climb:
     def found_again(self, top: Rung) -> Rung:
         """The required law as it is found when it is given, if what is reserved is enough; else as on the ladder."""
         self.meter.left = RESERVE
-        near = None if top.law.kind == "rigid" else top.identified.fit.values
+        near = top.identified.fit.values
         try:
             identified = identify(self.measurement, self.family.under(top.law), self.sources, self.meter, near)
         except OverspentError:

@@ -14,7 +14,7 @@ from scipy.optimize import minimize_scalar
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
-from frictionlab.identification.coordinates import point_of
+from frictionlab.identification.coordinates import point_of, strains
 from frictionlab.identification.fit import cost
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.loop import (
@@ -24,10 +24,11 @@ from frictionlab.identification.loop import (
     slid_of,
     strokes_of,
 )
-from frictionlab.identification.observed import EXPLAINED, Observed
+from frictionlab.identification.observed import EXPLAINED, Observed, parts
 
 FloatArray = NDArray[np.float64]
 SEARCH = np.geomspace(0.05, 3.0, 49)  # friction ratios tried, over the loop's
+LAGS = np.linspace(-3.0, 3.0, 13)  # widths of its prior at which a lag that nobody has declared is tried
 ROOTS = (1.0, 31.0)  # of the stiffness: a contact rings by it; beyond, it is rigid
 ROOT_STEP = 0.6  # at most between roots tried ...
 RING_STEP = 0.5  # ... and times r: rings of a stop that lasts half a cycle are 2 r apart
@@ -59,7 +60,8 @@ def _over_friction(measurement: Measurement, forward: Forward, observed: Observe
     """Starting points at the bottoms of the misfit over the friction ratio, best first."""
     tried = loop_friction_ratio(measurement, forward.family.wall) * SEARCH
     starts = [start_at(forward, {"beta": float(beta)}) for beta in tried]
-    costs = np.array([cost(forward, observed, start, 1.0) for start in starts])
+    found = [_over_lag(forward, observed, start) for start in starts]
+    starts, costs = [start for start, _ in found], np.array([least for _, least in found])
     if not np.isfinite(costs).any():
         raise AnalysisError(
             f"no friction ratio between {tried[0]:.3g} and {tried[-1]:.3g} has a steady state at"
@@ -67,6 +69,27 @@ def _over_friction(measurement: Measurement, forward: Forward, observed: Observe
             " (rig.natural_frequency_hz, --natural-frequency)"
         )
     return [starts[i] for i in _bottoms(costs)]
+
+
+def _over_lag(forward: Forward, observed: Observed, start: FloatArray) -> tuple[FloatArray, float]:
+    """A starting point moved along a lag that nobody has declared to where it costs least, and that cost.
+
+    A lag of several samples hides the valley over the friction ratio; it only turns the harmonics, so that nothing more
+    is simulated.
+    """
+    open_lag = [k for k, c in enumerate(forward.coordinates) if c.name == "lag" and math.isfinite(c.tail)]
+    predicted = forward.predict(start) if open_lag else None
+    if predicted is None:
+        return start, cost(forward, observed, start, 1.0)
+    (k,), order = open_lag, np.arange(1, forward.count + 1)
+    cosine, sine = np.split(predicted, 2)
+    trials = np.tile(start, (len(LAGS), 1))
+    trials[:, k] = LAGS
+    turned = (cosine - 1j * sine) * np.exp(1j * np.outer(forward.coordinates[k].width * LAGS, order))
+    gaps = (observed.cosine_sine - parts(turned)) @ observed.whitener.T
+    costs = (gaps**2).sum(axis=1) + [float((strains(forward.coordinates, trial) ** 2).sum()) for trial in trials]
+    best = int(np.argmin(costs))
+    return trials[best], float(costs[best])
 
 
 def _bottoms(costs: FloatArray) -> list[int]:

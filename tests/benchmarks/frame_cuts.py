@@ -52,13 +52,18 @@ def as_it_is(recording: Recording) -> Recording:
     return recording
 
 
+def of_samples(recording: Recording, some: NDArray[np.bool_] | slice) -> Recording:
+    """Some samples of a record."""
+    return Recording(recording.time[some], recording.mass_displacement[some], recording.base_displacement[some])
+
+
 def between(begin: float, end: float) -> Callable[[Recording], Recording]:
     """So much of a record, by the time in s since its first sample."""
 
     def cut(recording: Recording) -> Recording:
         since = recording.time - recording.time[0]
         chosen = (since >= begin) & (since <= end)
-        return Recording(recording.time[chosen], recording.mass_displacement[chosen], recording.base_displacement[chosen])
+        return of_samples(recording, chosen)
 
     return cut
 
@@ -67,7 +72,7 @@ def every(count: int) -> Callable[[Recording], Recording]:
     """Every so manieth sample."""
 
     def thinned(recording: Recording) -> Recording:
-        return Recording(recording.time[::count], recording.mass_displacement[::count], recording.base_displacement[::count])
+        return of_samples(recording, slice(None, None, count))
 
     return thinned
 
@@ -86,7 +91,8 @@ def smoothed(cutoff_hz: float) -> Callable[[Recording], Recording]:
 
     def filtered(recording: Recording) -> Recording:
         stages = butter(4, cutoff_hz, fs=1.0 / float(np.diff(recording.time).mean()), output="sos")
-        mass, base = (sosfiltfilt(stages, channel) for channel in (recording.mass_displacement, recording.base_displacement))
+        channels = recording.mass_displacement, recording.base_displacement
+        mass, base = (sosfiltfilt(stages, channel) for channel in channels)
         return Recording(recording.time, mass, base)
 
     return filtered
@@ -155,16 +161,12 @@ def line_of(name: str, found: Comparison, test: str, whole: Comparison) -> str:
     beta, u = found.friction_ratio or math.nan, found.friction_ratio_u or math.nan
     apart = (beta - (whole.friction_ratio or math.nan)) / math.hypot(u, whole.friction_ratio_u or math.nan)
     told = [f"{n} {p['value']:.4g}({p['u'] or 0.0:.2g})" for n, p in found.parameters.items() if n != "beta"]
-    moved = [f"{n} {v['value'] / v['known_to']:+.1f}" for n, v in found.nuisances.items()] if LONG else []
     percent = (found.response_nrmse, found.response_floor, float(str(rung["held_out_nrmse"])))
     return (
         f"{test:11s}{name:22s}{found.law:24s}{len(found.parameters):2d} {found.verdict or '-':10s}"
         + "".join(f"{100 * (value or math.nan):6.2f}" for value in percent)
-        + f"{beta:8.3f}{u:7.3f}{apart:+6.1f}  {judged(found, test):4s} {', '.join(told)} {' '.join(moved)}".rstrip()
+        + f"{beta:8.3f}{u:7.3f}{apart:+6.1f}  {judged(found, test):4s} {', '.join(told)}".rstrip()
     )
-
-
-LONG = "--long" in sys.argv
 
 
 def main() -> None:

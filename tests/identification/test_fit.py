@@ -10,9 +10,14 @@ from frictionlab.analysis.measure import measure
 from frictionlab.errors import UsageError
 from frictionlab.identification import compare, contact_force, predict
 from frictionlab.identification.coordinates import Coordinate
+from frictionlab.identification.family import family_of
+from frictionlab.identification.fit import cost
+from frictionlab.identification.identify import forward_of
+from frictionlab.identification.observed import observe_cycle
+from frictionlab.identification.valleys import starts_of
 from frictionlab.simulator import Base, Problem
 from tests.benchmarks.uncertainty_coverage import scores_of
-from tests.identification.contacts import recorded, scene
+from tests.identification.contacts import NATURAL_HZ, recorded, scene
 
 LAWS: dict[str, dict[str, float]] = {
     "coulomb+speed": {"contact_damping_ratio": 0.03},
@@ -62,6 +67,20 @@ def test_the_uncertainty_of_a_slow_test_of_few_cycles_holds_what_sensors_and_rig
     """
     scores = [scores_of(0.1, 0.4, seed)[2] for seed in range(8)]
     assert 0.6 < math.sqrt(np.mean(np.square(scores))) < 1.5
+
+
+def test_a_fit_begins_at_the_lag_that_nobody_has_declared() -> None:
+    """A lag of 6.6 ms hid the valley of Coulomb friction in a twin of the frame: place was climbed, 8 % were left."""
+    lag_s, r = -6.6e-3, 0.25
+    measurement = measure(recorded(Problem(r, 0.24), np.random.default_rng(3), seconds=12.0, lag_s=lag_s), scene())
+    family, observed = family_of(measurement, scene(), "coulomb"), observe_cycle(measurement)
+    forward = forward_of(family, measurement, measurement.sources, observed)
+    start = starts_of(measurement, forward, observed)[0]
+    at = [c.name for c in forward.coordinates].index("lag")
+    assert forward.coordinates[at].value(start[at]) == pytest.approx(2 * math.pi * r * NATURAL_HZ * lag_s, rel=0.4)
+    alone = start.copy()
+    alone[at] = 0.0
+    assert cost(forward, observed, start, 1.0) < 0.1 * cost(forward, observed, alone, 1.0)
 
 
 def test_a_lag_between_the_channels_is_found_and_told() -> None:
