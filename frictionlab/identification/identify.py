@@ -135,8 +135,7 @@ def identify(
         errors = errors_strained(found, held[0])
     else:
         errors = errors_of(found)
-    richer = _under_a_richer_law(measurement, sources, found)
-    energy = _by_energy(measurement, found) if richer is None else None
+    richer, energy = _otherwise(measurement, sources, found)
     told = with_errors(family, found, rivals=_rivals(fits), richer=richer, energy=energy, errors=errors)
     return replace(told, moved=fits[0] if as_it_is else None)
 
@@ -146,8 +145,23 @@ def _gained(held: Fit, moved: Fit) -> float:
     return held.chi_square + held.strain - moved.chi_square - moved.strain
 
 
-def _under_a_richer_law(measurement: Measurement, sources: Sources, found: Fit) -> float | None:
-    """The friction ratio of the same cycle with place and speed in the law as well, where the law leaves a misfit.
+def _otherwise(measurement: Measurement, sources: Sources, found: Fit) -> tuple[float | None, float | None]:
+    """What a richer law or the energy of the loop says of the friction ratio where a law misses: one of them, or none.
+
+    Where the richer law misses as well, whichever stands farther off.
+    """
+    other, energy = _under_a_richer_law(measurement, sources, found), _by_energy(measurement, found)
+    if other is None:
+        return None, energy
+    richer, own = other.values["beta"], found.values["beta"]
+    misses = other.nrmse > EXPLAINED * other.observed.floor
+    if energy is not None and misses and abs(energy - own) > abs(richer - own):
+        return None, energy
+    return richer, None
+
+
+def _under_a_richer_law(measurement: Measurement, sources: Sources, found: Fit) -> Fit | None:
+    """The fit of the same cycle with place and speed in the law as well, where the law leaves a misfit.
 
     Friction that the law does not know of moves the friction ratio that it finds: the two tell by how much. None where
     the law explains the cycle, or the richer one does not explain it better.
@@ -161,7 +175,7 @@ def _under_a_richer_law(measurement: Measurement, sources: Sources, found: Fit) 
         other = fit(forward, found.observed, [start_at(forward, found.values)])
     except AnalysisError:
         return None  # no steady state near under that law: it tells nothing
-    return other.values["beta"] if other.nrmse < 0.7 * found.nrmse else None
+    return other if other.nrmse < 0.7 * found.nrmse else None
 
 
 def _by_energy(measurement: Measurement, found: Fit) -> float | None:
