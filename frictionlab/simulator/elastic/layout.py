@@ -35,7 +35,7 @@ ENTRIES = (
     *("account_elastic", "fill_elastic_row", "is_mirrored", "distance", "span_of"),
 )
 
-OWNERS = ("residues", "shooting", "orbits")  # modules that make buffers of their own, or are handed such
+OWNERS = ("residues", "shooting", "settling", "orbits")  # modules that make buffers of their own, or are handed such
 INLINED = ()  # functions worth a copy at each call
 
 LIMIT, TURNED, REACHED = 0, 1, 2  # what ended a phase: the time, a zero of the velocity, a slider's limit
