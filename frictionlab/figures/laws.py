@@ -94,6 +94,12 @@ def stops_of(state: SteadyState, ax: Axes, color: str = PALETTE[0]) -> Axes:
     return ax
 
 
+def name_of(state: SteadyState) -> str:
+    """The law's own term; of a lopsided motion in a problem that is not, that the mirror image is a motion as well."""
+    name = state.problem.law.name.split("+")[-1]
+    return f"{name}, or its mirror image" if state.symmetric is False and state.problem.has_mirror_image else name
+
+
 def draw_loops(figures: LawFigures) -> Figure:
     """A cell a law, ACROSS to a row: force over displacement above, over speed below; all to one scale."""
     with look():
@@ -103,7 +109,7 @@ def draw_loops(figures: LawFigures) -> Figure:
         for number, state in enumerate(figures.loops.values()):
             row, column = 2 * (number // ACROSS), number % ACROSS
             color = PALETTE[number // ACROSS % len(PALETTE)]
-            force_over_displacement(state, axes[row, column], color).set_title(state.problem.law.name.split("+")[-1])
+            force_over_displacement(state, axes[row, column], color).set_title(name_of(state))
             force_over_speed(state, axes[row + 1, column], color)
         for number, ax in enumerate(axes.ravel()):
             if number // ACROSS // 2 * ACROSS + number % ACROSS >= len(figures.loops):

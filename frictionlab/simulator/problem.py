@@ -187,6 +187,12 @@ class Problem:
         return self.parameter("static_ratio_up", 1.0), self.parameter("static_ratio_down", 1.0)
 
     @property
+    def has_mirror_image(self) -> bool:
+        """Whether the problem is its own mirror image half a cycle later: then its steady state is, or has a twin."""
+        even = any(self.base.cosine[1::2]) or any(self.base.sine[1::2])
+        return not even and self.parameter("gradient") == 0.0 and len(set(self.static_ratios)) == 1
+
+    @property
     def zeta(self) -> float:
         """Damping ratio of the contact's dashpot."""
         return self.parameter("contact_damping_ratio")

@@ -10,6 +10,8 @@ from frictionlab.figures.motion import force_over_displacement
 from frictionlab.figures.style import new_figure
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.laws import TERMS
+from frictionlab.simulator.numeric import NumericMotion
+from tests.simulator.numeric_oracle import cycle
 
 
 def test_the_loop_of_force_over_displacement_has_the_energy_as_its_area() -> None:
@@ -38,6 +40,20 @@ def test_maps_compare_each_law_with_plain_friction_where_both_were_solved() -> N
     assert [ax.get_title(loc="left").split("\n")[0] for ax in drawn["map_of_stops_by_law"].axes[:6]] == [
         law.removeprefix("coulomb+") for law in law_maps.LAWS
     ]
+
+
+def test_a_lopsided_motion_of_an_even_contact_is_drawn_as_one_of_two() -> None:
+    """LuGre's at r = 1/2 is: from its mirror image half a cycle later the motion is the mirror image again."""
+    lopsided = laws.solved("coulomb+lugre", *laws.LOOPS)
+    assert laws.name_of(lopsided) == "lugre, or its mirror image"
+    assert laws.name_of(laws.solved("coulomb+place", *laws.LOOPS)) == "place"
+    assert laws.name_of(laws.solved("coulomb+dahl", *laws.LOOPS)) == "dahl"
+    motion = lopsided.orbit
+    assert isinstance(motion, NumericMotion)
+    start = -motion.state(np.pi)[:3]
+    there = cycle(lopsided.problem, start, method="DOP853", rtol=1e-9)[:3]
+    np.testing.assert_allclose(there, start, atol=1e-7)
+    assert abs(there[0] - motion.state(0.0)[0]) > 0.1  # and it is not the same motion
 
 
 def test_both_figures_appear(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

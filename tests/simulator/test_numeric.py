@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import Base, Problem, steady_state
+from frictionlab.simulator.laws.rate_state import rate_state_age, rate_state_slip
 from frictionlab.simulator.numeric import NumericMotion, layout, machine, run, steady, tableau
 from frictionlab.simulator.numeric.layout import STAGES
 from frictionlab.simulator.numeric.shooting import propagate
@@ -253,3 +255,33 @@ def test_friction_whose_work_is_lost_in_the_tolerance_is_refused_by_name() -> No
     state = steady(Problem(0.3, 1e-12, law="coulomb+logarithm", parameters={"rate_strength": 0.05, "rate_speed": 0.1}))
     assert state.outcome == "not found"
     assert "friction of 1e-12 k Y is too weak for this solver" in state.verdict
+
+
+JUMPS = {"direct_effect": 0.05, "evolution_effect": 0.2, "reference_speed": 0.1, "stiffness_ratio": 50.0}
+CRITICAL = 0.15 * 0.4 / 50.0  # slip distance at which 50 is the critical stiffness, (b - a) beta / D_c
+
+
+@pytest.mark.parametrize("distance", [1e-6, 0.4 * CRITICAL])
+def test_a_contact_too_soft_for_its_fall_of_friction_slips_in_jumps_and_is_refused_by_name(distance: float) -> None:
+    asked = problem("coulomb+rate-state", 0.3, 0.4, parameters=JUMPS | {"slip_distance": distance})
+    with pytest.raises(SimulationError, match=r"slips in jumps; expected stiffness_ratio above .* got 50: "):
+        steady(asked)
+
+
+@pytest.mark.parametrize(("share", "runs_away"), [(0.5, True), (2.0, False)])
+def test_a_massless_contact_runs_away_below_the_critical_stiffness(share: float, *, runs_away: bool) -> None:
+    """By scipy: the contact alone, its spring pulled at V0, slightly off its steady slip (Ruina 1983)."""
+    p = JUMPS | {"slip_distance": share * CRITICAL}
+
+    def flow(_t: float, y: Any) -> tuple[float, float]:
+        slip, _, _ = rate_state_slip(0.05, 0.1, y[0] / 0.4, y[1])
+        heal, _ = rate_state_age(0.2, p["slip_distance"], 0.1, y[1])
+        return 50.0 * (0.1 - slip), heal - 0.2 / p["slip_distance"] * slip
+
+    def is_fast(_t: float, y: Any) -> float:
+        return float(rate_state_slip(0.05, 0.1, y[0] / 0.4, y[1])[0] - 1e6)
+
+    fast: Any = is_fast
+    fast.terminal = True
+    run = solve_ivp(flow, (0.0, 5.0), (0.4, 1.001), method="Radau", rtol=1e-8, atol=1e-10, events=fast)
+    assert (run.status == 1) is runs_away

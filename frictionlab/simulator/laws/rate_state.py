@@ -78,3 +78,26 @@ def rate_state_age(evolution: float, distance: float, speed: float, psi: float) 
         return 0.0, 0.0
     heal = speed / distance * exp(min((1.0 - psi) / evolution, 600.0))
     return evolution * heal, -heal
+
+
+def critical_stiffness(direct: float, evolution: float, beta: float, distance: float) -> float:
+    """Contact stiffness over k below which sliding is unstable, (b - a) beta / D_c; 0 where friction does not fall.
+
+    A contact without mass then slips faster and faster without bound, in a finite time: A. Ruina, J. Geophys. Res. 88
+    (1983); for the ageing law K. Ranjith and J. R. Rice, JMPS 47 (1999).
+
+    Parameters
+    ----------
+    direct, evolution : float
+        a and b, over beta.
+    beta : float
+        Friction ratio.
+    distance : float
+        D_c over Y.
+
+    Examples
+    --------
+    >>> round(critical_stiffness(0.05, 0.2, 0.4, 1e-3), 9)
+    60.0
+    """
+    return max(0.0, evolution - direct) * beta / distance

@@ -16,7 +16,17 @@ from frictionlab.simulator.meter import Meter
 from frictionlab.simulator.numeric import accounts, contact, layout, phases, step, tableau, travel
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["LostError", "Machine", "Spent", "compiled", "forces_of", "is_ready", "machine_of", "plain"]
+__all__ = [
+    "LostError",
+    "Machine",
+    "Spent",
+    "compiled",
+    "forces_of",
+    "is_ready",
+    "machine_of",
+    "plain",
+    "slips_in_jumps",
+]
 
 FORMULAS = {
     stribeck: ("stribeck_factor",),
@@ -94,18 +104,8 @@ class Machine:
             self.meter.take(float(self.room[layout.TALLY][layout.STEPS] - before))
         if code == layout.TOO_MANY:
             raise Spent
-        problem = self.problem
-        if code == layout.NEGATIVE:
-            raise LostError(
-                f"simulation: law {problem.law.name}, parameters {problem.parameters}: friction turns negative within "
-                "the motion; expected at least 0; do: a smaller gradient or rate_strength"
-            )
         if code != layout.FINE:
-            raise LostError(
-                f"simulation: law {problem.law.name}: steps became too short at r = {problem.r!r}, parameters "
-                f"{problem.parameters}; expected a law that can be integrated; got one too stiff; do: report these "
-                "numbers, or take a law that holds where this one nearly does"
-            )
+            raise LostError(_lost(self.problem, code))
 
     def rest_state(self, tau: float = 0.0) -> Floats:
         """The mass at rest with a relaxed spring, the contact unloaded; a rate-and-state contact has its steady age."""
@@ -120,6 +120,39 @@ class Machine:
     def is_smooth(self) -> bool:
         """Whether the contact has no state of its own: it holds truly in a stop."""
         return self.rig[0] < layout.DAHL
+
+
+def _lost(problem: Problem, code: int) -> str:
+    """Why a motion cannot be carried on."""
+    if code == layout.NEGATIVE:
+        return (
+            f"simulation: law {problem.law.name}, parameters {problem.parameters}: friction turns negative within "
+            "the motion; expected at least 0; do: a smaller gradient or rate_strength"
+        )
+    return slips_in_jumps(problem) or (
+        f"simulation: law {problem.law.name}: steps became too short at r = {problem.r!r}, parameters "
+        f"{problem.parameters}; expected a law that can be integrated; got one too stiff; do: report these "
+        "numbers, or take a law that holds where this one nearly does"
+    )
+
+
+def slips_in_jumps(problem: Problem) -> str:
+    """Why a rate-and-state contact too soft for its fall of friction cannot be integrated; empty for others."""
+    if not problem.law.has("rate-state"):
+        return ""
+    p = problem.parameters
+    critical = rate_state.critical_stiffness(
+        p["direct_effect"], p["evolution_effect"], problem.beta, p["slip_distance"]
+    )
+    if p["stiffness_ratio"] >= critical:
+        return ""
+    return (
+        f"simulation: law {problem.law.name} at r = {problem.r!r}, parameters {p}: the contact slips in jumps; "
+        f"expected stiffness_ratio above (evolution_effect - direct_effect) beta / slip_distance = {critical:.4g}; got "
+        f"{p['stiffness_ratio']:.4g}: slip speeds up without bound in a finite time, for this contact has no mass of "
+        "its own; do: a larger stiffness_ratio or slip_distance, a smaller evolution_effect, or jumps by static "
+        "friction (coulomb+breakaway)"
+    )
 
 
 @functools.cache

@@ -16,7 +16,6 @@ __all__ = [
     "Orbit",
     "Spent",
     "find_orbit",
-    "has_two_alike_halves",
     "is_weakening",
     "multiplier_of",
     "propagate",
@@ -87,12 +86,6 @@ def multiplier_of(slopes: Floats) -> float:
     return float(top.real) if abs(top.imag) < 1e-12 * abs(top) else float(abs(top))
 
 
-def has_two_alike_halves(problem: Problem) -> bool:
-    """Whether half a cycle later the problem is its own mirror image: then so is its steady state, if it is alone."""
-    even = any(problem.base.cosine[1::2]) or any(problem.base.sine[1::2])
-    return not even and problem.parameter("gradient") == 0.0 and len(set(problem.static_ratios)) == 1
-
-
 def is_weakening(problem: Problem) -> bool:
     """Whether friction may fall with speed: then motions may coexist, or last several cycles."""
     p = problem.parameters
@@ -123,7 +116,7 @@ def find_orbit(machine: Machine, start: Floats | None, is_held: Callable[[Floats
     the run from rest is followed until it nearly repeats after 1 to 8 cycles, and Newton may only finish it. A contact
     that only creeps may creep on for ever: if it holds over the whole cycle, as `is_held` tells, that is the answer.
     """
-    mirrored = has_two_alike_halves(machine.problem)
+    mirrored = machine.problem.has_mirror_image
     state = machine.rest_state() if start is None else start
     if start is not None or not is_weakening(machine.problem):
         if start is None:
@@ -163,7 +156,7 @@ def _creeping(machine: Machine, state: Floats, miss: float) -> Orbit:
 def _finish(machine: Machine, state: Floats, cycles: int) -> Orbit | None:
     """The stable orbit close to a state, of as few cycles as it has; None if there is none."""
     counts = [n for n in range(1, cycles + 1) if cycles % n == 0]
-    alike = cycles == 1 and has_two_alike_halves(machine.problem)
+    alike = cycles == 1 and machine.problem.has_mirror_image
     for count, mirrored in [(1, True)] * alike + [(n, False) for n in counts]:
         found = newton(machine, state, count, mirrored=mirrored)
         if found is not None and found.is_stable and _distance(machine, found.state, state) < NEAR:

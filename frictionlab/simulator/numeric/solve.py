@@ -133,8 +133,9 @@ def _with_means(
         return work(_Means(fast=True, rtol=rtol, steps=most, meter=meter))
     except shooting.Spent:
         raise SimulationError(
-            f"simulation: law {problem.law.name} at r = {problem.r!r}, parameters {problem.parameters}; expected fewer "
-            f"than {most} steps; got more: the contact rings, or hardly anything damps it; do: take the law "
+            machine.slips_in_jumps(problem)
+            or f"simulation: law {problem.law.name} at r = {problem.r!r}, parameters {problem.parameters}; expected "
+            f"fewer than {most} steps; got more: the contact rings, or hardly anything damps it; do: take the law "
             "that this one tends to (a rigid contact for a stiffness without end), or loosen rtol"
         ) from None
 
