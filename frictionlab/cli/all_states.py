@@ -6,14 +6,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from frictionlab.cli.inputs import numbers_of
+from frictionlab.cli.drawing import figure_file
+from frictionlab.cli.inputs import numbers_of, tell_warnings
 from frictionlab.cli.output import print_turned
 from frictionlab.errors import UsageError
+from frictionlab.files import make_folder
 from frictionlab.schema import MOTIONS
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
 if TYPE_CHECKING:
-    from frictionlab.simulator import Problem
+    from collections.abc import Sequence
+
+    from frictionlab.simulator import Attractor, Problem
 
 All = Annotated[
     bool,
@@ -23,10 +27,13 @@ All = Annotated[
 ]
 
 
-def print_all(problem: "Problem", output: Path | None, *, force: bool, as_json: bool, quiet: bool) -> None:
-    """Find, print and write them: one row each, the most visited first."""
+def print_all(
+    problem: "Problem", output: Path | None, plot: Path | None, *, force: bool, as_json: bool, quiet: bool
+) -> None:
+    """Find, print, write and draw them: one row each, the most visited first."""
     from frictionlab.simulator.coexisting import coexisting
 
+    plot = figure_file(plot, "coexisting", force=force)
     if output is not None:
         check_output(output, MOTIONS, force=force)
         if output.suffix == ".h5":
@@ -41,5 +48,17 @@ def print_all(problem: "Problem", output: Path | None, *, force: bool, as_json: 
         print_turned(map(numbers_of, rows), MOTIONS)
         for each in found:
             typer.echo(f"{each.share:.3g} of the starts: {each.state.verdict}")
+        told = dict.fromkeys(said for each in found for said in each.state.warnings if said not in each.state.verdict)
+        tell_warnings({"warnings": list(told)})
     if output is not None:
         write_rows(rows, output, MOTIONS, force=force)
+    if plot is not None:
+        _draw(found, plot, force=force)
+
+
+def _draw(found: "Sequence[Attractor]", path: Path, *, force: bool) -> None:
+    from frictionlab.figures.coexisting import coexisting_figure
+    from frictionlab.figures.style import save
+
+    make_folder(path.parent)
+    save(coexisting_figure(found), path, force=force)

@@ -94,8 +94,8 @@ def simulate(
         ride(base_motion, Ride(problem, scene, settings, output, plot, force, highpass), as_json=as_json, quiet=quiet)
         return
     if every:
-        _refuse_beside_all({"--cycles": cycles, "--plot": plot, "--solver": None if solver == "auto" else solver})
-        print_all(problem, output, force=force, as_json=as_json, quiet=quiet)
+        _refuse_beside_all({"--cycles": cycles, "--solver": None if solver == "auto" else solver})
+        print_all(problem, output, plot, force=force, as_json=as_json, quiet=quiet)
         return
     plot = figure_file(plot, "motion", force=force)
     if output is not None:
@@ -122,7 +122,7 @@ def _refuse_beside_all(others: Mapping[str, object]) -> None:
     """Refuse options that ask for something else than all steady states."""
     given = [option for option, value in others.items() if value is not None]
     if given:
-        raise UsageError(f"--all: expected neither --cycles nor --plot nor --solver; got {', '.join(given)}")
+        raise UsageError(f"--all: expected neither --cycles nor --solver; got {', '.join(given)}")
 
 
 def _write(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None:

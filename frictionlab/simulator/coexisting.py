@@ -7,6 +7,7 @@ from typing import Any
 from frictionlab.errors import UsageError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.notes import Note
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.solve import steady_state
 from frictionlab.simulator.state import SteadyState, from_numbers
@@ -19,6 +20,7 @@ SAME = 1e-6  # orbits whose energy and amplitude differ by less, over the larges
 STARTS, NUMERIC_STARTS = 200, 50  # where slides are exact, and where each takes a tenth of a second
 WORTH_COMPILING = 20  # starts
 LOOKS = 2e8  # at slides, from all rigid starts together: some 20 s; what is left of the starts then is "not found"
+OF_REST = Note.REST_STILL_FAR | Note.MAY_COEXIST | Note.MAY_GO_ON
 GOLDEN = (0.7548776662466927, 0.5698402909980532)  # steps of the plane's golden ratio: even, and the same every time
 
 
@@ -94,8 +96,8 @@ def _is_alone(problem: Problem) -> bool:
 
 
 def _of_any_start(state: SteadyState) -> SteadyState:
-    """A steady state without the sentences about rest and other motions: all are told. Why there is none is kept."""
-    return replace(state, notes=0) if state.orbit is not None else state
+    """A steady state without the notes about rest and other motions: all are told. What its numbers need is kept."""
+    return replace(state, notes=state.notes & ~OF_REST) if state.orbit is not None else state
 
 
 def _settled(problem: Problem, first: SteadyState, starts: int) -> Iterator[SteadyState]:
@@ -134,9 +136,9 @@ def _from_start(
         if row[layout.OUTCOME] != layout.OVERFULL:
             break
         phases = count
-    moved = int(row[layout.OUTCOME]) in (layout.PERIODIC, layout.STUCK)
+    moved, mirror = int(row[layout.OUTCOME]) in (layout.PERIODIC, layout.STUCK), bool(row[layout.SIGN] < 0.0)
     return from_numbers(
-        problem, row, from_record(problem, room.phases, count, periodic=True, mirror=False) if moved else None
+        problem, row, from_record(problem, room.phases, count, periodic=True, mirror=mirror) if moved else None
     )
 
 

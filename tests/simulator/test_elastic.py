@@ -43,9 +43,11 @@ def of_reference(row: dict[str, Any]) -> Problem:
     terms = "".join(f"+{term}" for key, term in names.items() if key in row)
     parameters = {name: row[key] for key, name in keys.items() if key in row}
     parameters["frame_damping_ratio"] = row.get("zeta_f", 0.0)
+    base = Base(tuple(row.get("cosine", (1.0,))), tuple(row.get("sine", (0.0,))))
+    more = {"parameters": parameters, "base": base, "wall": row.get("wall", "fixed")}
     if "sliders" in row:
-        return iwan(row["r"], row["beta"], row["kappa"], row["sliders"], row["chi"], terms, parameters=parameters)
-    return jenkins(row["r"], row["beta"], row["kappa"], terms, parameters=parameters)
+        return iwan(row["r"], row["beta"], row["kappa"], row["sliders"], row["chi"], terms, **more)
+    return jenkins(row["r"], row["beta"], row["kappa"], terms, **more)
 
 
 def error(value: float | None, truth: str) -> float:
@@ -57,7 +59,7 @@ def error(value: float | None, truth: str) -> float:
 def test_agrees_with_fifty_digits_at_hard_points(row: dict[str, Any]) -> None:
     state = steady(of_reference(row))
     assert error(state.energy_per_cycle, row["energy_per_cycle"]) < 1e-12
-    assert error(state.response_amplitude, row["response_amplitude"]) < 1e-12
+    assert row["response_amplitude"] is None or error(state.response_amplitude, row["response_amplitude"]) < 1e-12
     assert error(state.stuck_fraction, row["stuck_fraction"]) < 1e-10
     assert state.stops_per_cycle == row["stops_per_cycle"]
     assert state.closure_error is not None

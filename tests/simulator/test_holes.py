@@ -210,3 +210,16 @@ def test_the_motion_told_next_to_resonance_is_where_rest_goes_in_the_end() -> No
     state = steady_state(Problem(1.0001, 0.1, 1.9))
     assert any("still far" in said for said in state.warnings)
     assert settles_on(state, 400_000, within=1e-6 * (state.response_amplitude or 0.0))
+
+
+def test_each_of_all_motions_is_whole() -> None:
+    """An orbit found on half a cycle is mirrored: half of it was told as the whole."""
+    for attractor in coexisting(Problem(0.3, 0.9, 1.3), starts=10):
+        orbit = attractor.state.orbit
+        assert orbit is not None
+        assert orbit.end - orbit.start == pytest.approx(2.0 * pi, abs=1e-12)
+        tau = np.linspace(0.0, 2.0 * pi, 50)
+        x, v = orbit.at(tau)
+        assert (x[0], v[0]) == (pytest.approx(x[-1], abs=1e-12), pytest.approx(v[-1], abs=1e-12))
+        run = simulate(attractor.state.problem, cycles=1, x0=float(x[0]), v0=float(v[0]))
+        assert np.abs(run.at(tau[:-1])[0] - x[:-1]).max() < 1e-11

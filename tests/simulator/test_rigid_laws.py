@@ -15,7 +15,9 @@ from frictionlab.errors import UsageError
 from frictionlab.simulator import Base, Problem, SteadyState, steady_state
 from tests.simulator import slow
 
-REFERENCE = json.loads((Path(__file__).parent / "reference" / "laws.json").read_text())
+REFERENCE, UNEVEN_REFERENCE = (
+    json.loads((Path(__file__).parent / "reference" / name).read_text()) for name in ("laws.json", "uneven.json")
+)
 LAW = "coulomb+place+speed+breakaway"
 UNEVEN = {"static_ratio_up": 1.2, "static_ratio_down": 1.0}
 
@@ -74,6 +76,18 @@ def test_laws_agree_with_fifty_digits(row: dict[str, Any]) -> None:
     state = steady_state(Problem(row["r"], row["beta"], law=LAW, parameters=values | row["parameters"]))
     for key in ("energy_per_cycle", "response_amplitude"):
         assert abs(float(mpf(getattr(state, key)) / mpf(row[key]) - 1)) < 1e-12
+    assert state.stops_per_cycle == row["stops_per_cycle"]
+    closes(state)
+
+
+@pytest.mark.parametrize("row", UNEVEN_REFERENCE, ids=lambda row: row["why"])
+def test_harmonics_and_both_walls_agree_with_fifty_digits(row: dict[str, Any]) -> None:
+    values = {"gradient": 0.0, "contact_damping_ratio": 0.0, "static_ratio_up": 1.0, "static_ratio_down": 1.0}
+    base, given = Base(*map(tuple, row["base"])), {"law": LAW, "parameters": values | row["parameters"]}
+    state = steady_state(Problem(row["r"], row["beta"], wall=row["wall"], base=base, **given))
+    assert abs(float(mpf(state.energy_per_cycle) / mpf(row["energy_per_cycle"]) - 1)) < 1e-12
+    if row["response_amplitude"] is not None:
+        assert abs(float(mpf(state.response_amplitude) / mpf(row["response_amplitude"]) - 1)) < 1e-12
     assert state.stops_per_cycle == row["stops_per_cycle"]
     closes(state)
 

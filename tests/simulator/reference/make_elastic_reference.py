@@ -13,7 +13,7 @@ from typing import Any
 
 import mpmath as mp
 
-from tests.simulator.reference.make_reference import SCAN, Slide, bisect, coulomb, den_hartog
+from tests.simulator.reference.make_reference import SCAN, Slide, bisect, coulomb, den_hartog, series
 
 POINTS: list[dict[str, Any]] = [
     {"r": 0.5, "beta": 0.4, "kappa": 100.0, "why": "stops hardly"},
@@ -28,6 +28,33 @@ POINTS: list[dict[str, Any]] = [
     {"r": 0.4, "beta": 0.3, "kappa": 3.0, "zeta_c": 2.0, "why": "critically damped while it holds"},
     {"r": 0.6, "beta": 0.4, "kappa": 100.0, "q": 0.1, "zeta_c": 0.03, "why": "friction along the path"},
     {"r": 0.6, "beta": 0.3, "kappa": 20.0, "sliders": 5, "chi": 0.0, "why": "five sliders"},
+    {"r": 0.47, "beta": 0.4, "kappa": 60.0, "cosine": [1.0, 0.2, 0.1], "sine": [0.0, 0.1, -0.15], "why": "harmonics"},
+    {
+        "r": 0.8,
+        "beta": 0.4,
+        "kappa": 40.0,
+        "zeta_c": 0.03,
+        "zeta_f": 0.02,
+        "cosine": [1.0, 0.15],
+        "sine": [0.0, -0.1],
+        "wall": "base",
+        "why": "harmonics on a moving wall, both dashpots",
+    },
+    {
+        "r": 0.6,
+        "beta": 0.4,
+        "kappa": 25.0,
+        "sliders": 3,
+        "chi": -0.3,
+        "up": 1.2,
+        "down": 1.1,
+        "q": 0.08,
+        "zeta_c": 0.05,
+        "zeta_f": 0.04,
+        "cosine": [1.0, 0.1, 0.1],
+        "sine": [0.0, 0.1, 0.1],
+        "why": "all terms of three sliders, harmonics, a damped frame",
+    },
     {
         "r": 0.8,
         "beta": 0.4,
@@ -56,9 +83,35 @@ class Contact:
         self.beta = [given["beta"] * (b ** (chi + 2) - a ** (chi + 2)) for a, b in pairwise(cuts)]
         lead = 2 * self.zeta_f * self.r  # F = cos - lead sin = size cos(tau + ahead)
         self.size, self.ahead = mp.sqrt(1 + lead * lead), mp.atan(lead)
+        self.moving = point.get("wall") == "base"
+        self.base = [mp.mpc(c, -s) for c, s in zip(point.get("cosine", [1]), point.get("sine", [0]), strict=True)]
+        self.lines = [
+            b * ((k * self.r) ** 2 if self.moving else mp.mpc(1, lead * k)) for k, b in enumerate(self.base, 1)
+        ]
 
     def push(self, tau: Any) -> Any:
-        return self.size * mp.cos(tau + self.ahead)
+        return series(self.lines, tau)
+
+    def frame_sees(self, v: Any, tau: Any) -> Any:
+        """The velocity between mass and base: z is relative to a wall that stands, or to one that is the base."""
+        return v if self.moving else v - series(self.base, tau, 1)
+
+
+def under_harmonics(c: Contact, tau: Any, z: Any, v: Any, whole: Any, offset: Any) -> Any:
+    """The motion t -> z, v of a phase of stiffness `whole` about an offset: particular integral plus free motion."""
+    zeta, r = c.zeta_c + c.zeta_f, c.r
+    gains = [f / mp.mpc(whole - (k * r) ** 2, 2 * zeta * r * k) for k, f in enumerate(c.lines, 1)]
+    root = mp.sqrt(mp.mpc(zeta * zeta - whole))
+    l1, l2 = (-zeta + root) / r, (-zeta - root) / r
+    a, b = z - offset - series(gains, tau), v - series(gains, tau, 1)
+    c1 = (b - l2 * a) / (l1 - l2)
+    c2 = a - c1
+
+    def at(t: Any) -> Any:
+        e1, e2 = c1 * mp.exp(l1 * t), c2 * mp.exp(l2 * t)
+        return offset + series(gains, tau + t) + (e1 + e2).real, series(gains, tau + t, 1) + (l1 * e1 + l2 * e2).real
+
+    return at
 
 
 def phase(c: Contact, tau: Any, z: Any, v: Any, n: list[Any], side: list[int]) -> Any:
@@ -66,6 +119,8 @@ def phase(c: Contact, tau: Any, z: Any, v: Any, n: list[Any], side: list[int]) -
     stiff = sum(k if s == 0 else s * b * c.q for k, b, s in zip(c.kappa, c.beta, side, strict=True))
     whole = 1 + stiff
     root = mp.sqrt(whole)
+    if len(c.base) > 1:
+        return under_harmonics(c, tau, z, v, whole, (stiff * z - sum(n)) / whole), c.r / root
     offset = (sum(n) - stiff * z) / c.size
     zeta = (c.zeta_c + c.zeta_f) / root
     start = (tau + c.ahead, whole * z / c.size, whole * v / c.size)
@@ -132,7 +187,7 @@ def carry(c: Contact, state: Any, span: Any, tau: Any) -> Any:
             if c.zeta_c or c.zeta_f:
                 viscous += 2 * c.zeta_c * c.r * mp.quad(lambda s, at=at: at(s)[1] ** 2, edges)
                 frame += (
-                    2 * c.zeta_f * c.r * mp.quad(lambda s, at=at, tau=tau: (at(s)[1] + mp.sin(tau + s)) ** 2, edges)
+                    2 * c.zeta_f * c.r * mp.quad(lambda s, at=at, tau=tau: c.frame_sees(at(s)[1], tau + s) ** 2, edges)
                 )
         stiff = sum(k if s == 0 else s * b * c.q for k, b, s in zip(c.kappa, c.beta, side, strict=True))
         work += (sum(n) + stiff * (after - z) / 2) * (after - z)
@@ -200,14 +255,14 @@ def orbit(c: Contact, half: bool) -> Any:
 
 def reference(point: dict[str, Any]) -> dict[str, Any]:
     c = Contact(point)
-    half = c.up == c.down and c.q == 0
+    half = c.up == c.down and c.q == 0 and len(c.base) == 1
     state, miss, span, sign, begun = orbit(c, half)
     _, work, viscous, held, stops, high, low = carry(c, state, span, begun)
     cycles = span / (2 * mp.pi)
     amplitude = max(high, -low) if sign < 0 else (high - low) / 2
     return point | {
         "energy_per_cycle": mp.nstr((work + viscous) / cycles, 30),
-        "response_amplitude": mp.nstr(amplitude, 30),
+        "response_amplitude": None if c.moving else mp.nstr(amplitude, 30),
         "stuck_fraction": mp.nstr(held / span, 30),
         "stops_per_cycle": round(stops / float(cycles)),
         "miss": mp.nstr(mp.norm(miss), 3),

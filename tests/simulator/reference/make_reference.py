@@ -1,6 +1,6 @@
-"""Make reference.json and laws.json: steady states at hard points, at 50 digits, by the textbook and nothing else.
+"""Make reference.json, laws.json and uneven.json: steady states at hard points, at 50 digits, by the textbook alone.
 
-    python tests/simulator/reference/make_reference.py          # points that reference.json and laws.json lack
+    python tests/simulator/reference/make_reference.py          # points that the files lack
 
 Independent of the package on purpose: mpmath, the textbook solution between events (with the secular form at r = 1 and
 the degenerate form at zeta = 1), zeros by dense scanning and bisection, orbits by Newton with differences. It takes
@@ -57,8 +57,37 @@ LAWS = [
 ]
 
 
+UNEVEN: list[tuple[Any, ...]] = [
+    # r, beta, law's parameters, base's cosine and sine, wall: why it is hard
+    (0.45, 0.5, {}, ([1.0, 0.2, 0.1], [0.0, 0.1, -0.15]), "fixed", "harmonics"),
+    (0.9, 0.6, {}, ([1.0, 0.15], [0.0, -0.1]), "base", "harmonics on a moving wall"),
+    (
+        0.4,
+        0.45,
+        {"static_ratio_up": 1.2, "static_ratio_down": 1.05, "frame_damping_ratio": 0.04},
+        ([1.0, 0.2, 0.0, 0.1, 0.05], [0.1, 0.1, 0.15, 0.0, 0.1]),
+        "fixed",
+        "five harmonics, break-away, a damped frame",
+    ),
+    (
+        0.7,
+        0.35,
+        {
+            "gradient": -0.1,
+            "contact_damping_ratio": 0.05,
+            "static_ratio_up": 1.15,
+            "static_ratio_down": 1.3,
+            "frame_damping_ratio": 0.02,
+        },
+        ([1.0, 0.2, 0.1], [0.0, 0.1, 0.1]),
+        "base",
+        "all terms, harmonics, a moving wall, a damped frame",
+    ),
+]
+
+
 class Rig(NamedTuple):
-    """The numbers of a problem; zeta is the sum of both dashpots."""
+    """The numbers of a problem; zeta is the sum of both dashpots, base the complex amplitudes of its harmonics."""
 
     r: Any
     beta: Any
@@ -67,14 +96,19 @@ class Rig(NamedTuple):
     zeta: Any
     gradient: Any
     frame: Any
+    base: Any = (mp.mpc(1),)
+    moving: Any = False
 
     @property
-    def drive(self) -> Any:
-        """F = Re(drive exp(i tau)): the frame's dashpot sees the base move."""
-        return mp.mpc(1, 2 * self.frame * self.r)
+    def lines(self) -> Any:
+        """F = sum Re(line exp(i k tau)), k from 1 on: the frame's dashpot sees the base move, or the wall does."""
+        return [
+            b * ((k * self.r) ** 2 if self.moving else mp.mpc(1, 2 * self.frame * self.r * k))
+            for k, b in enumerate(self.base, 1)
+        ]
 
     def force(self, tau: Any) -> Any:
-        return (self.drive * mp.expj(tau)).real
+        return series(self.lines, tau)
 
     def load(self, z: Any) -> Any:
         return self.beta * (1 + self.gradient * z)
@@ -85,6 +119,11 @@ def coulomb(r: Any, beta: Any, zeta: Any, mu: Any = 1) -> Rig:
     return Rig(r, beta, mp.mpf(mu), mp.mpf(mu), zeta, mp.mpf(0), mp.mpf(0))
 
 
+def series(lines: Any, tau: Any, order: int = 0) -> Any:
+    """A Fourier series, or a derivative of it."""
+    return mp.fsum(((1j * k) ** order * line * mp.expj(k * tau)).real for k, line in enumerate(lines, 1))
+
+
 class Slide:
     """The textbook motion of one slide: particular integral plus free motion."""
 
@@ -92,7 +131,8 @@ class Slide:
         r, zeta, stiffness = rig.r, rig.zeta, 1 + side * rig.beta * rig.gradient
         self.r, self.zeta, self.tau, self.offset = r, zeta, tau, -rig.beta * side / stiffness
         self.resonant = r == 1 and zeta == 0
-        self.gain = None if self.resonant else rig.drive / mp.mpc(stiffness - r * r, 2 * zeta * r)
+        bends = [mp.mpc(stiffness - (k * r) ** 2, 2 * zeta * r * k) for k in range(1, len(rig.base) + 1)]
+        self.gains = None if self.resonant else [line / bend for line, bend in zip(rig.lines, bends, strict=True)]
         z0, v0 = self.forced(mp.mpf(0))
         a, b = z - z0 - self.offset, v - v0
         self.critical = zeta == 1
@@ -108,8 +148,7 @@ class Slide:
         if self.resonant:  # x'' + x = cos(tau): t sin(tau) / 2 about the start
             now = self.tau + t
             return t * mp.sin(now) / 2, mp.sin(now) / 2 + t * mp.cos(now) / 2
-        w = self.gain * mp.expj(self.tau + t)
-        return w.real, (1j * w).real
+        return series(self.gains, self.tau + t), series(self.gains, self.tau + t, 1)
 
     def at(self, t: Any) -> Any:
         z, v = self.forced(t)
@@ -162,14 +201,34 @@ def work(slide: Any, span: Any) -> Any:
 
 def release(rig: Rig, tau: Any, z: Any, limit: Any) -> Any:
     """First time at which F - z reaches the static limit, to the right side."""
-    best = None
+    if len(rig.base) > 1:
+        return scanned_release(rig, tau, z, limit)
+    best, drive = None, rig.lines[0]
     for way, ratio in ((1, rig.up), (-1, rig.down)):
-        level = (z + way * ratio * rig.load(z)) / abs(rig.drive)
+        level = (z + way * ratio * rig.load(z)) / abs(drive)
         if abs(level) >= 1:
             continue
-        when = (-way * mp.acos(level) - mp.arg(rig.drive) - tau) % (2 * mp.pi)
+        when = (-way * mp.acos(level) - mp.arg(drive) - tau) % (2 * mp.pi)
         best = (when, way) if best is None or when < best[0] else best
     return best if best is not None and best[0] < limit else None
+
+
+def scanned_release(rig: Rig, tau: Any, z: Any, limit: Any) -> Any:
+    """The same under several harmonics: by dense scanning; a crest that just reaches the limit would be missed."""
+
+    def left(t: Any) -> Any:
+        pull = rig.force(tau + t) - z
+        return min(rig.up * rig.load(z) - pull, rig.down * rig.load(z) + pull)
+
+    step = mp.pi / (2 * SCAN * len(rig.base))
+    before = mp.mpf(0)
+    while before < limit:
+        t = min(limit, before + step)
+        if left(t) < 0:
+            t = bisect(left, before, t)
+            return t, int(mp.sign(rig.force(tau + t) - z))
+        before = t
+    return None
 
 
 def carry(rig: Rig, z: Any, v: Any, span: Any) -> Any:
@@ -196,8 +255,8 @@ def carry(rig: Rig, z: Any, v: Any, span: Any) -> Any:
         t = end - tau if over else t
         if rig.zeta:
             viscous += 2 * rig.zeta * rig.r * work(slide, t)
-        if rig.frame:
-            viscous += 4 * rig.frame * rig.r * cross(slide, tau, t)
+        if rig.frame and not rig.moving:
+            viscous += 4 * rig.frame * rig.r * cross(rig, slide, tau, t)
         before = z
         z, v = slide.at(t)
         v = v if over else mp.mpf(0)
@@ -207,9 +266,9 @@ def carry(rig: Rig, z: Any, v: Any, span: Any) -> Any:
     return z, v, path, viscous, stops, high, low
 
 
-def cross(slide: Any, tau: Any, span: Any) -> Any:
-    """Integral of -v f' = v sin over a slide: what the frame's dashpot, which sees v - f', takes more."""
-    return mp.quad(lambda t: slide.at(t)[1] * mp.sin(tau + t), mp.linspace(0, span, 9))
+def cross(rig: Rig, slide: Any, tau: Any, span: Any) -> Any:
+    """Integral of -v f' over a slide: what the frame's dashpot, which sees v - f', takes more."""
+    return mp.quad(lambda t: -slide.at(t)[1] * series(rig.base, tau + t, 1), mp.linspace(0, span, 9))
 
 
 def den_hartog(r: Any, beta: Any) -> Any:
@@ -267,12 +326,25 @@ def law_reference(r: Any, beta: Any, more: Any, why: Any) -> Any:
     return {"r": r, "beta": beta, "parameters": more, "why": why} | numbers(rig, half=up == down and gradient == 0)
 
 
+def uneven_reference(r: Any, beta: Any, more: Any, base: Any, wall: Any, why: Any) -> Any:
+    """Under harmonics, on either wall; on a moving one the amplitude is left out: z is not the mass's own motion."""
+    names = ("static_ratio_up", "static_ratio_down", "contact_damping_ratio", "gradient", "frame_damping_ratio")
+    up, down, contact, gradient, frame = (mp.mpf(more.get(name, name.startswith("static"))) for name in names)
+    lines = tuple(mp.mpc(c, -s) for c, s in zip(*base, strict=True))
+    rig = Rig(mp.mpf(r), mp.mpf(beta), up, down, contact + frame, gradient, frame, lines, wall == "base")
+    told = numbers(rig, half=False)
+    return {"r": r, "beta": beta, "parameters": more, "base": base, "wall": wall, "why": why} | {
+        key: None if key == "response_amplitude" and rig.moving else value for key, value in told.items()
+    }
+
+
 def numbers(rig: Rig, half: Any) -> Any:
     y, miss, sign, span = orbit(rig, half)
     _, _, path, viscous, stops, high, low = carry(rig, y[0], y[1], span)
     cycles = span / (2 * mp.pi)
     amplitude = max(high, -low) if sign < 0 else (high - low) / 2
-    frame = 2 * rig.frame * rig.r * mp.pi  # what the frame's dashpot takes of the base's motion alone
+    squares = mp.fsum((k * abs(b)) ** 2 for k, b in enumerate(rig.base, 1))
+    frame = 0 if rig.moving else 2 * rig.frame * rig.r * mp.pi * squares  # what its dashpot takes of the base alone
     return {
         "energy_per_cycle": mp.nstr((rig.beta * path + viscous) / cycles + frame, 30),
         "response_amplitude": mp.nstr(amplitude, 30),
@@ -301,4 +373,9 @@ if __name__ == "__main__":
     for r, beta, more, why in LAWS:
         if not any((r, beta, more) == (row["r"], row["beta"], row["parameters"]) for row in rows):
             rows.append(law_reference(r, beta, more, why))
+            keep(target, rows)
+    target, rows = kept("uneven.json")
+    for uneven in UNEVEN:
+        if not any(uneven[-1] == row["why"] for row in rows):
+            rows.append(uneven_reference(*uneven))
             keep(target, rows)
