@@ -169,7 +169,7 @@ def nuisances(
         _lag(sources, turn),
         _frame(family, sources),
         *(_nuisance(f"second_{part}", words.format(part), SECOND * second) for part in ("cosine", "sine")),
-        _nuisance(HIGHER, "share of the base's higher harmonics that is no sensor's", SHARE if family.higher else 0.0),
+        _share(family),
     ]
     return tuple(c for c in found if c.width > 0.0)
 
@@ -232,6 +232,16 @@ def _frame(family: Family, sources: Sources) -> Coordinate:
     tail = math.inf if "frame_damping_ratio" in family.held else TAIL
     known = Coordinate("frame_damping_ratio", "frame's damping ratio", middle=middle, width=width, low=low, tail=tail)
     return replace(known, folded=middle == 0.0)
+
+
+def _share(family: Family) -> Coordinate:
+    """How much of the harmonics that the base's sensor shows is the base's: from none to all, and no more.
+
+    Left free, 6.8 times what the sensor shows passed for a contact's dashpot, and Coulomb friction explained the cycle.
+    """
+    words = "share of the base's higher harmonics that is no sensor's"
+    width = SHARE if family.higher else 0.0
+    return Coordinate(HIGHER, words, width=width, low=0.0, high=1.0 / SHARE, folded=True)
 
 
 def values_of(coordinates: tuple[Coordinate, ...], point: FloatArray) -> dict[str, float]:

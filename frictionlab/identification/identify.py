@@ -161,13 +161,15 @@ def _otherwise(measurement: Measurement, sources: Sources, found: Fit) -> tuple[
 
 
 def _under_a_richer_law(measurement: Measurement, sources: Sources, found: Fit) -> Fit | None:
-    """The fit of the same cycle with place and speed in the law as well, where the law leaves a misfit.
+    """The fit of the same cycle with place and speed in the law as well, where the law may be a wrong one.
 
-    Friction that the law does not know of moves the friction ratio that it finds: the two tell by how much. None where
-    the law explains the cycle, or the richer one does not explain it better.
+    It may be where it leaves a misfit, or leaves none only with sensors and rig unlike what is known of them: friction
+    that it does not know of moves the friction ratio that it finds, and the two tell by how much. None elsewhere, and
+    where the richer law does not explain the cycle better.
     """
     law, more = found.forward.family.law, [term for term in RICHER if not found.forward.family.law.has(term)]
-    if found.nrmse <= EXPLAINED * found.observed.floor or law.kind != "rigid" or not more:
+    explained = found.nrmse <= EXPLAINED * found.observed.floor and not pressed(found)
+    if explained or law.kind != "rigid" or not more:
         return None
     family = found.forward.family.under(law_of("+".join((law.name, *more))))
     forward = forward_of(family, measurement, sources, found.observed)
