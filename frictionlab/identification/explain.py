@@ -12,10 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.identification.causes import AS_KNOWN, CAUSES
 from frictionlab.identification.compare import AUTO, predict
 from frictionlab.identification.comparison import Comparison
 from frictionlab.identification.contact_force import ContactForce
 from frictionlab.identification.identify import limits_in_words
+from frictionlab.identification.ladder import DEAR, EXACT, NUMERIC, REQUIRED
 from frictionlab.identification.physical import to_physical
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
@@ -31,14 +33,21 @@ TELLS = {
 }
 """What would tell a parameter that a test does not."""
 SHOWN = {
-    "gradient": (0.1, "%/mm", "friction grows along the path"),
+    "gradient": (0.1, "%/mm", "change of friction along the path"),
     "contact_damping_ratio": (1.0, "N s/m", "dashpot in the contact"),
     "stiffness_ratio": (1e-3, "N/mm", "stiffness of the contact"),
-    "stribeck_speed": (1e3, "mm/s", "speed at which it has weakened"),
-    "rate_speed": (1e3, "mm/s", "speed of the logarithm"),
+    "stribeck_speed": (1e3, "mm/s", "speed at which friction has weakened"),
+    "rate_speed": (1e3, "mm/s", "speed from which friction changes"),
     "slip_distance": (1e6, "um", "way in which the contact is renewed"),
 }
 """What is told in units that people read: times its size in newtons, metres and seconds, unit, words."""
+PARTS = {"stops": "at stops", "slides up": "while the mass slides up", "slides down": "while the mass slides down"}
+"""Parts of a cycle, as they stand in a sentence."""
+SOURCES = CAUSES | {
+    "noise and misfit": "noise, and what the law misses",
+    AS_KNOWN: "sensors and rig, which the fit finds unlike what is known of them",
+}
+"""Where an uncertainty comes from, in words."""
 ANY = "tests at another amplitude and another speed; frictionlab plan says which"
 
 
@@ -47,12 +56,15 @@ class Explanation:
     """What a recording says of its contact.
 
     ``comparison``: under the law that the recording requires; ``simpler``: under the best of the laws with fewer terms,
-    None where it is plain Coulomb friction already; ``physical``: parameter -> value, uncertainty, unit, words.
+    None where it is plain Coulomb friction already; ``physical``: parameter -> value, uncertainty, unit, words;
+    ``unit_m``: Y, the base's amplitude [m]; ``energy_j``: the measured energy per cycle [J], None without a stiffness.
     """
 
     comparison: Comparison
     simpler: Comparison | None
     physical: Mapping[str, tuple[float, float | None, str, str]]
+    unit_m: float
+    energy_j: float | None
 
     @property
     def contact(self) -> ContactForce | None:
@@ -93,7 +105,8 @@ def explain(measurement: Measurement, scene: Scene) -> Explanation:
     comparison = predict(measurement, scene, law=AUTO)
     name = simpler_law(comparison)
     simpler = None if name is None else predict(measurement, scene, law=name)
-    return Explanation(comparison, simpler, physical(comparison, measurement, scene))
+    known = physical(comparison, measurement, scene)
+    return Explanation(comparison, simpler, known, measurement.base_amplitude_m, measurement.energy_per_cycle_j)
 
 
 def simpler_law(comparison: Comparison) -> str | None:
@@ -140,34 +153,38 @@ def _wrapped(text: str, *, indent: str = "") -> Iterator[str]:
 def _law(told: Explanation) -> Iterator[str]:
     c = told.comparison
     yield from _wrapped(f"{c.source}: {c.law} at r = {c.frequency_ratio:.4g} ({law_of(c.law).words})")
-    if c.response_nrmse is None or c.misfit is None:
+    if c.response_nrmse is None or c.response_floor is None:
         yield "No prediction: this law has no steady state here."
         return
-    verdict = "It explains the cycle" if c.verdict == "explained" else "No law tried explains the cycle; the best one"
-    left = f"leaves {100 * c.response_nrmse:.2g} % of the response, {c.misfit:.2g} times the standard error of the mean"
-    yield from _wrapped(f"{verdict}{': it' if c.verdict == 'explained' else ''} {left} cycle.")
+    explains = c.verdict == "explained"
+    verdict = "It explains the cycle: it" if explains else "No law that was tried explains the cycle. The best one"
+    noise = f"the measurement's own error is {100 * c.response_floor:.2g} %"
+    yield from _wrapped(f"{verdict} leaves {100 * c.response_nrmse:.2g} % of the motion unexplained; {noise}.")
     if c.energy_difference is not None:
-        yield from _wrapped(
-            f"Energy per cycle: {c.energy_per_cycle:.4g} k Y^2 measured, predicted {100 * c.energy_difference:+.2g} %."
-        )
+        joules = "" if told.energy_j is None else f" = {1e3 * told.energy_j:.4g} mJ"
+        more = f"predicted {abs(100 * c.energy_difference):.2g} % {'more' if c.energy_difference > 0 else 'less'}"
+        yield from _wrapped(f"Energy per cycle: {c.energy_per_cycle:.4g} k Y^2{joules} measured, {more}.")
 
 
 def _values(told: Explanation) -> Iterator[str]:
+    law = law_of(told.comparison.law)
     for name, e in told.comparison.parameters.items():
         if e["u"] is None:
             continue
-        value = f"  {name}: {_with_error(e['value'], e['u'])}"
+        own = f"{name} {_with_error(e['value'], e['u'])}"
         if not e["told"]:
-            value += f", not told: {limits_in_words(e['lower'], e['upper'])} (95 %)"
+            limits = limits_in_words(e["lower"], e["upper"])
+            value = f"{law.parameter(name).words}: not told by this recording ({own}; {limits}, 95 %)"
         elif name in told.physical:
             size, error, unit, words = told.physical[name]
-            value += f" = {_with_error(size, error)} {unit}, {words}"
-        yield from _wrapped(value)
+            value = f"{words}: {_with_error(size, error)} {unit} ({own})"
+        else:
+            value = f"{law.parameter(name).words}: {_with_error(e['value'], e['u'])} ({name})"
+        yield from _wrapped(value, indent="  ")
     shares = told.comparison.budget.get("friction_ratio", {})
     if shares:
-        yield from _wrapped(
-            f"Most of the uncertainty of beta comes from: {max(shares, key=lambda name: shares[name])}."
-        )
+        most = max(shares, key=lambda name: shares[name])
+        yield from _wrapped(f"What adds most to the error of beta: {SOURCES.get(most, most)}.")
 
 
 def _with_error(value: float, error: float | None) -> str:
@@ -186,20 +203,27 @@ def _with_error(value: float, error: float | None) -> str:
 
 def _simpler(told: Explanation) -> Iterator[str]:
     c, simpler = told.comparison, told.simpler
-    richer = [str(rung["law"]) for rung in c.laws or () if not rung["required"]]
     if simpler is not None and simpler.response_nrmse is not None:
         where = missed(simpler.contact)
         most = max(where, key=lambda name: where[name], default="")
-        parts = ", ".join(f"{name} {100 * size:.2g} %" for name, size in where.items())
         yield from _wrapped(
-            f"The next simpler law, {simpler.law}, leaves {100 * simpler.response_nrmse:.2g} %, most in its {most}"
-            f" (rms over Y: {parts}); log evidence {_gain(c, simpler):.0f} lower."
+            f"A simpler law, {simpler.law}, leaves {100 * simpler.response_nrmse:.2g} %, most of it"
+            f" {PARTS.get(most, '')}. Its log evidence is {_gain(c, simpler):.0f} lower; {REQUIRED:.0f} is enough."
         )
-    here = ", ".join(f"{name} {100 * size:.2g} %" for name, size in missed(c.contact).items())
+    here = ", ".join(f"{1e6 * told.unit_m * size:.2g} um {PARTS[name]}" for name, size in missed(c.contact).items())
     if here:
-        yield from _wrapped(f"What {c.law} misses, rms over Y: {here}.")
-    if richer:
-        yield from _wrapped(f"Tried and not required: {', '.join(richer)}.")
+        yield from _wrapped(f"{c.law} misses (rms): {here}.")
+    yield from _others(c)
+
+
+def _others(c: Comparison) -> Iterator[str]:
+    """Which other laws were tried, and which were not."""
+    tried = [str(rung["law"]) for rung in c.laws or ()]
+    if spare := [str(rung["law"]) for rung in c.laws or () if not rung["required"]]:
+        yield from _wrapped(f"Tried, not needed: {', '.join(spare)}.")
+    seen = {term.name for name in tried for term in law_of(name).terms}
+    if c.verdict == "explained" and (rest := [term for term in (*EXACT, *NUMERIC, *DEAR) if term not in seen]):
+        yield from _wrapped(f"Not tried, because only noise is left to explain: {', '.join(rest)}.")
 
 
 def _gain(c: Comparison, simpler: Comparison) -> float:
@@ -210,7 +234,7 @@ def _gain(c: Comparison, simpler: Comparison) -> float:
 def _untold(told: Explanation) -> Iterator[str]:
     for name, e in told.comparison.parameters.items():
         if e["u"] is not None and not e["told"]:
-            yield from _wrapped(f"What would tell {name}: {TELLS.get(name, ANY)}.")
+            yield from _wrapped(f"To measure {name}: {TELLS.get(name, ANY)}.")
 
 
 def _warned(told: Explanation) -> Iterator[str]:
