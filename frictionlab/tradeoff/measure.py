@@ -1,9 +1,10 @@
 """All knobs, family by family."""
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from types import MappingProxyType
 
-from frictionlab.tradeoff import files, signals, simulation
+from frictionlab.tradeoff import contacts, files, signals, simulation
 from frictionlab.tradeoff.setting import Setting
 
 Knob = Callable[[], tuple[Setting, ...]]
@@ -15,9 +16,8 @@ FAMILIES: Mapping[str, tuple[Knob, ...]] = MappingProxyType(
             simulation.solver_of_stick_slip,
             simulation.cycles_waited,
             simulation.physics,
-            simulation.tolerance_of_stribeck_friction,
-            simulation.tolerance_of_rate_and_state_friction,
         ),
+        "contacts": tuple(partial(contacts.tolerance_of, name) for name in contacts.CONTACTS),
         "frequency": (signals.padding,),
         "cycle": (
             signals.points_per_cycle,

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from functools import partial
 
 from frictionlab.simulator import Base, Problem, Solver, SteadyState, last_cycle, steady_state, thesis_run
-from frictionlab.simulator.numeric import RTOL, steady
 from frictionlab.tradeoff.setting import Setting, Trial, run_trials
 
 # Energy per cycle (r, beta) from 50-digit orbits: tests/extremes/reference/make_orbits.py, rounded to 25 digits.
@@ -16,24 +15,9 @@ TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10)
 WAITED = (10, 30, 100, 300, 1000, 3000)
 
 
-STRIBECK = Problem(0.5, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.2, "stribeck_speed": 0.1})
-RATE_STATE = Problem(
-    r=0.5,
-    beta=0.4,
-    law="coulomb+rate-state",
-    parameters={
-        "direct_effect": 0.05,
-        "evolution_effect": 0.03,
-        "slip_distance": 0.01,
-        "reference_speed": 0.1,
-        "stiffness_ratio": 100.0,
-    },
-)
-TIGHT = "the same engine at rtol 1e-12, which scipy's DOP853 confirms (tests/benchmarks/numeric_speed)"
-NUMERIC_TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
+def off(truth: float) -> Callable[[object], float]:
+    """What judges a steady state, or an energy, by how far its energy is off, relative."""
 
-
-def _off(truth: float) -> Callable[[object], float]:
     def error(result: object) -> float:
         energy = result.energy_per_cycle if isinstance(result, SteadyState) else result
         return abs(float(energy or 0.0) / truth - 1.0) if isinstance(energy, (int, float)) else float("inf")
@@ -42,14 +26,14 @@ def _off(truth: float) -> Callable[[object], float]:
 
 
 def _solved(problem: Problem, truth: float, solver: Solver, *, default: bool = False) -> Trial:
-    return Trial(solver, partial(steady_state, problem, solver=solver), _off(truth), default)
+    return Trial(solver, partial(steady_state, problem, solver=solver), off(truth), default)
 
 
 def _integrated(problem: Problem, truth: float, rtol: float) -> Trial:
     def run() -> float:
         return thesis_run(problem, rtol=rtol, atol=1e-3 * rtol).energy_input
 
-    return Trial(f"thesis, rtol {rtol:.0e}", run, _off(truth))
+    return Trial(f"thesis, rtol {rtol:.0e}", run, off(truth))
 
 
 def solver_of_continuous_motion() -> tuple[Setting, ...]:
@@ -71,9 +55,9 @@ def solver_of_stick_slip() -> tuple[Setting, ...]:
 
 def cycles_waited() -> tuple[Setting, ...]:
     """Cycles run from rest before the last is read, against the orbit solved for (r = 0.95, beta = 0.1)."""
-    trials = [Trial(f"{n} cycles waited", partial(last_cycle, SLOW, cycles=n), _off(SLOW_ENERGY)) for n in WAITED]
+    trials = [Trial(f"{n} cycles waited", partial(last_cycle, SLOW, cycles=n), off(SLOW_ENERGY)) for n in WAITED]
     trials.append(
-        Trial("orbit solved for", partial(steady_state, SLOW, solver="exact"), _off(SLOW_ENERGY), default=True)
+        Trial("orbit solved for", partial(steady_state, SLOW, solver="exact"), off(SLOW_ENERGY), default=True)
     )
     return run_trials("cycles waited", "energy_per_cycle", DIGITS, trials)
 
@@ -91,26 +75,7 @@ def physics() -> tuple[Setting, ...]:
         "+ all three": full,
     }
     trials = [
-        Trial(name, partial(steady_state, problem), _off(truth), default=name == "Coulomb friction")
+        Trial(name, partial(steady_state, problem), off(truth), default=name == "Coulomb friction")
         for name, problem in settings.items()
     ]
     return run_trials("physics switched on", "energy_per_cycle", "a rig that has all three, exact orbit", trials)
-
-
-def tolerance_of_stribeck_friction() -> tuple[Setting, ...]:
-    """The numeric engine's tolerance where friction falls with speed (r = 0.5, beta = 0.4)."""
-    return _tolerances("tolerance, Stribeck friction", STRIBECK)
-
-
-def tolerance_of_rate_and_state_friction() -> tuple[Setting, ...]:
-    """The numeric engine's tolerance where the contact has a stiff inner state (r = 0.5, beta = 0.4)."""
-    return _tolerances("tolerance, rate-and-state friction", RATE_STATE)
-
-
-def _tolerances(knob: str, problem: Problem) -> tuple[Setting, ...]:
-    truth = steady(problem, rtol=1e-12).energy_per_cycle or float("nan")
-    trials = [
-        Trial(f"rtol {rtol:.0e}", partial(steady, problem, rtol=rtol), _off(truth), default=rtol == RTOL)
-        for rtol in NUMERIC_TOLERANCES
-    ]
-    return run_trials(knob, "energy_per_cycle", TIGHT, trials)

@@ -16,7 +16,20 @@ from frictionlab.cli import app
 from frictionlab.errors import UsageError
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
-from frictionlab.tradeoff import FAMILIES, Setting, files, marked, measure, pareto_front, setting, signals, simulation
+from frictionlab.simulator.numeric import NumericMotion, steady
+from frictionlab.tradeoff import (
+    FAMILIES,
+    Setting,
+    contacts,
+    files,
+    marked,
+    measure,
+    pareto_front,
+    setting,
+    signals,
+    simulation,
+)
+from tests.simulator.numeric_oracle import cycle
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "frictionlab" / "tradeoff" / "README.md"
@@ -43,6 +56,28 @@ def _once(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_references_are_the_fifty_digit_orbits(problem: Problem, energy: float) -> None:
     (row,) = [row for row in ORBITS if (row["r"], row["beta"]) == (problem.r.hex(), problem.beta.hex())]
     assert energy == float(row["energy_per_cycle"])
+
+
+@pytest.mark.parametrize("name", contacts.CONTACTS)
+def test_the_references_of_numeric_laws_are_another_methods(name: str) -> None:
+    """DOP853 carries the orbit over a cycle: back to its start, and with this energy."""
+    problem, energy = contacts.CONTACTS[name]
+    motion = steady(problem, rtol=1e-12).orbit
+    assert isinstance(motion, NumericMotion)
+    units = [1.0, 1.0, 1.0, problem.beta]  # the twin's age is a force
+    size = {"smooth": 2, "inner": 3}[problem.law.kind] + (name == "rate-state")
+    start = (motion.state(0.0) * units)[:size]
+    there = cycle(problem, start, method="DOP853", rtol=1e-12)
+    assert there[:-1] == pytest.approx(start, abs=2e-11)
+    assert there[-1] == pytest.approx(energy, rel=2e-11)
+
+
+@pytest.mark.parametrize("name", ["stribeck", "lugre", "rate-state"])
+def test_a_cycle_of_rk45_is_near_and_no_nearer_than_its_tolerance(name: str) -> None:
+    problem, energy = contacts.CONTACTS[name]
+    motion = steady(problem).orbit
+    assert isinstance(motion, NumericMotion)
+    assert 1e-6 < abs(contacts.cycle_by_rk45(problem, motion.state(0.0)) / energy - 1.0) < 1e-3
 
 
 def test_there_are_at_least_eight_knobs_each_with_its_figure() -> None:
