@@ -35,7 +35,7 @@ def draw_knob(settings: Sequence["Setting"], ax: Axes) -> Axes:
     """Settings as points, the Pareto front as a line through those that none beats, the default as a ring."""
     from frictionlab.tradeoff import pareto_front  # noqa: PLC0415 - the room it draws is heavy
 
-    front = pareto_front(settings)
+    front = falling(pareto_front(settings))
     ax.plot([s.seconds for s in front], [_drawn(s) for s in front], color=BLUE, linewidth=0.8, zorder=1)
     for s, place in zip(settings, cycle(PLACES), strict=False):
         ax.plot(s.seconds, _drawn(s), "o", markersize=4.0, color=GREY if s.dominated else BLUE, zorder=2)
@@ -49,6 +49,11 @@ def draw_knob(settings: Sequence["Setting"], ax: Axes) -> Axes:
     ax.set_ylabel(f"relative error of {settings[0].quantity}", fontsize=6.5)
     ax.set_title(f"{settings[0].knob} (ring: default)")
     return ax
+
+
+def falling(front: Sequence["Setting"]) -> list["Setting"]:
+    """Those of a front, from the fastest on, that err less than all faster ones."""
+    return [s for i, s in enumerate(front) if all(s.error < faster.error for faster in front[:i])]
 
 
 def _drawn(setting: "Setting") -> float:

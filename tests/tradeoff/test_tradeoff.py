@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 from frictionlab.accuracy import LEVELS, accuracy_of, with_accuracy
 from frictionlab.cli import app
 from frictionlab.errors import UsageError
+from frictionlab.figures.tradeoff import falling
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.numeric import NumericMotion, steady
@@ -118,6 +119,15 @@ def test_equal_errors_and_equal_times_beat_nothing() -> None:
     same_error = marked([Setting("k", "a", "q", 0.0, 1.0), Setting("k", "b", "q", 1e-16, 9.0)])
     same_time = marked([Setting("k", "a", "q", 1e-3, 1.0), Setting("k", "b", "q", 1e-9, 0.9)])
     assert not any(s.dominated for s in (*same_error, *same_time))
+
+
+def test_the_front_that_is_drawn_falls_and_work_in_parts_counts_them() -> None:
+    front = [Setting("k", str(i), "q", error, 1.0 + 0.1 * i) for i, error in enumerate((1e-3, 1e-2, 1e-5, 1e-4))]
+    assert [s.setting for s in falling(pareto_front(front))] == ["0", "2"]
+    whole, part = setting.run_trials(
+        "k", "q", "", [setting.Trial(str(n), lambda: sum(range(10**5)), lambda _: 0.0, parts=n) for n in (1, 1000)]
+    )
+    assert part.seconds > 10.0 * whole.seconds
 
 
 def test_a_level_of_accuracy_is_its_knobs() -> None:
