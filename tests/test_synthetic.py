@@ -160,6 +160,23 @@ def test_each_material_has_its_own_law(tmp_path: Path) -> None:
     assert known["energy_per_cycle"] == pytest.approx(state.energy_per_cycle, rel=1e-11)
 
 
+def test_parameters_in_newtons_metres_and_seconds_are_over_the_rig_in_each_test() -> None:
+    """k = 1191 N/m, natural frequency 3.13 Hz, Y = 1.8 mm: what a dashpot of 6 N s/m and a speed of 2 mm/s are."""
+    physical = {"gradient": 28.0, "contact_damping_ratio": 6.0, "stribeck_speed": 2e-3}
+    group: Tables = {"law": "coulomb+place+speed+stribeck", "frequency_ratios": [0.5, 1.2], "physical": physical}
+    rest = {"parameters": {"static_ratio": 1.2, "stribeck_exponent": 1.0}}
+    scene = scene_of(group | rest)
+    stiffness, natural = scene.rig.stiffness, scene.rig.natural_frequency
+    assert stiffness
+    assert natural
+    for test in virtual_tests(scene):
+        turn = 2 * math.pi * test.frequency_ratio * natural
+        assert test.parameters["gradient"] == pytest.approx(28.0 * test.base_amplitude_m)
+        damping = 6.0 * 2 * math.pi * natural / (2.0 * stiffness)
+        assert test.parameters["contact_damping_ratio"] == pytest.approx(damping)
+        assert test.parameters["stribeck_speed"] == pytest.approx(2e-3 / (turn * test.base_amplitude_m))
+
+
 def test_a_law_of_the_model_is_that_of_all_materials() -> None:
     tables = {"law": "coulomb+speed", "parameters": {"contact_damping_ratio": 0.03}}
     scene = scene_of().changed(model=tables)
@@ -173,6 +190,9 @@ def test_a_law_of_the_model_is_that_of_all_materials() -> None:
         ({"law": "coulomb+glue"}, r"synthetic\.tests\.0\.law: .*'glue' is no term"),
         ({"law": "coulomb+place"}, r"synthetic\.tests\.0\.law: .*gradient"),
         ({"parameters": {"gradient": 0.1}}, r"synthetic\.tests\.0\.parameters: .*'gradient' is none"),
+        ({"physical": {"gradient": 28.0}}, r"synthetic\.tests\.0\.physical: .*'gradient' is none"),
+        ({"law": "coulomb+place", "physical": {"glue": 1.0}}, r"synthetic\.tests\.0\.physical: .*glue"),
+        (PLACE | {"physical": {"gradient": 28.0}}, "gradient stands in parameters too, dimensionless: give one"),
         (
             {"law": "coulomb+compliance", "parameters": {"stiffness_ratio": 50.0}, "friction_scatter": 0.1},
             "remembers more than where the mass is",
@@ -209,7 +229,12 @@ def test_the_truth_is_what_sensors_show_also_where_the_wall_moves(tmp_path: Path
 
 def test_the_scene_of_mixed_laws_says_the_law_of_each_material(tmp_path: Path) -> None:
     scene = read_scene(Path(__file__).parents[1] / "configs" / "mixed_laws.toml")
-    laws = {"rubber": "coulomb+rate-state", "steel": "coulomb+place", "aramid": "coulomb+rate-state"}
+    laws = {
+        "rubber": "coulomb+rate-state",
+        "steel": "coulomb+place",
+        "felt": "coulomb+speed",
+        "aramid": "coulomb+rate-state",
+    }
     assert {test.material: test.law for test in virtual_tests(scene)} == laws
     one = {"normal_forces_n": [1.25], "frequency_ratios": [0.6]}
     tests = [group.model_dump(exclude_unset=True) | one for group in scene.synthetic.tests]

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from frictionlab.campaign.joined import Told
 from frictionlab.campaign.joining import Material
 from frictionlab.estimate import Estimate, Flat
-from frictionlab.identification.physical import to_physical
 from frictionlab.scene import Scene
+from frictionlab.scene.physical import to_physical
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ from frictionlab.identification.comparison import Comparison
 from frictionlab.identification.contact_force import ContactForce
 from frictionlab.identification.identify import limits_in_words
 from frictionlab.identification.ladder import DEAR, EXACT, NUMERIC, REQUIRED
-from frictionlab.identification.physical import to_physical
 from frictionlab.scene import Scene
+from frictionlab.scene.physical import to_physical
 from frictionlab.simulator.laws import law_of
 
 WIDTH = 80

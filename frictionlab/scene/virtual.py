@@ -95,6 +95,8 @@ class VirtualTests(Table):
     """True contact law of this material, like "coulomb+place"; by default [model] law and [model.parameters]."""
     parameters: dict[str, float] = Field(default={})
     """Parameters of that law other than beta, dimensionless: {gradient = 0.05}."""
+    physical: dict[str, float] = Field(default={})
+    """The same in newtons, metres and seconds, alike in each test: {gradient = 28.0} is 28 1/m."""
     label: str | None = None
     """Ends the log's name, to tell apart tests of the same material, force and ratio."""
     duration_s: Positive | None = None

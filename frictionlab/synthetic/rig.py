@@ -13,7 +13,9 @@ import numpy as np
 from frictionlab.errors import ParameterError, SceneError
 from frictionlab.files import as_disks_see
 from frictionlab.scene import Scene, VirtualBase, VirtualTests
+from frictionlab.scene.physical import to_physical
 from frictionlab.simulator import Problem
+from frictionlab.simulator.laws import law_of
 
 MOST_SAMPLES = 100_000_000  # of a log: some 3 GB of text
 _NAME = re.compile(r'[^/\\:*?"<>|\x00-\x1f\x7f-\x9f\ud800-\udfff]{1,100}')
@@ -109,6 +111,7 @@ def virtual_tests(scene: Scene) -> tuple[VirtualTest, ...]:
         )
     for number, group in enumerate(synthetic.tests):
         _check_words(group, number)
+        _check_physical(scene, group, number)
         _check_length(group.duration_s or synthetic.duration_s, synthetic.sampling_rate_hz, number)
     tests = tuple(
         _checked(_virtual_test(scene, group, force, ratio), group, number)
@@ -133,6 +136,23 @@ def _check_words(group: VirtualTests, number: int) -> None:
             )
 
 
+def _law_of(scene: Scene, group: VirtualTests) -> str:
+    return group.law or ("coulomb" if scene.model.law == "auto" else scene.model.law)
+
+
+def _check_physical(scene: Scene, group: VirtualTests, number: int) -> None:
+    """Refuse parameters in newtons, metres and seconds that the law does not have, or that are given twice."""
+    try:
+        for name in group.physical:
+            law_of(_law_of(scene, group)).parameter(name)
+    except ParameterError as error:
+        raise SceneError(f"synthetic.tests.{number}.physical: {error}") from error
+    for name in sorted(set(group.physical) & set(group.parameters)):
+        raise SceneError(
+            f"synthetic.tests.{number}.physical: {name} stands in parameters too, dimensionless: give one of the two"
+        )
+
+
 def _check_length(duration_s: float, rate: float, number: int) -> None:
     """Refuse a log that no memory holds."""
     if duration_s * rate > MOST_SAMPLES:
@@ -147,6 +167,7 @@ def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float)
     stiffness, natural_frequency = rig.stiffness or 0.0, rig.natural_frequency or 0.0
     beta = group.friction_coefficient * force / (stiffness * synthetic.base_amplitude_m)
     duration = group.duration_s or synthetic.duration_s
+    law = _law_of(scene, group)
     return VirtualTest(
         log=f"{group.material}_N{force:g}{_of_motion(group, ratio)}{_label(group)}.csv",
         material=group.material,
@@ -160,8 +181,8 @@ def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float)
         static_ratio=model.static_ratio,
         damping_ratio=scene.frame_damping_ratio,
         wall=model.wall,
-        law=group.law or ("coulomb" if model.law == "auto" else model.law),
-        parameters=dict(group.parameters) if group.law else dict(model.parameters) | dict(group.parameters),
+        law=law,
+        parameters=_parameters(scene, group, law, ratio),
         duration_s=duration,
         friction_drift_per_hour=group.friction_drift_per_hour,
         friction_scatter=group.friction_scatter,
@@ -171,6 +192,17 @@ def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float)
         friction_wander_s=group.friction_wander_s if group.friction_wander else None,
         base=synthetic.base_of(group),
     )
+
+
+def _parameters(scene: Scene, group: VirtualTests, law: str, ratio: float) -> dict[str, float]:
+    """A test's parameters; those in newtons, metres and seconds over the rig's stiffness and its own Y and omega."""
+    turn = 2.0 * math.pi * ratio * (scene.rig.natural_frequency or 0.0)
+    found = ({} if group.law else dict(scene.model.parameters)) | group.parameters
+    for name, value in group.physical.items():
+        parameter = law_of(law).parameter(name)
+        factor, _ = to_physical(parameter, scene, amplitude=scene.synthetic.base_amplitude_m, turn=turn)
+        found[name] = value / (factor or 1.0)
+    return found
 
 
 def _of_motion(group: VirtualTests, ratio: float) -> str:

@@ -31,6 +31,8 @@ def to_physical(parameter: Parameter, scene: Scene, *, amplitude: float, turn: f
         return None if stiffness is None else stiffness * amplitude, "N"
     if parameter.name == "stiffness_ratio":
         return stiffness, "N/m"
+    if parameter.name == "bristle_damping":  # over k / omega
+        return None if stiffness is None else stiffness / turn, "N s/m"
     if parameter.name == "contact_damping_ratio":  # over twice the root of stiffness and mass
         if stiffness is None or not frequency:
             return None, "N s/m"
