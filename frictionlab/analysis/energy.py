@@ -6,10 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.analysis.neighbours import lag_one, raised_by_lag_one
 from frictionlab.cycle_rule import window_of
 from frictionlab.errors import AnalysisError, UsageError
 
 FloatArray = NDArray[np.float64]
+MOST = 0.99  # correlation of neighbouring cycles: such a drift hardly has a mean
 
 
 def loop_area(mass: FloatArray, base: FloatArray) -> FloatArray:
@@ -168,19 +170,10 @@ def _is_irregular(values: FloatArray, noise: float) -> bool:
     return excess or (n >= 12 and lag_one(values) > 2.5 / math.sqrt(n))
 
 
-def lag_one(values: FloatArray) -> float:
-    """Correlation of neighbours about the mean; 0 for a series that does not vary."""
-    about = values - values.mean()
-    square = float(np.dot(about, about))
-    return float(np.dot(about[1:], about[:-1])) / square if square > 0.0 else 0.0
-
-
 def _long_run_deviation(values: FloatArray, *, pooled: bool) -> float:
     """Deviation per cycle whose square over n is the variance of a mean of n: neighbours that hang together count.
 
     A lag-one correlation rho that is significant takes n independent cycles to n (1 - rho) / (1 + rho).
     """
-    n, rho = len(values), lag_one(values)
-    together = pooled and rho > 1.64 / math.sqrt(n)
-    rho = min(rho + (1.0 + 4.0 * rho) / n, 0.99) if together else 0.0  # the estimate's own bias towards zero
-    return math.sqrt(float(values.var(ddof=1)) * (1.0 + rho) / (1.0 - rho))
+    hang = raised_by_lag_one(values, most=MOST) if pooled else 1.0
+    return math.sqrt(float(values.var(ddof=1)) * hang)

@@ -7,14 +7,28 @@ are unlike, and its mean is surer than its scatter says. And friction itself may
 That is a moving average of an autoregression, ARMA(1, 1): its likelihood is exact and cheap for any number of cycles
 (innovations, Brockwell and Davis 1991, section 5.3), so s and phi are averaged over, each pair by how likely it makes
 the series. Few cycles say little of it, and what was thought before them counts.
+
+Errors of fits and campaigns ask this likelihood. A mean energy and the weights of a fit ask the lag-one correlation
+instead (`raised_by_lag_one`), where it is significant: it is cruder (rms of error over stated error of means of 10, 30,
+100 values 1.7, 0.96, 0.81 where friction changes in mid-cycle; 1.0, 0.94, 0.97 by the likelihood, 300 series each), but
+a steady drift, which is no noise at all, makes it largest: of a gain that drifts by 2 % in a test the mean energy was
+2.0 standard errors off by it, and 5.2 by the likelihood. In recordings whose friction scatters alone the energies of
+both are alike (900 draws: 66 and 93 % within 1 and 1.96). As weights, the likelihood would raise log evidence (605.4 to
+612.2 of a gradient with two dashpots), against which the ladder's limits were not found.
 """
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 SHARES = {-2.0: 0.03, -0.6: 0.03, -0.3: 0.03, -0.15: 0.03} | dict.fromkeys((0.0, 0.1, 0.2, 0.3, 0.4, 0.5), 0.88 / 6)
-WANDERS = {0.0: 0.75} | dict.fromkeys((0.3, 0.6, 0.8, 0.9, 0.95), 0.05)  # phi -> how likely before anything is measured
+WANDERS = {0.0: 0.74, 0.3: 0.05, 0.6: 0.05, 0.8: 0.04, 0.9: 0.04, 0.95: 0.04, 0.98: 0.02, 0.995: 0.02}
+"""phi -> how likely before anything is measured; the last is friction that wanders over 200 cycles."""
+
+SIGNIFICANT = 1.64  # deviations: a correlation that chance has in 1 of 20
+ROUNDING = 1e-12  # of the largest value: what scatters by less does not scatter
 
 
 class _Pairs:
@@ -61,6 +75,32 @@ def student(freedom: float) -> float:
     return freedom / max(freedom - 2.0, 0.5)
 
 
+def lag_one(values: FloatArray) -> float:
+    """Correlation of neighbours about the mean; 0 for a series that does not vary."""
+    about = values - values.mean()
+    square = float(np.dot(about, about))
+    return float(np.dot(about[1:], about[:-1])) / square if square > 0.0 else 0.0
+
+
+def raised_by_lag_one(values: FloatArray, *, most: float, fewest: int = 3) -> float:
+    """By how much the variance of a mean is larger by the lag-one correlation rho: (1 + rho) / (1 - rho).
+
+    What is not significant counts as nothing; `most`: no correlation is larger; `fewest` values tell one.
+
+    Examples
+    --------
+    >>> raised_by_lag_one(np.tile([1.0, -1.0], 50), most=0.95)
+    1.0
+    >>> raised_by_lag_one(np.repeat([1.0, -1.0], 50), most=0.95) > 30
+    True
+    """
+    n, rho = len(values), lag_one(values)
+    if n < fewest or rho <= SIGNIFICANT / math.sqrt(n):
+        return 1.0
+    rho = min(rho + (1.0 + 4.0 * rho) / n, most)  # the estimate's own bias towards zero
+    return (1.0 + rho) / (1.0 - rho)
+
+
 def raised_by(series: FloatArray) -> FloatArray:
     """Return by how much the variance of each mean is larger than scatter over length says.
 
@@ -83,7 +123,7 @@ def raised_by(series: FloatArray) -> FloatArray:
     """
     n = len(series)
     scatter = series.var(axis=0, ddof=1)
-    varied = scatter > 0.0
+    varied = scatter > (ROUNDING * np.abs(series).max(axis=0)) ** 2
     square, log_weight = PAIRS.squares(np.where(varied, series, np.arange(n)[:, None] % 2))
     log_weight = log_weight + PAIRS.log_prior - 0.5 * (n - 1.0) * np.log(square)
     weight = np.exp(log_weight - log_weight.max(axis=0))

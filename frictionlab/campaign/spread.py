@@ -15,6 +15,7 @@ from scipy.stats import chi2
 
 from frictionlab.campaign.mixed import Piece, Solution
 from frictionlab.campaign.scores import Noise
+from frictionlab.identification.coordinates import pulled
 
 FloatArray = NDArray[np.float64]
 CHANCE = 0.05  # how often tests whose errors are right may show as much more than these
@@ -99,7 +100,7 @@ def spread_of(
     if robust:
         more = _shown_over(noise_ + scatter + own, tests, len(tests) / max(1, len(tests) - _groups(pieces)))
         noise_, scatter, own = (part * np.outer(more, more) for part in (noise_, scatter, own))
-    return Spread(noise_, scatter, own, left if doubt is None else left * doubt)
+    return Spread(noise_, scatter, own, left if doubt is None else pulled(left, doubt))
 
 
 def _of_test(piece: Piece, noise: Noise, tau: float, point: FloatArray, left: FloatArray) -> _Of:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from frictionlab.identification.coordinates import PRESSED, Coordinate, doubts
+from frictionlab.identification.coordinates import PRESSED, Coordinate, doubts, pulled
 from frictionlab.identification.family import HIGHER
 from frictionlab.identification.fit import Fit
 from frictionlab.identification.fit_errors import Errors
@@ -55,9 +55,8 @@ def shares(found: Fit, errors: Errors) -> dict[str, float]:
         return {}
     i = names.index("beta")
     slope = found.coordinates[i].slope(float(found.point[i]))
-    left = np.linalg.inv(found.precision)[i]
-    pulled = left * doubts(found.coordinates, found.point)
-    by_cause = {c.name: slope * abs(float(pulled[k])) for k, c in enumerate(found.coordinates) if not c.law}
+    left = pulled(np.asarray(np.linalg.inv(found.precision)), doubts(found.coordinates, found.point))[i]
+    by_cause = {c.name: slope * abs(float(left[k])) for k, c in enumerate(found.coordinates) if not c.law}
     apart = slope * float(np.broadcast_to(errors.apart, len(names))[i])
     by_cause |= {AS_KNOWN: apart} if apart else {}
     rest = slope**2 * float(errors.combined[i, i]) - sum(share**2 for share in by_cause.values())

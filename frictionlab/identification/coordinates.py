@@ -278,3 +278,12 @@ def suspicion(coordinates: tuple[Coordinate, ...], point: FloatArray) -> float:
     """Return how sure it is (0 to 1) that a fit moves sensors and rig for something else: by the worst of them."""
     told = zip(coordinates, point.tolist(), strict=True)
     return max((c.suspicion(far) for c, far in told if not c.law), default=0.0)
+
+
+def pulled(posterior: FloatArray, doubt: FloatArray) -> FloatArray:
+    """Return what errors of what was known before leave in the values, that of the k-th prior in column k: ``P D``.
+
+    With a posterior covariance P (..., n, n), an error c of the prior leaves ``P c`` in the values, and c reaches D
+    times as far as a normal prior with its weight would (`Coordinate.doubt`). All priors together add ``P D^2 P``.
+    """
+    return posterior * doubt

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.neighbours import raised_by, student
-from frictionlab.identification.coordinates import doubts
+from frictionlab.identification.coordinates import doubts, pulled
 from frictionlab.identification.fit import Fit, excess_of, misfit_is_noise, suspected
 
 FloatArray = NDArray[np.float64]
@@ -32,15 +32,15 @@ def errors_of(found: Fit) -> Errors:
 
     With the gain K of the fit (coordinates over data) and the Jacobian J, an error e of the data and an error c of what
     was known before leave ``K e + (1 - K J) c``: the first is the statistical error, the second what the priors add.
-    ``1 - K J`` is the posterior covariance P, so that the nuisance k adds ``P[i, k]`` to the coordinate i. A prior with
-    tails holds as a normal one with its weight at the best values; the truth may be farther off (`Coordinate.doubt`).
+    ``1 - K J`` is the posterior covariance P, so that the nuisance k adds ``P[i, k]`` to the coordinate i, and more
+    where its prior has tails (`pulled`).
     """
     law = np.array([c.law for c in found.coordinates], dtype=bool)
-    joint = np.linalg.inv(found.precision)
+    joint: FloatArray = np.asarray(np.linalg.inv(found.precision))
     noise = noise_of(found)
     own = (joint[:, law] ** 2).sum(axis=1)
-    pulled = joint * doubts(found.coordinates, found.point)
-    return Errors(np.where(law, np.sqrt(np.diag(noise) + own), 0.0), noise + pulled @ pulled.T)
+    left = pulled(joint, doubts(found.coordinates, found.point))
+    return Errors(np.where(law, np.sqrt(np.diag(noise) + own), 0.0), noise + left @ left.T)
 
 
 def noise_of(found: Fit) -> FloatArray:

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from frictionlab.analysis.energy import lag_one
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.neighbours import raised_by_lag_one
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -25,6 +25,7 @@ EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own sc
 FEW = 3.0  # over the number of cycles: the share of the mean variance below which no variance is known
 PARTS = 8  # that the cycles are left out in, one after the other, to see how far each is from what the others say
 POINTS = 4.0  # of a cycle for each harmonic: with fewer, interpolation takes part of it away
+MOST, PROVEN = 0.95, 12  # correlation of neighbouring cycles, and how many tell one
 ROUNDING = 1e-6  # of the response: interpolation between samples is no better
 
 
@@ -222,34 +223,15 @@ def _variance_of_correlation(unit: FloatArray, correlation: FloatArray) -> Float
 def _togetherness(single: FloatArray) -> float:
     """By how much neighbours that hang together raise the variance of a mean, by the cycles' main direction."""
     about = single - single.mean(axis=0)
-    if len(about) > about.shape[1]:  # the same, and cheaper where cycles are many
-        return together(about @ _main(about.T @ about))
-    return together(_main(about @ about.T))
+    few = len(about) <= about.shape[1]  # the same, and cheaper where cycles are many
+    main = _main(about @ about.T) if few else about @ _main(about.T @ about)
+    return raised_by_lag_one(main, most=MOST, fewest=PROVEN)
 
 
 def _main(product: FloatArray) -> FloatArray:
     """Eigenvector (d,) of the largest eigenvalue of a symmetric matrix (d, d)."""
     last = len(product) - 1
     return np.asarray(eigh(product, subset_by_index=[last, last])[1][:, 0])
-
-
-def together(values: FloatArray) -> float:
-    """By how much neighbours that hang together raise the variance of the mean of a series: (1 + rho) / (1 - rho).
-
-    rho is its lag-one correlation; what is not significant counts as nothing.
-
-    Examples
-    --------
-    >>> together(np.tile([1.0, -1.0], 50))
-    1.0
-    >>> together(np.repeat([1.0, -1.0], 50)) > 30
-    True
-    """
-    n, rho = len(values), lag_one(values)
-    if n < 12 or rho < 1.64 / math.sqrt(n):
-        return 1.0
-    rho = min(rho + (1.0 + 4.0 * rho) / n, 0.95)
-    return (1.0 + rho) / (1.0 - rho)
 
 
 def by_base(mean: FloatArray, relative: float) -> FloatArray:

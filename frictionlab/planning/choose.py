@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import SceneError, UsageError
-from frictionlab.identification.coordinates import doubts
+from frictionlab.identification.coordinates import doubts, pulled
 from frictionlab.identification.identify import SURE, TOLD
 from frictionlab.identification.ladder import REQUIRED
 from frictionlab.planning.apart import Apart, apart_of, known_or_none, over_coulomb
@@ -363,12 +363,13 @@ def _deviations(precision: FloatArray) -> FloatArray:
 
 
 def _combined(precision: FloatArray, doubt: FloatArray) -> FloatArray:
-    """Deviations to state: with covariance P, a prior whose tails reach D times as far adds ``P D^2 P``, not ``P^2``.
+    """Deviations to state: of the covariance, with what priors whose tails reach farther add to it (`pulled`).
 
     As a fit states them (`frictionlab.identification.fit_errors.errors_of`).
     """
-    left = np.linalg.inv(precision)
-    return np.asarray(np.sqrt(np.diagonal(left + left * (doubt**2 - 1.0) @ left, axis1=-2, axis2=-1)))
+    left: FloatArray = np.asarray(np.linalg.inv(precision))
+    more = (pulled(left, doubt) ** 2 - left**2).sum(axis=-1)
+    return np.asarray(np.sqrt(np.diagonal(left, axis1=-2, axis2=-1) + more))
 
 
 def _from_neutral(outlook: Outlook, i: int) -> float:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.stats import multivariate_normal
 
-from frictionlab.analysis.neighbours import PAIRS, raised_by, student
+from frictionlab.analysis.neighbours import PAIRS, SHARES, WANDERS, raised_by, student
 
 FloatArray = NDArray[np.float64]
 
@@ -31,15 +31,12 @@ def test_likelihood_and_mean_are_those_of_the_covariance_written_out() -> None:
     differences = np.eye(n)[1:] - np.eye(n)[:-1]
     square, size = PAIRS.squares(series[:, None])
     ours, wanted, spread = size[:, 0] - 0.5 * square[:, 0], [], []
-    for share, wander in [(s, w) for w in (0.0, 0.3, 0.6, 0.8, 0.9, 0.95) for s in (-2, -0.6, -0.3, -0.15, *TENTHS)]:
+    for share, wander in [(s, w) for w in WANDERS for s in SHARES]:
         covariance = toeplitz(autocorrelation(share, wander, n))
         wanted.append(multivariate_normal.logpdf(differences @ series, cov=differences @ covariance @ differences.T))
         spread.append(covariance.sum() / n**2)
     assert np.diff(ours) == pytest.approx(np.diff(wanted), abs=1e-8)
     assert PAIRS.of_mean(n)[:, 0] == pytest.approx(spread, rel=1e-12)
-
-
-TENTHS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5)
 
 
 @pytest.mark.parametrize(("share", "wander"), [(0.0, 0.0), (0.25, 0.0), (0.5, 0.0), (-0.6, 0.0), (0.5, 0.6)])
@@ -52,6 +49,14 @@ def test_the_error_of_a_mean_covers_wherever_friction_changes_in_a_cycle(share: 
     assert math.sqrt(float(np.mean(score**2))) == pytest.approx(1.0, abs=0.1)
 
 
+def test_friction_that_wanders_over_thirty_cycles_is_seen_in_four_hundred() -> None:
+    """Rms of error over stated error: 1.7 where no wander over more than 20 cycles was thought of."""
+    root: FloatArray = np.asarray(np.linalg.cholesky(toeplitz(autocorrelation(0.0, 0.97, 400))))
+    series: FloatArray = np.asarray(root @ np.random.default_rng(5).standard_normal((400, 300)))
+    score = series.mean(axis=0) / np.sqrt(series.var(axis=0, ddof=1) / 400.0 * raised_by(series) * student(399.0))
+    assert math.sqrt(float(np.mean(score**2))) < 1.35
+
+
 def test_few_cycles_know_their_scatter_badly() -> None:
     series = np.random.default_rng(1).standard_normal((8, 800))
     score = series.mean(axis=0) / np.sqrt(series.var(axis=0, ddof=1) / 8 * raised_by(series) * student(7.0))
@@ -60,3 +65,5 @@ def test_few_cycles_know_their_scatter_badly() -> None:
 
 def test_a_series_that_does_not_vary_is_raised_by_nothing() -> None:
     assert raised_by(np.ones((6, 2))).tolist() == [1.0, 1.0]
+    rounded: FloatArray = 0.7 + 1e-16 * np.arange(6.0)[:, None]
+    assert raised_by(rounded).tolist() == [1.0]
