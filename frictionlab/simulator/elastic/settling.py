@@ -98,7 +98,7 @@ def settle(
         miss, settles = arrives(rig, sliders, force, leg, likely, now, tick, room)
         if settles:
             return leg, miss, DONE
-        turns, share = nearest_return(rig, past, near, tick, room)
+        turns, share = nearest_return(rig, past, near, tick, room) if most == CYCLES_WAITED else (0, inf)
         if tick >= wait:
             turns, share, wait = 1, near[1], 2.0 * wait
         if turns > 0 and spent + turns <= TRIALS * (tick + EAGER):

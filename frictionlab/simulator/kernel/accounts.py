@@ -84,26 +84,21 @@ FORGOTTEN = 40.0  # time constants after which nothing is left of a decaying mot
 CYCLES = 12  # of the drive that a search may always carry
 
 # Gauss-Legendre nodes and weights, 16 points on [-1, 1] (positive half), from mpmath at 50 digits.
+# Gauss-Legendre rules of 6, 10 and 16 nodes, one after the other: nodes on one side of the middle, and their weights.
 NODES = (
-    0.09501250983763744,
-    0.2816035507792589,
-    0.45801677765722737,
-    0.6178762444026438,
-    0.755404408355003,
-    0.8656312023878318,
-    0.9445750230732326,
-    0.9894009349916499,
+    *(0.2386191860831969, 0.6612093864662645, 0.9324695142031521),
+    *(0.14887433898163122, 0.4333953941292472, 0.6794095682990244, 0.8650633666889845, 0.9739065285171717),
+    *(0.09501250983763744, 0.2816035507792589, 0.45801677765722737, 0.6178762444026438),
+    *(0.755404408355003, 0.8656312023878318, 0.9445750230732326, 0.9894009349916499),
 )
 WEIGHTS = (
-    0.1894506104550685,
-    0.1826034150449236,
-    0.16915651939500254,
-    0.14959598881657674,
-    0.12462897125553388,
-    0.09515851168249279,
-    0.062253523938647894,
-    0.027152459411754096,
+    *(0.467913934572691, 0.3607615730481386, 0.17132449237917036),
+    *(0.29552422471475287, 0.26926671930999635, 0.21908636251598204, 0.1494513491505806, 0.06667134430868814),
+    *(0.1894506104550685, 0.1826034150449236, 0.16915651939500254, 0.14959598881657674),
+    *(0.12462897125553388, 0.09515851168249279, 0.062253523938647894, 0.027152459411754096),
 )
+RULES = (0, 3, 8, 16)  # where each begins
+SHORT, MIDDLING = 0.05, 0.3  # of a panel's largest size: up to there 6 and 10 nodes err by 2e-17 of v^2 at most
 
 
 def base_speed(t: float, rig: Rig, force: Force) -> float:
@@ -154,9 +149,10 @@ def panels_work(
     thick = 2.0 * rig.plain.zeta * rig.plain.r
     panels = int((end - begin) / size) + 1
     half = 0.5 * (end - begin) / panels
+    rule = 0 if 2.0 * half <= SHORT * size else 1 if 2.0 * half <= MIDDLING * size else 2
     for panel in range(panels):
         middle = begin + (2 * panel + 1) * half
-        for i in range(8):
+        for i in range(RULES[rule], RULES[rule + 1]):
             for way in (-1.0, 1.0):
                 t = middle + way * half * NODES[i]
                 v, push = push_at(t, slide, force, start)
