@@ -49,6 +49,7 @@ __all__ = [
     "settles_nearby",
     "signature",
     "slips_alike",
+    "still_waited",
 ]
 
 LONGEST_ORBIT = 128  # cycles of the longest orbit looked for
@@ -67,6 +68,7 @@ CYCLES_UNDECIDED = 2000.0
 PARTED_SLOWLY = 1.01  # over that many cycles; what parts by a power of time, not exponentially, grows by less
 FIRST_LOOK, LATER_LOOK = 2.0, 16.0  # cycles after which Newton looks for an orbit: without a likely one, and with
 LONGEST_WAIT = 256.0  # cycles from rest until no slider that never slips in the orbit can slip any more
+REPEATED = 1e-11  # of its size: by so little a motion changes in a cycle when all that its sliders hold is settled
 STRAIGHT = 0.5  # of what the map brings a motion nearer to an orbit, that it may depart from its derivative by
 STRAIGHTEST = 0.05  # of the distance: that it may at most
 
@@ -98,6 +100,7 @@ def settle(
         miss, settles = arrives(rig, sliders, force, leg, likely, now, tick, room)
         if settles:
             return leg, miss, DONE
+        most = still_waited(rig, sliders, most, now, room)
         turns, share = nearest_return(rig, past, near, tick, room) if most == CYCLES_WAITED else (0, inf)
         if tick >= wait:
             turns, share, wait = 1, near[1], 2.0 * wait
@@ -110,9 +113,7 @@ def settle(
             keep(now, room.start)
             near[turns], spent = min(near[turns], 0.1 * share), spent + turns
     keep(room.start, now)
-    growth, parts = 0.0, False
-    if most == CYCLES_WAITED:
-        growth, parts = growth_of_distance(rig, sliders, force, tau, now, room)
+    growth, parts = growth_of_distance(rig, sliders, force, tau, now, room) if most == CYCLES_WAITED else (0.0, False)
     if parts:
         return leg, growth, WANDERS
     return any_stable(rig, sliders, force, tau, now, room)
@@ -132,6 +133,15 @@ def cycles_waited(rig: Rig, likely: Candidate) -> tuple[float, float]:
     only = max(rig.contact.static_up, rig.contact.static_down) == 1.0 and likely.contraction > 0.0
     first = LATER_LOOK if likely.contraction > 0.0 else FIRST_LOOK
     return first, LONGEST_WAIT if only else CYCLES_WAITED
+
+
+def still_waited(rig: Rig, sliders: Sliders, most: float, now: Buffer, room: ElasticRoom) -> float:
+    """Return for how many cycles a motion is waited for: no longer if the last one, from `now`, has changed nothing.
+
+    Where there is one orbit but for what its sliders hold, that is settled then.
+    """
+    repeats = most < CYCLES_WAITED and away(rig, sliders, now, room.start) <= REPEATED * span_of(rig, room)
+    return 0.0 if repeats else most
 
 
 def signature(sliders: Sliders) -> float:
