@@ -311,7 +311,7 @@ def arrives(
     later = room.start.copy()
     if not draws(rig, sliders, likely, now, later):
         return inf, False
-    beside = likely.state if rig.contact.gradient == 0.0 else put_beside(rig, sliders, likely, later)
+    beside = put_beside(rig, sliders, likely, later)
     if not is_for_good(rig, sliders, likely, beside, later, cycle):
         return inf, False
     keep(beside, room.start)
@@ -325,11 +325,12 @@ def arrives(
 
 
 def is_for_good(rig: Rig, sliders: Sliders, orbit: Candidate, beside: Buffer, later: Buffer, cycle: float) -> bool:
-    """Tell whether what a motion's sliders hold that never slip in an orbit will not change any more, or not matter.
+    """Tell whether what a motion's sliders hold that never slip in an orbit will not change any more.
 
-    Without a gradient it shifts the orbit and changes nothing else; `beside` is the orbit that holds the same.
+    `beside` is the orbit that holds the same. After LONGEST_WAIT it may: only without break-away is it waited for so.
     """
-    return rig.contact.gradient == 0.0 or cycle >= LONGEST_WAIT or has_slipped_out(rig, sliders, orbit, beside, later)
+    patience = LONGEST_WAIT if max(rig.contact.static_up, rig.contact.static_down) == 1.0 else CYCLES_WAITED
+    return cycle >= patience or has_slipped_out(rig, sliders, orbit, beside, later)
 
 
 def settles_nearby(
