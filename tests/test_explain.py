@@ -4,12 +4,14 @@ import json
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import frictionlab as fl
+from frictionlab.figures.contact import contact_figure
 from frictionlab.identification.explain import Explanation, missed
 from frictionlab.simulator import Problem
 from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded, scene
@@ -62,6 +64,28 @@ def test_what_a_law_misses_is_the_residual_part_by_part(told: Explanation) -> No
     assert min(parts.values()) <= math.sqrt(float(np.mean(residual**2))) <= max(parts.values())
     assert told.simpler is not None
     assert max(missed(told.simpler.contact).values()) > 3 * max(parts.values())
+
+
+def test_the_figure_has_newtons_and_millimetres_every_law_tried_the_verdict_and_the_warnings(told: Explanation) -> None:
+    contact = told.contact
+    assert contact is not None
+    figure = contact_figure(replace(contact, warnings=("friction_ratio: a warning",)))
+    way, speed, left, misfit, evidence = figure.axes
+    assert (way.get_xlabel(), speed.get_xlabel()) == ("displacement of the mass [mm]", "speed of the mass [mm/s]")
+    assert way.get_ylabel() == "force of the contact [N]"
+    assert left.get_ylabel() == "measured - predicted [µm]"
+    recovered = way.lines[0].get_xydata()
+    assert np.abs(recovered).max(axis=0) == pytest.approx(  # half the swing [mm]; force of friction and dashpot [N]
+        [1e3 * BASE_M * (told.comparison.response_amplitude or 0.0), STIFFNESS * BASE_M * 0.43], rel=0.1
+    )
+    jump = np.unique(np.abs(np.asarray(speed.lines[1].get_xydata())[:, 0]) < 1e-9)
+    assert jump.tolist() == [False, True]
+    assert len(misfit.get_yticklabels()) == len(evidence.get_yticklabels()) == len(told.comparison.laws or ())
+    assert "coulomb+speed: explained" in figure.get_suptitle()
+    assert "! friction_ratio: a warning" in figure.get_supxlabel()
+    over_k = contact_figure(replace(contact, unit_n=None, laws={}))
+    assert over_k.axes[0].get_ylabel() == "force of the contact, n / kY"
+    assert len(over_k.axes) == 3
 
 
 def test_the_command_prints_the_text_draws_the_figure_and_tells_the_same_in_json(tmp_path: Path) -> None:

@@ -1,48 +1,70 @@
 """What the contact does: its force recovered from the motion, the identified law over it, what is left, the ladder."""
 
-import math
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from frictionlab.figures.style import BASE, MEASURED, PAGE, PREDICTED, headline, look, new_figure
+from frictionlab.figures.style import BASE, MEASURED, PAGE, PREDICTED, caution, headline, look, new_figure
 from frictionlab.identification import ContactForce
 
 FloatArray = NDArray[np.float64]
 TURN = 2.0 * np.pi
 STILL = 1e-9  # of omega Y: a contact that is slower stands
 SHORTEST = 0.1  # of a cycle: a slide that has room for its name
-RIGHT = 0.62  # of the ladder's width: where the names stand
-WORDS = 0.09  # of the ladder's height: a line of words
+LETTERS = 6  # points: size of the words inside a panel
+ROOM = 0.35  # of a panel's width: for the numbers beside its points
+WIDTHS = (2.0, 1.0, 1.0)  # of what is left, misfit, and evidence
+DECADES = (-1000.0, -100.0, -10.0, 0.0, 10.0)  # of evidence
 
 
 def draw_force(contact: ContactForce, ax: Axes, *, over_speed: bool) -> Axes:
-    """Force of the contact over displacement or speed: as recovered, no law assumed, and as the law has it."""
+    """Force of the contact over displacement or speed: as recovered, no law assumed, and as the law has it.
+
+    In mm and mm/s; in newtons where the stiffness of the frame is known, else over k Y.
+    """
+    unit = 1e3 * contact.unit_m * (contact.turn if over_speed else 1.0)
+    newtons = 1.0 if contact.unit_n is None else contact.unit_n
     way = contact.velocity if over_speed else contact.displacement
-    ax.plot(_closed(way), _closed(contact.force), color=MEASURED, lw=2.0, alpha=0.55, label="recovered from the motion")
-    law_way = contact.law_velocity if over_speed else contact.law_displacement
-    if law_way is not None and contact.law_force is not None:
-        ax.plot(_closed(law_way), _closed(contact.law_force), color=PREDICTED, lw=1.0, label=contact.law)
-    ax.set(xlabel="speed, v / ωY" if over_speed else "displacement, x / Y", ylabel="force of the contact, n / kY")
+    recovered = (unit * _closed(way), newtons * _closed(contact.force))
+    ax.plot(*recovered, color=MEASURED, lw=2.0, alpha=0.55, label="recovered from the motion")
+    law_way, speed = contact.law_velocity if over_speed else contact.law_displacement, contact.law_velocity
+    if law_way is not None and speed is not None and contact.law_force is not None:
+        way, force = _with_jumps(law_way, contact.law_force, np.abs(speed) < STILL)
+        ax.plot(unit * way, newtons * force, color=PREDICTED, lw=1.0, label=contact.law)
+    ax.set_xlabel("speed of the mass [mm/s]" if over_speed else "displacement of the mass [mm]")
+    ax.set_ylabel("force of the contact, n / kY" if contact.unit_n is None else "force of the contact [N]")
     return ax
 
 
+def _with_jumps(way: FloatArray, force: FloatArray, still: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
+    """A law's force over its way, closed; where a stop begins or ends, the force changes before the way does."""
+    ways, forces = [way[0]], [force[0]]
+    for i, j in pairwise([*range(len(way)), 0]):
+        if still[i] != still[j]:
+            ways.append(way[i] if still[i] else way[j])
+            forces.append(force[j] if still[i] else force[i])
+        ways.append(way[j])
+        forces.append(force[j])
+    return np.array(ways), np.array(forces)
+
+
 def draw_residual(contact: ContactForce, ax: Axes) -> Axes:
-    """What the law misses over the cycle, stops shaded; the band is the standard error of the mean cycle."""
-    turns = contact.tau / TURN
+    """What the law misses over the cycle, stops shaded; the dotted lines are the standard error of the mean cycle."""
+    turns, unit = contact.tau / TURN, 1e6 * contact.unit_m
     for edge in (-contact.floor, contact.floor):
-        ax.axhline(edge, color=BASE, lw=0.8, ls=":", label="standard error of the mean cycle" if edge > 0.0 else None)
+        label = "standard error of the mean cycle" if edge > 0.0 else None
+        ax.axhline(unit * edge, color=BASE, lw=0.8, ls=":", label=label)
     if contact.residual is not None:
-        ax.plot(turns, contact.residual, color=MEASURED, lw=1.0)
+        ax.plot(turns, unit * contact.residual, color=MEASURED, lw=1.0)
     if contact.law_velocity is not None:
         _draw_ways(turns, contact.law_velocity, ax)
-    ax.set(xlabel="drive cycle, ωt / 2π (stops shaded)", ylabel="measured - predicted, x / Y", xlim=(0, 1))
+    ax.set(xlabel="drive cycle, ωt / 2π (stops shaded)", ylabel="measured - predicted [µm]", xlim=(0, 1))
     ax.margins(y=0.2)
-    ax.legend(loc="lower right", fontsize=6)
+    ax.legend(loc="lower right", fontsize=LETTERS)
     return ax
 
 
@@ -56,61 +78,80 @@ def _draw_ways(turns: FloatArray, velocity: FloatArray, ax: Axes) -> None:
         if way[first] != 0 and after - first > SHORTEST * len(way):
             middle = 0.5 * (turns[first] + turns[after - 1])
             words = "slides up" if way[first] > 0 else "slides down"
-            ax.text(middle, 0.97, words, transform=above, ha="center", va="top", fontsize=6)
+            ax.text(middle, 0.97, words, transform=above, ha="center", va="top", fontsize=LETTERS)
 
 
-def draw_ladder(contact: ContactForce, ax: Axes) -> Axes:
-    """Misfit of each law tried over its number of parameters; the one required is ringed."""
+def draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
+    """Misfit and evidence of each law tried, by its number of parameters; the one required is red.
+
+    Evidence is the logarithm of the Bayes factor against the law required.
+    """
+    told = sorted(contact.laws.items(), key=lambda law: (law[1][0], -law[1][1]))
     best = contact.laws[contact.law][2] if contact.law in contact.laws else 0.0
-    told = sorted(contact.laws.items(), key=lambda law: -law[1][1])
-    heights = _apart([math.log10(nrmse) for _, (_, nrmse, _) in told])
-    for (name, (count, nrmse, evidence)), height in zip(told, heights, strict=True):
-        chosen = name == contact.law
-        color = PREDICTED if chosen else MEASURED
-        ax.plot(count, 100 * nrmse, "o", color=color, ms=7 if chosen else 4)
-        words = f"{name.removeprefix('coulomb') or 'coulomb'} ({'required' if chosen else f'{evidence - best:+.0f}'})"
+    counts, colors = (
+        [count for _, (count, _, _) in told],
+        [PREDICTED if n == contact.law else MEASURED for n, _ in told],
+    )
+    _draw_rungs(misfit, [100.0 * nrmse for _, (_, nrmse, _) in told], colors, "{:.2g}")
+    _draw_rungs(evidence, [log - best for _, (_, _, log) in told], colors, "{:+.0f}")
+    misfit.set(xlabel="nrmse [%]", xscale="log", ylabel="parameters, law")
+    misfit.set_yticks(range(len(told)), [f"{n}  {_short(name)}" for n, (name, _) in zip(counts, told, strict=True)])
+    for label, color in zip(misfit.get_yticklabels(), colors, strict=True):
+        label.set(fontsize=LETTERS, color=color if color == PREDICTED else "black")
+    misfit.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=20))
+    misfit.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    misfit.xaxis.set_minor_formatter(NullFormatter())
+    evidence.set(xlabel="log evidence - that of\nthe law required")
+    evidence.set_xscale("symlog", linthresh=10.0)
+    least = min(evidence.get_xlim()[0], -20.0)
+    evidence.set_xticks(DECADES, [f"{decade:g}" for decade in DECADES])
+    evidence.set_xlim(least, 60.0)
+    evidence.set_yticks(range(len(told)), [""] * len(told))
+    for ax in (misfit, evidence):
+        ax.tick_params(axis="x", labelsize=LETTERS)
+        ends = np.cumsum([len(list(group)) for _, group in groupby(counts)])
+        for end in ends[:-1]:
+            ax.axhline(end - 0.5, color=BASE, lw=0.5)
+
+
+def _draw_rungs(ax: Axes, values: list[float], colors: list[str], form: str) -> None:
+    """A point for each law, one below the other, with its number beside it."""
+    ax.scatter(values, range(len(values)), c=colors, s=14, zorder=3)
+    for place, (value, color) in enumerate(zip(values, colors, strict=True)):
         ax.annotate(
-            words, (count, 100 * nrmse), (RIGHT, 100 * 10**height), xycoords="data",
-            textcoords=("axes fraction", "data"), fontsize=6, va="center", color=color,
-            arrowprops={"arrowstyle": "-", "lw": 0.3, "color": BASE},
+            form.format(value), (value, place), (4, 0), textcoords="offset points",
+            va="center", fontsize=LETTERS, color=color,
         )  # fmt: skip
-    ax.set(xlabel="parameters of the law (log evidence against required)", ylabel="nrmse [%]", yscale="log")
-    counts = [count for count, _, _ in contact.laws.values()]
-    ax.set_xlim(min(counts) - 0.3, max(counts) + (max(counts) - min(counts) + 1) * (1.0 / RIGHT - 1.0) * 1.4)
-    ax.set_xticks(sorted(set(counts)))
-    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    ax.yaxis.set_minor_formatter(FuncFormatter(lambda value, _: f"{value:g}" if _first(value) in (2, 5) else ""))
-    return ax
+    ax.set_ylim(len(values) - 0.4, -0.6)
+    ax.margins(x=ROOM)
 
 
-def _first(value: float) -> int:
-    """First digit of a number."""
-    return int(f"{value:e}"[0])
+def _short(law: str) -> str:
+    """A law's name without the term that all of them begin with.
 
-
-def _apart(heights: list[float]) -> list[float]:
-    """The same heights, highest first, moved up as far as words need to be read beside each other."""
-    if not heights:
-        return []
-    step = max(max(heights) - min(heights), 0.3) * WORDS
-    found = [heights[-1]]
-    for height in heights[-2::-1]:
-        found.append(max(height, found[-1] + step))
-    return found[::-1]
+    Examples
+    --------
+    >>> _short("coulomb"), _short("coulomb+place+speed")
+    ('coulomb', '+ place + speed')
+    """
+    return law.removeprefix("coulomb").replace("+", " + ").strip() or law
 
 
 def contact_figure(contact: ContactForce, title: str | None = None) -> Figure:
-    """Force over displacement and speed, the residual, and the ladder where one was climbed."""
+    """Force over displacement and speed, the residual, and the ladder where one was climbed; warnings below."""
     with look():
-        figure = new_figure(PAGE, 5.0)
-        panels = figure.subplot_mosaic([["x", "v"], ["left", "ladder" if contact.laws else "left"]])
-        draw_force(contact, panels["x"], over_speed=False).legend(loc="best", fontsize=6)
-        draw_force(contact, panels["v"], over_speed=True)
-        draw_residual(contact, panels["left"])
+        figure = new_figure(PAGE, 5.4)
+        [above], [below] = figure.subfigures(2, 1, squeeze=False)
+        over_way, over_speed = above.subplots(1, 2)
+        draw_force(contact, over_way, over_speed=False).legend(loc="center", fontsize=LETTERS)
+        draw_force(contact, over_speed, over_speed=True)
+        left = below.subplots(1, 3 if contact.laws else 1, width_ratios=WIDTHS if contact.laws else None, squeeze=False)
+        draw_residual(contact, left[0, 0])
         if contact.laws:
-            draw_ladder(contact, panels["ladder"])
+            draw_ladder(contact, left[0, 1], left[0, 2])
         name = (title or contact.source).replace("\\", "/").rsplit("/", 1)[-1]
-        headline(figure, f"{name}: {contact.law}")
+        headline(figure, f"{name}: {contact.said}")
+        caution(figure, contact.warnings)
         return figure
 
 

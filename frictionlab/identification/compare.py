@@ -26,6 +26,7 @@ from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
 UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
+FAINT = 0.1  # error of the measured cycle over its size from which nearly any law explains it
 AUTO = "auto"  # the law that the recording requires
 
 
@@ -194,6 +195,24 @@ def _compared(
     sources: Sources,
     ladder: Ladder | None,
 ) -> Comparison:
+    """The comparison, what its figure says beside the curves, and the newtons that it is told in."""
+    made = _judged(measurement, scene, found, state, sources, ladder)
+    if made.contact is None:
+        return made
+    words = Judged(made.response_floor or math.nan, made.response_nrmse, made.misfit, made.verdict).words
+    stiffness = scene.rig.stiffness
+    unit = None if stiffness is None else stiffness * measurement.base_amplitude_m
+    return replace(made, contact=replace(made.contact, unit_n=unit, said=f"{made.law}{words}", warnings=made.warnings))
+
+
+def _judged(
+    measurement: Measurement,
+    scene: Scene,
+    found: Identified,
+    state: SteadyState,
+    sources: Sources,
+    ladder: Ladder | None,
+) -> Comparison:
     cycle, prediction = measurement.cycle, seen(measurement, found, state)
     judged = judge(cycle.mass, prediction.cycle, found.fit.observed.floor)
     said = [*measurement.warnings, *found.warnings, *state.warnings, *_of_verdict(found, judged, ladder)]
@@ -307,7 +326,12 @@ def _rung_row(rung: Rung, nrmse: float | None) -> dict[str, object]:
 
 
 def _of_verdict(found: Identified, judged: Judged, ladder: Ladder | None) -> list[str]:
-    """What a reader must know of a law that does not explain the cycle."""
+    """What a reader must know of a law that does not explain the cycle, or that noise alone would let explain it."""
+    if judged.verdict == "explained" and judged.floor > FAINT:
+        faint = f"the measurement's own error is {100 * judged.floor:.2g} % of the motion"
+        return [
+            f"verdict: explained says little here: {faint}, and most laws would pass; measure more or larger cycles"
+        ]
     if judged.verdict != "misfit" or judged.misfit is None:
         return []
     missed = f"what it misses is {judged.misfit:.2g} times the standard error of the measured mean cycle"

@@ -93,6 +93,8 @@ class ContactForce:
     ``law_displacement``, ``law_velocity``, ``law_force``: the same of the law, None
     without a prediction; ``residual`` x/Y: measured minus predicted; ``floor``: what noise alone leaves of it, rms,
     Y. ``law``: its name; ``laws``: the ladder's rungs, name -> (parameters, nrmse, logarithm of the evidence).
+    ``unit_m``: Y [m]; ``turn``: omega [rad/s]; ``unit_n``: k Y [N], None where the stiffness is not known; ``said``:
+    law and verdict in words; ``warnings``: sentences of the comparison.
     """
 
     source: str
@@ -107,6 +109,11 @@ class ContactForce:
     residual: FloatArray | None
     floor: float
     laws: Mapping[str, tuple[int, float, float]]
+    unit_m: float
+    turn: float
+    unit_n: float | None = None
+    said: str = ""
+    warnings: tuple[str, ...] = ()
 
 
 def contact_of(
@@ -149,4 +156,6 @@ def contact_of(
         residual=None if predicted is None else cycle.mass - predicted,
         floor=floor,
         laws=laws,
+        unit_m=measurement.base_amplitude_m,
+        turn=2.0 * math.pi * measurement.drive_frequency_hz,
     )

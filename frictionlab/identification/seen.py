@@ -73,6 +73,21 @@ class Judged:
     misfit: float | None = None
     verdict: Verdict | None = None
 
+    @property
+    def words(self) -> str:
+        """The verdict as it stands behind a law's name.
+
+        Examples
+        --------
+        >>> Judged(0.01, 0.005, 0.5, "explained").words
+        ': explained, it leaves 0.5 % of the motion, 0.5 times the error of the measured cycle'
+        """
+        if self.nrmse is None:
+            return ": no prediction"
+        said = "explained" if self.verdict == "explained" else "not explained"
+        against = f"{self.misfit:.2g} times the error of the measured cycle"
+        return f": {said}, it leaves {100 * self.nrmse:.2g} % of the motion, {against}"
+
 
 def judge(measured: FloatArray, predicted: FloatArray | None, floor: float) -> Judged:
     """Hold a predicted cycle (p,) against the measured one."""
