@@ -12,18 +12,17 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 from scipy.special import gammaincinv
 
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.coordinates import (
     Coordinate,
     holds,
-    strain_slopes,
     strains,
     suspicion,
     values_of,
 )
+from frictionlab.identification.descent import Misfit, Place, descend
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.observed import Observed
 from frictionlab.identification.orthant import log_orthant
@@ -33,7 +32,9 @@ FAR = 1e3  # residual of values that have no steady state, over the measured cyc
 ROUNDS = 3  # of weighing down what the law cannot explain
 LEVEL = 0.01  # of chi-square, beyond which a misfit is no noise
 MOST_STEPS = 60
-STEPS_NOT_RIGID = 15  # of laws that cost more a state, and whose misfit is rough: stiff contacts ring
+HOPELESS = 4.0  # sum of squares over the best start's, or law's, from which another start is followed no farther
+RIVAL = 9.0  # a second valley within so much of chi-square is a rival
+STEPS_NOT_RIGID = 30  # of laws that cost more a state, and whose misfit is rough: stiff contacts ring
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,14 @@ class Fit:
         return np.asarray(self.jacobian.T @ self.jacobian / self.excess + np.diag(self.hold))
 
 
-def fit(forward: Forward, observed: Observed, starts: Sequence[FloatArray], *, excess: float | None = None) -> Fit:
+def fit(
+    forward: Forward,
+    observed: Observed,
+    starts: Sequence[FloatArray],
+    *,
+    excess: float | None = None,
+    most: int | None = None,
+) -> Fit:
     """Return the best fit from some starting points.
 
     Parameters
@@ -119,21 +127,48 @@ def fit(forward: Forward, observed: Observed, starts: Sequence[FloatArray], *, e
         Starting points in coordinates; the best of them, by its sum of squares, is followed.
     excess : float, optional
         Variance of the misfit over the noise's; by default it is found, so that the law's own faults are weighed down.
+    most : int, optional
+        Steps after which a fit is broken off, if they are fewer than usual.
 
     Raises
     ------
     AnalysisError
         No starting point has a steady state.
     """
-    if excess is not None:
-        return _fitted(forward, observed, _best_start(forward, observed, starts, excess), excess)
-    found = _fitted(forward, observed, _best_start(forward, observed, starts, 1.0), 1.0)
+    begin = _best_start(forward, observed, starts, 1.0 if excess is None else excess)
+    found = _fitted(forward, observed, begin, 1.0 if excess is None else excess, most=most)
+    return _tempered(found) if excess is None else found
+
+
+def followed(found: Fit) -> Fit:
+    """Return the best fit from where another was broken off."""
+    return _fitted(found.forward, found.observed, found.point, found.excess, found)
+
+
+def _tempered(found: Fit) -> Fit:
+    """The fit whose excess is what it leaves."""
     for _ in range(ROUNDS):
         worse = excess_of(found)
         if worse < 1.1 * found.excess:
             break
-        found = _fitted(forward, observed, found.point, worse)
+        found = _fitted(found.forward, found.observed, found.point, worse, found)
     return found
+
+
+def fits_from(forward: Forward, observed: Observed, starts: Sequence[FloatArray]) -> list[Fit]:
+    """Return the best fits from each start, best first; what misses by far more than the best is not followed.
+
+    Raises
+    ------
+    AnalysisError
+        No starting point has a steady state.
+    """
+    good = [start for start in starts if math.isfinite(cost(forward, observed, start, 1.0))]
+    found = [fit(forward, observed, [start], excess=1.0) for start in good or starts]
+    enough = HOPELESS * min(one.cost for one in found) + RIVAL
+    fits = [_tempered(one) for one in found if one.cost <= enough]
+    excess = min(one.excess for one in fits)
+    return sorted(fits, key=lambda one: one.chi_square / excess + one.strain)
 
 
 def unfitted(forward: Forward, observed: Observed) -> Fit:
@@ -200,41 +235,46 @@ def cost(forward: Forward, observed: Observed, point: FloatArray, excess: float)
     return float(gap @ gap) / excess + float((strains(forward.coordinates, point) ** 2).sum())
 
 
-def _fitted(forward: Forward, observed: Observed, start: FloatArray, excess: float) -> Fit:
+def _fitted(
+    forward: Forward,
+    observed: Observed,
+    start: FloatArray,
+    excess: float,
+    near: Fit | None = None,
+    most: int | None = None,
+) -> Fit:
+    """The best fit from a start; `near`: another fit whose best point it is."""
     whitener, weight = observed.whitener, 1.0 / math.sqrt(excess)
-    far = FAR * (whitener @ observed.cosine_sine)
     predict = _remembered(forward)
 
-    def residuals(point: FloatArray) -> FloatArray:
+    def residual(point: FloatArray) -> FloatArray | None:
         predicted = predict(point)
-        gap = far if predicted is None else whitener @ (observed.cosine_sine - predicted)
-        return np.concatenate([weight * gap, strains(forward.coordinates, point)])
+        return None if predicted is None else weight * (whitener @ (observed.cosine_sine - predicted))
 
     def slopes(point: FloatArray) -> FloatArray:
-        here, held = predict(point), np.diag(strain_slopes(forward.coordinates, point))
-        if here is None:
-            return np.vstack([np.zeros((len(far), len(point))), held])
-        return np.vstack([-weight * (whitener @ forward.jacobian(point, here)), held])
-
-    low, high = (np.array(side) for side in zip(*((c.low, c.high) for c in forward.coordinates), strict=True))
-    most = MOST_STEPS if forward.family.law.kind == "rigid" else STEPS_NOT_RIGID
-    found = least_squares(
-        residuals,
-        np.clip(start, low + 1e-9, high - 1e-9),
-        slopes,
-        bounds=(low - 1e-12, high),
-        max_nfev=most,
-        xtol=1e-10,
-    )
-    point = np.maximum(np.where(found.x - low < 1e-6, low, found.x), low)
-    predicted = predict(point)
-    if predicted is None:
-        point = found.x
         predicted = predict(point)
-    if predicted is None:
-        raise AnalysisError(f"law {forward.family.law.name}: the best values found have no steady state")
-    jacobian = whitener @ forward.jacobian(point, predicted)
-    return Fit(forward, observed, point, whitener @ (observed.cosine_sine - predicted), jacobian, excess)
+        if predicted is None:
+            raise AnalysisError(f"law {forward.family.law.name}: the best values found have no steady state")
+        return np.asarray(weight * (whitener @ forward.jacobian(point, predicted)))
+
+    misfit = Misfit(forward.coordinates, residual, slopes)
+    begin = _begin(misfit, start) if near is None else _begin_at(near, weight)
+    usual = MOST_STEPS if forward.family.law.kind == "rigid" else STEPS_NOT_RIGID
+    found = descend(misfit, begin, most=usual if most is None else most)
+    return Fit(forward, observed, found.point, found.residual / weight, found.slopes / weight, excess)
+
+
+def _begin(misfit: Misfit, start: FloatArray) -> Place:
+    low, high = (np.array(side) for side in zip(*((c.low, c.high) for c in misfit.coordinates), strict=True))
+    point = np.clip(start, low, high)
+    residual = misfit.residual(point)
+    if residual is None:
+        raise AnalysisError("the values that a fit was to begin at have no steady state")
+    return Place(point, residual, misfit.slopes(point), strains(misfit.coordinates, point))
+
+
+def _begin_at(near: Fit, weight: float) -> Place:
+    return Place(near.point, weight * near.residual, weight * near.jacobian, strains(near.coordinates, near.point))
 
 
 def _remembered(forward: Forward) -> Callable[[FloatArray], FloatArray | None]:

@@ -1,7 +1,7 @@
 """Which values of a law a measured cycle asks for, how sure each is, and what the cycle does not tell."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +21,7 @@ from frictionlab.identification.coordinates import (
 )
 from frictionlab.identification.engines import STATES, prepare
 from frictionlab.identification.family import Family
-from frictionlab.identification.fit import Fit, fit, misfit_is_noise, released, suspected, unfitted
+from frictionlab.identification.fit import RIVAL, Fit, fit, fits_from, misfit_is_noise, released, suspected, unfitted
 from frictionlab.identification.fit_errors import Errors, errors_as_known, errors_of, errors_strained
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.loop import loop_friction_ratio
@@ -32,7 +32,6 @@ from frictionlab.simulator.meter import Meter
 from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
-RIVAL = 9.0  # a second valley within so much of chi-square is a rival
 RICHER = ("place", "speed")  # what a law that leaves a misfit is held against
 TOLD = 0.5  # a parameter is told if its variance has fallen below this share of its prior's ...
 SURE = 2.0  # ... and it lies so many errors from where its term does nothing
@@ -98,13 +97,14 @@ def identify(
     sources: Sources,
     meter: Meter | None = None,
     near: Mapping[str, float] | None = None,
+    starts: Sequence[FloatArray] | None = None,
 ) -> Identified:
     """Return the best values of a law for a measured cycle, each with its errors.
 
     Sensors and rig are fitted beside the law, each held by what is known of it. Where the law alone leaves no more than
     noise, and no correction of sensors and rig lowers that much, the cycle gives no reason to correct them: the values
     of the law alone are given, and their errors hold how far the other fit is from them. ``near``: values that a fit
-    begins at too.
+    begins at too; ``starts``: what `starts_of` gives, if it has been asked.
 
     Raises
     ------
@@ -116,17 +116,19 @@ def identify(
     prepare(family, STATES)
     observed = observe_cycle(measurement)
     forward = forward_of(family, measurement, sources, observed, meter)
-    starts = starts_of(measurement, forward, observed)
-    starts += [] if near is None else [start_at(forward, near)]
+    starts = starts_of(measurement, forward, observed) if starts is None else starts
     plain = replace(forward, coordinates=tuple(c for c in forward.coordinates if c.law))
     known = len(plain.coordinates)
     begun = starts_of(measurement, plain, observed) if any(start[known:].any() for start in starts) else starts
-    held = _by_cost([fit(plain, observed, [start[:known]]) for start in begun])
+    close = [] if near is None else [start_at(forward, near)]
+    held = fits_from(plain, observed, [start[:known] for start in (*begun, *close)])
     as_noise = misfit_is_noise(held[0])
     if as_noise:  # the rig is nearly as it is known: the valleys that matter can be told without it
         rig = point_of(forward.coordinates[known:], {})
         starts = [np.concatenate([found.point, rig]) for found in (held[0], *_near(held))]
-    fits = _by_cost([fit(forward, observed, [start]) for start in starts])
+    else:
+        starts = [*starts, *close]
+    fits = fits_from(forward, observed, starts)
     as_it_is = as_noise and _gained(held[0], fits[0]) < CORRECTED
     found = released(held[0], forward) if as_it_is else fits[0]
     if as_it_is:
@@ -189,12 +191,6 @@ def _by_energy(measurement: Measurement, found: Fit) -> float | None:
     if found.nrmse <= EXPLAINED * found.observed.floor or law.kind != "rigid" or law.has("speed"):
         return None
     return loop_friction_ratio(measurement, found.forward.family.wall) if "beta" in found.values else None
-
-
-def _by_cost(fits: list[Fit]) -> list[Fit]:
-    """Fits in order of their misfit, weighed alike."""
-    excess = min(found.excess for found in fits)
-    return sorted(fits, key=lambda found: found.chi_square / excess + found.strain)
 
 
 def as_known(measurement: Measurement, family: Family, sources: Sources) -> Identified:

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError, ParameterError, SimulationError, UsageError
-from frictionlab.identification.coordinates import Coordinate, strains
+from frictionlab.identification.coordinates import Coordinate, strains, values_of
 from frictionlab.identification.engines import STATES, prepare, warm
 from frictionlab.identification.family import Family
-from frictionlab.identification.fit import Fit, fit, log_evidence, misfit_is_noise
+from frictionlab.identification.fit import HOPELESS, Fit, fit, followed, log_evidence, misfit_is_noise
 from frictionlab.identification.forward import Forward
 from frictionlab.identification.identify import (
     Identified,
@@ -30,7 +30,7 @@ from frictionlab.identification.identify import (
 )
 from frictionlab.identification.indistinct import held_against
 from frictionlab.identification.observed import Observed, observe_cycle
-from frictionlab.identification.valleys import start_at, starts_of
+from frictionlab.identification.valleys import FROM_ENERGY, start_at, starts_of
 from frictionlab.simulator.laws import TERMS, Law, law_of
 from frictionlab.simulator.meter import Meter, OverspentError
 from frictionlab.uncertainty import Sources
@@ -47,7 +47,8 @@ SPENT = "the ladder had used up its {steps:,.0f} steps of simulation for such la
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better valley
 FEW_CYCLES = 15  # below so many they are left out in two halves, else in five parts
-HOPELESS = 4.0  # chi-square over the best rung's from which no other start of a law that costs much is followed
+PUSHED = 3.0  # deviations of its prior from which what is known of sensors and rig is not where a richer law begins
+SHORT = 8  # steps from which the best start of an elastic law is told
 TRIALS = (1.0, -1.0, 0.0)  # deviations from its prior's middle at which a new parameter is tried
 SCALES = (-1.5, -1.0, -0.5, 0.0, 0.5)  # the same for one on a logarithmic scale: where it does most, first
 
@@ -122,6 +123,7 @@ class _Climb:
         self.measurement, self.family, self.sources = measurement, family, sources
         self.rungs: list[Rung] = []
         self.left_out: dict[str, str] = {}
+        self.starts: dict[str, list[FloatArray]] = {}  # of laws that begin the same way when they are given
         self.allowed = EXACT_WORK
         self.meter = Meter(self.allowed)
 
@@ -227,12 +229,14 @@ class _Climb:
     def _fitted(self, below: Rung, law: Law) -> Fit:
         family = self.family.under(law)
         forward = forward_of(family, self.measurement, self.sources, below_observed(below), self.meter)
-        known = below.identified.fit.values
+        known = _begun_at(below.identified.fit)
         new = [c for c in forward.coordinates if c.law and c.name not in known]
         starts = [start_at(forward, known | values) for values in trial_values(new)]
         if any(c.name == "stiffness_ratio" for c in new):
-            guessed = _shifted(new, 0.0) | below.identified.fit.law_values
+            guessed = _shifted(new, 0.0) | {c.name: known[c.name] for c in below.identified.fit.coordinates if c.law}
             starts = starts_of(self.measurement, forward, below_observed(below), guessed)
+            if set(guessed) <= FROM_ENERGY:
+                self.starts[law.name] = starts
         elif any(c.is_log for c in new):
             found = fit(forward, below_observed(below), starts, excess=1.0)
             if misfit_is_noise(found):
@@ -245,7 +249,7 @@ class _Climb:
 
     def _near_the_likeliest(self, forward: Forward, new: list[Coordinate]) -> list[FloatArray]:
         """Starting points at the values of the likeliest law so far; a law's static ratio begins at break-away's."""
-        known = max(self.rungs, key=lambda rung: rung.log_evidence).identified.fit.values
+        known = _begun_at(max(self.rungs, key=lambda rung: rung.log_evidence).identified.fit)
         static = [value for name, value in known.items() if name.startswith("static_ratio_")]
         own = {"static_ratio": sum(static) / len(static)} if static else {}
         return [start_at(forward, known | values | own) for values in trial_values(new)]
@@ -253,12 +257,16 @@ class _Climb:
     def _best_of(self, starts: list[FloatArray], forward: Forward, observed: Observed) -> Fit:
         """The best fit from some starts; where even the first misses much more than a rung does, it is enough."""
         enough = HOPELESS * min(rung.identified.fit.chi_square for rung in self.rungs)
-        found = fit(forward, observed, starts[:1], excess=1.0)
+        found, kind = fit(forward, observed, starts[:1], excess=1.0), forward.family.law.kind
         for start in starts[1:]:
-            if forward.family.law.kind != "rigid" and found.chi_square > enough:
+            if kind != "rigid" and (found.chi_square > enough or misfit_is_noise(found)):
                 break
             try:
-                found = min(found, fit(forward, observed, [start], excess=1.0), key=lambda f: f.cost)
+                if kind == "elastic":
+                    other = fit(forward, observed, [start], excess=1.0, most=SHORT)
+                    found = followed(other) if other.cost < found.cost else found
+                else:
+                    found = min(found, fit(forward, observed, [start], excess=1.0), key=lambda f: f.cost)
             except OverspentError:
                 name = forward.family.law.name
                 self.left_out[name] = f"not fitted from every start: {SPENT.format(steps=self.allowed, name=name)}"
@@ -268,9 +276,9 @@ class _Climb:
     def found_again(self, top: Rung) -> Rung:
         """The required law as it is found when it is given, if what is reserved is enough; else as on the ladder."""
         self.meter.left = RESERVE
-        near = top.identified.fit.values
+        near, starts = top.identified.fit.values, self.starts.get(top.law.name)
         try:
-            identified = identify(self.measurement, self.family.under(top.law), self.sources, self.meter, near)
+            identified = identify(self.measurement, self.family.under(top.law), self.sources, self.meter, near, starts)
         except OverspentError:
             said = f"{RESERVE:,.0f} steps of simulation; give --law {top.law.name} to search them all"
             self.left_out[top.law.name] = (
@@ -305,6 +313,13 @@ class _Climb:
 def below_observed(rung: Rung) -> Observed:
     """The measured cycle that a rung was fitted to."""
     return rung.identified.fit.observed
+
+
+def _begun_at(found: Fit) -> dict[str, float]:
+    """Values of a simpler law at which a richer one begins: sensors and rig that it had to push far begin as known."""
+    begun = np.where(np.abs(strains(found.coordinates, found.point)) > PUSHED, 0.0, found.point)
+    law = np.array([c.law for c in found.coordinates], dtype=bool)
+    return values_of(found.coordinates, np.where(law, found.point, begun))
 
 
 def _shifted(new: list[Coordinate], trial: float) -> dict[str, float]:

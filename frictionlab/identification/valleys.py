@@ -38,6 +38,7 @@ NEARLY = 30.0  # chi-square over points up to which a valley's bottom may have a
 PITS = 48  # trials over a valley's bottom
 BEYOND = 1e300  # cost of what has no steady state, to a search that wants numbers
 COARSE_STEP = 4.0  # between roots tried of a law that costs much a state and does not ring for long
+FROM_ENERGY = {"beta", "stiffness_ratio"}  # what a search over the stiffness finds itself
 FIRST_GUESSES = {"contact_damping_ratio": 0.02, "stiffness_ratio": 100.0}  # values at which a new term is tried first
 
 

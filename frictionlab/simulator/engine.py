@@ -20,6 +20,7 @@ from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.kernel import (
@@ -72,12 +73,18 @@ class Engine:
         Its functions by name; of a compiled one those that Python calls.
     buffer : callable
         Makes a buffer of some numbers.
+    zeros : callable
+        Makes one of so many zeros.
+    flat : callable
+        Makes one of an array's numbers, row by row.
     functions : mapping
         Of a compiled kernel all functions, by module and name: what another kernel may build on.
     """
 
     kernel: Any
     buffer: Callable[[tuple[float, ...]], Any]
+    zeros: Callable[[int], Any]
+    flat: Callable[[NDArray[np.float64]], Any]
     functions: Mapping[tuple[str, str], Any] = field(default_factory=dict)
 
 
@@ -96,7 +103,7 @@ def compiled() -> Engine:
 def as_it_stands(modules: tuple[ModuleType, ...]) -> Engine:
     """Return the functions that modules list as plain Python."""
     functions = {name: getattr(module, name) for module in modules for name in module.__all__}
-    return Engine(SimpleNamespace(**functions), list)
+    return Engine(SimpleNamespace(**functions), list, lambda count: [0.0] * count, lambda array: array.ravel().tolist())
 
 
 def compile_modules(
@@ -159,6 +166,8 @@ def compile_modules(
     return Engine(
         SimpleNamespace(**(vars(below.kernel) if below else {}), **called),
         lambda values: np.array(values, dtype=np.float64),
+        np.zeros,
+        lambda array: np.ascontiguousarray(array).ravel(),
         functions,
     )
 
@@ -249,7 +258,7 @@ def make_room(engine: Engine, problem: Problem, phases: int) -> layout.Room:
     """Return the kernel's buffers, with space to record a number of phases."""
     base = problem.base
     wall = make_force(engine, base.cosine, base.sine) if problem.wall == "base" else make_force(engine, (), ())
-    jacobian, tally, record = (engine.buffer((0.0,) * size) for size in (4, layout.TALLY, layout.PHASE * phases))
+    jacobian, tally, record = (engine.zeros(size) for size in (4, layout.TALLY, layout.PHASE * phases))
     return layout.Room(jacobian, tally, record, wall, engine.buffer((inf,)))
 
 

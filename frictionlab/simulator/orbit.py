@@ -22,7 +22,7 @@ def steady(problem: Problem, solver: str = "auto") -> SteadyState:
     """Return the steady state: the closed form where it is valid ("auto", "closed-form"), else the orbit shot for."""
     engine = engines.choose(10.0 + 4.0 / problem.r)
     rig, force = engines.set_up(engine, problem)
-    row = engine.buffer((0.0,) * layout.ROW)
+    row = engine.zeros(layout.ROW)
     phases = 32 + int(8 * (problem.base.harmonics + 1.0 / problem.r))
     while True:
         room = engines.make_room(engine, problem, phases)
@@ -32,7 +32,7 @@ def steady(problem: Problem, solver: str = "auto") -> SteadyState:
         if row[layout.OUTCOME] == layout.COSTLY and engine is engines.plain():
             engine = engines.compiled()
             rig, force = engines.set_up(engine, problem)
-            row = engine.buffer((0.0,) * layout.ROW)
+            row = engine.zeros(layout.ROW)
             continue
         count = int(room.tally[layout.PHASES])
         if row[layout.OUTCOME] != layout.OVERFULL:
@@ -63,7 +63,7 @@ def last(problem: Problem, cycles: int) -> SteadyState:
     engine = engines.choose(0.0)
     rig, force = engines.set_up(engine, problem)
     room = engines.make_room(engine, problem, len(run.side))
-    row = engine.buffer((0.0,) * layout.ROW)
+    row = engine.zeros(layout.ROW)
     start, leg = (float(run.displacement[0]), float(run.velocity[0])), layout.Leg(float(run.tau[0]), 2.0 * pi, 1.0, 1.0)
     end_z, end_v, _ = engine.kernel.carry(rig, force, leg, *start, room)
     engine.kernel.account(rig, force, room)

@@ -73,13 +73,16 @@ class Timeline:
         SimulationError
             If a time lies outside a motion that does not repeat.
         """
-        times, turns = np.broadcast_arrays(np.asarray(tau, dtype=np.float64), 0 if cycle is None else np.asarray(cycle))
-        local, turns = self._fold(times.ravel(), turns.ravel().astype(np.float64))
+        times = np.asarray(tau, dtype=np.float64)
+        turns = np.zeros_like(times) if cycle is None else np.asarray(cycle, dtype=np.float64)
+        if times.shape != turns.shape:
+            times, turns = np.broadcast_arrays(times, turns)
+        local, turns = self._fold(times.ravel(), turns.ravel())
         first = self.cycle[0]
         begins = (self.cycle - first) * TURN + self.tau
-        index = np.clip(np.searchsorted(begins, turns * TURN + local, side="right") - 1, 0, len(begins) - 1)
+        index = np.maximum(np.searchsorted(begins, turns * TURN + local, side="right") - 1, 0)
         within = local - self.tau[index] + (turns + first - self.cycle[index]) * TURN
-        return times.shape, local, index, np.clip(within, 0.0, None)
+        return times.shape, local, index, np.maximum(within, 0.0)
 
     def _fold(self, tau: Floats, turns: Floats) -> tuple[Floats, Floats]:
         """Return times as a phase of the drive in the motion's first cycle, and whole turns since; a period repeats."""
@@ -89,7 +92,7 @@ class Timeline:
         whole = np.floor((tau - low) / TURN)
         local, turns = tau - whole * TURN, turns + whole
         if self.periodic:
-            return local, np.mod(turns, max(1.0, float(np.round((high - low) / TURN))))
+            return local, np.mod(turns, max(1.0, float(round((high - low) / TURN))))
         total = turns * TURN + local
         slack = 1e-12 * (1.0 + abs(high) + np.abs(total))
         if not np.all((total >= low - slack) & (total <= high + slack)):

@@ -140,11 +140,10 @@ class Trajectory:
         engine = engines.choose(0.05 * len(index))
         rig, force = engines.set_up(engine, self.problem)
         columns = (self.side, self.tau, self.duration, self.displacement, self.velocity, self.acceleration)
-        phases = np.column_stack([column[index] for column in columns])
-        states = engine.buffer((0.0,) * (2 * len(index)))
-        flat, times = engine.buffer(tuple(phases.ravel().tolist())), engine.buffer(tuple(within.tolist()))
-        engine.kernel.evaluate(rig, force, flat, times, states)
-        both = np.array(states, dtype=np.float64).reshape(-1, 2)
+        states = engine.zeros(2 * len(index))
+        phases, times = engine.flat(np.stack(columns, axis=1)[index]), engine.flat(within)
+        engine.kernel.evaluate(rig, force, phases, times, states)
+        both = np.asarray(states, dtype=np.float64).reshape(-1, 2)
         return both[:, 0], both[:, 1]
 
 

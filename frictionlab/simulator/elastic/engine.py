@@ -78,9 +78,9 @@ def make_elastic_room(engine: Engine, problem: Problem, phases: int) -> Any:
     wall = (base.cosine, base.sine) if problem.wall == "base" else ((), ())
     size = 2 + count
     sizes = (size * size, layout.ELASTIC_TALLY, layout.ELASTIC_PHASE * phases)
-    jacobian, tally, recorded = (engine.buffer((0.0,) * n) for n in sizes)
-    start, image, trial, known = (engine.buffer((0.0,) * (2 + 2 * count)) for _ in range(4))
-    matrix, kinds = engine.buffer((0.0,) * (size * (size + 1))), engine.buffer((0.0,) * count)
+    jacobian, tally, recorded = (engine.zeros(n) for n in sizes)
+    start, image, trial, known = (engine.zeros(2 + 2 * count) for _ in range(4))
+    matrix, kinds = engine.zeros(size * (size + 1)), engine.zeros(count)
     moved, meter = engines.make_force(engine, *wall), engine.buffer((inf,))
     slow = engines.make_force(engine, *problem.force)
     return layout.ElasticRoom(jacobian, tally, recorded, moved, meter, slow, kinds, start, image, trial, known, matrix)

@@ -149,10 +149,9 @@ class ElasticMotion:
         """Return z, v and the sliders' force at times within the phases of an index, a row each."""
         engine = engines.choose(0.05 * len(index))
         rig, _, force = engines.set_up(engine, self.problem)
-        flat, times = engine.buffer(tuple(self.phases[index].ravel().tolist())), engine.buffer(tuple(within.tolist()))
-        states = engine.buffer((0.0,) * (3 * len(index)))
-        engine.kernel.evaluate_elastic(rig, force, flat, times, states)
-        return np.array(states, dtype=np.float64).reshape(-1, 3)
+        states = engine.zeros(3 * len(index))
+        engine.kernel.evaluate_elastic(rig, force, engine.flat(self.phases[index]), engine.flat(within), states)
+        return np.asarray(states, dtype=np.float64).reshape(-1, 3)
 
 
 def from_phases(

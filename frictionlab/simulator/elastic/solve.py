@@ -72,7 +72,7 @@ def _solved(
     """Return the steady state, or what a start relative to the wall settles on; about so many cycles of work."""
     engine = engines.choose(cycles * engines.phases_per_cycle(problem))
     rig, sliders, force = engines.set_up(engine, problem)
-    row = engine.buffer((0.0,) * layout.ROW)
+    row = engine.zeros(layout.ROW)
     phases = 64 + int(min(engines.phases_per_cycle(problem), ROOM))
     while True:
         room = engines.make_elastic_room(engine, problem, phases)
@@ -88,7 +88,7 @@ def _solved(
         if row[layout.OUTCOME] == layout.COSTLY and engine is engines.plain():
             engine = engines.compiled()
             rig, sliders, force = engines.set_up(engine, problem)
-            row = engine.buffer((0.0,) * layout.ROW)
+            row = engine.zeros(layout.ROW)
             continue
         count = int(room.tally[layout.PHASES])
         if row[layout.OUTCOME] != layout.OVERFULL:
@@ -184,7 +184,7 @@ def last(problem: Problem, cycles: int) -> SteadyState:
     engine.kernel.follow(rig, sliders, force, leg, cycles - 1.0, room)
     engine.kernel.carry_elastic(rig, sliders, force, leg, room, DERIVED)
     engine.kernel.account_elastic(rig, force, room)
-    row = engine.buffer((0.0,) * layout.ROW)
+    row = engine.zeros(layout.ROW)
     engine.kernel.fill_elastic_row(rig, sliders, force, leg, room, row)
     row[layout.ENERGY] += room.tally[layout.WORK] - room.tally[CONTACT] - room.tally[layout.VISCOUS]
     row[layout.SYMMETRIC] = engine.kernel.is_mirrored(rig, force, leg, room)
