@@ -10,6 +10,12 @@ import pytest
 from frictionlab.errors import SceneError
 from frictionlab.scene import LogOptions, Scene, read_scene, scene_from_tables
 
+GROUP = """[[synthetic.tests]]
+material = "a"
+normal_forces_n = [1.0]
+frequency_ratios = [0.5]
+friction_coefficient = 0.4
+"""
 CONFIGS = Path(__file__).parents[1] / "configs"
 
 
@@ -151,3 +157,35 @@ def test_the_scenes_of_the_house_are_valid(path: Path) -> None:
 
 def test_the_frame_scene_has_the_published_natural_frequency() -> None:
     assert read_scene(CONFIGS / "frame.toml").rig.natural_frequency == pytest.approx(3.13, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        (
+            '[model]\nlaw = "coulomb+place"\nparameters = {gradien = 0.1}',
+            "gradien: law coulomb.place has no such parameter",
+        ),
+        (
+            '[model]\nlaw = "coulomb+compliance"\nparameters = {stiffness_ratio = 0}',
+            "stiffness_ratio: expected a .* > 0",
+        ),
+        ("[model.parameters]\ngradien = 0.1", "gradien: no law has such a parameter; expected one of beta, gradient"),
+        ('[model]\nlaw = "coulomb"\nparameters = {static_ratio_up = 1.2}', "static_ratio_up: law coulomb has no such"),
+        (
+            f"{GROUP}law = 'coulomb+iwan'\nparameters = {{sliders = 2.5}}",
+            "sliders: expected a whole number",
+        ),
+    ],
+)
+def test_parameters_that_the_law_cannot_have_are_refused_when_the_scene_is_read(
+    tmp_path: Path, text: str, match: str
+) -> None:
+    with pytest.raises(SceneError, match=match):
+        read_scene(scene_file(tmp_path, text))
+
+
+def test_parameters_may_be_held_for_a_law_that_is_named_later() -> None:
+    assert scene_from_tables({"model": {"parameters": {"gradient": 0.1}}}).model.parameters == {"gradient": 0.1}
+    both = {"law": "coulomb+place", "static_ratio": 1.2, "parameters": {"static_ratio_down": 1.1}}
+    assert scene_from_tables({"model": both}).model.static_ratio == 1.2

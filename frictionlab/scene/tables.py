@@ -15,7 +15,7 @@ from frictionlab.cycle_rule import window_of
 from frictionlab.log_options import LogOptions
 from frictionlab.scene.faults import check_hidden, refusal
 from frictionlab.scene.log_table import log_options
-from frictionlab.scene.table import LawName, NonNegative, Positive, Table
+from frictionlab.scene.table import LawName, NonNegative, Positive, Table, check_held
 from frictionlab.scene.virtual import Synthetic
 
 CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
@@ -162,6 +162,12 @@ class Model(Table):
     """Harmonics of the measured base motion, 1 to 9; 1 is a pure cosine."""
     solver: Solver = "auto"
     """"auto", "closed-form", "exact", "numeric" or "thesis"."""
+
+    @model_validator(mode="after")
+    def _held_can_be(self) -> Self:
+        law = self.law if "law" in self.model_fields_set else None
+        check_held(self.parameters, law, breaks_away=self.static_ratio != 1.0)
+        return self
 
 
 class Sensors(Table):

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from frictionlab.scene.table import LawName, NonNegative, Positive, Table
+from frictionlab.scene.table import LawName, NonNegative, Positive, Table, check_held
 
 
 class VirtualBase(Table):
@@ -113,6 +113,11 @@ class VirtualTests(Table):
     """At this time the friction force changes for good."""
     jump_factor: NonNegative = 1.0
     """By this factor it changes then."""
+
+    @model_validator(mode="after")
+    def _parameters_can_be(self) -> Self:
+        check_held(self.parameters, self.law, breaks_away=True)
+        return self
 
 
 class Synthetic(Table):
