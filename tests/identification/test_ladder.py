@@ -1,14 +1,23 @@
 """The ladder of laws climbs where the recording requires it, and not where it does not."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from frictionlab.analysis.measure import measure
 from frictionlab.identification import compare, ladder
+from frictionlab.identification.family import family_of
+from frictionlab.identification.fit import Fit, fit
+from frictionlab.identification.forward import Forward
+from frictionlab.identification.identify import forward_of
+from frictionlab.identification.observed import Observed
+from frictionlab.identification.valleys import start_at
 from frictionlab.logs import read_log
 from frictionlab.scene import read_scene
 from frictionlab.simulator import Problem
+from frictionlab.simulator.laws import law_of
 from tests.identification.contacts import recorded, scene
 
 ROOT = Path(__file__).parents[2]
@@ -173,3 +182,35 @@ def test_an_elastic_contact_is_found_among_the_valleys_of_its_ringing(r: float, 
     assert isinstance(told["u"], float)
     assert told["value"] == pytest.approx(stiffness, abs=3.5 * told["u"])
     assert told["u"] < 0.01 * stiffness
+
+
+def test_a_simpler_law_that_ended_in_a_shallow_valley_is_fitted_again_before_a_richer_one_is_required() -> None:
+    """Break-away left 0.8 % where it could leave 0.1 %: place beside it, in the deeper valley, was required."""
+    truth = Problem(0.35, 0.4, law="coulomb+speed", parameters={"contact_damping_ratio": 0.03})
+    measured = measure(recorded(truth, np.random.default_rng(12), seconds=20.0), scene())
+    climb = ladder._Climb(measured, family_of(measured, scene(), "coulomb"), measured.sources)
+    bottom = climb.bottom()
+    observed = bottom.identified.fit.observed
+    plain, rich = (
+        forward_of(climb.family.under(law_of(law)), measured, measured.sources, observed)
+        for law in ("coulomb+speed", "coulomb+place+speed")
+    )
+    stuck = _standing_at(plain, observed, {"beta": 0.41, "contact_damping_ratio": 0.02})
+    climb.rungs = [bottom, shallow := replace(climb.rung(stuck, 0.0, bottom), required=True)]
+    start = start_at(rich, {"beta": 0.4, "contact_damping_ratio": 0.03, "gradient": 0.0})
+    richer = climb.rung(fit(rich, observed, [start], excess=1.0), 0.0, shallow)
+    assert richer.required
+    here, good = climb.confirmed(shallow, [richer])
+    assert here.log_evidence > shallow.log_evidence + 100.0
+    assert good == []
+    assert [rung.law.name for rung in climb.rungs if rung.required] == ["coulomb", "coulomb+speed"]
+    assert climb.confirmed(here, [richer])[0] is here
+
+
+def _standing_at(forward: Forward, observed: Observed, values: dict[str, float]) -> Fit:
+    """A fit that ended at some values, wherever the deepest valley is."""
+    point = start_at(forward, values)
+    predicted = forward.predict(point)
+    assert predicted is not None
+    gap = observed.whitener @ (observed.cosine_sine - predicted)
+    return Fit(forward, observed, point, gap, observed.whitener @ forward.jacobian(point, predicted), 1.0)
