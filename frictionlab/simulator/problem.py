@@ -141,7 +141,10 @@ class Problem:
         parameters: Mapping[str, float] | None = None,
         frame_damping_ratio: float = 0.0,
     ) -> None:
-        r = float(r)
+        try:
+            r = float(r)
+        except (TypeError, ValueError) as error:
+            raise ParameterError(f"simulation: r; expected a finite number > 0; got {r!r}") from error
         if not (r > 0.0 and isfinite(r)):
             raise ParameterError(f"simulation: r; expected a finite number > 0; got {r!r}")
         if not 1e-6 <= r <= 1e6:

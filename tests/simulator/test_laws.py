@@ -3,6 +3,7 @@
 import itertools
 import pickle
 import re
+from typing import Any
 
 import pytest
 
@@ -115,3 +116,19 @@ def test_a_problem_travels_and_compares() -> None:
     assert pickle.loads(pickle.dumps(problem)) == problem  # noqa: S301 - our own bytes
     assert hash(problem) == hash(Problem(0.5, 0.4, law="coulomb+place", parameters={"gradient": 0.02}))
     assert problem.with_parameters({"gradient": 0.0}) != problem
+
+
+@pytest.mark.parametrize(
+    ("given", "match"),
+    [
+        ({"r": "fast"}, "r; expected a finite number > 0; got 'fast'"),
+        ({"r": None}, "r; expected a finite number > 0; got None"),
+        ({"beta": "much"}, "beta; expected a finite number >= 0; got 'much'"),
+        ({"parameters": {"gradient": [0.1]}}, r"gradient; expected a finite number; got \[0.1\]"),
+        ({"law": None}, "law None: expected a text like 'coulomb[+]place'"),
+    ],
+)
+def test_what_is_no_number_is_refused_by_name(given: dict[str, Any], match: str) -> None:
+    usual: dict[str, Any] = {"r": 0.5, "beta": 0.4, "law": "coulomb+place", "parameters": {"gradient": 0.1}}
+    with pytest.raises(ParameterError, match=match):
+        Problem(**(usual | given))

@@ -48,6 +48,8 @@ def law_of(name: str | Law) -> Law:
     """
     if isinstance(name, Law):
         return name
+    if not isinstance(name, str):
+        raise ParameterError(f"law {name!r}: expected a text like 'coulomb+place'")
     names = [part.strip() for part in name.split("+")]
     for part in names:
         if part not in TERMS:
