@@ -81,7 +81,7 @@ def has_slipped_out(rig: Rig, sliders: Sliders, orbit: Candidate, beside: Buffer
     holds from now on.
     """
     contact, far, shift = rig.contact, away(rig, sliders, state, beside), beside[0] - orbit.state[0]
-    high, low = orbit.high + shift, orbit.low + shift
+    high, low = orbit.high + shift + far, orbit.low + shift - far
     for i in range(len(sliders.force)):
         forth, back = orbit.passed[2 * i] - orbit.passed[2 * i + 1], orbit.passed[2 * i + 1]
         if forth > 0.0 and back > 0.0:
@@ -93,8 +93,8 @@ def has_slipped_out(rig: Rig, sliders: Sliders, orbit: Candidate, beside: Buffer
         )
         if abs(state[2 + 2 * i] - kappa * state[0] - held) > SAME * beta:
             return False
-        if held + kappa * (high + far) > contact.static_up * beta * (1.0 + contact.gradient * high):
+        if held + kappa * high > contact.static_up * beta * (1.0 + contact.gradient * high):
             return False
-        if held + kappa * (low - far) < -contact.static_down * beta * (1.0 + contact.gradient * low):
+        if held + kappa * low < -contact.static_down * beta * (1.0 + contact.gradient * low):
             return False
     return True

@@ -70,7 +70,7 @@ FIRST_LOOK, LATER_LOOK = 2.0, 16.0  # cycles after which Newton looks for an orb
 LONGEST_WAIT = 256.0  # cycles from rest until no slider that never slips in the orbit can slip any more
 REPEATED = 1e-11  # of its size: by so little a motion changes in a cycle when all that its sliders hold is settled
 STRAIGHT = 0.5  # of what the map brings a motion nearer to an orbit, that it may depart from its derivative by
-STRAIGHTEST = 0.05  # of the distance: that it may at most
+CURVED, STRAIGHTEST = 0.05, 0.01  # of the distance: that it may at most; that it always may, however near
 
 
 def is_stable(rig: Rig, sliders: Sliders, room: ElasticRoom, miss: float, code: int) -> bool:
@@ -368,7 +368,7 @@ def draws(rig: Rig, sliders: Sliders, orbit: Candidate, now: Buffer, later: Buff
     """Tell whether an orbit draws a motion near that is `later` a cycle after `now`.
 
     It does if the map is nearly linear between the two: what it brings the motion nearer by is more than twice what it
-    departs from its derivative.
+    departs from its derivative. The nearer the motion, the less a smooth map does that; where it does, it has a kink.
     """
     size, far, bent, extent = len(orbit.rows), 0.0, 0.0, 0.0
     begun, ended = put_beside(rig, sliders, orbit, now), put_beside(rig, sliders, orbit, later)
@@ -388,4 +388,5 @@ def draws(rig: Rig, sliders: Sliders, orbit: Candidate, now: Buffer, later: Buff
         far += weight * (now[own] - begun[own]) ** 2
         bent += weight * off * off
         extent += weight * orbit.state[own] ** 2
-    return sqrt(bent) <= min(STRAIGHT * orbit.contraction, STRAIGHTEST) * sqrt(far) + 1e-12 * sqrt(extent)
+    bend = max(STRAIGHTEST, min(CURVED, sqrt(far / max(extent, 1e-300))))
+    return sqrt(bent) <= min(STRAIGHT * orbit.contraction, bend) * sqrt(far) + 1e-12 * sqrt(extent)
