@@ -28,6 +28,7 @@ WANDERS = {0.0: 0.74, 0.3: 0.05, 0.6: 0.05, 0.8: 0.04, 0.9: 0.04, 0.95: 0.04, 0.
 """phi -> how likely before anything is measured; the last is friction that wanders over 200 cycles."""
 
 SIGNIFICANT = 1.64  # deviations: a correlation that chance has in 1 of 20
+BLOCK = 32  # values of a series at a time, so that they stay in the processor's cache
 ROUNDING = 1e-12  # of the largest value: what scatters by less does not scatter
 
 
@@ -48,21 +49,31 @@ class _Pairs:
         apart = np.arange(1, n)
         return np.asarray((n + 2.0 * ((n - apart) * self.phi ** (apart - 1) * self.rho).sum(axis=1)[:, None]) / n**2)
 
+    def _variances(self, n: int) -> FloatArray:
+        """Variance (n, c, 1) of what predictions leave of n values in a row."""
+        found = np.ones((n, *self.phi.shape))
+        for i in range(1, n):
+            found[i] = self.left - self.alike**2 / found[i - 1]
+        return found
+
     def squares(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Sum of squares (c, m) of series (n, m) about their likeliest mean, and log likelihood of the rest (c, 1).
 
         Each value is predicted from those before it; what is left, over its deviation, is white.
         """
         series = np.concatenate([values - values.mean(axis=0), np.ones((len(values), 1))], axis=1)
-        variance, error, before = np.ones_like(self.phi), np.zeros((1, 1)), np.zeros(series.shape[1])
+        before, last = np.zeros((1, series.shape[1])), np.zeros((len(self.phi), series.shape[1]))
         square, cross = np.zeros((2, len(self.phi), series.shape[1]))
-        size = np.zeros_like(self.phi)
-        for i, here in enumerate(series):
-            error = here - self.phi * before - (self.alike / variance) * error
-            variance = self.left - self.alike**2 / variance if i else variance
-            before, one = here, error[:, -1:]
-            square, cross = square + error**2 / variance, cross + error * one / variance
-            size = size - 0.5 * np.log(variance)
+        spread = self._variances(len(series))
+        follows = np.concatenate([np.zeros_like(spread[:1]), self.alike / spread[:-1]])
+        for at in np.array_split(np.arange(len(series)), math.ceil(len(series) / BLOCK)):
+            some = series[at]
+            error = some[:, None, :] - self.phi * np.concatenate([before, some[:-1]])[:, None, :]
+            for row, share in zip(error, follows[at], strict=True):
+                last = np.subtract(row, share * last, out=row)
+            before, weighed = some[-1:], error / spread[at]
+            square, cross = square + (error * weighed).sum(axis=0), cross + (error * weighed[..., -1:]).sum(axis=0)
+        size = -0.5 * np.log(spread).sum(axis=0)
         whole = cross[:, -1:]
         return np.asarray((square - cross**2 / whole)[:, :-1]), np.asarray(size - 0.5 * np.log(whole))
 

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.neighbours import raised_by, student
 from frictionlab.analysis.pooling import welch
-from frictionlab.identification.observed import Observed
+from frictionlab.identification.observed import HALVES, Observed
 
 FloatArray = NDArray[np.float64]
-HALVES = 2
 WELL_KNOWN = 1e6  # degrees of freedom of a variance that no cycles are needed for
 
 

@@ -102,10 +102,10 @@ class Joined:
         rig as they are known, and their errors hold what it would do.
         """
         moved, law = self.moved, self.moved.shared.is_law
+        if not self._gains_by_rig or (len(self.held.fits) == 1 and self.rig is None):
+            return self._gains_by_rig
         gap = np.abs(self.held.solution.point - moved.solution.point[law])
-        alone = len(self.held.fits) == 1 and self.rig is None
-        matters = alone or bool((gap > np.sqrt(np.diag(moved.spread.total)[law])).any())
-        return matters and self._gains_by_rig
+        return bool((gap > np.sqrt(np.diag(moved.spread.total)[law])).any())
 
     @property
     def _gains_by_rig(self) -> bool:

@@ -116,8 +116,7 @@ class Joint:
         states too little is in the scatter, and in `spread`'s floor.
         """
         if self.freedom >= MANY:
-            fresh = zip(self.fits, self.cycles, strict=True)
-            return tuple(noise_by_cycles(replace(one, observed=cycle.fresh().observed)) for one, cycle in fresh)
+            return tuple(noise_by_cycles(one) for one in self.fits)
         found: list[Noise] = []
         for one, cycle in zip(self.fits, self.cycles, strict=True):
             plain = replace(one, observed=cycle.fresh().observed)  # what is reckoned on the way is not kept

@@ -66,10 +66,8 @@ class Shown:
 def noise_by_cycles(found: Fit) -> Noise:
     """What the noise of a test does to its score: by its cycles, or by what weighs them where these are too few."""
     observed, weight = found.observed, found.jacobian / found.excess
-    left_out = observed.left_out
-    if not left_out:
+    if not len(observed.weighed):
         return Stated(np.asarray(found.jacobian.T @ weight))
-    slopes: FloatArray = np.asarray(np.linalg.solve(observed.whitener, weight))
-    each = np.concatenate([part @ np.linalg.solve(covariance, slopes) for part, covariance in left_out])
+    each = observed.weighed @ np.linalg.solve(observed.whitener, weight)
     pull = observed.whitener.T @ weight
     return Shown(each, observed.used, observed.sensor * pull.T @ pull, pull.T @ observed.of_base @ pull, found.excess)

@@ -23,6 +23,7 @@ FEWEST_CYCLES = 3  # below so many the cycles say nothing of their own scatter
 MOST_HARMONICS = 128
 EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own scatter is known to a factor of 2 at most
 FEW = 3.0  # over the number of cycles: the share of the mean variance below which no variance is known
+HALVES = 2
 PARTS = 8  # that the cycles are left out in, one after the other, to see how far each is from what the others say
 POINTS = 4.0  # of a cycle for each harmonic: with fewer, interpolation takes part of it away
 MOST, PROVEN = 0.95, 12  # correlation of neighbouring cycles, and how many tell one
@@ -89,6 +90,15 @@ class Observed:
         where the cycles are too few to tell their own scatter.
         """
         return self.by_others(PARTS)
+
+    @cached_property
+    def weighed(self) -> FloatArray:
+        """Single cycles about their mean (n, 2 K), each half over the covariance of the mean by the other half.
+
+        Nothing (0, 2 K) where they are too few to tell their own scatter.
+        """
+        parts = [np.linalg.solve(covariance, part.T).T for part, covariance in self.by_others(HALVES)]
+        return np.concatenate(parts) if parts else np.zeros((0, 2 * self.harmonics))
 
     def by_others(self, parts: int) -> tuple[tuple[FloatArray, FloatArray], ...]:
         """As `left_out`, in so many parts."""
