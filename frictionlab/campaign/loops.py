@@ -20,7 +20,8 @@ SHOWN = 3  # tests of a material
 class Loop:
     """One test's contact over a cycle, arrays (p,): ``place`` m, ``speed`` m/s, ``force`` N (k Y without stiffness).
 
-    These as recovered from the motion, no law assumed; ``law_place``, ``law_speed``, ``law_force``: as the law has it.
+    These as recovered from the motion, no law assumed but for the force's mean, which a sensor does not tell whose zero
+    is not the spring's; ``law_place``, ``law_speed``, ``law_force``: as the law has it.
     """
 
     material: str
@@ -52,7 +53,7 @@ def _loop(cycle: Cycle, found: Fit, stiffness: float | None) -> Loop | None:
     tau = 2.0 * math.pi * np.arange(POINTS) / POINTS
     x, v = state.orbit.at(tau + values.get("lag", 0.0))
     newtons = 1.0 if stiffness is None else stiffness * cycle.amplitude
-    seen = _recovered(found, tau)
+    seen, of_law = _recovered(found, tau), state.orbit.force(tau + values.get("lag", 0.0))
     length, rate = cycle.amplitude, cycle.amplitude * cycle.turn
     material, force = cycle.group
     return Loop(
@@ -61,10 +62,10 @@ def _loop(cycle: Cycle, found: Fit, stiffness: float | None) -> Loop | None:
         cycle.family.r,
         length * seen[0],
         rate * seen[1],
-        newtons * seen[2],
+        newtons * (seen[2] + of_law.mean()),
         length * (x - x.mean()),
         rate * v,
-        newtons * state.orbit.force(tau + values.get("lag", 0.0)),
+        newtons * of_law,
     )
 
 

@@ -89,7 +89,8 @@ class ContactForce:
     """The contact's force over one cycle: recovered from the motion, and as the identified law has it.
 
     Arrays (p,) on the phases of the mean cycle: ``displacement`` x/Y about its mean, ``velocity`` over omega Y,
-    ``force`` over k Y as recovered, with lag, natural frequency and base motion as the fit has found them;
+    ``force`` over k Y as recovered, with lag, natural frequency and base motion as the fit has found them, its mean the
+    law's: the spring's zero is not in the cycle;
     ``law_displacement``, ``law_velocity``, ``law_force``: the same of the law, None
     without a prediction; ``residual`` x/Y: measured minus predicted; ``floor``: what noise alone leaves of it, rms,
     Y. ``law``: its name; ``laws``: the ladder's rungs, name -> (parameters, nrmse, logarithm of the evidence).
@@ -143,16 +144,18 @@ def contact_of(
     """
     cycle, orbit = measurement.cycle, state.orbit
     x, v = (None, None) if orbit is None else orbit.at(cycle.tau + lag)
+    of_law = None if orbit is None else orbit.force(cycle.tau + lag)
     return ContactForce(
         source=measurement.source,
         law=state.problem.law.name,
         tau=cycle.tau,
         displacement=cycle.mass_smooth,
         velocity=cycle.mass_velocity,
-        force=contact_force(measurement, fitted=FittedRig(state.problem, lag)),
+        force=contact_force(measurement, fitted=FittedRig(state.problem, lag))
+        + (0.0 if of_law is None else of_law.mean()),
         law_displacement=None if x is None else x - x.mean(),
         law_velocity=v,
-        law_force=None if orbit is None else orbit.force(cycle.tau + lag),
+        law_force=of_law,
         residual=None if predicted is None else cycle.mass - predicted,
         floor=floor,
         laws=laws,

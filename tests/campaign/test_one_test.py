@@ -108,3 +108,12 @@ def test_recordings_of_one_contact_together_stand_among_those_alone(tmp_path: Pa
     errors = np.array([one.friction_ratio_u for one in alone])
     assert values.min() <= (fit.friction_ratio or 0.0) <= values.max()
     assert 0.5 * errors.min() <= (fit.friction_ratio_u or 0.0) <= 1.05 * errors.max()  # the rig's part does not fall
+
+
+def test_the_force_that_is_recovered_lies_on_a_law_whose_motion_is_off_its_middle(tmp_path: Path) -> None:
+    """A gradient draws the motion to one side: the spring's mean force is not in a cycle about its mean."""
+    scene = scene_from_tables(KNOWN)
+    (loop,) = campaign_of({"steel": made("coulomb+place", {"gradient": 0.2})}, scene, tmp_path, "coulomb+place").loops
+    largest = float(np.abs(loop.law_force).max())
+    assert abs(loop.law_force.mean()) > 0.02 * largest
+    assert abs(float(np.median(loop.force - loop.law_force))) < 0.005 * largest
