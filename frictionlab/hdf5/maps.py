@@ -287,26 +287,28 @@ def _lay_out(
     image = Image(math.prod(shape) * sum(np.dtype(kind).itemsize for kind in kinds.values()))
     with image.new_file(format=FORMAT, format_version=FORMAT_VERSION) as tree:
         tree.attrs.update(attributes)
+        scales = []
         for name, values in axes.items():
             axis = tree.create_dataset(name, data=np.asarray(values, dtype=np.float64))
             axis.make_scale(name)
             axis.attrs.update(_described(name) or {"units": "1", "long_name": words.get(name, name)})
+            scales.append(axis)
         for key, kind in kinds.items():
             data = image.keep_room(tree, key, shape, np.dtype(kind))
-            _give_axes(data, tree, axes)
+            _give_axes(data, scales)
             data.attrs.update(_flagged(flags.get(key, {}), np.dtype(kind)))
         for key in (name for name in attributes if STEADY_STATES.column(name) is not None):
             word = attributes[key].encode()
-            _give_axes(tree.create_dataset(key, shape, f"S{len(word)}", fillvalue=word), tree, axes)
+            _give_axes(tree.create_dataset(key, shape, f"S{len(word)}", fillvalue=word), scales)
     _reserve(file, image.size)
     for at, part in image.parts():
         _write_at(file, part, at)
 
 
-def _give_axes(data: h5py.Dataset, tree: h5py.File, axes: Iterable[str]) -> None:
+def _give_axes(data: h5py.Dataset, scales: Iterable[h5py.Dataset]) -> None:
     """Say what its dimensions are, and what it holds."""
-    for dimension, name in zip(data.dims, axes, strict=True):
-        dimension.attach_scale(tree[name])
+    for dimension, scale in zip(data.dims, scales, strict=True):
+        dimension.attach_scale(scale)
     data.attrs.update(_described(data.name.lstrip("/")))
 
 

@@ -332,7 +332,7 @@ def _call(engine: engines.Engine, points: Floats, family: Family, phases: int) -
     base = family.base
     room = engines.make_room(engine, Problem(1.0, 0.0, wall=family.wall, base=base), phases)
     force = engines.make_force(engine, base.cosine, base.sine)
-    rows = engine.buffer((0.0,) * (layout.ROW * len(points)))
+    rows = engine.zeros(layout.ROW * len(points))
     flat = engine.buffer(tuple(family.contacts(points).ravel().tolist()))
     engine.kernel.sweep(flat, engine.buffer(base.cosine), engine.buffer(base.sine), force, 0, room, rows)
     return _with_notes(np.array(rows, dtype=np.float64).reshape(len(points), layout.ROW), points, family)

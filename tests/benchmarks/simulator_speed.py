@@ -12,11 +12,14 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from importlib.util import find_spec
 from math import cos, sin
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numba
 import numpy as np
 
+from frictionlab.maps import Grid, make_map
 from frictionlab.simulator import Problem, engine, last_cycle, steady_state, sweep
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.sweep import Family, sweep_points
@@ -48,6 +51,15 @@ def on_two_cores(points: np.ndarray) -> None:
     chunks = [points[i::16] for i in range(16)]
     with ThreadPoolExecutor(2) as pool:
         list(pool.map(lambda chunk: sweep_points(chunk, Family(), fast=True), chunks))
+
+
+def written_map(folder: Path, shares: int = 1) -> int:
+    """The map solved by one process and written, each step of r in so many shares; the number of points."""
+    ratios = tuple(float(r) for r in np.linspace(RATIOS[0], RATIOS[-1], shares * (len(RATIOS) - 1) + 1))
+    grid = Grid(ratios, tuple(BETAS))
+    for _ in make_map(grid, folder / "map.h5", workers=1, force=True):
+        pass
+    return len(grid)
 
 
 def map_error() -> float:
@@ -122,12 +134,19 @@ def main() -> None:
     points = map_points()
     one = seconds(lambda: sweep_points(points, Family(), fast=True))
     two = seconds(lambda: on_two_cores(points), time.perf_counter)
+    with TemporaryDirectory() as name:
+        written = seconds(lambda: written_map(Path(name)))
+        many, finer = written_map(Path(name), 10), seconds(lambda: written_map(Path(name), 10))
     thesis, error = thesis_lanes()
     tell(f"map of {len(points)} steady states, one core      {one:10.4f} s   relative error {map_error():.0e}")
     tell(f"the same, two cores, by the clock           {two:10.4f} s")
+    tell(f"the same, one core, written to a file       {written:10.4f} s")
+    tell(f"map of {many} steady states, written         {finer:10.4f} s")
     tell(f"thesis's method, one point                  {thesis:10.4f} s   median error {error:.0e}")
     tell(f"thesis's map over this map, both on one core   {thesis * len(points) / one:10.0f} times")
     tell(f"thesis's map (one core) over this map (two)    {thesis * len(points) / two:10.0f} times")
+    tell(f"thesis's map over this one, written            {thesis * len(points) / written:10.0f} times")
+    tell(f"thesis's finer map over this one, written      {thesis * many / finer:10.0f} times")
     state, theirs = one_state(), heyoka_cycles()
     tell(f"one steady state, r = 0.5, beta = 0.4       {state * 1e6:10.1f} us")
     if theirs is not None:
