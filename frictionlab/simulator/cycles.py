@@ -70,7 +70,7 @@ def _call(engine: engines.Engine, points: Floats, family: Family, samples: int, 
     room = engines.make_room(engine, Problem(1.0, 0.0, wall=family.wall, base=base), phases)
     force = engines.make_force(engine, base.cosine, base.sine)
     rows, out = _buffer(engine, layout.ROW * len(points)), _buffer(engine, samples * len(points))
-    flat = engine.buffer(tuple(family.contacts(points).ravel().tolist()))
+    flat = engine.flat(family.contacts(points))
     series = engine.buffer(base.cosine), engine.buffer(base.sine)
     engine.kernel.cycles(flat, *series, force, room, rows, samples, out)
     shape = len(points), -1

@@ -333,7 +333,7 @@ def _call(engine: engines.Engine, points: Floats, family: Family, phases: int) -
     room = engines.make_room(engine, Problem(1.0, 0.0, wall=family.wall, base=base), phases)
     force = engines.make_force(engine, base.cosine, base.sine)
     rows = engine.zeros(layout.ROW * len(points))
-    flat = engine.buffer(tuple(family.contacts(points).ravel().tolist()))
+    flat = engine.flat(family.contacts(points))
     engine.kernel.sweep(flat, engine.buffer(base.cosine), engine.buffer(base.sine), force, 0, room, rows)
     return _with_notes(np.array(rows, dtype=np.float64).reshape(len(points), layout.ROW), points, family)
 

@@ -12,10 +12,11 @@ ENTRIES = (
 )
 
 OWNERS = ("resonance", "settle", "cycles")  # modules that make buffers of their own, or are handed such
-# A call hands over a hundred numbers: a sixth of the time of a steady state, for a fifth more to compile.
+# A call hands over a hundred numbers: a fifth of the time of a steady state, for a fifth more to compile.
 INLINED = (
-    *("pace_at", "slide_at", "push_at", "local_force", "slide_end", "advance"),
-    *("propagate", "record", "stick", "panels_work"),
+    *("gap", "free_motion", "forced_motion", "pace_at", "slide_at", "push_at", "local_force"),
+    *("jerk_bound", "snap_bound", "least_step", "cubic_step", "slide_start", "slide_end", "advance"),
+    *("propagate", "record", "release_cosine", "stick", "panels_work"),
 )
 
 Buffer = list[float]  # or an array: anything indexed
