@@ -60,7 +60,7 @@ WORDS: Mapping[Note, str] = {
     Note.CREEPS: "the contact holds but creeps",
     Note.FORGETS_SLOWLY: "the motion forgets its start slowly",
     Note.REST_STILL_FAR: "the run from rest was still far from this motion: rest may settle on another",
-    Note.MAY_COEXIST: "other motions may coexist with this one, which rest settles on",
+    Note.MAY_COEXIST: "other motions may coexist with this one",
     Note.MAY_GO_ON: "the mass stays at rest, but a motion once begun might go on",
     Note.FEWER_DIGITS: "numbers are good to fewer digits than usual: energies in and out differ",
 }
@@ -237,6 +237,11 @@ def _rest_still_far(state: "SteadyState") -> str:
 
 
 def _may_coexist(state: "SteadyState") -> str:
+    if state.problem.law.kind == "elastic":
+        return (
+            "With static friction (mu > 1) other motions may coexist, and rest may settle on one of several cycles "
+            "instead: --all tells them with their shares, --cycles N the last of N cycles from rest."
+        )
     if state.problem.law.is_exact:
         return "With static friction (mu > 1) other motions may coexist; this is the one that rest settles on."
     return (

@@ -23,6 +23,11 @@ SAID = {  # r, beta, mu, zeta, law, parameters: a word of what is to be said
     "a disturbance lasts": ((1.0 + 1e-6, 0.1, 1.0, 0.0), "coulomb", {}),
     "factor of 1.17": ((*CHAOS, 0.0), "coulomb", {}),
     "rest settles on": ((0.3, 0.2, 3.0, 0.0), "coulomb", {}),
+    "rest may settle on one of several cycles": (
+        (0.3, 0.4, 1.2, 0.0),
+        "coulomb+compliance",
+        {"stiffness_ratio": 50.0},
+    ),
     "might go on": ((0.3, 0.4, 3.0, 0.0), "coulomb", {}),
     "mass runs away": ((0.5, 0.5, 1.0, 0.0), "coulomb+place", {"gradient": 2.5}),
     "which no contact does": ((1.0001, 0.3, 1.0, 0.0), "coulomb+place", {"gradient": 0.1}),
