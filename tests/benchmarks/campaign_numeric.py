@@ -2,8 +2,8 @@
 
 Run: ``python -m tests.benchmarks.campaign_numeric [auto|given]...``; the result goes to results/campaign_numeric.txt.
 Parameters are the same in newtons, metres and seconds in all tests of a material, so that the dimensionless ones differ
-with the frequency. With ``given`` each campaign is of one material under
-its own law; with ``auto`` all are evaluated together and their laws are looked for. Seconds hold no compilation.
+with the frequency. With ``given`` each campaign is of one material under its own law; with ``auto`` all are evaluated
+together and their laws are looked for. Seconds hold no compilation.
 """
 
 import sys
