@@ -18,7 +18,7 @@ SHORTEST = 0.1  # of a cycle: a slide that has room for its name
 LETTERS = 6  # points: size of the words inside a panel
 ROOM = 0.35  # of a panel's width: for the numbers beside its points
 WIDTHS = (2.0, 1.0, 1.0)  # of what is left, misfit, and evidence
-DECADES = (-1000.0, -100.0, -10.0, 0.0, 10.0)  # of evidence
+NEAR, FAR = (-100.0, -10.0, 0.0, 10.0), (-1000.0, -10.0, 0.0, 10.0)  # ticks of evidence
 
 
 def draw_force(contact: ContactForce, ax: Axes, *, over_speed: bool) -> Axes:
@@ -98,13 +98,15 @@ def draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
     misfit.set_yticks(range(len(told)), [f"{n}  {_short(name)}" for n, (name, _) in zip(counts, told, strict=True)])
     for label, color in zip(misfit.get_yticklabels(), colors, strict=True):
         label.set(fontsize=LETTERS, color=color if color == PREDICTED else "black")
-    misfit.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=20))
+    low, high = misfit.get_xlim()
+    misfit.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 50.0 * low else (1.0,), numticks=20))
     misfit.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     misfit.xaxis.set_minor_formatter(NullFormatter())
     evidence.set(xlabel="log evidence - that of\nthe law required")
     evidence.set_xscale("symlog", linthresh=10.0)
     least = min(evidence.get_xlim()[0], -20.0)
-    evidence.set_xticks(DECADES, [f"{decade:g}" for decade in DECADES])
+    ticks = FAR if least < FAR[0] / 3.0 else NEAR
+    evidence.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     evidence.set_xlim(least, 60.0)
     evidence.set_yticks(range(len(told)), [""] * len(told))
     for ax in (misfit, evidence):
