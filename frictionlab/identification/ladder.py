@@ -244,7 +244,7 @@ class _Climb:
             near = fit(forward, below_observed(below), self._near_the_likeliest(forward, new), excess=1.0)
             return min(found, near, key=lambda f: f.cost)
         elif law.kind != "rigid":  # where the new term does nothing the simpler law's misfit is there already
-            starts = [start_at(forward, known | _shifted(new, 0.0)), *starts]
+            starts = [start_at(forward, below.identified.fit.values | _shifted(new, 0.0)), *starts]
         return self._best_of(starts, forward, below_observed(below))
 
     def _near_the_likeliest(self, forward: Forward, new: list[Coordinate]) -> list[FloatArray]:
