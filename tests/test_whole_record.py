@@ -317,12 +317,12 @@ def test_a_declared_lag_and_filter_are_taken_back_before_the_whole_record_is_sim
 
 
 def test_a_record_that_needs_a_lag_nobody_declared_says_how_far_that_moved_its_values() -> None:
-    """8 ms where half a sample is assumed: the value may be the lag's or the law's, and the error holds both."""
+    """14 ms, three times the width of an undeclared lag: it may be the law's as well, and the error holds both."""
     recording = virtual(0.7, 14.0, Problem(1.0, 0.3, frame_damping_ratio=0.01))
-    late = np.interp(recording.time - 0.008, recording.time, recording.base_displacement)
+    late = np.interp(recording.time - 0.014, recording.time, recording.base_displacement)
     seen = fl.compare(replace(recording, base_displacement=late), SCENE, fit="whole")
     share = seen.budget["friction_ratio"]["sensors and rig as known, or as fitted"]
-    assert seen.nuisances["lag_s"]["value"] == pytest.approx(0.008, abs=3e-4)
+    assert seen.nuisances["lag_s"]["value"] == pytest.approx(0.014, abs=5e-4)
     assert any("the fit moved the lag between the channels" in said for said in seen.warnings)
     assert seen.friction_ratio_u is not None
     assert 0.003 < share < seen.friction_ratio_u

@@ -130,7 +130,7 @@ def raised_by(series: FloatArray) -> FloatArray:
     array([0.8, 2.2, 0.1])
     >>> few = np.array([1.0, 0.9, -0.2, -0.8, -0.7, -0.1, 0.2, -0.3])
     >>> round(float(raised_by(few[:, None])[0]) * student(7.0), 1)
-    5.9
+    7.4
     """
     n = len(series)
     scatter = series.var(axis=0, ddof=1)
