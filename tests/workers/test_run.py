@@ -113,10 +113,11 @@ def test_impossible_orders_are_refused(options: dict[str, int | str], words: str
 
 
 SCRIPT = """
-import functools, pathlib, sys
+import functools, pathlib, signal, sys
 from frictionlab.workers import run_each
 from tests.workers import jobs
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # tests in a shell's background begin with it ignored
     job = functools.partial(jobs.note_and_wait, folder=pathlib.Path(sys.argv[1]))
     for case in run_each(job, range(8), workers=2, seconds_per_batch=0.0):
         print(case, flush=True)
