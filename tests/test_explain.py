@@ -66,6 +66,19 @@ def test_what_a_law_misses_is_the_residual_part_by_part(told: Explanation) -> No
     assert max(missed(told.simpler.contact).values()) > 3 * max(parts.values())
 
 
+def test_a_law_that_was_not_tried_for_another_reason_is_not_among_those_that_noise_made_needless(
+    told: Explanation,
+) -> None:
+    """The bound of the ladder's work had stopped it, as a warning said, and the text gave noise as the reason too."""
+    spent = "law coulomb+lugre: not tried: the ladder had used up its steps"
+    comparison = replace(told.comparison, warnings=(spent,))
+    text = " ".join(replace(told, comparison=comparison).text.split())
+    needless = text.split("because only noise is left to explain: ")[1].split(".")[0]
+    assert "rate-state" in needless
+    assert "lugre" not in needless
+    assert f"! {spent}" in text
+
+
 def test_the_figure_has_newtons_and_millimetres_every_law_tried_the_verdict_and_the_warnings(told: Explanation) -> None:
     contact = told.contact
     assert contact is not None

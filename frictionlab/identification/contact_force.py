@@ -89,11 +89,11 @@ class ContactForce:
     """The contact's force over one cycle: recovered from the motion, and as the identified law has it.
 
     Arrays (p,) on the phases of the mean cycle: ``displacement`` x/Y about its mean, ``velocity`` over omega Y,
-    ``force`` over k Y as recovered, with lag, natural frequency and base motion as the fit has found them, its mean the
-    law's: the spring's zero is not in the cycle;
-    ``law_displacement``, ``law_velocity``, ``law_force``: the same of the law, None
-    without a prediction; ``residual`` x/Y: measured minus predicted; ``floor``: what noise alone leaves of it, rms,
-    Y. ``law``: its name; ``laws``: the ladder's rungs, name -> (parameters, nrmse, logarithm of the evidence).
+    ``force`` over k Y as recovered, with lag, natural frequency and base motion as the fit has found them. Its mean is
+    the law's, for sensors do not tell where the spring is without force. ``law_displacement``, ``law_velocity``,
+    ``law_force``: the same of the law, None without a prediction; ``residual`` x/Y: measured minus predicted;
+    ``floor``: what noise alone leaves of it, rms, Y. ``law``: its name;
+    ``laws``: the ladder's rungs, name -> (parameters, nrmse, logarithm of the evidence).
     ``unit_m``: Y [m]; ``turn``: omega [rad/s]; ``unit_n``: k Y [N], None where the stiffness is not known; ``said``:
     law and verdict in words; ``warnings``: sentences of the comparison.
     """

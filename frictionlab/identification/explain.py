@@ -221,9 +221,15 @@ def _others(c: Comparison) -> Iterator[str]:
     tried = [str(rung["law"]) for rung in c.laws or ()]
     if spare := [str(rung["law"]) for rung in c.laws or () if not rung["required"]]:
         yield from _wrapped(f"Tried, not needed: {', '.join(spare)}.")
-    seen = {term.name for name in tried for term in law_of(name).terms}
+    seen = {term.name for name in tried for term in law_of(name).terms} | _said_of(c)
     if c.verdict == "explained" and (rest := [term for term in (*EXACT, *NUMERIC, *DEAR) if term not in seen]):
         yield from _wrapped(f"Not tried, because only noise is left to explain: {', '.join(rest)}.")
+
+
+def _said_of(c: Comparison) -> set[str]:
+    """Terms of laws of which a warning says for what other reason they were not tried, or not to the end."""
+    laws = [said.removeprefix("law ").split(":")[0] for said in c.warnings if said.startswith("law ")]
+    return {term for name in laws for term in name.split("+")}
 
 
 def _gain(c: Comparison, simpler: Comparison) -> float:

@@ -28,7 +28,6 @@ from frictionlab.identification.observed import Observed
 from frictionlab.identification.orthant import log_orthant
 
 FloatArray = NDArray[np.float64]
-FAR = 1e3  # residual of values that have no steady state, over the measured cycle
 ROUNDS = 3  # of weighing down what the law cannot explain
 LEVEL = 0.01  # of chi-square, beyond which a misfit is no noise
 MOST_STEPS = 60

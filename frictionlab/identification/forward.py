@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError
 from frictionlab.identification.coordinates import Coordinate, values_of
-from frictionlab.identification.family import HIGHER, Family
+from frictionlab.identification.family import Family
 from frictionlab.identification.observed import harmonics_of, parts
 from frictionlab.simulator import Problem, SteadyState, steady_state
 from frictionlab.simulator.meter import Meter
@@ -20,7 +20,6 @@ ComplexArray = NDArray[np.complex128]
 LEAST_POINTS = 128  # of a simulated cycle: what folds back from beyond is below 1e-6 of it
 STEP = 1e-4  # of a prior's width or of the value: finite differences of the simulated cycle
 BENDS = {2: "parabola", 3: "cubic"}  # powers of its place by which a sensor bends a cycle
-SIMULATED = ("natural_frequency", "frame_damping_ratio", "second_cosine", "second_sine", HIGHER)  # cost a state each
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from frictionlab.identification.engines import STATES, prepare, warm
 from frictionlab.identification.family import Family
 from frictionlab.identification.fit import HOPELESS, Fit, fit, followed, log_evidence, misfit_is_noise
 from frictionlab.identification.forward import Forward
+from frictionlab.identification.held_out import held_out
 from frictionlab.identification.identify import (
     Identified,
     forward_of,
@@ -46,7 +47,6 @@ RESERVE = 3e5  # ... and of the values of the one that is required, found once m
 SPENT = "the ladder had used up its {steps:,.0f} steps of simulation for such laws; give --law {name} to fit it alone"
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better valley
-FEW_CYCLES = 15  # below so many they are left out in two halves, else in five parts
 PUSHED = 3.0  # deviations of its prior from which what is known of sensors and rig is not where a richer law begins
 SHORT = 8  # steps from which the best start of an elastic law is told
 TRIALS = (1.0, -1.0, 0.0)  # deviations from its prior's middle at which a new parameter is tried
@@ -156,9 +156,11 @@ class _Climb:
         begin, found, best = time.perf_counter(), here.identified.fit, max(good, key=lambda rung: rung.log_evidence)
         if here.law.kind != "rigid":
             return here, good
-        again = fit(
-            found.forward, found.observed, [start_at(found.forward, best.identified.fit.values)], excess=found.excess
-        )
+        start = start_at(found.forward, best.identified.fit.values)
+        try:
+            again = fit(found.forward, found.observed, [start], excess=found.excess)
+        except AnalysisError:
+            return here, good  # the simpler law has no steady state there, so no valley either
         if again.cost > found.cost - DEEPER:
             return here, good
         seconds = here.seconds + time.perf_counter() - begin
@@ -359,32 +361,3 @@ def laws_above(law: Law, terms: tuple[str, ...], count: int) -> list[str]:
             continue  # two of its terms exclude each other
         found.append(name)
     return found
-
-
-def held_out(found: Fit) -> FloatArray:
-    """Misfit (2, parts) of parts of the cycles, each predicted by the fit to the others; nan where there are too few.
-
-    The first row is the nrmse; the second weighs each harmonic by its noise, as the fit does: what all cycles of a part
-    have in common by chance, a friction a little higher than in the rest, would else hide what the law explains.
-    Every second (or fifth) cycle is a part, so that a drift is in all of them. The fit to the others is one
-    Gauss-Newton step from the fit to all: they differ by little.
-    """
-    observed = found.observed
-    n = len(observed.each)
-    count = 2 if n < FEW_CYCLES else 5
-    if n < count:
-        return np.full((2, count), math.nan)
-    blocks = [np.arange(first, n, count) for first in range(count)]
-    gain = np.linalg.solve(found.precision, found.jacobian.T / found.excess) @ observed.whitener
-    slopes = np.linalg.solve(observed.whitener, found.jacobian)
-    predicted = observed.cosine_sine - np.linalg.solve(observed.whitener, found.residual)
-    known = np.array([not c.law for c in found.coordinates])
-    strain = float((strains(found.coordinates, found.point)[known] ** 2).sum())  # a rig unlike itself is no prediction
-    left = []
-    for block in blocks:
-        others = np.delete(observed.each, block, axis=0).mean(axis=0)
-        there = predicted + slopes @ (gain @ (others - observed.cosine_sine))
-        gap = observed.each[block].mean(axis=0) - there
-        white = observed.whitener @ gap
-        left.append((math.sqrt(0.5 * float(gap @ gap) / observed.power), float(white @ white) + strain))
-    return np.array(left).T

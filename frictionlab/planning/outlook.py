@@ -26,7 +26,6 @@ Indices = Sequence[int] | NDArray[np.intp]
 HARMONICS = 32  # unless said otherwise
 POINTS = 4  # of a simulated cycle for each harmonic
 DIGITS = 12  # to which problems must agree to share a state
-STATES = ("natural_frequency", "frame_damping_ratio")  # nuisances that cost a state
 
 
 @dataclass(frozen=True)

@@ -110,7 +110,7 @@ def test_neighbours_of_the_edge_of_sticking_are_not_sure_either(
 
 @pytest.mark.parametrize(("scatter", "seed"), [(0.003, 400), (0.03, 401), (0.1, 402)])
 def test_friction_that_scatters_from_cycle_to_cycle_is_in_the_error(scatter: float, seed: int) -> None:
-    """0.3 to 10 % from cycle to cycle, every real contact: the error held in 3 to 38 % of draws."""
+    """0.3 to 10 % from cycle to cycle, as in every real contact; errors by the sensors' noise alone would not hold."""
     found = compare(recorded(Problem(0.6, 0.35), np.random.default_rng(seed), seconds=30.0, scatter=scatter), scene())
     assert found.friction_ratio_u is not None
     assert found.friction_ratio == pytest.approx(0.35, abs=2.5 * found.friction_ratio_u)

@@ -207,6 +207,19 @@ def test_a_simpler_law_that_ended_in_a_shallow_valley_is_fitted_again_before_a_r
     assert climb.confirmed(here, [richer])[0] is here
 
 
+def test_a_simpler_law_without_a_steady_state_at_the_values_of_a_richer_one_stays_as_it_was() -> None:
+    """At resonance Coulomb friction below pi / 4 bounds no motion, where a dashpot does: the ladder ended there."""
+    truth = Problem(1.0, 0.3, law="coulomb+speed", parameters={"contact_damping_ratio": 0.15})
+    measured = measure(recorded(truth, np.random.default_rng(1), seconds=20.0), scene())
+    climb = ladder._Climb(measured, replace(family_of(measured, scene(), "coulomb"), r=1.0), measured.sources)
+    bottom = climb.bottom()
+    observed = bottom.identified.fit.observed
+    rich = forward_of(climb.family.under(law_of("coulomb+speed")), measured, measured.sources, observed)
+    richer = climb.rung(_standing_at(rich, observed, {"beta": 0.3, "contact_damping_ratio": 0.15}), 0.0, bottom)
+    assert richer.required
+    assert climb.confirmed(bottom, [richer]) == (bottom, [richer])
+
+
 def _standing_at(forward: Forward, observed: Observed, values: dict[str, float]) -> Fit:
     """A fit that ended at some values, wherever the deepest valley is."""
     point = start_at(forward, values)
