@@ -184,6 +184,12 @@ def test_a_law_of_the_model_is_that_of_all_materials() -> None:
     assert test.problem().zeta == 0.03
 
 
+def test_a_friction_ratio_held_for_fits_is_not_that_of_a_virtual_contact() -> None:
+    """The truth said the friction coefficient's ratio, and the motion had the one held."""
+    (test,) = virtual_tests(scene_of().changed(model={"parameters": {"beta": 0.123}}))
+    assert test.problem().beta == test.friction_ratio != 0.123
+
+
 @pytest.mark.parametrize(
     ("test", "fault"),
     [
@@ -192,6 +198,8 @@ def test_a_law_of_the_model_is_that_of_all_materials() -> None:
         ({"parameters": {"gradient": 0.1}}, r"synthetic\.tests\.0\.parameters: .*'gradient' is none"),
         ({"physical": {"gradient": 28.0}}, r"synthetic\.tests\.0\.physical: .*'gradient' is none"),
         ({"law": "coulomb+place", "physical": {"glue": 1.0}}, r"synthetic\.tests\.0\.physical: .*glue"),
+        ({"parameters": {"beta": 0.3}}, r"synthetic\.tests\.0\.parameters\.beta: .*friction_coefficient"),
+        ({"physical": {"beta": 0.3}}, r"synthetic\.tests\.0\.physical\.beta: .*friction_coefficient"),
         (PLACE | {"physical": {"gradient": 28.0}}, "gradient stands in parameters too, dimensionless: give one"),
         (
             {"law": "coulomb+compliance", "parameters": {"stiffness_ratio": 50.0}, "friction_scatter": 0.1},

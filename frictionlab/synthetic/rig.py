@@ -111,7 +111,7 @@ def virtual_tests(scene: Scene) -> tuple[VirtualTest, ...]:
         )
     for number, group in enumerate(synthetic.tests):
         _check_words(group, number)
-        _check_physical(scene, group, number)
+        _check_parameters(scene, group, number)
         _check_length(group.duration_s or synthetic.duration_s, synthetic.sampling_rate_hz, number)
     tests = tuple(
         _checked(_virtual_test(scene, group, force, ratio), group, number)
@@ -140,8 +140,14 @@ def _law_of(scene: Scene, group: VirtualTests) -> str:
     return group.law or ("coulomb" if scene.model.law == "auto" else scene.model.law)
 
 
-def _check_physical(scene: Scene, group: VirtualTests, number: int) -> None:
-    """Refuse parameters in newtons, metres and seconds that the law does not have, or that are given twice."""
+def _check_parameters(scene: Scene, group: VirtualTests, number: int) -> None:
+    """Refuse a friction ratio, which follows from the coefficient; parameters that the law lacks, or given twice."""
+    for key, given in (("parameters", group.parameters), ("physical", group.physical)):
+        if "beta" in given:
+            raise SceneError(
+                f"synthetic.tests.{number}.{key}.beta: expected parameters other than beta, which follows from"
+                " friction_coefficient and the normal force; got beta: leave it out"
+            )
     try:
         for name in group.physical:
             law_of(_law_of(scene, group)).parameter(name)
@@ -195,9 +201,13 @@ def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float)
 
 
 def _parameters(scene: Scene, group: VirtualTests, law: str, ratio: float) -> dict[str, float]:
-    """A test's parameters; those in newtons, metres and seconds over the rig's stiffness and its own Y and omega."""
+    """A test's parameters but beta; those in newtons, metres and seconds made dimensionless by its own Y and omega.
+
+    A friction ratio held in ``[model.parameters]`` is for fits: a virtual contact has its friction coefficient.
+    """
     turn = 2.0 * math.pi * ratio * (scene.rig.natural_frequency or 0.0)
-    found = ({} if group.law else dict(scene.model.parameters)) | group.parameters
+    held = {} if group.law else {name: value for name, value in scene.model.parameters.items() if name != "beta"}
+    found = held | group.parameters
     for name, value in group.physical.items():
         parameter = law_of(law).parameter(name)
         factor, _ = to_physical(parameter, scene, amplitude=scene.synthetic.base_amplitude_m, turn=turn)
