@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -142,7 +142,7 @@ def values_of(text: str, option: str) -> list[float]:
             return _by_factor(Decimal(first), Decimal(last), Decimal(by.strip().removeprefix(TIMES)), option)
         start, stop, step = Decimal(first), Decimal(last), Decimal(by)
         number = math.floor((stop - start) / step) + 1
-    except (InvalidOperation, ValueError, ZeroDivisionError, OverflowError) as error:
+    except (ArithmeticError, ValueError) as error:
         raise UsageError(
             f"{option}: expected a list 0.1,0.2 or a range START:STOP:STEP or START:STOP:xFACTOR; got {text!r}"
         ) from error

@@ -143,7 +143,7 @@ class Problem:
     ) -> None:
         try:
             r = float(r)
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise ParameterError(f"simulation: r; expected a finite number > 0; got {r!r}") from error
         if not (r > 0.0 and isfinite(r)):
             raise ParameterError(f"simulation: r; expected a finite number > 0; got {r!r}")

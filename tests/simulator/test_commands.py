@@ -161,7 +161,7 @@ def test_a_range_may_go_by_a_factor(tmp_path: Path) -> None:
     ran = run(*grid, "--parameter", "stiffness_ratio=1:1e3:x10", "--plot", str(tmp_path / "map.svg"))
     assert ran.exit_code == 0
     assert [row["stiffness_ratio"] for row in read_rows(tmp_path / "map.csv")] == [1.0, 10.0, 100.0, 1000.0]
-    for said in ("0:1:x10", "1:10:x1", "1:10:xy", "10:1:x2", "1:inf:x2", "1:10:xNaN"):
+    for said in ("0:1:x10", "1:10:x1", "1:10:xy", "10:1:x2", "1:inf:x2", "1:10:xNaN", f"1:9.{'9' * 28}e999999:x10"):
         assert run(*grid, "--force", "--parameter", f"stiffness_ratio={said}").exit_code == 2
 
 

@@ -84,7 +84,7 @@ class Parameter:
         """
         try:
             number = float(value)
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise ParameterError(f"simulation: {self.name}; expected {self.domain}; got {value!r}") from error
         inside = self.low < number <= self.high if self.open_low else self.low <= number <= self.high
         if not (inside and isfinite(number)) or (self.whole and number != round(number)):
