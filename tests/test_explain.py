@@ -96,6 +96,10 @@ def test_the_figure_has_newtons_and_millimetres_every_law_tried_the_verdict_and_
     assert len(misfit.get_yticklabels()) == len(evidence.get_yticklabels()) == len(told.comparison.laws or ())
     assert "coulomb+speed: explained" in figure.get_suptitle()
     assert "! friction_ratio: a warning" in figure.get_supxlabel()
+    laws = {**contact.laws, "coulomb+place": (2, 0.01, contact.laws[contact.law][2] + 300.0)}
+    richer = contact_figure(replace(contact, laws=laws)).axes[-1]
+    assert np.asarray(richer.collections[0].get_offsets())[:, 0].max() == pytest.approx(300.0)
+    assert richer.get_xlim()[1] > 300.0
     over_k = contact_figure(replace(contact, unit_n=None, laws={}))
     assert over_k.axes[0].get_ylabel() == "force of the contact, n / kY"
     assert len(over_k.axes) == 3

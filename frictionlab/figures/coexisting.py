@@ -1,4 +1,4 @@
-"""All motions of one oscillator that starts settle on: each over its period, and as speed over displacement."""
+"""All steady motions of one oscillator: each over its period, and as speed over displacement."""
 
 from typing import TYPE_CHECKING
 
@@ -33,7 +33,7 @@ def coexisting_figure(found: "Sequence[Attractor]") -> Figure:
             figure.clear()
         problem = found[0].state.problem
         told = ", ".join(f"{name} {value:g}" for name, value in problem.parameters.items())
-        headline(figure, f"motions that starts settle on: r {problem.r:g}, {problem.law.name}: {told}")
+        headline(figure, f"all steady motions found: r {problem.r:g}, {problem.law.name}: {told}")
         left_out = [_words(attractor) for attractor in found if attractor not in drawn]
         caution(figure, tuple(dict.fromkeys((*left_out, *(said for each in drawn for said in each.state.warnings)))))
     return figure
@@ -58,7 +58,7 @@ def _over_time(state: "SteadyState", ax: Axes, color: str) -> Axes:
 
 
 def _path(state: "SteadyState", ax: Axes, color: str) -> Axes:
-    """Speed over displacement; a dot at the begin of each cycle."""
+    """Speed over displacement; a dot where each cycle begins."""
     _, x, v = _sampled(state)
     ax.plot(x, v, color=color)
     ax.plot(x[:-1:SAMPLES], v[:-1:SAMPLES], ".", color="black", markersize=4.0)
@@ -67,7 +67,7 @@ def _path(state: "SteadyState", ax: Axes, color: str) -> Axes:
 
 
 def _sampled(state: "SteadyState") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Time from the begin of a cycle over one period, displacement and speed."""
+    """Time over one period, from where a cycle begins, displacement and speed."""
     tau = TURN * np.linspace(0.0, state.period_cycles or 1, SAMPLES * (state.period_cycles or 1) + 1)
     if state.orbit is None:
         raise ValueError("this steady state has no motion to draw")

@@ -19,6 +19,7 @@ LETTERS = 6  # points: size of the words inside a panel
 ROOM = 0.35  # of a panel's width: for the numbers beside its points
 WIDTHS = (2.0, 1.0, 1.0)  # of what is left, misfit, and evidence
 NEAR, FAR = (-100.0, -10.0, 0.0, 10.0), (-1000.0, -10.0, 0.0, 10.0)  # ticks of evidence
+ABOVE = 60.0  # evidence shown at least: room for numbers beside the law required
 
 
 def draw_force(contact: ContactForce, ax: Axes, *, over_speed: bool) -> Axes:
@@ -104,10 +105,10 @@ def draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
     misfit.xaxis.set_minor_formatter(NullFormatter())
     evidence.set(xlabel="log evidence - that of\nthe law required")
     evidence.set_xscale("symlog", linthresh=10.0)
-    least = min(evidence.get_xlim()[0], -20.0)
-    ticks = FAR if least < FAR[0] / 3.0 else NEAR
+    least, most = min(evidence.get_xlim()[0], -20.0), max((log - best for _, (_, _, log) in told), default=0.0)
+    ticks = [*(FAR if least < FAR[0] / 3.0 else NEAR), *((100.0,) if most > ABOVE else ())]
     evidence.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    evidence.set_xlim(least, 60.0)
+    evidence.set_xlim(least, max(ABOVE, 20.0 * most))
     evidence.set_yticks(range(len(told)), [""] * len(told))
     for ax in (misfit, evidence):
         ax.tick_params(axis="x", labelsize=LETTERS)
