@@ -1,4 +1,4 @@
-"""Parameters of a law in newtons, metres and seconds: what makes them of the dimensionless numbers."""
+"""Factors between the dimensionless parameters of a law and those in newtons, metres and seconds."""
 
 import math
 
@@ -9,7 +9,9 @@ UNITS = {(1, 1): "m/s", (1, 0): "m", (-1, 0): "1/m"}  # by powers of Y and omega
 
 
 def to_physical(parameter: Parameter, scene: Scene, *, amplitude: float, turn: float) -> tuple[float | None, str]:
-    """Return what a parameter is multiplied by, and its unit; None where the scene does not say what that takes.
+    """Return the factor from a dimensionless parameter to the physical one, and its unit.
+
+    The factor is None where the scene lacks the stiffness or the natural frequency that it needs.
 
     Parameters
     ----------

@@ -339,7 +339,7 @@ def _call(engine: engines.Engine, points: Floats, family: Family, phases: int) -
 
 
 def _with_notes(rows: Floats, points: Floats, family: Family) -> Floats:
-    """Add to the kernel's rows what their numbers do not say, and what it tells in one place in its own."""
+    """Add notes to the kernel's rows; where a motion does not repeat, MISS is its growth and moves to that column."""
     parts, kept = rows[:, layout.OUTCOME] == layout.PARTING, (layout.PERIODIC, layout.STUCK, layout.COSTLY)
     rows[:, layout.GROWTH] = np.where(parts, rows[:, layout.MISS], np.nan)
     rows[:, layout.MISS] = np.where(np.isin(rows[:, layout.OUTCOME], kept), rows[:, layout.MISS], np.nan)

@@ -159,9 +159,8 @@ def _holds(problem: Problem, means: _Means) -> Callable[[Floats], bool]:
 def _answer(problem: Problem, means: _Means, found: shooting.Orbit | None) -> SteadyState:
     """The numbers of an orbit, by finer steps where its two energies differ by more than the tolerance."""
     if found is None:
-        return SteadyState(
-            problem, "numeric", "not found", notes=Note.UNSETTLED | _gives_energy(problem) * Note.NOT_PASSIVE
-        )
+        gives = Note.NOT_PASSIVE if _gives_energy(problem) else Note(0)
+        return SteadyState(problem, "numeric", "not found", notes=Note.UNSETTLED | gives)
     for _ in range(TIGHTER + 1):
         told = _told(problem, found, *_recorded(problem, means, (found.state, 0.0, found.cycles), periodic=True))
         off, size = told.closure_error or 0.0, told.energy_per_cycle or 0.0
