@@ -60,7 +60,7 @@ MODULES = (motion, events, outlook, continuous, shooting, resonance, settle, orb
 LOOKS = 6.0  # at a slide, while its end is looked for
 INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # what only other compiled functions call
 WORTH_LOADING = 2e4  # slides; in plain Python they take about as long (1 s) as loading the compiled kernel
-WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version (15 s)
+WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version; they take some 15 s in plain Python
 
 
 @dataclass(frozen=True)

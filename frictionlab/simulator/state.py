@@ -1,7 +1,7 @@
 """A steady state: its numbers, its verdict as a sentence, and what the numbers alone would not say."""
 
 from dataclasses import dataclass
-from math import nan
+from math import isfinite, nan
 from typing import Any, Literal
 
 from frictionlab.simulator.kernel import layout
@@ -185,7 +185,8 @@ def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyStat
     if outcome not in ("periodic", "stuck"):
         parts, given_up = (bool(note & said) for note in (Note.PARTS, Note.GIVEN_UP))
         miss = float(row[layout.MISS])
-        residual, growth = miss if given_up else None, miss if parts else None
+        residual = miss if given_up and isfinite(miss) else None
+        growth = miss if parts else None
         return SteadyState(problem, "exact", outcome, residual=residual, growth_per_cycle=growth, notes=said)
     return SteadyState(
         problem=problem,

@@ -342,6 +342,7 @@ def _with_notes(rows: Floats, points: Floats, family: Family) -> Floats:
     """Add notes to the kernel's rows; where a motion does not repeat, MISS is its growth and moves to that column."""
     parts, kept = rows[:, layout.OUTCOME] == layout.PARTING, (layout.PERIODIC, layout.STUCK, layout.COSTLY)
     rows[:, layout.GROWTH] = np.where(parts, rows[:, layout.MISS], np.nan)
-    rows[:, layout.MISS] = np.where(np.isin(rows[:, layout.OUTCOME], kept), rows[:, layout.MISS], np.nan)
+    known = np.isin(rows[:, layout.OUTCOME], kept) & np.isfinite(rows[:, layout.MISS])
+    rows[:, layout.MISS] = np.where(known, rows[:, layout.MISS], np.nan)
     rows[:, layout.NOTES] = notes_of(family.asked(family.contacts(points)), rows.T)
     return rows

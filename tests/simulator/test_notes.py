@@ -12,7 +12,9 @@ from typer.testing import CliRunner
 from frictionlab.cli import app
 from frictionlab.maps import Grid, make_map
 from frictionlab.simulator import Base, Problem, steady_state, sweep
+from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.notes import SENTENCES, WORDS, Note, asked_of
+from frictionlab.simulator.state import from_numbers
 from frictionlab.simulator.sweep import Family, warm_up
 from frictionlab.tables import read_rows
 
@@ -64,6 +66,16 @@ def test_an_orbit_that_rounding_hides_is_refused_by_name() -> None:
     state = steady_state(Problem(1e5, 0.0, wall="base", base=Base((1.0, 0.2))))
     assert (state.outcome, state.notes) == ("not found", Note.UNSETTLED)
     assert "less than rounding in a cycle" in state.verdict
+
+
+@pytest.mark.parametrize(("miss", "residual"), [(np.inf, None), (0.01, 0.01)])
+def test_a_search_given_up_before_it_came_anywhere_has_no_residual(miss: float, residual: float | None) -> None:
+    """A file of a map says not known by NaN; it had infinity there."""
+    row = np.full(layout.ROW, np.nan)
+    row[layout.OUTCOME], row[layout.MISS] = layout.COSTLY, miss
+    state = from_numbers(Problem(0.5, 0.4), row, None)
+    assert (state.outcome, state.notes, state.residual) == ("not found", Note.GIVEN_UP, residual)
+    assert ("missed itself by" in state.verdict) is (residual is not None)
 
 
 def test_notes_of_many_points_are_those_of_each() -> None:
