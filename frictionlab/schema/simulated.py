@@ -38,7 +38,7 @@ _STATE = (
         "growth_per_cycle",
         "",
         "growth",
-        "Of a motion that does not repeat: what the distance of motions beside it is multiplied by in a cycle.",
+        "Of a motion that does not repeat: the factor by which motions close to it move apart in a cycle, in the mean.",
     ),
     WARNINGS,
 )

@@ -91,7 +91,7 @@ class SteadyState:
     residual : float or None
         By how much the state misses itself after one period (z and r z').
     growth_per_cycle : float or None
-        Of a motion that does not repeat: what the distance of motions beside it is multiplied by in a cycle (mean).
+        Of a motion that does not repeat: the factor by which motions close to it move apart in a cycle, in the mean.
     notes : int
         What the numbers do not say: `notes.Note` as bits; `warnings` are their sentences.
     orbit : Motion or None
