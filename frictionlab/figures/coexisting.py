@@ -53,7 +53,7 @@ def _over_time(state: "SteadyState", ax: Axes, color: str) -> Axes:
     tau, x, _ = _sampled(state)
     ax.plot(tau / TURN, state.problem.base.at(tau), color=BASE, linewidth=0.8)
     ax.plot(tau / TURN, x, color=color)
-    ax.set(xlabel="time / cycle", ylabel="displacement / $Y$")
+    ax.set(xlabel="time / cycle (grey: the base)", ylabel="displacement / $Y$")
     return ax
 
 
