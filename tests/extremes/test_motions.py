@@ -52,6 +52,14 @@ def test_unbounded_motion_grows_as_the_balance_of_energy_says() -> None:
     assert first == pytest.approx(10_000 * (math.pi - 4 * beta), rel=1e-3)
 
 
+@pytest.mark.parametrize("r", [2e4, 1e5])
+def test_a_huge_start_of_a_mass_driven_far_above_resonance_swings_back_without_a_stop(r: float) -> None:
+    """The free vibration x0 cos(tau / r): a step as long as the bound of v''' holds was taken for a slide's end."""
+    run, tau = simulate(Problem(r=r, beta=0.1), cycles=2, x0=1e9), np.linspace(0.0, 2 * TURN, 20)
+    np.testing.assert_allclose(run.at(tau)[1], -1e9 / r * np.sin(tau / r), rtol=1e-6)
+    assert len(run.turning_points[0]) == 1
+
+
 @pytest.mark.parametrize("tiny", [5e-324, 1e-300, 1e-100, 1e-17])
 def test_a_start_too_small_to_matter_does_not_matter(tiny: float) -> None:
     late = np.linspace(0.0, 6 * math.pi, 50)

@@ -83,8 +83,8 @@ LOOKS = 1e7  # at a slide, in a search: about a second
 FORGOTTEN = 40.0  # time constants after which nothing is left of a decaying motion
 CYCLES = 12  # of the drive that a search may always carry
 
-# Gauss-Legendre nodes and weights, 16 points on [-1, 1] (positive half), from mpmath at 50 digits.
-# Gauss-Legendre rules of 6, 10 and 16 nodes, one after the other: nodes on one side of the middle, and their weights.
+# Gauss-Legendre rules of 6, 10 and 16 nodes on [-1, 1], one after the other: nodes on one side of the middle, and their
+# weights, from mpmath at 50 digits.
 NODES = (
     *(0.2386191860831969, 0.6612093864662645, 0.9324695142031521),
     *(0.14887433898163122, 0.4333953941292472, 0.6794095682990244, 0.8650633666889845, 0.9739065285171717),

@@ -128,7 +128,8 @@ def slide_end(
 
     From (v, a, v'') the velocity keeps its sign for a step h while v + a h + v'' h^2/2 - M h^3/6 > 0, with M a bound of
     |v'''|: the march cannot pass a zero and converges to it cubically. Once the cubic's last term is NEARLY nothing
-    beside the slope, Newton's step from there meets the zero to rounding. `rate` is F' at the start.
+    beside the slope, Newton's step from there meets the zero to rounding; a step as long as the bound holds ends at no
+    zero. `rate` is F' at the start.
     """
     reach = min(slide.r, 1.0)
     t = 0.0 if start.v != 0.0 else slide_start(slide, start, side, slide.share * rate)
@@ -145,7 +146,7 @@ def slide_end(
             snap = min(snap, stiff_bound(slide, v, a, bend))
         step = cubic_step(side * v, side * a, side * bend, snap, reach)
         t += step
-        if step <= 2e-16 * t or snap * step * step <= NEARLY * abs(a):
+        if step <= 2e-16 * t or (step < reach and snap * step * step <= NEARLY * abs(a)):
             break
     t = min(t, limit)
     way, v, a = slide_at(t, slide, force, start)
