@@ -164,7 +164,8 @@ def found_of(joint: Joint) -> tuple[str, ...]:
         if c.law or c.name not in CAUSES:
             continue
         off, error = float(joint.solution.point[k]), float(np.sqrt(joint.spread.total[k, k]))
-        parts.append(f"{CAUSES[c.name]} {_size(c, off, sign='+')} ± {_size(c, error)}, known to {_size(c, 1.0)}")
+        before = f"{'known to' if math.isinf(c.tail) else 'assumed within'} {_size(c, c.assumed)}"
+        parts.append(f"{CAUSES[c.name]} {_size(c, off, sign='+')} ± {_size(c, error)}, {before}")
         if abs(off) > PRESSED * c.assumed:
             against = (
                 "its standard uncertainty: check it" if math.isinf(c.tail) else "what is assumed: measure, declare it"

@@ -142,10 +142,10 @@ class _Climb:
             good = self._required(here, worth, 1)
             if not good and terms is EXACT and not misfit_is_noise(here.identified.fit):
                 good = self._required(here, worth, 2)
-            here, good = self.confirmed(here, good) if good else (here, good)
-            if not good:
+            below, good = self.confirmed(here, good) if good else (here, good)
+            if not good and below is here:
                 return here
-            here = max(good, key=lambda rung: rung.log_evidence)
+            here = max(good, key=lambda rung: rung.log_evidence, default=below)  # one fitted deeper: pairs may help it
 
     def confirmed(self, here: Rung, good: list[Rung]) -> tuple[Rung, list[Rung]]:
         """A rigid law fitted once more, from the values of the best richer one, and those still required over it.
@@ -259,20 +259,28 @@ class _Climb:
     def _best_of(self, starts: list[FloatArray], forward: Forward, observed: Observed) -> Fit:
         """The best fit from some starts; where even the first misses much more than a rung does, it is enough."""
         enough = HOPELESS * min(rung.identified.fit.chi_square for rung in self.rungs)
-        found, kind = fit(forward, observed, starts[:1], excess=1.0), forward.family.law.kind
-        for start in starts[1:]:
-            if kind != "rigid" and (found.chi_square > enough or misfit_is_noise(found)):
+        found: Fit | None = None
+        kind, missed = forward.family.law.kind, AnalysisError("no starting point")
+        for start in starts:
+            if found is not None and kind != "rigid" and (found.chi_square > enough or misfit_is_noise(found)):
                 break
             try:
-                if kind == "elastic":
+                if kind == "elastic" and found is not None:
                     other = fit(forward, observed, [start], excess=1.0, most=SHORT)
                     found = followed(other) if other.cost < found.cost else found
                 else:
-                    found = min(found, fit(forward, observed, [start], excess=1.0), key=lambda f: f.cost)
+                    other = fit(forward, observed, [start], excess=1.0)
+                    found = other if found is None or other.cost < found.cost else found
+            except AnalysisError as fault:
+                missed = fault  # no steady state there; another start may have one
             except OverspentError:
+                if found is None:
+                    raise
                 name = forward.family.law.name
                 self.left_out[name] = f"not fitted from every start: {SPENT.format(steps=self.allowed, name=name)}"
                 break
+        if found is None:
+            raise missed
         return found
 
     def found_again(self, top: Rung) -> Rung:

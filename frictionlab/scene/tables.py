@@ -180,7 +180,7 @@ class Sensors(Table):
     lag_s: float = 0.0
     """The base's sample comes this much later than the mass's."""
     lag_s_u: NonNegative | None = None
-    """Standard uncertainty of that lag; by default half a sampling interval either way, uniform."""
+    """Standard uncertainty of that lag; by default half a sampling interval either way; fits allow three times that."""
     filter_hz: Positive | None = None
     """Cut-off of both channels' low-pass filters; it is corrected for."""
     filter_order: Annotated[int, Field(ge=1, le=8)] = 1
