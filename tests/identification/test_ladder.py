@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from frictionlab.analysis.measure import measure
+from frictionlab.errors import AnalysisError
 from frictionlab.identification import compare, ladder
 from frictionlab.identification.family import family_of
 from frictionlab.identification.fit import Fit, fit
@@ -218,6 +220,49 @@ def test_a_simpler_law_without_a_steady_state_at_the_values_of_a_richer_one_stay
     richer = climb.rung(_standing_at(rich, observed, {"beta": 0.3, "contact_damping_ratio": 0.15}), 0.0, bottom)
     assert richer.required
     assert climb.confirmed(bottom, [richer]) == (bottom, [richer])
+
+
+def test_a_law_is_fitted_from_its_other_starts_where_the_first_has_no_steady_state(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """One start without a steady state made a law "not compared", though the others had one."""
+    truth = Problem(0.5, 0.4, law="coulomb+place", parameters={"gradient": 0.05})
+    measured = measure(recorded(truth, np.random.default_rng(1), seconds=20.0), scene())
+    climb = ladder._Climb(measured, family_of(measured, scene(), "coulomb"), measured.sources)
+    bottom = climb.bottom()
+    missed: list[str] = []
+
+    def first_has_none(*given: Any, **chosen: Any) -> Fit:
+        if not missed:
+            missed.append("once")
+            raise AnalysisError("no starting point has a steady state")
+        return fit(*given, **chosen)
+
+    monkeypatch.setattr(ladder, "fit", first_has_none)
+    rung = climb._try(bottom, "coulomb+place")
+    assert missed
+    assert rung is not None
+    assert rung.identified.parameters["gradient"].value == pytest.approx(0.05, abs=0.01)
+    assert not climb.left_out
+
+
+def test_pairs_of_terms_are_tried_where_a_law_fitted_deeper_leaves_no_single_one_required(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    truth = Problem(0.35, 0.4, law="coulomb+speed", parameters={"contact_damping_ratio": 0.03})
+    measured = measure(recorded(truth, np.random.default_rng(12), seconds=20.0), scene())
+    climb = ladder._Climb(measured, family_of(measured, scene(), "coulomb"), measured.sources)
+    bottom = climb.bottom()
+    tried: list[int] = []
+
+    def required(here: ladder.Rung, _: tuple[str, ...], count: int) -> list[ladder.Rung]:
+        tried.append(count)
+        return [here] if len(tried) == 1 else []
+
+    monkeypatch.setattr(climb, "_required", required)
+    monkeypatch.setattr(climb, "confirmed", lambda here, _: (replace(here, seconds=0.0), []))
+    assert climb.upward(bottom, ladder.EXACT).seconds == 0.0
+    assert tried == [1, 1, 2]
 
 
 def _standing_at(forward: Forward, observed: Observed, values: dict[str, float]) -> Fit:
