@@ -324,6 +324,8 @@ def test_a_record_that_needs_a_lag_nobody_declared_says_how_far_that_moved_its_v
     share = seen.budget["friction_ratio"]["sensors and rig as known, or as fitted"]
     assert seen.nuisances["lag_s"]["value"] == pytest.approx(0.014, abs=5e-4)
     assert any("the fit moved the lag between the channels" in said for said in seen.warnings)
+    assert seen.contact is not None
+    assert seen.contact.warnings == seen.warnings  # its figure says what the row says
     assert seen.friction_ratio_u is not None
     assert 0.003 < share < seen.friction_ratio_u
     assert seen.friction_ratio == pytest.approx(0.3, abs=2 * seen.friction_ratio_u)

@@ -111,7 +111,7 @@ def _with_record(
     record = follow(track, found)
     state = _state(found, solver or scene.model.solver)
     comparison = _compared(measurement, scene, found, state, sources, ladder)
-    return replace(
+    whole = replace(
         comparison,
         warnings=(*comparison.warnings, *said, *record.warnings, *(climbed.said if climbed else ())),
         record_nrmse=record.nrmse,
@@ -120,6 +120,7 @@ def _with_record(
         cycle_law=cycle_law if law == AUTO else None,
         record_laws=climbed.rows if climbed else None,
     )
+    return _with_figure(whole, measurement, scene)
 
 
 def predict(
@@ -135,7 +136,7 @@ def predict(
     sources = measurement.sources
     found, ladder = _identified(measurement, scene, sources, law, friction_ratio)
     state = _state(found, solver or scene.model.solver)
-    return _compared(measurement, scene, found, state, sources, ladder)
+    return _with_figure(_compared(measurement, scene, found, state, sources, ladder), measurement, scene)
 
 
 def _check_given(law: str | None, friction_ratio: float | None) -> None:
@@ -187,16 +188,8 @@ def _held_words(held: Mapping[str, float]) -> dict[str, float]:
     return named | ({"frame damping": frame} if frame else {})
 
 
-def _compared(
-    measurement: Measurement,
-    scene: Scene,
-    found: Identified,
-    state: SteadyState,
-    sources: Sources,
-    ladder: Ladder | None,
-) -> Comparison:
-    """The comparison, what its figure says beside the curves, and the newtons that it is told in."""
-    made = _judged(measurement, scene, found, state, sources, ladder)
+def _with_figure(made: Comparison, measurement: Measurement, scene: Scene) -> Comparison:
+    """The comparison as it is told: the contact's figure has its newtons, its verdict, and every warning of it."""
     if made.contact is None:
         return made
     words = Judged(made.response_floor or math.nan, made.response_nrmse, made.misfit, made.verdict).words
@@ -205,7 +198,7 @@ def _compared(
     return replace(made, contact=replace(made.contact, unit_n=unit, said=f"{made.law}{words}", warnings=made.warnings))
 
 
-def _judged(
+def _compared(
     measurement: Measurement,
     scene: Scene,
     found: Identified,
