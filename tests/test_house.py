@@ -2,7 +2,6 @@
 
 import ast
 import re
-import statistics
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -11,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from frictionlab.cli import SUMMARIES, command_of
+from tests import weigh
 
 PACKAGE = Path(__file__).parents[1] / "frictionlab"
 
@@ -145,21 +145,15 @@ def test_the_plan_allows_nothing_that_nobody_uses() -> None:
     assert not {own: rooms for own, rooms in unused.items() if rooms}
 
 
-def test_functions_are_short() -> None:
-    lengths = {
-        f"{path.relative_to(PACKAGE)}: {node.name}": _length(node)
-        for _, path in modules()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
-    }
-    assert not {name: length for name, length in lengths.items() if length > 50}
-    assert statistics.median(lengths.values()) <= 6
+def test_the_house_stays_within_its_budgets() -> None:
+    limits, measured = weigh.budgets(), weigh.totals()
+    over = {name: (measured[name], limit) for name, limit in limits.items() if measured[name] > limit}
+    assert not over, "measured, allowed; `python -m tests.weigh` prints the sizes of each folder"
 
 
-def _length(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
-    """Lines of a function's body, without its docstring."""
-    body = node.body[1:] if ast.get_docstring(node) else node.body
-    return (body[-1].end_lineno or 0) - body[0].lineno + 1 if body else 0
+@pytest.mark.parametrize(("command", "arguments"), weigh.COMMANDS.items())
+def test_a_command_executes_few_modules(command: str, arguments: tuple[str, ...]) -> None:
+    assert weigh.modules_executed(command, arguments) <= weigh.budgets("executed")[command]
 
 
 def test_analysis_kernels_know_no_recording_and_no_scene() -> None:

@@ -149,13 +149,13 @@ def line(law: str, r: float, beta: float, other: str, carry: Callable[[Problem, 
 def main() -> None:
     """Print the table."""
     machine.compiled()
-    print(f"goal {GOAL:.0e}                        back at start   energy   seconds of its cycle")  # noqa: T201
+    print(f"goal {GOAL:.0e}                        back at start   energy   seconds of its cycle")
     for law in LAWS:
         for r, beta in POINTS:
-            print(line(law, r, beta, "heyoka", by_heyoka), flush=True)  # noqa: T201
+            print(line(law, r, beta, "heyoka", by_heyoka), flush=True)
             if "stiffness_ratio" in LAWS[law]:
-                print(line(law, r, beta, "CVODE", by_cvode), flush=True)  # noqa: T201
-    print("\nBouc-Wen against Jenkins, stiffness ratio 100: relative difference of the energy")  # noqa: T201
+                print(line(law, r, beta, "CVODE", by_cvode), flush=True)
+    print("\nBouc-Wen against Jenkins, stiffness ratio 100: relative difference of the energy")
     for r, beta in POINTS:
         rigid = steady_state(Problem(r, beta, law="coulomb+compliance", parameters={"stiffness_ratio": 100.0}))
         assert rigid.energy_per_cycle is not None
@@ -164,7 +164,7 @@ def main() -> None:
             soft = steady(Problem(r, beta, law="coulomb+bouc-wen", parameters=more))
             assert soft.energy_per_cycle is not None
             off = soft.energy_per_cycle / rigid.energy_per_cycle - 1.0
-            print(f"r {r:.1f}, exponent {exponent:6g}: {off:+.1e}")  # noqa: T201
+            print(f"r {r:.1f}, exponent {exponent:6g}: {off:+.1e}")
 
 
 if __name__ == "__main__":

@@ -70,10 +70,10 @@ def main(count: int, seed: int) -> None:
         times[name].append(time.process_time() - begun)
         outcomes[name][outcome] += 1
         if outcome not in ("periodic", "stuck") or times[name][-1] > SLOW:
-            print(f"# {times[name][-1]:.2f} s, {outcome}: r {problem.r:.4g}, {problem.wall}, {problem.law.name}")  # noqa: T201
+            print(f"# {times[name][-1]:.2f} s, {outcome}: r {problem.r:.4g}, {problem.wall}, {problem.law.name}")
     for name in NUMERIC:
         ms = 1e3 * np.array(times[name])
-        print(  # noqa: T201
+        print(
             f"{name:10s} median {np.median(ms):6.1f} ms, 9 of 10 below {np.quantile(ms, 0.9):6.1f} ms; closure: median "
             f"{np.median(closures[name]):.0e}, worst {max(closures[name]):.0e}; {dict(outcomes[name])}"
         )

@@ -70,14 +70,14 @@ def main() -> None:
     begun = time.process_time()
     machine.compiled()
     steady(Problem(0.5, 0.4))
-    print(f"loading or compiling the kernel: {time.process_time() - begun:.1f} s")  # noqa: T201 - its purpose
-    print("law                        steady  from a    error   scipy, 100 cycles             times")  # noqa: T201
-    print("                           ms      neighbour                       error        s    as long")  # noqa: T201
+    print(f"loading or compiling the kernel: {time.process_time() - begun:.1f} s")
+    print("law                        steady  from a    error   scipy, 100 cycles             times")
+    print("                           ms      neighbour                       error        s    as long")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         for law in LAWS:
             for r, beta in ((0.3, 0.6), (0.7, 0.5)):
-                print(compare(law, r, beta), flush=True)  # noqa: T201
+                print(compare(law, r, beta), flush=True)
 
 
 if __name__ == "__main__":
