@@ -20,13 +20,13 @@ PYTHON ?= $(firstword $(foreach p,python3 python3.14 python3.13 python3.12 pytho
 BIN := .venv/bin
 FRICTIONLAB := $(BIN)/frictionlab
 
-export LOGS SCENE OUT CAMPAIGN CAMPAIGN_SCENE CAMPAIGN_LOGS LAW
+export N SEED LOGS SCENE OUT CAMPAIGN CAMPAIGN_SCENE CAMPAIGN_LOGS LAW
 # The recipes read these from the environment, between quotes: a folder's name may hold anything, and no log's name comes
 # into a shell at all. `frictionlab batch` knows what changed and goes on when a log fails.
 WORKERS = $(patsubst -j%,--workers=%,$(filter-out -j,$(filter -j%,$(MAKEFLAGS))))
 
 .DEFAULT_GOAL := all
-.PHONY: all campaign chapter3 help sample-data tradeoff stability test fuzz check format clean
+.PHONY: all campaign chapter3 help sample-data tradeoff stability test fuzz adversary check format clean
 
 all: $(FRICTIONLAB)  ## ingest, analyze and compare all logs, then print the table (the default)
 	@case "$$LOGS" in sample_data|sample_data/|./sample_data|./sample_data/) own=configs/sample_data.toml;; *) own=;; esac; \
@@ -61,6 +61,9 @@ stability: $(FRICTIONLAB)  ## draw how errors grow with cycles, towards resonanc
 test: .venv/.test  ## install what is needed to test, then run all tests
 	$(BIN)/python -m pytest
 
+adversary: .venv/.test  ## recordings drawn to mislead the identification, judged by their truth: N=300 SEED=7
+	$(BIN)/python -m tests.benchmarks.adversary --count "$${N:-300}" --seed "$${SEED:-7}"
+
 fuzz: .venv/.test  ## read damaged files: 100,000 logs, 20,000 of every other kind: no traceback, no hang (more than an hour on two cores)
 	$(BIN)/python -m tests.logs.fuzz --count 100000
 	$(BIN)/python -m tests.armour.fuzz --count 20000
@@ -69,6 +72,7 @@ check: .venv/.test  ## lint, format, types, import rules, docs in step
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/python -m tests.weigh
 	$(BIN)/python -m pytest -q -n 0 tests/test_house.py tests/test_docs.py
 
 format: .venv/.test  ## format the code and mend what the linter can

@@ -132,7 +132,7 @@ def _lines_spent_on_imports(tree: ast.Module) -> int:
     spent = 0
     for node in ast.walk(tree):
         names = [t.id for t in node.targets if isinstance(t, ast.Name)] if isinstance(node, ast.Assign) else []
-        if isinstance(node, ast.Import | ast.ImportFrom) or "__all__" in names:
+        if isinstance(node, ast.Import | ast.ImportFrom) or (isinstance(node, ast.Assign) and "__all__" in names):
             spent += (node.end_lineno or 0) - node.lineno + 1
     return spent
 

@@ -1,0 +1,359 @@
+"""Recordings that try to mislead the identification, drawn at random and judged by their truth.
+
+Run: ``make adversary N=300 SEED=7`` or ``python -m tests.benchmarks.adversary --count 300 --seed 7``; ``--only K`` runs
+one draw of a seed again and prints its comparison. The motion comes from an integrator that shares no code with the
+simulator (Runge-Kutta steps of fourth order, events by bisection). Laws inside and outside the family are drawn, and
+what a laboratory does to a recording: lag, gain, noise, hum, steps, a natural frequency that is not the scene's, a base
+that is no sine, few samples a cycle.
+
+Units inside: time in 1 / omega_n, displacement over Y, forces over k Y.
+"""
+
+import argparse
+import math
+import time
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+import frictionlab as fl
+
+RESULT = Path(__file__).parent / "results" / "adversary.txt"
+Floats = NDArray[np.float64]
+NATURAL_HZ, BASE_M, MASS_KG = 3.13, 1.818e-3, 3.0799
+STIFFNESS = MASS_KG * (2.0 * math.pi * NATURAL_HZ) ** 2
+FAR = 3.0  # stated uncertainties: an error beyond is counted
+STEP = 0.01  # of the integrator, at most: its error is 1e-9 of an amplitude
+
+# What the integrator reads, in this order; a term that is not drawn does nothing.
+NAMES = (
+    "beta", "gradient", "contact_damping", "static_up", "static_down", "contact_stiffness", "fall", "fall_speed",
+    "frame_damping", "cubic", "play", "asymmetry", "second_mass", "second_frequency", "load_by_base", "ripple",
+    "ripple_number",
+)  # fmt: skip
+NEUTRAL: Mapping[str, float] = dict.fromkeys(NAMES, 0.0) | {
+    "static_up": 1.0, "static_down": 1.0, "fall_speed": 1.0, "second_frequency": 1.0, "ripple_number": 1.0,
+}  # fmt: skip
+INSIDE = ("coulomb", "speed", "place", "breakaway", "compliance", "stribeck", "place+speed")
+OUTSIDE = ("cubic", "play", "asymmetry", "second mass", "load by base", "ripple", "frequency", "lag")
+CAUSES: Mapping[str, tuple[str, ...]] = {
+    "cubic": ("cubic", "spring"),
+    "play": ("play", "spring"),
+    "asymmetry": ("direction", "asymmetr", "breakaway", "offset"),
+    "second mass": ("second mass", "mass"),
+    "load by base": ("normal force", "acceleration"),
+    "ripple": ("path", "place"),
+    "frequency": ("natural_frequency",),
+    "lag": ("lag_s",),
+}
+"""Words of which a warning has at least one when it names the cause."""
+
+
+@njit(cache=True)
+def _base(t: float, lines: Floats, drive: float) -> tuple[float, float, float]:
+    """Displacement, velocity and acceleration of the base."""
+    y = v = a = 0.0
+    for k in range(lines.shape[0]):
+        w = (k + 1) * drive
+        c, s = math.cos(w * t), math.sin(w * t)
+        y += lines[k, 0] * c + lines[k, 1] * s
+        v += w * (lines[k, 1] * c - lines[k, 0] * s)
+        a -= w * w * (lines[k, 0] * c + lines[k, 1] * s)
+    return y, v, a
+
+
+@njit(cache=True)
+def _pull(t: float, s: Floats, p: Floats, lines: Floats, drive: float) -> float:
+    """What frame and second mass exert on the mass, without the contact."""
+    y, v, _ = _base(t, lines, drive)
+    d: float = s[0] - y
+    if p[10] > 0.0:
+        d = d - p[10] if d > p[10] else (d + p[10] if d < -p[10] else 0.0)
+    force: float = -d - p[9] * d * d * d - 2.0 * p[8] * (s[1] - v)
+    force += p[12] * p[13] ** 2 * (s[2] - s[0])
+    return force
+
+
+@njit(cache=True)
+def _limit(t: float, s: Floats, side: float, p: Floats, lines: Floats, drive: float) -> float:
+    """Friction force of a contact that slides to a side."""
+    _, _, a = _base(t, lines, drive)
+    strength: float = p[0] * (1.0 + p[1] * s[0]) * (1.0 + p[15] * math.cos(p[16] * s[0])) * (1.0 + p[11] * side)
+    strength *= (1.0 + p[14] * a / (drive * drive)) * (1.0 + p[6] * math.exp(-abs(s[1]) / p[7]))
+    return strength
+
+
+@njit(cache=True)
+def _rates(t: float, s: Floats, mode: int, p: Floats, lines: Floats, drive: float, out: Floats) -> None:
+    """Derivatives of the state x, v, x2, v2, contact force; mode: +-1 slides, 0 stands, 2 is held elastically."""
+    push = _pull(t, s, p, lines, drive)
+    if mode == 0:
+        out[0] = out[1] = out[4] = 0.0
+    elif mode == 2:
+        out[0], out[1], out[4] = s[1], push - s[4], p[5] * s[1]
+    else:
+        n = mode * _limit(t, s, mode, p, lines, drive) + 2.0 * p[2] * s[1]
+        out[0], out[1], out[4] = s[1], push - n, 0.0
+    out[2] = s[3]
+    out[3] = -(p[13] ** 2) * (s[2] - s[0]) - 0.02 * p[13] * (s[3] - s[1])
+
+
+@njit(cache=True)
+def _step(
+    t: float, h: float, s: Floats, mode: int, p: Floats, lines: Floats, drive: float, k: Floats, new: Floats
+) -> None:
+    """One classical Runge-Kutta step into `new`."""
+    _rates(t, s, mode, p, lines, drive, k[0])
+    _rates(t + 0.5 * h, s + 0.5 * h * k[0], mode, p, lines, drive, k[1])
+    _rates(t + 0.5 * h, s + 0.5 * h * k[1], mode, p, lines, drive, k[2])
+    _rates(t + h, s + h * k[2], mode, p, lines, drive, k[3])
+    new[:] = s + h / 6.0 * (k[0] + 2.0 * k[1] + 2.0 * k[2] + k[3])
+
+
+@njit(cache=True)
+def _over(t: float, s: Floats, mode: int, p: Floats, lines: Floats, drive: float) -> float:
+    """Positive where the mode has ended."""
+    over: float = -mode * s[1]
+    if mode == 0:
+        push = _pull(t, s, p, lines, drive)
+        side = 1.0 if push > 0.0 else -1.0
+        over = abs(push) - (p[3] if push > 0.0 else p[4]) * _limit(t, s, side, p, lines, drive)
+    if mode == 2:
+        over = abs(s[4]) - _limit(t, s, 1.0 if s[4] > 0.0 else -1.0, p, lines, drive)
+    return over
+
+
+@njit(cache=True)
+def _next_mode(t: float, s: Floats, mode: int, p: Floats, lines: Floats, drive: float) -> int:
+    """The mode after an event; the state is put right in place."""
+    if mode == 0:
+        return 1 if _pull(t, s, p, lines, drive) > 0.0 else -1
+    if mode == 2:
+        return 1 if s[4] > 0.0 else -1
+    if p[5] > 0.0:
+        s[4] = mode * _limit(t, s, mode, p, lines, drive)
+        s[1] = 0.0
+        return 2
+    s[1] = 0.0
+    if _over(t, s, 0, p, lines, drive) <= 0.0:
+        return 0
+    return 1 if _pull(t, s, p, lines, drive) > 0.0 else -1
+
+
+@njit(cache=True)
+def integrate(times: Floats, p: Floats, lines: Floats, drive: float, longest: float) -> Floats:
+    """Displacement of the mass at the times, from rest at time 0."""
+    out = np.empty(len(times))
+    s, new, k = np.zeros(5), np.zeros(5), np.zeros((4, 5))
+    t, mode = 0.0, 2 if p[5] > 0.0 else 0
+    for i in range(len(times)):
+        while times[i] - t > 1e-13:
+            h = min(longest, times[i] - t)
+            _step(t, h, s, mode, p, lines, drive, k, new)
+            if _over(t + h, new, mode, p, lines, drive) > 0.0:
+                low, high = 0.0, h
+                for _ in range(50):
+                    middle = 0.5 * (low + high)
+                    _step(t, middle, s, mode, p, lines, drive, k, new)
+                    if _over(t + middle, new, mode, p, lines, drive) > 0.0:
+                        high = middle
+                    else:
+                        low = middle
+                _step(t, high, s, mode, p, lines, drive, k, new)
+                t, s[:] = t + high, new
+                mode = _next_mode(t, s, mode, p, lines, drive)
+            else:
+                t, s[:] = t + h, new
+        out[i] = s[0]
+    return out
+
+
+@dataclass(frozen=True)
+class Draw:
+    """One recording that was drawn: its contact, its rig, what the sensors do, and what the scene declares."""
+
+    number: int
+    law: str
+    kind: str
+    r: float
+    values: Mapping[str, float]
+    base: Floats
+    rate_hz: float
+    seconds: float
+    lag_s: float = 0.0
+    gains: tuple[float, float] = (1.0, 1.0)
+    noise_m: float = 0.8e-6
+    hum_m: float = 0.0
+    declared_hz: float = NATURAL_HZ
+    seed: list[int] = field(default_factory=list)
+
+    def recording(self) -> fl.Recording:
+        """What the two sensors write down."""
+        noise = np.random.default_rng([*self.seed, 1])
+        t = np.arange(int(self.seconds * self.rate_hz)) / self.rate_hz
+        omega = 2.0 * math.pi * NATURAL_HZ
+        p = np.array([self.values.get(name, NEUTRAL[name]) for name in NAMES])
+        x = integrate(omega * t, p, self.base, self.r, STEP)
+        y = np.array([_base(omega * (s - self.lag_s), self.base, self.r)[0] for s in t])
+        seen = []
+        for values, gain in zip((x, y), self.gains, strict=True):
+            hum = self.hum_m * np.sin(2.0 * math.pi * 50.0 * t + noise.uniform(0.0, 6.0))
+            metres = gain * BASE_M * values + hum + noise.normal(0.0, self.noise_m, len(t))
+            seen.append(np.round(metres / 7.784e-7) * 7.784e-7)
+        return fl.Recording(t, seen[0], seen[1])
+
+    def scene(self) -> fl.Scene:
+        """What the laboratory declares."""
+        rig = {"natural_frequency_hz": self.declared_hz, "stiffness_n_per_m": STIFFNESS, "damping_ratio": 0.0055}
+        return fl.scene_from_tables({"rig": rig, "analysis": {"transient_s": 0.4 * self.seconds, "cycles": "all"}})
+
+
+def drawn(seed: int, number: int) -> Draw:
+    """Return the recording of a seed and a number."""
+    g = np.random.default_rng([seed, number])
+    law = str(g.choice(INSIDE))
+    kind = str(g.choice([*OUTSIDE, *[""] * len(OUTSIDE)]))
+    values = _contact(law, g)
+    r = float(np.exp(g.uniform(math.log(0.08), math.log(1.6))))
+    more: dict[str, float] = {}
+    if kind == "cubic":
+        values["cubic"] = float(g.uniform(0.003, 0.08) * g.choice([-1.0, 1.0]))
+    elif kind == "play":
+        values["play"] = float(g.uniform(5e-6, 50e-6) / 2.0 / BASE_M)
+    elif kind == "asymmetry":
+        values["asymmetry"] = float(g.uniform(0.02, 0.15))
+    elif kind == "second mass":
+        values |= {"second_mass": float(g.uniform(0.02, 0.3)), "second_frequency": float(g.uniform(2.0, 6.0))}
+    elif kind == "load by base":
+        values["load_by_base"] = float(g.uniform(0.02, 0.2))
+    elif kind == "ripple":
+        values |= {"ripple": float(g.uniform(0.02, 0.2)), "ripple_number": float(g.uniform(2.0, 20.0))}
+    elif kind == "frequency":
+        off = float(np.exp(g.uniform(math.log(0.005), math.log(0.4)))) * float(g.choice([-1.0, 1.0]))
+        more["declared_hz"] = NATURAL_HZ * (1.0 + off)
+    elif kind == "lag":
+        more["lag_s"] = float(g.uniform(-0.012, 0.012))
+    harmonics = np.zeros((3, 2))
+    harmonics[0, 0] = 1.0
+    harmonics[1:] = g.normal(0.0, 0.006, (2, 2)) * g.choice([0.0, 1.0])
+    cycle_s = 1.0 / (r * NATURAL_HZ)
+    samples = float(np.exp(g.uniform(math.log(11.0), math.log(400.0))))
+    rate = float(np.clip(samples / cycle_s, 10.0, 1000.0))
+    return Draw(
+        number, law, kind, r, values, harmonics, rate, float(np.clip(g.integers(8, 30) * cycle_s, 8.0, 90.0)),
+        gains=(float(g.normal(1.0, 0.001)), float(g.normal(1.0, 0.001))),
+        hum_m=float(g.choice([0.0, g.uniform(0.0, 5e-6)])), seed=[seed, number], **more,
+    )  # fmt: skip
+
+
+def _contact(law: str, g: np.random.Generator) -> dict[str, float]:
+    values = {"beta": float(g.uniform(0.1, 0.65)), "frame_damping": 0.0055}
+    for term in law.split("+"):
+        if term == "place":
+            values["gradient"] = float(g.uniform(0.02, 0.1) * g.choice([-1.0, 1.0]))
+        elif term == "speed":
+            values["contact_damping"] = float(g.uniform(0.01, 0.08))
+        elif term == "breakaway":
+            values |= {"static_up": float(g.uniform(1.0, 1.3)), "static_down": float(g.uniform(1.0, 1.3))}
+        elif term == "compliance":
+            values["contact_stiffness"] = float(np.exp(g.uniform(math.log(10.0), math.log(300.0))))
+        elif term == "stribeck":
+            values |= {"fall": float(g.uniform(0.05, 0.5)), "fall_speed": float(g.uniform(0.02, 0.3))}
+    return values
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What came of a draw."""
+
+    draw: Draw
+    verdict: str
+    error: float  # of the friction ratio, in stated uncertainties
+    relative: float
+    named: bool
+    warned: bool
+    seconds: float
+    reason: str = ""
+
+    @property
+    def is_wrong(self) -> bool:
+        """Explained, far off, and no warning names the cause."""
+        return self.verdict == "explained" and abs(self.error) > FAR and not self.named
+
+
+def judge(draw: Draw, *, show: bool = False) -> Judged:
+    """Identify a drawn recording under `--law auto` and hold the result against the truth."""
+    began = time.process_time()
+    try:
+        found = fl.compare(draw.recording(), draw.scene(), law="auto")
+    except fl.FrictionlabError as error:
+        spent = time.process_time() - began
+        return Judged(draw, "refused", 0.0, 0.0, named=True, warned=True, seconds=spent, reason=str(error))
+    spent = time.process_time() - began
+    u = found.friction_ratio_u or math.inf
+    off = found.friction_ratio - draw.values["beta"]
+    said = " ".join(found.warnings)
+    named = any(word in said for word in CAUSES.get(draw.kind, ()))
+    if show:
+        for key, value in found.row().items():
+            print(f"{key:32} {value}")
+    relative = off / draw.values["beta"]
+    return Judged(draw, str(found.verdict), off / u, relative, named, bool(found.warnings), spent, found.law)
+
+
+def report(seed: int, rows: list[Judged], faults: list[str]) -> str:
+    """Counts, the worst draws and how to run each of them again."""
+    wrong = [row for row in rows if row.is_wrong]
+    share, longest = 100 * len(wrong) / max(len(rows), 1), max((row.seconds for row in rows), default=0.0)
+    count = f"{len(rows) + len(faults)} recordings of seed {seed}: {len(faults)} program faults"
+    lines = [
+        f"{count}, longest {longest:.1f} s of CPU",
+        f"explained, more than {FAR:g} u off and the cause not named: {len(wrong)} ({share:.1f} %)",
+    ]
+    for kind in ("", *OUTSIDE):
+        own = [row for row in rows if row.draw.kind == kind]
+        verdicts = ", ".join(f"{verdict} {n}" for verdict, n in sorted(Counter(r.verdict for r in own).items()))
+        far = sum(abs(row.error) > FAR for row in own)
+        bad = sum(row.is_wrong for row in own)
+        lines.append(f"{kind or 'inside the family':20} {len(own):4}: {verdicts}; beyond {FAR:g} u {far}, wrong {bad}")
+    for row in sorted(wrong, key=lambda row: -abs(row.error))[:12]:
+        command = f"python -m tests.benchmarks.adversary --seed {seed} --only {row.draw.number}"
+        what = f"{row.draw.law}, {row.draw.kind or 'as declared'}, r {row.draw.r:.3f}, found {row.reason}"
+        lines.append(f"  {row.error:+8.1f} u {100 * row.relative:+7.2f} %  {what}: {command}")
+    return "\n".join([*lines, *faults])
+
+
+def main() -> None:
+    """Draw, identify, judge, print."""
+    options = argparse.ArgumentParser(description=__doc__)
+    options.add_argument("--count", type=int, default=300)
+    options.add_argument("--seed", type=int, default=7)
+    options.add_argument("--only", type=int)
+    options.add_argument("--write", action="store_true", help=f"write {RESULT.name} too")
+    given = options.parse_args()
+    if given.only is not None:
+        draw = drawn(given.seed, given.only)
+        print(draw)
+        print(judge(draw, show=True))
+        return
+    rows: list[Judged] = []
+    faults: list[str] = []
+    for number in range(given.count):
+        try:
+            rows.append(judge(drawn(given.seed, number)))
+        except Exception as error:  # noqa: BLE001 - a program fault is what is counted here
+            again = f"python -m tests.benchmarks.adversary --seed {given.seed} --only {number}"
+            faults.append(f"  FAULT {type(error).__name__}: {error}: {again}")
+    text = report(given.seed, rows, faults)
+    print(text)
+    if given.write:
+        RESULT.write_text(text + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

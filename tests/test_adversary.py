@@ -1,0 +1,40 @@
+"""The integrator behind the adversary's recordings agrees with the exact simulator where both know the law."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+from frictionlab.simulator import Problem, steady_state
+from tests.benchmarks.adversary import NAMES, NEUTRAL, drawn, integrate
+
+LAWS: Mapping[str, tuple[dict[str, float], dict[str, float]]] = {
+    "coulomb": ({}, {}),
+    "coulomb+place": ({"gradient": 0.06}, {"gradient": 0.06}),
+    "coulomb+speed": ({"contact_damping": 0.05}, {"contact_damping_ratio": 0.05}),
+    "coulomb+breakaway": (
+        {"static_up": 1.2, "static_down": 1.1},
+        {"static_ratio_up": 1.2, "static_ratio_down": 1.1},
+    ),
+    "coulomb+compliance": ({"contact_stiffness": 20.0}, {"stiffness_ratio": 20.0}),
+}
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_amplitudes_are_those_of_the_exact_simulator(law: str) -> None:
+    own, named = LAWS[law]
+    r = 0.45
+    p = np.array([{**NEUTRAL, "beta": 0.4, "frame_damping": 0.01, **own}[name] for name in NAMES])
+    times = np.linspace(0.0, 30 * 2.0 * math.pi / r, 30 * 2000 + 1)
+    x = integrate(times, p, np.array([[1.0, 0.0]]), r, 0.01)[-2000:]
+    problem = Problem(r, 0.4, law=law, parameters=named, frame_damping_ratio=0.01)
+    amplitude = steady_state(problem).response_amplitude
+    assert amplitude is not None
+    assert 0.5 * np.ptp(x) == pytest.approx(amplitude, rel=3e-6)  # the highest of 2000 samples a cycle
+
+
+def test_a_number_draws_the_same_recording_again() -> None:
+    one, two = drawn(7, 3), drawn(7, 3)
+    assert one.law == two.law
+    assert np.array_equal(one.recording().mass_displacement, two.recording().mass_displacement)
