@@ -19,7 +19,7 @@ The names below are the public ones. Importing the package loads nothing; each n
 
 from importlib import import_module
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 # Name -> the module it comes from. A new public name is one line here and one in __init__.pyi.
 _HOMES = {

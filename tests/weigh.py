@@ -82,7 +82,7 @@ def documents() -> Iterator[Path]:
     """The READMEs: what a person reads of the house."""
     for path in ROOT.rglob("*.md"):
         parts = path.relative_to(ROOT).parts
-        if not (set(parts) & {".venv", "build", "results"} or path.name == "CHANGELOG.md"):
+        if not (set(parts) & {".venv", ".pytest_cache", "build", "results"} or path.name == "CHANGELOG.md"):
             yield path
 
 
