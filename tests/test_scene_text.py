@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import frictionlab as fl
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.scene import Scene, find_scene, read_scene, scene_from_tables
-from frictionlab.scene.toml import key_table, template, to_toml
+from frictionlab.scene.toml import template, to_toml
 from frictionlab.scene.words import tables_of_keys, value_text
 from tests.desk import BIN, ROOT
 
@@ -33,12 +33,6 @@ def test_every_key_has_its_sentence() -> None:
     missing = [f"{table.head} {key.name}" for table in tables_of_keys() for key in table.keys if not key.words]
     assert not missing
     assert {table.head for table in tables_of_keys()} >= {f"[{name}]" for name in Scene().model_dump()}
-
-
-def test_every_key_is_documented_with_its_sentence_and_default() -> None:
-    documented = (CONFIGS / "README.md").read_text(encoding="utf-8")
-    missing = [line for line in key_table().splitlines() if line not in documented.splitlines()]
-    assert not missing, "paste what `frictionlab.scene.toml.key_table()` gives into configs/README.md"
 
 
 def test_the_template_is_a_scene_of_defaults_and_so_is_it_with_its_defaults_switched_on() -> None:

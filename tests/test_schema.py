@@ -21,11 +21,10 @@ from frictionlab.schema import (
     is_marked,
     table_of,
 )
-from frictionlab.schema.document import columns_as_markdown
 from frictionlab.simulator.state import KEYS
 from frictionlab.tradeoff.setting import Setting
+from tests.documents import LISTS, written
 
-README = Path(__file__).parents[1] / "frictionlab" / "schema" / "README.md"
 EACH = pytest.mark.parametrize("table", TABLES, ids=lambda t: t.kind)
 
 
@@ -80,10 +79,9 @@ def test_nobody_elses_table_is_taken_for_one() -> None:
     assert column_of("my own") is None
 
 
-def test_the_documents_list_every_column() -> None:
-    """The list is made by ``python -m frictionlab.schema.document``; it is checked here, not made."""
-    text = README.read_text(encoding="utf-8")
-    assert columns_as_markdown() in text, "run: python -m frictionlab.schema.document"
+@pytest.mark.parametrize("document", LISTS, ids=lambda path: path.parent.name)
+def test_the_documents_list_every_column_and_every_key(document: Path) -> None:
+    assert document.read_text(encoding="utf-8") == written(document), "run: python -m tests.documents"
 
 
 def test_the_schema_is_light() -> None:

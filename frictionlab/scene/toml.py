@@ -58,20 +58,3 @@ def _table_texts(table: TableOfKeys, tables: Mapping[str, Any]) -> Iterator[str]
 
 def _line(key: Key, value: object) -> str:
     return f"# {key.name} is not given" if value is None else f"{key.name} = {value_text(value)}"
-
-
-def key_table() -> str:
-    """The keys of all tables as a table in Markdown, for the documentation."""
-    lines = ["| key | default | meaning |", "|---|---|---|"]
-    for table in tables_of_keys():
-        lines.append(f"| `{table.head}` | | {_cell(table.words)} |")
-        lines += [f"| `{key.name}` | {_default(key)} | {_cell(key.words)} |" for key in table.keys]
-    return "\n".join(lines) + "\n"
-
-
-def _default(key: Key) -> str:
-    return "needed" if key.needed else "" if key.default is None else f"`{value_text(key.default)}`"
-
-
-def _cell(words: str) -> str:
-    return words.replace("|", "\\|")

@@ -45,7 +45,7 @@ class Column:
 
     Examples
     --------
-    >>> force = number("normal_force_n", "N", "normal force", "Force that presses the contact together.")
+    >>> force = Column("normal_force_n", Type.NUMBER, "N", "normal force", "Force that presses the contact together.")
     >>> force.head, force.units, se_of(force).name
     ('normal force [N]', 'N', 'normal_force_n_se')
     """
@@ -69,48 +69,15 @@ class Column:
         return _CF_UNITS.get(self.unit, self.unit) if has_unit else ""
 
 
-def number(name: str, unit: str, title: str, sentence: str) -> Column:
-    """A column of numbers."""
-    return Column(name, Type.NUMBER, unit, title, sentence)
-
-
-def whole(name: str, title: str, sentence: str, unit: str = "") -> Column:
-    """A column of whole numbers."""
-    return Column(name, Type.WHOLE, unit, title, sentence)
-
-
-def yes_no(name: str, title: str, sentence: str) -> Column:
-    """A column of yes or no."""
-    return Column(name, Type.YES_NO, "", title, sentence)
-
-
-def text(name: str, title: str, sentence: str) -> Column:
-    """A column of text."""
-    return Column(name, Type.TEXT, "", title, sentence)
-
-
-def sentences(name: str, title: str, sentence: str) -> Column:
-    """A column whose cells are lists of sentences."""
-    return Column(name, Type.SENTENCES, "", title, sentence)
-
-
-def thing(name: str, title: str, sentence: str) -> Column:
-    """A column whose cells are objects: name -> value, or lists of such."""
-    return Column(name, Type.OBJECT, "", title, sentence)
-
-
 def se_of(column: Column) -> Column:
     """The column of the standard errors of another."""
-    said = f"Standard error of {column.name}: the sensors' noise, and the scatter from cycle to cycle or test to test."
+    said = f"Standard error of {column.name}: noise, and the scatter from cycle to cycle or test to test."
     return Column(f"{column.name}_se", Type.NUMBER, column.unit, f"{column.title} se", said, column.name)
 
 
 def u_of(column: Column) -> Column:
     """The column of the combined standard uncertainties of another."""
-    said = (
-        f"Combined standard uncertainty of {column.name} (GUM): its standard error and what the sensors, the clock and"
-        " the rig do to it."
-    )
+    said = f"Combined standard uncertainty of {column.name}: its standard error, and what sensors, clock and rig add."
     return Column(f"{column.name}_u", Type.NUMBER, column.unit, f"{column.title} u", said, column.name)
 
 
