@@ -61,8 +61,16 @@ def write_tables(campaign: Campaign, folder: Path) -> tuple[Path, ...]:
     OutputError
         A file cannot be written.
     """
+    rows = rows_of(campaign)
+    for name, table in TABLES.items():
+        write_rows(rows[name], folder / name, table, force=True)
+    return tuple(folder / name for name in TABLES)
+
+
+def rows_of(campaign: Campaign) -> Mapping[str, list[Row]]:
+    """The rows of each table of a campaign, by the name of its file."""
     p = {test.material: test.p for test in campaign.amontons}
-    rows: Mapping[str, list[Row]] = {
+    return {
         "measurements.csv": list(measurement_rows(campaign)),
         "friction.csv": [{**friction_row(f), "amontons_p": p[f.material]} for f in campaign.fits],
         "ranking.csv": [ranking_row(rank) for rank in campaign.ranking],
@@ -70,9 +78,6 @@ def write_tables(campaign: Campaign, folder: Path) -> tuple[Path, ...]:
         "laws.csv": [law_row(law) for law in campaign.laws],
         "parameters.csv": [parameter_row(parameter) for parameter in campaign.parameters],
     }
-    for name, table in TABLES.items():
-        write_rows(rows[name], folder / name, table, force=True)
-    return tuple(folder / name for name in TABLES)
 
 
 def measurement_rows(campaign: Campaign) -> Iterator[Row]:

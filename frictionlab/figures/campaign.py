@@ -148,6 +148,7 @@ KINDS = (
         "Ranking",
         "Best material on top, number: its rank; equal ranks are ties. Bars: 95 % confidence.",
         campaign_friction.ranking,
+        when=lambda campaign: len(campaign.materials) > 1,
     ),
     _Kind(
         "friction",

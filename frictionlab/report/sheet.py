@@ -58,8 +58,8 @@ class Sheet:
     def warnings(self) -> tuple[str, ...]:
         """All that is to be warned of, each once."""
         again = () if self.measurement is None else self.measurement.warnings
-        told = (self.comparison or {}).get("warnings")
-        compared = [str(text) for text in told] if isinstance(told, (list, tuple)) else []
+        own = (self.comparison or {}).get("warnings")
+        compared = [str(text) for text in own] if isinstance(own, (list, tuple)) else []
         return tuple(dict.fromkeys((*self.trial.warnings, *again, *compared)))
 
 
@@ -93,8 +93,8 @@ def _is_sheet(path: Path) -> bool:
 
 def sheet_page(sheet: Sheet, *, back: str | None = None) -> str:
     """The page's text; whatever stood in a log is escaped by the template."""
-    rooms = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    return rooms.get_template("sheet.html").render(
+    templates = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    return templates.get_template("sheet.html").render(
         title=sheet.title,
         source=sheet.trial.source,
         mark=MARK,

@@ -14,7 +14,7 @@ from frictionlab.campaign import evaluate, read_measurements, trial_of
 from frictionlab.campaign.output import check_folder, write_tables
 from frictionlab.cli import app
 from frictionlab.errors import FrictionlabError, UsageError
-from frictionlab.report import tables
+from frictionlab.report import page
 from frictionlab.scene import Rig, Scene
 from tests.campaign.fabricate import STIFFNESS, row, small_campaign
 
@@ -44,8 +44,7 @@ def test_a_hostile_table_is_evaluated_or_refused(tmp_path_factory: pytest.TempPa
     folder = path.parent / "out"
     check_folder(folder)
     write_tables(found, folder)
-    for part in (tables.tests, tables.friction, tables.drift, tables.ranking, tables.failures, tables.warnings):
-        part(found).encode()
+    page(found, (), {}).encode()
     assert CliRunner().invoke(app, ["show", str(folder / "friction.csv")]).exit_code == 0
 
 

@@ -73,13 +73,34 @@ def test_the_policy_allows_the_pages_own_script_and_no_other(text: str) -> None:
 
 
 def test_every_part_is_there(text: str, campaign: Campaign) -> None:
-    for part in ("Ranking", "Friction", "Figures", "Long tests", "Tests", "Failures", "Warnings", "Scene and versions"):
+    parts = ("What is doubtful", "Materials compared", "Friction", "Figures", "Long tests", "Tests", "Failures")
+    for part in (*parts, "Warnings", "What was assumed"):
         assert f"<h2>{part}</h2>" in text
-    assert text.count("<figure") == len(plates(campaign))
-    assert "frictionlab 0" in text
-    assert "stiffness_n_per_m = 1191.0" in text
+    assert text.count("<figure") == len(plates(campaign)) + 1  # and all tests in one chart
+
+
+def test_the_answer_stands_before_everything_else(text: str, campaign: Campaign) -> None:
+    answers = [text.index(f"<h2>{material}: ") for material in campaign.materials]
+    assert max(answers) < text.index("What is doubtful") < text.index("<h2>Materials compared")
+    assert "coefficient of friction 0.60" in text
+
+
+def test_one_material_is_not_ranked(scene: Scene) -> None:
+    campaign = evaluate([trial_of(row("steel", 1.5, r, 0.6)) for r in RATIOS], scene)
+    assert "Materials compared" not in page_of(campaign)
+
+
+def test_each_test_is_a_point_that_opens_its_page(text: str, campaign: Campaign) -> None:
+    measured = [trial for trial in campaign.trials if not trial.failed]
+    assert text.count("<circle") == len(measured)
+    assert '<a href="tests/test-0001-' in text
     table = text[text.index('class="sortable"') :]
     assert table[: table.index("</tbody>")].count("<tr") == len(campaign.trials) + 1
+
+
+def test_the_scene_and_the_versions_stand_at_the_end(text: str) -> None:
+    assert "frictionlab 0" in text
+    assert "stiffness_n_per_m = 1191.0" in text
 
 
 def test_what_stood_in_logs_is_escaped(text: str, evil: Campaign) -> None:
@@ -137,4 +158,4 @@ def test_the_table_sorts_and_filters_in_a_browser(text: str, tmp_path: Path) -> 
 
 
 def test_nothing_of_a_log_runs_in_a_browser(evil: Campaign, tmp_path: Path) -> None:
-    assert seen(page_of(evil), "", tmp_path).startswith("Friction campaign: &lt;img")
+    assert seen(page_of(evil), "", tmp_path).startswith("Friction of &lt;img")

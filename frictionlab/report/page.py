@@ -1,0 +1,270 @@
+"""A campaign as one HTML page: self-contained, no network, fit for screen, phone and paper.
+
+First what was tested, the answer for each material and what is doubtful; then figures, tables, tests and details.
+Whatever stood in a log or a file name is escaped by the templates; the page's own policy allows no script but its own
+and nothing from outside.
+"""
+
+import base64
+import hashlib
+import platform
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from frictionlab import __version__
+from frictionlab.campaign import CRITERIA, Campaign
+from frictionlab.campaign.output import measurement_rows, rows_of
+from frictionlab.campaign.trials import short_name
+from frictionlab.campaign.warned import kinds_of
+from frictionlab.figures.campaign import Plate
+from frictionlab.files import write_whole
+from frictionlab.report.cells import Cell, Grid, Head, grid, grouped, number, with_error, words
+from frictionlab.report.chart import Point, scatter
+from frictionlab.report.sheet import sheet_name
+from frictionlab.scene.words import value_text
+from frictionlab.schema import DRIFTS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING, TESTS
+from frictionlab.tables import Row
+
+HERE = Path(__file__).parent
+SCALE = 1.7  # pixels on the screen per point in print
+PACKAGES = ("numpy", "scipy", "pandas", "matplotlib", "h5py", "numba", "pydantic")
+MOST_DOUBTS = 6  # on the first screen; all warnings stand further down
+COLUMNS: Mapping[str, Sequence[str]] = {
+    "friction": (
+        "material", "normal_force_n", "tests", "tests_used", "friction_ratio", "friction_force_n",
+        "friction_coefficient", "scatter", "law", "note",
+    ),
+    "laws": ("material", "law", "tests", "required", "gain", "response_nrmse"),
+    "parameters": ("material", "law", "parameter", "value", "scatter", "physical_value", "unit", "is_told"),
+    "drift": (
+        "source", "material", "normal_force_n", "frequency_ratio", "duration_s", "slope_per_hour",
+        "relative_slope_per_hour", "friction_slope_per_hour", "verdict", "note",
+    ),
+    "ranking": ("rank", "material", "value", "unit", "tied_with"),
+    "tests": (
+        "material", "normal_force_n", "frequency_ratio", "energy_per_cycle", "energy_per_cycle_j",
+        "response_amplitude", "stops_per_cycle", "regime", "test_friction_ratio", "energy_residual", "test_misfit",
+    ),
+}  # fmt: skip
+FIRST = ("friction", "law_", "energy_")  # figures of which the first one there stands on the first screen
+LEFT_OUT = "left out"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a campaign says of one material: a headline and sentences."""
+
+    material: str
+    headline: str
+    sentences: Sequence[str]
+
+
+@dataclass(frozen=True)
+class Image:
+    """A figure in the page."""
+
+    number: int
+    plate: Plate
+    source: str
+    width: int
+
+
+def write_report(campaign: Campaign, plates: Sequence[Plate], folder: Path) -> Path:
+    """Write ``report.html`` into a campaign's folder, whose ``figures`` hold the plates already.
+
+    Raises
+    ------
+    OutputError
+        The page cannot be written.
+    """
+    images = {plate.name: (folder / "figures" / f"{plate.name}.svg").read_bytes() for plate in plates}
+    path = folder / "report.html"
+    write_whole(path, page(campaign, plates, images).encode())
+    return path
+
+
+def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes]) -> str:
+    """The page's text; ``images``: the SVG of each plate by its name. Same campaign, same text."""
+    script = (HERE / "page.js").read_text(encoding="utf-8")
+    first = next((plate for plate in plates if plate.name.startswith(FIRST)), None)
+    ordered = [plate for plate in plates if plate is first] + [plate for plate in plates if plate is not first]
+    drawn = [_image(place, plate, images[plate.name]) for place, plate in enumerate(ordered, 1)]
+    tables = rows_of(campaign)
+    templates = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    return templates.get_template("page.html").render(
+        version=__version__,
+        title=f"Friction of {', '.join(campaign.materials) or 'no material'}",
+        style=(HERE / "page.css").read_text(encoding="utf-8"),
+        script=script,
+        script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
+        lead=_lead(campaign),
+        answers=list(_answers(campaign, tables)),
+        first=drawn[:1] if first else [],
+        doubts=_doubts(campaign),
+        overview=_overview(campaign),
+        images=drawn[1:] if first else drawn,
+        rankings=list(_rankings(campaign, tables["ranking.csv"])),
+        grids=list(_grids(tables)),
+        amontons=[test.verdict for test in campaign.amontons],
+        tests=_tests(campaign),
+        materials=campaign.materials,
+        failures=[(short_name(trial.source), trial.reason) for trial in campaign.failures],
+        warnings=grouped(_warnings(campaign)),
+        notes=campaign.notes,
+        assumed=_assumed(campaign),
+        versions=_versions(),
+    )
+
+
+def _lead(campaign: Campaign) -> str:
+    """What was tested, in one sentence."""
+    measured = [trial for trial in campaign.trials if not trial.failed]
+    long = sum(trial.is_long for trial in measured)
+    forces = sorted({trial.normal_force_n for trial in measured if trial.normal_force_n})
+    ratios = sorted(trial.r for trial in measured)
+    parts = [f"{len(measured)} of {len(campaign.trials)} tests measured"]
+    if forces:
+        parts.append(f"normal force {_range(forces)} N")
+    if ratios:
+        parts.append(f"frequency ratio {_range(ratios)}")
+    if long:
+        parts.append(f"{long} long tests")
+    return "; ".join(parts) + "."
+
+
+def _range(values: Sequence[float]) -> str:
+    low, high = values[0], values[-1]
+    return f"{low:.3g}" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g} to {high:.3g}"
+
+
+def _answers(campaign: Campaign, tables: Mapping[str, Sequence[Row]]) -> Iterator[Answer]:
+    for material in campaign.materials:
+        own = [row for row in tables["friction.csv"] if row["material"] == material]
+        yield Answer(material, _headline(campaign, material, own), list(_sentences(campaign, material, tables)))
+
+
+def _headline(campaign: Campaign, material: str, rows: Sequence[Row]) -> str:
+    """The coefficient where forces are known, else the friction ratio of each group."""
+    test = next((test for test in campaign.amontons if test.material == material), None)
+    if test is not None and test.coefficient is not None:
+        value = with_error(test.coefficient, test.coefficient_se)
+        return f"coefficient of friction {value}".replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}")
+    ratios = [number(row["friction_ratio"], row.get("friction_ratio_u")).text for row in rows]
+    return f"friction ratio {', '.join(ratios)}" if ratios else "friction not known"
+
+
+def _sentences(campaign: Campaign, material: str, tables: Mapping[str, Sequence[Row]]) -> Iterator[str]:
+    required = [row for row in tables["laws.csv"] if row["material"] == material and row.get("required")]
+    law = str(required[0]["law"]) if required else campaign.model.words
+    yield f"Contact law: {law}." if required else f"Predicted with: {law}."
+    parameters = [row for row in tables["parameters.csv"] if row["material"] == material and row.get("is_told")]
+    for row in parameters:
+        physical = row.get("physical_value") is not None
+        value = number(row["physical_value"], row.get("physical_value_u")) if physical else number(row["value"])
+        unit = f" {row['unit']}" if physical and row.get("unit") else ""
+        yield f"{str(row['parameter']).replace('_', ' ')}: {value.text}{unit}."
+    for test in campaign.amontons:
+        if test.material == material and test.p is not None:
+            said = "the same under all" if test.holds else "not the same under the"
+            yield f"The coefficient is {said} {test.forces} normal forces (Amontons' law, p = {test.p:.2g})."
+
+
+def _doubts(campaign: Campaign) -> list[str]:
+    """The warnings of most tests, and how many failed: what a person should know before believing the numbers."""
+    failed = len(campaign.failures)
+    said = [f"{failed} of {len(campaign.trials)} tests failed; see Failures."] if failed else []
+    said += grouped(_warnings(campaign))
+    rest = len(said) - MOST_DOUBTS
+    return said[:MOST_DOUBTS] + ([f"{rest} more kinds of warnings; see Warnings."] if rest > 0 else [])
+
+
+def _warnings(campaign: Campaign) -> Mapping[str, Sequence[str]]:
+    """The tests of each warning; warnings that differ in their numbers alone are one."""
+    found = kinds_of((short_name(t.source), text) for t in campaign.trials for text in t.warnings)
+    return {kind.sentence: kind.sources for kind in found}
+
+
+def _overview(campaign: Campaign) -> str:
+    """The energy of every test over its frequency ratio; a point names its test and opens its page."""
+    points = [
+        Point(
+            trial.r,
+            trial.mean[0],
+            f"{short_name(trial.source)}: r {trial.r:.4g}, E {with_error(trial.mean[0], trial.mean_se[0])} kY²",
+            f"tests/{sheet_name(place, trial)}",
+            campaign.materials.index(trial.material) if trial.material in campaign.materials else 0,
+        )
+        for place, trial in enumerate(campaign.trials, 1)
+        if not trial.failed
+    ]
+    return scatter(points, "frequency ratio r", "energy per cycle [kY²]", campaign.materials)
+
+
+def _image(place: int, plate: Plate, svg: bytes) -> Image:
+    width = re.search(rb'width="([0-9.]+)pt"', svg)
+    source = f"data:image/svg+xml;base64,{base64.b64encode(svg).decode()}"
+    return Image(place, plate, source, round(SCALE * float(width[1])) if width else 880)
+
+
+def _rankings(campaign: Campaign, rows: Sequence[Row]) -> Iterator[tuple[str, str, Grid]]:
+    """Title, evidence and table of each criterion; nothing where there is one material to rank."""
+    if len(campaign.materials) < 2:
+        return
+    for criterion in CRITERIA:
+        own = [row for row in rows if row["criterion"] == criterion]
+        if any(row["rank"] is not None for row in own):
+            yield f"By {criterion}", str(own[0]["evidence"]), grid(RANKING, own, COLUMNS["ranking"])
+
+
+def _grids(tables: Mapping[str, Sequence[Row]]) -> Iterator[tuple[str, Grid]]:
+    """Title and table of what the campaign's tables hold; an empty table is left out."""
+    for title, name, table in (
+        ("Friction", "friction", FRICTION),
+        ("Contact laws", "laws", MATERIAL_LAWS),
+        ("Parameters of the laws", "parameters", LAW_PARAMETERS),
+        ("Long tests", "drift", DRIFTS),
+    ):
+        rows = tables[f"{name}.csv"]
+        if rows:
+            yield title, grid(table, rows, COLUMNS[name])
+
+
+def _tests(campaign: Campaign) -> Grid:
+    """All tests, failed ones too, one line each: name, status, what was measured, remark."""
+    rows = list(measurement_rows(campaign))
+    known = grid(TESTS, rows, COLUMNS["tests"])
+    cells = []
+    for place, (trial, row, own) in enumerate(zip(campaign.trials, rows, known.rows, strict=True), 1):
+        remark = str(row.get("reason") or row.get("left_out_of_fit") or "")
+        name = Cell(short_name(trial.source), title=trial.source, link=f"tests/{sheet_name(place, trial)}")
+        cells.append([name, words(_status(row)), *own, words(remark, title=remark)])
+    failed = frozenset(place for place, trial in enumerate(campaign.trials) if trial.failed)
+    return Grid([Head("test"), Head("status"), *known.heads, Head("remark")], cells, failed)
+
+
+def _status(row: Row) -> str:
+    """One word for what a test is to the campaign."""
+    if row.get("status") == "failed":
+        return "failed"
+    if row.get("left_out_code"):
+        return "long" if row["left_out_code"] == "long" else LEFT_OUT
+    return "used"
+
+
+def _assumed(campaign: Campaign) -> str:
+    """The scene, as TOML."""
+    lines = []
+    for table, keys in campaign.scene.model_dump(exclude={"synthetic"}).items():
+        given = [f"{key} = {value_text(value)}" for key, value in keys.items() if value is not None]
+        lines += [f"[{table}]", *given, ""]
+    return "\n".join(lines).strip()
+
+
+def _versions() -> str:
+    packages = [f"{name} {version(name)}" for name in PACKAGES]
+    return ", ".join([f"frictionlab {__version__}", f"Python {platform.python_version()}", *packages])
