@@ -27,20 +27,20 @@ from frictionlab.simulator import steady_state as steady_state
 from frictionlab.simulator import sweep as sweep
 from frictionlab.tables import read_rows as read_rows
 from frictionlab.tables import write_rows as write_rows
-from frictionlab.verbs.analyze import analyze as analyze
-from frictionlab.verbs.batch import Batch as Batch
-from frictionlab.verbs.batch import batch as batch
-from frictionlab.verbs.compare import compare as compare
+from frictionlab.verbs.chain import Batch as Batch
+from frictionlab.verbs.chain import batch as batch
 from frictionlab.verbs.evaluate import evaluate as evaluate
-from frictionlab.verbs.explain import explain as explain
-from frictionlab.verbs.free_vibration import free_vibration as free_vibration
-from frictionlab.verbs.ingest import ingest as ingest
 from frictionlab.verbs.init import init as init
+from frictionlab.verbs.judging import compare as compare
+from frictionlab.verbs.judging import explain as explain
+from frictionlab.verbs.measuring import analyze as analyze
+from frictionlab.verbs.measuring import free_vibration as free_vibration
+from frictionlab.verbs.measuring import ingest as ingest
 from frictionlab.verbs.plan import plan as plan
-from frictionlab.verbs.plot import plot as plot
-from frictionlab.verbs.publish import publish as publish
-from frictionlab.verbs.respond import respond as respond
-from frictionlab.verbs.simulate import simulate as simulate
-from frictionlab.verbs.synthesize import synthesize as synthesize
+from frictionlab.verbs.presenting import plot as plot
+from frictionlab.verbs.presenting import publish as publish
+from frictionlab.verbs.simulating import respond as respond
+from frictionlab.verbs.simulating import simulate as simulate
+from frictionlab.verbs.simulating import synthesize as synthesize
 
 __version__: str

@@ -17,7 +17,7 @@ from typer.testing import CliRunner, Result
 from frictionlab.cli import app
 from frictionlab.errors import UsageError
 from frictionlab.hdf5 import read_recording
-from frictionlab.verbs.ingest import ingest
+from frictionlab.verbs.measuring import ingest
 from tests.logs.samples import sensortool, table, truth, write
 
 DATA = truth(300)

@@ -14,7 +14,7 @@ from frictionlab.cli.inputs import report_rows, tell_warnings
 from frictionlab.errors import LogError, UsageError
 from frictionlab.tables import Row
 from frictionlab.units import split_unit
-from frictionlab.verbs.each import row_of, rows_of
+from frictionlab.verbs.rows import row_of, rows_of
 from tests.desk import BIN, ROOT
 
 SAMPLE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv"

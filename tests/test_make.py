@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 import frictionlab as fl
-from frictionlab.chain.names import logs_of, names_of
-from frictionlab.errors import UsageError
+from frictionlab.errors import OutputError, UsageError
+from frictionlab.verbs import chain
+from frictionlab.verbs.inputs import logs_of, names_of
 from tests.desk import MAKE, ROOT, run_in, set_up
 
 if TYPE_CHECKING:
@@ -231,6 +232,25 @@ def test_a_log_that_fails_leaves_no_old_results_and_is_tried_again(tmp_path: Pat
         assert [row["status"] for row in work.run()] == [status]
         assert [row["status"] for row in work.rows()] == [status]
         assert (tmp_path / "out" / "recordings" / "a.h5").exists() == (status == "ok")
+
+
+@pytest.mark.parametrize("compare", [False, True])
+def test_a_full_disk_keeps_what_stood(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, compare: bool) -> None:
+    (tmp_path / "a.csv").write_text(log_text())
+    how = {"output": tmp_path / "out", "compare": compare}
+    assert [row["status"] for row in fl.batch(tmp_path / "a.csv", SHORT, **how).run()] == ["ok"]  # type: ignore[arg-type]
+    before = {name: (tmp_path / "out" / name).read_bytes() for name in times(tmp_path / "out")}
+    written = chain.write_rows
+
+    def no_space(rows: object, path: Path, **options: object) -> None:
+        if path.name.startswith("comparison" if compare else "measurement"):
+            raise OutputError(f"{path}: No space left on device")
+        written(rows, path, **options)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(chain, "write_rows", no_space)
+    (row,) = fl.batch(tmp_path / "a.csv", SHORT, again=True, **how).run()  # type: ignore[arg-type]
+    assert row["status"] == "failed"
+    assert {name: (tmp_path / "out" / name).read_bytes() for name in times(tmp_path / "out")} == before
 
 
 def test_a_strangers_file_at_a_results_place_stays(tmp_path: Path) -> None:

@@ -191,7 +191,7 @@ def _tell_lost(error: LostOutputError) -> None:
 
 
 def _reason(error: Exception) -> str:
-    from frictionlab.verbs.failures import reason_of
+    from frictionlab.verbs.rows import reason_of
 
     if isinstance(error, FrictionlabError):
         return str(error)

@@ -69,7 +69,7 @@ def analyze(
 
     Example: frictionlab analyze build/recordings/*.h5 --scene configs/sample_data.toml -o build/measurements.csv
     """
-    from frictionlab.verbs.given import scene_given
+    from frictionlab.verbs.inputs import scene_given
 
     what = scene_given(scene_of(scene, accuracy, beside=recordings[0], quiet=quiet), settings, ("analysis", "rig"))
     recordings = expanded(recordings, recordings=True)
@@ -114,14 +114,14 @@ def _row(
     force: bool,
     with_series: bool,
 ) -> Row:
-    from frictionlab.verbs.analyze import analyze
+    from frictionlab.verbs.measuring import analyze
 
     file = files.get(path, path)
     measurement = analyze(file, scene)
     if plots is not None:
         _draw(measurement, path, plots[path][FIGURE], force=force)
     if path in pages:
-        from frictionlab.verbs.sheet import sheet
+        from frictionlab.verbs.presenting import sheet
 
         sheet(measurement, file, pages[path], scene, force=force)
     series = {SERIES: _series(measurement)} if with_series else {}
@@ -137,7 +137,7 @@ def _put_apart(rows: Iterable[Row], series: dict[str, object]) -> Iterator[Row]:
 
 
 def _draw(measurement: "Measurement", path: Path, figure: Path, *, force: bool) -> None:
-    from frictionlab.verbs.plot import plot
+    from frictionlab.verbs.presenting import plot
 
     plot(measurement, figure, title=path.name, force=force)
 

@@ -89,7 +89,7 @@ class Ride:
 
     def __call__(self, path: Path) -> Row:
         """Simulate, write and draw; the row of the file."""
-        from frictionlab.verbs.respond import respond
+        from frictionlab.verbs.simulating import respond
 
         start = time.perf_counter()
         answer = respond(path, self.problem, self.scene, highpass_hz=self.highpass_hz, **self.settings)
@@ -97,7 +97,7 @@ class Ride:
         if self.output is not None:
             _write(answer, self.output, force=self.force)
         if self.plot is not None:
-            from frictionlab.verbs.plot import plot
+            from frictionlab.verbs.presenting import plot
 
             plot(answer, self.plot, force=self.force)
         return row
@@ -105,7 +105,7 @@ class Ride:
 
 def ride(path: Path, job: Ride, *, as_json: bool, quiet: bool) -> None:
     """Simulate the response to a file's base motion, and tell it."""
-    from frictionlab.verbs.each import row_of
+    from frictionlab.verbs.rows import row_of
 
     _check(job, path)
     rows = report_rows(iter([row_of(job, path, folder=None)]), as_json=as_json, quiet=quiet)

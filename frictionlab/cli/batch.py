@@ -16,10 +16,11 @@ from frictionlab.cli.show import show
 from frictionlab.errors import UsageError
 from frictionlab.schema import COMPARISONS
 from frictionlab.tables import Row, check_output
+from frictionlab.verbs.rows import FAILED
 
 if TYPE_CHECKING:
     from frictionlab.scene import Scene
-    from frictionlab.verbs.batch import Batch
+    from frictionlab.verbs.chain import Batch
 
 TABLE = "comparisons.jsonl"
 NO_SCENE = (
@@ -53,7 +54,7 @@ def batch(
     Example: frictionlab batch my_logs --scene my_scene.toml -o my_results
     """
     from frictionlab.scene import find_scene
-    from frictionlab.verbs.batch import batch as plan
+    from frictionlab.verbs.chain import batch as plan
 
     if law is not None and not campaign:
         raise UsageError("--law: a batch climbs the ladder of laws with --campaign only; compare-numeric does so too")
@@ -110,8 +111,9 @@ def _tell(work: "Batch", output: Path, *, quiet: bool) -> None:
     write_rows(work.rows(), output / TABLE)
     if not quiet:
         show(output / TABLE)
-        for path in work.missing():
-            complain(f"failed: {path} (the reason stands above)")
+        for log in work.logs:
+            if (work.chain.row(log) or {"status": FAILED})["status"] == FAILED:
+                complain(f"failed: {work.chain.row_file(log)} (the reason stands above)")
         typer.echo(
             printable(f"recordings, measurements, comparisons and figures are in {output}{'/' * bool(output.name)}")
         )
@@ -121,7 +123,7 @@ def _evaluate(
     work: "Batch", scene: "Scene", output: Path, *, law: str | None, workers: int | None, quiet: bool
 ) -> None:
     """Evaluate all tests together, if any of them, the scene, or the law asked for has changed since."""
-    from frictionlab.chain.stamps import digest, is_fresh, write_stamp
+    from frictionlab.verbs.chain import digest, is_fresh, write_stamp
 
     rows = work.rows()
     stamp = {

@@ -14,7 +14,7 @@ from frictionlab.cli.progress import track
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.schema import FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING
 from frictionlab.tables import Row
-from frictionlab.verbs.failures import FAILED, failure
+from frictionlab.verbs.rows import FAILED, failure
 
 if TYPE_CHECKING:
     from frictionlab.campaign import Campaign
@@ -124,7 +124,7 @@ def write_campaign(
 ) -> None:
     """Evaluate rows of measurements, write tables, figures and report, and print what they say."""
     from frictionlab.verbs.evaluate import evaluate
-    from frictionlab.verbs.publish import publish
+    from frictionlab.verbs.presenting import publish
 
     result = evaluate(rows, scene, folders=folders, law=law, workers=workers, watch=_watch("fit", quiet=quiet))
     publish(result, output, force=force, watch=_watch("draw", quiet=quiet))

@@ -98,7 +98,7 @@ def compare_numeric(
 
     Example: frictionlab compare-numeric build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
     """
-    from frictionlab.verbs.given import scene_given
+    from frictionlab.verbs.inputs import scene_given
 
     what = scene_given(
         scene_of(scene, accuracy, beside=recordings[0], quiet=quiet),
@@ -177,7 +177,7 @@ def _row(
     fit: Literal["cycle", "whole"],
     force: bool,
 ) -> Row:
-    from frictionlab.verbs.compare import compare
+    from frictionlab.verbs.judging import compare
 
     comparison = compare(files.get(path, path), scene, law=law, friction_ratio=beta, whole=whole, fit=fit)
     if plots is not None:
@@ -192,7 +192,7 @@ def _row(
 
 
 def _draw(result: "Drawable", path: Path, title: str | None, *, force: bool) -> None:
-    from frictionlab.verbs.plot import plot
+    from frictionlab.verbs.presenting import plot
 
     if result is not None:
         plot(result, path, title=title, force=force)

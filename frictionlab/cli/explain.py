@@ -56,7 +56,7 @@ def explain(
 
     Example: frictionlab explain build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
     """
-    from frictionlab.verbs.given import scene_given
+    from frictionlab.verbs.inputs import scene_given
 
     what = scene_given(
         scene_of(scene, accuracy, beside=recordings[0], quiet=quiet), settings, ("model", "analysis", "rig")
@@ -91,8 +91,8 @@ def _print_texts(rows: Sequence[Row]) -> None:
 
 
 def _row(path: Path, *, scene: "Scene", plots: Figures | None, files: Files, force: bool) -> Row:
-    from frictionlab.verbs.explain import explain as told_of
-    from frictionlab.verbs.plot import plot
+    from frictionlab.verbs.judging import explain as told_of
+    from frictionlab.verbs.presenting import plot
 
     told = told_of(files.get(path, path), scene)
     if plots is not None and told.contact is not None:

@@ -52,7 +52,7 @@ def free_vibration(
 
     Example: frictionlab free-vibration tap1.csv tap2.csv tap3.csv
     """
-    from frictionlab.verbs.each import rows_of
+    from frictionlab.verbs.rows import rows_of
 
     what = scene_of(scene, beside=inputs[0], quiet=quiet)
     inputs = expanded(inputs, recordings=True)
@@ -73,7 +73,7 @@ def free_vibration(
 
 def _row(path: Path, *, scene: "Scene", plots: Figures | None, files: Files, force: bool) -> Row:
     from frictionlab.analysis.free_vibration import averages
-    from frictionlab.verbs.free_vibration import decay_of, free_vibration
+    from frictionlab.verbs.measuring import decay_of, free_vibration
 
     recording = decay_of(files.get(path, path), scene)
     taps = free_vibration(recording, scene)

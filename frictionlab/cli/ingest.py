@@ -61,8 +61,8 @@ def ingest(
 
     Example: frictionlab ingest logs/*.csv --scene configs/sample_data.toml -o build/recordings
     """
-    from frictionlab.verbs.each import rows_of
-    from frictionlab.verbs.given import scene_given
+    from frictionlab.verbs.inputs import scene_given
+    from frictionlab.verbs.rows import rows_of
 
     what = scene_given(scene_of(scene, beside=logs[0] if logs else mass_log, quiet=quiet), settings, ("log",))
     inputs = _inputs(logs or [], mass_log, base_log)
@@ -91,7 +91,7 @@ class _Ingest:
     quiet: bool
 
     def __call__(self, log: Path) -> "Row":
-        from frictionlab.verbs.ingest import ingest
+        from frictionlab.verbs.measuring import ingest
 
         output = None if self.places is None else self.places[log]
         file = self.files.get(log, log)

@@ -7,7 +7,7 @@ import typer
 from frictionlab.cli.output import complain
 from frictionlab.cli.standard_output import LostOutputError, standard_output
 from frictionlab.tables import Row, json_line
-from frictionlab.verbs.failures import FAILED
+from frictionlab.verbs.rows import FAILED
 
 STOPPED = 128 + 2  # the exit status that shells give to what Ctrl-C has stopped
 

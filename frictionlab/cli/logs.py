@@ -35,7 +35,7 @@ def expanded(logs: Sequence[Path], *, recordings: bool = False) -> list[Path]:
     UsageError
         A folder without logs, or a pattern that fits nothing.
     """
-    from frictionlab.chain.names import logs_of
+    from frictionlab.verbs.inputs import logs_of
 
     found: dict[Path, None] = {}
     for log in opened(logs):
@@ -92,7 +92,7 @@ def _fitting(pattern: Path) -> list[Path]:
 
 def result_names(logs: Sequence[Path]) -> Mapping[Path, str]:
     """A name for the results of each input that no other has; standard input has one too."""
-    from frictionlab.chain.names import names_of
+    from frictionlab.verbs.inputs import names_of
 
     files = {log: Path("standard_input") if is_standard_input(log) else log for log in dict.fromkeys(logs)}
     names = names_of(list(files.values()))

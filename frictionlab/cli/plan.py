@@ -170,6 +170,6 @@ def _short(value: float | None, digits: int = 2) -> float | None:
 
 
 def _draw(found: "Plan", path: Path, *, force: bool) -> None:
-    from frictionlab.verbs.plot import plot
+    from frictionlab.verbs.presenting import plot
 
     plot(found, path, force=force)

@@ -33,7 +33,7 @@ def rows_told(
     ``job``: makes a row of a path, its ``scene`` and ``files``, where what stands on no disk has been put; ``warns``:
     whether warnings are told on stderr; ``sifted``: what the rows pass through before they are told.
     """
-    from frictionlab.verbs.each import rows_of
+    from frictionlab.verbs.rows import rows_of
 
     with on_disk(recordings) as files:
         made = rows_of(recordings, partial(job, scene=scene, files=files), workers=workers, scheduler=scheduler)

@@ -19,7 +19,7 @@ def synthesize(
 
     Example: frictionlab synthesize --scene configs/sample_data.toml -o build/logs
     """
-    from frictionlab.verbs.synthesize import synthesize
+    from frictionlab.verbs.simulating import synthesize
 
     what = scene_of(scene, quiet=quiet)
     with count("synthesize", quiet=quiet) as progress:

@@ -15,6 +15,8 @@ A verb takes paths (``str`` or `Path`) or results, a scene (a path, a `Scene` or
 keywords, keys of the scene's tables that win over it; it returns a frozen result. What a verb honours of a scene
 (``[log]``, ``[experiment]``) it honours for every caller.
 
-One verb, one module here, with one public function; its name and module stand in `frictionlab` (``__init__.py`` and
-``__init__.pyi``). That is all a new verb needs. Nothing is imported here: each verb pays for its own needs alone.
+``measuring``, ``judging``, ``simulating``, ``evaluate``, ``plan``, ``presenting``, ``chain`` (batch) and ``init`` hold
+them; ``inputs`` says what a verb may be given, ``rows`` what becomes of an input that fails. Nothing is imported here,
+and a verb imports what it needs when it is called. A new verb is a function there and its name in `frictionlab`
+(``__init__.py`` and ``__init__.pyi``).
 """

@@ -11,7 +11,7 @@ from frictionlab.hdf5 import read_recording
 from frictionlab.identification import AUTO, predict
 from frictionlab.scene import Scene
 from frictionlab.tables import Row
-from frictionlab.verbs.each import rows_of
+from frictionlab.verbs.rows import rows_of
 
 FEW = 3  # tests of a material up to which each is also fitted for itself, as a single comparison does
 

@@ -12,7 +12,7 @@ from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
 from frictionlab.tables import Row
 from frictionlab.verbs.cycles import Probes, cycles_of
-from frictionlab.verbs.given import AnyScene, FilePath, scene_given
+from frictionlab.verbs.inputs import AnyScene, FilePath, scene_given
 
 TABLES = ("model", "rig")
 

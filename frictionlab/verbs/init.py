@@ -6,7 +6,7 @@ from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, write_whole
 from frictionlab.scene import SCENE_NAME
 from frictionlab.scene.toml import template
-from frictionlab.verbs.given import FilePath
+from frictionlab.verbs.inputs import FilePath
 
 
 def init(folder: FilePath = ".", *, force: bool = False) -> Path:

@@ -6,7 +6,7 @@ from pathlib import Path
 from frictionlab.errors import UsageError
 from frictionlab.planning import Plan, plan_tests, sheet_rows
 from frictionlab.tables import check_output, read_rows, write_rows
-from frictionlab.verbs.given import AnyScene, FilePath, scene_given
+from frictionlab.verbs.inputs import AnyScene, FilePath, scene_given
 
 TABLES = ("plan", "model", "rig", "sensors")
 

@@ -34,8 +34,8 @@ from frictionlab.logs import LogOptions, read_log
 from frictionlab.scene import read_scene, scene_from_tables
 from frictionlab.synthetic import virtual_tests
 from frictionlab.tables import is_table, read_rows
-from frictionlab.verbs.analyze import analyze
 from frictionlab.verbs.evaluate import evaluate
+from frictionlab.verbs.measuring import analyze
 from frictionlab.verbs.plan import plan
 from tests.armour.sound import MAKE, case, sound
 from tests.campaign.fabricate import SCENE

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from frictionlab.chain.names import names_of
 from frictionlab.cli import app
 from frictionlab.errors import OutputError, SceneError
 from frictionlab.figures.campaign import plates
@@ -19,6 +18,7 @@ from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.synthetic import synthesize, virtual_tests
 from frictionlab.tables import write_rows
 from frictionlab.verbs.evaluate import evaluate
+from frictionlab.verbs.inputs import names_of
 from tests.campaign.fabricate import SCENE as CAMPAIGN
 from tests.campaign.fabricate import row as row_of
 from tests.campaign.fabricate import small_campaign

@@ -1,0 +1,271 @@
+"""Logs -> recordings, measurements, comparisons and figures in one folder; only what changed is made again.
+
+What the results of a log were made of stands in ``made/NAME.json``: the log's size and time of last change, the facts
+of its test, the scene, the law, this version. A log that was replaced by an older file is seen too.
+"""
+
+import contextlib
+import hashlib
+import json
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from os import PathLike
+from pathlib import Path
+
+from frictionlab import __version__
+from frictionlab.errors import OutputError, UsageError
+from frictionlab.experiment import facts_of
+from frictionlab.files import make_folder, write_whole
+from frictionlab.scene import Scene
+from frictionlab.schema import COMPARISONS, MEASUREMENTS
+from frictionlab.tables import Row, check_output, read_rows, write_rows
+from frictionlab.verbs.inputs import AnyScene, FilePath, logs_of, names_of, scene_given
+from frictionlab.verbs.rows import FAILED, rows_of
+
+MEASURE, COMPARE = ("ingest", "analyze"), ("ingest", "analyze", "compare-numeric")
+SETTINGS = ("analysis", "rig", "model")
+NOT_MEASURED_BY = {"synthetic", "plan"}  # tables of a scene that no result of a log depends on
+Stamp = Mapping[str, object]
+
+
+@dataclass(frozen=True)
+class Chain:
+    """What is done to each log, here or where a worker is.
+
+    Parameters
+    ----------
+    scene
+        What it is done with.
+    folder
+        Holds ``recordings/NAME.h5``, ``measurements/NAME.jsonl`` and, with the step compare-numeric,
+        ``comparisons/NAME.jsonl`` and ``figures/NAME.measurement.png``, ``figures/NAME.comparison.png``; in ``made/``
+        what each was made of.
+    names
+        The name of each log's results.
+    steps
+        `MEASURE` or `COMPARE`.
+    law
+        Of the comparisons, in place of the scene's.
+    """
+
+    scene: Scene
+    folder: Path
+    names: Mapping[Path, str]
+    steps: tuple[str, ...] = COMPARE
+    law: str | None = None
+
+    def results(self, log: Path) -> dict[str, Path]:
+        """Where the results of a log stand, in the order in which they are made."""
+        name = self.names[log]
+        measured = {
+            "recording": self.folder / "recordings" / f"{name}.h5",
+            "measurement": self.folder / "measurements" / f"{name}.jsonl",
+        }
+        if self.steps == MEASURE:
+            return measured
+        figures = self.folder / "figures"
+        return measured | {
+            "measurement figure": figures / f"{name}.measurement.png",
+            "comparison": self.folder / "comparisons" / f"{name}.jsonl",
+            "comparison figure": figures / f"{name}.comparison.png",
+        }
+
+    def row_file(self, log: Path) -> Path:
+        """The file of the row that a log comes to: its comparison, or its measurement where none is compared."""
+        return self.results(log)["measurement" if self.steps == MEASURE else "comparison"]
+
+    def is_fresh(self, log: Path) -> bool:
+        """Whether the results of a log are there and nothing they were made of has changed."""
+        return is_fresh(self._stamp_file(log), self._stamp(log), self.results(log).values())
+
+    def __call__(self, log: Path) -> Row:
+        """Make all results of a log, put them in place together, and give its row.
+
+        Where a file cannot be written all that stood stays. Where the log itself fails, what an earlier run made of it
+        is removed: it is no longer true.
+        """
+        stamp, places, stamp_file = self._stamp(log), self.results(log), self._stamp_file(log)
+        for place in (stamp_file, *places.values()):
+            make_folder(place.parent)
+        try:
+            self._check(places)
+            with tempfile.TemporaryDirectory(prefix="part.", dir=stamp_file.parent) as part:
+                made = {kind: Path(part) / f"{kind}{place.suffix}" for kind, place in places.items()}
+                row = self._made(log, made, places["recording"])
+                for kind, place in places.items():
+                    made[kind].replace(place)
+        except UsageError as error:  # a file that is not ours stands where a result belongs: only this log is concerned
+            raise OutputError(str(error)) from error
+        except OSError:
+            raise
+        except Exception:
+            for stale in (*places.values(), stamp_file) if stamp_file.exists() else ():
+                stale.unlink(missing_ok=True)
+            raise
+        write_stamp(stamp_file, stamp)
+        return row
+
+    def _check(self, places: Mapping[str, Path]) -> None:
+        """Refuse to replace what is not ours; without its stamp a file is not known to be ours."""
+        from frictionlab.hdf5 import check_writable
+
+        check_writable(places["recording"])
+        check_output(places["measurement"], MEASUREMENTS)
+        if self.steps == COMPARE:
+            from frictionlab.figures.mark import check_figures
+
+            check_output(places["comparison"], COMPARISONS)
+            check_figures([places["measurement figure"], places["comparison figure"]])
+
+    def _made(self, log: Path, made: Mapping[str, Path], recording: Path) -> Row:
+        """Make the results in the order of the steps; rows name the recording by its place."""
+        from frictionlab.verbs.measuring import analyze, ingest
+
+        measurement = analyze(ingest(log, self.scene, output=made["recording"]), self.scene)
+        row: Row = {**measurement.row(), "source": str(recording)}
+        write_rows([row], made["measurement"])
+        if self.steps == MEASURE:
+            return row
+        from frictionlab.verbs.judging import compare
+        from frictionlab.verbs.presenting import plot
+
+        plot(measurement, made["measurement figure"], title=recording.name)
+        comparison = compare(measurement, self.scene, law=self.law)
+        plot(comparison, made["comparison figure"])
+        compared: Row = {**comparison.row(), "source": str(recording)}
+        write_rows([compared], made["comparison"])
+        return compared
+
+    def row(self, log: Path) -> Row | None:
+        """The row that stands in a log's file, its recording named from here; None if there is none."""
+        path = self.row_file(log)
+        if not path.exists():
+            return None
+        row = read_rows(path)[0]
+        return row if row.get("status") == FAILED else {**row, "source": str(self.results(log)["recording"])}
+
+    def keep_failure(self, log: Path, row: Row) -> None:
+        """Write the row of a failed log where its measurement would stand: a campaign lists it, and misses none.
+
+        Results that stand with their stamp are kept: it was the disk that failed and not the log.
+        """
+        if self.steps == MEASURE and row.get("status") == FAILED and not self._stamp_file(log).exists():
+            with contextlib.suppress(OSError):  # the row is given to the caller all the same
+                make_folder(self.row_file(log).parent)
+                write_rows([row], self.row_file(log), force=True)
+
+    def _stamp(self, log: Path) -> Stamp:
+        """What the results of a log would be made of now; a log that is not there has no size and time."""
+        try:
+            state = log.stat()
+            size, changed = state.st_size, state.st_mtime_ns
+        except OSError:
+            size, changed = -1, -1
+        return {
+            "log": log.name,
+            "size_bytes": size,
+            "changed_ns": changed,
+            "facts": dict(facts_of(self.scene, log).values),
+            "scene": digest(self.scene.model_dump(mode="json", exclude=NOT_MEASURED_BY)),
+            "steps": list(self.steps),
+            "law": self.law,
+            "frictionlab_version": __version__,
+        }
+
+    def _stamp_file(self, log: Path) -> Path:
+        return self.folder / "made" / f"{self.names[log]}.json"
+
+
+def digest(thing: object) -> str:
+    """A number for a tree of plain values: SHA-256 of its JSON."""
+    return hashlib.sha256(json.dumps(thing, sort_keys=True, default=str).encode()).hexdigest()
+
+
+def is_fresh(path: Path, stamp: Stamp, results: Iterable[Path]) -> bool:
+    """Whether all results are there and their stamp at this path says that they were made of the same."""
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return False  # no stamp that can be read: its results are made again
+    return bool(found == stamp) and all(result.exists() for result in results)
+
+
+def write_stamp(path: Path, stamp: Stamp) -> None:
+    """Write a stamp, after the results it speaks for."""
+    make_folder(path.parent)
+    write_whole(path, json.dumps(stamp, indent=1).encode())
+
+
+@dataclass(frozen=True)
+class Batch:
+    """A plan of what is to be done: all logs, and those of them whose results are not up to date.
+
+    Attributes
+    ----------
+    logs : tuple of Path
+        All logs, in order.
+    due : tuple of Path
+        Those that are new, have changed, or lack a result.
+    chain : Chain
+        What is done to each.
+    """
+
+    logs: tuple[Path, ...]
+    due: tuple[Path, ...]
+    chain: Chain = field(repr=False)
+
+    def run(self, *, workers: int | None = None, scheduler: str | None = None) -> Iterator[Row]:
+        """Do what is due and yield the row of each such log, in order; one that fails has its reason in its row."""
+        made = rows_of(self.due, self.chain, workers=workers, scheduler=scheduler)
+        for log, row in zip(self.due, made, strict=True):
+            self.chain.keep_failure(log, row)
+            yield row
+
+    def rows(self) -> list[Row]:
+        """The rows of all logs that have one, in order."""
+        return [row for log in self.logs if (row := self.chain.row(log)) is not None]
+
+
+def batch(
+    logs: FilePath | Iterable[FilePath],
+    scene: AnyScene = None,
+    *,
+    output: FilePath = "build",
+    compare: bool = True,
+    law: str | None = None,
+    again: bool = False,
+    **settings: object,
+) -> Batch:
+    """Plan what a folder of logs needs: what is new or has changed, log by log; ``run`` does it.
+
+    Parameters
+    ----------
+    logs : str, Path or iterable of them
+        Logs, or folders of them.
+    scene : Scene, str, Path or None
+        A change of it makes all results again, a change of a test's facts those of that test.
+    output : str or Path
+        Folder of the results: ``recordings``, ``measurements``, ``comparisons`` and ``figures``.
+    compare : bool
+        Whether each measurement is compared with its prediction; a campaign compares them all together instead.
+    law : str, optional
+        Contact law of the comparisons, in place of the scene's; "auto" finds one for each test.
+    again : bool
+        Make everything again.
+    **settings
+        Keys of ``[analysis]``, ``[rig]`` and ``[model]`` that win over the scene's: ``transient_s=5.0``.
+
+    Raises
+    ------
+    UsageError
+        There are no logs.
+    SceneError
+        The scene or a setting is refused.
+    """
+    known = scene_given(scene, settings, SETTINGS)
+    places = [logs] if isinstance(logs, (str, PathLike)) else list(logs)
+    sheets = [known.folder / known.experiment.sheet] if known.experiment.sheet else []
+    found = logs_of([Path(place) for place in places], beside=sheets)
+    chain = Chain(known, Path(output), names_of(found), COMPARE if compare else MEASURE, law)
+    return Batch(tuple(found), tuple(log for log in found if again or not chain.is_fresh(log)), chain)

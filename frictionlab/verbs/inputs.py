@@ -1,0 +1,168 @@
+"""What callers may give a verb: paths or results, a scene in any form, keys of its tables as keywords."""
+
+import difflib
+import os
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from frictionlab.errors import UsageError
+from frictionlab.experiment import PACKED, stem_of
+from frictionlab.files import as_disks_see
+from frictionlab.scene import Scene, keys_of, read_scene
+
+if TYPE_CHECKING:
+    from frictionlab.analysis.measurement import Measurement
+    from frictionlab.recording import Recording
+
+FilePath = str | PathLike[str]
+AnyScene = Scene | FilePath | None
+PLAIN = (".csv", ".txt", ".tsv", ".asc", ".dat", ".lvm", ".mat", ".xlsx", ".parquet", ".tdms")
+
+_EXPECTED = (
+    f"expected *.csv (or {', '.join(s[1:] for s in PLAIN[1:])}, or one of them packed as"
+    f" {', '.join(s[1:] for s in PACKED)}); give a folder with logs (make: LOGS=folder)"
+)
+
+
+def scene_given(scene: AnyScene, settings: Mapping[str, object] | None = None, tables: tuple[str, ...] = ()) -> Scene:
+    """The scene in any form that a verb takes, with keys of some of its tables set anew.
+
+    Parameters
+    ----------
+    scene : Scene, str, Path or None
+        A path is read; None is a scene with all defaults.
+    settings : mapping, optional
+        Keys of these tables and their values; None stands for: as the scene says.
+    tables : tuple of str
+        The tables that the verb's settings belong to, in the order in which a key is looked up.
+
+    Raises
+    ------
+    SceneError
+        The scene or a value is refused.
+    UsageError
+        No such key in these tables.
+
+    Examples
+    --------
+    >>> scene_given(None, {"cycles": "all", "padding": None}, ("rig", "analysis")).analysis.cycles
+    'all'
+    """
+    known = scene if isinstance(scene, Scene) else Scene() if scene is None else read_scene(scene)
+    said = {key: value for key, value in (settings or {}).items() if value is not None}
+    if not said:
+        return known
+    places = {key: table for table in reversed(tables) for key in keys_of(type(getattr(known, table)))}
+    changes: dict[str, dict[str, object]] = {}
+    for key, value in said.items():
+        if key not in places:
+            raise UsageError(_unknown(key, list(places)))
+        changes.setdefault(places[key], {})[key] = value
+    if "natural_frequency_hz" in said and known.rig.stiffness_n_per_m is not None:
+        changes["rig"].setdefault("mass_kg", None)  # stiffness and frequency say all; a third number could contradict
+    return known.changed(**changes)
+
+
+def _unknown(key: str, known: list[str]) -> str:
+    near = difflib.get_close_matches(key, known, n=1)
+    meant = f"did you mean {near[0]}? " if near else ""
+    return f"{key}: unknown setting; {meant}expected one of {', '.join(sorted(known))}"
+
+
+def is_recording_name(path: Path) -> bool:
+    """Whether a file is a recording by its name, not a log."""
+    return path.suffix.lower() in (".h5", ".hdf5")
+
+
+def recording_given(what: "Recording | FilePath", scene: Scene) -> "Recording":
+    """The recording that is meant: one as it is, one from its file, or one made of a log."""
+    from frictionlab.recording import Recording
+
+    if isinstance(what, Recording):
+        return what
+    path = Path(what)
+    if is_recording_name(path):
+        from frictionlab.hdf5 import read_recording
+
+        return read_recording(path)
+    from frictionlab.verbs.measuring import ingest
+
+    return ingest(path, scene)
+
+
+def measurement_given(what: "Measurement | Recording | FilePath", scene: Scene) -> "Measurement":
+    """The measurement that is meant: one as it is, or that of a recording, its file or a log."""
+    from frictionlab.analysis.measurement import Measurement
+
+    if isinstance(what, Measurement):
+        return what
+    from frictionlab.verbs.measuring import analyze
+
+    return analyze(what, scene)
+
+
+def logs_of(inputs: Iterable[Path], *, beside: Sequence[Path] = ()) -> list[Path]:
+    """The logs among files and folders: a file as it is named, of a folder all files whose suffix is that of a log.
+
+    Parameters
+    ----------
+    inputs
+        Files and folders; folders in them and hidden files are passed over.
+    beside
+        Files that stand among the logs and are none, like a campaign's sheet.
+
+    Raises
+    ------
+    UsageError
+        An input is not there, or is a folder without logs.
+    """
+    others = {os.path.realpath(path) for path in beside}
+    found: dict[Path, None] = {}
+    for place in map(Path, inputs):
+        logs = [log for log in _logs_at(place) if os.path.realpath(log) not in others]
+        if not logs:
+            raise UsageError(f"no logs in {place}: {_EXPECTED}")
+        found |= dict.fromkeys(logs)
+    return list(found)
+
+
+def _logs_at(place: Path) -> list[Path]:
+    if not place.is_dir():
+        return [place] if place.exists() or is_log_name(place) else []
+    return [p for p in sorted(place.iterdir()) if is_log_name(p) and not p.name.startswith(".") and p.is_file()]
+
+
+def is_log_name(path: Path) -> bool:
+    """Whether a file is a log by its suffix, in any case, packed or not.
+
+    Examples
+    --------
+    >>> [is_log_name(Path(name)) for name in ("a.csv", "B.CSV", "c.txt.gz", "d.gz", "truth.jsonl")]
+    [True, True, True, False, False]
+    """
+    name = path.with_suffix("") if path.suffix.lower() in PACKED else path
+    return name.suffix.lower() in PLAIN
+
+
+def names_of(logs: Sequence[Path]) -> Mapping[Path, str]:
+    """A name for the results of each log: its own without suffix, where no other log has that too.
+
+    Like-named logs keep their suffixes, and a number where that is not enough; names that differ in case, or in how an
+    accent is written, count as like, so that results may be copied to a disk that does not tell them apart.
+
+    Examples
+    --------
+    >>> list(names_of([Path("a.csv"), Path("a.txt"), Path("b.csv"), Path("x/c.csv"), Path("y/C.csv")]).values())
+    ['a.csv', 'a.txt', 'b', 'c.csv', 'C.csv~2']
+    """
+    many = Counter(as_disks_see(stem_of(log)) for log in logs)
+    names: dict[Path, str] = {}
+    taken: Counter[str] = Counter()
+    for log in logs:
+        name = stem_of(log) if many[as_disks_see(stem_of(log))] == 1 else log.name
+        taken[as_disks_see(name)] += 1
+        names[log] = name if taken[as_disks_see(name)] == 1 else f"{name}~{taken[as_disks_see(name)]}"
+    return names

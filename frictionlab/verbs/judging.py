@@ -1,0 +1,95 @@
+"""What a test says of friction: the law that is identified, its prediction, and a short text about both."""
+
+from typing import TYPE_CHECKING
+
+from frictionlab.errors import UsageError
+from frictionlab.verbs.inputs import AnyScene, FilePath, measurement_given, recording_given, scene_given
+
+if TYPE_CHECKING:
+    from frictionlab.analysis.measurement import Measurement
+    from frictionlab.identification import Comparison, Fitted
+    from frictionlab.identification.explain import Explanation
+    from frictionlab.recording import Recording
+
+JUDGED = ("model", "analysis", "rig")
+"""Tables of a scene whose keys these verbs take as settings."""
+
+
+def compare(
+    what: "Measurement | Recording | FilePath",
+    scene: AnyScene = None,
+    *,
+    law: str | None = None,
+    friction_ratio: float | None = None,
+    whole: bool = False,
+    fit: "Fitted" = "cycle",
+    **settings: object,
+) -> "Comparison":
+    """Identify the friction of a test, predict its steady cycle with the simulator, and say how they differ.
+
+    Parameters
+    ----------
+    what : Measurement, Recording, str or Path
+        What is measured already, a recording, its file, or a log.
+    scene : Scene, str, Path or None
+        ``[rig]`` gives the natural frequency (and stiffness, for newtons), ``[model]`` the physics.
+    law : str, optional
+        In place of the scene's: ``"coulomb+place+speed"``; ``"auto"`` finds the simplest law that explains the test.
+    friction_ratio : float, optional
+        Predict with this friction ratio (beta, eq. 2.8) instead of identifying it.
+    whole : bool
+        Compare the whole record too, from its first sample, driven by the measured base: `record_nrmse`,
+        `record_energy_difference` and ``record``.
+    fit : {"cycle", "whole"}
+        What the law's parameters are fitted to; a record without a steady cycle (a sweep, a start-up) only "whole".
+    **settings
+        Keys of ``[model]``, ``[analysis]`` and ``[rig]`` that win over the scene's: ``solver="exact"``.
+
+    Raises
+    ------
+    AnalysisError
+        No measurement can be made, or the natural frequency is not known.
+    LogError, RecordingError, SceneError, UsageError
+        The file, the scene or a setting is refused.
+    """
+    from frictionlab.analysis.measurement import Measurement
+    from frictionlab.identification import compare as compare_recording
+    from frictionlab.identification import predict
+
+    known = scene_given(scene, settings, JUDGED)
+    if not whole and fit == "cycle":
+        return predict(measurement_given(what, known), known, law=law, friction_ratio=friction_ratio)
+    if isinstance(what, Measurement):
+        raise UsageError("compare: the whole record; expected a recording, its file or a log; got a measurement")
+    recording = recording_given(what, known)
+    return compare_recording(recording, known, law=law, friction_ratio=friction_ratio, whole=whole, fit=fit)
+
+
+def explain(what: "Measurement | Recording | FilePath", scene: AnyScene = None, **settings: object) -> "Explanation":
+    """Say which contact law a test requires, what it is made of in newtons, and what the next simpler law gets wrong.
+
+    Parameters
+    ----------
+    what : Measurement, Recording, str or Path
+        What is measured already, a recording, its file, or a log.
+    scene : Scene, str, Path or None
+        ``[rig]`` gives the natural frequency (and stiffness, for newtons), ``[model]`` the physics.
+    **settings
+        Keys of ``[model]``, ``[analysis]`` and ``[rig]`` that win over the scene's.
+
+    Returns
+    -------
+    Explanation
+        ``print(explanation.text)``; its ``comparison`` is that of ``compare(what, scene, law="auto")``.
+
+    Raises
+    ------
+    AnalysisError
+        No measurement can be made, or the natural frequency is not known.
+    LogError, RecordingError, SceneError, UsageError
+        The file, the scene or a setting is refused.
+    """
+    from frictionlab.identification.explain import explain as explain_measurement
+
+    known = scene_given(scene, settings, JUDGED)
+    return explain_measurement(measurement_given(what, known), known)

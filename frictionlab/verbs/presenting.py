@@ -1,0 +1,193 @@
+"""What is shown: a result as a figure, a test as a page, a campaign as tables, figures and report."""
+
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
+
+from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.files import make_folder
+from frictionlab.verbs.inputs import AnyScene, FilePath, recording_given, scene_given
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from matplotlib.figure import Figure
+
+    from frictionlab.analysis.measurement import Measurement
+    from frictionlab.campaign import Campaign
+    from frictionlab.figures.campaign import Plate
+    from frictionlab.recording import Recording
+    from frictionlab.report.sheet import Sheet
+
+FIGURES = {
+    "Measurement": "measurement.measurement_figure",
+    "Comparison": "comparison.comparison_figure",
+    "ContactForce": "contact.contact_figure",
+    "WholeRecord": "record.record_figure",
+    "SteadyState": "motion.motion_figure",
+    "RecordResponse": "response.response_figure",
+    "Plan": "plan.plan_figure",
+}
+"""Kind of result -> the function of `frictionlab.figures` that draws it."""
+TITLED = {"Measurement": "source", "ContactForce": "", "WholeRecord": ""}
+"""Those whose figure takes a title, with the attribute that gives it by default."""
+SUFFIXES = (".pdf", ".svg", ".png")
+
+
+@overload
+def plot(result: object, path: None = None, *, title: str | None = None) -> "Figure": ...
+@overload
+def plot(result: object, path: FilePath, *, title: str | None = None, force: bool = False) -> Path: ...
+def plot(
+    result: object, path: FilePath | None = None, *, title: str | None = None, force: bool = False
+) -> "Path | Figure":
+    """Draw a result: into a file, whose path is returned, or as a figure of matplotlib for a notebook.
+
+    Parameters
+    ----------
+    result : Measurement, Comparison, ContactForce, WholeRecord, SteadyState, RecordResponse or Plan
+    path : str or Path, optional
+        Ends in ``.pdf``, ``.svg`` or ``.png``; its folder is made if it is not there.
+    title : str, optional
+        Of a measurement's or a record's figure; by default its source.
+    force : bool
+        Replace whatever file stands there; else only a figure of this tool.
+
+    Raises
+    ------
+    UsageError
+        Another suffix, another kind of result, or a result that holds no motion.
+    OutputError
+        The file cannot be written, or another kind of file stands there.
+    """
+    place = None if path is None else Path(path)
+    if place is not None and place.suffix not in SUFFIXES:
+        raise UsageError(f"{place}: expected a figure ending in {', '.join(SUFFIXES)}; got {place.suffix!r}")
+    figure = _figure_of(result, title)
+    if place is None:
+        return figure
+    from frictionlab.figures.style import save
+
+    make_folder(place.parent)
+    save(figure, place, force=force)
+    return place
+
+
+def _figure_of(result: Any, title: str | None) -> "Figure":
+    kind = type(result).__name__
+    if kind not in FIGURES:
+        raise UsageError(f"plot: expected one of {', '.join(FIGURES)}; got a {kind}")
+    if kind == "SteadyState" and result.orbit is None:
+        raise UsageError(f"plot: there is no motion to draw (outcome {result.outcome}, solver {result.solver})")
+    if kind == "Comparison" and not len(result.tau):
+        raise UsageError("plot: there is no steady cycle to draw; do: plot its whole record (comparison.record)")
+    module, _, name = FIGURES[kind].partition(".")
+    draw: Callable[..., Figure] = getattr(import_module(f"frictionlab.figures.{module}"), name)
+    if kind not in TITLED:
+        return draw(result)
+    return draw(result, title or (getattr(result, TITLED[kind]) if TITLED[kind] else "whole record"))
+
+
+def sheet(
+    measurement: "Measurement",
+    what: "Recording | FilePath",
+    path: FilePath,
+    scene: AnyScene = None,
+    *,
+    force: bool = False,
+) -> Path:
+    """Write the page of one test: its numbers, time response, loop, contact force, cycles, warnings.
+
+    Parameters
+    ----------
+    measurement : Measurement
+    what : Recording, str or Path
+        What it was measured from.
+    path : str or Path
+        Ends in ``.html``; its folder is made if it is not there.
+    scene : Scene, str, Path or None
+        ``[rig]`` gives the stiffness, for newtons and joules.
+    force : bool
+        Replace a file of this name that is no page of this tool.
+
+    Raises
+    ------
+    OutputError
+        The file cannot be written or replaced.
+    """
+    from frictionlab.campaign import trial_of
+    from frictionlab.report.sheet import Sheet, write_sheet
+
+    known, place = scene_given(scene, {}, ()), Path(path)
+    trial = replace(trial_of(measurement.row()), reason=None)  # a page needs no facts that a campaign needs
+    make_folder(place.parent)
+    page = Sheet(trial, known, measurement=measurement, recording=recording_given(what, known))
+    write_sheet(page, place, force=force)
+    return place
+
+
+def publish(
+    campaign: "Campaign",
+    folder: FilePath,
+    *,
+    force: bool = False,
+    watch: "Callable[[Sequence[Plate]], Iterable[Plate]]" = iter,
+) -> Path:
+    """Write a campaign's tables, figures and report into a folder, and return the report's path.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    folder : str or Path
+        Made if it is not there.
+    force : bool
+        Replace files of these names that are not an earlier campaign's.
+    watch : callable
+        Wraps the figures while they are drawn, to show progress.
+
+    Raises
+    ------
+    OutputError
+        The folder cannot be written, or holds other files of these names.
+    """
+    from frictionlab.campaign.output import REPORT, check_folder, write_tables
+    from frictionlab.figures.campaign import plates
+    from frictionlab.figures.mark import check_figures
+    from frictionlab.report import write_report
+
+    place = Path(folder)
+    check_folder(place, force=force)
+    drawn = plates(campaign)
+    check_figures([path for plate in drawn for path in plate.files(place / "figures")], force=force)
+    write_tables(campaign, place)
+    for plate in watch(drawn):
+        plate.save(place / "figures", force=force)
+    write_report(campaign, drawn, place)
+    _write_sheets(campaign, place / "tests", force=force)
+    return place / REPORT
+
+
+def _write_sheets(campaign: "Campaign", folder: Path, *, force: bool) -> None:
+    """A page per test, with what its recording shows where that is at hand."""
+    from frictionlab.report.sheet import sheet_name, sheets_of, write_sheet
+
+    make_folder(folder)
+    plain = sheets_of(campaign.trials, campaign.verdicts, campaign.comparisons, campaign.scene, campaign.rigs)
+    for number, sheet in enumerate(plain, 1):
+        path = folder / sheet_name(number, sheet.trial)
+        write_sheet(_with_recording(sheet, campaign), path, back="../report.html#tests", force=force)
+
+
+def _with_recording(sheet: "Sheet", campaign: "Campaign") -> "Sheet":
+    from frictionlab.analysis.measure import measure
+    from frictionlab.campaign.responses import recording_of
+
+    recording = None if sheet.trial.failed else recording_of(sheet.trial, campaign.folders)
+    if recording is None:
+        return sheet
+    try:
+        measured = measure(recording, campaign.scene)
+    except AnalysisError:
+        return sheet  # measured under another scene, it was possible: the page says that nothing is drawn
+    return replace(sheet, measurement=measured, recording=recording)
