@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
-from frictionlab.scene.words import tables_of_keys, value_text
+from frictionlab.scene.text import tables_of_keys, value_text
 from frictionlab.schema import TABLES, Table
 from frictionlab.schema.columns import GROUPS, Column
 

@@ -189,3 +189,49 @@ def test_parameters_may_be_held_for_a_law_that_is_named_later() -> None:
     assert scene_from_tables({"model": {"parameters": {"gradient": 0.1}}}).model.parameters == {"gradient": 0.1}
     both = {"law": "coulomb+place", "static_ratio": 1.2, "parameters": {"static_ratio_down": 1.1}}
     assert scene_from_tables({"model": both}).model.static_ratio == 1.2
+
+
+TWO_STOREYS = """
+[[rig.masses]]
+mass_kg = 2.0
+stiffness_n_per_m = 800.0
+damping_ratio = 0.01
+[[rig.masses]]
+mass_kg = 1.0
+stiffness_n_per_m = 400.0
+[[rig.contacts]]
+mass = 2
+against = 1
+law = "coulomb+place"
+coefficient = 0.3
+normal_force_n = 2.0
+gradient = 0.1
+"""
+
+
+def test_a_frame_of_several_masses_refers_to_its_first_storey(tmp_path: Path) -> None:
+    rig = read_scene(scene_file(tmp_path, TWO_STOREYS)).rig
+    assert (rig.natural_frequency, rig.stiffness, rig.damping) == (pytest.approx(20.0 / (2 * math.pi)), 800.0, 0.01)
+    (contact,) = rig.contacts
+    assert (contact.mass, contact.against, contact.parameters) == (2, 1, {"gradient": 0.1})
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        (TWO_STOREYS.replace("[[rig.masses]]", "[rig]\nmass_kg = 1\n[[rig.masses]]", 1), "mass_kg: say the same as"),
+        (TWO_STOREYS.replace("mass = 2", "mass = 3"), r"rig: contacts\.0: expected a mass from 1 to 2; got 3"),
+        (TWO_STOREYS.replace("against = 1", "against = 2"), r"contacts\.0: against: .* got 2, the mass itself"),
+        (
+            TWO_STOREYS.replace("gradient", "gradien"),
+            r"contacts\.0: parameters\.gradien: law coulomb.place has no",
+        ),
+        (TWO_STOREYS + "beta = 0.2\n", "expected the friction once, .* got beta, coefficient"),
+        (TWO_STOREYS.replace("stiffness_n_per_m = 400.0", ""), r"masses\.1\.stiffness_n_per_m: is not given"),
+        ("[rig]\nkind = 'shaken'\n", r"line 2: rig\.kind: expected 'base-excited' or 'prescribed'"),
+        ("[infer]\nlevels = {gradient = 'house'}\n", r"infer\.levels\.gradient: expected 'rig', 'material' or 'test'"),
+    ],
+)
+def test_a_frame_that_cannot_be_is_refused(tmp_path: Path, text: str, match: str) -> None:
+    with pytest.raises(SceneError, match=match):
+        read_scene(scene_file(tmp_path, text))

@@ -44,7 +44,7 @@ def _readers() -> "Mapping[str, Callable[[Path], None]]":
 
 def _show_scene(file: Path) -> None:
     from frictionlab.scene import read_scene
-    from frictionlab.scene.toml import to_toml
+    from frictionlab.scene.text import to_toml
 
     for line in to_toml(read_scene(file)).splitlines():
         typer.echo(line)

@@ -26,7 +26,7 @@ from frictionlab.files import write_whole
 from frictionlab.report.cells import Cell, Grid, Head, grid, grouped, number, with_error, words
 from frictionlab.report.chart import Point, scatter
 from frictionlab.report.sheet import sheet_name
-from frictionlab.scene.words import value_text
+from frictionlab.scene.text import value_text
 from frictionlab.schema import DRIFTS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING, TESTS
 from frictionlab.tables import Row
 

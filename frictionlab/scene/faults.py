@@ -43,7 +43,7 @@ _KEY = re.compile(r"^\s*([\w.\-\"' ]+?)\s*=")
 def refusal(
     error: ValidationError, root: type[BaseModel], *, name: str = "scene", lines: Lines | None = None
 ) -> SceneError:
-    """The error that tells all faults, one an argument and so one a line.
+    """The error that names all faults, one an argument and so one a line.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def _sentence(path: tuple[str, ...], fault: Mapping[str, Any], root: type[BaseMo
 
 
 def _meant(key: str, known: Sequence[str]) -> str:
-    near = difflib.get_close_matches(key, known, n=1)
+    near = [name for name in known if name.startswith(f"{key}_")] or difflib.get_close_matches(key, known, n=1)
     guess = f"did you mean {near[0]}? " if near else ""
     return f"{guess}expected one of {', '.join(known)}"
 

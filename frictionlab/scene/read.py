@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from frictionlab.errors import SceneError
 from frictionlab.files import check_regular
 from frictionlab.scene.faults import Lines, check_hidden, lines_of, refusal
-from frictionlab.scene.tables import Origin, Scene
+from frictionlab.scene.keys import Origin, Scene
 
 SCENE_NAME = "frictionlab.toml"
 

@@ -49,25 +49,22 @@ class VirtualBase(Table):
         for motion, keys in needs.items():
             given = [key for key in keys if getattr(self, key) is not None]
             if motion == self.motion and len(given) != 1:
-                msg = f"motion = {motion!r} needs {' or '.join(keys)}, one of them; got {' and '.join(given) or 'none'}"
-                raise ValueError(msg)
+                raise ValueError(
+                    f"motion = {motion!r} needs {' or '.join(keys)}, one of them; got {' and '.join(given) or 'none'}"
+                )
             if motion != self.motion and given:
-                msg = f"{given[0]} belongs to motion = {motion!r}; got motion = {self.motion!r}"
-                raise ValueError(msg)
+                raise ValueError(f"{given[0]} belongs to motion = {motion!r}; got motion = {self.motion!r}")
         if self.band_hz and not self.band_hz[0] < self.band_hz[1]:
-            msg = f"band_hz: expected the lowest frequency first; got {self.band_hz}"
-            raise ValueError(msg)
+            raise ValueError(f"band_hz: expected the lowest frequency first; got {self.band_hz}")
         self._check_spectrum()
         return self
 
     def _check_spectrum(self) -> None:
         places = [place for place, _ in self.spectrum or []]
         if self.spectrum is not None and (len(places) < 2 or sorted(set(places)) != places):
-            msg = f"spectrum: expected at least two frequencies that increase; got {places}"
-            raise ValueError(msg)
+            raise ValueError(f"spectrum: expected at least two frequencies that increase; got {places}")
         if self.spectrum is not None and not any(density for _, density in self.spectrum):
-            msg = "spectrum: expected a density above 0 somewhere; got none"
-            raise ValueError(msg)
+            raise ValueError("spectrum: expected a density above 0 somewhere; got none")
 
     @property
     def is_plain(self) -> bool:
@@ -147,13 +144,13 @@ class Synthetic(Table):
         names = [base.name for base in self.bases]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:
-            msg = f"bases: expected a name each; {', '.join(twice)} stands twice"
-            raise ValueError(msg)
+            raise ValueError(f"bases: expected a name each; {', '.join(twice)} stands twice")
         for number, group in enumerate(self.tests):
             if group.base is not None and group.base not in names:
                 known = ", ".join(names) or "none is given"
-                msg = f"tests.{number}.base: expected a name in [[synthetic.bases]] ({known}); got {group.base!r}"
-                raise ValueError(msg)
+                raise ValueError(
+                    f"tests.{number}.base: expected a name in [[synthetic.bases]] ({known}); got {group.base!r}"
+                )
             sine = self.base_of(group).motion == "sine"
             if sine != bool(group.frequency_ratios):
                 msg = f"tests.{number}.frequency_ratios: " + (

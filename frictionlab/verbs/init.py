@@ -5,7 +5,7 @@ from pathlib import Path
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, write_whole
 from frictionlab.scene import SCENE_NAME
-from frictionlab.scene.toml import template
+from frictionlab.scene.text import template
 from frictionlab.verbs.inputs import FilePath
 
 

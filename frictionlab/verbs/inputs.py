@@ -61,7 +61,7 @@ def scene_given(scene: AnyScene, settings: Mapping[str, object] | None = None, t
         if key not in places:
             raise UsageError(_unknown(key, list(places)))
         changes.setdefault(places[key], {})[key] = value
-    if "natural_frequency_hz" in said and known.rig.stiffness_n_per_m is not None:
+    if "natural_frequency_hz" in said and known.rig.first.stiffness_n_per_m is not None and not known.rig.masses:
         changes["rig"].setdefault("mass_kg", None)  # stiffness and frequency say all; a third number could contradict
     return known.changed(**changes)
 

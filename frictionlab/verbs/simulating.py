@@ -92,8 +92,8 @@ def respond(
             "natural frequency: expected the frame's, in Hz; got none; do: give --natural-frequency HZ, or "
             "natural_frequency_hz in [rig] of the scene; `frictionlab free-vibration` measures it"
         )
-    if known.rig.damping_ratio is not None and problem.frame_damping_ratio == 0.0:
-        problem = problem.with_parameters({"frame_damping_ratio": known.rig.damping_ratio})
+    if known.rig.damping is not None and problem.frame_damping_ratio == 0.0:
+        problem = problem.with_parameters({"frame_damping_ratio": known.rig.damping})
     if isinstance(what, Recording):
         return respond_to(what, problem, natural_frequency_hz=frequency, stiffness_n_per_m=known.rig.stiffness)
     path = Path(what)

@@ -20,7 +20,7 @@ from frictionlab.hdf5.recordings import pieces_of
 from frictionlab.maps import Grid, make_map
 from frictionlab.recording import LineCount, QuarantinedLine, Recording, Source, SourceFile
 from frictionlab.scene import read_scene
-from frictionlab.scene.toml import to_toml
+from frictionlab.scene.text import to_toml
 from frictionlab.schema import COMPARISONS, MEASUREMENTS
 from frictionlab.tables import write_rows
 from tests.armour.mutations import BINARY, TEXT, hurt

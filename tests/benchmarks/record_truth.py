@@ -18,7 +18,7 @@ import frictionlab as fl
 from frictionlab.errors import FrictionlabError
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
-from frictionlab.scene.tables import Sensors
+from frictionlab.scene.keys import Sensors
 from frictionlab.simulator import Problem
 from frictionlab.simulator.record import BaseRecord, respond
 from frictionlab.uncertainty.sources import NATURAL_FREQUENCY, UNKNOWN_DAMPING

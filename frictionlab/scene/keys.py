@@ -1,100 +1,32 @@
 """The tables of a scene: every key with its type and default, and the sentence that documents it below it.
 
+``[rig]`` stands in ``rig``, ``[synthetic]`` in ``virtual``.
+
 What a scene does not name is neither simulated nor paid for: ``[model]`` switches physics on by naming it.
 """
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_type_hints
 
-from pydantic import Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, create_model, field_validator, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from frictionlab.cycle_rule import window_of
-from frictionlab.log_options import LogOptions
+from frictionlab.log_options import LogOptions, faults_of
 from frictionlab.scene.faults import check_hidden, refusal
-from frictionlab.scene.log_table import log_options
+from frictionlab.scene.rig import Rig
 from frictionlab.scene.table import LawName, NonNegative, Positive, Table, check_held
 from frictionlab.scene.virtual import Synthetic
 
 CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
+Pair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
-
-
-class Rig(Table):
-    """``[rig]``: the frame without its contact."""
-
-    natural_frequency_hz: Positive | None = None
-    """Natural frequency of the frame; by default from mass and stiffness."""
-    mass_kg: Positive | None = None
-    """Mass that moves; of mass, stiffness and natural frequency two give the third."""
-    stiffness_n_per_m: Positive | None = None
-    """Stiffness of the frame; it turns k Y into newtons and k Y² into joules."""
-    damping_ratio: NonNegative | None = None
-    """Viscous damping ratio of the frame (`frictionlab free-vibration` measures it); given, it is simulated."""
-    natural_frequency_hz_u: NonNegative | None = None
-    """Standard uncertainty of the natural frequency."""
-    stiffness_n_per_m_u: NonNegative | None = None
-    """Standard uncertainty of the stiffness."""
-    damping_ratio_u: NonNegative | None = None
-    """Standard uncertainty of the damping ratio."""
-
-    @model_validator(mode="after")
-    def _agree(self) -> Self:
-        given, derived = self.natural_frequency_hz, self._derived_natural_frequency_hz()
-        if given and derived and abs(given / derived - 1) > 0.02:
-            msg = (
-                f"natural_frequency_hz = {given:g} contradicts sqrt(stiffness_n_per_m / mass_kg) / (2 pi) = {derived:g}"
-                " by more than 2 %: leave one of the three out"
-            )
-            raise ValueError(msg)
-        return self
-
-    def _derived_natural_frequency_hz(self) -> float | None:
-        if self.mass_kg is None or self.stiffness_n_per_m is None:
-            return None
-        return math.sqrt(self.stiffness_n_per_m / self.mass_kg) / (2 * math.pi)
-
-    @property
-    def natural_frequency(self) -> float | None:
-        """Natural frequency in Hz: as given, else from mass and stiffness, else ``None``."""
-        return self.natural_frequency_hz or self._derived_natural_frequency_hz()
-
-    @property
-    def stiffness(self) -> float | None:
-        """Stiffness in N/m: as given, else from mass and natural frequency, else ``None``."""
-        if self.stiffness_n_per_m is not None or self.mass_kg is None or self.natural_frequency_hz is None:
-            return self.stiffness_n_per_m
-        return self.mass_kg * (2 * math.pi * self.natural_frequency_hz) ** 2
-
-    @property
-    def doubts(self) -> tuple[str, ...]:
-        """Sentences on numbers that look a thousand times too large or small for a frame on a bench.
-
-        Examples
-        --------
-        >>> Rig(mass_kg=3.08, stiffness_n_per_m=1191.0).doubts
-        ()
-        >>> Rig(mass_kg=3080.0, natural_frequency_hz=3.13).doubts
-        ('rig: mass_kg = 3080: a frame on a bench has 0.01 to 300 kg: is this in g?',)
-        """
-        found = []
-        if self.mass_kg is not None and not 0.01 <= self.mass_kg <= 300.0:
-            meant = "g" if self.mass_kg > 300.0 else "t"
-            found.append(f"rig: mass_kg = {self.mass_kg:g}: a frame on a bench has 0.01 to 300 kg: is this in {meant}?")
-        if self.stiffness_n_per_m is not None and self.stiffness_n_per_m < 10.0:
-            found.append(
-                f"rig: stiffness_n_per_m = {self.stiffness_n_per_m:g}: a frame on a bench has more than 10 N/m: is this"
-                " in N/mm?"
-            )
-        derived = self._derived_natural_frequency_hz()
-        if derived is not None and not 0.2 <= derived <= 200.0 and not found:
-            found.append(
-                f"rig: mass_kg = {self.mass_kg:g} and stiffness_n_per_m = {self.stiffness_n_per_m:g} make a natural"
-                f" frequency of {derived:.3g} Hz: is one of them in another unit (g, N/mm)?"
-            )
-        return tuple(found)
+Level = Literal["rig", "material", "test"]
+_HINTS = get_type_hints(LogOptions)
+_KEYS: dict[str, Any] = {f.name: (_HINTS[f.name], f.default) for f in fields(LogOptions)}
+_LogTypes = create_model("_LogTypes", __base__=Table, **_KEYS)
 
 
 class Experiment(Table):
@@ -195,6 +127,19 @@ class Sensors(Table):
     """Order of the base's filter, where the two channels differ."""
     crosstalk: NonNegative = 0.0
     """Share of one channel that may stand in the other."""
+    force_inertia_kg: NonNegative = 0.0
+    """Mass between the contact and the load cell: its inertia is taken off the measured force."""
+
+
+class Infer(Table):
+    """``[infer]``: what is fitted at which level, and what is known of it before; laws and sensors give the rest."""
+
+    levels: dict[str, Level] = Field(default={})
+    """Unknown -> what shares one value of it, "rig", "material" or "test": {gradient = "material"}."""
+    priors: dict[str, Annotated[list[float], Field(min_length=2, max_length=2)]] = Field(default={})
+    """Unknown -> [value, standard deviation] known before: {natural_frequency_hz = [3.13, 0.01]}."""
+    scatter: dict[str, NonNegative] = Field(default={})
+    """Material's unknown -> relative scatter from test to test to expect; 0: the same in all tests."""
 
 
 class Plan(Table):
@@ -234,11 +179,11 @@ class Plan(Table):
     """Relative rms of the friction force from cycle to cycle."""
     model_error: NonNegative = 0.0
     """Share of the cycle (relative rms) that no law is thought to explain; more cycles do not average it out."""
-    friction_coefficient: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None
+    friction_coefficient: Pair | None = None
     """What is known of the friction coefficient before: [value, standard error]."""
     largest_response_m: Positive | None = None
     """Displacement of the mass that the rig allows."""
-    avoid_frequency_ratios: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = None
+    avoid_frequency_ratios: Pair | None = None
     """Frequency ratios to keep away from: [low, high]."""
 
 
@@ -266,6 +211,7 @@ class Scene(Table):
     analysis: Analysis = Analysis()
     model: Model = Model()
     sensors: Sensors = Sensors()
+    infer: Infer = Infer()
     plan: Plan = Plan()
     synthetic: Synthetic = Synthetic()
     folder: Path = Field(default=Path(), exclude=True)  # where the scene stands; a sheet is looked for there
@@ -284,18 +230,30 @@ class Scene(Table):
     @property
     def frame_damping_ratio(self) -> float:
         """Damping ratio of the frame that is simulated: the rig's, unless ``[model] damping = false``."""
-        return 0.0 if self.model.damping is False else self.rig.damping_ratio or 0.0
+        return 0.0 if self.model.damping is False else self.rig.damping or 0.0
 
     @field_validator("log", mode="before")
     @classmethod
     def _log_options(cls, table: object) -> object:
-        return log_options(dict(table)) if isinstance(table, Mapping) else table
+        if not isinstance(table, Mapping):
+            return table
+        said = _LogTypes.model_validate(dict(table)).model_dump()
+        faults = [
+            InitErrorDetails(
+                type=PydanticCustomError("value_error", "{text}", {"text": text}), loc=(name,), input=said[name]
+            )
+            for name, text in faults_of(said)
+        ]
+        if faults:
+            raise ValidationError.from_exception_data("log", faults)
+        return LogOptions(**said)
 
     @model_validator(mode="after")
     def _damping_is_known(self) -> Self:
-        if self.model.damping and self.rig.damping_ratio is None:
-            msg = "model.damping = true needs rig.damping_ratio: measure it with `frictionlab free-vibration`"
-            raise ValueError(msg)
+        if self.model.damping and self.rig.damping is None:
+            raise ValueError(
+                "model.damping = true needs rig.damping_ratio: measure it with `frictionlab free-vibration`"
+            )
         return self
 
     def changed(self, **tables: Mapping[str, object]) -> Self:
@@ -309,7 +267,7 @@ class Scene(Table):
         Raises
         ------
         SceneError
-            An unknown key or an impossible value; all of them are told.
+            Unknown keys and impossible values, all of them.
 
         Examples
         --------
