@@ -7,9 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.denoise import denoised
+from frictionlab.analysis.integration import denoised, displacement_of, noise_of_displacement
 from frictionlab.analysis.noise import white_noise
-from frictionlab.analysis.twice import displacement_of, noise_of_displacement
 from frictionlab.errors import RecordingError
 from frictionlab.recording import Quality, Recording, Source
 from frictionlab.simulator import Problem

@@ -156,7 +156,7 @@ def test_a_command_executes_few_modules(command: str, arguments: tuple[str, ...]
 
 
 def test_analysis_kernels_know_no_recording_and_no_scene() -> None:
-    kernels = [p for own, p in modules() if own == "analysis" and p.stem not in ("facts", "measure", "__init__")]
+    kernels = [p for own, p in modules() if own == "analysis" and p.stem not in ("measure", "__init__")]
     faults = [f"{p.name} imports {room}" for p in kernels for room in rooms_imported(p) - KERNELS - {"analysis"}]
     assert not faults
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from frictionlab.analysis.filters import SensorChannel, low_pass, restored
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.analysis.restoring import Channel, low_pass, restored
 from frictionlab.identification import compare
 from frictionlab.identification.coordinates import point_of
 from frictionlab.identification.family import family_of
@@ -91,7 +91,7 @@ def test_a_filter_that_is_declared_is_taken_back(order: int) -> None:
         h = low_pass(np.array([f]), 20.0, order)[0]
         seen += size * abs(h) * np.sin(2 * np.pi * f * t + np.angle(h))
     truth = sum((size * np.sin(2 * np.pi * f * t) for f, size in tones), np.zeros_like(t))
-    found = restored(seen, 0.002, Channel(cutoff=20.0, order=order))
+    found = restored(seen, 0.002, SensorChannel(cutoff=20.0, order=order))
     np.testing.assert_allclose(found[600:-600], truth[600:-600], atol=2e-3)
 
 

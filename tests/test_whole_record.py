@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 import frictionlab as fl
-from frictionlab.analysis.denoise import denoised
+from frictionlab.analysis.integration import denoised
 from frictionlab.analysis.noise import white_noise
 from frictionlab.base_motion import respond_to
 from frictionlab.cli import app

@@ -11,14 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.analysis.autocorrelation import variance_inflation
 from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
-EVEN = 0.02  # of a step: stamps that stray no further from an even clock are even
 FEW_PASSES = 8  # of the phase where there are fewer than three cycles, and the first guess is poor
 OVERLAP = 0.125  # of a cycle: steps of the phase's window where there are fewer than three cycles
-COARSE_STEPS = 4
-MOST_EVEN = 1e6  # samples on an even clock, or 20 times those there are
 _CHUNK = 1 << 16  # samples folded at a time: stays in the cache
 _ROWS = 1 << 13  # points of rows at a time: what is made of them stays in the nearest cache
 
@@ -285,76 +283,13 @@ def _crossings(centre: FloatArray, turns: FloatArray, frequency: float, length: 
 def _slope_error(at: FloatArray, residual: FloatArray, expected: float) -> float:
     """Standard error of the slope: the sensor's noise, or the scatter about the line where that is clearly larger.
 
-    Scatter that hangs together from cycle to cycle (a wandering drive) counts by its autocovariance (Newey and West).
+    A drive that wanders from cycle to cycle has autocorrelated residuals, which count by `variance_inflation`.
     """
     n = len(at)
-    if n < 3:
-        return math.nan
     u = at - at.mean()
-    spread = float(np.dot(u, u))
-    white = float(np.dot(residual, residual)) / (n - 2) * spread
-    moment = u * residual
-    lags = math.floor(4.0 * (n / 100.0) ** (2.0 / 9.0)) if n >= 20 else 0
-    together = float(np.dot(moment, moment)) * n / (n - 2)
-    for lag in range(1, lags + 1):
-        together += 2.0 * (1.0 - lag / (lags + 1.0)) * float(np.dot(moment[lag:], moment[:-lag]))
-    significant = together > white * (1.0 + 6.0 * math.sqrt((lags + 1.0) / n))
-    noise = expected * expected * spread
-    wanders = significant or white > noise * (1.0 + 2.0 * math.sqrt(2.0 / (n - 2)))
-    scatter = together if significant else white
-    return math.sqrt(max(scatter, noise) if wanders else noise) / spread
-
-
-def stray(time: FloatArray, step: float) -> float:
-    """How far stamps (n,) stray from an even clock that starts with them, in steps."""
-    most = 0.0
-    for first in range(0, len(time), _CHUNK):  # in parts: a copy of a long recording would be dear
-        part = time[first : first + _CHUNK] - time[0]
-        part -= step * np.arange(first, first + len(part))
-        most = max(most, float(np.max(np.abs(part, out=part))))
-    return most / step
-
-
-def evenly(time: FloatArray, mass: FloatArray, base: FloatArray, step: float) -> tuple[FloatArray, FloatArray, float]:
-    """Both displacements on an even clock, and how far the stamps strayed from it (0 when nothing was changed).
-
-    Stamps within 2 % of a step of an even clock count as even, and so do stamps that are merely written coarsely (few
-    different steps, none missing). Anything else is interpolated linearly.
-
-    Parameters
-    ----------
-    time, mass, base : (n,) arrays
-        Strictly increasing stamps [s], displacements.
-    step : float
-        Sampling interval, s.
-    """
-    off = stray(time, step)
-    if off < EVEN or (off < 1.0 and _coarsely_written(time, step)):
-        return mass, base, 0.0
-    _check_span(time, step)
-    even = np.arange(time[0], time[-1] + 1e-9 * step, step)
-    steps = np.rint((time - time[0]) / step)
-    strays = float(np.max(np.abs(time - time[0] - step * steps))) / step
-    return np.interp(even, time, mass), np.interp(even, time, base), max(strays, 0.02)
-
-
-def _check_span(time: FloatArray, step: float) -> None:
-    """Refuse stamps that jump so far that even steps would fill the memory."""
-    count = float(time[-1] - time[0]) / step
-    if count > max(MOST_EVEN, 20.0 * len(time)):
-        at = int(np.argmax(np.diff(time)))
-        raise AnalysisError(
-            f"the stamps jump from {time[at]:.6g} to {time[at + 1]:.6g} s, unflagged: {len(time)} samples would become "
-            f"{count:.3g} of {step:.3g} s, accepted are {max(MOST_EVEN, 20.0 * len(time)):.3g}: ingest the log again, "
-            "which flags the jump, or cut the recording there"
-        )
-
-
-def _coarsely_written(time: FloatArray, step: float) -> bool:
-    """Whether the steps between stamps take at most four values, as stamps rounded to few digits do."""
-    found: set[float] = set()
-    for first in range(0, len(time) - 1, _CHUNK):
-        found.update(np.unique(np.rint(np.diff(time[first : first + _CHUNK + 1]) / (1e-3 * step))).tolist())
-        if len(found) > COARSE_STEPS:
-            return False
-    return True
+    white = float(np.dot(residual, residual)) / (n - 2)
+    if white > expected**2 * (1.0 + 2.0 * math.sqrt(2.0 / (n - 2))):
+        white = max(white * max(float(variance_inflation(residual[:, None])[0]), 1.0), expected**2)
+    else:
+        white = expected**2
+    return math.sqrt(white / float(np.dot(u, u)))

@@ -1,17 +1,18 @@
 """Energy per cycle: the area of the hysteresis loop, eq. (2.18), and the energy input, eq. (2.16), beside it."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.neighbours import lag_one, raised_by_lag_one
+from frictionlab.analysis.autocorrelation import variance_of_mean
 from frictionlab.cycle_rule import window_of
 from frictionlab.errors import AnalysisError, UsageError
 
 FloatArray = NDArray[np.float64]
-MOST = 0.99  # correlation of neighbouring cycles: such a drift hardly has a mean
+FEW = 8  # cycles that tell their own scatter; fewer take that of all
+CLEAR = 2.0  # deviations by which scatter must exceed what noise explains
 
 
 def loop_area(mass: FloatArray, base: FloatArray) -> FloatArray:
@@ -132,7 +133,9 @@ def _cycles_of(end_time: FloatArray, rule: str) -> slice:
     return slice(first, n)
 
 
-def mean_over(values: FloatArray, used: slice, *, noise: float, shared: float = 0.0, period: int = 1) -> Mean:
+def mean_over(
+    values: FloatArray, used: slice, *, noise: float, shared: float = 0.0, drift: float = 0.0, period: int = 1
+) -> Mean:
     """Mean of a per-cycle series over the cycles used, with its standard error.
 
     Parameters
@@ -145,35 +148,19 @@ def mean_over(values: FloatArray, used: slice, *, noise: float, shared: float = 
         Standard error of one cycle's value from sensor noise alone: the error is never stated below it.
     shared : float
         Standard error that all cycles have in common, and no mean takes away.
+    drift : float
+        Relative change from the first to the last cycle (`steadiness.growth`): a steady drift is no scatter.
     period : int
         Cycles after which the motion repeats: whole periods are compared, not cycles.
     """
+    count, mean = used.stop - used.start, float(values[used].mean())
     if period > 1 and len(values) >= 2 * period:
-        whole = values[len(values) % period :].reshape(-1, period).mean(axis=1)
-        blocks = slice(len(whole) - max(1, (used.stop - used.start) // period), len(whole))
-        return replace(
-            mean_over(whole, blocks, noise=noise / math.sqrt(period), shared=shared), cycles=used.stop - used.start
-        )
+        values = values[len(values) % period :].reshape(-1, period).mean(axis=1)
+        used, noise = slice(len(values) - max(1, count // period), len(values)), noise / math.sqrt(period)
     part = values[used]
-    count = len(part)
-    told_by = part if count >= 8 else values
-    each = _long_run_deviation(told_by, pooled=count > 1) if _is_irregular(told_by, noise) else noise
-    return Mean(float(part.mean()), math.hypot(max(each, noise) / math.sqrt(count), shared), count)
-
-
-def _is_irregular(values: FloatArray, noise: float) -> bool:
-    """Whether cycles scatter, or hang together, by more than noise explains (two, and two and a half, deviations)."""
-    n = len(values)
-    if n < 3:
-        return False
-    excess = float(values.var(ddof=1)) > noise * noise * (1.0 + 2.0 * math.sqrt(2.0 / (n - 1)))
-    return excess or (n >= 12 and lag_one(values) > 2.5 / math.sqrt(n))
-
-
-def _long_run_deviation(values: FloatArray, *, pooled: bool) -> float:
-    """Deviation per cycle whose square over n is the variance of a mean of n: neighbours that hang together count.
-
-    A lag-one correlation rho that is significant takes n independent cycles to n (1 - rho) / (1 + rho).
-    """
-    hang = raised_by_lag_one(values, most=MOST) if pooled else 1.0
-    return math.sqrt(float(values.var(ddof=1)) * hang)
+    some = part if len(part) >= FEW else values
+    square = noise * noise / len(part)
+    if len(some) > 2 and float(some.var(ddof=1)) > noise * noise * (1.0 + CLEAR * math.sqrt(2.0 / (len(some) - 1))):
+        alone = float(some.var(ddof=1)) / len(part)
+        square = max(alone if len(part) == 1 else variance_of_mean(some) * len(some) / len(part), square)
+    return Mean(mean, math.hypot(math.sqrt(square), shared, drift * mean / math.sqrt(12.0)), count)

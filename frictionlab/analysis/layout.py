@@ -8,8 +8,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis import cycles, lines, noise, spectrum, steadiness
-from frictionlab.analysis.stretches import Foreign, Lines, Stretch, cleaned
+from frictionlab.analysis import cycles, hum, noise, spectrum, steadiness
+from frictionlab.analysis.hum import Foreign
+from frictionlab.analysis.signals import Stretch
 from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
@@ -89,7 +90,7 @@ class Layout:
     def hidden(self) -> float:
         """Standard uncertainty of an extreme (Y) by lines: faint or hidden ones, and what others leave."""
         rate, taken = self.samples * self.drive.frequency, [line for line in self.foreign.mass if line.removed]
-        left = [3.0 / (rate * lines.window(line, self.drive.frequency)) for line in taken]  # of a Hann window's mean
+        left = [3.0 / (rate * hum.window(line, self.drive.frequency)) for line in taken]  # of a Hann window's mean
         unseen = math.hypot(self.foreign.faintest, self.foreign.masked) / self.drive.amplitude / math.sqrt(3.0)
         return math.hypot(unseen, self.mass_noise * math.sqrt(sum(left)))
 
@@ -144,17 +145,19 @@ def lay_out(
     base_lines = spectrum.amplitude_spectrum(longest.base, longest.step, padding=padding)
     guess = _drive_frequency(longest, base_lines, base_noise)
     cuts = _cuts(stretches, longest, guess, base_noise)
-    cut = next(c for s, c in zip(stretches, cuts, strict=True) if s is longest)
-    lines_of = Lines(longest, cut)
-    found = lines_of.foreign(longest.base, base_lines)
-    base_lines = spectrum.up_to(base_lines, SHOWN * lines_of.drive)  # the rest of a long recording's is dear
+    at = next(i for i, s in enumerate(stretches) if s is longest)
+    cut = cuts[at]
+    driven = hum.Drive.of(longest, cut)
+    of_base, shown = driven.foreign(longest.base, base_lines), SHOWN * driven.frequency
+    base_lines = spectrum.up_to(base_lines, shown)  # the rest of a long recording's is dear
     mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=1)
-    stretches, foreign = cleaned(stretches, cuts, lines_of, mass_lines, found)
-    mass_lines = spectrum.up_to(mass_lines, SHOWN * lines_of.drive)
+    found = driven.foreign(longest.mass, mass_lines), of_base
+    stretches, foreign = hum.cleaned(stretches, cuts, driven, mass_lines, found)
+    mass_lines = spectrum.up_to(mass_lines, shown)
     if foreign.period > 1 and cut.drifts:  # what it follows is the motion's own change from cycle to cycle
         cut = cycles.cut(stretches[0].base, cut.frequency, noise=base_noise, follow=False)
         cuts = [cut]
-    longest = max(stretches, key=lambda s: len(s.base))
+    longest = stretches[at]
     points = cycles.points_per_cycle(1.0 / cut.frequency, least=least_points, most=most_points)
     base = _folded_all([s.base for s in stretches], cuts, points)
     mass = _folded_all([s.mass for s in stretches], cuts, points)

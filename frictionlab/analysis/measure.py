@@ -1,32 +1,35 @@
-"""Recording + scene -> measurement: the one place where the kernels meet."""
+"""Recording + scene -> measurement: what `analyze` does to a sample, in its order.
+
+1. Even stretches: gaps and clock breaks part them; declared lags and filters are taken back (`signals`, `filters`).
+2. The transient is cut off: as told, or where the motion settles (`steadiness`).
+3. Cycles: drive frequency (`spectrum`), hum taken out (`hum`), cut by the base's phase (`cycles`), laid under each
+   other (`layout`).
+4. The answer of each cycle: loop area (`energy`), amplitude, stops (`smoothing`, `stops`), regime (`response`).
+5. Means with errors (`energy`, `autocorrelation`), the budget of sensors and rig (`uncertainty`), and what a reader
+   must know of them (`doubts`).
+"""
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.accuracy import accuracy_of
-from frictionlab.analysis import cycles, drift, energy, irregularity, judgement, response, restoring, steadiness, traces
-from frictionlab.analysis.facts import (
-    channels_of,
-    material_of,
-    normal_force_of,
-    of_sensors_and_rig,
-    of_the_force,
-    source_of,
-)
+from frictionlab.analysis import cycles, doubts, energy, filters, irregularity, response, signals, steadiness
+from frictionlab.analysis.filters import SensorChannel
 from frictionlab.analysis.layout import Layout, approach, lay_out, wander_of
-from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement
+from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement, traces
 from frictionlab.analysis.response import Response
-from frictionlab.analysis.stretches import Stretch
+from frictionlab.analysis.signals import Stretch
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
-from frictionlab.recording import Recording
+from frictionlab.recording import Fact, Recording
 from frictionlab.sampling import clock_breaks
 from frictionlab.scene import Scene
-from frictionlab.uncertainty import FILTER, LINES, STATISTICAL, Shares, Sources, combined, cycle_budget
+from frictionlab.uncertainty import FILTER, LINES, STATISTICAL, Shares, Sources, combined, cycle_budget, sources_of
 
 FloatArray = NDArray[np.float64]
 NO_NATURAL_FREQUENCY = (
@@ -35,14 +38,13 @@ NO_NATURAL_FREQUENCY = (
 )
 MOST_GAPS = 5  # named one by one
 MOST_SINGLE, MOST_HARMONICS = 400, 128  # of the single cycles that tell the scatter
-SHARED = {
-    "ratio": "frequency_ratio",
-    "base_amplitude": "base_amplitude_m",
-    "energy": "energy_per_cycle",
-    "amplitude": "response_amplitude",
-}  # fields whose uncertainty has a budget, and their keys
-FIELDS = {key: name for name, key in SHARED.items()}
 LONG_TEST_S = 300.0  # from this length on a trend of the energy is fitted
+BUDGETED = {
+    "frequency_ratio": "ratio",
+    "base_amplitude_m": "base_amplitude",
+    "energy_per_cycle": "energy",
+    "response_amplitude": "amplitude",
+}  # key of the contract -> field of the measurement
 
 
 def measure(recording: Recording, scene: Scene) -> Measurement:
@@ -71,61 +73,117 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     >>> print(f"{m.frequency_ratio:.6f} {m.energy_per_cycle:.6f} {m.response_amplitude:.4f} {m.regime}")
     0.250000 1.570796 0.5000 continuous
     """
-    parts, warnings = _stretches(recording, scene)
-    warnings += of_the_force(recording)
-    begin = float(recording.time[0]) + scene.analysis.transient_s
-    how = scene.analysis
-    try:
-        layout = lay_out(
-            _steady(parts, begin, recording),
-            padding=how.padding,
-            least_points=how.least_points,
-            most_points=how.most_points,
-        )
-    except AnalysisError as error:
-        raise _for_its_cause(error, recording) from error
-    restoring.check_drive(layout.drive.frequency, channels_of(scene))
-    answer = response.response(layout, wall_moves=scene.model.wall == "base")
-    return _Composition(recording, scene, layout, answer, parts, (*scene.rig.doubts, *warnings)).measurement()
+    parts, warnings = even_stretches(recording, scene)
+    warnings += _doubts_of_the_force(recording)
+    transient = scene.analysis.transient_s
+    if transient is None:
+        transient = steadiness.transient(parts[0]) if parts else 0.0
+    layout = _laid_out(parts, transient, recording, scene)
+    of_mass = channels_of(scene)[0]
+    filters.check_drive(layout.drive.frequency, channels_of(scene))
 
+    wall_moves, natural = scene.model.wall == "base", scene.rig.natural_frequency
+    answer = response.response(layout, wall_moves=wall_moves)
+    settled = _settled(layout, parts[0])
+    edges = np.append(layout.time, layout.end[-1])
+    used = energy.used_cycles(edges, scene.analysis.cycles, layout.foreign.period)
+    steady = slice(_first_settled(layout, recording, settled), len(layout))
+    cycle = _mean_cycle(layout, answer, used, of_mass)
+    trend = None
+    if layout.time[-1] - layout.time[0] >= LONG_TEST_S:
+        trend = steadiness.linear_trend(*steadiness.every(layout.time, answer.energy))
 
-def _for_its_cause(error: AnalysisError, recording: Recording) -> AnalysisError:
-    """Name the sensor's range where it is what cuts the cycles; advice on the transient would lead elsewhere."""
-    held = recording.flag_counts()["held"]
-    if not held:
-        return error
-    return AnalysisError(
-        f"analysis: {held} values are held at the end of a sensor's range, and between them no cycle is whole: move the"
-        f" sensor or enlarge its range, and test again ({error})"
+    estimates = _estimates(layout, answer, used, steady, natural)
+    sources, loop, size = sources_of_test(recording, scene, 1.0 / parts[0].step), estimates["energy"], answer.size
+    cut = 0.0 if answer.is_stuck else _cut_away(cycle, loop, size, layout, natural, of_mass)
+    budget = _budget(cycle, estimates, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
+    estimates |= {BUDGETED[key]: estimates[BUDGETED[key]].with_u(combined(budget[key])) for key in budget}
+    r = layout.drive.frequency / natural if natural else None
+    warnings += doubts.warnings(layout, answer, settled, transient, loop=loop, r=r, wall_moves=wall_moves)
+    warnings += () if natural else (NO_NATURAL_FREQUENCY,)
+    warnings += filters.said_of(cut, size, of_mass)
+    return Measurement(
+        **_facts(recording, scene, layout, 1.0 / parts[0].step),
+        **_of_the_answer(layout, answer, used),
+        **estimates,
+        warnings=(*scene.rig.doubts, *warnings),
+        transient_s=transient,
+        energy_per_cycle_j=loop.scaled(scene.rig.stiffness).scaled(layout.drive.amplitude**2).value,
+        energy_trend=Estimate(trend.slope, trend.slope_se).scaled(3600.0) if trend else Estimate(),
+        settled_s=settled,
+        cycle=cycle,
+        sources=sources,
+        series=_series(layout, answer, used),
+        trend=trend,
+        traces=traces(layout, answer.found, used),
+        budget=budget,
     )
 
 
-def _stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], list[str]]:
-    """The recording's sound parts, evenly sampled, and what had to be said about them."""
+def _facts(recording: Recording, scene: Scene, layout: Layout, rate: float) -> dict[str, Any]:
+    """Fields of a measurement that say which test it is of, and what its sensors are like."""
+    return {
+        "source": source_of(recording),
+        "status": "ok",
+        "reason": None,
+        "material": material_of(recording, scene),
+        "normal_force_n": normal_force_of(recording, scene),
+        "sampling_rate_hz": rate,
+        "duration_s": recording.duration_s,
+        "natural_frequency_hz": scene.rig.natural_frequency,
+        "base_distortion": float(np.linalg.norm(layout.drive.harmonics[1:])),
+        "cycles": len(layout),
+        "energy_rule": scene.analysis.cycles,
+        "mass_noise_m": layout.mass_noise * layout.drive.amplitude,
+        "base_noise_m": layout.base_noise * layout.drive.amplitude,
+        "accuracy": accuracy_of(scene),
+    }
+
+
+def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, Any]:
+    """Fields of a measurement that say how the mass answers, those without an error."""
+    noise = layout.mass_noise * math.sqrt(cycles.interpolated_noise_share())
+    index = None if answer.is_stuck else irregularity.irregularity_index(layout.mass, layout.blocks)
+    return {
+        "irregularity_index": index,
+        "irregularity_floor": None if index is None else irregularity.irregularity_floor(layout.mass, noise),
+        "base_irregularity_index": irregularity.irregularity_index(layout.base, layout.blocks),
+        "stops_per_cycle": answer.stops_per_cycle,
+        "stuck_fraction": answer.stuck_fraction,
+        "regime": answer.regime,
+        "asymmetry": None if answer.is_stuck else answer.asymmetry,
+        "energy_input_per_cycle": float(energy.energy_input(layout.mass[used]).mean()),
+        "shortest_stop": answer.shortest_stop,
+        "smallest_slip": answer.smallest_slip,
+    }
+
+
+# 1. Even stretches ---------------------------------------------------------------------------------------------------
+
+
+def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], list[str]]:
+    """The recording's sound parts, evenly sampled, lags and filters taken back, and what had to be said about them."""
     of_mass, of_base = channels_of(scene)
     step = 1.0 / recording.sampling_rate_hz
     warnings = list(recording.source.warnings)
     parts, strays = [], 0.0
     for part in recording.stretches():
-        if cycles.stray(part.time, step) < cycles.EVEN:
-            mass = restoring.restored(part.mass_displacement, step, of_mass)
-            base = restoring.restored(part.base_displacement, step, of_base)
-            parts.append(Stretch(float(part.time[0]), step, mass, base))
-            continue
-        breaks = clock_breaks(part.time, step)
+        is_even = signals.stray(part.time, step) < signals.EVEN
+        breaks = np.zeros(0, dtype=np.intp) if is_even else clock_breaks(part.time, step)
         warnings += _of_the_clock(part.time, breaks, step)
-        for piece in np.split(np.arange(len(part)), breaks):
-            time, mass, base = (v[piece] for v in (part.time, part.mass_displacement, part.base_displacement))
-            if len(time) > 1:
-                mass, base, off = cycles.evenly(time, mass, base, step)
-                mass, base = restoring.restored(mass, step, of_mass), restoring.restored(base, step, of_base)
-                parts.append(Stretch(float(time[0]), step, mass, base))
+        edges = [0, *breaks.tolist(), len(part)]
+        for some in (slice(a, b) for a, b in pairwise(edges) if b - a > 1):
+            time, mass, base = part.time[some], part.mass_displacement[some], part.base_displacement[some]
+            if not is_even:
+                mass, base, off = signals.evenly(time, mass, base, step)
                 strays = max(strays, off)
+            mass, base = filters.restored(mass, step, of_mass), filters.restored(base, step, of_base)
+            parts.append(Stretch(float(time[0]), step, mass, base))
     if strays > 0.0:
         warnings.append(
             f"time: stamps stray by up to {strays:.2g} sampling intervals from an even clock; values were interpolated"
         )
-    return parts, [*warnings, *_gaps(recording)]
+    return parts, [*warnings, *_of_the_gaps(recording)]
 
 
 def _of_the_clock(time: FloatArray, breaks: NDArray[np.intp], step: float) -> Iterator[str]:
@@ -139,8 +197,7 @@ def _of_the_clock(time: FloatArray, breaks: NDArray[np.intp], step: float) -> It
         yield f"time: {len(breaks) - MOST_GAPS} more such places"
 
 
-def _gaps(recording: Recording) -> Iterator[str]:
-    """A sentence for each of the first gaps, and one for the rest."""
+def _of_the_gaps(recording: Recording) -> Iterator[str]:
     gaps = recording.gaps
     for start, end in gaps[:MOST_GAPS]:
         yield f"gap: no samples from {start:.4g} s to {end:.4g} s; no cycle is cut across it"
@@ -148,240 +205,190 @@ def _gaps(recording: Recording) -> Iterator[str]:
         yield f"gap: {len(gaps) - MOST_GAPS} more, up to {gaps[-1][1]:.4g} s; no cycle is cut across them"
 
 
-def _steady(parts: list[Stretch], begin: float, recording: Recording) -> list[Stretch]:
+# 2, 3. Transient and cycles ------------------------------------------------------------------------------------------
+
+
+def _laid_out(parts: list[Stretch], transient: float, recording: Recording, scene: Scene) -> Layout:
+    """The steady cycles; refused where there are none, by what is the cause."""
+    begin, how = float(recording.time[0]) + transient, scene.analysis
     steady = [part for part in (p.after(begin) for p in parts) if len(part.mass) >= 32]
     if not steady:
         raise AnalysisError(
-            f"analysis: the test is shorter than its transient: expected more than {begin - recording.time[0]:g} s; got"
+            f"analysis: the test is shorter than its transient: expected more than {transient:g} s; got"
             f" {recording.duration_s:.4g} s: shorten transient_s (--transient) or record longer"
         )
-    return steady
+    try:
+        return lay_out(steady, padding=how.padding, least_points=how.least_points, most_points=how.most_points)
+    except AnalysisError as error:
+        held = recording.flag_counts()["held"]
+        if not held:
+            raise
+        raise AnalysisError(
+            f"analysis: {held} values are held at the end of a sensor's range, and between them no cycle is whole: move"
+            f" the sensor or enlarge its range, and test again ({error})"
+        ) from error
 
 
-@dataclass(frozen=True)
-class _Composition:
-    """All that the numbers of one measurement are made of."""
-
-    recording: Recording
-    scene: Scene
-    layout: Layout
-    response: Response
-    parts: list[Stretch]
-    said: tuple[str, ...]
-
-    @property
-    def sources(self) -> Sources:
-        """What is not known of sensors and rig."""
-        return of_sensors_and_rig(self.recording, self.scene, 1.0 / self.parts[0].step)
-
-    def measurement(self) -> Measurement:
-        """Put the numbers together."""
-        layout, response_, scene = self.layout, self.response, self.scene
-        edges, period = np.append(layout.time, layout.end[-1]), layout.foreign.period
-        used = energy.used_cycles(edges, scene.analysis.cycles, period)
-        series, settled = self._series(used), self._settled()
-        trend = self._trend(series)
-        index, stuck = self._irregularity(), response_.is_stuck
-        drive = layout.drive
-        loop = self._loop(series, used)
-        cycle, estimates = self._cycle(used), self._estimates(series, used, loop, self._steady(settled), trend)
-        cut = 0.0 if stuck else self._cut_away(cycle, loop.value)
-        budget = self._budget(cycle, estimates, {FILTER: cut} if self._of_mass.cutoff else {})
-        return Measurement(
-            source=source_of(self.recording),
-            status="ok",
-            reason=None,
-            warnings=(*self.said, *self._warnings(settled, loop), *restoring.said_of(cut, self._size, self._of_mass)),
-            material=material_of(self.recording, scene),
-            normal_force_n=normal_force_of(self.recording, scene),
-            sampling_rate_hz=1.0 / self.parts[0].step,
-            duration_s=self.recording.duration_s,
-            transient_s=scene.analysis.transient_s,
-            natural_frequency_hz=scene.rig.natural_frequency,
-            base_distortion=float(np.linalg.norm(drive.harmonics[1:])),
-            cycles=len(layout),
-            energy_rule=scene.analysis.cycles,
-            irregularity_index=None if stuck else index[0],
-            irregularity_floor=None if stuck else index[1],
-            base_irregularity_index=index[2],
-            stops_per_cycle=response_.stops_per_cycle,
-            stuck_fraction=response_.stuck_fraction,
-            regime=response_.regime,
-            asymmetry=None if stuck else response_.asymmetry,
-            energy_input_per_cycle=float(energy.energy_input(layout.mass[used]).mean()),
-            settled_s=settled,
-            shortest_stop=response_.shortest_stop,
-            smallest_slip=response_.smallest_slip,
-            mass_noise_m=layout.mass_noise * drive.amplitude,
-            base_noise_m=layout.base_noise * drive.amplitude,
-            accuracy=accuracy_of(scene),
-            cycle=cycle,
-            sources=self.sources,
-            series=series,
-            trend=trend,
-            traces=traces.traces(layout, response_.found, used),
-            energy_per_cycle_j=self._joules(estimates["energy"]),
-            budget=budget,
-            **{name: _with_u(estimate, budget.get(SHARED.get(name, ""))) for name, estimate in estimates.items()},
-        )
-
-    @property
-    def _of_mass(self) -> restoring.Channel:
-        return channels_of(self.scene)[0]
-
-    def _cut_away(self, cycle: Cycle, energy_: float) -> float:
-        """How much of the amplitude the mass's filter may have cut away, Y."""
-        drive, natural = self.layout.drive.frequency, self.scene.rig.natural_frequency
-        friction, r = abs(energy_) / (4.0 * max(self._size, 1e-12)), drive / natural if natural else 1.0
-        third = restoring.third_lost(friction, r, drive, self._of_mass)
-        return max(restoring.cut_away(cycle.mass_smooth, drive, self._of_mass), third)
-
-    @property
-    def _size(self) -> float:
-        return float(np.median(self.response.amplitude))
-
-    def _budget(self, cycle: Cycle, estimates: dict[str, Estimate], of_filter: Shares) -> dict[str, Shares]:
-        """What each source adds to each number, its own scatter first; ``of_filter``: to the amplitude."""
-        drive = self.layout.drive
-        shares = cycle_budget(
-            cycle.mass_smooth,
-            cycle.base,
-            self.sources,
-            turn=2.0 * math.pi * drive.frequency,
-            unit=drive.amplitude,
-        )
-        of_ratio = (estimates["ratio"].value or 0.0) * self.sources.natural_frequency
-        found: dict[str, Shares] = {"frequency_ratio": {"natural frequency": of_ratio}, **shares}
-        found["response_amplitude"] = {**found["response_amplitude"], LINES: self.layout.hidden, **of_filter}
-        own = {key: estimates[name].se or 0.0 for name, key in SHARED.items()}
-        return {key: {STATISTICAL: own[key], **found[key]} for key in SHARED.values() if estimates[FIELDS[key]].known}
-
-    def _estimates(
-        self, series: CycleSeries, used: slice, loop: energy.Mean, steady: slice, trend: drift.Trend | None
-    ) -> dict[str, Estimate]:
-        """All numbers that have errors, by the names of the measurement's fields."""
-        drive, natural = self.layout.drive, self.scene.rig.natural_frequency
-        frequency, settled = Estimate(drive.frequency, drive.frequency_se), self._loop(series, steady)
-        return {
-            "drive": frequency,
-            "ratio": frequency.over(natural),
-            "base_amplitude": Estimate(drive.amplitude, drive.amplitude_se),
-            "energy": Estimate(loop.value, loop.se),
-            "amplitude": self._amplitude(series, used),
-            "energy_trend": Estimate(trend.slope, trend.slope_se).scaled(3600.0) if trend else Estimate(),
-            "steady_energy": Estimate(settled.value, settled.se),
-            "steady_amplitude": self._amplitude(series, steady),
-        }
-
-    def _loop(self, series: CycleSeries, used: slice) -> energy.Mean:
-        noise, shared = self.response.energy_noise, self.response.energy_shared
-        return energy.mean_over(series.energy, used, noise=noise, shared=shared, period=self.layout.foreign.period)
-
-    def _amplitude(self, series: CycleSeries, used: slice) -> Estimate:
-        mean = energy.mean_over(series.amplitude, used, noise=0.0, period=self.layout.foreign.period)
-        return Estimate(mean.value, math.hypot(mean.se, self.response.amplitude_noise))
-
-    def _joules(self, loop: Estimate) -> float | None:
-        stiffness = self.scene.rig.stiffness
-        return loop.scaled(stiffness).scaled(self.layout.drive.amplitude**2).value if stiffness else None
-
-    def _series(self, used: slice) -> CycleSeries:
-        flags = np.zeros(len(self.layout), dtype=bool)
-        flags[used] = True
-        return CycleSeries(
-            time=self.layout.time,
-            used=flags,
-            energy=self.response.energy,
-            amplitude=self.response.amplitude,
-            position=self.response.position,
-            stops=self.response.stops,
-            stuck=self.response.stuck,
-        )
-
-    def _cycle(self, used: slice) -> Cycle:
-        """Mean of the cycles used, turned so that it starts at tau = 0."""
-        points = self.layout.mass.shape[1]
-        quarter = points // 4
-        rows = self.layout.mass, self.layout.base
-        mass, base = (np.roll(r[used].mean(axis=0) - w, -quarter) for r, w in zip(rows, self._level(), strict=True))
-        smooth, velocity = (np.roll(c, -quarter) for c in response.mean_cycle(self.layout, used, self.response.how))
-        harmonics = self.layout.drive.harmonics
-        return Cycle(
-            tau=2.0 * math.pi * np.arange(points) / points,
-            mass=mass - mass.mean(),
-            base=base - base.mean(),
-            mass_smooth=smooth - smooth.mean(),
-            mass_velocity=velocity,
-            base_cosine=harmonics.real.copy(),
-            base_sine=-harmonics.imag,
-            each=self._single_cycles(),
-            kept=restoring.kept(self.layout.drive.frequency * np.arange(1, points // 2 + 1), self._of_mass),
-        )
-
-    def _single_cycles(self) -> "NDArray[np.complex128]":
-        """Harmonics of single steady cycles, counted from the top of the base's motion."""
-        mass = self.layout.mass
-        if len(mass) > MOST_SINGLE:
-            mass = mass[np.linspace(0, len(mass) - 1, MOST_SINGLE).astype(np.intp)]
-        lines = np.fft.rfft(mass, axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / mass.shape[1])
-        return np.asarray(lines * 1j ** np.arange(1, lines.shape[1] + 1))
-
-    def _level(self) -> tuple[FloatArray, FloatArray]:
-        """What the slow wander of mass and base adds to a mean cycle (p,): a sensor whose zero drifts is no force."""
-        layout = self.layout
-        if layout.foreign.period > 1:
-            return np.zeros_like(layout.base_wander), layout.base_wander
-        wander = wander_of(self.response.position, layout.mass.shape[1], layout.blocks)[0]
-        return wander, layout.base_wander
-
-    def _irregularity(self) -> tuple[float | None, float | None, float | None]:
-        layout = self.layout
-        noise = layout.mass_noise * math.sqrt(cycles.interpolated_noise_share())
-        mass = irregularity.irregularity_index(layout.mass, layout.blocks)
-        base = irregularity.irregularity_index(layout.base, layout.blocks)
-        return mass, irregularity.irregularity_floor(layout.mass, noise) if mass is not None else None, base
-
-    def _trend(self, series: CycleSeries) -> drift.Trend | None:
-        if series.time[-1] - series.time[0] < LONG_TEST_S:
-            return None
-        return drift.linear_trend(*drift.every(series.time, series.energy))
-
-    def _steady(self, settled: float | None) -> slice:
-        """The cycles after the motion had settled; all of them where that is not known."""
-        layout = self.layout
-        begin = self.recording.time[0] + (settled or 0.0)
-        return slice(min(int(np.searchsorted(layout.time, begin - 1e-9)), len(layout) - 1), len(layout))
-
-    def _settled(self) -> float | None:
-        """When the motion had settled [s from the recording's start], from all cycles of the first stretch."""
-        layout, first = self.layout, self.parts[0]
-        if layout.time[0] > first.time + len(first.mass) * first.step:
-            return None
-        early, rows = approach(first, layout)
-        final = layout.mass[-max(4, len(layout) // 4) :].mean(axis=0)
-        size = max(float(final.std()), 1e-300)
-        distance = np.concatenate([_distance(rows, final), _distance(layout.mass, final)]) / size
-        settled = steadiness.settled_at(distance, floor=2.0 * layout.mass_noise / size)
-        return None if settled is None else float(np.append(early, layout.time)[settled] - first.time)
-
-    def _warnings(self, settled: float | None, loop: energy.Mean) -> tuple[str, ...]:
-        scene, natural = self.scene, self.scene.rig.natural_frequency
-        said = judgement.warnings(
-            self.layout,
-            self.response,
-            settled,
-            scene.analysis.transient_s,
-            loop=loop,
-            r=self.layout.drive.frequency / natural if natural else None,
-            wall_moves=scene.model.wall == "base",
-        )
-        return said if natural else (*said, NO_NATURAL_FREQUENCY)
+def _settled(layout: Layout, first: Stretch) -> float | None:
+    """When the motion had settled [s from the recording's start], from all cycles of the first stretch."""
+    if layout.time[0] > first.time + len(first.mass) * first.step:
+        return None
+    early, rows = approach(first, layout)
+    final = layout.mass[-max(4, len(layout) // 4) :].mean(axis=0)
+    size = max(float(final.std()), 1e-300)
+    distance = np.concatenate([steadiness.distance(some, final) for some in (rows, layout.mass)]) / size
+    settled = steadiness.settled_at(distance, floor=2.0 * layout.mass_noise / size)
+    return None if settled is None else float(np.append(early, layout.time)[settled] - first.time)
 
 
-def _with_u(estimate: Estimate, shares: Shares | None) -> Estimate:
-    return estimate if shares is None else estimate.with_u(combined(shares))
+def _first_settled(layout: Layout, recording: Recording, settled: float | None) -> int:
+    """Number of the first cycle after the motion had settled; 0 where that is not known."""
+    begin = recording.time[0] + (settled or 0.0)
+    return min(int(np.searchsorted(layout.time, begin - 1e-9)), len(layout) - 1)
 
 
-def _distance(rows: FloatArray, final: FloatArray) -> FloatArray:
-    """Rms distance (n,) of cycles from a final one."""
-    return np.concatenate([np.sqrt(np.mean((rows[some] - final) ** 2, axis=1)) for some in cycles.chunks(rows)])
+# 4, 5. Cycles, their means, and their errors -------------------------------------------------------------------------
+
+
+def _estimates(
+    layout: Layout, answer: Response, used: slice, steady: slice, natural: float | None
+) -> dict[str, Estimate]:
+    """All numbers that have errors, by the names of the measurement's fields; ``steady``: all settled cycles."""
+    frequency = Estimate(layout.drive.frequency, layout.drive.frequency_se)
+    return {
+        "drive": frequency,
+        "ratio": frequency.over(natural),
+        "base_amplitude": Estimate(layout.drive.amplitude, layout.drive.amplitude_se),
+        "energy": _mean_energy(layout, answer, used),
+        "amplitude": _mean_amplitude(layout, answer, used),
+        "steady_energy": _mean_energy(layout, answer, steady),
+        "steady_amplitude": _mean_amplitude(layout, answer, steady),
+    }
+
+
+def _series(layout: Layout, answer: Response, used: slice) -> CycleSeries:
+    flags = np.zeros(len(layout), dtype=bool)
+    flags[used] = True
+    return CycleSeries(
+        time=layout.time,
+        used=flags,
+        energy=answer.energy,
+        amplitude=answer.amplitude,
+        position=answer.position,
+        stops=answer.stops,
+        stuck=answer.stuck,
+    )
+
+
+def _mean_energy(layout: Layout, answer: Response, used: slice) -> Estimate:
+    period = layout.foreign.period
+    mean = energy.mean_over(
+        answer.energy,
+        used,
+        noise=answer.energy_noise,
+        shared=answer.energy_shared,
+        drift=steadiness.growth(answer.energy),
+        period=period,
+    )
+    return Estimate(mean.value, mean.se)
+
+
+def _mean_amplitude(layout: Layout, answer: Response, used: slice) -> Estimate:
+    drift, period = steadiness.growth(answer.amplitude), layout.foreign.period
+    mean = energy.mean_over(answer.amplitude, used, noise=0.0, drift=drift, period=period)
+    return Estimate(mean.value, math.hypot(mean.se, answer.amplitude_noise))
+
+
+def _mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: SensorChannel) -> Cycle:
+    """Mean of the cycles used, turned so that it starts at tau = 0, the slow wander of both channels taken off."""
+    points = layout.mass.shape[1]
+    quarter = points // 4
+    wander = np.zeros(points)
+    if layout.foreign.period == 1:
+        wander = wander_of(answer.position, points, layout.blocks)[0]
+    mass = np.roll(layout.mass[used].mean(axis=0) - wander, -quarter)
+    base = np.roll(layout.base[used].mean(axis=0) - layout.base_wander, -quarter)
+    smooth, velocity = (np.roll(c, -quarter) for c in response.mean_cycle(layout, used, answer.how))
+    single = layout.mass
+    if len(single) > MOST_SINGLE:
+        single = single[np.linspace(0, len(single) - 1, MOST_SINGLE).astype(np.intp)]
+    each = np.fft.rfft(single, axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / points)
+    return Cycle(
+        tau=2.0 * math.pi * np.arange(points) / points,
+        mass=mass - mass.mean(),
+        base=base - base.mean(),
+        mass_smooth=smooth - smooth.mean(),
+        mass_velocity=velocity,
+        base_cosine=layout.drive.harmonics.real.copy(),
+        base_sine=-layout.drive.harmonics.imag,
+        each=np.asarray(each * 1j ** np.arange(1, each.shape[1] + 1)),  # counted from the top of the base's motion
+        kept=filters.kept(layout.drive.frequency * np.arange(1, points // 2 + 1), of_mass),
+    )
+
+
+def _cut_away(
+    cycle: Cycle, loop: Estimate, size: float, layout: Layout, natural: float | None, of_mass: SensorChannel
+) -> float:
+    """How much of the amplitude the mass's filter may have cut away, Y; ``size``: that amplitude."""
+    drive = layout.drive.frequency
+    friction, r = abs(loop.value or 0.0) / (4.0 * max(size, 1e-12)), drive / natural if natural else 1.0
+    third = filters.third_lost(friction, r, drive, of_mass)
+    return max(filters.cut_away(cycle.mass_smooth, drive, of_mass), third)
+
+
+def _budget(
+    cycle: Cycle, estimates: dict[str, Estimate], sources: Sources, layout: Layout, of_filter: Shares
+) -> dict[str, Shares]:
+    """What each source adds to each number, its own scatter first; ``of_filter``: to the amplitude."""
+    drive = layout.drive
+    turn = 2.0 * math.pi * drive.frequency
+    found = dict(cycle_budget(cycle.mass_smooth, cycle.base, sources, turn=turn, unit=drive.amplitude))
+    of_ratio = (estimates["ratio"].value or 0.0) * sources.natural_frequency
+    found["frequency_ratio"] = {"natural frequency": of_ratio}
+    found["response_amplitude"] = {**found["response_amplitude"], LINES: layout.hidden, **of_filter}
+    known = ((key, estimates[name]) for key, name in BUDGETED.items())
+    return {key: {STATISTICAL: number.se or 0.0, **found[key]} for key, number in known if number.known}
+
+
+# What a recording, and else its scene, say about a test --------------------------------------------------------------
+
+
+def channels_of(scene: Scene) -> tuple[SensorChannel, SensorChannel]:
+    """The ways of mass and base into the log, as the scene declares them."""
+    s = scene.sensors
+    mass = SensorChannel(0.0, s.mass_filter_hz or s.filter_hz, s.mass_filter_order or s.filter_order)
+    return mass, SensorChannel(s.lag_s, s.base_filter_hz or s.filter_hz, s.base_filter_order or s.filter_order)
+
+
+def _doubts_of_the_force(recording: Recording) -> Iterator[str]:
+    force = recording.experiment.get("normal_force_n")
+    if force is not None and not _is_force(force):
+        yield f"normal_force_n: expected a number above 0; got {force!r} in the recording: it is not used"
+
+
+def _is_force(value: Fact) -> bool:
+    return isinstance(value, (int, float)) and math.isfinite(value) and value > 0.0
+
+
+def source_of(recording: Recording) -> str:
+    """The names of the logs that a recording was made of."""
+    return ", ".join(f.name for f in recording.source.files)
+
+
+def material_of(recording: Recording, scene: Scene) -> str | None:
+    """Material of a test's contact, as the recording has it, else the scene."""
+    value = recording.experiment.get("material", scene.experiment.material)
+    return None if value is None else str(value)
+
+
+def normal_force_of(recording: Recording, scene: Scene) -> float | None:
+    """Normal force of a test [N], as the recording has it, else the scene."""
+    value = recording.experiment.get("normal_force_n", scene.experiment.normal_force_n)
+    return float(value) if value is not None and _is_force(value) else None
+
+
+def sources_of_test(recording: Recording, scene: Scene, sampling_rate_hz: float) -> Sources:
+    """What is not known of the sensors and the rig of a test."""
+    lag = recording.source.dialect.get("lag_s_u")
+    lag_s_u = lag if isinstance(lag, float) else None
+    return sources_of(scene, sampling_rate_hz, normal_force_n=normal_force_of(recording, scene), lag_s_u=lag_s_u)

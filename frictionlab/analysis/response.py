@@ -52,6 +52,11 @@ class Response:
     how: Smoother
 
     @property
+    def size(self) -> float:
+        """Usual amplitude of a cycle, Y."""
+        return float(np.median(self.amplitude))
+
+    @property
     def is_stuck(self) -> bool:
         """Whether the mass does not move by more than its sensor's noise."""
         return self.regime == "stuck"

@@ -1,4 +1,4 @@
-"""Whether a motion is steady: when it settled, whether it beats, whether it jumps between coexisting motions."""
+"""Whether a motion is steady: when it settled, whether it beats, grows, drifts over a long test, or jumps."""
 
 import math
 from dataclasses import dataclass
@@ -6,9 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.analysis import cycles, spectrum
+from frictionlab.analysis.autocorrelation import variance_inflation
+from frictionlab.analysis.noise import white_noise
+from frictionlab.analysis.signals import Stretch
 from frictionlab.analysis.stops import runs
 
 FloatArray = NDArray[np.float64]
+COARSE_POINTS = 64  # of a cycle, to find the transient on
+REPEATS = 0.005  # of the motion: cycles that differ by less repeat
+INTERVAL_S = 10.0  # one cycle so often tells the trend of a long test (thesis 4.4.3)
 
 
 @dataclass(frozen=True)
@@ -19,7 +26,7 @@ class Beating:
     depth: float
 
 
-def settled_at(distance: FloatArray, *, floor: float) -> int | None:
+def settled_at(distance: FloatArray, *, floor: float, least: float = 0.02) -> int | None:
     """Index of the first cycle from which the motion stays as near its final cycle as it ever comes.
 
     Parameters
@@ -28,6 +35,8 @@ def settled_at(distance: FloatArray, *, floor: float) -> int | None:
         Rms distance of each cycle from the mean of the last ones, over the rms of that mean.
     floor : float
         Distance that sensor noise alone gives.
+    least : float
+        Distance below which a cycle counts as the final one.
 
     Returns
     -------
@@ -39,7 +48,7 @@ def settled_at(distance: FloatArray, *, floor: float) -> int | None:
     if n < 8:
         return None
     level = float(np.median(tail))
-    least = max(3.0 * floor, 0.02)
+    least = max(3.0 * floor, least)
     earlier, later = (float(np.median(part)) for part in np.array_split(tail, 2))
     if earlier > max(2.0 * later, least):
         return None
@@ -47,6 +56,47 @@ def settled_at(distance: FloatArray, *, floor: float) -> int | None:
     outside = np.flatnonzero(distance > limit)
     first = int(outside[-1]) + 1 if len(outside) else 0
     return first if first < n - len(tail) // 2 else None
+
+
+def distance(rows: FloatArray, final: FloatArray) -> FloatArray:
+    """Rms distance (n,) of cycles from a final one."""
+    return np.concatenate([np.sqrt(np.mean((rows[some] - final) ** 2, axis=1)) for some in cycles.chunks(rows)])
+
+
+def transient(stretch: Stretch) -> float:
+    """How long after its start the motion of a stretch has settled [s]: mass and base repeat from cycle to cycle.
+
+    Cycles of the whole stretch are compared with the mean of the last quarter on a coarse grid. Where the motion has
+    not settled, half of the stretch is left.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 60.0, 0.01)
+    >>> base = np.cos(2 * np.pi * t)
+    >>> start = transient(Stretch(0.0, 0.01, base + np.exp(-0.5 * t) * np.cos(20.0 * t), base))
+    >>> 8.0 < start < 16.0
+    True
+    """
+    half = 0.5 * len(stretch.base) * stretch.step
+    if len(stretch.base) < 64 or not float(np.ptp(stretch.base)) > 0.0:
+        return 0.0
+    later = stretch.base[len(stretch.base) // 2 :]
+    frequency = spectrum.strongest_tone(later, 1.0).frequency
+    noise = white_noise(stretch.base)
+    found = cycles.cut(stretch.base, frequency, noise=noise)
+    if len(found) < 8:
+        return 0.0 if len(found) < 2 else min(half, 2.0 * float(found.end[0] - found.start[0]) * stretch.step)
+    latest = 0
+    for signal in (stretch.mass, stretch.base):
+        rows = cycles.fold(signal, found.start, found.end, COARSE_POINTS)
+        rows -= rows.mean()
+        final = rows[-max(4, len(rows) // 4) :].mean(axis=0)
+        size = max(float(final.std()), 1e-300)
+        settled = settled_at(distance(rows, final) / size, floor=2.0 * white_noise(signal) / size, least=REPEATS)
+        if settled is None:
+            return half
+        latest = max(latest, settled)
+    return float(found.start[latest]) * stretch.step if latest else 0.0
 
 
 def beating(series: FloatArray, *, noise: float, least: float = 0.02) -> Beating | None:
@@ -123,3 +173,58 @@ def jumps(series: FloatArray, *, noise: float, width: int = 5, least: float = 0.
     sharp = np.abs(mean[width:] - mean[:-width])  # medians say whether, means say where
     peaks = [b + int(np.argmax(sharp[b:e])) for b, e in zip(begin, end, strict=True)]
     return np.array(peaks, dtype=np.intp) + width
+
+
+@dataclass(frozen=True)
+class Trend:
+    """A straight line through a quantity over time.
+
+    ``time`` (n,) s and ``value`` (n,): the points; ``slope`` per second, its standard error ``slope_se``, its 95 %
+    confidence interval ``low`` to ``high``; ``level``: the line at the middle of the test.
+    """
+
+    time: FloatArray
+    value: FloatArray
+    slope: float
+    slope_se: float
+    low: float
+    high: float
+    level: float
+
+
+def every(time: FloatArray, value: FloatArray, interval: float = INTERVAL_S) -> tuple[FloatArray, FloatArray]:
+    """One value every ``interval`` seconds: the first cycle that starts at or after each of the ticks.
+
+    Parameters
+    ----------
+    time, value : (n,) arrays
+        Start of each cycle [s] and its value.
+    """
+    ticks = np.arange(time[0], time[-1] + 1e-9, interval)
+    chosen = np.unique(np.searchsorted(time, ticks - 1e-9))
+    chosen = chosen[chosen < len(time)]
+    return time[chosen], value[chosen]
+
+
+def linear_trend(time: FloatArray, value: FloatArray) -> Trend | None:
+    """Least-squares line with its confidence; autocorrelated residuals widen it (None for fewer than six points)."""
+    n = len(time)
+    if n < 6:
+        return None
+    u = time - time.mean()
+    spread = float(np.dot(u, u))
+    slope = float(np.dot(u, value)) / spread
+    left = value - value.mean() - slope * u
+    inflation = float(variance_inflation(left[:, None])[0])
+    error = math.sqrt(float(np.dot(left, left)) / (n - 2) / spread * max(inflation, 1.0))
+    reach = student95(max(n / max(inflation, 1.0) - 2.0, 1.0)) * error
+    return Trend(time, value, slope, error, slope - reach, slope + reach, float(value.mean()))
+
+
+def student95(freedom: float) -> float:
+    """Two-sided 95 % quantile of Student's t (Cornish and Fisher 1937, good to 1 % from 3 degrees of freedom)."""
+    z = 1.959964
+    g1 = (z**3 + z) / 4
+    g2 = (5 * z**5 + 16 * z**3 + 3 * z) / 96
+    g3 = (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / 384
+    return z + g1 / freedom + g2 / freedom**2 + g3 / freedom**3

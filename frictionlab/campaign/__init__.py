@@ -15,8 +15,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.drift import Trend
 from frictionlab.analysis.measure import measure
+from frictionlab.analysis.steadiness import Trend
 from frictionlab.campaign.amontons import AmontonsTest, amontons
 from frictionlab.campaign.cycles import Cycle, cycle_of
 from frictionlab.campaign.drift import Drift, drift_of

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from frictionlab.analysis.drift import Trend
+from frictionlab.analysis.steadiness import Trend
 from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.prediction import Model, local
 from frictionlab.campaign.trials import Trial

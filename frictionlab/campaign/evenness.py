@@ -2,7 +2,7 @@
 
 The weights of a fit are found from the cycles of its test and let these scatter too little, so each half of the cycles
 is weighed by what the other half says. How neighbours hang together, and how well so few cycles tell their scatter, is
-reckoned as in a single comparison (`frictionlab.analysis.neighbours`).
+reckoned as in a single comparison (`frictionlab.analysis.autocorrelation`).
 """
 
 import math
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.neighbours import raised_by, student
+from frictionlab.analysis.autocorrelation import student, variance_inflation
 from frictionlab.analysis.pooling import welch
 from frictionlab.identification.observed import HALVES, Observed
 
@@ -57,7 +57,7 @@ def own_of(observed: Observed, slopes: FloatArray, k: int = 0) -> Own:
     weights = [_weighed(covariance, slopes, k)[0] for _, covariance in halves]
     moved = np.concatenate([part @ weight for (part, _), weight in zip(halves, weights, strict=True)])
     freedom = len(moved) - 1.0
-    scatter = float(moved @ moved) / freedom / observed.used * float(raised_by(moved[:, None])[0])
+    scatter = float(moved @ moved) / freedom / observed.used * float(variance_inflation(moved[:, None])[0])
     least = observed.sensor * math.fsum(float(weight @ weight) for weight in weights) / len(weights)
     base = math.fsum(float(weight @ observed.of_base @ weight) for weight in weights) / len(weights)
     total = max(least, scatter) + base

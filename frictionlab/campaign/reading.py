@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from frictionlab.analysis.drift import Trend
+from frictionlab.analysis.steadiness import Trend
 from frictionlab.campaign.laws import is_comparison
 from frictionlab.errors import RecordingError, UsageError
 from frictionlab.hdf5 import is_recording, read_tree

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.neighbours import raised_by
+from frictionlab.analysis.autocorrelation import variance_inflation
 from frictionlab.identification.fit import Fit
 
 FloatArray = NDArray[np.float64]
@@ -59,7 +59,7 @@ class Shown:
         least = np.diag(into.T @ self.least @ into)
         scatter = moved.T @ moved / (len(moved) - 1.0) / self.used
         stated = np.maximum(np.diag(scatter), 1e-300)
-        up = np.sqrt(np.maximum(raised_by(moved) * stated, least) / stated)
+        up = np.sqrt(np.maximum(variance_inflation(moved) * stated, least) / stated)
         return np.asarray(self.excess * (scatter * np.outer(up, up) + into.T @ self.base @ into))
 
 

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.neighbours import student
+from frictionlab.analysis.autocorrelation import student
 from frictionlab.analysis.pooling import scatter_beyond
 from frictionlab.campaign.evenness import Own, agreement, own_of
 from frictionlab.campaign.joint import Joint

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
-from frictionlab.analysis.drift import Trend
+from frictionlab.analysis.steadiness import Trend
 from frictionlab.cycle_rule import EXPECTED, window_of
 from frictionlab.errors import UsageError
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.neighbours import raised_by, student
+from frictionlab.analysis.autocorrelation import student, variance_inflation
 from frictionlab.identification.coordinates import doubts, pulled
 from frictionlab.identification.fit import Fit, excess_of, misfit_is_noise, suspected
 
@@ -111,7 +111,7 @@ def _by_noise(found: Fit, gain: FloatArray) -> FloatArray:
     gains = (_gain(slopes, covariance, found.hold) for _, covariance in observed.left_out)
     moved = weight * np.concatenate([part @ g.T for (part, _), g in zip(observed.left_out, gains, strict=True)])
     freedom = len(moved) - 1.0
-    scatter = (moved**2).sum(axis=0) / freedom / observed.used * raised_by(moved) * student(freedom)
+    scatter = (moved**2).sum(axis=0) / freedom / observed.used * variance_inflation(moved) * student(freedom)
     return np.asarray(np.maximum(sensor, scatter) + np.einsum("ij,jk,ik->i", white, observed.of_base, white))
 
 

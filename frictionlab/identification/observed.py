@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.analysis.neighbours import raised_by_lag_one
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -228,6 +227,17 @@ def _variance_of_correlation(unit: FloatArray, correlation: FloatArray) -> Float
     second = (unit**2).T @ (unit**2)
     mean = correlation * (n - 1) / n
     return np.asarray(n / (n - 1.0) ** 3 * (second - n * mean**2))
+
+
+def raised_by_lag_one(values: FloatArray, *, most: float, fewest: int) -> float:
+    """Variance inflation (1 + rho) / (1 - rho) by a significant lag-one correlation; the ladder's limits rest on it."""
+    n, about = len(values), values - values.mean()
+    square = float(np.dot(about, about))
+    rho = float(np.dot(about[1:], about[:-1])) / square if square > 0.0 else 0.0
+    if n < fewest or rho <= 1.64 / math.sqrt(n):
+        return 1.0
+    rho = min(rho + (1.0 + 4.0 * rho) / n, most)  # the estimate's own bias towards zero
+    return (1.0 + rho) / (1.0 - rho)
 
 
 def _togetherness(single: FloatArray) -> float:

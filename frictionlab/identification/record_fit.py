@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from frictionlab.analysis.neighbours import raised_by, student
+from frictionlab.analysis.autocorrelation import student, variance_inflation
 from frictionlab.errors import AnalysisError
 from frictionlab.identification.colour import Whitener, white, whitener_of
 from frictionlab.identification.coordinates import point_of, strain_slopes, strains
@@ -250,7 +250,7 @@ def _by_cycles(found: RecordFit, gain: FloatArray, per_period: int) -> FloatArra
     whole = blocks * per_period
     each = (gain[:whole] * found.gap[:whole, None]).reshape(blocks, per_period, count).sum(axis=1)
     few = blocks / max(blocks - 3.0, 1.0)
-    hang = np.sqrt(np.maximum(raised_by(each) * student(blocks - 1.0), 1.0))
+    hang = np.sqrt(np.maximum(variance_inflation(each) * student(blocks - 1.0), 1.0))
     return np.asarray(each.T @ each * few * np.outer(hang, hang))
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.analysis.filters import in_band
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.analysis.restoring import in_band
 from frictionlab.identification.comparison import Verdict
 from frictionlab.identification.forward import BENDS, bent, through
 from frictionlab.identification.identify import Identified

@@ -8,11 +8,11 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.denoise import best_penalty, kept, smoothed
-from frictionlab.analysis.facts import channels_of
+from frictionlab.analysis.filters import restored
+from frictionlab.analysis.integration import best_penalty, gain_kept, spline
+from frictionlab.analysis.measure import channels_of
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.noise import white_noise
-from frictionlab.analysis.restoring import restored
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import AnalysisError, SimulationError
 from frictionlab.identification.coordinates import Coordinate, values_of
@@ -87,7 +87,7 @@ class Track:
     def noise_left(self, generator: np.random.Generator) -> FloatArray:
         """Draw what is left in the base (n,) of its sensor's noise, over Y."""
         noise = self.base_noise * generator.standard_normal(self.thin * len(self.base))
-        return (smoothed(noise, self.penalty) if self.penalty else noise)[:: self.thin]
+        return (spline(noise, self.penalty) if self.penalty else noise)[:: self.thin]
 
     @property
     def rms(self) -> float:
@@ -156,7 +156,7 @@ def _size(base: FloatArray, noise: float) -> tuple[float, float, float]:
     The mean is taken while the base still stands. Of a hundred tops noise makes one the largest: it counts thrice.
     """
     penalty = best_penalty(base, noise)
-    curve, share = (smoothed(base, penalty), kept(penalty)) if penalty else (base, 1.0)
+    curve, share = (spline(base, penalty), gain_kept(penalty)) if penalty else (base, 1.0)
     still = max(1, int(np.argmax(np.abs(curve - curve[0]) > REST * noise)))
     first = float(base[:still].mean())
     size = float(np.abs(curve - first).max())
@@ -215,7 +215,7 @@ class _Drawn:
         """
         penalty = best_penalty(part.base_displacement, white_noise(part.base_displacement))
         penalty /= ROUGHER if scene.model.wall == "fixed" else 1.0
-        base = smoothed(part.base_displacement, penalty) if penalty else part.base_displacement
+        base = spline(part.base_displacement, penalty) if penalty else part.base_displacement
         return cls(part.time - part.time[0], base, part.mass_displacement, penalty, 1, float(part.time[0]))
 
     def thinned(self, highest: float, rate: float) -> Self:

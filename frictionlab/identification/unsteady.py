@@ -10,8 +10,7 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from frictionlab.accuracy import accuracy_of
-from frictionlab.analysis.facts import material_of, normal_force_of, of_sensors_and_rig, source_of
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measure import material_of, measure, normal_force_of, source_of, sources_of_test
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
@@ -107,7 +106,7 @@ def compare_unsteady(
             " stiffness_n_per_m (--natural-frequency); the fit corrects it, `frictionlab free-vibration` measures it"
         )
     track, said = unsteady_track(recording, scene, natural)
-    sources = of_sensors_and_rig(recording, scene, recording.sampling_rate_hz)
+    sources = sources_of_test(recording, scene, recording.sampling_rate_hz)
     chosen, held = law_and_held(scene, "coulomb" if law == AUTO else law)
     family = Family(1.0, chosen, held, scene.model.wall)
     family = family if friction_ratio is None else family.holding({"beta": friction_ratio})

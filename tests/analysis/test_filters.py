@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from frictionlab.analysis.filters import SensorChannel, cut_away, in_band, kept, low_pass, third_lost
 from frictionlab.analysis.measure import measure
-from frictionlab.analysis.restoring import Channel, cut_away, in_band, kept, low_pass, third_lost
 from frictionlab.errors import AnalysisError
 from frictionlab.identification import compare, predict
 from frictionlab.recording import Recording
@@ -30,11 +30,11 @@ def through(r: float, mass: tuple[float, int], base: tuple[float, int]) -> tuple
 
 
 def test_what_is_kept_is_all_up_to_where_a_filter_leaves_three_tenths() -> None:
-    channel = Channel(cutoff=10.0, order=4)
+    channel = SensorChannel(cutoff=10.0, order=4)
     edge = 10.0 * (1.0 / 0.09 - 1.0) ** 0.125
     found = kept(np.array([0.0, 0.999 * edge, 40.0]), channel)
     np.testing.assert_allclose(found, [1.0, 1.0, abs(low_pass(np.array([40.0]), 10.0, 4)[0]) / 0.3])
-    np.testing.assert_array_equal(kept(np.array([1.0, 1e3]), Channel()), [1.0, 1.0])
+    np.testing.assert_array_equal(kept(np.array([1.0, 1e3]), SensorChannel()), [1.0, 1.0])
 
 
 def test_a_cycle_in_a_band_has_its_harmonics_by_their_shares() -> None:
@@ -48,7 +48,7 @@ def test_a_cycle_in_a_band_has_its_harmonics_by_their_shares() -> None:
 
 def test_a_cosine_loses_nothing_to_a_filter_above_the_drive() -> None:
     cycle = np.cos(2 * np.pi * np.arange(256) / 256)
-    assert cut_away(cycle, 1.0, Channel(cutoff=1.0, order=8)) == pytest.approx(0.0, abs=1e-12)
+    assert cut_away(cycle, 1.0, SensorChannel(cutoff=1.0, order=8)) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_the_third_harmonic_of_a_mass_that_slides_is_what_its_friction_makes() -> None:
@@ -60,7 +60,7 @@ def test_the_third_harmonic_of_a_mass_that_slides_is_what_its_friction_makes() -
     energy = observe(state).energy_per_cycle
     assert energy is not None
     friction = energy / (4.0 * 0.5 * float(np.ptp(x)))
-    assert third_lost(friction, 1.6, 5.0, Channel(cutoff=5.0, order=8)) == pytest.approx(found, rel=0.01)
+    assert third_lost(friction, 1.6, 5.0, SensorChannel(cutoff=5.0, order=8)) == pytest.approx(found, rel=0.01)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from frictionlab.analysis.cycles import evenly
+from frictionlab.analysis.signals import evenly
 from frictionlab.errors import AnalysisError
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictionlab.analysis.clipping import is_clipped
 from frictionlab.analysis.measure import measure
+from frictionlab.analysis.mistakes import is_clipped
 from frictionlab.analysis.slips import parted, smallest, unclear
 from frictionlab.analysis.stops import Stops
 from frictionlab.errors import AnalysisError

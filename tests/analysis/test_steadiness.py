@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from frictionlab.analysis import drift, steadiness
+from frictionlab.analysis import steadiness
 
 
 def test_settling_is_where_the_last_outlying_cycle_ends() -> None:
@@ -46,7 +46,7 @@ def test_noise_does_not_jump(seed: int) -> None:
 
 def test_one_cycle_every_ten_seconds() -> None:
     start = np.arange(0.0, 100.0, 0.7)
-    time, value = drift.every(start, 2 * start)
+    time, value = steadiness.every(start, 2 * start)
     assert len(time) == 10
     assert np.all((time - 10 * np.arange(10) >= 0) & (time - 10 * np.arange(10) < 0.7))
     np.testing.assert_array_equal(value, 2 * time)
@@ -56,7 +56,7 @@ def test_a_trend_is_found_with_honest_confidence() -> None:
     generator, time = np.random.default_rng(3), np.arange(0.0, 1800.0, 10.0)
     hits, slope = 0, 1e-4
     for _ in range(400):
-        trend = drift.linear_trend(time, 1 + slope * time + 0.05 * generator.standard_normal(len(time)))
+        trend = steadiness.linear_trend(time, 1 + slope * time + 0.05 * generator.standard_normal(len(time)))
         assert trend is not None
         hits += trend.low < slope < trend.high
     assert 0.92 < hits / 400 < 0.98
@@ -67,15 +67,15 @@ def test_neighbours_that_hang_together_widen_the_confidence() -> None:
     value = np.zeros(180)
     for j in range(1, 180):
         value[j] = 0.7 * value[j - 1] + generator.standard_normal()
-    wide = drift.linear_trend(time, value)
-    shuffled = drift.linear_trend(time, generator.permutation(value))
+    wide = steadiness.linear_trend(time, value)
+    shuffled = steadiness.linear_trend(time, generator.permutation(value))
     assert wide is not None
     assert shuffled is not None
     assert wide.slope_se > 1.7 * shuffled.slope_se
-    assert drift.linear_trend(time[:5], value[:5]) is None
+    assert steadiness.linear_trend(time[:5], value[:5]) is None
 
 
 @pytest.mark.parametrize(("freedom", "quantile"), [(4, 2.776), (10, 2.228), (30, 2.042), (178, 1.973)])
 def test_students_t(freedom: float, quantile: float) -> None:
     """Against the tables of Student's distribution."""
-    assert drift.student95(freedom) == pytest.approx(quantile, rel=0.01)
+    assert steadiness.student95(freedom) == pytest.approx(quantile, rel=0.01)

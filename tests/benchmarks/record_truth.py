@@ -21,7 +21,7 @@ from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.scene.keys import Sensors
 from frictionlab.simulator import Problem
 from frictionlab.simulator.record import BaseRecord, respond
-from frictionlab.uncertainty.sources import NATURAL_FREQUENCY, UNKNOWN_DAMPING
+from frictionlab.uncertainty import NATURAL_FREQUENCY, UNKNOWN_DAMPING
 
 FN, Y, RATE, SECONDS, NOISE = 3.0, 2e-3, 250.0, 30.0, 1e-6
 SCENE = Scene(

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.analysis.filters import low_pass
 from frictionlab.analysis.measure import measure
-from frictionlab.analysis.restoring import low_pass
 from frictionlab.identification import predict
 from frictionlab.recording import Recording
 from frictionlab.simulator import Problem, observe, steady_state

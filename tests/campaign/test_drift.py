@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from frictionlab.analysis.drift import linear_trend
+from frictionlab.analysis.steadiness import linear_trend
 from frictionlab.campaign import Campaign, Model, trial_of
 from frictionlab.campaign.drift import drift_of
 from frictionlab.campaign.friction import fit_group

@@ -1,4 +1,7 @@
-"""A smooth motion without its sensor's noise: the smoothing spline that is expected to be nearest to it."""
+"""A displacement from an acceleration, integrated in the frequency domain; a motion without its sensor's noise.
+
+The latter is the smoothing spline that is expected to be nearest to it.
+"""
 
 import math
 
@@ -9,7 +12,9 @@ from scipy.linalg import solveh_banded
 FloatArray = NDArray[np.float64]
 SMOOTHEST, ROUGHEST = 1e10, 1e-3  # penalties between which the best is looked for: beyond, doubles do not do
 COARSE, FINE = 8.0, 2.0  # factors between the penalties tried, first and then beside the best
-ORDER = 4
+HIGH_PASS = 8  # of the high-pass: |H| = 1 / (1 + (f_c / f)^8), without a shift of phase
+AROUND = 6.0  # periods of the slowest motion kept: so much rest is put before and after the record
+ORDER = 4  # of the differences that a spline keeps small
 
 
 def denoised(signal: FloatArray, noise: float) -> FloatArray:
@@ -33,7 +38,7 @@ def denoised(signal: FloatArray, noise: float) -> FloatArray:
     True
     """
     penalty = best_penalty(signal, noise)
-    return smoothed(signal, penalty) if penalty else signal
+    return spline(signal, penalty) if penalty else signal
 
 
 def best_penalty(signal: FloatArray, noise: float) -> float:
@@ -46,7 +51,7 @@ def best_penalty(signal: FloatArray, noise: float) -> float:
         return 0.0
 
     def risk(penalty: float) -> float:
-        return float(np.mean((signal - smoothed(signal, penalty)) ** 2)) / noise**2 - 1.0 + 2.0 * kept(penalty)
+        return float(np.mean((signal - spline(signal, penalty)) ** 2)) / noise**2 - 1.0 + 2.0 * gain_kept(penalty)
 
     least, best, penalty = 1.0, 0.0, SMOOTHEST
     while penalty > ROUGHEST:
@@ -60,7 +65,7 @@ def best_penalty(signal: FloatArray, noise: float) -> float:
     return min(((least, best), *((risk(p), p) for p in beside)))[1]
 
 
-def smoothed(signal: FloatArray, penalty: float) -> FloatArray:
+def spline(signal: FloatArray, penalty: float) -> FloatArray:
     """Return the curve of a penalty: the normal equations, unit plus penalty times D'D, as a band of seven."""
     n = len(signal)
     weights = np.array([(-1) ** k * math.comb(ORDER, k) for k in range(ORDER + 1)], dtype=np.float64)
@@ -73,10 +78,56 @@ def smoothed(signal: FloatArray, penalty: float) -> FloatArray:
     return np.asarray(solveh_banded(bands, signal, overwrite_ab=True, check_finite=False))
 
 
-def kept(penalty: float) -> float:
+def gain_kept(penalty: float) -> float:
     """Mean of the curve's gain over all frequencies: the share of white noise's freedom that it keeps."""
     w = np.pi * (np.arange(4096) + 0.5) / 4096
     # the cut-off may be far below the grid: frequencies are taken evenly in the logarithm there
     w = np.concatenate([np.geomspace(1e-6, w[0], 2000), w[1:]])
     gain = 1.0 / (1.0 + penalty * (2.0 * np.sin(0.5 * w)) ** (2 * ORDER))
     return float(np.trapezoid(gain, w) / np.pi)
+
+
+def displacement_of(acceleration: FloatArray, rate: float, highpass_hz: float) -> FloatArray:
+    """Return the displacement (n,) of evenly sampled accelerations, without what is slower than a frequency.
+
+    Mean and straight line are taken off first; then each frequency is divided by ``-(2 pi f)^2`` and multiplied by the
+    high-pass. What a record holds before its start and after its end is not known: rest is put there, and the first and
+    last period of the slowest motion kept are doubtful.
+
+    Parameters
+    ----------
+    acceleration : ndarray of shape (n,)
+        m/s^2.
+    rate : float
+        Samples per second.
+    highpass_hz : float
+
+    Examples
+    --------
+    >>> t = np.arange(4000) / 200.0
+    >>> size = np.clip(t / 4, 0, 1) * np.clip((20 - t) / 4, 0, 1)
+    >>> y = 1e-3 * size**3 * np.sin(2 * np.pi * 2.0 * t)
+    >>> acceleration = np.gradient(np.gradient(y, t), t)
+    >>> bool(np.abs(displacement_of(acceleration, 200.0, 0.3) - y).max() < 1e-5)
+    True
+    """
+    n = len(acceleration)
+    line = np.polynomial.Polynomial.fit(np.arange(n), acceleration, 1)
+    around = math.ceil(AROUND * rate / highpass_hz)
+    padded = np.zeros(n + 2 * around)
+    padded[around : around + n] = acceleration - line(np.arange(n))
+    f = np.asarray(np.fft.rfftfreq(len(padded), 1.0 / rate), dtype=np.float64)
+    moved = np.fft.irfft(np.fft.rfft(padded) * -gain(f, highpass_hz), len(padded))
+    return np.asarray(moved[around : around + n])
+
+
+def gain(f: FloatArray, highpass_hz: float) -> FloatArray:
+    """Displacement over acceleration, in size, at frequencies f [Hz]: s^2; ``|H| / (2 pi f)^2``."""
+    share = f / highpass_hz
+    return np.asarray(share ** (HIGH_PASS - 2) / (1.0 + share**HIGH_PASS) / (2.0 * np.pi * highpass_hz) ** 2)
+
+
+def noise_of_displacement(noise: float, rate: float, highpass_hz: float) -> float:
+    """Return the rms displacement [m] that white noise of an accelerometer [m/s^2 rms a sample] is integrated to."""
+    f = np.geomspace(1e-2 * highpass_hz, 0.5 * rate, 4000)
+    return math.sqrt(2.0 * noise**2 / rate * float(np.trapezoid(gain(f, highpass_hz) ** 2, f)))

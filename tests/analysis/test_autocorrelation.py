@@ -1,4 +1,4 @@
-"""How sure the mean of a few cycles is whose neighbours hang together."""
+"""Errors of means of a few cycles that are correlated."""
 
 import math
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.stats import multivariate_normal
 
-from frictionlab.analysis.neighbours import PAIRS, SHARES, WANDERS, raised_by, student
+from frictionlab.analysis.autocorrelation import PAIRS, SHARES, WANDERS, student, variance_inflation
 
 FloatArray = NDArray[np.float64]
 
@@ -23,6 +23,13 @@ def autocorrelation(share: float, wander: float, n: int) -> FloatArray:
     found = (share**2 + (1 - share) ** 2) * of_friction(lag)
     found = found + share * (1 - share) * (of_friction(lag + 1) + of_friction(lag - 1))
     return np.asarray(found / found[0])
+
+
+def scores(series: FloatArray) -> FloatArray:
+    """Mean over its stated error of each series (n, m)."""
+    n = len(series)
+    variance = series.var(axis=0, ddof=1) / n * variance_inflation(series) * student(n - 1.0)
+    return np.asarray(series.mean(axis=0) / np.sqrt(variance))
 
 
 def test_likelihood_and_mean_are_those_of_the_covariance_written_out() -> None:
@@ -45,7 +52,9 @@ def test_the_error_of_a_mean_covers_wherever_friction_changes_in_a_cycle(share: 
     n, rng = 63, np.random.default_rng(7)
     root = np.linalg.cholesky(toeplitz(autocorrelation(share, wander, n)))
     series = root @ rng.standard_normal((n, 600))
-    score = series.mean(axis=0) / np.sqrt(series.var(axis=0, ddof=1) / n * raised_by(series) * student(n - 1.0))
+    score = series.mean(axis=0) / np.sqrt(
+        series.var(axis=0, ddof=1) / n * variance_inflation(series) * student(n - 1.0)
+    )
     assert math.sqrt(float(np.mean(score**2))) == pytest.approx(1.0, abs=0.1)
 
 
@@ -53,17 +62,19 @@ def test_friction_that_wanders_over_thirty_cycles_is_seen_in_four_hundred() -> N
     """Rms of error over stated error: 1.7 where no wander over more than 20 cycles was thought of."""
     root: FloatArray = np.asarray(np.linalg.cholesky(toeplitz(autocorrelation(0.0, 0.97, 400))))
     series: FloatArray = np.asarray(root @ np.random.default_rng(5).standard_normal((400, 300)))
-    score = series.mean(axis=0) / np.sqrt(series.var(axis=0, ddof=1) / 400.0 * raised_by(series) * student(399.0))
+    score = series.mean(axis=0) / np.sqrt(
+        series.var(axis=0, ddof=1) / 400.0 * variance_inflation(series) * student(399.0)
+    )
     assert math.sqrt(float(np.mean(score**2))) < 1.35
 
 
 def test_few_cycles_know_their_scatter_badly() -> None:
     series = np.random.default_rng(1).standard_normal((8, 800))
-    score = series.mean(axis=0) / np.sqrt(series.var(axis=0, ddof=1) / 8 * raised_by(series) * student(7.0))
+    score = scores(series)
     assert 0.94 < float(np.mean(np.abs(score) < 1.96)) < 0.995
 
 
-def test_a_series_that_does_not_vary_is_raised_by_nothing() -> None:
-    assert raised_by(np.ones((6, 2))).tolist() == [1.0, 1.0]
+def test_a_series_that_does_not_vary_is_not_inflated() -> None:
+    assert variance_inflation(np.ones((6, 2))).tolist() == [1.0, 1.0]
     rounded: FloatArray = 0.7 + 1e-16 * np.arange(6.0)[:, None]
-    assert raised_by(rounded).tolist() == [1.0]
+    assert variance_inflation(rounded).tolist() == [1.0]

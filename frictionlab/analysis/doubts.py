@@ -6,14 +6,14 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis import channels, steadiness
-from frictionlab.analysis.clipping import is_clipped
+from frictionlab.analysis import mistakes, steadiness
 from frictionlab.analysis.cycles import first_harmonic
-from frictionlab.analysis.energy import Mean
+from frictionlab.analysis.hum import LEAST
 from frictionlab.analysis.layout import Layout
-from frictionlab.analysis.lines import LEAST
+from frictionlab.analysis.mistakes import is_clipped
 from frictionlab.analysis.response import Response
 from frictionlab.analysis.smoothing import Smoother
+from frictionlab.estimate import Estimate
 
 FloatArray = NDArray[np.float64]
 FEW_CYCLES = 5
@@ -38,24 +38,24 @@ def warnings(
     settled: float | None,
     transient: float,
     *,
-    loop: Mean,
+    loop: Estimate,
     r: float | None,
     wall_moves: bool,
-) -> tuple[str, ...]:
+) -> list[str]:
     """Say what a reader of the numbers must know.
 
     Parameters
     ----------
     settled, transient : float
         When the motion had settled (None: it had not), and where the transient was cut; s from the recording's start.
-    loop : Mean
+    loop : Estimate
         Energy per cycle (k Y^2) with its standard error.
     r : float or None
         Frequency ratio, where known.
     wall_moves : bool
         The wall goes with the base.
     """
-    return (
+    return [
         *_of_the_channels(layout, response, loop, None if wall_moves else r, wall_moves=wall_moves),
         *_of_the_ratio(r),
         *_of_the_drive(layout),
@@ -65,23 +65,24 @@ def warnings(
         *_of_settling(layout, response, settled, transient),
         *_of_growth(response, settled, r),
         *(() if response.is_stuck else _of_the_motion(layout, response)),
-    )
+    ]
 
 
 def _of_the_channels(
-    layout: Layout, response: Response, loop: Mean, r: float | None, *, wall_moves: bool
+    layout: Layout, response: Response, loop: Estimate, r: float | None, *, wall_moves: bool
 ) -> Iterator[str]:
     mass, base = layout.mass.mean(axis=0), layout.base.mean(axis=0)
     noise = math.hypot(layout.mass_noise, layout.base_noise) / math.sqrt(len(layout))
     noise = math.hypot(noise, layout.mass_shared, layout.base_shared)
     if response.is_stuck:
-        found = [channels.only_noise(layout.mass_noise, layout.base_noise, step=layout.base_step)]
+        found = [mistakes.only_noise(layout.mass_noise, layout.base_noise, step=layout.base_step)]
     else:
-        found = [channels.copied(mass, base, noise=noise)]
-        found += [channels.turned(mass, base, energy=loop.value, error=loop.se)] if found == [None] else []
+        found = [mistakes.copied(mass, base, noise=noise)]
+        if found == [None]:
+            found += [mistakes.turned(mass, base, energy=loop.value or 0.0, error=loop.se or 0.0)]
         if found == [None, None] and not wall_moves and not _is_blurred(response):
             stuck = response.stuck_fraction
-            found += [channels.relative(mass, base, noise=noise, samples=layout.samples, stuck=stuck, r=r)]
+            found += [mistakes.relative(mass, base, noise=noise, samples=layout.samples, stuck=stuck, r=r)]
     yield from (sentence for sentence in found if sentence is not None)
 
 

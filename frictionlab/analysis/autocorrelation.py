@@ -1,20 +1,14 @@
-"""By how much the mean of a few cycles is less sure than their scatter says, because neighbours hang together.
+"""Autocorrelation of cycles: by how much the mean of a few is less certain than their scatter says.
 
-Two things make neighbours alike, and one makes them unlike. Cycles are cut where the base rises, friction changes
-anywhere: with a share s of what a change does before the cut and 1 - s after it, a value of one cycle is
-``(1 - s) f[k] + s f[k+1]``. A parameter that friction moves to and fro has a share beyond 0 and 1: its neighbours
-are unlike, and its mean is surer than its scatter says. And friction itself may wander, ``f[k+1] = phi f[k] + ...``.
-That is a moving average of an autoregression, ARMA(1, 1): its likelihood is exact and cheap for any number of cycles
-(innovations, Brockwell and Davis 1991, section 5.3), so s and phi are averaged over, each pair by how likely it makes
-the series. Few cycles say little of it, and what was thought before them counts.
+Cycles are cut where the base rises, friction changes anywhere: with a share s of what a change does before the cut and
+1 - s after it, a value of one cycle is ``(1 - s) f[k] + s f[k+1]`` (a parameter that friction moves to and fro has a
+share beyond 0 and 1: neighbours are anticorrelated). Friction itself may wander, ``f[k+1] = phi f[k] + ...``. That is a
+moving average of an autoregression, ARMA(1, 1): its likelihood is exact and cheap for any number of cycles
+(innovations, Brockwell and Davis 1991, section 5.3), so s and phi are averaged over, each pair weighted by its
+posterior probability. It is the one rule of the package: means, slopes, fits and campaigns use it, times `student`.
 
-Errors of fits and campaigns ask this likelihood. A mean energy and the weights of a fit ask the lag-one correlation
-instead (`raised_by_lag_one`), where it is significant: it is cruder (rms of error over stated error of means of 10, 30,
-100 values 1.7, 0.96, 0.81 where friction changes in mid-cycle; 1.0, 0.94, 0.97 by the likelihood, 300 series each), but
-a steady drift, which is no noise at all, makes it largest: of a gain that drifts by 2 % in a test the mean energy was
-2.0 standard errors off by it, and 5.2 by the likelihood. In recordings whose friction scatters alone the energies of
-both are alike (900 draws: 66 and 93 % within 1 and 1.96). As weights, the likelihood would raise log evidence (605.4 to
-612.2 of a gradient with two dashpots), against which the ladder's limits were not found.
+Rms of error over stated error of means of 10, 30, 100 values (300 series each): 1.0, 0.94, 0.97 where friction changes
+in mid-cycle; a lag-one correlation gives 1.7, 0.96, 0.81. A steady drift is no noise: `steadiness.growth` finds it.
 """
 
 import math
@@ -25,10 +19,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 SHARES = {-2.0: 0.03, -0.6: 0.03, -0.3: 0.03, -0.15: 0.03} | dict.fromkeys((0.0, 0.1, 0.2, 0.3, 0.4, 0.5), 0.88 / 6)
 WANDERS = {0.0: 0.74, 0.3: 0.05, 0.6: 0.05, 0.8: 0.04, 0.9: 0.04, 0.95: 0.04, 0.98: 0.02, 0.995: 0.02}
-"""phi -> how likely before anything is measured; the last is friction that wanders over 200 cycles."""
+"""phi -> prior probability; the last is friction that wanders over 200 cycles."""
 
-SIGNIFICANT = 1.64  # deviations: a correlation that chance has in 1 of 20
-BLOCK = 32  # values of a series at a time, so that they stay in the processor's cache
+BLOCK = 32  # values of a series at a time: they stay in the cache
 ROUNDING = 1e-12  # of the largest value: what scatters by less does not scatter
 
 
@@ -82,41 +75,21 @@ PAIRS = _Pairs()
 
 
 def student(freedom: float) -> float:
-    """Variance of Student's t over that of a normal curve: what a scatter lacks that so few values tell."""
+    """Variance of Student's t over the normal distribution's: a scatter from few values is itself uncertain."""
     return freedom / max(freedom - 2.0, 0.5)
 
 
-def lag_one(values: FloatArray) -> float:
-    """Correlation of neighbours about the mean; 0 for a series that does not vary."""
-    about = values - values.mean()
-    square = float(np.dot(about, about))
-    return float(np.dot(about[1:], about[:-1])) / square if square > 0.0 else 0.0
+def variance_of_mean(values: FloatArray) -> float:
+    """Variance of the mean of a series (n,), n > 2, its autocorrelation and its length accounted for."""
+    n = len(values)
+    return float(values.var(ddof=1)) / n * float(variance_inflation(values[:, None])[0]) * student(n - 1.0)
 
 
-def raised_by_lag_one(values: FloatArray, *, most: float, fewest: int = 3) -> float:
-    """By how much the variance of a mean is larger by the lag-one correlation rho: (1 + rho) / (1 - rho).
+def variance_inflation(series: FloatArray) -> FloatArray:
+    """Return the variance of each mean over (variance of the values / their number): 1 for independent values.
 
-    What is not significant counts as nothing; `most`: no correlation is larger; `fewest` values tell one.
-
-    Examples
-    --------
-    >>> raised_by_lag_one(np.tile([1.0, -1.0], 50), most=0.95)
-    1.0
-    >>> raised_by_lag_one(np.repeat([1.0, -1.0], 50), most=0.95) > 30
-    True
-    """
-    n, rho = len(values), lag_one(values)
-    if n < fewest or rho <= SIGNIFICANT / math.sqrt(n):
-        return 1.0
-    rho = min(rho + (1.0 + 4.0 * rho) / n, most)  # the estimate's own bias towards zero
-    return (1.0 + rho) / (1.0 - rho)
-
-
-def raised_by(series: FloatArray) -> FloatArray:
-    """Return by how much the variance of each mean is larger than scatter over length says.
-
-    Geometric mean of what all pairs say, each by its likelihood: its root is that of a stated error which covers. That
-    the scatter is known from few values alone is not in it: multiply by `student`.
+    Geometric mean over all pairs of share and wander, weighted by their posterior. That the scatter itself is known
+    from few values is not in it: multiply by `student`.
 
     Parameters
     ----------
@@ -126,10 +99,11 @@ def raised_by(series: FloatArray) -> FloatArray:
     Examples
     --------
     >>> draws = np.random.default_rng(1).standard_normal((201, 1))
-    >>> np.round([float(raised_by(some)[0]) for some in (draws, draws[1:] + draws[:-1], draws[1:] - draws[:-1])], 1)
+    >>> sums, steps = draws[1:] + draws[:-1], draws[1:] - draws[:-1]
+    >>> np.round([float(variance_inflation(some)[0]) for some in (draws, sums, steps)], 1)
     array([0.8, 2.2, 0.1])
     >>> few = np.array([1.0, 0.9, -0.2, -0.8, -0.7, -0.1, 0.2, -0.3])
-    >>> round(float(raised_by(few[:, None])[0]) * student(7.0), 1)
+    >>> round(float(variance_inflation(few[:, None])[0]) * student(7.0), 1)
     7.4
     """
     n = len(series)

@@ -1,4 +1,4 @@
-"""Lines in a spectrum that are no harmonic of the drive: mains hum, a bearing, a second tone.
+"""Hum: lines in a spectrum that are no harmonic of the drive, from the mains, a bearing, a second tone; taken out.
 
 A motion that repeats with the drive has its harmonics and nothing between them. What stands there alone is the
 sensor's, the laboratory's or a second motion's. High lines are taken out, low ones (a beat, a free vibration) are told.
@@ -6,11 +6,14 @@ sensor's, the laboratory's or a second motion's. High lines are taken out, low o
 
 import cmath
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.analysis import cycles
+from frictionlab.analysis.noise import sensor_step
+from frictionlab.analysis.signals import Stretch
 from frictionlab.analysis.spectrum import Spectrum, refined
 
 FloatArray = NDArray[np.float64]
@@ -33,6 +36,7 @@ NEAR = 3e-3  # relative: how far mains may be off
 RESOLVED = 3.0  # resolution cells between a line and a harmonic, in a window that tells them apart
 PART = 1 << 15  # samples a line is drawn on at a time
 SHORTEST_S = 5.0  # of such windows, in which a line may swell and wander
+ROUNDS = 0.1  # of a sensor's step: a line below it may be rounding
 
 
 @dataclass(frozen=True)
@@ -57,6 +61,101 @@ class Line:
         """What may stand on a harmonic."""
         hum = self.origin
         return f"perhaps {hum}" if "mains" in hum else "a line from outside, or a contact that rings"
+
+
+@dataclass(frozen=True)
+class Foreign:
+    """Lines that are no harmonics of the drive, by channel (m), and after how many cycles of the drive all repeats.
+
+    ``faintest``: amplitude of the faintest line that would be found in the mass's channel above the frame's reach (m);
+    ``on_harmonics``: harmonics of the mass that stand out of those beside them; ``masked``: amplitude of hum that a
+    harmonic of the drive may hide (m).
+    """
+
+    mass: tuple[Line, ...] = ()
+    base: tuple[Line, ...] = ()
+    period: int = 1
+    faintest: float = 0.0
+    on_harmonics: tuple[Line, ...] = ()
+    masked: float = 0.0
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The drive as the search for lines needs it.
+
+    ``frequency`` [Hz], ``unit``: the base's amplitude [m], ``spread``: relative width of the drive's line.
+    """
+
+    frequency: float
+    unit: float
+    spread: float
+
+    @classmethod
+    def of(cls, stretch: Stretch, cut: cycles.Cut) -> "Drive":
+        """Of a stretch and where its cycles lie."""
+        spread = float(np.std(cut.end - cut.start)) * cut.frequency if len(cut) else 0.0
+        return cls(cut.frequency / stretch.step, float(np.std(stretch.base)) * math.sqrt(2.0), spread)
+
+    def foreign(self, signal: FloatArray, lines: Spectrum) -> tuple[Line, ...]:
+        """Lines of one channel that are no harmonics, without the faint ones that may be a quiet sensor's steps.
+
+        Rounding of a periodic motion makes many of these.
+        """
+        found = foreign(lines, self.frequency, unit=self.unit, resolution=lines.resolution, spread=self.spread)
+        faint = LEAST * self.unit
+        if all(line.amplitude > faint for line in found):
+            return found
+        least = min(faint, ROUNDS * sensor_step(signal))
+        return tuple(line for line in found if line.amplitude > least)
+
+
+def cleaned(
+    stretches: list[Stretch],
+    cuts: list[cycles.Cut],
+    drive: Drive,
+    of_mass: Spectrum,
+    found: tuple[tuple[Line, ...], tuple[Line, ...]],
+) -> tuple[list[Stretch], Foreign]:
+    """Take high lines that are no harmonics out of all stretches; say what is in each channel of the longest.
+
+    Parameters
+    ----------
+    stretches, cuts : lists of the same length
+        Samples, and where their cycles lie.
+    of_mass : Spectrum
+        Of the mass in the longest stretch.
+    found : tuple
+        Lines of mass and base.
+    """
+    mass, base = found
+    period = period_of((*mass, *base), drive.frequency, of_mass.resolution) if len(stretches) == 1 else 1
+    if period > 1:  # high lines of that period are the motion's
+        mass, base = (beside_period(some, drive.frequency / period, of_mass.resolution) for some in found)
+    stretches = [
+        replace(s, mass=without(s.mass, s.step, mass, c), base=without(s.base, s.step, base, c))
+        for s, c in zip(stretches, cuts, strict=True)
+    ]
+    least = faintest(of_mass, drive.frequency, unit=drive.unit)
+    if period > 1:
+        return stretches, Foreign(mass, base, period, least)
+    out, masked = on_harmonics(of_mass, drive.frequency, unit=drive.unit, spread=drive.spread, found=mass)
+    return stretches, Foreign(mass, base, period, least, out, masked)
+
+
+def without(signal: FloatArray, step: float, found: tuple[Line, ...], cut: cycles.Cut) -> FloatArray:
+    """Return a channel (n,) without the lines that are to go.
+
+    At first in windows long enough to tell them from the drive's harmonics; then, with those taken off, in short ones
+    that follow a line which swells and wanders.
+    """
+    gone = [line for line in found if line.removed]
+    for line in gone:
+        signal = signal - line_in(signal, step, line, window(line, cut.frequency / step))
+    if gone and len(cut):
+        own = signal - cycles.common(signal, cut, cycles.points_per_cycle(1.0 / cut.frequency))
+        signal = signal - sum(line_in(own, step, line, SHORTEST_S) for line in gone)
+    return signal
 
 
 def foreign(lines: Spectrum, drive: float, *, unit: float, resolution: float, spread: float) -> tuple[Line, ...]:
@@ -158,10 +257,10 @@ def period_of(found: tuple[Line, ...], drive: float, resolution: float) -> int:
     low = [line for line in found if not line.removed]
     least = FAINT * max((line.amplitude for line in low), default=0.0)
     clear = [line.frequency for line in low if line.amplitude > least]
-    for cycles in range(2, LONGEST + 1):
-        part = drive / cycles
+    for period in range(2, LONGEST + 1):
+        part = drive / period
         if clear and all(abs(f - round(f / part) * part) < SURELY * resolution for f in clear):
-            return cycles
+            return period
     return 1
 
 
