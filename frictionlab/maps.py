@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import ClusterError, SimulationError
 from frictionlab.files import check_replaceable, make_folder
-from frictionlab.hdf5.maps import GrowingMap, finished_map, growing_map, is_map
+from frictionlab.hdf5.maps import FinishedMap, GrowingMap, finished_map, growing_map, is_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.laws import law_of
@@ -325,7 +325,7 @@ def _is_table(path: Path) -> bool:
     return is_table(path, STEADY_STATES)
 
 
-def _blocks(file: GrowingMap, total: int) -> Iterator[Step]:
+def _blocks(file: GrowingMap | FinishedMap, total: int) -> Iterator[Step]:
     """What is in the file, read back."""
     for start in range(0, file.done, BLOCK):
         yield Step(start, total, file.read(start, min(start + BLOCK, file.done)))

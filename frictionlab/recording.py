@@ -1,21 +1,23 @@
-"""What one test left behind: the displacement of mass and base over time, in SI units, validated once.
+"""What one test left behind: channels over time, such as the displacement of mass and base, in SI units.
 
-A recording is never edited: damage stays in it as quality flags, and where it came from (files, dialect, lines that
-could not be read) travels with it. One sample stands for one data line of the log.
+A recording is validated once and never edited: damage stays in it as quality flags, and where it came from (files,
+dialect, lines that could not be read) travels with it. One sample stands for one data line of the log.
 """
 
 import enum
+import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from types import MappingProxyType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from frictionlab.errors import RecordingError
 from frictionlab.sampling import sampling_interval, step_range
+from frictionlab.units import UNIT
 
 T = TypeVar("T", bound=np.generic)
 Fact = str | float
@@ -133,22 +135,98 @@ class Source:
         return sum((f.lines for f in self.files), LineCount())
 
 
+DISPLACEMENTS = ("mass_displacement", "base_displacement")
+_NAME = re.compile(
+    r"(?:mass|mass_(?:[2-9]|[1-9]\d)|base)_(displacement|velocity|acceleration)"
+    r"|(?:contact|normal)_(force)|(torque|angle|angular_velocity|temperature)"
+)
+
+
+def quantity_named(name: str) -> str:
+    """What a channel of this name measures, as `frictionlab.units` calls it; "" if no channel is called so.
+
+    Examples
+    --------
+    >>> [quantity_named(name) for name in ("mass_2_displacement", "normal_force", "angular_velocity", "quality")]
+    ['displacement', 'force', 'angular velocity', '']
+    """
+    match = _NAME.fullmatch(name)
+    return "" if match is None else str(match[match.lastindex or 0]).replace("_", " ")
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A further channel of a recording, beside the displacements of mass and base.
+
+    Parameters
+    ----------
+    name
+        Place and quantity: ``mass_2_displacement``, ``mass_velocity``, ``base_acceleration``, ``contact_force``,
+        ``normal_force``, ``torque``, ``angle``, ``angular_velocity``, ``temperature``.
+    values
+        (n,) float64 in ``unit``; finite except at samples flagged ``NOT_BRIDGED``, which hold nan.
+    sensor
+        What measured it, such as the column of the log.
+    unit
+        That of the quantity in `frictionlab.units.UNIT`; "m" for a contact's force over the stiffness.
+
+    Raises
+    ------
+    RecordingError
+        If no channel is called so.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> channel = Channel("mass_velocity", np.zeros(3))
+    >>> channel.place, channel.quantity, channel.unit
+    ('mass', 'velocity', 'm/s')
+    """
+
+    name: str
+    values: NDArray[np.float64]
+    sensor: str = ""
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.quantity:
+            raise RecordingError(f"{self.name}: no channel is called so: expected such as mass_velocity, normal_force")
+        object.__setattr__(self, "values", _column(self.values, self.name))
+        object.__setattr__(self, "unit", self.unit or UNIT[self.quantity])
+
+    @property
+    def quantity(self) -> str:
+        """What is measured."""
+        return quantity_named(self.name)
+
+    @property
+    def place(self) -> str:
+        """Where: ``mass``, ``mass 2``, ``base``, ``contact``; "" for what has no place of its own."""
+        place = self.name.removesuffix(self.quantity.replace(" ", "_")).strip("_").replace("_", " ")
+        return "contact" if place == "normal" else place
+
+
 @dataclass(frozen=True)
 class Recording:
-    """Displacement of mass and base over time.
+    """Channels over time: the displacements of mass and base, and whatever else was measured.
+
+    Every channel is an attribute under its name: ``recording.contact_force``. One that was not measured is absent, and
+    asking for it is an error that says what there is.
 
     Parameters
     ----------
     time
         (n,) float64, s; increasing, strictly so except at samples flagged ``DUPLICATED``. Steps need not be equal.
     mass_displacement, base_displacement
-        (n,) float64, m; finite except at samples flagged ``NOT_BRIDGED``, which hold nan.
+        (n,) float64, m; finite except at samples flagged ``NOT_BRIDGED``, which hold nan. None: not measured.
     quality
         (n,) uint8, bits of `Quality`; left out, every sample is sound.
     source
         Where it comes from.
     experiment
         Facts about the test, such as ``material`` and ``normal_force_n``.
+    channels
+        What else was measured.
 
     Raises
     ------
@@ -162,6 +240,9 @@ class Recording:
     >>> recording = Recording(t, 1e-3 * np.sin(t), 2e-3 * np.cos(t), experiment={"material": "steel"})
     >>> len(recording), round(recording.sampling_rate_hz), recording.experiment["material"]
     (200, 100, 'steel')
+    >>> recording.normal_force
+    Traceback (most recent call last):
+    frictionlab.errors.RecordingError: normal_force: not measured here: expected it among the channels; got ...
     """
 
     time: NDArray[np.float64]
@@ -170,19 +251,37 @@ class Recording:
     quality: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, np.uint8))
     source: Source = field(default_factory=Source)
     experiment: Mapping[str, Fact] = field(default_factory=dict)
+    channels: tuple[Channel, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("time", "mass_displacement", "base_displacement"):
-            object.__setattr__(self, name, _column(getattr(self, name), name))
+        object.__setattr__(self, "time", _column(self.time, "time"))
+        for name in DISPLACEMENTS:
+            if getattr(self, name) is None:
+                object.__delattr__(self, name)
+            else:
+                object.__setattr__(self, name, _column(getattr(self, name), name))
         quality = np.asarray(self.quality, dtype=np.uint8)
         if quality.size == 0:
             quality = np.zeros(len(self.time), np.uint8)
         object.__setattr__(self, "quality", _read_only(quality))
         object.__setattr__(self, "experiment", MappingProxyType(dict(self.experiment)))
-        _check_lengths(self)
+        measured = self.measured()
+        if len(measured) < len(self.channels) or not measured:
+            raise RecordingError(f"recording: expected channels of different names; got {self.channels or 'none'}")
+        _check_lengths({"time": self.time, **measured, "quality": self.quality})
         _check_time(self.time, self.quality)
-        for name in ("mass_displacement", "base_displacement"):
-            _check_finite(getattr(self, name), self.quality, name)
+        for name, values in measured.items():
+            _check_finite(values, self.quality, name)
+
+    def __getattr__(self, name: str) -> NDArray[np.float64]:
+        """A further channel by its name, or the sentence that it was not measured."""
+        if name.startswith("__") or not quantity_named(name):
+            raise AttributeError(f"a recording has no attribute {name!r}")
+        for channel in self.channels:
+            if channel.name == name:
+                return channel.values
+        known = ", ".join(self.measured())
+        raise RecordingError(f"{name}: not measured here: expected it among the channels; got {known}")
 
     def __len__(self) -> int:
         return len(self.time)
@@ -194,6 +293,16 @@ class Recording:
         return (
             f"<Recording {names}: {len(self)} samples, {self.duration_s:.4g} s at {self.sampling_rate_hz:.5g} Hz{said}>"
         )
+
+    def measured(self) -> dict[str, NDArray[np.float64]]:
+        """The channels by their names: displacements of mass and base first, each (n,) in SI units."""
+        found = {name: vars(self)[name] for name in DISPLACEMENTS if name in vars(self)}
+        return found | {channel.name: channel.values for channel in self.channels}
+
+    def changed(self, **changes: Any) -> "Recording":
+        """A copy with other fields: `dataclasses.replace` for a recording that may lack a displacement."""
+        now: dict[str, Any] = {f.name: vars(self).get(f.name) for f in fields(self)}
+        return Recording(**now | changes)
 
     @property
     def duration_s(self) -> float:
@@ -220,8 +329,9 @@ class Recording:
         bad = Quality.HELD | Quality.DUPLICATED | Quality.NOT_BRIDGED
         if not np.any(self.quality & np.uint8(bad)):
             return (self,)
-        keep = np.isfinite(self.mass_displacement) & np.isfinite(self.base_displacement)
-        keep &= (self.quality & np.uint8(Quality.HELD)) == 0
+        keep = (self.quality & np.uint8(Quality.HELD)) == 0
+        for values in self.measured().values():
+            keep &= np.isfinite(values)
         breaks = ((self.quality & np.uint8(Quality.NOT_BRIDGED)) != 0) | ~keep
         keep &= (self.quality & np.uint8(Quality.DUPLICATED)) == 0
         edges = np.concatenate([[0], np.flatnonzero(breaks), [len(self)]])
@@ -244,12 +354,11 @@ class Recording:
         time = self.time[index]
         if len(time) < 2:
             return None
-        return replace(
-            self,
+        return self.changed(
             time=time,
-            mass_displacement=self.mass_displacement[index],
-            base_displacement=self.base_displacement[index],
+            **{name: values[index] for name, values in self.measured().items() if name in DISPLACEMENTS},
             quality=self.quality[index] & np.uint8(0xFF & ~Quality.NOT_BRIDGED),
+            channels=tuple(Channel(c.name, c.values[index], c.sensor, c.unit) for c in self.channels),
         )
 
 
@@ -266,15 +375,14 @@ def _read_only(array: NDArray[T]) -> NDArray[T]:
     return view
 
 
-def _check_lengths(recording: Recording) -> None:
-    names = ("time", "mass_displacement", "base_displacement", "quality")
-    lengths = {name: len(getattr(recording, name)) for name in names}
+def _check_lengths(arrays: Mapping[str, NDArray[Any]]) -> None:
+    lengths = {name: len(values) for name, values in arrays.items()}
     if len(set(lengths.values())) != 1 or lengths["time"] < 2:
-        raise RecordingError(f"recording: expected four arrays of one length, at least 2 samples; got {lengths}")
+        raise RecordingError(f"recording: expected arrays of one length, at least 2 samples; got {lengths}")
 
 
-_FARTHEST_M = 1e12
-"""No displacement: what is beyond has overflown its unit, and would overflow the analysis."""
+_LARGEST = 1e12
+"""In SI units, no measurement: what is beyond has overflown its unit, and would overflow the analysis."""
 LATEST_S = 1e15
 
 
@@ -294,11 +402,12 @@ def _check_time(time: NDArray[np.float64], quality: NDArray[np.uint8]) -> None:
 
 def _check_finite(values: NDArray[np.float64], quality: NDArray[np.uint8], name: str) -> None:
     with np.errstate(over="ignore", invalid="ignore"):
-        if np.dot(values, values) < _FARTHEST_M**2:  # one pass, no temporary
+        if np.dot(values, values) < _LARGEST**2:  # one pass, no temporary
             return
-    far = np.isfinite(values) & (np.abs(values) >= _FARTHEST_M)
+    far = np.isfinite(values) & (np.abs(values) >= _LARGEST)
     if far.any():
-        raise RecordingError(f"{name}: expected metres; got {values[np.argmax(far)]:g}: damaged, or in another unit")
+        unit = {"m": "metres", "N": "newtons"}.get(UNIT[quantity_named(name)], UNIT[quantity_named(name)])
+        raise RecordingError(f"{name}: expected {unit}; got {values[np.argmax(far)]:g}: damaged, or in another unit")
     loose = ~np.isfinite(values) & ((quality & np.uint8(Quality.NOT_BRIDGED)) == 0)
     if loose.any():
         raise RecordingError(f"{name}: expected finite values; got {values[np.argmax(loose)]} unflagged")

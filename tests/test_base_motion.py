@@ -16,8 +16,8 @@ from frictionlab.base_motion import respond_to
 from frictionlab.cli import app
 from frictionlab.errors import LogError, RecordingError, SimulationError, UsageError
 from frictionlab.figures.response import MOST_POINTS, thinned
-from frictionlab.hdf5 import Extra, describe, read_recording, write_recording
-from frictionlab.recording import Quality, Recording
+from frictionlab.hdf5 import describe, read_recording, write_recording
+from frictionlab.recording import Channel, Quality, Recording
 from frictionlab.schema import RESPONSES
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.record import BaseRecord, respond
@@ -74,7 +74,8 @@ def test_what_is_written_is_a_recording_that_analyze_reads(tmp_path: Path) -> No
     t, y = base_of(cycles=30)
     answer = fl.respond(Recording(t, 0 * t, y, experiment={"material": "steel"}), PLAIN, natural_frequency_hz=FN)
     force, unit = answer.contact_force
-    write_recording(answer.recording, tmp_path / "a.h5", extras=(Extra("contact_force", force, unit, "n over k"),))
+    channel = Channel("contact_force", force, "n over k", unit)
+    write_recording(answer.recording.changed(channels=(channel,)), tmp_path / "a.h5")
     seen = read_recording(tmp_path / "a.h5")
     assert seen.experiment["material"] == "steel"
     measured = fl.analyze(seen, natural_frequency_hz=FN, transient_s=10.0)

@@ -1,8 +1,8 @@
 """A map on file: the same bytes whoever solved it and however often it was interrupted."""
 
 import errno
-import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -166,7 +166,7 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path) -> None:
     values = ("--r", "0.5:2:0.05", "--beta", "0.1:0.9:0.02", "--zeta", "0.02")
     order = (COMMAND, "sweep", *values, "-q", "--workers", "2", "-o")
     with subprocess.Popen((*order, "map.h5"), cwd=tmp_path, stderr=subprocess.DEVNULL) as first:
-        while not saved(tmp_path / ".map.h5.frictionlab-sweep.done") and first.poll() is None:
+        while not saved(tmp_path / ".map.h5.frictionlab-sweep") and first.poll() is None:
             time.sleep(0.02)
         first.send_signal(signal.SIGKILL)
     assert not (tmp_path / "map.h5").exists()
@@ -176,8 +176,25 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path) -> None:
     assert (tmp_path / "map.h5").read_bytes() == (tmp_path / "twin.h5").read_bytes()
 
 
-def saved(note: Path) -> int:
-    return int(json.loads(note.read_text())["done"]) if note.exists() else 0
+def saved(journal: Path) -> bool:
+    return journal.exists() and journal.stat().st_size > 10_000
+
+
+def test_a_disk_that_is_full_on_the_way_is_a_clean_error(tmp_path: Path) -> None:
+    with growing_map(tmp_path / "other.h5", GRID.axes(), maps.KINDS, {}) as grown:
+        file, grown._file = grown._file, Full()  # type: ignore[assignment]
+        with pytest.raises(OutputError, match=r"0 points are kept, no more can be written \(No space left"):
+            grown.append(np.zeros(1, grown._layout.dtype))
+        grown._file = file
+    assert not list(tmp_path.iterdir())
+
+
+class Full:
+    def seek(self, _: int) -> None:
+        pass
+
+    def write(self, _: bytes) -> int:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def test_a_map_goes_over_any_parameter_of_any_law(tmp_path: Path) -> None:
@@ -207,11 +224,8 @@ def test_the_axis_of_a_laws_parameter_says_what_it_is(tmp_path: Path) -> None:
 
 
 def test_a_disk_without_room_is_told_and_nothing_is_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(os, "posix_fallocate", full)
-    with pytest.raises(OutputError, match=r"map\.h5: no room for the map \(No space left on device\)"):
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(100, 93, 7))
+    with pytest.raises(OutputError, match=r"map\.h5: no room for the map: expected \d+ bytes; got 7"):
         list(make_map(GRID, tmp_path / "map.h5", workers=1))
     assert list(tmp_path.iterdir()) == []
 

@@ -25,7 +25,7 @@ def test_arrays_cannot_be_changed() -> None:
 @pytest.mark.parametrize(
     ("arrays", "words"),
     [
-        ((T, X[:-1], X), "four arrays of one length"),
+        ((T, X[:-1], X), "expected arrays of one length"),
         ((T[:1], X[:1], X[:1]), "at least 2 samples"),
         ((T[::-1], X, X), "expected increasing stamps"),
         ((np.where(FIFTH, T[4], T), X, X), "expected increasing stamps; got 0.04 then 0.04 at sample 5"),

@@ -145,10 +145,11 @@ def _write(answer: "RecordResponse", output: Path, *, force: bool) -> None:
     force_, unit = answer.contact_force
     name = FORCE if unit == "N" else f"{FORCE} over stiffness"
     if output.suffix == ".h5":
-        from frictionlab.hdf5 import Extra, write_recording
+        from frictionlab.hdf5 import write_recording
+        from frictionlab.recording import Channel
 
-        extra = Extra("contact_force", force_, unit, f"{name}, on the mass")
-        write_recording(answer.recording, output, force=force, extras=(extra,))
+        contact = Channel("contact_force", force_, f"{name}, on the mass", unit)
+        write_recording(answer.recording.changed(channels=(contact,)), output, force=force)
         return
     from frictionlab.files import write_whole
 

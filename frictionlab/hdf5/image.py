@@ -1,6 +1,7 @@
 """A new HDF5 file as the bytes it shall have: built in memory, and written by who knows how to write a file whole.
 
-Arrays get their place in the file at once but stay where they are: they are written from there, never copied.
+A full disk in the middle of a write ends the process in the HDF5 library; so it writes to memory. Arrays get their
+place in the file at once but stay where they are: they are written from there, never copied.
 """
 
 import mmap
@@ -13,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab import __version__
-from frictionlab.hdf5.seal import Seal
+from frictionlab.hdf5.seal import seal_of
 
-_ROOM = 1 << 28
-"""Bytes for all but the arrays; memory that is not written to costs nothing."""
+_BYTES = 1 << 28
+"""For all but the arrays; memory that is not written to costs nothing."""
 
 
 class Image:
@@ -24,14 +25,15 @@ class Image:
 
     Parameters
     ----------
-    room
+    size
         Bytes of the arrays that will go into the file.
     """
 
-    def __init__(self, room: int = 0) -> None:
-        self._memory = _Memory(-1, 2 * room + _ROOM, flags=_FLAGS)
+    def __init__(self, size: int = 0) -> None:
+        flags = (getattr(mmap, name, 0) for name in ("MAP_PRIVATE", "MAP_ANONYMOUS", "MAP_NORESERVE"))
+        posix = {"flags": sum(flags)} if hasattr(mmap, "MAP_PRIVATE") else {}
+        self._memory = _Memory(-1, 2 * size + _BYTES, **posix)
         self._placed: list[tuple[int, NDArray[Any]]] = []
-        self._rooms: list[tuple[int, int]] = []
 
     @contextmanager
     def new_file(self, **attributes: object) -> Iterator[h5py.File]:
@@ -42,55 +44,26 @@ class Image:
 
     def place(self, group: h5py.Group, name: str, values: NDArray[Any]) -> h5py.Dataset:
         """Add an array that is written from where it stands; it must not change until then."""
-        values = np.ascontiguousarray(values)
         if not values.size:
             return group.create_dataset(name, data=values)
-        dataset = group.create_dataset(name, values.shape, values.dtype, dcpl=placed_at_once())
+        properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)  # it has its place before anything is written there
+        properties.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+        dataset = group.create_dataset(name, values.shape, values.dtype, dcpl=properties)
         self._placed.append((dataset.id.get_offset(), values))
         return dataset
 
-    def keep_room(self, group: h5py.Group, name: str, shape: tuple[int, ...], dtype: np.dtype[Any]) -> h5py.Dataset:
-        """Add an array that somebody else writes, later, where it has its place."""
-        dataset = group.create_dataset(name, shape, dtype, dcpl=placed_at_once())
-        self._rooms.append((dataset.id.get_offset(), dataset.nbytes))
-        return dataset
-
-    @property
-    def size(self) -> int:
-        """Bytes of the file."""
-        return self._memory.end
-
-    def parts(self) -> Iterator[tuple[int, memoryview]]:
-        """Start and bytes of all that is not such an array."""
-        at, memory = 0, memoryview(self._memory)
-        for start, length in sorted(self._rooms):
-            yield at, memory[at:start]
-            at = start + length
-        yield at, memory[at : self.size]
-
     def pieces(self) -> Iterator[memoryview]:
         """The bytes of the file, in order, its seal last."""
-        at, memory, seal = 0, memoryview(self._memory), Seal()
-        for offset, values in sorted(self._placed, key=lambda placed: placed[0]):
-            seal.add(memory[at:offset])
-            seal.leave_out(offset, values.nbytes)
-            yield memory[at:offset]
-            yield values.reshape(-1).view(np.uint8).data
-            at = offset + values.nbytes
-        seal.add(memory[at : self._memory.end])
-        yield memory[at : self._memory.end]
-        yield memoryview(seal.bytes())
-
-
-def placed_at_once() -> Any:
-    """Property list of a dataset that has its place in the file before anything is written there."""
-    properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-    properties.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
-    return properties
-
-
-_FLAGS = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS | getattr(mmap, "MAP_NORESERVE", 0)
+        memory, placed = memoryview(self._memory), sorted(self._placed, key=lambda place: place[0])
+        starts = [*(offset for offset, _ in placed), self._memory.end]
+        ends = [0, *(offset + values.nbytes for offset, values in placed)]
+        parts = [memory[end:start] for end, start in zip(ends, starts, strict=True)]
+        for part, (_, values) in zip(parts, placed, strict=False):
+            yield part
+            yield np.ascontiguousarray(values).reshape(-1).view(np.uint8).data
+        yield parts[-1]
+        yield memoryview(seal_of(parts, [(offset, values.nbytes) for offset, values in placed]))
 
 
 class _Memory(mmap.mmap):

@@ -1,65 +1,20 @@
 """What all files have in common: text and facts in and out, and nothing read that is not what it claims to be."""
 
 import re
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 import h5py
 import numpy as np
 
 from frictionlab.errors import RecordingError
-from frictionlab.hdf5.opening import to_read
 from frictionlab.recording import Fact
 
-FORMAT_VERSION = 1
 TEXT = h5py.string_dtype()
-NO_FILE = (OSError, RuntimeError, ValueError, KeyError, TypeError, OverflowError)
-"""What h5py raises on a file that is none of ours, or damaged."""
 _SHAPES = {1: "(n,)", 2: "(n, m)"}
 _LONGEST_TEXT = 8000
 _DEFLATE = 1100  # times smaller than what it holds: deflate cannot do better than about 1030
 _FREE, _MOST_EXPANSION = 1 << 28, 100  # an array may claim so many bytes, or so many times those of the whole file
-
-
-@contextmanager
-def opened(path: Path, kind: str, remedy: str) -> Iterator[tuple[h5py.File, int]]:
-    """Open a file of this kind to read: the file, and its size in bytes.
-
-    Raises
-    ------
-    RecordingError
-        If it is of another kind or a newer format, or is damaged, whether that shows here or while it is read.
-    """
-    try:
-        with to_read(path) as file:
-            _check_format(file, kind, remedy)
-            yield file, path.stat().st_size
-    except RecordingError as error:
-        raise RecordingError(f"{path}: {error}") from error
-    except OSError as error:
-        reason = error.strerror or "not an HDF5 file, or damaged"
-        raise RecordingError(f"{path}: cannot be read as {kind} ({reason}): {remedy}") from error
-    except NO_FILE as error:  # OSError is told above
-        raise RecordingError(f"{path}: damaged {kind} ({error}): {remedy}") from error
-
-
-def _check_format(file: h5py.File, kind: str, remedy: str) -> None:
-    found, version = text(file.attrs.get("format")), file.attrs.get("format_version")
-    if found != kind:
-        raise RecordingError(f"expected a file of {kind}; got {found!r}: {remedy}")
-    if version is None or int(version) > FORMAT_VERSION:
-        raise RecordingError(f"expected format_version {FORMAT_VERSION}; got {version}: update frictionlab")
-
-
-def root_attribute(path: Path, name: str) -> str:
-    """An attribute of a file's root as text; empty if there is none, or no such file."""
-    try:
-        with to_read(path) as file:
-            return text(file.attrs.get(name, ""))
-    except NO_FILE:
-        return ""
 
 
 def storable(words: str) -> str:

@@ -5,9 +5,10 @@ The tree, format version 1::
     /                     attrs: format = "frictionlab recording", format_version = 1, Conventions, title, created,
                                  frictionlab_version
     /time                 (n,) float64, units "s", dimension scale; start_time where it is known
-    /mass_displacement    (n,) float64, units "m", long_name
+    /mass_displacement    (n,) float64, units "m", long_name; absent where not measured, as every channel
     /base_displacement    (n,) float64, units "m", long_name
-    /contact_force        (n,) float64: of a simulated motion only; units "N", or "m" where it is over the stiffness
+    /mass_velocity, /contact_force, /normal_force ...    (n,) float64, units, long_name, sensor: any further channel
+                          (a simulated contact's force has units "m" where it is over the stiffness)
     /quality              (n,) uint8, flag_masks, flag_meanings (see frictionlab.recording.Quality)
     /source               attrs: files, sha256, size_bytes, lines_read, lines_preamble, lines_header, lines_data,
                                  lines_blank, lines_comment, lines_quarantined (all files together; they add up)
@@ -24,7 +25,7 @@ Behind the HDF5 part, where other programs do not look, stands its seal (`fricti
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import astuple, fields
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -33,23 +34,24 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.errors import RecordingError
 from frictionlab.files import check_replaceable, write_whole
 from frictionlab.hdf5.image import Image
 from frictionlab.hdf5.nodes import (
-    FORMAT_VERSION,
     TEXT,
     array_inside,
     facts_of,
     group_inside,
-    opened,
-    root_attribute,
     storable,
     text,
     texts_inside,
     write_dataset,
     write_facts,
 )
+from frictionlab.hdf5.opening import FORMAT_VERSION, opened, root_attribute
 from frictionlab.recording import (
+    DISPLACEMENTS,
+    Channel,
     Fact,
     LineCount,
     Quality,
@@ -58,28 +60,16 @@ from frictionlab.recording import (
     Replaced,
     Source,
     SourceFile,
+    quantity_named,
 )
+from frictionlab.units import UNIT
 
 Compression = Literal["lzf", 1, 4, 9, None]
 FORMAT = "frictionlab recording"
-ARRAYS = {
-    "mass_displacement": "displacement of the mass",
-    "base_displacement": "displacement of the base",
-}
 _NORMAL_FORCE = ("normal_force_n", "normal_force")  # its name in a scene, and in the file, where units are SI
 
 
-@dataclass(frozen=True)
-class Extra:
-    """One more array of a recording's file, one value per sample; readers of recordings pass it by."""
-
-    name: str
-    values: NDArray[np.float64]
-    units: str
-    long_name: str
-
-
-def write_recording(recording: Recording, path: Path, *, force: bool = False, extras: Sequence[Extra] = ()) -> None:
+def write_recording(recording: Recording, path: Path, *, force: bool = False) -> None:
     """Write a recording to an HDF5 file, whole or not at all.
 
     Parameters
@@ -90,8 +80,6 @@ def write_recording(recording: Recording, path: Path, *, force: bool = False, ex
         Where; an existing recording there is replaced.
     force
         Replace whatever file stands there.
-    extras
-        Arrays of the same length that stand beside its own.
 
     Raises
     ------
@@ -107,7 +95,7 @@ def write_recording(recording: Recording, path: Path, *, force: bool = False, ex
     >>> read_recording(path).experiment["material"]
     'steel'
     """
-    write_whole(path, pieces_of(recording, extras=extras), replace=force or is_recording)
+    write_whole(path, pieces_of(recording), replace=force or is_recording)
 
 
 def check_writable(path: Path, *, force: bool = False) -> None:
@@ -126,30 +114,21 @@ def pieces_of(
     created: datetime | None = None,
     precision: Literal["f8", "f4"] = "f8",
     compression: Compression = None,
-    extras: Sequence[Extra] = (),
 ) -> Iterator[memoryview]:
     """Give the bytes of a recording's file in order; only ``created`` differs between two files of one recording.
 
     ``precision`` and ``compression`` of the displacements are knobs of the trade (`frictionlab tradeoff`): commands
     write doubles as they are, which is fastest and loses nothing. gzip shuffles its bytes first.
     """
-    image = Image(_bytes_of(recording) + sum(extra.values.nbytes for extra in extras))
+    replaced = recording.source.replaced
+    image = Image((9 + 8 * len(recording.measured())) * len(recording) + (24 * len(replaced.index) if replaced else 0))
     with image.new_file(format=FORMAT, format_version=FORMAT_VERSION) as file:
         _write_root(file, recording, created or datetime.now(UTC))
         _write_arrays(image, file, recording, precision, compression)
-        for extra in extras:
-            dataset = image.place(file, extra.name, extra.values)
-            dataset.attrs.update({"units": extra.units, "long_name": extra.long_name})
-            dataset.dims[0].attach_scale(file["time"])
         _write_source(file.create_group("source", track_order=True), recording.source)
         _write_experiment(file.create_group("experiment", track_order=True), recording.experiment)
-        _write_nexus(file)
+        _write_nexus(file, list(recording.measured()))
     return image.pieces()
-
-
-def _bytes_of(recording: Recording) -> int:
-    replaced = recording.source.replaced
-    return 25 * len(recording) + (0 if replaced is None else 24 * len(replaced.index))
 
 
 def read_recording(path: Path) -> Recording:
@@ -168,7 +147,8 @@ def _write_root(file: h5py.File, recording: Recording, created: datetime) -> Non
     names = " + ".join(f.name for f in recording.source.files) or "made in memory"
     material = recording.experiment.get("material")
     file.attrs["Conventions"] = "CF-1.11"
-    file.attrs["title"] = storable(f"Displacement of mass and base: {names}" + (f" ({material})" if material else ""))
+    channels = ", ".join(map(_words, recording.measured())) if recording.channels else "Displacement of mass and base"
+    file.attrs["title"] = storable(f"{channels}: {names}" + (f" ({material})" if material else ""))
     file.attrs["created"] = created.isoformat(timespec="seconds")
     file.attrs["default"] = "entry"
 
@@ -186,15 +166,27 @@ def _write_arrays(
     if "start_time" in recording.source.dialect:
         time.attrs["start_time"] = str(recording.source.dialect["start_time"])
     time.make_scale("time")
-    for name, words in ARRAYS.items():
-        dataset = add(name, getattr(recording, name).astype(precision, copy=False))
-        dataset.attrs.update({"units": "m", "long_name": words, "ancillary_variables": "quality"})
+    further = {channel.name: channel for channel in recording.channels}
+    for name, values in recording.measured().items():
+        dataset = add(name, values.astype(precision, copy=False))
+        units = further[name].unit if name in further else "m"
+        dataset.attrs.update({"units": units, "long_name": _words(name), "ancillary_variables": "quality"})
+        if name in further and further[name].sensor:
+            dataset.attrs["sensor"] = storable(further[name].sensor)
         dataset.dims[0].attach_scale(time)
     quality = image.place(file, "quality", recording.quality)
     quality.attrs["long_name"] = "what was wrong at this sample"
     quality.attrs["flag_masks"] = np.array([flag.value for flag in Quality], np.uint8)
     quality.attrs["flag_meanings"] = " ".join(str(flag.name).lower() for flag in Quality)
     quality.dims[0].attach_scale(time)
+
+
+def _words(name: str) -> str:
+    """What a channel is, in words: "displacement of the mass", "normal force"."""
+    place, _, quantity = name.rpartition("_")
+    if place.startswith(("mass", "base", "contact")):
+        return f"{quantity} of the {place}".replace("_", " ")
+    return name.replace("_", " ")
 
 
 def _write_source(group: h5py.Group, source: Source) -> None:
@@ -234,27 +226,38 @@ def _write_experiment(group: h5py.Group, experiment: Mapping[str, Fact]) -> None
     write_facts(group, facts)
 
 
-def _write_nexus(file: h5py.File) -> None:
+def _write_nexus(file: h5py.File, channels: Sequence[str]) -> None:
     entry = file.create_group("entry", track_order=True)
     entry.attrs.update({"NX_class": "NXentry", "default": "data"})
     data = entry.create_group("data", track_order=True)
-    data.attrs.update({"NX_class": "NXdata", "signal": "mass_displacement", "axes": "time"})
-    data.attrs["auxiliary_signals"] = np.array(["base_displacement"], dtype=TEXT)
-    for name in ("time", "mass_displacement", "base_displacement", "quality"):
+    data.attrs.update({"NX_class": "NXdata", "signal": channels[0], "axes": "time"})
+    if channels[1:]:
+        data.attrs["auxiliary_signals"] = np.array(channels[1:], dtype=TEXT)
+    for name in ("time", *channels, "quality"):
         data[name] = file[name]
     entry["title"] = file.attrs["title"]
 
 
 def _read(file: h5py.File, size: int) -> Recording:
-    arrays = {name: array_inside(file, name, np.float64, size) for name in ("time", *ARRAYS)}
+    further = [name for name in file if name not in DISPLACEMENTS and quantity_named(name)]
+    absent = [name for name in DISPLACEMENTS if further and name not in file]
+    wanted = [name for name in ("time", *DISPLACEMENTS) if name not in absent]
+    arrays: dict[str, Any] = {name: array_inside(file, name, np.float64, size) for name in wanted}
     return Recording(
-        time=arrays["time"],
-        mass_displacement=arrays["mass_displacement"],
-        base_displacement=arrays["base_displacement"],
+        **dict.fromkeys(absent) | arrays,
         quality=array_inside(file, "quality", np.uint8, size),
         source=_read_source(group_inside(file, "source"), size),
         experiment=_read_experiment(group_inside(file, "experiment")),
+        channels=tuple(_read_channel(file, name, size) for name in further),
     )
+
+
+def _read_channel(file: h5py.File, name: str, size: int) -> Channel:
+    values = array_inside(file, name, np.float64, size)
+    unit, known = text(file[name].attrs.get("units", "")), UNIT[quantity_named(name)]
+    if unit not in (known, "m" if name == "contact_force" else known):
+        raise RecordingError(f"{name}: expected it in {known}; got {unit!r}: convert it, with its attribute units")
+    return Channel(name, values, text(file[name].attrs.get("sensor", "")), unit)
 
 
 def _read_source(group: h5py.Group, size: int) -> Source:

@@ -1,86 +1,142 @@
-"""Whether a file without a seal can be read at all: another process reads it first and may die of it.
+"""Whether a file that nobody vouches for can be read at all: another process reads it first and may die of it.
 
-That process is started for the first such file (0.2 s) and asked about each (1 to 3 ms). It ends itself when a file
-takes it too long, by a thread of the interpreter's own that no loop in C holds up, on every system alike, whether this
-process still lives or not.
+The readers of HDF5 and of MATLAB 5 are C code that a damaged file may send into a loop, a crash or all of the memory.
+This module is that process too: run as a program, it reads a file, with a limit of time and memory, and its exit says
+whether that ends. What Python can say of the damage the next reader will find and say.
 """
 
-import atexit
-import json
 import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
-from threading import Lock
+from typing import Any
 
-from frictionlab.errors import RecordingError
-from frictionlab.hdf5 import twin
+import h5py
 
-_LOCK = Lock()
+_LONGEST_S = 20.0  # by the clock: a disk may be slow
+_LONGEST_CPU_S = 1  # of computing, where the system counts it: a small file takes 2 ms
+_BYTES_PER_S = 10_000_000
+_MEMORY = 1 << 30  # bytes, beside what the file has
+_FULLY = 1 << 26  # bytes of packed numbers that are read; of more, only where they lie
+_NO_MEMORY = 3
+"""Exit status of a process that met the limit of its memory."""
+_BY_NAME = (
+    *("units", "format", "format_version", "identity", "MATLAB_class", "MATLAB_empty"),
+    *("files", "sha256", "size_bytes"),
+)
+"""Attributes that are read by their name, which may kill where going through all of them ends in a sentence."""
 
 
-def check_survivable(path: Path) -> None:
-    """Raise `RecordingError` if reading this file does not end, ends the process, or takes too much memory."""
+def fault_of(path: Path) -> str:
+    """What reading this file does to a process; empty where it does nothing to it. 0.3 s, once for each file."""
     state = path.stat()
-    fault = _fault(str(path.absolute()), state.st_size, (state.st_dev, state.st_ino, state.st_mtime_ns))
-    if fault:
-        raise RecordingError(f"damaged: {fault}")
+    return _fault(str(path.absolute()), state.st_size, (state.st_dev, state.st_ino, state.st_mtime_ns))
 
 
 @lru_cache(maxsize=256)
 def _fault(path: str, size: int, _state: tuple[int, ...]) -> str:
-    """What reading this file does to a process; empty where it does nothing to it."""
-    with _LOCK:
-        return _Twin.running().try_on(path, size)
+    command = [sys.executable, "-P", __file__, path]
+    quiet = subprocess.DEVNULL
+    try:
+        done = subprocess.run(  # noqa: S603 - this interpreter, this file
+            command, stdin=quiet, stdout=quiet, stderr=quiet, check=False, timeout=_LONGEST_S + size / _BYTES_PER_S
+        )
+    except subprocess.TimeoutExpired:
+        return "reading it does not end"
+    if done.returncode == _NO_MEMORY:
+        return "reading it takes far more memory than it holds"
+    if done.returncode == -getattr(signal, "SIGXCPU", signal.SIGTERM):
+        return "reading it does not end"
+    return "reading it ends the process" if done.returncode else ""
 
 
-class _Twin:
-    """The process that reads first."""
+def main(path: str) -> int:
+    """Read all of a file; the exit status."""
+    with Path(path).open("rb") as file:
+        read = _read_hdf5 if b"\x89HDF\r\n\x1a\n" in file.read(1024) else _read_matlab
+    _set_limits(Path(path).stat().st_size)
+    try:
+        _attempt(lambda: read(path))
+    except MemoryError:
+        return _NO_MEMORY
+    return 0
 
-    _one: "_Twin | None" = None
 
-    def __init__(self) -> None:
-        self._owner = os.getpid()
-        command = [sys.executable, "-P", str(Path(twin.__file__))]
-        pipe = subprocess.PIPE
-        self._process = subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL)  # noqa: S603 - this interpreter, a file of this package
-        atexit.register(self._stop)
+def _set_limits(size: int) -> None:
+    """Let this process have no more time and memory than the file can need, where the system knows such limits."""
+    try:
+        import resource  # noqa: PLC0415 - not on Windows
+    except ImportError:
+        return
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    seconds = int(used.ru_utime + used.ru_stime + _LONGEST_CPU_S + size / _BYTES_PER_S) + 1
+    resource.setrlimit(resource.RLIMIT_CPU, (seconds, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+    with suppress(OSError):  # only Linux says it there
+        taken = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
+        most = taken + _MEMORY + 4 * size
+        resource.setrlimit(resource.RLIMIT_AS, (most, resource.getrlimit(resource.RLIMIT_AS)[1]))
 
-    @classmethod
-    def running(cls) -> "_Twin":
-        """The one of this process, started if there is none: a forked child has its own."""
-        if cls._one is None or cls._one._owner != os.getpid() or cls._one._process.poll() is not None:  # noqa: SLF001 - its own
-            cls._one = cls()
-        return cls._one
 
-    def try_on(self, path: str, size: int) -> str:
-        """What the file did to it."""
-        process = self._process
-        assert process.stdin is not None  # noqa: S101 - opened above
-        assert process.stdout is not None  # noqa: S101
-        try:
-            process.stdin.write(json.dumps([path, size]).encode() + b"\n")
-            process.stdin.flush()
-            answer = process.stdout.readline()
-        except OSError:  # it died before it could hear
-            answer = b""
-        if answer.endswith(b"\n"):
-            return str(json.loads(answer))
-        self._stop()
-        late = process.returncode in (twin.TOO_LONG, -getattr(signal, "SIGPROF", signal.SIGTERM))
-        return "reading it does not end" if late else "reading it ends the process"
+def _attempt(step: Callable[[], object]) -> None:
+    """Do it; only memory that is given out ends the attempt, also where the library itself calls it so."""
+    try:
+        step()
+    except MemoryError:
+        raise
+    except Exception as error:
+        if "alloc" in str(error):
+            raise MemoryError from error
 
-    def _stop(self) -> None:
-        """Let it leave; it does when nobody can ask any more."""
-        atexit.unregister(self._stop)
-        if self._owner != os.getpid():
-            return
-        for stream in (self._process.stdin, self._process.stdout):
-            if stream is not None:
-                try:
-                    stream.close()
-                except OSError:  # what was to be told to the dead
-                    continue
-        self._process.wait()
+
+def _read_matlab(path: str) -> None:
+    from scipy.io import loadmat, whosmat  # noqa: PLC0415 - 0.2 s that HDF5 need not wait for
+
+    whosmat(path)
+    loadmat(path, squeeze_me=True, struct_as_record=True)
+
+
+def _read_hdf5(path: str) -> None:
+    with h5py.File(path, "r", locking=False) as file:
+        _walk(file, set())
+
+
+def _walk(node: Any, seen: set[int]) -> None:
+    """Read a node and what is in it, name by name: `h5py.Group.visit` ends at the first damage."""
+    keys, names = list(_BY_NAME), list[str]()
+    _attempt(lambda: keys.extend(node.attrs))
+    for key in keys:
+        _attempt(lambda at=key: node.attrs.get(at))  # type: ignore[misc] # mypy takes no default for an argument
+    if isinstance(node, h5py.Dataset):
+        _attempt(lambda: _read_values(node))
+        return
+    _attempt(lambda: names.extend(node))
+    for name in names:
+        _attempt(lambda at=name: _enter(node, at, seen))  # type: ignore[misc] # as above
+
+
+def _enter(group: Any, name: str, seen: set[int]) -> None:
+    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        return
+    node = group[name]
+    at = h5py.h5o.get_info(node.id).addr
+    if at not in seen:
+        seen.add(at)
+        _walk(node, seen)
+
+
+def _read_values(dataset: Any) -> None:
+    if dataset.is_virtual or dataset.external:
+        return
+    if dataset.dtype.kind in "iufb" and (dataset.chunks is None or dataset.nbytes > _FULLY):
+        dataset.id.get_num_chunks()
+    elif dataset.nbytes <= _MEMORY // 4:
+        dataset[()]
+
+
+if __name__ == "__main__":
+    os._exit(main(sys.argv[1]))

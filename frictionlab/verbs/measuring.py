@@ -84,7 +84,7 @@ def _read(log: Path, base_log: Path | None, scene: "Scene", progress: "Progress 
     else:
         recording = read_two_logs(log, base_log, scene.log, progress=progress)
     source = replace(recording.source, warnings=(*recording.source.warnings, *facts.warnings))
-    return replace(recording, source=source, experiment=facts.values)
+    return recording.changed(source=source, experiment=facts.values)
 
 
 def analyze(what: "Recording | FilePath", scene: AnyScene = None, **settings: object) -> "Measurement":

@@ -22,6 +22,7 @@ from collections import Counter
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import repeat
 from multiprocessing import get_context
 from pathlib import Path
@@ -29,7 +30,7 @@ from pathlib import Path
 from frictionlab.campaign import read_measurements
 from frictionlab.errors import FrictionlabError
 from frictionlab.experiment import facts_of
-from frictionlab.hdf5 import describe, is_recording, read_recording, twin
+from frictionlab.hdf5 import describe, is_recording, read_recording, trial
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.scene import read_scene, scene_from_tables
 from frictionlab.synthetic import virtual_tests
@@ -175,17 +176,17 @@ def _lines(reading: int) -> Generator[str | None]:
         os.close(reading)
 
 
-def _hasten_twin(folder: Path) -> None:
-    """Let the process that reads files first give up after a tenth of its time: small files need a hundredth."""
-    text = Path(twin.__file__).read_text(encoding="utf-8")
-    assert "_LONGEST_CPU_S = 0.5" in text
-    (folder / "twin.py").write_text(text.replace("_LONGEST_CPU_S = 0.5", "_LONGEST_CPU_S = 0.05"), encoding="utf-8")
-    twin.__file__ = str(folder / "twin.py")
+def _forked(path: str, _size: int, _state: object) -> str:
+    """What `trial` does, in a fork instead of a new interpreter, a hundred times as fast; the clock is the case's."""
+    child = os.fork()
+    if child == 0:
+        os._exit(trial.main(path))
+    return "reading it ends the process" if os.waitpid(child, 0)[1] else ""
 
 
 def _serve(kind: str, seed: int, numbers: range, folder: Path, writing: int) -> None:
     try:
-        _hasten_twin(folder)
+        trial._fault = lru_cache(_forked)
         warnings.simplefilter("error")
         used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, used + MEMORY))

@@ -1,0 +1,233 @@
+"""Any HDF5 file as a tree: results written and read, the arrays of others, the tree as lines of text."""
+
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import FrictionlabError, RecordingError
+from frictionlab.files import write_whole
+from frictionlab.hdf5.image import Image
+from frictionlab.hdf5.nodes import (
+    dataset_inside,
+    facts_of,
+    group_inside,
+    node_inside,
+    text,
+    write_dataset,
+    write_facts,
+)
+from frictionlab.hdf5.opening import FORMAT_VERSION, NO_FILE, opened, root_attribute, to_read
+from frictionlab.schema import Column
+
+Describe = Callable[[str], Column | None]
+
+
+def _undescribed(_name: str) -> Column | None:
+    return None
+
+
+def write_tree(
+    tree: Mapping[str, object], path: Path, *, kind: str, force: bool = False, columns: Describe = _undescribed
+) -> None:
+    """Write a result (numbers, series, maps) to an HDF5 file, whole or not at all.
+
+    Parameters
+    ----------
+    tree
+        What to write, nested as the file shall be: a mapping becomes a group, an array or a list of text a dataset, a
+        word or a number an attribute.
+    kind
+        What the file is, such as ``"frictionlab measurements"``; an existing file of this kind is replaced.
+    force
+        Replace whatever file stands there.
+    columns
+        What the dataset of a name is: it gives each its ``units`` and ``long_name``.
+
+    Raises
+    ------
+    OutputError
+        If the path holds another kind of file, or the file cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "result.h5"
+    >>> write_tree({"series": {"energy": np.ones(3), "rule": "all"}}, path, kind="frictionlab example")
+    >>> read_tree(path, kind="frictionlab example")["series"]
+    {'rule': 'all', 'energy': array([1., 1., 1.])}
+    """
+    image = Image(_bytes_of(tree))
+    with image.new_file(format=kind, format_version=FORMAT_VERSION) as file:
+        _write_branch(file, tree, columns)
+    write_whole(path, image.pieces(), replace=force or (lambda old: root_attribute(old, "format") == kind))
+
+
+def format_of(path: Path) -> str:
+    """What an HDF5 file calls itself in its attribute ``format``; empty for any other file."""
+    return root_attribute(path, "format")
+
+
+def read_tree(path: Path, *, kind: str) -> dict[str, Any]:
+    """Read back what :func:`write_tree` wrote; text datasets come as lists.
+
+    Raises
+    ------
+    RecordingError
+        If the file is of another kind, or damaged. Links out of the file are not followed.
+    """
+    with opened(path, kind, "make it again") as (file, size):
+        return _read_branch(file, size, set())
+
+
+def _bytes_of(tree: Mapping[str, object]) -> int:
+    """At most so many bytes; a text has up to four a character, and what HDF5 notes about each."""
+    size = 0
+    for value in tree.values():
+        if isinstance(value, Mapping):
+            size += _bytes_of(value)
+        elif isinstance(value, (list, tuple)):
+            size += sum(4 * len(str(words)) + 64 for words in value)
+        else:
+            size += getattr(value, "nbytes", 0)
+    return size
+
+
+def _write_branch(group: h5py.Group, tree: Mapping[str, object], columns: Describe) -> None:
+    for name, value in tree.items():
+        if isinstance(value, Mapping):
+            _write_branch(group.create_group(name, track_order=True), value, columns)
+        elif isinstance(value, (str, int, float)):
+            write_facts(group, {name: value})
+        elif isinstance(value, np.ndarray):
+            _write_column(group, name, value, columns(name))
+        elif isinstance(value, (list, tuple)):
+            _write_column(group, name, [str(words) for words in value], columns(name))
+        else:
+            raise TypeError(f"{name}: expected an array, texts, a word or a number; got {type(value).__name__}")
+
+
+def _write_column(group: h5py.Group, name: str, values: object, column: Column | None) -> None:
+    if column is None:
+        write_dataset(group, name, values)
+    else:
+        write_dataset(group, name, values, units=column.units, long_name=column.sentence)
+
+
+def _read_branch(group: h5py.Group, size: int, seen: set[int]) -> dict[str, Any]:
+    at = h5py.h5o.get_info(group.id).addr
+    if at in seen:
+        raise RecordingError(f"{group.name}: is the same group as one above: expected a tree")
+    seen.add(at)
+    tree: dict[str, Any] = dict(facts_of(group))
+    for name in group:
+        if isinstance(node_inside(group, name), h5py.Group):
+            tree[name] = _read_branch(group_inside(group, name), size, seen)
+            continue
+        dataset = dataset_inside(group, name, size, dimensions=None)
+        is_text = h5py.check_string_dtype(dataset.dtype) is not None
+        tree[name] = [text(words) for words in dataset[()]] if is_text else dataset[()]
+    return tree
+
+
+def describe(path: Path) -> list[str]:
+    """The tree of any HDF5 file as lines of text: groups, datasets with shape and units, attributes.
+
+    Links out of the file are named, not followed.
+
+    Raises
+    ------
+    RecordingError
+        If the file is not HDF5, or is damaged.
+    """
+    try:
+        with to_read(path) as file:
+            return [*_attribute_lines(file, ""), *_tree_lines(file, "", set())]
+    except RecordingError as error:
+        raise RecordingError(f"{path}: {error}") from error
+    except NO_FILE as error:
+        reason = getattr(error, "strerror", None) or "not an HDF5 file, or damaged"
+        raise RecordingError(f"{path}: cannot be read ({reason})") from error
+
+
+def _tree_lines(group: h5py.Group, indent: str, seen: set[int]) -> Iterator[str]:
+    """The members of a group; of one that has several names, or is inside itself, only once."""
+    seen.add(h5py.h5o.get_info(group.id).addr)
+    for name in group:
+        link = group.get(name, getlink=True)
+        if isinstance(link, (h5py.ExternalLink, h5py.SoftLink)):
+            yield f"{indent}{name} -> {getattr(link, 'filename', '')}{link.path} (not followed)"
+            continue
+        node = group[name]
+        if isinstance(node, h5py.Group) and h5py.h5o.get_info(node.id).addr in seen:
+            yield f"{indent}{name}/ (the same group as one above)"
+        elif isinstance(node, h5py.Group):
+            yield f"{indent}{name}/"
+            yield from _attribute_lines(node, f"{indent}  ")
+            yield from _tree_lines(node, f"{indent}  ", seen)
+        elif isinstance(node, h5py.Dataset):
+            units = text(node.attrs.get("units", ""))
+            yield f"{indent}{name} {node.shape} {node.dtype}{f' [{units}]' if units else ''}"
+
+
+def _attribute_lines(node: h5py.Group, indent: str) -> Iterator[str]:
+    for key, value in node.attrs.items():
+        yield f"{indent}{key} = {value.tolist() if hasattr(value, 'tolist') else value}"
+
+
+def arrays_inside(
+    path: Path, check_size: Callable[[int, int], None]
+) -> tuple[dict[str, NDArray[np.float64]], dict[str, float]]:
+    """Read the numeric arrays at the root of a file and one group deep (``group.name``), and its single numbers.
+
+    Parameters
+    ----------
+    path
+        The file.
+    check_size
+        Called with how many numbers all arrays hold and the file's size in bytes; raises if that is too much.
+
+    Raises
+    ------
+    RecordingError
+        If it is no HDF5 file, or damaged. Links out of the file are not followed.
+    """
+    try:
+        with to_read(path) as file:
+            found = dict(_datasets(file))
+            check_size(sum(int(d.size) for d in found.values()), path.stat().st_size)
+            arrays = {name: np.asarray(d[()], dtype=np.float64) for name, d in found.items() if d.size > 1}
+            single = {name: float(np.ravel(d[()])[0]) for name, d in found.items() if d.size == 1}
+    except FrictionlabError:
+        raise
+    except NO_FILE as error:
+        raise RecordingError(f"an HDF5 file that cannot be read ({error}): save it again") from error
+    return arrays, single
+
+
+def _datasets(file: h5py.File) -> Iterator[tuple[str, h5py.Dataset]]:
+    for name in file:
+        if name.startswith("#"):  # MATLAB's own
+            continue
+        node = _inside(file, name)
+        if isinstance(node, h5py.Group):
+            inner = {f"{name}.{key}": _inside(node, key) for key in node}
+            yield from ((key, d) for key, d in inner.items() if isinstance(d, h5py.Dataset) and _is_numeric(d))
+        elif isinstance(node, h5py.Dataset) and _is_numeric(node):
+            yield name, node
+
+
+def _inside(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset | None:
+    """A node of this file; ``None`` for a link that leads out of it or nowhere."""
+    link = group.get(name, getlink=True)
+    return group.get(name) if isinstance(link, h5py.HardLink) else None
+
+
+def _is_numeric(dataset: h5py.Dataset) -> bool:
+    kind = dataset.attrs.get("MATLAB_class", b"double")
+    is_number = isinstance(kind, bytes) and kind.startswith((b"double", b"single", b"int", b"uint"))
+    stored_here = not dataset.is_virtual and not dataset.external
+    return dataset.dtype.kind in "fiu" and is_number and stored_here and "MATLAB_empty" not in dataset.attrs
