@@ -2,21 +2,18 @@
 
 import asyncio
 import importlib
-import importlib.metadata
 import time
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from typing import Any, ParamSpec, TypeVar
+from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
+from typing import Any
 
 from frictionlab import __version__
 from frictionlab.errors import ClusterError, UsageError
 
-P = ParamSpec("P")
-T = TypeVar("T")
-
 ANSWER_S = 10.0  # a scheduler that takes longer to answer is not there
 EMPTY_S = 60.0  # a cluster without workers for that long is given up
 COUNT_S = 2.0  # how often workers are counted: they come and go
+VERSION_THERE = "__import__('frictionlab').__version__"  # a builtin function is all that each Python can unpack
 DEATHS = 2  # Dask itself tries a task on several workers (four) before it says that it kills them
 
 
@@ -39,14 +36,13 @@ class Cluster:
     def __init__(self, address: str) -> None:
         self.address = address
         self._client = _connect(address)
-        self.executor = DaskExecutor(self._client)
         self._counted = self._seen = time.monotonic()
         self._workers = self._count()
         self._check_versions()
 
     def _check_versions(self) -> None:
         """Refuse workers without this version: a call that they cannot unpack would end them, one after the other."""
-        found = self._client.run(importlib.metadata.version, "frictionlab", on_error="return")
+        found = self._client.run(eval, VERSION_THERE, on_error="return")
         wrong = {where: what for where, what in found.items() if what != __version__}
         if wrong:
             self.stop()
@@ -73,16 +69,26 @@ class Cluster:
             self._seen = self._counted
         return count
 
+    def submit(self, function: Callable[..., Any], *arguments: object) -> "Future[Any]":
+        """Let some worker call the function; the future also ends when Dask gives the call up.
+
+        Dask's own executor leaves a future waiting for ever if the worker that holds its result dies before the result
+        is fetched and doing it again fails (distributed 2026.8).
+        """
+        there = self._client.submit(function, *arguments, pure=False)
+        return asyncio.run_coroutine_threadsafe(self._fetch(there), self._client.loop.asyncio_loop)
+
+    async def _fetch(self, there: Any) -> Any:
+        return await self._client.gather(there, asynchronous=True)
+
     def deaths(self, error: BaseException) -> int:
-        """How many deaths of workers this error stands for."""
+        """How many deaths of workers this error stands for; `ClusterError` if the scheduler dropped the call."""
+        if isinstance(error, CancelledError):
+            raise self._lost()
         killed = _part_of_dask("distributed.scheduler", self.address).KilledWorker
         return DEATHS if isinstance(error, killed) else 0
 
     def mend(self) -> None:
-        """Nothing here can mend a cluster: say so."""
-        raise self._lost()
-
-    def check(self) -> None:
         """Raise `ClusterError` if the scheduler is gone, or has been without workers for a minute."""
         if self._client.status != "running":
             raise self._lost()
@@ -101,25 +107,6 @@ class Cluster:
     def stop(self) -> None:
         """Drop what is still in work; the cluster stays."""
         self._client.close(timeout=ANSWER_S)
-
-
-class DaskExecutor(Executor):
-    """A Dask client as an executor of `concurrent.futures`.
-
-    Dask's own, ``Client.get_executor``, leaves a future waiting for ever if the worker that holds its result dies
-    before the result is fetched and doing it again fails (distributed 2026.8).
-    """
-
-    def __init__(self, client: Any) -> None:
-        self._client = client
-
-    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> "Future[T]":
-        """Let some worker call the function; the future also ends when Dask gives the call up."""
-        there = self._client.submit(fn, *args, **kwargs, pure=False)
-        return asyncio.run_coroutine_threadsafe(self._fetch(there), self._client.loop.asyncio_loop)
-
-    async def _fetch(self, there: Any) -> Any:
-        return await self._client.gather(there, asynchronous=True)
 
 
 def _connect(address: str) -> Any:

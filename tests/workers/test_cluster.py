@@ -104,7 +104,7 @@ def test_a_cluster_without_workers_and_one_that_dies_are_named(tmp_path: Path, m
     with pytest.raises(ClusterError, match="has had no workers for"):
         next(run_each(jobs.wave, CASES, scheduler=address))
     site = cluster.Cluster(address)
-    future = site.executor.submit(jobs.wave, 1)
+    future = site.submit(jobs.wave, 1)
     part.kill()
     part.wait(timeout=30)
     with pytest.raises(ClusterError, match="the scheduler went away"):
@@ -116,7 +116,7 @@ def test_a_cluster_without_workers_and_one_that_dies_are_named(tmp_path: Path, m
 def check_until(site: cluster.Cluster, seconds: float) -> None:
     end = time.monotonic() + seconds
     while time.monotonic() < end:
-        site.check()
+        site.mend()
         time.sleep(0.05)
 
 
