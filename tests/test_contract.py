@@ -146,7 +146,7 @@ def test_a_table_of_any_suffix_begins_with_the_contracts_columns(suffix: str, tm
     path = tmp_path / f"new/table{suffix}"
     done = CliRunner().invoke(app, ["analyze", str(LOG), *SCENED, "-q", "-o", str(path)])
     assert done.exit_code == 0, done.stderr
-    assert not done.stdout
+    assert done.stdout.startswith("1 of 1 recordings measured")
     (row,) = read_rows(path)
     assert [key for key in row if key in MEASUREMENT] == [key for key in MEASUREMENT if key in row]
     assert row["cycles"] == 149

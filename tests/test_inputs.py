@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from frictionlab.cli.inputs import report_rows, tell_warnings
+from frictionlab.cli.output import print_tests, print_warnings
+from frictionlab.cli.work import MEASURED
 from frictionlab.errors import LogError, UsageError
 from frictionlab.tables import Row
 from frictionlab.units import split_unit
@@ -57,16 +58,40 @@ def test_a_fault_of_the_command_line_concerns_all() -> None:
         list(rows_of([Path("a")], partial(job, UsageError("no such column"), "a")))
 
 
-def test_warnings_are_told_unless_quiet_or_json(capsys: pytest.CaptureFixture[str]) -> None:
-    row = job(None, "", Path("a.h5"))
-    report_rows([row], as_json=False)
-    assert capsys.readouterr().err == "frictionlab: a.h5: warning: short\n"
-    report_rows([row], as_json=False, quiet=True)
-    assert capsys.readouterr().err == ""
-    report_rows([row], as_json=True)
-    assert capsys.readouterr().err == ""
-    tell_warnings({"warnings": ("no source",)})
-    assert capsys.readouterr().err == "frictionlab: warning: no source\n"
+def test_warnings_are_printed_once_for_each_cause_and_grave_ones_first(capsys: pytest.CaptureFixture[str]) -> None:
+    rows: list[Row] = [{"source": f"{n}.h5", "status": "ok", "warnings": [f"short: {n} s", "hum"]} for n in range(3)]
+    rows[1]["warnings"] = ["short: 1 s", "not settled: at 3 s"]  # type: ignore[index]
+    print_warnings(rows, notes=["a note"])
+    assert capsys.readouterr().err.splitlines() == [
+        "frictionlab: warning (1): not settled: at 3 s",
+        "frictionlab: warning (3 tests): short: 0 s",
+        "frictionlab: warning (2 tests): hum",
+        "frictionlab: note: a note",
+    ]
+    print_warnings([{"warnings": [f"cause {'x' * n}" for n in range(30)]}])
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 10
+    assert lines[-1] == "... 21 more lines of warnings: -v shows them, --json has them"
+    print_warnings([{"warnings": [f"cause {'x' * n}" for n in range(30)]}], verbose=True)
+    assert len(capsys.readouterr().err.splitlines()) == 30
+
+
+def test_the_table_has_one_line_a_test_and_failures_among_them(capsys: pytest.CaptureFixture[str]) -> None:
+    good: Row = {
+        "source": "logs/steel_250g.h5", "status": "ok", "frequency_ratio": 0.32, "energy_per_cycle": 1.2,
+        "energy_per_cycle_u": 0.005, "energy_per_cycle_j": 4.4712e-3, "stops_per_cycle": 2.0, "regime": "stuck",
+    }  # fmt: skip
+    bad: Row = {"source": "logs/b\x1b[31m.csv", "status": "failed", "reason": "empty \x1b[2J" + " and long" * 20}
+    print_tests([good, bad], MEASURED, "1 of 2 recordings")
+    out = capsys.readouterr().out
+    lines = out.splitlines()
+    assert lines[0] == "1 of 2 recordings"
+    assert lines[2].split() == ["steel_250g", "0.320", "4.471", "+-", "0.019", "2", "stuck"]
+    assert lines[3].startswith("b\\x1b[31m   failed: empty \\x1b[2J and long")
+    assert max(map(len, lines)) <= 80
+    print_tests([bad], MEASURED, "0 of 1")
+    told = capsys.readouterr()
+    assert (told.out, len(told.err.splitlines())) == ("", 1)
 
 
 Run = Callable[..., "subprocess.CompletedProcess[bytes]"]
@@ -135,8 +160,8 @@ def test_a_file_name_that_is_no_text_is_read_and_told(run: Run, tmp_path: Path) 
     logs = sorted(tmp_path.glob("*.csv"))
     done = run("ingest", *logs, "--scene", SCENE, "-o", tmp_path / "out")
     assert done.returncode == 1
-    assert b"b\\udce4d.csv" in done.stderr
-    assert b"st\\udcfchl_N1.25_r0.3.csv" in done.stdout
+    assert b"b\\udce4d" in done.stdout
+    assert b"st\\udcfchl_N1.25_r0.3" in done.stdout
     recording = tmp_path / "out" / os.fsdecode(b"st\xfchl_N1.25_r0.3.h5")
     assert recording.exists()
     for end in ("csv", "h5"):

@@ -46,7 +46,7 @@ def test_an_option_means_the_same_wherever_it_is_said(log: Path) -> None:
 
 
 def test_every_key_of_the_log_table_is_an_option_of_ingest() -> None:
-    helped = CliRunner().invoke(app, ["ingest", "--help"], env={"COLUMNS": "200"}).stdout
+    helped = CliRunner().invoke(app, ["ingest", "--help-all"], env={"COLUMNS": "200"}).stdout
     helped = " ".join(helped.split())
     assert [setting.key for setting in LOG] == [f.name for f in fields(fl.LogOptions)]
     for setting in LOG:
@@ -59,7 +59,7 @@ def test_every_key_of_the_log_table_is_an_option_of_ingest() -> None:
 
 @pytest.mark.parametrize("command", ["analyze", "compare-numeric"])
 def test_both_commands_take_the_overrides_of_analysis(command: str) -> None:
-    helped = CliRunner().invoke(app, [command, "--help"], env={"COLUMNS": "200"}).stdout
+    helped = CliRunner().invoke(app, [command, "--help-all"], env={"COLUMNS": "200"}).stdout
     helped = " ".join(helped.split())
     for setting in ANALYSIS:
         assert f" {setting.flag} {setting.metavar} " in helped

@@ -4,8 +4,9 @@ Each command is one module of this folder. Heavy imports (pandas, scipy, matplot
 functions, so that ``frictionlab --help`` answers at once.
 """
 
+import logging
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from importlib import import_module
 from pathlib import Path
@@ -16,47 +17,77 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command as click_command
 
 from frictionlab import __version__
-from frictionlab.cli.compiling import announce_compiling
 from frictionlab.cli.standard_output import LostOutputError, guard_standard_output, standard_output
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
 from frictionlab.process import collect_rarely, keep_freed_memory, use_one_thread
 
 P = ParamSpec("P")
 
-SUMMARIES = {
-    "init": "Write a commented scene frictionlab.toml to fill in: every key with its sentence and default.",
-    "ingest": "Read logs, whatever their dialect and damage, into one HDF5 recording each.",
-    "analyze": (
-        "Measure recordings: drive, response, energy per cycle, irregularity, stops, regime, each with its error."
-    ),
-    "compare-numeric": (
-        "Identify the friction, predict the steady cycle with the simulator, and draw measured over predicted."
-    ),
-    "explain": (
-        "Say which friction law a recording requires, in a dozen lines: values in newtons, and what it does not tell."
-    ),
-    "free-vibration": (
-        "Natural frequency, damping ratio and friction of each free decay, their average, and the lines of a scene."
-    ),
-    "campaign": (
-        "Evaluate a whole campaign: friction per material and force, Amontons' law, ranking, drift, figures, report."
-    ),
-    "batch": (
-        "Take logs through the whole chain: recordings, measurements, comparisons, figures; redo only what changed."
-    ),
-    "simulate": "Solve one steady state of the friction oscillator, run N cycles from rest, or follow a recorded base.",
-    "sweep": (
-        "Map steady states over frequency ratio, friction ratio, static friction, damping and parameters of a law."
-    ),
-    "plan": (
-        "Plan the next tests: which frequency ratios and forces tell most about a contact law, and with what errors."
-    ),
-    "synthesize": "Write logs of a virtual rig whose truth is known, with truth.jsonl beside them.",
-    "tradeoff": "Measure error against time for every accuracy knob, on this machine; about a minute.",
-    "show": "Show what is in a recording (.h5), a scene (.toml) or a result (.csv, .jsonl, .xlsx, .parquet, .h5).",
+GROUPS = {
+    "measure": {
+        "init": "Look at logs and write the scene that they need, frictionlab.toml, with what was found in them.",
+        "ingest": "Read logs, whatever their dialect and damage, into one HDF5 recording each.",
+        "analyze": (
+            "Measure recordings: drive, response, energy per cycle, irregularity, stops, regime, each with its error."
+        ),
+        "free-vibration": (
+            "Natural frequency, damping ratio and friction of each free decay, their average, and the lines of a scene."
+        ),
+    },
+    "judge": {
+        "compare-numeric": (
+            "Identify the friction, predict the steady cycle with the simulator, and draw measured over predicted."
+        ),
+        "explain": (
+            "Say which friction law a recording requires, in a dozen lines: values in newtons, and what is not known."
+        ),
+        "campaign": (
+            "Evaluate a whole campaign: friction per material and force, Amontons' law, ranking, drift, report."
+        ),
+        "batch": (
+            "Take logs through the whole chain: recordings, measurements, comparisons, figures; redo only what changed."
+        ),
+    },
+    "simulate": {
+        "simulate": (
+            "Solve one steady state of the friction oscillator, run N cycles from rest, or follow a recorded base."
+        ),
+        "sweep": (
+            "Map steady states over frequency ratio, friction ratio, static friction, damping and parameters of a law."
+        ),
+    },
+    "plan": {
+        "plan": (
+            "Plan the next tests: which frequency ratios and forces tell most about a contact law, with what errors."
+        ),
+    },
+    "look after": {
+        "show": "Show what is in a recording (.h5), a scene (.toml) or a result (.csv, .jsonl, .xlsx, .parquet, .h5).",
+        "synthesize": "Write logs of a virtual rig whose truth is known, with truth.jsonl beside them.",
+        "tradeoff": "Measure error against time for every accuracy knob, on this machine; about a minute.",
+    },
 }
-"""Each command, in the order of the data, with the first line of its docstring."""
-
+"""Each command with the first line of its docstring, in the groups of ``--help``."""
+SUMMARIES = {name: text for commands in GROUPS.values() for name, text in commands.items()}
+OLD_NAMES = {
+    "compare": "compare-numeric",
+    "--friction-ratio": "--beta",
+    "--static-ratio": "--mu",
+    "--contact-damping-ratio": "--zeta",
+}
+"""Names of commands and options that are still taken, for one version, and those to give instead."""
+MORE = frozenset(
+    (
+        "--workers", "--scheduler", "--accuracy", "--force", "--quiet", "--verbose", "--padding",
+        "--encoding", "--separator", "--decimal", "--time", "--relative", "--time-unit", "--sampling-rate",
+        "--measuring-range", "--bridge", "--most-damage", "--lag", "--lag-u", "--clock-drift",
+        "--mass-metres-per-volt", "--base-metres-per-volt", "--mass-offset", "--base-offset", "--mass-log",
+        "--base-log", "--solver", "--budget", "--report", "--fit", "--whole", "--resume", "--highpass",
+        "--cycles", "--all", "--wall", "--measured", "--for", "--against", "--again", "--unit", "--zeta",
+    )
+)  # fmt: skip
+"""Options that the short help of a command leaves to ``--help-all``."""
+INTERRUPTED = 128 + 2  # the exit status that shells give to what Ctrl-C has stopped
 PLAIN: dict[str, Any] = {
     "rich_markup_mode": None,
     "pretty_exceptions_enable": False,
@@ -64,22 +95,60 @@ PLAIN: dict[str, Any] = {
 }
 
 
+_ALL = "frictionlab: all options"  # in the context of a call: whether --help-all was said
+
+
 class Command(TyperCommand):
-    """A command that says in this house's words what is wrong with its options."""
+    """A command that shows its ten most used options first, and says in plain words what is wrong with one."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the options of ``--help``: the most used ones, or all of them."""
+        every = ctx.meta.get(_ALL, False)
+        params: list[Any] = [p for p in self.get_params(ctx) if p.param_type_name == "option"]
+        more = [p for p in params if MORE.intersection(p.opts)]
+        few = len(params) - len(more) > 4  # a command of few options shows them all
+        for param in more:
+            param.hidden = param.hidden or (few and not every)
+        super().format_options(ctx, formatter)
+        if more and few and not every:
+            formatter.write(f"\n{len(more)} more options: frictionlab {ctx.info_name} --help-all\n")
 
     def parse_args(self, ctx: Any, args: list[str]) -> Any:
-        """Read the options; refuse what stands for nothing, as an unset variable of a shell does."""
+        """Read the options; refuse what stands for nothing, and what is no number to a person."""
+        ctx.meta[_ALL] = "--help-all" in args
+        args = ["--help" if word == "--help-all" else _new_name(word) for word in args]
         if "" in args and not ctx.resilient_parsing:
             before = args[args.index("") - 1] if args.index("") else ""
             raise typer.BadParameter(
                 f"{before or 'an input'}: expected a name or a value; got an empty one: is a variable of the shell not"
                 " set?"
             )
+        if not ctx.resilient_parsing:
+            self._check_numbers(ctx, args)
         try:
             return super().parse_args(ctx, args)
         except typer.BadParameter as error:
             error.message = _in_words(error)
             raise
+
+    def _check_numbers(self, ctx: Any, args: list[str]) -> None:
+        """Refuse ``1_0`` and digits other than ASCII, which Python reads as numbers."""
+        given, _, _ = self.make_parser(ctx).parse_args(args=list(args))
+        params: list[Any] = self.get_params(ctx)
+        for param in params:
+            said, is_option = given.get(param.name), param.param_type_name == "option"
+            is_number = is_option and param.bare_type() in ("int", "float")
+            if is_number and isinstance(said, str) and (not said.isascii() or "_" in said):
+                raise typer.BadParameter(f"expected a number; got {said!r}", ctx=ctx, param=param)
+
+
+def _new_name(word: str) -> str:
+    """The name that has taken the place of an old one, with a line that says it."""
+    name, equals, value = word.partition("=")
+    if name not in OLD_NAMES or not name.startswith("--"):
+        return word
+    complain(f"note: {name} is now {OLD_NAMES[name]}; the old name is taken until the next version")
+    return f"{OLD_NAMES[name]}{equals}{value}"
 
 
 def _in_words(error: typer.BadParameter) -> str:
@@ -109,6 +178,9 @@ class Commands(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
         """The command of a name; None where there is none."""
+        if cmd_name in OLD_NAMES and not cmd_name.startswith("-"):
+            complain(f"note: {cmd_name} is now {OLD_NAMES[cmd_name]}; the old name is taken until the next version")
+            cmd_name = OLD_NAMES[cmd_name]
         if cmd_name not in SUMMARIES:
             return None
         alone = typer.Typer(add_completion=False, **PLAIN)
@@ -117,8 +189,9 @@ class Commands(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: ARG002
         """Write the list of ``--help``, which no command has to be loaded for."""
-        with formatter.section("Commands"):
-            formatter.write_dl(list(SUMMARIES.items()))
+        for group, commands in GROUPS.items():
+            with formatter.section(f"To {group}"):
+                formatter.write_dl(list(commands.items()))
 
 
 def command_of(name: str) -> Callable[..., None]:
@@ -140,18 +213,20 @@ def _print_version(wanted: bool) -> None:
 @app.callback()
 def frictionlab(
     _version: Annotated[
-        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and leave.")
+        bool,
+        typer.Option("--version", "-V", callback=_print_version, is_eager=True, help="Print the version and leave."),
     ] = False,
 ) -> None:
     """Friction damping measured: from laser logs to energy per cycle, regime and friction coefficient.
 
-    The way of the data: ingest (log -> recording), analyze (recording -> measurement), compare-numeric
-    (measurement over prediction).
+    A folder of logs in two commands: frictionlab init my_logs, then frictionlab batch my_logs --campaign.
+
+    Exit status: 0 all well, 1 some input failed, 2 the command line or the scene is wrong, 130 stopped by Ctrl-C.
     """
 
 
 def complain(text: str) -> None:
-    """As `output.complain`, which is loaded where there is something to complain of."""
+    """As `output.complain`, which is loaded only where there is something to complain of."""
     from frictionlab.cli import output
 
     output.complain(text)
@@ -174,6 +249,9 @@ def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
             raise typer.Exit(error.status) from error
         except (typer.Exit, typer.Abort, typer.BadParameter):
             raise
+        except KeyboardInterrupt as error:
+            complain("stopped")
+            raise typer.Exit(INTERRUPTED) from error
         except (SceneError, UsageError) as error:
             for line in str(error).split("\n"):
                 complain(line)
@@ -207,6 +285,22 @@ def _is_nowhere() -> bool:
     except FileNotFoundError:
         return True
     return False
+
+
+class _ToStderr(logging.Handler):
+    """Prints to stderr as it is now: a progress bar may have taken it over."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Print one line."""
+        print(record.getMessage(), file=sys.stderr, flush=True)
+
+
+def announce_compiling(arguments: Sequence[str]) -> None:
+    """Let the simulator's compiler say that it begins, if stderr is a terminal and nobody asked for silence."""
+    if sys.stderr.isatty() and not {"--json", "--quiet", "-q"}.intersection(arguments):
+        logger = logging.getLogger("frictionlab.simulator")
+        logger.setLevel(logging.INFO)
+        logger.handlers[:] = [_ToStderr()]
 
 
 def main() -> None:

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Protocol, TypeVar
 
 import typer
 
-from frictionlab.cli.inputs import exit_status, tell_warnings
-from frictionlab.cli.logs import tables_in
-from frictionlab.cli.options import Force, Quiet, SceneFile, Workers, scene_of
-from frictionlab.cli.output import complain, print_table, printable
+from frictionlab.cli.inputs import exit_status, tables_in
+from frictionlab.cli.options import Force, LawOrAuto, Quiet, SceneFile, Verbose, Workers, scene_of
+from frictionlab.cli.output import complain, print_table, print_warnings, printable
 from frictionlab.cli.progress import track
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.schema import FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING
@@ -40,19 +39,13 @@ def campaign(
     output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Tables, figures and report.")],
     *,
     scene: SceneFile = None,
-    law: Annotated[
-        str | None,
-        typer.Option(
-            "--law",
-            metavar="LAW",
-            help="Contact law, like coulomb+speed, or auto: the one that each material's tests require together.",
-        ),
-    ] = None,
+    law: LawOrAuto = None,
     workers: Workers = None,
+    verbose: Verbose = False,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Evaluate a whole campaign: friction per material and force, Amontons' law, ranking, drift, figures, report.
+    """Evaluate a whole campaign: friction per material and force, Amontons' law, ranking, drift, report.
 
     Example: frictionlab campaign build/measurements/*.jsonl --scene configs/campaign.toml -o build/campaign
     """
@@ -75,19 +68,8 @@ def campaign(
         quiet=quiet,
     )
     if not quiet:
-        _tell_kinds(rows)
+        print_warnings(rows, verbose=verbose)
     exit_status(unread)
-
-
-def _tell_kinds(rows: Sequence[Row]) -> None:
-    """Print the warnings of all rows, once for all rows of a kind."""
-    from frictionlab.campaign.warned import kinds_of
-
-    warned = ((str(row.get("source")), row.get("warnings")) for row in rows)
-    said = ((source, str(text)) for source, texts in warned if isinstance(texts, (list, tuple)) for text in texts)
-    for kind in kinds_of(said):
-        others = f" and {len(kind.sources) - 1} more" if len(kind.sources) > 1 else ""
-        tell_warnings({"source": f"{kind.sources[0]}{others}", "warnings": [kind.sentence]})
 
 
 def refuse_failures(rows: Sequence[Row]) -> None:

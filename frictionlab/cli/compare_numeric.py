@@ -7,41 +7,23 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from frictionlab.cli.budget import Budget, print_budgets
-from frictionlab.cli.drawing import Figures, figure_places
-from frictionlab.cli.inputs import exit_status
-from frictionlab.cli.logs import Files, expanded
-from frictionlab.cli.options import (
-    ANALYSIS,
-    RECORDINGS,
-    Accuracy,
-    AsJson,
-    Force,
-    PlotFolder,
-    Quiet,
-    SceneFile,
-    Scheduler,
-    Workers,
-    scene_of,
-    takes,
-)
-from frictionlab.cli.output import print_good, print_table
-from frictionlab.cli.recordings import rows_told
+from frictionlab.cli.inputs import Files, expanded
+from frictionlab.cli.options import ANALYSIS, LawOrAuto, Recordings, check_law, takes
+from frictionlab.cli.output import print_table
+from frictionlab.cli.work import COMPARED, HIDDEN, Work, of_measurement
 from frictionlab.schema import COMPARISONS, LAWS, RECORD_LAWS
-from frictionlab.tables import Row, check_output, write_rows
+from frictionlab.tables import Row
 
 if TYPE_CHECKING:
-    from frictionlab.identification import Comparison, ContactForce, WholeRecord
+    from frictionlab.cli.drawing import Figures
     from frictionlab.scene import Scene
-
-    Drawable = Comparison | ContactForce | WholeRecord | None
 
 PARAMETERS = {
     "parameter": "parameter",
     "value": "value",
     "se": "se",
     "u": "u",
-    "told": "told by this test",
+    "told": "known by this test",
     "lower": "lower 95 %",
     "upper": "upper 95 %",
 }
@@ -50,24 +32,9 @@ MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before
 
 @takes(*ANALYSIS)
 def compare_numeric(
-    recordings: Annotated[list[Path], typer.Argument(metavar="RECORDING...", help=RECORDINGS)],
+    recordings: Recordings,
     *,
-    scene: SceneFile = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Write here: .csv .jsonl .xlsx .parquet .h5"),
-    ] = None,
-    as_json: AsJson = False,
-    plot: PlotFolder = None,
-    law: Annotated[
-        str | None,
-        typer.Option(
-            "--law",
-            metavar="LAW",
-            help="Contact law, like coulomb+place+speed, or auto: the simplest that the recording requires.",
-        ),
-    ] = None,
-    budget: Budget = False,
+    law: LawOrAuto = None,
     beta: Annotated[
         float | None,
         typer.Option("--beta", min=0.0, help="Predict with this friction ratio instead of identifying it."),
@@ -88,54 +55,24 @@ def compare_numeric(
         typer.Option("--solver", help="In place of the scene's."),
     ] = None,
     settings: Mapping[str, object],
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    accuracy: Accuracy = None,
-    force: Force = False,
-    quiet: Quiet = False,
+    work: Work,
 ) -> None:
     """Identify the friction, predict the steady cycle with the simulator, and draw measured over predicted.
 
     Example: frictionlab compare-numeric build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
     """
-    from frictionlab.verbs.inputs import scene_given
-
-    what = scene_given(
-        scene_of(scene, accuracy, beside=recordings[0], quiet=quiet),
-        {**settings, "solver": solver},
-        ("model", "analysis", "rig"),
-    )
+    scene = work.scene_for(recordings[0], {**settings, "solver": solver}, ("model", "analysis", "rig"))
     check_law(law)
-    recordings = expanded(recordings, recordings=True)
+    inputs = expanded(recordings, recordings=True)
     kinds = ("comparison", "contact", *(("record",) if whole or fit == "whole" else ()))
-    plots = figure_places(plot, recordings, kinds, force=force)
-    if output is not None:
-        check_output(output, COMPARISONS, force=force, inputs=[*recordings, *what.files])
-    rows = rows_told(
-        recordings,
-        partial(_row, law=law, beta=beta, plots=plots, whole=whole, fit=fit, force=force),
-        scene=what,
-        title="compare",
-        as_json=as_json,
-        quiet=quiet,
-        workers=workers,
-        scheduler=scheduler,
-    )
-    if output is not None:
-        write_rows(rows, output, COMPARISONS, force=force, inputs=[*recordings, *what.files])
-    if not (as_json or quiet):
-        _print_parts(print_good(rows, COMPARISONS))
-    if budget and not (as_json or quiet):
-        print_budgets(rows)
-    exit_status(rows)
-
-
-def check_law(law: str | None) -> None:
-    """Refuse a law that does not exist, before the work."""
-    from frictionlab.simulator.laws import law_of
-
-    if law is not None and law != "auto":
-        law_of(law)
+    plots = work.places(inputs, scene, COMPARISONS, kinds)
+    job = partial(_row, law=law, beta=beta, plots=plots, whole=whole, fit=fit, force=work.force)
+    rows, shown = work.rows(inputs, job, scene, "compare")
+    work.write(rows, inputs, scene, COMPARISONS)
+    good = work.show(shown, COMPARISONS, COMPARED, scene, noun="recordings compared")
+    if work.wide:
+        _print_parts(good)
+    work.leave(rows)
 
 
 def _print_parts(rows: Iterable[Row]) -> None:
@@ -171,28 +108,31 @@ def _row(
     scene: "Scene",
     law: str | None,
     beta: float | None,
-    plots: Figures | None,
+    plots: "Figures | None",
     files: Files,
     whole: bool,
     fit: Literal["cycle", "whole"],
     force: bool,
 ) -> Row:
     from frictionlab.verbs.judging import compare
+    from frictionlab.verbs.measuring import analyze
 
-    comparison = compare(files.get(path, path), scene, law=law, friction_ratio=beta, whole=whole, fit=fit)
+    file, shown = files.get(path, path), {}
+    if whole or fit == "whole":
+        comparison = compare(file, scene, law=law, friction_ratio=beta, whole=whole, fit=fit)
+    else:
+        measurement = analyze(file, scene)
+        comparison = compare(measurement, scene, law=law, friction_ratio=beta)
+        shown = {HIDDEN: of_measurement(measurement)}
     if plots is not None:
-        drawn: dict[str, Drawable] = {
+        from frictionlab.verbs.presenting import plot
+
+        drawn = {
             "comparison": comparison if len(comparison.tau) else None,
             "contact": comparison.contact,
             "record": comparison.record,
         }
         for kind, place in plots[path].items():
-            _draw(drawn[kind], place, title=None if kind == "comparison" else path.name, force=force)
-    return {**comparison.row(), "source": str(path)}
-
-
-def _draw(result: "Drawable", path: Path, title: str | None, *, force: bool) -> None:
-    from frictionlab.verbs.presenting import plot
-
-    if result is not None:
-        plot(result, path, title=title, force=force)
+            if drawn[kind] is not None:
+                plot(drawn[kind], place, title=None if kind == "comparison" else path.name, force=force)
+    return {**comparison.row(), "source": str(path), **shown}

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from frictionlab.cli.logs import result_names
+from frictionlab.cli.inputs import result_names
 from frictionlab.errors import UsageError
 
 SUFFIXES = (".pdf", ".svg", ".png")

@@ -1,100 +1,56 @@
 """``frictionlab explain``: recording -> which law it requires, as a short text with one figure."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from frictionlab.cli.drawing import Figures, figure_places
-from frictionlab.cli.inputs import exit_status
-from frictionlab.cli.logs import Files, expanded
-from frictionlab.cli.options import (
-    ANALYSIS,
-    RECORDINGS,
-    Accuracy,
-    AsJson,
-    Force,
-    PlotFolder,
-    Quiet,
-    SceneFile,
-    Scheduler,
-    Workers,
-    scene_of,
-    takes,
-)
-from frictionlab.cli.recordings import rows_told
+from frictionlab.cli.inputs import Files, expanded
+from frictionlab.cli.options import ANALYSIS, Recordings, takes
+from frictionlab.cli.output import complain, printable
+from frictionlab.cli.work import Work
 from frictionlab.schema import COMPARISONS
-from frictionlab.tables import Row, check_output, write_rows
+from frictionlab.tables import Row
 
 if TYPE_CHECKING:
+    from frictionlab.cli.drawing import Figures
     from frictionlab.scene import Scene
 
-FIGURE = "contact"
+MOST = 12  # lines, where not all are asked for
 
 
 @takes(*ANALYSIS)
-def explain(
-    recordings: Annotated[list[Path], typer.Argument(metavar="RECORDING...", help=RECORDINGS)],
-    *,
-    scene: SceneFile = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="Write the comparisons here, as compare-numeric does."),
-    ] = None,
-    as_json: AsJson = False,
-    plot: PlotFolder = None,
-    settings: Mapping[str, object],
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    accuracy: Accuracy = None,
-    force: Force = False,
-    quiet: Quiet = False,
-) -> None:
-    """Say which friction law a recording requires, in a dozen lines: values in newtons, and what it does not tell.
+def explain(recordings: Recordings, *, settings: Mapping[str, object], work: Work) -> None:
+    """Say which friction law a recording requires, in a dozen lines: values in newtons, and what is not known.
 
     Example: frictionlab explain build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
     """
-    from frictionlab.verbs.inputs import scene_given
-
-    what = scene_given(
-        scene_of(scene, accuracy, beside=recordings[0], quiet=quiet), settings, ("model", "analysis", "rig")
-    )
-    recordings = expanded(recordings, recordings=True)
-    plots = figure_places(plot, recordings, (FIGURE,), force=force)
-    if output is not None:
-        check_output(output, COMPARISONS, force=force, inputs=[*recordings, *what.files])
-    rows = rows_told(
-        recordings,
-        partial(_row, plots=plots, force=force),
-        scene=what,
-        title="explain",
-        as_json=as_json,
-        quiet=quiet,
-        workers=workers,
-        scheduler=scheduler,
-        warns=False,  # the text holds them
-    )
-    if output is not None:
-        write_rows(rows, output, COMPARISONS, force=force, inputs=[*recordings, *what.files])
-    if not (as_json or quiet):
-        _print_texts(rows)
-    exit_status(rows)
+    scene = work.scene_for(recordings[0], settings, ("model", "analysis", "rig"))
+    inputs = expanded(recordings, recordings=True)
+    plots = work.places(inputs, scene, COMPARISONS, ("contact",))
+    rows, _ = work.rows(inputs, partial(_row, plots=plots, force=work.force), scene, "explain")
+    work.write(rows, inputs, scene, COMPARISONS)
+    for number, row in enumerate(() if work.as_json else rows):
+        text = row.get("text")
+        if not isinstance(text, list):
+            complain(f"{row['source']}: {row['reason']}")
+            continue
+        lines = [printable(str(line)) for line in text]
+        shown = lines if work.wide or len(lines) <= MOST else lines[: MOST - 1]
+        typer.echo("\n".join([*([""] if number else []), *shown]))
+        if len(shown) < len(lines):
+            typer.echo(f"... {len(lines) - len(shown)} more lines: --wide")
+    work.leave(rows)
 
 
-def _print_texts(rows: Sequence[Row]) -> None:
-    """Print what each recording says, an empty line between two."""
-    texts = [text for row in rows if isinstance(text := row.get("text"), list)]
-    for i, text in enumerate(texts):
-        typer.echo("\n".join(([""] if i else []) + [str(line) for line in text]))
+def _row(path: Path, *, scene: "Scene", plots: "Figures | None", files: Files, force: bool) -> Row:
+    from frictionlab.verbs.judging import explain
 
-
-def _row(path: Path, *, scene: "Scene", plots: Figures | None, files: Files, force: bool) -> Row:
-    from frictionlab.verbs.judging import explain as told_of
-    from frictionlab.verbs.presenting import plot
-
-    told = told_of(files.get(path, path), scene)
+    told = explain(files.get(path, path), scene)
     if plots is not None and told.contact is not None:
-        plot(told.contact, plots[path][FIGURE], title=path.name, force=force)
+        from frictionlab.verbs.presenting import plot
+
+        plot(told.contact, plots[path]["contact"], title=path.name, force=force)
     return {**told.row(), "source": str(path)}

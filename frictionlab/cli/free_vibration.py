@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from frictionlab.cli.drawing import Figures, figure_places
-from frictionlab.cli.inputs import exit_status, report_rows
-from frictionlab.cli.logs import Files, expanded, on_disk
-from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, scene_of
-from frictionlab.cli.output import print_table
+from frictionlab.cli.inputs import Files, exit_status, expanded, on_disk, report_rows
+from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, Table, Verbose, Wide, scene_of
+from frictionlab.cli.output import Shown, print_table, print_tests, print_warnings, with_error
 from frictionlab.files import make_folder
 from frictionlab.schema import FREE_VIBRATIONS
 from frictionlab.tables import Row, check_output, write_rows
@@ -36,12 +35,11 @@ def free_vibration(
     ],
     *,
     scene: SceneFile = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="A row per tap: .csv .jsonl .xlsx .parquet .h5"),
-    ] = None,
+    output: Table = None,
     plot: PlotFolder = None,
     as_json: AsJson = False,
+    wide: Wide = False,
+    verbose: Verbose = False,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
@@ -62,12 +60,14 @@ def free_vibration(
     with on_disk(inputs) as files:
         rows = list(rows_of(inputs, partial(_row, scene=what, plots=plots, files=files, force=force)))
     means = _means([tap for row in rows for tap in _taps(row)])
-    shown = report_rows((_told(row, means) for row in rows), as_json=as_json, quiet=quiet)
+    shown = report_rows((_told(row, means) for row in rows), as_json=as_json)
+    lines = [line for row in rows for line in _lines(row)]
     if output is not None:
-        lines = [line for row in rows for line in _lines(row)]
         write_rows(lines, output, FREE_VIBRATIONS, force=force, inputs=[*inputs, *what.files])
-    if means and not (as_json or quiet):
-        _tell([line for row in rows for line in _lines(row) if line["status"] == "ok"], means)
+    if not as_json:
+        _tell(lines, means, wide=wide)
+        if not quiet:
+            print_warnings(rows, verbose=verbose)
     exit_status(shown)
 
 
@@ -165,15 +165,35 @@ def _lines(row: Row) -> Iterator[dict[str, object]]:
         yield {**head, **_plain(tap), "friction_n": force}
 
 
-def _tell(lines: Sequence[Row], means: Means) -> None:
+TAPPED = (
+    Shown("tap", lambda row: str(row.get("tap", "-")), 9),
+    Shown("f [Hz]", lambda row: with_error(row.get("natural_frequency_hz"), row.get("natural_frequency_hz_se")), 9),
+    Shown("zeta", lambda row: with_error(row.get("damping_ratio"), row.get("damping_ratio_se")), 9),
+    Shown("F/k [um]", lambda row: with_error(row.get("friction_m"), row.get("friction_m_se"), 1e6), 8),
+    Shown("F [N]", lambda row: with_error(row.get("friction_n"), None), 5),
+    Shown("half-cycles", lambda row: str(row.get("half_cycles", "-")), 4),
+)
+
+
+def _tell(lines: Sequence[Row], means: Means, *, wide: bool) -> None:
     from frictionlab.analysis.free_vibration import scene_snippet
 
-    print_table(lines, FREE_VIBRATIONS)
-    words = {"natural_frequency_hz": "natural frequency", "damping_ratio": "damping ratio", "friction_m": "F/k"}
-    units = {"natural_frequency_hz": " Hz", "friction_m": " m"}
-    told = "; ".join(
-        f"{word} {means[name].mean:.6g} +- {means[name].se:.2g}{units.get(name, '')}" for name, word in words.items()
+    good = [line for line in lines if line["status"] == "ok"]
+    failed = [line for line in lines if line["status"] != "ok"]
+    taps = "1 tap" if len(good) == 1 else f"{len(good)} taps"
+    if wide and good:
+        print_table(good, FREE_VIBRATIONS)
+    print_tests(failed if wide and good else lines, TAPPED, f"{taps}, {len(failed)} inputs failed" if failed else taps)
+    if not means:
+        return
+    words = {
+        "natural_frequency_hz": ("f", 1.0, " Hz"),
+        "damping_ratio": ("zeta", 1.0, ""),
+        "friction_m": ("F/k", 1e6, " um"),
+    }
+    told = ", ".join(
+        f"{word} {with_error(means[name].mean, means[name].se, times)}{unit}"
+        for name, (word, times, unit) in words.items()
     )
-    taps = "1 tap" if len(lines) == 1 else f"{len(lines)} taps"
     typer.echo(f"\naverage of {taps}: {told}. For a scene:\n")
     typer.echo(scene_snippet(means))

@@ -8,10 +8,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from frictionlab.cli.inputs import exit_status, report_rows
-from frictionlab.cli.logs import Files, expanded, is_standard_input, on_disk, result_names
-from frictionlab.cli.options import LOG, AsJson, Force, Quiet, SceneFile, Scheduler, Workers, scene_of, takes
-from frictionlab.cli.output import print_table, printable
+from frictionlab.cli.inputs import Files, exit_status, expanded, is_standard_input, on_disk, report_rows, result_names
+from frictionlab.cli.options import (
+    LOG,
+    AsJson,
+    Force,
+    Quiet,
+    SceneFile,
+    Scheduler,
+    Verbose,
+    Wide,
+    Workers,
+    scene_of,
+    takes,
+)  # fmt: skip
+from frictionlab.cli.output import Shown, print_table, print_tests, print_warnings, printable
 from frictionlab.cli.progress import bytes_read, track
 from frictionlab.errors import UsageError
 from frictionlab.files import refuse_inputs
@@ -54,6 +65,8 @@ def ingest(
     workers: Workers = None,
     scheduler: Scheduler = None,
     as_json: AsJson = False,
+    wide: Wide = False,
+    verbose: Verbose = False,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
@@ -68,14 +81,15 @@ def ingest(
     inputs = _inputs(logs or [], mass_log, base_log)
     read = [*inputs, *([] if base_log is None else [base_log]), *what.files]
     places = None if dry_run else _places(inputs, read, output)
-    silent = quiet or as_json
     with on_disk([*inputs, *([] if base_log is None else [base_log])]) as files:
-        job = _Ingest(what, base_log, places, files, force=force, quiet=silent or len(inputs) > 1)
+        job = _Ingest(what, base_log, places, files, force=force, quiet=quiet or as_json or len(inputs) > 1)
         made = rows_of(inputs, job, workers=workers, scheduler=scheduler)
-        watched = track(made, total=len(inputs), title="ingest", quiet=quiet or len(inputs) == 1)
-        rows = report_rows(watched, as_json=as_json, quiet=quiet)
-    if not silent:
-        _tell(rows, evidence=dry_run)
+        watched = track(made, total=len(inputs), title="ingest", quiet=quiet or as_json or len(inputs) == 1)
+        rows = report_rows(watched, as_json=as_json)
+    if not as_json:
+        _tell(rows, evidence=dry_run, wide=wide)
+        if not quiet:
+            print_warnings(rows, verbose=verbose)
     exit_status(rows)
 
 
@@ -187,13 +201,26 @@ def _row(recording: "Recording", log: Path, output: Path | None) -> "Row":
     }
 
 
-def _tell(rows: Sequence[Mapping[str, Any]], *, evidence: bool) -> None:
+FOUND = (
+    Shown("layout", lambda row: str(row["layout"]), 4),
+    Shown("samples", lambda row: str(row["samples"]), 9),
+    Shown("rate [Hz]", lambda row: f"{row['sampling_rate_hz']:.6g}", 8),
+    Shown("length [s]", lambda row: f"{row['duration_s']:.4g}", 9),
+    Shown("flagged", lambda row: str(row["flagged"] or "-"), 6),
+    Shown("quarantined", lambda row: str(row["lines_quarantined"] or "-"), 5),
+    Shown("recording", lambda row: "-" if row["output"] is None else printable(str(row["output"])), 3),
+)
+
+
+def _tell(rows: Sequence[Mapping[str, Any]], *, evidence: bool, wide: bool) -> None:
     """Print a table of what was made, and below it what its user should know."""
     good = [row for row in rows if row["status"] == "ok"]
-    if good:
+    if wide and good:
         print_table(good, TABLE, elsewhere="--json gives")
-    for row in good:
-        for sentence in row["evidence"] if evidence else ():
+    verb = "read" if evidence else "ingested"
+    print_tests([row for row in rows if row not in good or not wide], FOUND, f"{len(good)} of {len(rows)} logs {verb}")
+    for row in good if evidence else ():
+        for sentence in row["evidence"]:
             typer.echo(f"{printable(row['source'])}: {printable(sentence)}")
-        for line in row["quarantined"][:5] if evidence else ():
+        for line in row["quarantined"][:5]:
             typer.echo(printable(f"{row['source']}: line {line['line']} quarantined: {line['reason']}: {line['text']}"))

@@ -15,7 +15,7 @@ def init(
     force: Annotated[bool, typer.Option("--force", help="Replace a scene that stands there.")] = False,
     quiet: Quiet = False,
 ) -> None:
-    """Write a commented scene frictionlab.toml to fill in: every key with its sentence and default.
+    """Look at logs and write the scene that they need, frictionlab.toml, with what was found in them.
 
     Every command finds it in the working folder or beside its first input when it is given no --scene.
 

@@ -1,15 +1,124 @@
-"""What is told of several inputs while they are done one by one, and the exit status that follows from it."""
+"""Inputs on a command line: files, folders, patterns, standard input; what is said of each, and the exit status."""
 
-from collections.abc import Iterable
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
 
 import typer
 
 from frictionlab.cli.output import complain
 from frictionlab.cli.standard_output import LostOutputError, standard_output
+from frictionlab.errors import UsageError
 from frictionlab.tables import Row, json_line
 from frictionlab.verbs.rows import FAILED
 
 STOPPED = 128 + 2  # the exit status that shells give to what Ctrl-C has stopped
+STANDARD_INPUT = Path("-")
+HDF5 = b"\x89HDF"  # as a recording begins
+Files = Mapping[Path, Path]
+"""Input -> the file that holds it, where that is not itself."""
+
+
+def is_standard_input(log: Path) -> bool:
+    """Whether a log is to be read from standard input."""
+    return log == STANDARD_INPUT
+
+
+def expanded(logs: Sequence[Path], *, recordings: bool = False) -> list[Path]:
+    """The logs that are meant, each once: of a folder all logs in it, of a pattern all files that fit it, in order.
+
+    Parameters
+    ----------
+    logs : sequence of Path
+        As they were typed.
+    recordings : bool
+        Whether a folder's recordings are meant where it holds any.
+
+    Raises
+    ------
+    UsageError
+        A folder without logs, or a pattern that fits nothing.
+    """
+    from frictionlab.verbs.inputs import logs_of
+
+    found: dict[Path, None] = {}
+    for log in opened(logs):
+        if log.is_dir():
+            made = sorted(log.glob("*.h5")) if recordings else []
+            found |= dict.fromkeys(made or logs_of([log]))
+        else:
+            found[log] = None
+    return list(found)
+
+
+def tables_in(places: Sequence[Path]) -> list[Path]:
+    """The tables that are meant, each once: of a folder all that stand in it, of a pattern all files that fit it.
+
+    Raises
+    ------
+    UsageError
+        A folder without tables, or a pattern that fits nothing.
+    """
+    from frictionlab.tables import SUFFIXES
+
+    found: dict[Path, None] = {}
+    for place in opened(places):
+        tables = [p for p in sorted(place.iterdir()) if p.suffix in SUFFIXES] if place.is_dir() else [place]
+        if not tables:
+            raise UsageError(f"no tables in {place}: expected files ending in {', '.join(SUFFIXES)}")
+        found |= dict.fromkeys(tables)
+    return list(found)
+
+
+def opened(places: Sequence[Path]) -> list[Path]:
+    """The files and folders that are meant: of a pattern that no shell has opened up, all files that fit it.
+
+    Raises
+    ------
+    UsageError
+        A pattern that fits nothing.
+    """
+    found: list[Path] = []
+    for place in places:
+        is_pattern = any(sign in str(place) for sign in "*?[") and not place.exists()
+        found += _fitting(place) if is_pattern else [place]
+    return found
+
+
+def _fitting(pattern: Path) -> list[Path]:
+    """Files that fit a pattern; a shell of Windows leaves that to the program."""
+    root = pattern.parent if pattern.parent.is_dir() else Path(pattern.anchor)
+    files = sorted(path for path in root.glob(str(pattern.relative_to(root))) if path.is_file())
+    if not files:
+        raise UsageError(f"{pattern}: no file fits this pattern")
+    return files
+
+
+def result_names(logs: Sequence[Path]) -> Mapping[Path, str]:
+    """A name for the results of each input that no other has; standard input has one too."""
+    from frictionlab.verbs.inputs import names_of
+
+    files = {log: Path("standard_input") if is_standard_input(log) else log for log in dict.fromkeys(logs)}
+    names = names_of(list(files.values()))
+    return {log: names[file] for log, file in files.items()}
+
+
+@contextmanager
+def on_disk(inputs: Iterable[Path]) -> Iterator[Files]:
+    """Where inputs stand that are no files: standard input is copied, here and at once, because workers have none."""
+    if not any(map(is_standard_input, inputs)):
+        yield {}
+        return
+    with tempfile.TemporaryDirectory(prefix="frictionlab-") as folder:
+        file = Path(folder) / "standard_input"
+        with file.open("wb") as copy:
+            shutil.copyfileobj(sys.stdin.buffer, copy)
+        with file.open("rb") as copied:
+            is_recording = copied.read(len(HDF5)) == HDF5
+        yield {STANDARD_INPUT: file.rename(file.with_suffix(".h5")) if is_recording else file}
 
 
 class Rows(list[Row]):
@@ -19,8 +128,8 @@ class Rows(list[Row]):
     lost: LostOutputError | None = None  # why standard output took no more before the last
 
 
-def report_rows(rows: Iterable[Row], *, as_json: bool, quiet: bool = False) -> Rows:
-    """Tell each row as it comes and return them all: JSON Lines on stdout, or failures and warnings on stderr.
+def report_rows(rows: Iterable[Row], *, as_json: bool) -> Rows:
+    """Return all rows; with ``as_json`` print each as it comes, a line of JSON.
 
     Ctrl-C and a standard output that takes no more (a full disk, a pipe that was closed) end it; the rows until then
     are returned, so that the command can still write them.
@@ -29,7 +138,9 @@ def report_rows(rows: Iterable[Row], *, as_json: bool, quiet: bool = False) -> R
     try:
         for row in rows:
             seen.append(row)
-            _tell(row, as_json=as_json, quiet=quiet)
+            if as_json:
+                with standard_output():
+                    typer.echo(json_line(row))
     except KeyboardInterrupt:
         seen.stopped = True
         complain(f"stopped: {len(seen)} inputs are done, the others are not")
@@ -38,30 +149,6 @@ def report_rows(rows: Iterable[Row], *, as_json: bool, quiet: bool = False) -> R
         if not error.is_closed:
             complain(f"{error}: {len(seen)} inputs are done, the others are not")
     return seen
-
-
-def _tell(row: Row, *, as_json: bool, quiet: bool) -> None:
-    if as_json:
-        with standard_output():
-            typer.echo(json_line(row))
-    elif row.get("status") == FAILED:
-        complain(f"{row['source']}: {row['reason']}")
-    elif not quiet:
-        tell_warnings(row)
-
-
-def numbers_of(row: Row) -> Row:
-    """The row of a steady state as it stands on a screen: warnings are told below it, and growth where it is known."""
-    hidden = {"warnings"} | ({"growth_per_cycle"} if row.get("growth_per_cycle") is None else set())
-    return {key: value for key, value in row.items() if key not in hidden}
-
-
-def tell_warnings(row: Row) -> None:
-    """Print the warnings of a row on stderr; every command tells them by this, unless ``--json`` or ``--quiet``."""
-    warnings = row.get("warnings")
-    source = f"{row['source']}: " if "source" in row else ""
-    for sentence in warnings if isinstance(warnings, (list, tuple)) else ():
-        complain(f"{source}warning: {sentence}")
 
 
 def exit_status(rows: Iterable[Row]) -> None:

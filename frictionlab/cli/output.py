@@ -3,20 +3,30 @@
 Text that stood in a log or a file name is never trusted: control characters are shown, not sent to the terminal.
 """
 
+import math
 import os
+import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
 import typer
 
 from frictionlab.schema import Table, column_of
 from frictionlab.tables import Row, plain
 
+WIDTH = 80  # letters in a line, where no terminal says another number
 GAP = 2  # blanks between columns
-LEAST_TEXT = 16  # characters that a text keeps in one line before it is told in several
+LEAST_TEXT = 16  # letters that a text keeps in one line before it is folded
 FEW = 3  # rows that are rather turned than robbed of columns
+MOST_WARNINGS = 10  # lines
+GRAVE = re.compile(
+    r"strained|not settled|would give it|contradict|wrong|damag|does not explain|misfit|stands still|gap"
+)
+_NUMBER = re.compile(r"\d[\d.]*(?:e[+-]?\d+)?")
 
 
 def printable(text: str) -> str:
@@ -58,13 +68,133 @@ def cell(value: object) -> str:
     return printable(str(value))
 
 
+def with_error(value: object, error: object, times: float = 1.0) -> str:
+    """A number with its uncertainty: as many digits as the uncertainty has a right to, two where it begins with 1 or 2.
+
+    Examples
+    --------
+    >>> with_error(4.4712e-3, 2.1e-5, 1e3), with_error(0.7721, 0.0771), with_error(0.35, None), with_error(None, 1.0)
+    ('4.471 +- 0.021', '0.77 +- 0.08', '0.35', '-')
+    """
+    if not isinstance(value, (int, float)) or not math.isfinite(value):
+        return "-"
+    number = times * value
+    size = times * error if isinstance(error, (int, float)) and math.isfinite(error) else 0.0
+    if size <= 0.0:
+        return f"{number:.4g}"
+    place = math.floor(math.log10(float(f"{size:.1e}")))
+    digits = max(0, (1 if f"{size:.1e}"[0] in "12" else 0) - place)
+    return f"{number:.{digits}f} +- {size:.{digits}f}"
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A column of the table of tests: its title, what stands in it, and how gladly it is kept in a narrow window."""
+
+    title: str
+    text: Callable[[Row], str]
+    keep: int = 9
+
+
+def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str) -> None:
+    """Print one line a test, failures among them, within the window; the columns kept least gladly go first.
+
+    Where all failed there is no table: each failure is a line on stderr.
+    """
+    good = [row for row in rows if row.get("status") != "failed"]
+    if not good:
+        for row in rows:
+            complain(f"{row.get('source')}: {row.get('reason')}")
+        return
+    names = short_names([str(row.get("source")) for row in rows])
+    texts = {c.title: [printable(c.text(row)) if row in good else "" for row in rows] for c in columns}
+    filled = [c for c in columns if set(texts[c.title]) - {"", "-"}]
+    width = _width() or WIDTH
+    widest = max(map(len, names))
+    while True:
+        widths = [max(len(c.title), *map(len, texts[c.title])) for c in filled]
+        spare = width - sum(widths) - GAP * len(widths)
+        if spare >= min(widest, LEAST_TEXT) or len(filled) == 1:
+            break
+        filled.remove(min(filled, key=lambda c: c.keep))
+    first = max(min(widest, spare), len("test"))
+    typer.echo(_bold(headline))
+    typer.echo(_bold(_joined(["test", *(c.title for c in filled)], [first, *widths])))
+    for number, (name, row) in enumerate(zip(names, rows, strict=True)):
+        cut = name if len(name) <= first else f"{name[: first - 8]}..{name[-6:]}"
+        if row.get("status") == "failed":
+            said = printable(f"failed: {row.get('reason')}")
+            lines = textwrap.wrap(said, max(width - first - GAP, LEAST_TEXT), break_on_hyphens=False)
+            typer.echo("\n".join(_joined([cut if not i else "", line], [first, 0]) for i, line in enumerate(lines)))
+        else:
+            typer.echo(_joined([cut, *(texts[c.title][number] for c in filled)], [first, *widths]))
+
+
+def short_names(sources: Sequence[str]) -> list[str]:
+    """The names of files without folder and suffix, where that tells them apart; else as they are."""
+    stems = [printable(Path(source).name.removesuffix(".gz")) for source in sources]
+    stems = [Path(stem).stem if Path(stem).suffix else stem for stem in stems]
+    return stems if len(set(stems)) == len(set(sources)) else [printable(source) for source in sources]
+
+
+def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, ...]]]:
+    """Group warnings (source, sentence) by cause: sentences that differ in their numbers alone are one; grave first.
+
+    Examples
+    --------
+    >>> kinds_of([("a", "lag: 3 s"), ("b", "no unit"), ("c", "lag: 4.5e-3 s")])
+    [('lag: 3 s', ('a', 'c')), ('no unit', ('b',))]
+    """
+    found: dict[str, list[tuple[str, str]]] = {}
+    for source, sentence in warnings:
+        found.setdefault(_NUMBER.sub("0", sentence), []).append((source, sentence))
+    kinds = [(alike[0][1], tuple(dict.fromkeys(source for source, _ in alike))) for alike in found.values()]
+    return sorted(kinds, key=lambda kind: (not GRAVE.search(kind[0]), -len(kind[1])))
+
+
+def print_warnings(rows: Iterable[Row], *, verbose: bool = False, notes: Sequence[str] = ()) -> None:
+    """Print the warnings of all rows on stderr, once for each cause with its count; at most ten lines, or all of them.
+
+    On a terminal lines are folded; where that makes too many the rest is counted.
+    """
+    told = [(str(row.get("source") or ""), said) for row in rows for said in warnings_of(row)]
+    sources = list(dict.fromkeys(source for source, _ in told))
+    short = dict(zip(sources, short_names(sources), strict=True))
+    lines: list[str] = []
+    for sentence, where in kinds_of(told):
+        count = f" ({len(where)} tests)" if len(where) > 1 else f" ({short[where[0]]})" if where[0] else ""
+        lines += _folded_for(f"warning{count}: {sentence}")
+        if verbose and len(where) > 1:
+            lines += _folded_for(f"    in {', '.join(short[source] for source in where)}")
+    lines += [line for note in notes for line in _folded_for(f"note: {note}")]
+    shown = lines if verbose or len(lines) <= MOST_WARNINGS else lines[: MOST_WARNINGS - 1]
+    for line in shown:
+        typer.echo(line, err=True)
+    if len(shown) < len(lines):
+        typer.echo(f"... {len(lines) - len(shown)} more lines of warnings: -v shows them, --json has them", err=True)
+
+
+def warnings_of(row: Row) -> list[str]:
+    """The warnings of a row."""
+    warnings = row.get("warnings")
+    return [str(warning) for warning in warnings] if isinstance(warnings, (list, tuple)) else []
+
+
+def _folded_for(text: str) -> list[str]:
+    """A line for stderr, folded where that is a terminal."""
+    text = printable(text)
+    if not sys.stderr.isatty():
+        return [f"frictionlab: {text}"]
+    return textwrap.wrap(text, shutil.get_terminal_size().columns, subsequent_indent="    ", break_on_hyphens=False)
+
+
 def print_table(
     rows: Iterable[Row], columns: Table | Sequence[str] | Mapping[str, str], *, elsewhere: str = "--json and -o give"
 ) -> None:
-    """Print rows as a table on stdout: drawn on a terminal, plain aligned text elsewhere.
+    """Print rows as a table of aligned text on stdout.
 
-    No number is ever cut. What is too wide for the terminal is made narrower by telling long texts in several lines;
-    then, of a few rows, by turning the table; then by leaving out the last columns, and saying which.
+    No number is ever cut. What is too wide for the terminal is made narrower by folding long texts; then, of a few
+    rows, by turning the table; then by leaving out the last columns, and saying which.
 
     Parameters
     ----------
@@ -74,7 +204,7 @@ def print_table(
         A table of the schema, of which the columns for a screen are shown; or the keys to show in order; or their
         titles by key.
     elsewhere : str
-        What gives all columns where some find no room.
+        What gives all columns where some do not fit.
     """
     told = list(rows)
     heads = _heads(columns, told)
@@ -87,54 +217,28 @@ def print_table(
     while widths is None and len(heads) > 1:
         gone.insert(0, heads.pop(list(heads)[-1]))
         widths = _fitted(heads, told, width)
-    _print_lines(heads, told, widths or [width or LEAST_TEXT])
+    lines = [list(heads.values()), *([cell(row.get(key)) for key in heads] for row in told)]
+    for number, line in enumerate(lines):
+        folded = [_folded(text, size) for text, size in zip(line, widths or [width], strict=True)]
+        for part in range(max(map(len, folded))):
+            text = _joined(["".join(texts[part : part + 1]) for texts in folded], widths or [width])
+            typer.echo(text if number else _bold(text))
     if gone:
-        typer.echo(f"no room for: {', '.join(gone)} ({elsewhere} all columns)")
-
-
-def print_good(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> list[Row]:
-    """Print the rows of inputs that did not fail, if there are any; return them."""
-    good = [row for row in rows if row.get("status") == "ok"]
-    if good:
-        print_table(good, columns)
-    return good
+        typer.echo(f"does not fit: {', '.join(gone)} ({elsewhere} all columns)")
 
 
 def print_turned(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> None:
     """Print rows one below the other, a line for each of their values; of a schema's table, of all its columns."""
     for number, row in enumerate(rows):
-        heads = _turned_heads(columns, row)
+        heads = {name: _head(name, columns) for name in row} if isinstance(columns, Table) else dict(columns)
         widest = max(map(len, heads.values()), default=0)
         if number:
             typer.echo()
-        room = max(_width() - widest - GAP, LEAST_TEXT)
+        left = max(_width() - widest - GAP, LEAST_TEXT)
         for key, head in heads.items():
-            lines = _folded(cell(row.get(key)), room) if _width() and _is_text(key, [row]) else [cell(row.get(key))]
+            lines = _folded(cell(row.get(key)), left) if _width() and _is_text(key, [row]) else [cell(row.get(key))]
             for part, text in enumerate(lines):
-                typer.echo(f"{'' if part else head:<{widest}}{' ' * GAP}{text}".rstrip())
-
-
-def _heads(columns: Table | Sequence[str] | Mapping[str, str], rows: Sequence[Row]) -> dict[str, str]:
-    if isinstance(columns, Table):
-        known = {key for row in rows for key, value in row.items() if plain(value) is not None}
-        names = (name for name in columns.shown if name in known or name not in columns.shown_where_known)
-        return {name: _head(name, columns) for name in (*_own_axes(columns, rows), *names)}
-    return dict(columns) if isinstance(columns, Mapping) else {key: key for key in columns}
-
-
-def _own_axes(table: Table, rows: Sequence[Row]) -> Iterable[str]:
-    """Columns that a map has beside those of the schema: the parameters of its law."""
-    known = {column.name for column in table.columns}
-    return dict.fromkeys(key for row in rows for key in row if table.kind in ("map", "motion") and key not in known)
-
-
-def _turned_heads(columns: Table | Mapping[str, str], row: Row) -> dict[str, str]:
-    return {name: _head(name, columns) for name in row} if isinstance(columns, Table) else dict(columns)
-
-
-def _head(name: str, table: Table) -> str:
-    column = column_of(name, table)
-    return printable(name) if column is None else column.head
+                typer.echo(_joined(["" if part else head, text], [widest, 0]))
 
 
 def paragraph(text: str, *, indent: str = "") -> None:
@@ -144,62 +248,52 @@ def paragraph(text: str, *, indent: str = "") -> None:
     typer.echo("\n".join(lines))
 
 
+def _bold(text: str) -> str:
+    bold = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
+    return typer.style(text, bold=True) if bold else text
+
+
+def _joined(texts: Sequence[str], widths: Sequence[int]) -> str:
+    return (" " * GAP).join(text.ljust(width) for text, width in zip(texts, widths, strict=True)).rstrip()
+
+
+def _heads(columns: Table | Sequence[str] | Mapping[str, str], rows: Sequence[Row]) -> dict[str, str]:
+    if not isinstance(columns, Table):
+        return dict(columns) if isinstance(columns, Mapping) else {key: printable(key) for key in columns}
+    known = {key for row in rows for key, value in row.items() if plain(value) is not None}
+    names = [name for name in columns.shown if name in known or name not in columns.shown_where_known]
+    own = {column.name for column in columns.columns}  # a map has columns of its own: the parameters of its law
+    more = dict.fromkeys(key for row in rows for key in row if columns.kind in ("map", "motion") and key not in own)
+    return {name: _head(name, columns) for name in (*more, *names)}
+
+
+def _head(name: str, table: Table | Mapping[str, str]) -> str:
+    column = column_of(name, table) if isinstance(table, Table) else None
+    return printable(name) if column is None else column.head
+
+
 def _width() -> int:
-    """Characters in a line of the terminal; 0 in a pipe, where any length goes."""
+    """Letters in a line of the terminal; 0 in a pipe, where any length goes."""
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
 
 
 def _fitted(heads: Mapping[str, str], rows: Sequence[Row], width: int) -> list[int] | None:
     """The width of each column so that all fit; None if they cannot. Numbers and heads keep theirs, texts may give."""
     full = [max(len(line) for line in (head, *(cell(row.get(key)) for row in rows))) for key, head in heads.items()]
-    frame = _frame(len(heads))
-    spare = width - frame - sum(full)
+    spare = width - GAP * (len(heads) - 1) - sum(full)
     if not width or spare >= 0:
         return full
     for i in sorted(range(len(full)), key=lambda i: -full[i]):
         key, head = list(heads.items())[i]
         if _is_text(key, rows):
             given = max(LEAST_TEXT, len(head), full[i] + spare)
-            spare, full[i] = spare + full[i] - min(given, full[i]), min(given, full[i])
+            spare += full[i] - min(given, full[i])
+            full[i] = min(given, full[i])
     return full if spare >= 0 else None
-
-
-def _frame(columns: int) -> int:
-    """Characters that stand between and about the columns."""
-    return 3 * columns + 1 if sys.stdout.isatty() else GAP * (columns - 1)
 
 
 def _is_text(key: str, rows: Sequence[Row]) -> bool:
     return all(isinstance(plain(row.get(key)), (str, list, dict, type(None))) for row in rows)
-
-
-def _print_lines(heads: Mapping[str, str], rows: Sequence[Row], widths: Sequence[int]) -> None:
-    body = [[cell(row.get(key)) for key in heads] for row in rows]
-    if sys.stdout.isatty():
-        _draw_table(list(heads.values()), body, widths)
-    else:
-        _align_table([list(heads.values()), *body], widths)
-
-
-def _draw_table(titles: Sequence[str], body: Sequence[Sequence[str]], widths: Sequence[int]) -> None:
-    from rich.console import Console
-    from rich.table import Table as Drawn
-    from rich.text import Text
-
-    table = Drawn()
-    for title, width in zip(titles, widths, strict=True):
-        table.add_column(Text(title), width=width, no_wrap=False, overflow="fold")
-    for line in body:
-        table.add_row(*(Text(text) for text in line))
-    Console(no_color=bool(os.environ.get("NO_COLOR")), width=_width() or None).print(table)
-
-
-def _align_table(lines: Sequence[Sequence[str]], widths: Sequence[int]) -> None:
-    for line in lines:
-        folded = [_folded(text, width) for text, width in zip(line, widths, strict=True)]
-        for part in range(max(map(len, folded))):
-            cells = ("".join(texts[part : part + 1]).ljust(width) for texts, width in zip(folded, widths, strict=True))
-            typer.echo((" " * GAP).join(cells).rstrip())
 
 
 def _folded(text: str, width: int) -> list[str]:

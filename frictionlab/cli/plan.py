@@ -53,7 +53,7 @@ def plan(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Plan the next tests: which frequency ratios and forces tell most about a contact law, and with what errors.
+    """Plan the next tests: which frequency ratios and forces tell most about a contact law, with what errors.
 
     Example: frictionlab plan --scene my_rig.toml --law coulomb+place+speed --tests 6 -o tests.csv
 

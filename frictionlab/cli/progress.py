@@ -16,7 +16,7 @@ LINE_S = 60.0  # between two plain lines; shorter work prints none
 
 def track(items: Iterable[T], *, total: int, title: str, quiet: bool = False) -> Iterator[T]:
     """Yield the items and show how far they are, with rate and time left, on stderr if ``quiet`` is not set."""
-    with count(title, quiet=quiet) as progress:
+    with count(title, quiet=quiet, total=total) as progress:
         for number, item in enumerate(items, 1):
             yield item
             if progress is not None:
@@ -40,7 +40,7 @@ def bytes_read(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, in
 
 
 @contextmanager
-def count(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], None] | None]:
+def count(title: str, *, quiet: bool = False, total: int | None = None) -> Iterator[Callable[[int, int], None] | None]:
     """Give a function that takes things done and things in all, and shows them with rate and time left."""
     if quiet:
         yield None
@@ -53,7 +53,7 @@ def count(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], N
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[pace]}"))
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-        task = progress.add_task(title, total=None, pace="")
+        task = progress.add_task(title, total=total, pace="")
         pulse = Rate()
         yield lambda done, total: progress.update(task, completed=done, total=total, pace=pulse.words(done, total))
 

@@ -94,27 +94,21 @@ def _rows_of(file: Path) -> "list[Row]":
 
 
 def _tell(row: "Row") -> None:
-    from frictionlab.cli.output import printable
+    from frictionlab.cli.output import printable, warnings_of
 
     source = row.get("source")
     if row.get("status") == "failed":
         typer.echo(f"{printable(str(source))}: failed: {printable(str(row.get('reason')))}")
-    for warning in _warnings(row) if source is not None else ():
+    for warning in warnings_of(row) if source is not None else ():
         typer.echo(f"{printable(str(source))}: {printable(warning)}")
 
 
 def _tell_alike(rows: "list[Row]") -> None:
-    """Tell the warnings of rows without a source (points of a map), those of a kind once."""
-    from frictionlab.campaign.warned import kinds_of
-    from frictionlab.cli.output import printable
+    """Print the warnings of rows without a source (points of a map), those of a kind once."""
+    from frictionlab.cli.output import kinds_of, printable, warnings_of
 
     numbered = enumerate(rows, 1)
-    found = [(f"row {i}", said) for i, row in numbered if row.get("source") is None for said in _warnings(row)]
-    for warned in kinds_of(found):
-        more = f" and {len(warned.sources) - 1} more" if len(warned.sources) > 1 else ""
-        typer.echo(f"{warned.sources[0]}{more}: {printable(warned.sentence)}")
-
-
-def _warnings(row: "Row") -> list[str]:
-    warnings = row.get("warnings")
-    return [str(warning) for warning in warnings] if isinstance(warnings, list) else []
+    found = [(f"row {i}", said) for i, row in numbered if row.get("source") is None for said in warnings_of(row)]
+    for sentence, sources in kinds_of(found):
+        more = f" and {len(sources) - 1} more" if len(sources) > 1 else ""
+        typer.echo(f"{sources[0]}{more}: {printable(sentence)}")

@@ -1,50 +1,91 @@
 """``frictionlab simulate``: one steady state, the last of N cycles from rest, or the response to a recorded base."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from frictionlab.cli.all_states import All, print_all
-from frictionlab.cli.base_motion import SETTINGS, BaseMotion, Highpass, Ride, one_of_both, ride
 from frictionlab.cli.drawing import figure_file
-from frictionlab.cli.inputs import numbers_of, tell_warnings
-from frictionlab.cli.law_options import LawName, Parameters, numbers
-from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, takes
-from frictionlab.cli.output import print_turned
+from frictionlab.cli.inputs import exit_status, report_rows
+from frictionlab.cli.options import ANALYSIS, LOG, AsJson, Force, LawName, Parameters, Quiet, SceneFile, numbers, takes
+from frictionlab.cli.output import complain, print_turned, print_warnings
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.files import make_folder
-from frictionlab.schema import MOTIONS
+from frictionlab.files import make_folder, refuse_inputs
+from frictionlab.schema import MOTIONS, RESPONSES
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
 if TYPE_CHECKING:
-    from frictionlab.simulator import SteadyState
+    from frictionlab.base_motion import RecordResponse
+    from frictionlab.scene import Scene
+    from frictionlab.simulator import Problem, SteadyState
 
 SAMPLES = 1000  # per cycle, of the motion in an .h5
+SETTINGS = (
+    *(s for s in ANALYSIS if s.key == "natural_frequency_hz"),
+    *(s for s in LOG if s.key in ("time", "base", "unit", "time_unit", "sampling_rate_hz", "separator", "decimal")),
+)
+SERIES = (".h5", ".csv")
+HEAD = ("time [s]", "base [m]", "mass [m]")
+FORCE = "contact force"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rubbing:
+    """What rubs, in the options: friction as a ratio or as a coefficient, the law, what the mass rubs against."""
+
+    beta: Annotated[float | None, typer.Option("--beta", help="Friction ratio, friction force over k Y.")] = None
+    coefficient: Annotated[
+        float | None,
+        typer.Option("--coefficient", min=0.0, help="Friction coefficient, with --normal-force and a scene's rig."),
+    ] = None
+    normal_force: Annotated[
+        float | None, typer.Option("--normal-force", metavar="N", help="In place of the scene's.")
+    ] = None
+    base_amplitude: Annotated[
+        float | None,
+        typer.Option("--base-amplitude", metavar="M", help="Y (default: the first of the scene's [plan])."),
+    ] = None
+    law: LawName = None
+    parameter: Parameters = None
+    mu: Annotated[float | None, typer.Option("--mu", help="Static over kinetic friction, in both directions (1).")] = (
+        None
+    )
+    zeta: Annotated[float | None, typer.Option("--zeta", help="Damping ratio of a dashpot beside the contact (0).")] = (
+        None
+    )
+    wall: Annotated[
+        Literal["fixed", "base"] | None,
+        typer.Option("--wall", help="What the mass rubs against: a fixed wall, or the base."),
+    ] = None
 
 
 @takes(*SETTINGS)
 def simulate(
     *,
     r: Annotated[float | None, typer.Option("--r", help="Frequency ratio, drive over natural frequency.")] = None,
-    beta: Annotated[float, typer.Option("--beta", help="Friction ratio, friction force over k Y.")],
-    base_motion: BaseMotion = None,
-    highpass: Highpass = None,
-    settings: Mapping[str, object],
+    rubbing: Rubbing,
     scene: SceneFile = None,
-    law: LawName = "coulomb",
-    parameter: Parameters = None,
-    mu: Annotated[
-        float | None, typer.Option("--mu", help="Static over kinetic friction, in both directions (1).")
+    base_motion: Annotated[
+        Path | None,
+        typer.Option(
+            "--base-motion",
+            metavar="FILE",
+            help="The response, from rest, to the base of a recording, a log, or one column of any table.",
+        ),
     ] = None,
-    zeta: Annotated[
-        float | None, typer.Option("--zeta", help="Damping ratio of a dashpot beside the contact (0).")
+    highpass: Annotated[
+        float | None,
+        typer.Option(
+            "--highpass",
+            metavar="HZ",
+            help="A base given as an acceleration is integrated twice, without what is slower (fixed wall).",
+        ),
     ] = None,
-    wall: Annotated[
-        Literal["fixed", "base"], typer.Option("--wall", help="What the mass rubs against: a fixed wall, or the base.")
-    ] = "fixed",
+    settings: Mapping[str, object],
     solver: Annotated[
         Literal["auto", "closed-form", "exact", "numeric", "thesis"],
         typer.Option(
@@ -54,7 +95,12 @@ def simulate(
     cycles: Annotated[
         int | None, typer.Option("--cycles", metavar="N", min=1, help="The last of N cycles from rest instead.")
     ] = None,
-    every: All = False,
+    every: Annotated[
+        bool,
+        typer.Option(
+            "--all", help="All steady states that 200 starts (numeric laws: 50) settle on, with their shares."
+        ),
+    ] = False,
     as_json: AsJson = False,
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="PLACE", help="Draw motion and loop here (.pdf, .svg, .png).")
@@ -75,54 +121,235 @@ def simulate(
 
     Example: frictionlab simulate --r 0.5 --beta 0.4 --law coulomb+place --parameter gradient=0.05 --plot motion.pdf
 
-    Example: frictionlab simulate --base-motion quake.csv --natural-frequency 3.1 --beta 0.2 -o response.h5
-    """
-    from frictionlab.simulator import Problem, last_cycle, steady_state
+    In newtons: frictionlab simulate --scene my.toml --r 0.32 --coefficient 0.3 --normal-force 2.45
 
-    ratio = one_of_both(
-        r, base_motion, settings, scene, others={"--cycles": cycles, "--solver": solver, "--all": every}
-    )
-    if base_motion is None and highpass is not None:
-        raise UsageError("--highpass: belongs to --base-motion FILE; got none")
+    A record: frictionlab simulate --base-motion quake.csv --natural-frequency 3.1 --beta 0.2 -o response.h5
+    """
+    others = {"--cycles": cycles, "--all": every, "--solver": None if solver == "auto" else solver}
+    _refuse_strangers(r, base_motion, highpass, settings, others)
+    problem, units = _problem(1.0 if r is None else r, rubbing, scene, dimensionless=base_motion is not None)
+    ask = _Ask(problem, units, output, plot, force=force, as_json=as_json, quiet=quiet)
+    if base_motion is not None:
+        ask.follow(base_motion, scene, settings, highpass)
+    elif every:
+        ask.find_all()
+    else:
+        ask.solve(solver, cycles)
+
+
+def _refuse_strangers(
+    r: float | None,
+    base_motion: Path | None,
+    highpass: float | None,
+    settings: Mapping[str, object],
+    others: Mapping[str, object],
+) -> None:
+    """Refuse options that belong to another of the three things that this command does."""
+    given = [option for option, value in others.items() if value not in (None, False)]
+    if base_motion is None:
+        stray = [setting.flag for setting in SETTINGS if setting.key in settings]
+        stray += ["--highpass"] if highpass is not None else []
+        if stray:
+            raise UsageError(f"{stray[0]}: belongs to --base-motion FILE; got none")
+        if r is None:
+            raise UsageError("expected --r R (a steady state) or --base-motion FILE (the response to it); got neither")
+        if "--all" in given and len(given) > 1:
+            raise UsageError(f"--all: expected neither --cycles nor --solver; got {', '.join(given[:1] + given[2:])}")
+    elif r is not None:
+        raise UsageError("expected --r R or --base-motion FILE; got both: a recorded base has its own times")
+    elif given:
+        raise UsageError(f"{given[0]}: a recorded base is followed once, by the solver that its law has: leave it out")
+
+
+@dataclass(frozen=True)
+class Units:
+    """What turns a dimensionless answer into metres, joules and newtons, as far as the scene knows it."""
+
+    base_amplitude_m: float
+    stiffness_n_per_m: float | None
+
+    def of(self, row: Row, beta: float) -> Row:
+        """The contract's keys in SI units."""
+        y, k = self.base_amplitude_m, self.stiffness_n_per_m
+        amplitude, energy = row.get("response_amplitude"), row.get("energy_per_cycle")
+        found: dict[str, object] = {"response_amplitude_m": amplitude * y if isinstance(amplitude, float) else None}
+        if k is not None:
+            found["energy_per_cycle_j"] = energy * k * y**2 if isinstance(energy, float) else None
+            found["friction_force_n"] = beta * k * y
+        return found
+
+
+def _problem(r: float, rubs: Rubbing, file: Path | None, *, dimensionless: bool) -> "tuple[Problem, Units | None]":
+    """The problem that the options and the scene pose, and its units where a scene is given."""
+    from frictionlab.scene import read_scene
+    from frictionlab.simulator import Problem
+
+    if rubs.mu is not None and rubs.mu < 1.0:
+        raise UsageError(
+            f"--mu {rubs.mu:g}: mu is static over kinetic friction, 1 or more; the friction coefficient is"
+            f" --coefficient {rubs.mu:g}, with --normal-force N and --scene TOML"
+        )
+    scene = None if file is None else read_scene(file)
+    units = None if scene is None or dimensionless else _units(scene, rubs)
+    beta = _beta(rubs, scene, units)
+    model = None if scene is None else scene.model
+    values = numbers(rubs.parameter, {"mu": rubs.mu, "zeta": rubs.zeta})
+    if scene is not None and model is not None:
+        held = {} if rubs.law is not None and rubs.law != model.law else model.parameters
+        damping = {"frame_damping_ratio": scene.frame_damping_ratio} if not dimensionless else {}
+        values = {**damping, **held, **values}
+    mu = rubs.mu if rubs.mu is not None or model is None or model.static_ratio == 1.0 else model.static_ratio
+    law = rubs.law or ("coulomb" if model is None or model.law == "auto" else model.law)
+    wall = rubs.wall or ("fixed" if model is None else model.wall)
     try:
-        values = numbers(parameter, {"mu": mu, "zeta": zeta})
-        problem = Problem(ratio, beta, mu, zeta, wall, law=law, parameters=values)
+        return Problem(r, beta, mu, rubs.zeta, wall, law=law, parameters=values), units
     except SimulationError as error:
         raise UsageError(str(error)) from error
-    if base_motion is not None:
-        plot = figure_file(plot, "response", force=force, inputs=[base_motion])
-        ride(base_motion, Ride(problem, scene, settings, output, plot, force, highpass), as_json=as_json, quiet=quiet)
-        return
-    if every:
-        _refuse_beside_all({"--cycles": cycles, "--solver": None if solver == "auto" else solver})
-        print_all(problem, output, plot, force=force, as_json=as_json, quiet=quiet)
-        return
-    plot = figure_file(plot, "motion", force=force)
-    if output is not None:
-        check_output(output, MOTIONS, force=force)
-    start = time.perf_counter()
-    state = (
-        steady_state(problem, solver=solver) if cycles is None else last_cycle(problem, cycles=cycles, solver=solver)
-    )
-    asked = {"wall_s": time.perf_counter() - start, "law": problem.law.name, "parameters": problem.parameters}
-    row: Row = state.row() | asked
-    if as_json:
-        typer.echo(json_line(row))
-    elif not quiet:
-        print_turned([numbers_of(row)], MOTIONS)
-        typer.echo(state.verdict)
-        tell_warnings({"warnings": [said for said in state.warnings if said not in state.verdict]})
-    if output is not None:
-        _write(state, row, output, force=force)
-    if plot is not None:
-        _draw(state, plot, force=force)
 
 
-def _refuse_beside_all(others: Mapping[str, object]) -> None:
-    """Refuse options that ask for something else than all steady states."""
-    given = [option for option, value in others.items() if value is not None]
-    if given:
-        raise UsageError(f"--all: expected neither --cycles nor --solver; got {', '.join(given)}")
+def _units(scene: "Scene", rubs: Rubbing) -> Units:
+    amplitude = rubs.base_amplitude or scene.plan.base_amplitudes_m[0]
+    return Units(amplitude, scene.rig.stiffness)
+
+
+def _beta(rubs: Rubbing, scene: "Scene | None", units: Units | None) -> float:
+    """The friction ratio: as given, or from coefficient, normal force, stiffness and base amplitude; eq. (2.8)."""
+    if rubs.beta is not None:
+        if rubs.coefficient is not None:
+            raise UsageError("expected --beta or --coefficient; got both")
+        return rubs.beta
+    prior = scene.plan.friction_coefficient if scene is not None else None
+    coefficient = rubs.coefficient if rubs.coefficient is not None or prior is None else prior[0]
+    force = rubs.normal_force or (None if scene is None else scene.experiment.normal_force_n)
+    stiffness = None if units is None else units.stiffness_n_per_m
+    lacking = {
+        "--coefficient MU": coefficient,
+        "--normal-force N": force,
+        "--scene TOML with stiffness_n_per_m (or mass_kg and natural_frequency_hz) in [rig]": stiffness,
+    }
+    if coefficient is None or force is None or stiffness is None or units is None:
+        missing = [name for name, value in lacking.items() if value is None]
+        also = "" if len(missing) == len(lacking) else f"; or with what is given: {', '.join(missing)}"
+        raise UsageError(f"friction: expected --beta BETA (friction force over k Y), or --coefficient{also}")
+    return coefficient * force / (stiffness * units.base_amplitude_m)
+
+
+@dataclass(frozen=True)
+class _Ask:
+    """A problem, and what is done with its answer."""
+
+    problem: "Problem"
+    units: Units | None
+    output: Path | None
+    plot: Path | None
+    force: bool
+    as_json: bool
+    quiet: bool
+
+    def solve(self, solver: Literal["auto", "closed-form", "exact", "numeric", "thesis"], cycles: int | None) -> None:
+        """Solve the steady state, or run so many cycles from rest."""
+        from frictionlab.verbs.simulating import simulate
+
+        plot = figure_file(self.plot, "motion", force=self.force)
+        if self.output is not None:
+            check_output(self.output, MOTIONS, force=self.force)
+            _refuse_a_map(self.output, force=self.force)
+        start = time.perf_counter()
+        state = simulate(self.problem, cycles=cycles, solver=solver)
+        row = self._row(state, time.perf_counter() - start)
+        if self.as_json:
+            typer.echo(json_line(row))
+        else:
+            self._print([row])
+            typer.echo(state.verdict)
+            self._warn(said for said in state.warnings if said not in state.verdict)
+        if self.output is not None:
+            _write(state, row, self.output, force=self.force)
+        if plot is not None:
+            from frictionlab.verbs.presenting import plot as draw
+
+            draw(state, plot, force=self.force)
+
+    def find_all(self) -> None:
+        """Find, print, write and draw all steady states: one row each, the most visited first."""
+        from frictionlab.simulator.coexisting import coexisting
+
+        plot = figure_file(self.plot, "coexisting", force=self.force)
+        if self.output is not None:
+            check_output(self.output, MOTIONS, force=self.force)
+            if self.output.suffix == ".h5":
+                raise UsageError(
+                    f"{self.output}: --all gives rows without motions; expected .csv, .jsonl, .xlsx or .parquet"
+                )
+        start = time.perf_counter()
+        found = coexisting(self.problem)
+        seconds = time.perf_counter() - start
+        rows: list[Row] = [{**self._row(each.state, seconds), "basin_share": each.share} for each in found]
+        for row in rows if self.as_json else ():
+            typer.echo(json_line(row))
+        if not self.as_json:
+            self._print(rows)
+            for each in found:
+                typer.echo(f"{each.share:.3g} of the starts: {each.state.verdict}")
+            self._warn(said for each in found for said in each.state.warnings if said not in each.state.verdict)
+        if self.output is not None:
+            write_rows(rows, self.output, MOTIONS, force=self.force)
+        if plot is not None:
+            from frictionlab.figures.coexisting import coexisting_figure
+            from frictionlab.figures.style import save
+
+            make_folder(plot.parent)
+            save(coexisting_figure(found), plot, force=self.force)
+
+    def follow(self, path: Path, scene: Path | None, settings: Mapping[str, object], highpass_hz: float | None) -> None:
+        """Simulate the response to a file's base motion; print, write and draw it."""
+        from frictionlab.verbs.rows import row_of
+
+        plot = figure_file(self.plot, "response", force=self.force, inputs=[path])
+        _check_series(self.output, [path, *([] if scene is None else [scene])], force=self.force)
+        job = partial(
+            _respond, problem=self.problem, scene=scene, settings=settings, highpass_hz=highpass_hz,
+            output=self.output, plot=plot, force=self.force,
+        )  # fmt: skip
+        rows = report_rows([row_of(job, path, folder=None)], as_json=self.as_json)
+        for row in () if self.as_json else rows:
+            if row["status"] == "ok":
+                print_turned([_numbers_of(row)], RESPONSES)
+            else:
+                complain(f"{row['source']}: {row['reason']}")
+        if not (self.as_json or self.quiet):
+            print_warnings(rows)
+        exit_status(rows)
+
+    def _row(self, state: "SteadyState", seconds: float) -> Row:
+        problem = self.problem
+        row: Row = {
+            **state.row(), "wall_s": seconds, "law": problem.law.name, "parameters": problem.parameters,
+        }  # fmt: skip
+        return row if self.units is None else {**row, **self.units.of(row, problem.beta)}
+
+    def _print(self, rows: list[Row]) -> None:
+        print_turned(map(_numbers_of, rows), MOTIONS)
+
+    def _warn(self, sentences: Iterator[str]) -> None:
+        if not self.quiet:
+            print_warnings([{"warnings": list(dict.fromkeys(sentences))}])
+
+
+def _numbers_of(row: Row) -> Row:
+    """The row of a state as it stands on a screen: warnings stand below it, and growth where it is known."""
+    hidden = {"warnings"} | ({"growth_per_cycle"} if row.get("growth_per_cycle") is None else set())
+    return {key: value for key, value in row.items() if key not in hidden}
+
+
+def _refuse_a_map(output: Path, *, force: bool) -> None:
+    """Refuse to replace the map of a sweep: hours of work, whose first columns are those of one state too."""
+    if force or output.suffix not in (".csv", ".jsonl") or not output.exists():
+        return
+    with output.open(encoding="utf-8") as file:
+        head = file.readline()
+    if head.strip() and "wall_s" not in head:
+        raise UsageError(f"{output}: exists, and is the map of a sweep: choose another output, or give --force")
 
 
 def _write(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None:
@@ -145,11 +372,75 @@ def _write(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None
     write_tree(tree, output, kind=MOTIONS.format, force=force, columns=MOTIONS.column)
 
 
-def _draw(state: "SteadyState", path: Path, *, force: bool) -> None:
-    if state.orbit is None:
-        raise UsageError(f"{path}: there is no motion to draw (outcome {state.outcome}, solver {state.solver})")
-    from frictionlab.figures.motion import motion_figure
-    from frictionlab.figures.style import save
+def _respond(
+    path: Path,
+    *,
+    problem: "Problem",
+    scene: Path | None,
+    settings: Mapping[str, object],
+    highpass_hz: float | None,
+    output: Path | None,
+    plot: Path | None,
+    force: bool,
+) -> Row:
+    """The row of a file's base motion, its response written and drawn."""
+    from frictionlab.verbs.presenting import plot as draw
+    from frictionlab.verbs.simulating import respond
 
-    make_folder(path.parent)
-    save(motion_figure(state), path, force=force)
+    start = time.perf_counter()
+    answer = respond(path, problem, scene, highpass_hz=highpass_hz, **settings)
+    row = answer.row() | {"wall_s": time.perf_counter() - start}
+    if output is not None:
+        _write_series(answer, output, force=force)
+    if plot is not None:
+        draw(answer, plot, force=force)
+    return row
+
+
+def _check_series(output: Path | None, read: list[Path], *, force: bool) -> None:
+    """Refuse outputs that could not be written before the work."""
+    from frictionlab.files import check_replaceable
+    from frictionlab.hdf5 import check_writable
+
+    if output is None:
+        return
+    if output.suffix not in SERIES:
+        raise UsageError(f"{output}: expected a recording (.h5) or a log (.csv); got {output.suffix!r}")
+    refuse_inputs([output], read)
+    if output.suffix == ".h5":
+        check_writable(output, force=force)
+    else:
+        check_replaceable(output, replace=force or _is_series)
+
+
+def _is_series(path: Path) -> bool:
+    """Whether a file is a log that this command wrote."""
+    try:
+        with path.open(encoding="utf-8") as file:
+            head, _, last = file.readline(1000).rpartition(",")
+    except (OSError, UnicodeDecodeError):
+        return False
+    return head == ",".join(HEAD) and last.startswith(FORCE)
+
+
+def _write_series(answer: "RecordResponse", output: Path, *, force: bool) -> None:
+    force_, unit = answer.contact_force
+    name = FORCE if unit == "N" else f"{FORCE} over stiffness"
+    if output.suffix == ".h5":
+        from frictionlab.hdf5 import write_recording
+        from frictionlab.recording import Channel
+
+        contact = Channel("contact_force", force_, f"{name}, on the mass", unit)
+        write_recording(answer.recording.changed(channels=(contact,)), output, force=force)
+        return
+    from frictionlab.files import write_whole
+
+    write_whole(output, _lines(answer, f"{name} [{unit}]", force_.tolist()), replace=force or _is_series)
+
+
+def _lines(answer: "RecordResponse", name: str, contact_force: list[float]) -> Iterator[bytes]:
+    part = answer.recording
+    yield (",".join((*HEAD, name)) + "\n").encode()
+    columns = (part.time.tolist(), part.base_displacement.tolist(), part.mass_displacement.tolist(), contact_force)
+    for t, y, x, n in zip(*columns, strict=True):
+        yield f"{t!r},{y!r},{x!r},{n!r}\n".encode()

@@ -1,34 +1,41 @@
 """``frictionlab sweep``: a map of steady states."""
 
-import math
 from collections import Counter
-from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from frictionlab.cli.drawing import figure_file
 from frictionlab.cli.inputs import STOPPED
-from frictionlab.cli.law_options import LawName, Parameters, named_values
-from frictionlab.cli.map_picture import MapPicture
-from frictionlab.cli.options import AsJson, Force, Quiet, Scheduler, Workers
+from frictionlab.cli.options import (
+    AsJson,
+    Force,
+    LawName,
+    Parameters,
+    Quiet,
+    Scheduler,
+    Workers,
+    named_values,
+    values_of,
+)
 from frictionlab.cli.output import complain
 from frictionlab.cli.progress import count
 from frictionlab.cli.standard_output import LostOutputError
 from frictionlab.errors import UsageError
+from frictionlab.files import make_folder
 from frictionlab.schema import STEADY_STATES
 from frictionlab.tables import check_output, json_line
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
+    from frictionlab.figures.map import StateMapDrawing
     from frictionlab.maps import Grid, Step
 
 AXES = ("r", "beta", "mu", "zeta")
-MOST_VALUES = 10_000_000
 VALUES = "START:STOP:STEP"
-TIMES = "x"  # before a factor, in the place of a step
-NEARLY = Decimal("1e-12")  # how far a factor's last value may lie beyond the end
+MOST_AXES = 2  # of a figure
 
 
 def sweep(
@@ -38,7 +45,7 @@ def sweep(
     output: Annotated[
         Path, typer.Option("--output", "-o", metavar="FILE", help="Write here: .csv .jsonl .h5 .xlsx .parquet")
     ],
-    law: LawName = "coulomb",
+    law: LawName = None,
     parameter: Parameters = None,
     mu: Annotated[
         str | None, typer.Option("--mu", metavar=VALUES, help="Static over kinetic friction, in both directions (1).")
@@ -74,9 +81,9 @@ def sweep(
     four = zip(AXES, (r, beta, mu or "1", zeta or "0"), strict=True)
     axes = {name: tuple(values_of(text, f"--{name}")) for name, text in four}
     more = tuple((name, tuple(values_of(text, f"--parameter {name}"))) for name, text in said.items())
-    grid = maps.Grid(**axes, wall=wall, law=law, parameters=more)
+    grid = maps.Grid(**axes, wall=wall, law=law or "coulomb", parameters=more)
     check_output(output, STEADY_STATES, force=force, rows=len(grid))
-    picture = None if plot is None else MapPicture(grid, plot, force=force)
+    picture = None if plot is None else _MapPicture(grid, plot, force=force)
     steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, resume=resume, force=force)
     outcomes = _follow(grid, steps if picture is None else picture.seen(steps), output, as_json=as_json, quiet=quiet)
     if not (as_json or quiet):
@@ -124,40 +131,53 @@ def _leave(steps: "Generator[Step]", words: str) -> None:
     complain(f"{words}: give --resume to continue")
 
 
-def values_of(text: str, option: str) -> list[float]:
-    """Read a list ``0.1,0.2`` or a range ``START:STOP:STEP`` with both ends; decimal, so that 0.3 is 0.3.
+class _MapPicture:
+    """A figure of a map to be: refuses what cannot be drawn before the work, remembers what is drawn.
 
-    A step that begins with x is a factor.
-
-    Examples
-    --------
-    >>> values_of("0.1:0.4:0.1", "--beta"), values_of("0.5,1", "--r"), values_of("10:1e4:x10", "--parameter kappa")
-    ([0.1, 0.2, 0.3, 0.4], [0.5, 1.0], [10.0, 100.0, 1000.0, 10000.0])
+    Raises
+    ------
+    UsageError
+        No figure's suffix, another kind of file stands there, or more than two axes vary.
     """
-    try:
-        if ":" not in text:
-            return [float(Decimal(part)) for part in text.split(",")]
-        first, last, by = text.split(":")
-        if by.strip().startswith(TIMES):
-            return _by_factor(Decimal(first), Decimal(last), Decimal(by.strip().removeprefix(TIMES)), option)
-        start, stop, step = Decimal(first), Decimal(last), Decimal(by)
-        number = math.floor((stop - start) / step) + 1
-    except (ArithmeticError, ValueError) as error:
-        raise UsageError(
-            f"{option}: expected a list 0.1,0.2 or a range START:STOP:STEP or START:STOP:xFACTOR; got {text!r}"
-        ) from error
-    if not (0 < number <= MOST_VALUES and step > 0):
-        raise UsageError(f"{option}: expected 1 to {MOST_VALUES} values going up; got {number} from {text!r}")
-    return [float(start + i * step) for i in range(number)]
 
+    def __init__(self, grid: "Grid", plot: Path, *, force: bool) -> None:
+        import numpy as np
 
-def _by_factor(start: Decimal, stop: Decimal, factor: Decimal, option: str) -> list[float]:
-    """The values from start to stop, each a factor larger than the one before."""
-    if not (0 < start <= stop < Decimal("Infinity") and 1 < factor < Decimal("Infinity")):
-        raise UsageError(
-            f"{option}: expected START:STOP:xFACTOR with 0 < START <= STOP and FACTOR > 1; got {start}:{stop}:x{factor}"
-        )
-    number = int((stop * (1 + NEARLY) / start).ln() / factor.ln()) + 1
-    if number > MOST_VALUES:
-        raise UsageError(f"{option}: expected 1 to {MOST_VALUES} values; got {number}")
-    return [float(start * factor**i) for i in range(number)]
+        from frictionlab.figures.map import PANELS, varying
+        from frictionlab.maps import Warned
+
+        path = figure_file(plot, "map", force=force) or plot
+        self.axes = varying(grid.axes())
+        if len(self.axes) > MOST_AXES:
+            raise UsageError(
+                f"--plot {path}: expected one or two axes with several values; got {', '.join(self.axes)}: draw a map"
+                " of fewer axes, or leave --plot out"
+            )
+        self._grid, self._path, self._force = grid, path, force
+        self._warned = Warned()
+        self._columns = {key: np.full(len(grid), np.nan) for key in PANELS}
+
+    def seen(self, steps: "Generator[Step]") -> "Generator[Step]":
+        """The same steps, remembered."""
+        for step in steps:
+            for key, column in self._columns.items():
+                column[step.start : step.done] = step.records[key]
+            self._warned.add(self._grid, step.start, step.records["warnings"])
+            yield step
+
+    def draw(self) -> None:
+        """Draw what was seen."""
+        from frictionlab.figures.map import map_figure
+        from frictionlab.figures.style import save
+
+        make_folder(self._path.parent)
+        save(map_figure(self._drawing()), self._path, force=self._force)
+
+    def _drawing(self) -> "StateMapDrawing":
+        from frictionlab.figures.map import StateMapDrawing
+
+        shape = tuple(len(along) for along in self.axes.values())
+        fixed = [f"{name} = {along[0]:g}" for name, along in self._grid.axes().items() if name not in self.axes]
+        columns = {key: column.reshape(shape) for key, column in self._columns.items()}
+        title = ", ".join([self._grid.law, f"wall {self._grid.wall}", *fixed])
+        return StateMapDrawing(self.axes, columns, title, tuple(self._warned.sentences()))
