@@ -27,8 +27,8 @@ def scene_file(folder: Path, text: str) -> Path:
 
 def test_every_key_has_a_default() -> None:
     scene = Scene()
-    assert scene.analysis.transient_s == 20.0
-    assert scene.analysis.cycles == "last"
+    assert scene.analysis.transient_s is None
+    assert scene.analysis.cycles == "all"
     assert scene.model.wall == "fixed"
     assert scene.model.solver == "auto"
     assert scene.rig.natural_frequency is None
@@ -103,7 +103,7 @@ def test_settings_are_changed_by_one_validated_call() -> None:
     scene = scene_from_tables({"rig": {"natural_frequency_hz": 3.13}}, folder=CONFIGS)
     other = scene.changed(analysis={"cycles": "all"}, log={"unit": "µm"})
     assert (other.analysis.cycles, other.log.unit, other.rig, other.folder) == ("all", "um", scene.rig, CONFIGS)
-    assert scene.analysis.cycles == "last"
+    assert scene.analysis.cycles == "all"
     with pytest.raises(SceneError, match=r"analysis\.cycle: unknown key; did you mean cycles\?"):
         scene.changed(analysis={"cycle": "all"})
     with pytest.raises(SceneError, match=r"folder: unknown key"):

@@ -75,16 +75,16 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     """
     parts, warnings = even_stretches(recording, scene)
     warnings += _doubts_of_the_force(recording)
-    transient = scene.analysis.transient_s
-    if transient is None:
-        transient = steadiness.transient(parts[0]) if parts else 0.0
+    given = scene.analysis.transient_s
+    found = steadiness.transient(parts[0]) if given is None and parts else (0.0, True)
+    transient = found[0] if given is None else given
     layout = _laid_out(parts, transient, recording, scene)
     of_mass = channels_of(scene)[0]
     filters.check_drive(layout.drive.frequency, channels_of(scene))
 
     wall_moves, natural = scene.model.wall == "base", scene.rig.natural_frequency
     answer = response.response(layout, wall_moves=wall_moves)
-    settled = _settled(layout, parts[0])
+    settled = (transient if found[1] else None) if given is None else _settled(layout, parts[0])
     edges = np.append(layout.time, layout.end[-1])
     used = energy.used_cycles(edges, scene.analysis.cycles, layout.foreign.period)
     steady = slice(_first_settled(layout, recording, settled), len(layout))

@@ -15,6 +15,7 @@ from frictionlab.analysis.stops import runs
 FloatArray = NDArray[np.float64]
 COARSE_POINTS = 64  # of a cycle, to find the transient on
 REPEATS = 0.005  # of the motion: cycles that differ by less repeat
+IRREGULAR = 0.02  # of the cycles after the transient may be farther off
 INTERVAL_S = 10.0  # one cycle so often tells the trend of a long test (thesis 4.4.3)
 
 
@@ -63,40 +64,44 @@ def distance(rows: FloatArray, final: FloatArray) -> FloatArray:
     return np.concatenate([np.sqrt(np.mean((rows[some] - final) ** 2, axis=1)) for some in cycles.chunks(rows)])
 
 
-def transient(stretch: Stretch) -> float:
+def transient(stretch: Stretch) -> tuple[float, bool]:
     """How long after its start the motion of a stretch has settled [s]: mass and base repeat from cycle to cycle.
 
-    Cycles of the whole stretch are compared with the mean of the last quarter on a coarse grid. Where the motion has
-    not settled, half of the stretch is left.
+    Cycles of the whole stretch are compared on a coarse grid with the mean of the last quarter; medians of five, so
+    that single irregular cycles are no transient. At most half of the stretch is cut, and so much where the motion has
+    not settled by then; whether it has comes with the time.
 
     Examples
     --------
     >>> t = np.arange(0.0, 60.0, 0.01)
     >>> base = np.cos(2 * np.pi * t)
-    >>> start = transient(Stretch(0.0, 0.01, base + np.exp(-0.5 * t) * np.cos(20.0 * t), base))
-    >>> 8.0 < start < 16.0
-    True
+    >>> start, settled = transient(Stretch(0.0, 0.01, base + np.exp(-0.5 * t) * np.cos(20.0 * t), base))
+    >>> 8.0 < start < 16.0, settled
+    (True, True)
     """
-    half = 0.5 * len(stretch.base) * stretch.step
     if len(stretch.base) < 64 or not float(np.ptp(stretch.base)) > 0.0:
-        return 0.0
-    later = stretch.base[len(stretch.base) // 2 :]
-    frequency = spectrum.strongest_tone(later, 1.0).frequency
-    noise = white_noise(stretch.base)
-    found = cycles.cut(stretch.base, frequency, noise=noise)
+        return 0.0, True
+    frequency = spectrum.strongest_tone(stretch.base[len(stretch.base) // 2 :], 1.0).frequency
+    found = cycles.cut(stretch.base, frequency, noise=white_noise(stretch.base))
     if len(found) < 8:
-        return 0.0 if len(found) < 2 else min(half, 2.0 * float(found.end[0] - found.start[0]) * stretch.step)
+        return 0.0 if len(found) < 4 else float(found.start[1]) * stretch.step, True
     latest = 0
     for signal in (stretch.mass, stretch.base):
         rows = cycles.fold(signal, found.start, found.end, COARSE_POINTS)
         rows -= rows.mean()
-        final = rows[-max(4, len(rows) // 4) :].mean(axis=0)
-        size = max(float(final.std()), 1e-300)
-        settled = settled_at(distance(rows, final) / size, floor=2.0 * white_noise(signal) / size, least=REPEATS)
-        if settled is None:
-            return half
-        latest = max(latest, settled)
-    return float(found.start[latest]) * stretch.step if latest else 0.0
+        tail = rows[-max(4, len(rows) // 4) :]
+        final = tail.mean(axis=0)
+        size, noise = max(float(final.std()), 1e-300), white_noise(signal)
+        away = distance(rows, final) / size
+        limit = max(3.0 * float(np.median(away[-len(tail) :])), 6.0 * noise / size, REPEATS)
+        usual = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(away, 2, mode="edge"), 5), axis=1)
+        outside = (usual > limit).astype(np.float64)
+        share = np.cumsum(outside[::-1])[::-1] / np.arange(len(outside), 0, -1)  # of the cycles from each on
+        settled = np.flatnonzero((share <= IRREGULAR) & (outside == 0.0))
+        latest = max(latest, int(settled[0]) if len(settled) else len(found))
+    half = 0.5 * len(stretch.base) * stretch.step
+    start = float(np.append(found.start, math.inf)[latest]) * stretch.step if latest else 0.0
+    return min(half, start), start <= half
 
 
 def beating(series: FloatArray, *, noise: float, least: float = 0.02) -> Beating | None:

@@ -131,8 +131,8 @@ def _log_settings() -> Iterable[Setting]:
 LOG = tuple(_log_settings())
 ANALYSIS = (
     Setting("natural_frequency_hz", float, "HZ", "In place of the scene's."),
-    Setting("transient_s", float, "S", "Cut this much off the start."),
-    Setting("cycles", str, "RULE", "Cycles the energy is of: last, all, or window:S."),
+    Setting("transient_s", float, "S", "Cut this much off the start (else where the motion settles)."),
+    Setting("cycles", str, "RULE", "Cycles the energy is of: all, last, or window:S."),
     Setting("padding", int, "N", "Length of the FFT over the record's."),
 )
 

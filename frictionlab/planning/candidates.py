@@ -195,7 +195,7 @@ def candidates(lab: Laboratory) -> tuple[Candidate, ...]:
     SceneError
         A range is empty, the band forbids all, or no test outlasts its transient.
     """
-    plan, transient = lab.scene.plan, lab.scene.analysis.transient_s
+    plan, transient = lab.scene.plan, lab.scene.analysis.planned_transient_s
     forces = plan.normal_forces_n or ([f] if (f := lab.scene.experiment.normal_force_n) is not None else [])
     ranges = {
         "frequency_ratios": plan.frequency_ratios,

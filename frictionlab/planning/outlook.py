@@ -45,7 +45,7 @@ def columns_of(lab: Laboratory, tests: Sequence[Candidate]) -> Columns:
     rows = [(t.frequency_ratio, t.normal_force_n, t.base_amplitude_m, t.duration_s) for t in tests]
     r, force, amplitude, duration = np.array(rows, dtype=np.float64).T
     drive = r * lab.natural_frequency_hz
-    cycles = np.floor(np.maximum(duration - lab.scene.analysis.transient_s, 0.0) * drive)
+    cycles = np.floor(np.maximum(duration - lab.scene.analysis.planned_transient_s, 0.0) * drive)
     return Columns(r, force, amplitude, duration, drive, cycles)
 
 

@@ -164,8 +164,8 @@ def to_toml(scene: Scene) -> str:
     Examples
     --------
     >>> print(to_toml(Scene()).partition("[analysis]")[2].partition("padding")[0].strip())
-    transient_s = 20.0
-    cycles = "last"
+    # transient_s is not given
+    cycles = "all"
     """
     tables = scene.model_dump()
     return "\n".join(text for table in tables_of_keys() for text in _table_texts(table, tables))

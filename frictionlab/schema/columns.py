@@ -43,7 +43,7 @@ _TEST = (
     number("normal_force_n", "N", "normal force", "Force that presses the contact together."),
     number("sampling_rate_hz", "Hz", "rate", "Samples per second."),
     number("duration_s", "s", "duration", "Length of the recording, or of the test to make."),
-    number("transient_s", "s", "transient", "Time cut off the start."),
+    number("transient_s", "s", "transient", "Time cut off the start: as given, or where the motion settles."),
     number("settled_s", "s", "settled", "When the motion had settled, from the start of the recording."),
     number("drive_frequency_hz", "Hz", "drive", "Frequency of the base motion."),
     number("natural_frequency_hz", "Hz", "natural", "Natural frequency of the frame."),

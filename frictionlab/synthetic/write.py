@@ -93,7 +93,7 @@ def _log_and_behaviour(test: VirtualTest, scene: Scene) -> tuple[str, dict[str, 
         return _driven_log(test, scene)
     if test.is_plain_coulomb:
         return log_text(test, scene), {}
-    transient = scene.analysis.transient_s
+    transient = scene.analysis.planned_transient_s
     time, phases = sample_times(test, scene), phase_times(test, transient)
     mass, exact = motion_at(test, scene, time, phases.ravel())
     behaviour: dict[str, object] = {

@@ -20,6 +20,7 @@ from tests.analysis.seen import NATURAL_HZ, recording_of, steady
 app = typer.Typer()
 app.command()(errors_in_one_line(analyze))
 HZ = ["--natural-frequency", str(NATURAL_HZ)]
+LATE = [*HZ, "--transient", "20"]
 
 
 def run(*words: object) -> Result:
@@ -37,7 +38,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_one_object_per_input_in_order_and_nothing_else(folder: Path) -> None:
     names = [folder / "two.h5", folder / "short.h5", folder / "one.h5", folder / "none.h5"]
-    result = run(*names, *HZ, "--json")
+    result = run(*names, *LATE, "--json")
     rows = [json.loads(line) for line in result.stdout.splitlines()]
     assert result.exit_code == 1
     assert [row["source"] for row in rows] == [str(name) for name in names]
@@ -59,7 +60,7 @@ def test_tables_hold_what_was_printed(folder: Path, tmp_path: Path, suffix: str)
 
 def test_the_h5_output_keeps_the_series(folder: Path, tmp_path: Path) -> None:
     output = tmp_path / "measurements.h5"
-    assert run(folder / "one.h5", folder / "short.h5", folder / "two.h5", *HZ, "-o", output, "-q").exit_code == 1
+    assert run(folder / "one.h5", folder / "short.h5", folder / "two.h5", *LATE, "-o", output, "-q").exit_code == 1
     tree = read_tree(output, kind=MEASUREMENTS.format)
     _, _, energy, _ = steady(0.5, 0.4)
     assert tree["rows"]["status"] == ["ok", "failed", "ok"]
@@ -99,9 +100,15 @@ def test_overrides_reach_the_measurement(folder: Path) -> None:
     words = ("--transient", 5, "--cycles", "window:10", "--padding", 1, "--json")
     row = json.loads(run(folder / "one.h5", *HZ, *words).stdout)
     assert (row["transient_s"], row["energy_rule"]) == (5.0, "window:10")
-    last = json.loads(run(folder / "one.h5", *HZ, "--json").stdout)
-    assert row["drive_frequency_hz"] == pytest.approx(last["drive_frequency_hz"], rel=1e-6)
-    assert row["cycles"] > last["cycles"]
+    late = json.loads(run(folder / "one.h5", *LATE, "--json").stdout)
+    assert row["drive_frequency_hz"] == pytest.approx(late["drive_frequency_hz"], rel=1e-6)
+    assert row["cycles"] > late["cycles"]
+
+
+def test_without_a_transient_it_is_found_and_all_settled_cycles_are_used(folder: Path) -> None:
+    short, one = (json.loads(run(folder / name, *HZ, "--json").stdout) for name in ("short.h5", "one.h5"))
+    assert (short["status"], one["energy_rule"], one["transient_s"]) == ("ok", "all", 0.0)
+    assert one["energy_per_cycle"] == pytest.approx(steady(0.5, 0.4)[2], rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from frictionlab.analysis import steadiness
+from frictionlab.analysis.signals import Stretch
 
 
 def test_settling_is_where_the_last_outlying_cycle_ends() -> None:
@@ -15,6 +16,30 @@ def test_settling_is_where_the_last_outlying_cycle_ends() -> None:
 def test_a_motion_that_still_moves_has_not_settled() -> None:
     assert steadiness.settled_at(np.linspace(1.0, 0.0, 60), floor=0.001) is None
     assert steadiness.settled_at(np.zeros(5), floor=0.001) is None
+
+
+@pytest.mark.parametrize(("decay", "low", "high"), [(0.3, 15.0, 30.0), (2.0, 2.0, 6.0), (None, 0.0, 0.0)])
+def test_the_transient_ends_where_mass_and_base_repeat(decay: float | None, low: float, high: float) -> None:
+    """A free vibration of the size of the motion has fallen to half a per cent after 5.3 / decay."""
+    t = np.arange(0.0, 70.0, 0.004)
+    rng = np.random.default_rng(1)
+    base = 1e-3 * np.cos(2 * np.pi * t) + 1e-6 * rng.standard_normal(len(t))
+    free = 0.0 if decay is None else 1e-3 * np.exp(-decay * t) * np.cos(19.7 * t)
+    start, settled = steadiness.transient(Stretch(0.0, 0.004, 1e-3 * np.sin(2 * np.pi * t) + free, base))
+    assert low <= start <= high
+    assert settled
+
+
+def test_a_drive_that_starts_late_is_part_of_the_transient() -> None:
+    t = np.arange(0.0, 60.0, 0.004)
+    base = np.where(t < 12.0, 0.0, 1e-3 * np.sin(2 * np.pi * t))
+    assert 11.0 < steadiness.transient(Stretch(0.0, 0.004, 0.5 * base, base))[0] < 15.0
+
+
+def test_of_a_motion_that_never_settles_half_is_left() -> None:
+    t = np.arange(0.0, 40.0, 0.004)
+    base = np.cos(2 * np.pi * t)
+    assert steadiness.transient(Stretch(0.0, 0.004, base * (1 + 0.02 * t), base)) == (pytest.approx(20.0), False)
 
 
 def test_beating_is_found_with_its_period() -> None:
