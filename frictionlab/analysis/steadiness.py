@@ -143,7 +143,7 @@ def growth(series: FloatArray, *, least: float = 1e-3) -> float:
     0.0198
     """
     n = len(series)
-    if n < 12:
+    if n < 12 or not float(series.mean()) > 0.0:
         return 0.0
     u = np.arange(n) - 0.5 * (n - 1)
     slope = float(np.dot(u, series) / np.dot(u, u))
