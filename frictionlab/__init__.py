@@ -31,7 +31,7 @@ _HOMES = {
     "explain": "verbs.judging",
     "free_vibration": "verbs.measuring",
     "ingest": "verbs.measuring",
-    "init": "verbs.init",
+    "init": "verbs.starting",
     "plan": "verbs.plan",
     "plot": "verbs.presenting",
     "publish": "verbs.presenting",

@@ -30,7 +30,6 @@ from frictionlab.tables import write_rows as write_rows
 from frictionlab.verbs.chain import Batch as Batch
 from frictionlab.verbs.chain import batch as batch
 from frictionlab.verbs.evaluate import evaluate as evaluate
-from frictionlab.verbs.init import init as init
 from frictionlab.verbs.judging import compare as compare
 from frictionlab.verbs.judging import explain as explain
 from frictionlab.verbs.measuring import analyze as analyze
@@ -42,5 +41,6 @@ from frictionlab.verbs.presenting import publish as publish
 from frictionlab.verbs.simulating import respond as respond
 from frictionlab.verbs.simulating import simulate as simulate
 from frictionlab.verbs.simulating import synthesize as synthesize
+from frictionlab.verbs.starting import init as init
 
 __version__: str

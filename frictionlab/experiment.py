@@ -5,8 +5,9 @@ import io
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from frictionlab.errors import SceneError
@@ -16,9 +17,12 @@ from frictionlab.scene import Experiment, Scene
 Fact = str | float
 PACKED = (".gz", ".bz2", ".xz", ".zip")
 """Suffixes of packed logs: the log's own stands before."""
-_SOURCES = ("name_pattern", "sheet")
-_NUMERIC = ("normal_force_n", "nominal_frequency_ratio", "duration_s")
-_KNOWN = tuple(name for name in Experiment.model_fields if name not in _SOURCES)
+_SOURCES = ("name_pattern", "sheet", "taps")
+WEIGHTS = {"normal_force_g": 9.80665e-3, "normal_force_kg": 9.80665}
+"""Keys of names and sheets that give the normal force as a weight, and what makes newtons of them."""
+_NUMERIC = ("normal_force_n", *WEIGHTS, "nominal_frequency_ratio", "duration_s")
+_KNOWN = (*(name for name in Experiment.model_fields if name not in _SOURCES), *WEIGHTS)
+_NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 _SHEET_LIMIT = 1 << 24
 
 
@@ -88,27 +92,61 @@ def _add(
 
 
 def _from_name(pattern: str, log: Path, warnings: list[str]) -> dict[str, Fact]:
-    match = _expression(pattern).fullmatch(stem_of(log))
-    if match is None:
+    texts = _matched(_parts_of(pattern), stem_of(log))
+    if texts is None:
         warnings.append(f"the file name does not follow name_pattern {pattern!r}: its facts are not known")
         return {}
-    found = {key: _number(text) if key in _NUMERIC else text for key, text in match.groupdict().items()}
+    found = {key: _number(text) if key in _NUMERIC else text for key, text in texts.items()}
     none = [key for key, value in found.items() if value == 0.0]
     warnings += [f"{key}: the file name says 0: expected a number above 0: it is not known" for key in none]
-    return {key: value for key, value in found.items() if key not in none}
+    return _in_newtons({key: value for key, value in found.items() if key not in none})
 
 
-def _expression(pattern: str) -> re.Pattern[str]:
-    """Turn ``{key}`` into groups; everything else stands for itself."""
+def _in_newtons(facts: Mapping[str, Fact]) -> dict[str, Fact]:
+    """Facts with the normal force in newtons, where it was given as a weight."""
+    return {
+        "normal_force_n" if key in WEIGHTS else key: float(value) * WEIGHTS[key] if key in WEIGHTS else value
+        for key, value in facts.items()
+    }
+
+
+def _parts_of(pattern: str) -> list[str]:
+    """A pattern as texts and keys in turn: text, key, text, ..., text."""
     parts = re.split(r"\{([^{}]*)\}", pattern)
     keys = parts[1::2]
     unknown = [key for key in keys if key not in _KNOWN]
-    if unknown or not keys or len(set(keys)) < len(keys):
+    beside = [f"{{{a}}}{{{b}}}" for a, text, b in zip(keys, parts[2::2], keys[1:], strict=False) if not text]
+    if unknown or beside or not keys or len(set(keys)) < len(keys):
         wrong = f"unknown {unknown}" if unknown else "none" if not keys else "one twice"
+        wrong = f"{beside[0]}, with nothing between them" if beside and not unknown else wrong
         raise SceneError(f"experiment.name_pattern: expected keys in braces, of {', '.join(_KNOWN)}; got {wrong}")
-    groups = [rf"(?P<{key}>\d+(?:[.,]\d+)?)" if key in _NUMERIC else rf"(?P<{key}>.+?)" for key in keys]
-    literals = [re.escape(text) for text in parts[0::2]]
-    return re.compile("".join(a + b for a, b in zip(literals, [*groups, ""], strict=True)))
+    return parts
+
+
+def _matched(parts: Sequence[str], name: str) -> dict[str, str] | None:
+    """What stands in a name for each key of a pattern, each text as short as can be; None where it does not fit.
+
+    Each part is tried at each place once: a name of any length is done in a moment.
+    """
+
+    @cache
+    def rest(part: int, at: int) -> tuple[str, ...] | None:
+        if part == len(parts):
+            return () if at == len(name) else None
+        if part % 2 == 0:
+            return rest(part + 1, at + len(parts[part])) if name.startswith(parts[part], at) else None
+        is_number = parts[part] in _NUMERIC
+        ends = range(len(name), at, -1) if is_number else range(at + 1, len(name) + 1)
+        for end in ends:
+            if is_number and not _NUMBER.fullmatch(name, at, end):
+                continue
+            found = rest(part + 1, end)
+            if found is not None:
+                return (name[at:end], *found)
+        return None
+
+    found = rest(0, 0)
+    return None if found is None else dict(zip(parts[1::2], found, strict=True))
 
 
 def _number(text: str) -> float:
@@ -125,7 +163,7 @@ def _from_sheet(scene: Scene, log: Path, warnings: list[str]) -> dict[str, Fact]
         raise SceneError(f"experiment.sheet: {name}: {len(rows)} rows for {log.name}: expected one")
     ((number, row),) = rows.items()
     where = f"{name}: row {number}"
-    return {key: _sheet_fact(key, text, where) for key, text in row.items() if key not in ("log", "") and text}
+    return _in_newtons({k: _sheet_fact(k, text, where) for k, text in row.items() if k not in ("log", "") and text})
 
 
 def _sheet_text(folder: Path, name: str) -> str:

@@ -99,7 +99,19 @@ def test_a_sheet_cannot_leave_the_scenes_folder(tmp_path: Path) -> None:
         facts_of(scene(inner, sheet="none.csv"), Path("a.csv"))
 
 
-@pytest.mark.parametrize("pattern", ["{weight}", "no keys", "{material}{material}"])
+def test_a_weight_is_a_normal_force() -> None:
+    found = facts_of(scene(name_pattern="{material}_{normal_force_g}g"), Path("steel_250g.csv")).values
+    assert found == {"material": "steel", "normal_force_n": pytest.approx(2.4516625)}
+
+
+@pytest.mark.timeout(5)
+def test_a_long_name_of_many_fields_is_done_in_a_moment() -> None:
+    pattern = "{material}_{repeat}_{operator}_{date}_{note}x"
+    facts = facts_of(scene(name_pattern=pattern), Path("_" * 230))
+    assert "does not follow" in facts.warnings[0]
+
+
+@pytest.mark.parametrize("pattern", ["{weight}", "no keys", "{material}{material}", "{material}{note}"])
 def test_a_faulty_pattern_is_refused(pattern: str) -> None:
     with pytest.raises(SceneError, match=r"experiment\.name_pattern: expected keys in braces"):
         facts_of(scene(name_pattern=pattern), Path("a.csv"))

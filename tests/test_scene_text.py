@@ -6,6 +6,7 @@ import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -76,17 +77,50 @@ def test_show_prints_a_scene_that_can_be_pasted(run: Run, tmp_path: Path) -> Non
 
 def test_init_writes_a_scene_once(run: Run, tmp_path: Path) -> None:
     first = run("init", "my tests")
-    assert first.returncode == 0
+    assert first.returncode == 0, first.stderr
+    assert "next: frictionlab batch my tests" in first.stdout
     path = tmp_path / "my tests" / "frictionlab.toml"
     assert read_scene(path) == Scene(folder=path.parent)
     path.write_text("[rig]\nmass_kg = 2.0\n")
     refused = run("init", "my tests")
     assert refused.returncode == 2
     assert "give --force" in refused.stderr
-    assert run("init", "my tests", "--force", "--quiet").stdout == ""
-    assert read_scene(path).rig.mass_kg is None
+    assert run("init", "my tests", "--force", "--all", "--quiet").stdout == ""
+    assert path.read_text(encoding="utf-8") == template()
     with pytest.raises(UsageError, match="exists: fill it in"):
         fl.init(tmp_path / "my tests")
+
+
+def tap(seed: float) -> str:
+    t = np.arange(3000) / 250.0
+    x = 1e-3 * np.exp(-0.01 * 19.67 * t) * np.cos(19.67 * t + seed)
+    return "t [s],mass [m]\n" + "".join(f"{a:.3f},{b:.9f}\n" for a, b in zip(t, x, strict=True))
+
+
+def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> None:
+    logs = tmp_path / "logs"
+    logs.mkdir()
+    for log in (ROOT / "sample_data").glob("steel*.csv"):
+        (logs / log.name).write_bytes(log.read_bytes())
+    (logs / "tap1.csv").write_text(tap(0.0))
+    (logs / "broken.csv").write_text("nothing")
+    done = run("init", "logs")
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[0] == "2 tests, 1 taps, 1 not read"
+    assert "natural frequency 3.13" in done.stdout
+    assert done.stdout.splitlines()[-1] == "next: frictionlab batch logs --campaign"
+    scene = read_scene(logs / "frictionlab.toml")
+    assert scene.rig.natural_frequency == pytest.approx(19.67 / (2 * np.pi), rel=1e-3)
+    assert scene.experiment.name_pattern == "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"
+    assert scene.experiment.taps == ["tap1.csv"]
+    assert 0.5 <= scene.analysis.transient_s <= 20.0
+    (logs / "tests.csv").write_text("log,material\nsteel_N1.25_r0.3,steel\n")
+    fl.init(logs, force=True, mass_kg=3.08, normal_force_n=1.25)
+    scene = read_scene(logs / "frictionlab.toml")
+    assert (scene.experiment.sheet, scene.rig.mass_kg, scene.experiment.normal_force_n) == ("tests.csv", 3.08, 1.25)
+    assert [log.name for log in fl.batch(logs, scene, output=tmp_path / "out").logs] == [
+        *("broken.csv", "steel_N1.25_r0.3.csv", "steel_N1.25_r1.2.csv"),
+    ]
 
 
 def test_a_scene_is_found_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

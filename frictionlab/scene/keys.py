@@ -54,6 +54,8 @@ class Experiment(Table):
     """Facts from the log's name: "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"."""
     sheet: str | None = None
     """Facts from a CSV beside the scene, with a `log` column."""
+    taps: list[str] = Field(default=[])
+    """Free decays among the logs, which are no tests: names or patterns like "tap*.csv"."""
 
 
 class Analysis(Table):

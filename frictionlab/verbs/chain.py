@@ -265,7 +265,8 @@ def batch(
     """
     known = scene_given(scene, settings, SETTINGS)
     places = [logs] if isinstance(logs, (str, PathLike)) else list(logs)
-    sheets = [known.folder / known.experiment.sheet] if known.experiment.sheet else []
-    found = logs_of([Path(place) for place in places], beside=sheets)
+    others = [known.folder / known.experiment.sheet] if known.experiment.sheet else []
+    others += [tap for pattern in known.experiment.taps for tap in known.folder.glob(pattern)]
+    found = logs_of([Path(place) for place in places], beside=others)
     chain = Chain(known, Path(output), names_of(found), COMPARE if compare else MEASURE, law)
     return Batch(tuple(found), tuple(log for log in found if again or not chain.is_fresh(log)), chain)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictionlab.cli.compiling import announce_compiling
+from frictionlab.cli import announce_compiling
 from frictionlab.errors import UsageError
 from frictionlab.simulator import engine, steady_state, sweep
 from frictionlab.simulator.elastic import engine as elastic

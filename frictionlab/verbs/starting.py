@@ -1,0 +1,269 @@
+"""Where work begins: a look at a folder of logs, and the scene that they need."""
+
+import csv
+import math
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from frictionlab.errors import FrictionlabError, UsageError
+from frictionlab.experiment import stem_of
+from frictionlab.files import make_folder, write_whole
+from frictionlab.scene import SCENE_NAME, Scene
+from frictionlab.scene.text import template, value_text
+from frictionlab.verbs.inputs import FilePath, is_log_name
+
+if TYPE_CHECKING:
+    from frictionlab.analysis.free_vibration import FreeVibration
+    from frictionlab.analysis.pooling import Average
+    from frictionlab.recording import Recording
+
+MOST_READ = 12  # logs that are read; the names of all are
+MOVES = 0.05  # a base that moves more than this share of the mass drives it
+LATEST = 0.7  # share of a record after which nothing is said to have settled
+TOKEN = re.compile(r"([A-Za-z]*?)(\d+(?:[.,]\d+)?)([A-Za-z]*)")
+PREFIXES = {"n": "normal_force_n", "fn": "normal_force_n", "r": "nominal_frequency_ratio", "run": "repeat"}
+SUFFIXES = {"n": "normal_force_n", "g": "normal_force_g", "kg": "normal_force_kg", "s": "duration_s"}
+HEAD = """\
+# A scene for frictionlab, written by `frictionlab init`: what is known of the rig and of its tests.
+# A key that is off (#) is not known; `frictionlab init --all` writes every key there is, each with its sentence.
+"""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What stands in a folder of logs.
+
+    Attributes
+    ----------
+    tests, taps : tuple of Path
+        Logs of tests, and of free decays of the mass.
+    unread : mapping of Path to str
+        Logs that cannot be read as they are, with the reason.
+    sheet : str or None
+        Name of a CSV that lists the tests: it has a `log` column.
+    name_pattern : str or None
+        What the names of the logs say, as ``[experiment] name_pattern``.
+    settled_s : mapping of Path to float
+        When the motion of each test that was looked at had settled.
+    frame : mapping of str to Average
+        Natural frequency and damping ratio, from the taps.
+    """
+
+    tests: tuple[Path, ...] = ()
+    taps: tuple[Path, ...] = ()
+    unread: Mapping[Path, str] = field(default_factory=dict)
+    sheet: str | None = None
+    name_pattern: str | None = None
+    settled_s: Mapping[Path, float] = field(default_factory=dict)
+    frame: "Mapping[str, Average]" = field(default_factory=dict)
+
+    @property
+    def lacks(self) -> tuple[str, ...]:
+        """What nobody can find in logs: what is to be asked for, as keys of a scene."""
+        rig = () if "natural_frequency_hz" in self.frame else ("rig.natural_frequency_hz",)
+        facts = self.name_pattern or ""
+        told = [key for key in ("material", "normal_force_n") if self.sheet is None and key.rstrip("_n") not in facts]
+        return (*rig, "rig.mass_kg", *(f"experiment.{key}" for key in told))
+
+
+def look(folder: FilePath) -> Found:
+    """Look at a folder of logs: which are tests, which are taps, what their names say, when they settle.
+
+    Parameters
+    ----------
+    folder : str or Path
+        One that is not there, or has no logs, is an empty one.
+    """
+    place = Path(folder)
+    files = sorted(p for p in place.iterdir() if p.is_file() and is_log_name(p)) if place.is_dir() else []
+    sheet = next((p.name for p in files if _is_sheet(p)), None)
+    logs = [p for p in files if p.name != sheet and not p.name.startswith(".")]
+    seen = {log: _seen(log) for i, log in enumerate(logs) if i < MOST_READ or stem_of(log).lower().startswith("tap")}
+    tests = [log for log in logs if log not in seen or seen[log].is_test]
+    return Found(
+        tests=tuple(tests),
+        taps=tuple(log for log, one in seen.items() if one.decays),
+        unread={log: one.reason for log, one in seen.items() if one.reason},
+        sheet=sheet,
+        name_pattern=pattern_of([stem_of(log) for log in tests]),
+        settled_s={log: one.settled_s for log, one in seen.items() if one.settled_s is not None},
+        frame=_frame([decay for one in seen.values() for decay in one.decays]),
+    )
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What one log is: a test with the time at which it settled, a tap with its decays, or neither, with the reason."""
+
+    is_test: bool = False
+    settled_s: float | None = None
+    decays: "tuple[FreeVibration, ...]" = ()
+    reason: str = ""
+
+
+def _is_sheet(path: Path) -> bool:
+    """Whether a file is a sheet of facts: a small CSV whose head has a `log` column."""
+    if path.suffix.lower() not in (".csv", ".txt", ".tsv") or path.stat().st_size > 1 << 20:
+        return False
+    with path.open(encoding="utf-8-sig", errors="replace") as file:
+        head = file.readline()
+    separator = max(",;\t", key=head.count)
+    return "log" in [cell.strip() for cell in next(csv.reader([head], delimiter=separator), [])]
+
+
+def _seen(log: Path) -> _Seen:
+    from frictionlab.verbs.measuring import free_vibration, ingest
+
+    scene, reason = Scene(), ""
+    try:
+        recording = ingest(log, scene)
+        base, mass = recording.base_displacement, recording.mass_displacement
+        if np.ptp(base) > MOVES * np.ptp(mass):
+            return _Seen(is_test=True, settled_s=_settled(recording, scene))
+    except FrictionlabError as error:
+        reason = str(error)
+    try:
+        return _Seen(decays=tuple(free_vibration(log, scene)))
+    except FrictionlabError as error:
+        return _Seen(reason=(reason or str(error)).removeprefix(f"{log}: ").removeprefix(f"{log.name}: "))
+
+
+def _settled(recording: "Recording", scene: Scene) -> float | None:
+    """When the motion of a test had settled; None where that is not to be seen."""
+    from frictionlab.verbs.measuring import analyze
+
+    length = recording.duration_s
+    try:
+        settled = analyze(recording, scene, transient_s=min(1.0, 0.1 * length), cycles="all").settled_s
+    except FrictionlabError:
+        return None  # it is a test all the same: the batch says what is wrong with it
+    return settled if settled is not None and settled < LATEST * length else None
+
+
+def _frame(decays: "Sequence[FreeVibration]") -> "Mapping[str, Average]":
+    from frictionlab.analysis.free_vibration import averages
+
+    return averages(decays) if decays else {}
+
+
+def pattern_of(names: Sequence[str]) -> str | None:
+    """The ``name_pattern`` that the names of logs follow; None where they have no form in common.
+
+    Examples
+    --------
+    >>> pattern_of(["steel_N1.25_r0.3", "rubber_N1.25_r1.2"]), pattern_of(["steel_250g", "steel_500g"])
+    ('{material}_N{normal_force_n}_r{nominal_frequency_ratio}', '{material}_{normal_force_g}g')
+    >>> pattern_of(["test1", "some other"]) is None
+    True
+    """
+    for sign in ("_", "-", " "):
+        rows = [name.split(sign) for name in names]
+        if rows and len(rows[0]) > 1 and all(len(row) == len(rows[0]) for row in rows):
+            parts = [_part(column) for column in zip(*rows, strict=True)]
+            keys = Counter(key for part in parts for key in re.findall(r"\{(\w+)\}", part))
+            if "material" in keys and max(keys.values()) == 1:
+                return sign.join(parts)
+    return None
+
+
+def _part(words: Sequence[str]) -> str:
+    """What stands at one place of all names: a key with its signs, or the same text in all."""
+    matches = [TOKEN.fullmatch(word) for word in words]
+    if all(matches):
+        before, after = ({m[i].lower() for m in matches if m} for i in (1, 3))
+        first = matches[0]
+        if len(before) == len(after) == 1 and first is not None:
+            key = PREFIXES.get(min(before)) if min(before) else SUFFIXES.get(min(after))
+            if key is not None:
+                return f"{first[1]}{{{key}}}{first[3]}"
+        return "{repeat}" if len(set(words)) > 1 else words[0]
+    if all(word.isalpha() for word in words):
+        return "{material}"
+    return "{note}" if len(set(words)) > 1 else words[0]
+
+
+def init(
+    folder: FilePath = ".",
+    *,
+    force: bool = False,
+    everything: bool = False,
+    found: Found | None = None,
+    **facts: object,
+) -> Path:
+    """Write the scene that a folder of logs needs, ``frictionlab.toml``, into it and return its path.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Made if it is not there.
+    force : bool
+        Replace a file of that name.
+    everything : bool
+        Write every key there is, each with its sentence and default, in place of the ten that most need.
+    found : Found, optional
+        What `look` has found in it; by default it looks.
+    **facts
+        What else is known: ``mass_kg=3.08``, ``stiffness_n_per_m``, ``natural_frequency_hz``, ``material``,
+        ``normal_force_n``.
+
+    Raises
+    ------
+    UsageError
+        One stands there already.
+    OutputError
+        It cannot be written.
+    """
+    path = Path(folder) / SCENE_NAME
+    if path.exists() and not force:
+        raise UsageError(f"{path}: exists: fill it in, or give --force to replace it")
+    make_folder(path.parent)
+    text = template() if everything else scene_text(look(folder) if found is None else found, facts)
+    write_whole(path, text.encode())
+    return path
+
+
+def scene_text(found: Found, facts: Mapping[str, object]) -> str:
+    """A scene of ten keys: those that are known on, the others off."""
+    return HEAD + "".join(f"{line}\n" for line in _lines(found, facts))
+
+
+def _lines(found: Found, facts: Mapping[str, object]) -> Iterator[str]:
+    yield "\n[rig]"
+    frequency, damping = found.frame.get("natural_frequency_hz"), found.frame.get("damping_ratio")
+    if frequency is not None:
+        yield f"natural_frequency_hz = {frequency.mean:.6g}  # from {', '.join(tap.name for tap in found.taps)}"
+        yield f"natural_frequency_hz_u = {max(frequency.se, 1e-9):.2g}"
+        if damping is not None and damping.mean > 0.0:
+            yield f"damping_ratio = {damping.mean:.4g}"
+            yield f"damping_ratio_u = {max(damping.se, 1e-9):.2g}"
+    else:
+        yield _key("natural_frequency_hz", facts, "needed: a tap of the frame gives it (frictionlab free-vibration)")
+    yield _key("mass_kg", facts, "this or the stiffness gives newtons and joules")
+    yield _key("stiffness_n_per_m", facts, "in place of the mass")
+    yield "\n[experiment]"
+    yield _key("name_pattern", {"name_pattern": found.name_pattern}, "what the names of the logs say")
+    yield _key("sheet", {"sheet": found.sheet}, "a CSV beside this file, with a `log` column")
+    if found.taps:
+        yield f"taps = {value_text([tap.name for tap in found.taps])}"
+    yield _key("material", facts, "of all tests, where names or sheet do not say it")
+    yield _key("normal_force_n", facts, "of all tests, where names or sheet do not say it")
+    yield "\n[analysis]"
+    settled = max(found.settled_s.values(), default=None)
+    if settled is None:
+        yield "# transient_s =  # cut from the beginning"
+    else:
+        cut = max(0.5, math.ceil(2.0 * settled) / 2.0)
+        yield f"transient_s = {cut:g}  # the last of the tests settles after {settled:.3g} s"
+    yield "\n[sensors]"
+    yield "# lag_s_u =  # how well the two channels keep the same time; by default half a sampling interval"
+
+
+def _key(name: str, facts: Mapping[str, object], words: str) -> str:
+    value = facts.get(name)
+    return f"# {name} =  # {words}" if value is None else f"{name} = {value_text(value)}"
