@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
+from frictionlab.log_options import LogOptions
 from frictionlab.logs.clock import TimeBase
 from frictionlab.logs.drift import Drift, evenly, find_drift
-from frictionlab.logs.options import LogOptions
 from frictionlab.logs.sensor import Channel
 from frictionlab.logs.timing import Timing
 from frictionlab.recording import Fact, Quality

@@ -6,23 +6,26 @@ a sample without a value, or quarantined with the reason; nothing falls through.
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
+import pyarrow as pa
 from numpy.typing import NDArray
+from pyarrow import csv
 
 from frictionlab.errors import LogError
 from frictionlab.logs.cells import decimals, is_no_value, moment, number, plain
 from frictionlab.logs.dialect import is_comment, split
-from frictionlab.logs.lines import Bytes
-from frictionlab.logs.store import Columns
 
 KEEP = 10_000
 """So many quarantined lines are kept with their text; all of them are counted."""
-COMPILE_FROM = 1 << 22
-"""Logs from this size [bytes] are read by the compiled kernel; below, loading it takes longer than it saves."""
 _LONGEST_KEPT = 300
+_NUL, _LF, _CR, _QUOTE = b'\0\n\r"'
+_OTHER_BLANKS = b"\v\f"
+_ASCII = bytes(range(128)) + b"?" * 128
+_BLANK_ENDS = re.compile(rb" +(?=\r?\n)")
 
 
 @dataclass(frozen=True)
@@ -122,7 +125,7 @@ class _Verdict:
     reason: str = ""
 
 
-def judge(line: Bytes, shape: Shape) -> _Verdict:
+def judge(line: bytes, shape: Shape) -> _Verdict:
     """Say what one line is, and read it if it is data."""
     text = line.decode(shape.encoding if shape.encoding.isascii() else "utf-8", "replace").rstrip("\r\n")
     if "\0" in text:
@@ -167,105 +170,141 @@ def _is_cut(cell: str, shape: Shape) -> bool:
     return found is not None and found < shape.last_decimals
 
 
-@dataclass(frozen=True)
-class Parsed:
-    """A block's regular lines as (wanted, rows) values, their place in the store, and the lines to be looked at.
+class Reader:
+    """Read the body of a log block by block; `finish` gives what was read.
 
-    ``odd`` holds (line of the block from 0, text) of each line that is not regular.
+    The numbers of regular lines are parsed by pyarrow, to the nearest double. It is silent about none of the faults
+    that matter but these, which are looked for in the bytes: a number cut short, quotes, NULs, lone carriage returns,
+    and words that it takes for numbers (nan, inf). Whatever line is not regular is judged on its own.
     """
 
-    values: NDArray[np.float64]
-    start: int
-    lines: int
-    odd: Sequence[tuple[int, Bytes]] = ()
-
-
-class Reader:
-    """Read the body of a log block by block; `finish` gives what was read."""
-
-    def __init__(self, shape: Shape, first_line: int, *, compiled: bool) -> None:
-        self.shape, self.next_line, self.compiled = shape, first_line, compiled
+    def __init__(self, shape: Shape, first_line: int, size: int = 0) -> None:
+        self.shape, self.next_line = shape, first_line
         self.body = Body()
-        self.store = Columns(len(shape.wanted))
-        self._regular = _regular_line(shape)
-        self._rank = np.argsort(np.argsort(shape.wanted))
+        self._size = size  # bytes of the log: how much memory to take
+        self._columns = np.empty((len(shape.wanted), 0))
 
-    def read(self, block: Bytes) -> None:
-        """Read a block at once."""
-        if not self.compiled:
-            self.take(self._parse_plain(block))
-            return
-        lines = self.count(block)
-        if not self.store.has_room(lines):
-            self.store.grow(lines)
-        self.take(self.parse(block, self.store.reserve(lines), lines))
+    def read(self, block: bytes) -> None:
+        """Read a block of whole lines."""
+        plain_block = self._without_blanks(block)
+        ends = np.flatnonzero(np.frombuffer(plain_block, np.uint8) == _LF)
+        odd = np.arange(len(ends)) if self.shape.moments else self._suspicious(plain_block, ends)
+        values, odd = self._numbers(plain_block, ends, odd)
+        if len(odd):
+            values = self._with_odd(values, len(ends), block, odd)
+        else:
+            self.body.lines.add(self.next_line, len(ends))
+        self._take(values, self._size * len(ends) // len(block))
+        self.next_line += len(ends)
 
-    def count(self, block: Bytes) -> int:
-        """Count the lines of a block: for so many there must be room in the store before it is parsed."""
-        from frictionlab.logs.kernel import count_lines  # noqa: PLC0415 - loading the compiler is for large logs only
+    def _without_blanks(self, block: bytes) -> bytes:
+        """The block with one blank where runs of them part the cells, and none at the ends of its lines."""
+        if self.shape.separator == " ":
+            block = block.replace(b"\t", b" ").replace(b"\r\n", b"\n")
+            while b"  " in block:
+                block = block.replace(b"  ", b" ")
+            return block.replace(b" \n", b"\n").replace(b"\n ", b"\n").removeprefix(b" ")
+        return _BLANK_ENDS.sub(b"", block) if b" " in block else block
 
-        return count_lines(block)
+    def _suspicious(self, block: bytes, ends: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Lines that pyarrow may take for what they are not: with quotes, NULs, lone CRs, a last number cut short."""
+        text = np.frombuffer(block, np.uint8)
+        returns = b"\r" in block
+        signs = (_QUOTE, _NUL, *(_OTHER_BLANKS if self.shape.separator == " " else b""))
+        found = [np.flatnonzero(text == byte) for byte in signs if byte in block]
+        if returns:
+            at = np.flatnonzero(text == _CR)
+            found.append(at[text[at + 1] != _LF])
+        odd = [np.searchsorted(ends, at) for at in found]
+        if self.shape.last_decimals:
+            last = ends - (text[ends - 1] == _CR) if returns else ends
+            mark = text[np.maximum(last - self.shape.last_decimals - 1, 0)]
+            odd.append(np.flatnonzero(mark != ord(self.shape.decimal)))
+        return np.unique(np.concatenate(odd)) if odd else np.zeros(0, np.intp)
 
-    def parse(self, block: Bytes, start: int, lines: int) -> Parsed:
-        """Parse the regular lines of a block into the place reserved for it; safe to call from several threads."""
-        from frictionlab.logs.kernel import parse_lines  # noqa: PLC0415
+    def _numbers(
+        self, block: bytes, ends: NDArray[np.intp], odd: NDArray[np.intp]
+    ) -> tuple[list[NDArray[np.float64]], NDArray[np.intp]]:
+        """The wanted columns of all lines but the odd ones, and these, with those that turned out to be."""
+        regular = np.delete(np.arange(len(ends)), odd)
+        for attempt in range(3):
+            text = _lines_of(block, ends, regular) if len(regular) < len(ends) else block
+            try:
+                values = self._parsed(text, len(regular))
+                break
+            except pa.ArrowInvalid:
+                regular = regular[self._parsable(text, len(regular))] if attempt == 0 else regular[:0]
+        finite = np.isfinite(values).all(axis=0) if values else np.ones(0, bool)
+        if not finite.all():
+            values, regular = [column[finite] for column in values], regular[finite]
+        return values, np.delete(np.arange(len(ends)), regular)
 
-        shape = self.shape
-        target = np.full(shape.fields, -1, np.int64)
-        target[list(shape.wanted)] = np.arange(len(shape.wanted))
-        data = self.store.data
-        rows, odd = parse_lines(
-            block, shape.separator, shape.decimal, target, shape.last_decimals, (data, start, lines)
+    def _parsed(self, text: bytes, lines: int) -> list[NDArray[np.float64]]:
+        """The wanted columns of these lines as doubles; raises where one line is not of numbers as expected."""
+        if not lines:
+            return [np.zeros(0) for _ in self.shape.wanted]
+        table = self._csv(text, pa.float64())
+        if table.num_rows != lines:
+            raise pa.ArrowInvalid(f"expected {lines} rows; got {table.num_rows}")
+        return [table[str(index)].to_numpy() for index in self.shape.wanted]
+
+    def _parsable(self, text: bytes, lines: int) -> NDArray[np.bool_]:
+        """Which of these lines have as many fields as all, and numbers in those that are wanted."""
+        import pyarrow.compute as pc  # noqa: PLC0415 - 0.1 s that sound logs need not wait for
+
+        sound = np.ones(lines, bool)
+
+        def pass_over(row: Any) -> str:
+            sound[row.number - 1] = False
+            return "skip"
+
+        table = self._csv(text.translate(_ASCII), pa.binary(), pass_over)  # the rows passed over must be text
+        mark = re.escape(self.shape.decimal)
+        pattern = rf"^[ \t]*[+-]?(\d+{mark}?\d*|{mark}\d+)([eE][+-]?\d+)?[ \t]*$"
+        good = np.ones(table.num_rows, bool)
+        for index in self.shape.wanted:
+            good &= pc.match_substring_regex(table[str(index)], pattern).to_numpy()
+        sound[sound] = good
+        return sound
+
+    def _csv(self, text: bytes, kind: Any, pass_over: Callable[[Any], str] | None = None) -> Any:
+        names = [str(index) for index in range(self.shape.fields)]
+        wanted = [names[index] for index in dict.fromkeys(self.shape.wanted)]
+        return csv.read_csv(
+            pa.BufferReader(text),
+            csv.ReadOptions(column_names=names, block_size=len(text) + 1, use_threads=False),
+            csv.ParseOptions(
+                delimiter=self.shape.separator,
+                quote_char=False,
+                ignore_empty_lines=False,
+                invalid_row_handler=pass_over,
+            ),
+            csv.ConvertOptions(
+                column_types=dict.fromkeys(wanted, kind),
+                include_columns=wanted,
+                null_values=[],
+                decimal_point=self.shape.decimal,
+                check_utf8=False,
+            ),
         )
-        texts = [(line, block[begin:end]) for begin, end, line in odd.tolist()]
-        return Parsed(data[:, start : start + rows], start, lines, texts)
-
-    def _parse_plain(self, block: Bytes) -> Parsed:
-        rows: list[tuple[float, ...]] = []
-        odd: list[tuple[int, Bytes]] = []
-        lines = bytes(block).split(b"\n")[:-1]
-        for i, line in enumerate(lines):
-            match = self._regular.fullmatch(line)
-            if match is None:
-                odd.append((i, line))
-            else:
-                rows.append(tuple(map(self._number, match.groups())))
-        values = np.array(rows, np.float64).reshape(-1, len(self.shape.wanted)).T
-        return Parsed(values[self._rank], -1, len(lines), odd)
-
-    def _number(self, digits: Bytes) -> float:
-        return float(digits if self.shape.decimal == "." else digits.replace(b",", b"."))
-
-    def take(self, parsed: Parsed) -> None:
-        """Add a parsed block; blocks come in the order of the file."""
-        values = parsed.values
-        if parsed.odd:
-            values = self._with_odd(values, parsed.lines, parsed.odd)
-        else:
-            self.body.lines.add(self.next_line, parsed.lines)
-        if parsed.start < 0:
-            self.store.append(values)
-        else:
-            self.store.settle(parsed.start, values)
-        self.body.counts["data"] += values.shape[1]
-        self.next_line += parsed.lines
 
     def _with_odd(
-        self, values: NDArray[np.float64], count: int, odd: Sequence[tuple[int, Bytes]]
-    ) -> NDArray[np.float64]:
+        self, values: list[NDArray[np.float64]], count: int, block: bytes, odd: NDArray[np.intp]
+    ) -> list[NDArray[np.float64]]:
         """Judge the lines that are not regular, and put those that are data in their places."""
         more: list[tuple[float, ...]] = []
         is_data = np.ones(count, bool)
         is_regular = np.ones(count, bool)
-        for i, text in odd:
-            is_regular[i] = False
-            verdict = judge(text, self.shape)
+        is_regular[odd] = False
+        lines = block.split(b"\n")
+        for i in odd.tolist():
+            verdict = judge(lines[i], self.shape)
             if verdict.kind == "data":
                 more.append(verdict.values)
                 self.body.empty += sum(map(math.isnan, verdict.values))
             else:
                 is_data[i] = False
-                self._note(self.next_line + i, text, verdict)
+                self._note(self.next_line + i, lines[i], verdict)
         for start, stop in runs(is_data):
             self.body.lines.add(self.next_line + start, stop - start)
         if not more:
@@ -273,9 +312,21 @@ class Reader:
         merged = np.empty((len(values), int(is_data.sum())))
         merged[:, is_regular[is_data]] = values
         merged[:, ~is_regular[is_data]] = np.array(more).T
-        return merged
+        return list(merged)
 
-    def _note(self, line: int, text: Bytes, verdict: _Verdict) -> None:
+    def _take(self, values: list[NDArray[np.float64]], expected: int) -> None:
+        """Add the next samples; so many are expected in all, by the lines of this block."""
+        start = self.body.counts["data"]
+        stop = start + len(values[0])
+        if stop > self._columns.shape[1]:
+            grown = np.empty((len(values), max(stop, int(1.02 * expected), 3 * stop // 2)))
+            grown[:, :start] = self._columns[:, :start]
+            self._columns = grown
+        for column, more in zip(self._columns, values, strict=True):
+            column[start:stop] = more
+        self.body.counts["data"] = stop
+
+    def _note(self, line: int, text: bytes, verdict: _Verdict) -> None:
         self.body.counts[verdict.kind] += 1
         if verdict.kind == "header":
             self.body.headers.append(line)
@@ -283,43 +334,36 @@ class Reader:
             kept = text[:_LONGEST_KEPT].decode(self.shape.encoding, "replace").rstrip("\r\n")
             self.body.quarantined.append((line, kept, verdict.reason))
 
-    def take_unended(self, text: Bytes) -> None:
+    def take_unended(self, text: bytes) -> None:
         """Add the last line of a file that does not end in a line end: data only if it is provably whole."""
         verdict = judge(text, self.shape)
         if verdict.kind == "data" and not self.shape.last_decimals:
             verdict = _Verdict("quarantined", reason="the file ends inside this line: it may be cut")
         if verdict.kind == "data":
             self.body.empty += sum(map(math.isnan, verdict.values))
-            self.take(Parsed(np.array([verdict.values]).T, -1, 1))
-            return
-        self._note(self.next_line, text, verdict)
-        self.body.cut += verdict.kind == "quarantined"
+            self.body.lines.add(self.next_line, 1)
+            self._take([np.array([value]) for value in verdict.values], 0)
+        else:
+            self._note(self.next_line, text, verdict)
+            self.body.cut += verdict.kind == "quarantined"
         self.next_line += 1
 
     def finish(self) -> Body:
-        """Put the blocks together."""
-        self.body.values = self.store.columns()
+        """What was read, the columns where they were put."""
+        self.body.values = [column[: self.body.counts["data"]] for column in self._columns]
         if self.body.counts["data"] != len(self.body.lines):
             raise LogError("lines do not add up: this is a fault of frictionlab, please report it with the log")
         return self.body
+
+
+def _lines_of(block: bytes, ends: NDArray[np.intp], chosen: NDArray[np.intp]) -> bytes:
+    """These lines of a block, runs of them in one piece."""
+    starts = np.concatenate([[0], ends[:-1] + 1]) if len(ends) else ends
+    breaks = np.flatnonzero(np.diff(chosen) > 1) + 1
+    return b"".join(block[starts[run[0]] : ends[run[-1]] + 1] for run in np.split(chosen, breaks) if len(run))
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Start and end of each run of true."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
-
-
-def _regular_line(shape: Shape) -> re.Pattern[bytes]:
-    """Build the pattern of a regular line, with one group for each wanted column in the order of the fields."""
-    mark, separator = re.escape(shape.decimal), re.escape(shape.separator)
-    other = r"[^\s\"\0]+" if shape.separator == " " else rf"[^{separator}\"\0\r]*"
-    parts = []
-    for index in range(shape.fields):
-        least = shape.last_decimals if index == shape.fields - 1 else 0
-        fraction = rf"{mark}\d{{{least},{max(least, 18)}}}"
-        digits = rf"\d{{1,18}}{fraction}" if least else rf"(?:\d{{1,18}}(?:{fraction})?|{mark}\d{{1,18}})"
-        value = rf"([+-]?{digits}(?:[eE][+-]?\d{{1,2}})?)"
-        parts.append(value if index in shape.wanted else other)
-    blank, joint = (r"[ \t]*", r"[ \t]+") if shape.separator == " " else (" *", f" *{separator} *")
-    return re.compile((blank + joint.join(parts) + blank + "\r?").encode())

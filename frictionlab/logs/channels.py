@@ -7,15 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
+from frictionlab.log_options import LogOptions
+from frictionlab.logs.body import KEEP
 from frictionlab.logs.clock import TimeBase, counted, time_base
-from frictionlab.logs.columns import Column
+from frictionlab.logs.columns import LogColumn
 from frictionlab.logs.lines import texts_of
-from frictionlab.logs.options import LogOptions
 from frictionlab.logs.sensor import Channel, bridge, examine, unit_by_step
-from frictionlab.logs.table import KEEP, Table
+from frictionlab.logs.table import Table
 from frictionlab.logs.timing import Timing, timing_of
-from frictionlab.logs.units import ACCELERATION, LENGTH, VOLTS, to_si
 from frictionlab.recording import Fact, Quality, QuarantinedLine, Replaced
+from frictionlab.units import ACCELERATION, LENGTH, VOLTS, to_si
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,7 @@ def _what_to_give(unit: str, role: str) -> str:
 
 
 def _calibrated(
-    values: NDArray[np.float64], column: Column, role: str, options: LogOptions
+    values: NDArray[np.float64], column: LogColumn, role: str, options: LogOptions
 ) -> NDArray[np.float64] | None:
     """Metres of a sensor's volts (bare numbers count as volts), where its calibration is given; else ``None``."""
     known = {
@@ -136,7 +137,7 @@ def _calibrated(
         raise LogError(
             f"column {column} is in {column.unit}: {role}_metres_per_volt is for one in volts: leave it out of [log]"
         )
-    return values * (VOLTS.get(column.unit, 1.0) * per_volt) + offset
+    return values * (per_volt / VOLTS.get(column.unit, 1.0)) + offset
 
 
 def _check_unit(channel: Channel, unit: str, role: str) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from frictionlab.errors import LogError
-from frictionlab.logs.units import LENGTH, TIME, known_unit, split_unit
+from frictionlab.units import LENGTH, TIME, known_unit, split_unit
 
 _TIME = re.compile(
     r"t|x_value|elapsed|epoch|date ?time|clock|dt|"
@@ -26,7 +26,7 @@ _NAMES = {"time": _TIME, "mass": _MASS, "base": _BASE, "relative": _RELATIVE}
 
 
 @dataclass(frozen=True)
-class Column:
+class LogColumn:
     """A column: its number from 0, its title as written, its name without unit, its unit ("" if not said)."""
 
     index: int
@@ -38,7 +38,7 @@ class Column:
         return f"{self.index + 1} ({self.title!r})" if self.title else f"{self.index + 1}"
 
 
-def columns_of(titles: Sequence[str], units: Sequence[str], fields: int) -> tuple[Column, ...]:
+def columns_of(titles: Sequence[str], units: Sequence[str], fields: int) -> tuple[LogColumn, ...]:
     """Make columns from the cells of a header and of its units row, either of which may be missing."""
     columns = []
     for index in range(fields):
@@ -46,7 +46,7 @@ def columns_of(titles: Sequence[str], units: Sequence[str], fields: int) -> tupl
         name, unit = split_unit(title)
         below = units[index] if index < len(units) else ""
         alone = known_unit(title) if known_unit(title) in TIME else ""  # a column titled "ms" is time
-        columns.append(Column(index, title, name, below or unit or alone))
+        columns.append(LogColumn(index, title, name, below or unit or alone))
     return tuple(columns)
 
 
@@ -55,7 +55,7 @@ def roles_named(titles: Sequence[str]) -> int:
     return sum(any(p.fullmatch(split_unit(t)[0]) for p in (_TIME, _MASS, _BASE)) for t in titles if t)
 
 
-def by_option(columns: Sequence[Column], said: str | int, role: str, file: str) -> Column:
+def by_option(columns: Sequence[LogColumn], said: str | int, role: str, file: str) -> LogColumn:
     """Find the column that a user named, by title, by name without unit, or by number from 1."""
     text = str(said).strip()
     folded = text.casefold()
@@ -76,7 +76,7 @@ def by_option(columns: Sequence[Column], said: str | int, role: str, file: str) 
     raise LogError(f"{file}: --{role} {text!r}: no such column; the log has {_list(columns)}")
 
 
-def candidates(columns: Sequence[Column], role: str) -> list[Column]:
+def candidates(columns: Sequence[LogColumn], role: str) -> list[LogColumn]:
     """Give the columns whose name or unit says this role, time by its unit too."""
     named = [c for c in columns if c.name and _NAMES[role].fullmatch(c.name) and _unit_fits(c, role)]
     if role == "time" and not named:
@@ -84,31 +84,31 @@ def candidates(columns: Sequence[Column], role: str) -> list[Column]:
     return named
 
 
-def is_displacement(column: Column) -> bool:
+def is_displacement(column: LogColumn) -> bool:
     """Whether a column may hold a displacement: its unit is a length or is not said."""
     return column.unit in LENGTH or not column.unit
 
 
-def is_relative(column: Column) -> bool:
+def is_relative(column: LogColumn) -> bool:
     """Whether a column's name says that it is mass minus base.
 
     Examples
     --------
-    >>> [is_relative(Column(0, name, name, "")) for name in ("rel", "Relative displacement", "x-y", "mass", "laser")]
+    >>> [is_relative(LogColumn(0, name, name, "")) for name in ("rel", "Relative displacement", "x-y", "mass", "laser")]
     [True, True, True, False, False]
     """
     return _RELATIVE.fullmatch(column.name) is not None and "time" not in column.name.lower()
 
 
-def _unit_fits(column: Column, role: str) -> bool:
+def _unit_fits(column: LogColumn, role: str) -> bool:
     return not column.unit or column.unit in (TIME if role == "time" else LENGTH)
 
 
-def _list(columns: Sequence[Column]) -> str:
+def _list(columns: Sequence[LogColumn]) -> str:
     return ", ".join(str(c) for c in columns)
 
 
-def pick(columns: Sequence[Column], role: str, file: str) -> Column | None:
+def pick(columns: Sequence[LogColumn], role: str, file: str) -> LogColumn | None:
     """Give the one column of this role; ``None`` if none says so; an error if several do."""
     found = candidates(columns, role)
     if len(found) > 1:
@@ -116,7 +116,7 @@ def pick(columns: Sequence[Column], role: str, file: str) -> Column | None:
     return found[0] if found else None
 
 
-def unassigned(columns: Sequence[Column], file: str, time: Column | None) -> LogError:
+def unassigned(columns: Sequence[LogColumn], file: str, time: LogColumn | None) -> LogError:
     """Say that mass and base cannot be told apart, and all that has to be given."""
     one, two = (columns[0].index + 1, columns[1].index + 1) if len(columns) > 1 else (columns[0].index + 1, 0)
     order = f"--mass {one} --base {two}, or --mass {two} --base {one}" if len(columns) == 2 else "--mass and --base"

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from frictionlab.errors import LogError
+from frictionlab.log_options import LogOptions
 from frictionlab.logs.cells import is_no_value, moment, number, plain
-from frictionlab.logs.options import LogOptions
 
 COMMENTS = ("#", "%", "//", "!")
 NAMES = {",": "comma", ";": "semicolon", "\t": "TAB", "|": "pipe", " ": "blanks"}

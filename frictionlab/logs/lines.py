@@ -1,11 +1,11 @@
-"""A log as blocks of whole lines: decompressed, decoded to an ASCII-compatible encoding.
+"""A log as blocks of whole lines: unpacked, decoded to an encoding whose digits and line ends are ASCII, hashed.
 
 Memory is bounded whatever the file's size: a block holds a few megabytes, and a file that unpacks to far more than it
 should is refused.
 """
 
 import codecs
-import io
+import hashlib
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
@@ -17,7 +17,7 @@ from frictionlab.errors import LogError
 from frictionlab.logs.unpack import BLOCK, package_of, unpacked
 
 HEAD = 1 << 18
-LONGEST_LINE = 1 << 20
+LONGEST_LINE = 1 << 24
 NUMBERS = "binary"
 """The encoding of a log that is no text."""
 _BOMS = (
@@ -29,7 +29,6 @@ _BOMS = (
 )
 _WIDE = re.compile("^utf[-_]?(16|32)", re.IGNORECASE)
 
-Bytes = bytes | bytearray
 Progress = Callable[[int, int], None]
 """Called with bytes read and bytes in all."""
 
@@ -53,27 +52,26 @@ class Head:
 class Blocks:
     """Iterate over (bytes of whole lines ending in LF, whether it is the file's last, unended line).
 
-    After the last block ``read`` is the file's size, and the file is known not to have changed meanwhile.
+    After the last block ``read`` is the file's size and ``sha256`` its digest, and the file is known not to have
+    changed meanwhile.
     """
 
     head: Head
     progress: Progress | None = None
-    _file: "_Told | None" = None
+    read: int = 0
+    sha256: str = ""
 
-    @property
-    def read(self) -> int:
-        """Bytes of the file read so far."""
-        return self._file.done if self._file is not None else 0
-
-    def __iter__(self) -> Iterator[tuple[Bytes, bool]]:
+    def __iter__(self) -> Iterator[tuple[bytes, bool]]:
         with _open(self.head.path) as file:
             before = os.fstat(file.fileno())
-            self._file = told = _Told(file, before.st_size, self.progress)
-            yield from _lines_as_read(told) if _is_plain(self.head) else _whole_lines(_decoded(told, self.head))
-            told.finish()
+            counted = _Counted(file, before.st_size, self.progress)
+            yield from _whole_lines(_decoded(counted, self.head))
+            while counted.read(BLOCK):  # a compressed file may have padding
+                pass
             after = os.fstat(file.fileno())
-        if len({_state(before), _state(after), self.head.state}) > 1 or told.done != after.st_size:
+        if len({_state(before), _state(after), self.head.state}) > 1 or counted.done != after.st_size:
             raise LogError(f"{self.head.path.name}: changed while it was read: wait until it is written, ingest again")
+        self.read, self.sha256 = counted.done, counted.digest.hexdigest()
 
 
 def _state(stat: os.stat_result) -> tuple[int, int]:
@@ -90,14 +88,18 @@ def read_head(path: Path, encoding: str | None = None) -> Head:
     """
     with _open(path) as file:
         state = _state(os.fstat(file.fileno()))
-        told = _Told(file, state[0], None)
         package = package_of(file, path.name)
-        raw = _first(_raw(told, package, path.name), HEAD)
-        whole = len(raw) < HEAD
+        raw = bytearray()
+        for chunk in _raw(_Counted(file, state[0], None), package, path.name):
+            raw += chunk
+            if len(raw) >= HEAD:
+                break
+    whole = len(raw) < HEAD
+    raw = raw[:HEAD]
     if not raw.strip(b"\0 \t\r\n\xef\xbb\xbf\xff\xfe"):
         raise LogError(f"{path.name}: empty: expected lines of numbers; got {state[0]} bytes without any")
-    name, evidence = (encoding, "as given") if encoding else _encoding_of(raw)
-    text = _decode(raw, name, path, whole=whole)
+    name, evidence = (encoding, "as given") if encoding else _encoding_of(bytes(raw))
+    text = _decode(bytes(raw), name, path, whole=whole)
     newline = "\r" if "\r" in text and "\n" not in text else "\n"
     lines = [line.rstrip("\r") for line in text.split(newline)]
     if not whole or not lines[-1]:
@@ -129,64 +131,34 @@ def _open(path: Path) -> BufferedReader:
         raise LogError(f"{path}: cannot be read ({error.strerror})") from error
 
 
-class _Told:
-    """A file that tells how much of it is read."""
+class _Counted:
+    """A file that counts and hashes what is read of it."""
 
     def __init__(self, file: BufferedReader, total: int, progress: Progress | None) -> None:
         self.file, self.total, self.progress = file, total, progress
+        self.digest = hashlib.sha256()
         self.done = 0
 
-    @property
-    def next_size(self) -> int:
-        """How much to read at once: no more than is there, and one byte by which a file that has grown shows."""
-        return min(BLOCK, self.total - self.done + 1) if self.done <= self.total else BLOCK
-
-    def read(self, size: int) -> bytes:
-        """Read and tell."""
+    def read(self, size: int = -1) -> bytes:
+        """Read and count."""
         chunk = self.file.read(size)
-        self._tell(len(chunk))
-        return chunk
-
-    def readinto(self, room: memoryview) -> int:
-        """Do the same into memory that is there; 0 at the file's end."""
-        size = self.file.readinto(room)
-        self._tell(size)
-        return size
-
-    def _tell(self, size: int) -> None:
-        self.done += size
+        self.digest.update(chunk)
+        self.done += len(chunk)
         if self.progress is not None:
             self.progress(self.done, self.total)
-
-    def finish(self) -> None:
-        """Read what is left (a compressed file may have padding)."""
-        while self.read(BLOCK):
-            pass
+        return chunk
 
 
-def _chunks(file: _Told) -> Iterator[bytes]:
-    while chunk := file.read(BLOCK):
-        yield chunk
-
-
-def _raw(file: _Told, package: str, name: str) -> Iterator[bytes]:
+def _raw(file: _Counted, package: str, name: str) -> Iterator[bytes]:
     """The file's text in chunks, unpacked."""
     if not package:
-        yield from _chunks(file)
+        while chunk := file.read(BLOCK):
+            yield chunk
         return
     try:
         yield from unpacked(package, file)
     except LogError as error:
         raise LogError(f"{name}: {error}") from error
-
-
-def _first(chunks: Iterator[bytes], size: int) -> bytes:
-    held = io.BytesIO()
-    for chunk in chunks:
-        held.write(chunk)
-        if held.tell() >= size:
-            break
-    return held.getvalue()[:size]
 
 
 def _encoding_of(raw: bytes) -> tuple[str, str]:
@@ -215,73 +187,37 @@ def _decode(raw: bytes, encoding: str, path: Path, *, whole: bool) -> str:
     return text + "\ufffd" if whole and decoder.getstate()[0] else text
 
 
-def _decoded(file: _Told, head: Head) -> Iterator[bytes]:
+def _decoded(file: _Counted, head: Head) -> Iterator[bytes]:
     """Chunks in an encoding whose digits, separators and line ends are ASCII bytes."""
     chunks = _raw(file, head.package, head.path.name)
-    if head.encoding == "utf-8-sig":
-        chunks = _without_bom(chunks)
-    if _WIDE.match(head.encoding):
-        chunks = _narrowed(chunks, head.encoding)
+    if head.encoding == "utf-8-sig" or _WIDE.match(head.encoding):
+        chunks = _as_utf8(chunks, head.encoding)
     if head.newline == "\r":
         chunks = (chunk.replace(b"\r", b"\n") for chunk in chunks)
     return chunks
 
 
-def _is_plain(head: Head) -> bool:
-    """Whether the file's bytes are what is parsed."""
-    plain = head.encoding != "utf-8-sig" and not _WIDE.match(head.encoding)
-    return plain and not head.package and head.newline == "\n"
-
-
-def _narrowed(chunks: Iterator[bytes], encoding: str) -> Iterator[bytes]:
+def _as_utf8(chunks: Iterator[bytes], encoding: str) -> Iterator[bytes]:
+    if encoding == "utf-8-sig":
+        yield next(chunks, b"").removeprefix(codecs.BOM_UTF8)
+        yield from chunks
+        return
     decoder = codecs.getincrementaldecoder(encoding)("replace")
     for chunk in chunks:
         yield decoder.decode(chunk).encode("utf-8", "replace")
     yield decoder.decode(b"", final=True).encode("utf-8", "replace")
 
 
-def _without_bom(chunks: Iterator[bytes]) -> Iterator[bytes]:
-    for first in chunks:
-        yield first.removeprefix(codecs.BOM_UTF8)
-        break
-    yield from chunks
-
-
-def _whole_lines(chunks: Iterator[bytes]) -> Iterator[tuple[Bytes, bool]]:
+def _whole_lines(chunks: Iterator[bytes]) -> Iterator[tuple[bytes, bool]]:
     rest = b""
     for chunk in chunks:
         cut = chunk.rfind(b"\n") + 1
-        if not cut:
-            rest += chunk
-            _check_longest(rest)
-            continue
-        yield (rest + chunk[:cut] if rest else chunk[:cut]), False
-        rest = chunk[cut:]
-    if rest:
-        yield rest, True
-
-
-def _lines_as_read(file: _Told) -> Iterator[tuple[Bytes, bool]]:
-    """Do as `_whole_lines` does, where the file's bytes need no decoding: read once, copied never."""
-    rest = bytearray()
-    while True:
-        begun = len(rest)
-        block = bytearray(begun + file.next_size)
-        block[:begun] = rest
-        size = file.readinto(memoryview(block)[begun:])
-        if not size:
-            break
-        cut = block.rfind(b"\n", begun, begun + size) + 1
-        rest = block[cut : begun + size]
-        del block[cut:]
         if cut:
-            yield block, False
-        else:
-            _check_longest(rest)
+            yield (rest + chunk[:cut] if rest else chunk[:cut]), False
+            rest = chunk[cut:]
+            continue
+        rest += chunk
+        if len(rest) > LONGEST_LINE:
+            raise LogError(f"a line longer than {LONGEST_LINE} bytes: expected a log of lines")
     if rest:
         yield rest, True
-
-
-def _check_longest(line: Bytes) -> None:
-    if len(line) > 16 * LONGEST_LINE:
-        raise LogError(f"a line longer than {16 * LONGEST_LINE} bytes: expected a log of lines")

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError, RecordingError
+from frictionlab.log_options import LogOptions
 from frictionlab.logs.align import Aligned, align
 from frictionlab.logs.channels import SensorLog, absolute, dialect_facts, examined, replaced_samples, with_still_one
-from frictionlab.logs.columns import Column, by_option
+from frictionlab.logs.columns import LogColumn, by_option
 from frictionlab.logs.lines import Progress
-from frictionlab.logs.options import LogOptions
 from frictionlab.logs.table import Table, displacements, layout_in, read_table
 from frictionlab.recording import Recording, Source
 from frictionlab.units import ACCELERATION
@@ -116,7 +116,7 @@ def read_base_acceleration(path: Path, options: LogOptions | None = None) -> Rec
     return _recording(with_still_one(sensors, "mass"), options)
 
 
-def _acceleration_in(path: Path, options: LogOptions) -> Column | None:
+def _acceleration_in(path: Path, options: LogOptions) -> LogColumn | None:
     """The column of the base's acceleration, where there is no displacement, or where it was named as the base."""
     columns = layout_in(path, options).columns
     if options.base is not None:
@@ -128,7 +128,7 @@ def _acceleration_in(path: Path, options: LogOptions) -> Column | None:
     return next((column for column in columns if _is_acceleration(column)), None)
 
 
-def _is_acceleration(column: Column) -> bool:
+def _is_acceleration(column: LogColumn) -> bool:
     return bool(_ACCELERATION.fullmatch(column.name) or _ACCELERATION_UNIT.search(column.title))
 
 

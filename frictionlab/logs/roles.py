@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
-from frictionlab.logs.columns import Column, by_option, candidates, is_displacement, is_relative, pick, unassigned
+from frictionlab.log_options import LogOptions
+from frictionlab.logs.columns import LogColumn, by_option, candidates, is_displacement, is_relative, pick, unassigned
 from frictionlab.logs.layouts import Layout
-from frictionlab.logs.options import LogOptions
-from frictionlab.logs.units import VOLTS
+from frictionlab.units import VOLTS
 
 Beginning = Callable[[int], NDArray[np.float64]]
 """Gives the first numbers of a column, by its index."""
@@ -20,7 +20,7 @@ _FEWEST = 8
 
 def assign(
     layout: Layout, options: LogOptions, roles: Sequence[str], file: str, beginning: Beginning
-) -> dict[str, Column]:
+) -> dict[str, LogColumn]:
     """Say which column is time, and which plays each of these roles (``mass``, ``base``, ``relative``).
 
     Raises
@@ -29,7 +29,7 @@ def assign(
         It cannot be told: the columns and what to give are named.
     """
     columns = _numeric(layout, options)
-    found: dict[str, Column] = {}
+    found: dict[str, LogColumn] = {}
     for role in ("time", *roles):
         said = getattr(options, role)
         if said is not None:
@@ -48,7 +48,7 @@ def assign(
     return _with_own_times(layout, found, roles) if layout.time_of else found
 
 
-def possible(layout: Layout, options: LogOptions, beginning: Beginning, file: str) -> list[Column]:
+def possible(layout: Layout, options: LogOptions, beginning: Beginning, file: str) -> list[LogColumn]:
     """Columns that may hold a displacement: in a length or in no unit (any, where one is given), no time."""
     columns = _numeric(layout, options)
     times = {c.index for c in candidates(columns, "time")} | set(layout.time_of.values())
@@ -59,7 +59,7 @@ def possible(layout: Layout, options: LogOptions, beginning: Beginning, file: st
     return [c for c in columns if c.index not in times and (is_displacement(c) or options.unit is not None)]
 
 
-def _numeric(layout: Layout, options: LogOptions) -> list[Column]:
+def _numeric(layout: Layout, options: LogOptions) -> list[LogColumn]:
     """The columns of numbers; volts count as bare numbers where a calibration says what they mean."""
     columns = [c for c in layout.columns if layout.dialect.kinds[c.index] in "nm"]
     if options.mass_metres_per_volt is options.base_metres_per_volt is None:
@@ -68,8 +68,8 @@ def _numeric(layout: Layout, options: LogOptions) -> list[Column]:
 
 
 def _time(
-    columns: Sequence[Column], found: dict[str, Column], layout: Layout, beginning: Beginning, file: str
-) -> Column | None:
+    columns: Sequence[LogColumn], found: dict[str, LogColumn], layout: Layout, beginning: Beginning, file: str
+) -> LogColumn | None:
     """The column of time by its name or unit, else by its numbers where nothing else says the rate."""
     time = pick(_left(columns, found), "time", file)
     if time is None and "interval_s" not in layout.facts:
@@ -77,7 +77,7 @@ def _time(
     return time
 
 
-def _time_by_values(columns: Sequence[Column], beginning: Beginning) -> Column | None:
+def _time_by_values(columns: Sequence[LogColumn], beginning: Beginning) -> LogColumn | None:
     """The one column without a name and a unit whose numbers rise in even steps."""
     rising = [c for c in columns if not c.title and not c.unit and _rises(beginning(c.index))]
     return rising[0] if len(rising) == 1 else None
@@ -90,7 +90,7 @@ def _rises(values: NDArray[np.float64]) -> bool:
     return bool(np.ptp(steps) <= _EVEN * np.median(steps))
 
 
-def _with_own_times(layout: Layout, found: dict[str, Column], roles: Sequence[str]) -> dict[str, Column]:
+def _with_own_times(layout: Layout, found: dict[str, LogColumn], roles: Sequence[str]) -> dict[str, LogColumn]:
     """Give each channel its own time column, where the user named none: ``time`` is the first channel's."""
     if "time" in found:
         return found
@@ -102,14 +102,14 @@ def _with_own_times(layout: Layout, found: dict[str, Column], roles: Sequence[st
     return {"time": layout.columns[own[0]], **found, **more}
 
 
-def _left(columns: Sequence[Column], found: dict[str, Column]) -> list[Column]:
+def _left(columns: Sequence[LogColumn], found: dict[str, LogColumn]) -> list[LogColumn]:
     taken = {c.index for c in found.values()}
     return [c for c in columns if c.index not in taken]
 
 
 def _with_displacements(
-    columns: Sequence[Column], found: dict[str, Column], options: LogOptions, roles: Sequence[str], file: str
-) -> dict[str, Column]:
+    columns: Sequence[LogColumn], found: dict[str, LogColumn], options: LogOptions, roles: Sequence[str], file: str
+) -> dict[str, LogColumn]:
     times = candidates(columns, "time")
     fits = [c for c in _left(columns, found) if (is_displacement(c) or options.unit is not None) and c not in times]
     for role in roles:
@@ -135,14 +135,14 @@ def _with_displacements(
     return {role: found[role] for role in order}
 
 
-def _volts(columns: Sequence[Column]) -> str:
+def _volts(columns: Sequence[LogColumn]) -> str:
     """What to give for a log in volts."""
     if not any(c.unit in VOLTS for c in columns):
         return ""
     return "; for volts give the sensors' calibration, mass_metres_per_volt and base_metres_per_volt, in [log]"
 
 
-def _check_absolute(found: dict[str, Column], options: LogOptions, file: str) -> None:
+def _check_absolute(found: dict[str, LogColumn], options: LogOptions, file: str) -> None:
     """Refuse a relative displacement that nobody said is the mass's own."""
     mass = found.get("mass")
     if mass is not None and options.mass is None and is_relative(mass):

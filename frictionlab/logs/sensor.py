@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.logs.units import LENGTH
 from frictionlab.recording import Quality
+from frictionlab.units import LENGTH
 
 RANGES_M = (0.010, 0.025, 0.050, 0.100, 0.200, 0.500)
 _STEP = 1.02 / 65520

@@ -1,8 +1,8 @@
 """One log file read: its columns as they stand in the file, and the account of its lines."""
 
-from collections import Counter, deque
+import hashlib
+from collections import Counter
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,24 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
+from frictionlab.log_options import LogOptions
 from frictionlab.logs.binary import Sheet, read_binary
-from frictionlab.logs.body import COMPILE_FROM, KEEP, Body, Lines, Parsed, Reader, Shape, runs
+from frictionlab.logs.body import KEEP, Body, Lines, Reader, Shape, runs
 from frictionlab.logs.cells import decimals, number
-from frictionlab.logs.columns import Column, columns_of
+from frictionlab.logs.columns import LogColumn, columns_of
 from frictionlab.logs.dialect import Dialect, is_comment, split
-from frictionlab.logs.digest import sha256_beside
 from frictionlab.logs.layouts import Layout, find_layout
-from frictionlab.logs.lines import NUMBERS, Blocks, Bytes, Head, Progress, read_head
-from frictionlab.logs.options import LogOptions
+from frictionlab.logs.lines import NUMBERS, Blocks, Head, Progress, read_head
 from frictionlab.logs.roles import Beginning, assign, possible
-from frictionlab.logs.units import known_unit
 from frictionlab.recording import LineCount, QuarantinedLine, SourceFile
+from frictionlab.units import known_unit
 
-_WORKERS = 2
 _BEGINNING = 200
 _MOST_EMPTY = 0.25
 """Share of all values (time, mass and base) that may be missing: not much more than half of one channel."""
-__all__ = ["KEEP", "Table", "read_table"]
 
 
 @dataclass(frozen=True)
@@ -57,7 +54,7 @@ class Table:
     file: SourceFile
     head: Head
     layout: Layout
-    columns: dict[str, Column]
+    columns: dict[str, LogColumn]
     values: dict[str, NDArray[np.float64]]
     samples: int
     lines: Lines
@@ -104,14 +101,12 @@ def read_table(path: Path, options: LogOptions, roles: Sequence[str], progress: 
     shape = _shape(head, layout, columns)
     blocks = Blocks(head, progress)
     try:
-        with sha256_beside(path) as sha256:
-            body = _read_body(blocks, layout, shape, head.state[0])
-            file = SourceFile(path.name, sha256(), blocks.read, _count(head, layout, body))
+        body = _read_body(blocks, layout, shape)
     except OSError as error:
         raise LogError(f"{path}: cannot be read to its end ({error.strerror})") from error
     _check_damage(body, options, path.name)
     return Table(
-        file=file,
+        file=SourceFile(path.name, blocks.sha256, blocks.read, _count(head, layout, body)),
         head=head,
         layout=layout,
         columns=columns,
@@ -151,8 +146,9 @@ def _table_of(sheet: Sheet, path: Path, options: LogOptions, roles: Sequence[str
     )
     body.counts |= {"data": rows - len(lost), "quarantined": len(lost)}
     _check_damage(body, options, path.name)
-    with sha256_beside(path) as sha256:
-        file = SourceFile(path.name, sha256(), state.st_size, LineCount(read=rows, **body.counts))
+    with path.open("rb") as raw:
+        sha256 = hashlib.file_digest(raw, "sha256").hexdigest()
+    file = SourceFile(path.name, sha256, state.st_size, LineCount(read=rows, **body.counts))
     head = Head(path, (), NUMBERS, "", "", whole=True, evidence=(), state=(state.st_size, state.st_mtime_ns))
     return Table(
         file=file,
@@ -190,7 +186,7 @@ def layout_of_sheet(sheet: Sheet) -> Layout:
     )
 
 
-def _roles(columns: dict[str, Column]) -> list[str]:
+def _roles(columns: dict[str, LogColumn]) -> list[str]:
     return [f"{role} is column {column}, in {column.unit or 'a unit not said'}" for role, column in columns.items()]
 
 
@@ -200,7 +196,7 @@ def layout_in(path: Path, options: LogOptions) -> Layout:
     return find_layout(read_head(path, options.encoding), options) if sheet is None else layout_of_sheet(sheet)
 
 
-def displacements(path: Path, options: LogOptions) -> list[Column]:
+def displacements(path: Path, options: LogOptions) -> list[LogColumn]:
     """Columns of a log that may hold a displacement: in a length or in no unit (any, where one is given), no time."""
     sheet = read_binary(path)
     if sheet is not None:
@@ -210,7 +206,7 @@ def displacements(path: Path, options: LogOptions) -> list[Column]:
     return possible(layout, options, _beginning_of_text(head, layout), path.name)
 
 
-def _shape(head: Head, layout: Layout, columns: dict[str, Column]) -> Shape:
+def _shape(head: Head, layout: Layout, columns: dict[str, LogColumn]) -> Shape:
     dialect = layout.dialect
     wanted = tuple(c.index for c in columns.values())
     return Shape(
@@ -242,12 +238,8 @@ def _last_decimals(head: Head, layout: Layout) -> int:
     return usual or 0 if times >= 0.97 * found.total() else 0
 
 
-def _read_body(blocks: Blocks, layout: Layout, shape: Shape, size: int) -> Body:
-    reader = Reader(shape, layout.body + 1, compiled=size >= COMPILE_FROM)
-    if reader.compiled:
-        with ThreadPoolExecutor(_WORKERS) as pool:
-            _read_ahead(blocks, layout.body, reader, pool, size)
-        return reader.finish()
+def _read_body(blocks: Blocks, layout: Layout, shape: Shape) -> Body:
+    reader = Reader(shape, layout.body + 1, blocks.head.state[0])
     for text, unended in _below_header(blocks, layout.body):
         if unended:
             reader.take_unended(text)
@@ -256,32 +248,7 @@ def _read_body(blocks: Blocks, layout: Layout, shape: Shape, size: int) -> Body:
     return reader.finish()
 
 
-def _read_ahead(blocks: Blocks, skip: int, reader: Reader, pool: ThreadPoolExecutor, size: int) -> None:
-    """Parse blocks in threads while the next ones are read; only a few are held at a time."""
-    waiting: deque[Future[Parsed]] = deque()
-    last: Bytes = b""
-    for text, unended in _below_header(blocks, skip):
-        if unended:
-            last = text
-            continue
-        lines = reader.count(text)
-        if not reader.store.has_room(lines):
-            _settle(waiting, reader, 0)
-            reader.store.grow(max(lines, lines * (size - blocks.read) // len(text) + lines))
-        waiting.append(pool.submit(reader.parse, text, reader.store.reserve(lines), lines))
-        _settle(waiting, reader, 2 * _WORKERS)
-    _settle(waiting, reader, 0)
-    if last:
-        reader.take_unended(last)
-
-
-def _settle(waiting: deque[Future[Parsed]], reader: Reader, most: int) -> None:
-    """Take parsed blocks until so many are left waiting."""
-    while len(waiting) > most:
-        reader.take(waiting.popleft().result())
-
-
-def _below_header(blocks: Blocks, skip: int) -> Iterator[tuple[Bytes, bool]]:
+def _below_header(blocks: Blocks, skip: int) -> Iterator[tuple[bytes, bool]]:
     """Give the blocks without the first ``skip`` lines of the log."""
     for block, unended in blocks:
         at = 0

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
+from frictionlab.log_options import LogOptions
 from frictionlab.logs.cells import date, month_or_day, plain
 from frictionlab.logs.columns import candidates
 from frictionlab.logs.dialect import split
-from frictionlab.logs.options import LogOptions
 from frictionlab.logs.table import Table
-from frictionlab.logs.units import TIME, to_si
 from frictionlab.recording import Fact
+from frictionlab.units import TIME, to_si
 
 _LOW_HZ, _HIGH_HZ = 10.0, 10_000.0
 """Sampling rates that a rig of this kind is logged at; three decades, so that of s, ms and us one fits."""

@@ -5,13 +5,14 @@ far more than a log of its size could is refused while it is unpacked, with the 
 """
 
 import bz2
+import gzip
 import lzma
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from io import BufferedReader
-from typing import Protocol
+from typing import Any, Protocol
 
 from frictionlab.errors import LogError
 from frictionlab.logs.binary.excel import is_workbook, rows_as_text
@@ -22,19 +23,19 @@ MOST_EXPANSION = 200
 """Packed text may grow to this many times what was read of it (text of numbers reaches 10), and always to `FREE`."""
 FREE = 1 << 26
 _LOOK_AT = 1 << 12
-_DAMAGED = (zlib.error, lzma.LZMAError, zipfile.BadZipFile, OSError, EOFError, RuntimeError, UnicodeDecodeError)
+_DAMAGED = (zlib.error, lzma.LZMAError, zipfile.BadZipFile, OSError, RuntimeError, UnicodeDecodeError)
 """RuntimeError is a zip archive's that is encrypted, or packed in a way that is not known."""
 
 
 class Packed(Protocol):
-    """A file that tells how much of it is read."""
+    """A file that counts how much of it is read."""
 
     file: BufferedReader
     total: int
     done: int
 
-    def read(self, size: int) -> bytes:
-        """Read and tell."""
+    def read(self, size: int = -1) -> bytes:
+        """Read and count."""
         ...
 
 
@@ -83,6 +84,10 @@ def unpacked(package: str, file: Packed) -> Iterator[bytes]:
             done += len(chunk)
             _check_expansion(done, file)
             yield chunk
+    except EOFError as error:
+        raise LogError(
+            f"the {package} data ends early: the file was cut; unpack what is there yourself and ingest that"
+        ) from error
     except _DAMAGED as error:
         if isinstance(error, LogError):
             raise
@@ -103,50 +108,19 @@ def _starts(*magic: bytes) -> Callable[[bytes, BufferedReader], bool]:
     return lambda first, _: first.startswith(magic)
 
 
-def _gzip(file: Packed) -> Iterator[bytes]:
-    """Unpack gzip members one after the other."""
-    engine, inside = zlib.decompressobj(wbits=31), False
-    while chunk := file.read(1 << 16):
-        data = chunk
-        while data:
-            yield engine.decompress(data, BLOCK)
-            inside, data = not engine.eof, engine.unconsumed_tail
-            if engine.eof:
-                data = engine.unused_data.lstrip(b"\0")
-                engine = zlib.decompressobj(wbits=31)
-    if inside:
-        raise _cut("gzip")
-
-
-def _members(
-    make: Callable[[], bz2.BZ2Decompressor | lzma.LZMADecompressor], name: str
-) -> Callable[[Packed], Iterator[bytes]]:
-    """Unpack streams of bzip2 or xz one after the other."""
-
+def _unpacker(opened: Callable[[Packed], Any]) -> Callable[[Packed], Iterator[bytes]]:
     def chunks(file: Packed) -> Iterator[bytes]:
-        engine, inside = make(), False
-        while chunk := file.read(1 << 16):
-            data = chunk
-            while data or (inside and not engine.needs_input):
-                yield engine.decompress(data, BLOCK)
-                inside, data = not engine.eof, b""
-                if engine.eof:
-                    data = engine.unused_data.lstrip(b"\0")
-                    engine = make()
-        if inside:
-            raise _cut(name)
+        with opened(file) as inside:
+            while chunk := inside.read(BLOCK):
+                yield chunk
 
     return chunks
-
-
-def _cut(name: str) -> LogError:
-    return LogError(f"the {name} data ends early: the file was cut; unpack what is there yourself and ingest that")
 
 
 def _zip(file: Packed) -> Iterator[bytes]:
     """Unpack the one log in a zip archive."""
     with zipfile.ZipFile(file.file) as archive:
-        names = [i.filename for i in archive.infolist() if not i.filename.endswith("/") and _is_told(i.filename)]
+        names = [i.filename for i in archive.infolist() if not i.filename.endswith("/") and _is_log(i.filename)]
         if len(names) != 1:
             shown = ", ".join(names[:5]) or "none"
             raise LogError(f"a zip archive of {len(names)} files ({shown}): expected one log: unpack it first")
@@ -158,7 +132,7 @@ def _zip(file: Packed) -> Iterator[bytes]:
     _rewind(file)
 
 
-def _is_told(name: str) -> bool:
+def _is_log(name: str) -> bool:
     """Whether a member of an archive has a name, and is not one that a Mac adds by itself."""
     return bool(name) and not name.startswith("__MACOSX/")
 
@@ -177,9 +151,9 @@ def _rewind(file: Packed) -> None:
 
 
 PACKAGES = (
-    Package("gzip", _starts(b"\x1f\x8b"), _gzip),
-    Package("bzip2", _starts(b"BZh"), _members(bz2.BZ2Decompressor, "bzip2")),
-    Package("xz", _starts(b"\xfd7zXZ\0"), _members(lzma.LZMADecompressor, "xz")),
+    Package("gzip", _starts(b"\x1f\x8b"), _unpacker(lambda file: gzip.GzipFile(fileobj=file, mode="rb"))),  # type: ignore[call-overload]
+    Package("bzip2", _starts(b"BZh"), _unpacker(bz2.BZ2File)),  # type: ignore[arg-type]
+    Package("xz", _starts(b"\xfd7zXZ\0"), _unpacker(lzma.LZMAFile)),  # type: ignore[arg-type]
     Package("xlsx", lambda first, file: first.startswith(b"PK") and is_workbook(file), _workbook),
     Package("zip", _starts(b"PK\x03\x04", b"PK\x05\x06"), _zip),
 )

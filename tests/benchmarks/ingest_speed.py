@@ -1,4 +1,4 @@
-"""How long ingest takes against ``pandas.read_csv`` of the same file, and where the time goes.
+"""How long ingest takes against ``pandas.read_csv`` of the same file.
 
 Makes a clean log of 12.5 million rows (389 MB) and its decimal-comma, TAB, cp1252 twin once in a scratch folder, then
 runs each job in a fresh process, in turn, and prints the median of the seconds, the ratios (of the medians, and the
@@ -31,31 +31,8 @@ HEADER = "time [s],mass [mm],base [mm]\n"
 CHUNK = 250_000
 RAW = "f = open({path!r}, 'rb', buffering=0)\nb = bytearray(1 << 22)\nwhile f.readinto(b): pass"
 PANDAS = "import pandas; pandas.read_csv({path!r}, {options})"
-COMPILER = "import numpy as np, frictionlab.logs.kernel as k; k.count_lines(b'1\\n'); import frictionlab.hdf5"
 READ = "from pathlib import Path; from frictionlab.logs import read_log; read_log(Path({path!r}))"
 TOUCH = "import numpy; numpy.empty(2_000_000_000, numpy.uint8)[::4096] = 1"
-STEPS = """
-import time; from time import perf_counter as now; from pathlib import Path; from collections import Counter
-begin = now()
-import frictionlab.hdf5.recordings as h, frictionlab.logs.read as r, frictionlab.logs.table as t
-import frictionlab.files as f
-def clocked(module, name):
-    inner = getattr(module, name)
-    def run(*a, **k):
-        began = now()
-        try: return inner(*a, **k)
-        finally: spent[name] += now() - began
-    setattr(module, name, run)
-spent = Counter(imports=now() - begin)
-for module, name in (
-    (t, 'read_head'), (t, 'find_layout'), (t, '_read_body'), (r, '_examined'), (r, '_recording'), (h, 'pieces_of'),
-    (h, 'write_whole'),
-):
-    clocked(module, name)
-rec = r.read_log(Path({path!r})); h.write_recording(rec, Path({out!r}))
-spent['all'] = now() - begin
-print({{k: round(v, 2) for k, v in spent.items()}})
-"""
 
 
 def make_logs(folder: Path, rows: int) -> tuple[Path, Path]:
@@ -160,7 +137,6 @@ def _measure(log: Path, options: str, bound: int, given: argparse.Namespace) -> 
     jobs = {
         "raw read": (*python, RAW.format(path=path)),
         "pandas.read_csv": (*python, PANDAS.format(path=path, options=options)),
-        "load the compiler": (*python, COMPILER),
         "read_log": (*python, READ.format(path=path)),
         "ingest": (command, "ingest", path, "-o", out),
     }
@@ -179,9 +155,6 @@ def _measure(log: Path, options: str, bound: int, given: argparse.Namespace) -> 
             f"({min(ratios):4.2f} to {max(ratios):4.2f})   processor {cpu:5.2f} s   "
             f"peak {max(peak for *_, peak in runs):5.0f} MB"
         )
-    run((*python, "pass"), warm=not given.cold)
-    steps = subprocess.run([*python, STEPS.format(path=path, out=out)], check=True, capture_output=True, text=True)
-    say(f"  seconds in each step of the library: {steps.stdout.strip()}")
 
 
 if __name__ == "__main__":

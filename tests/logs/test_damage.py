@@ -16,11 +16,9 @@ HEADER = "time [s],mass [mm],base [mm]"
 GOOD = table(DATA, HEADER, ",").splitlines()
 
 
-@pytest.fixture(params=["plain", "compiled"])
-def read(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Recording]:
-    """Read lines as a log, by the plain and by the compiled reader; the lines must add up."""
-    if request.param == "compiled":
-        monkeypatch.setattr("frictionlab.logs.table.COMPILE_FROM", 0)
+@pytest.fixture
+def read(tmp_path: Path) -> Callable[..., Recording]:
+    """Read lines as a log; the lines must add up."""
 
     def reader(lines: list[str], *, end: str = "\n", options: LogOptions | None = None) -> Recording:
         text = "\n".join(lines) + end

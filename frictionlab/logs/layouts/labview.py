@@ -8,14 +8,14 @@ once (One), for each channel (Multi), or not at all (No; it is then counted by `
 from collections.abc import Mapping
 from dataclasses import replace
 
+from frictionlab.log_options import LogOptions
 from frictionlab.logs.cells import moment, number, plain
-from frictionlab.logs.columns import Column, columns_of
+from frictionlab.logs.columns import LogColumn, columns_of
 from frictionlab.logs.dialect import find_dialect
 from frictionlab.logs.layouts.layout import Layout
 from frictionlab.logs.layouts.preamble import believable
 from frictionlab.logs.lines import Head
-from frictionlab.logs.options import LogOptions
-from frictionlab.logs.units import known_unit
+from frictionlab.units import known_unit
 
 _END = "***End_of_Header***"
 _SEPARATORS = {"tab": "\t", "comma": ",", "semicolon": ";"}
@@ -27,7 +27,7 @@ _KEYS = frozenset(
 )
 
 
-def recognise(head: Head, options: LogOptions) -> Layout | None:
+def labview(head: Head, options: LogOptions) -> Layout | None:
     """Begins with ``LabVIEW Measurement`` or holds the end-of-header mark."""
     if not any(line.startswith((_END, "LabVIEW Measurement")) for line in head.lines[:100]):
         return None
@@ -66,7 +66,7 @@ def _as_stated(options: LogOptions, said: Mapping[str, str]) -> LogOptions:
     return replace(stated, decimal=options.decimal or (decimal if decimal in (".", ",") else None))
 
 
-def _columns(titles: list[str], units: list[str], fields: int) -> tuple[Column, ...]:
+def _columns(titles: list[str], units: list[str], fields: int) -> tuple[LogColumn, ...]:
     """Channels have units in their order; each ``X_Value`` is time in seconds."""
     columns, left = [], list(units)
     for column in columns_of(titles, (), fields):
@@ -80,7 +80,7 @@ def _columns(titles: list[str], units: list[str], fields: int) -> tuple[Column, 
     return tuple(columns)
 
 
-def _time_of(columns: tuple[Column, ...]) -> dict[int, int]:
+def _time_of(columns: tuple[LogColumn, ...]) -> dict[int, int]:
     times = [c.index for c in columns if c.title == "X_Value"]
     if len(times) < 2:
         return {}

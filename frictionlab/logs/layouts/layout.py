@@ -1,10 +1,14 @@
-"""What a layout says of a log."""
+"""What a layout says of a log, and the header above its numbers: a row of names, perhaps a row of units."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from frictionlab.logs.columns import Column
-from frictionlab.logs.dialect import Dialect
+from frictionlab.logs.cells import plain
+from frictionlab.logs.columns import LogColumn, roles_named
+from frictionlab.logs.dialect import Dialect, is_comment, kind_of, split
+from frictionlab.units import known_unit
+
+_DAMAGED_ABOVE = 5
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,7 @@ class Layout:
 
     name: str
     dialect: Dialect
-    columns: tuple[Column, ...]
+    columns: tuple[LogColumn, ...]
     header: tuple[int, ...]
     body: int
     facts: Mapping[str, float | str] = field(default_factory=dict)
@@ -48,3 +52,100 @@ class Layout:
     spare: int = 0
     is_header: Callable[[str], bool] = field(default=lambda _: False)
     evidence: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Header:
+    """Names, units ("" where not said), the lines they stand on, and the first line below them; indices from 0."""
+
+    titles: tuple[str, ...]
+    units: tuple[str, ...]
+    lines: tuple[int, ...]
+    body: int
+
+
+def find_header(lines: Sequence[str], dialect: Dialect, *, deep: bool = False) -> Header:
+    """Look upward from the first data line for units and names.
+
+    Parameters
+    ----------
+    lines
+        The first lines of the log.
+    dialect
+        How its numbers are written.
+    deep
+        Whether names and units may stand anywhere above, among other rows as wide as the data; else the names are the
+        nearest row of words.
+    """
+    rows = _rows_above(lines, dialect, deep=deep)
+    units = next(((i, cells) for i, cells in rows if _is_units_row(cells)), None)
+    names = [(i, cells) for i, cells in rows if units is None or i != units[0]]
+    best = max(names, key=lambda row: (roles_named(row[1]), row[0]), default=None) if deep else next(iter(names), None)
+    if best is not None and units is not None and not deep and units[0] < best[0] - 2:
+        units = None
+    chosen = sorted({row[0] for row in (best, units) if row is not None})
+    return Header(
+        titles=tuple(best[1]) if best else (),
+        units=tuple(known_unit(cell) for cell in units[1]) if units else (),
+        lines=tuple(chosen),
+        body=_body(rows, dialect),
+    )
+
+
+def _rows_above(lines: Sequence[str], dialect: Dialect, *, deep: bool) -> list[tuple[int, list[str]]]:
+    """Rows of words as wide as the data, nearest first; a few damaged data lines may stand below them."""
+    rows: list[tuple[int, list[str]]] = []
+    damaged = 0
+    for i in range(dialect.first - 1, -1, -1):
+        cells = _cells(lines[i], dialect)
+        if not any(cells):
+            continue
+        units = _is_units_row(cells)
+        if _wide(cells, dialect) and (units or _is_words(cells, dialect)):
+            if damaged and not units and not roles_named(cells):
+                break
+            rows.append((i, cells))
+            if not (deep or units):
+                break
+        elif not deep:
+            damaged += 1
+            if damaged > _DAMAGED_ABOVE:
+                break
+    return rows
+
+
+def _body(rows: Sequence[tuple[int, list[str]]], dialect: Dialect) -> int:
+    """Find the first line below the header: below its last row, or the first data line if nothing names the columns."""
+    return max(i for i, _ in rows) + 1 if rows else dialect.first
+
+
+def _cells(line: str, dialect: Dialect) -> list[str]:
+    text = line.lstrip().lstrip("#%!").lstrip("/").strip() if is_comment(line) else line
+    cells = [plain(c) for c in split(text, dialect.separator)]
+    if is_comment(line) and len(cells) != dialect.fields and len(text.split()) == dialect.fields:
+        cells = text.split()
+    while len(cells) > dialect.fields and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def _is_units_row(cells: Sequence[str]) -> bool:
+    named = [c for c in cells if c]
+    return bool(named) and all(known_unit(c) for c in named) and roles_named(cells) < 2
+
+
+def _is_words(cells: Sequence[str], dialect: Dialect) -> bool:
+    kinds = [kind_of(c, dialect.decimal) for c in cells]
+    return kinds.count("t") >= max(1, kinds.count("n") + kinds.count("m"))
+
+
+def _wide(cells: Sequence[str], dialect: Dialect) -> bool:
+    """As many cells as a data line; fewer where its last are always empty, one more where comments may follow."""
+    spare = len(dialect.kinds) - len(dialect.kinds.rstrip("e"))
+    return dialect.fields - spare <= len(cells) <= dialect.fields
+
+
+def repeats(lines: Sequence[str], rows: Sequence[int]) -> Callable[[str], bool]:
+    """Make a function that says whether a stripped line is one of these header lines again."""
+    texts = {lines[i].strip() for i in rows}
+    return lambda line: line in texts

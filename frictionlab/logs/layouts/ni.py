@@ -12,19 +12,19 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+from frictionlab.log_options import LogOptions
 from frictionlab.logs.cells import moment, number, plain
-from frictionlab.logs.columns import Column
+from frictionlab.logs.columns import LogColumn
 from frictionlab.logs.dialect import find_dialect, split
 from frictionlab.logs.layouts.layout import Layout
 from frictionlab.logs.layouts.preamble import believable
 from frictionlab.logs.lines import Head
-from frictionlab.logs.options import LogOptions
-from frictionlab.logs.units import known_unit, split_unit
+from frictionlab.units import known_unit, split_unit
 
 _LABELS = ("timestamp", "interval", "channel name", "unit")
 
 
-def recognise(head: Head, options: LogOptions) -> Layout | None:
+def ni(head: Head, options: LogOptions) -> Layout | None:
     """Rows labelled ``Channel name`` and ``Interval``."""
     first = [plain(line.split(",")[0].split(";")[0].split("\t")[0]).lower() for line in head.lines[:60]]
     if "channel name" not in first or "interval" not in first:
@@ -53,7 +53,7 @@ def recognise(head: Head, options: LogOptions) -> Layout | None:
     )
 
 
-def _columns(names: Sequence[str], units: Sequence[str], fields: int) -> tuple[Column, ...]:
+def _columns(names: Sequence[str], units: Sequence[str], fields: int) -> tuple[LogColumn, ...]:
     """A column under a label, or without a name, is time; a label column that the data lacks is left out."""
     if len(names) == fields + 1:
         names, units = names[1:], units[1:]
@@ -62,13 +62,13 @@ def _columns(names: Sequence[str], units: Sequence[str], fields: int) -> tuple[C
         title = names[i] if i < len(names) else ""
         unit = known_unit(units[i]) if i < len(units) else ""
         if title.lower() in ("channel name", ""):
-            columns.append(Column(i, "time", "time", "s"))
+            columns.append(LogColumn(i, "time", "time", "s"))
         else:
-            columns.append(replace(Column(i, title, *split_unit(title)), unit=unit or split_unit(title)[1]))
+            columns.append(replace(LogColumn(i, title, *split_unit(title)), unit=unit or split_unit(title)[1]))
     return tuple(columns)
 
 
-def _time_of(columns: Sequence[Column]) -> dict[int, int]:
+def _time_of(columns: Sequence[LogColumn]) -> dict[int, int]:
     """Give each channel the time column to its left."""
     times = [c.index for c in columns if c.name == "time"]
     return {c.index: max(t for t in times if t < c.index) for c in columns if any(t < c.index for t in times)}

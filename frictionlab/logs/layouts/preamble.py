@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from frictionlab.logs.cells import moment, number, plain
-from frictionlab.logs.units import TIME, known_unit
+from frictionlab.units import TIME, known_unit
 
 _INTERVAL = re.compile(r"(samp\w*[ _-]*)?(time[ _-]*)?(interval|period)|delta_x|dt|abtastintervall", re.IGNORECASE)
 _RATE = re.compile(r"samp\w*[ _-]*(rate|frequency)|abtastrate|messrate", re.IGNORECASE)
