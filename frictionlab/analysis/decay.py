@@ -6,6 +6,11 @@ Between two turning points the friction is constant and the motion a damped cosi
 ``pi / (omega sqrt(1 - zeta^2))``. The distances a_j of the turning points from rest follow
 ``a_(j+1) = q a_j - f (1 + q)`` with ``q = exp(-pi zeta / sqrt(1 - zeta^2))`` [Feeny and Liang 1996, "A decrement method
 for the simultaneous estimation of Coulomb and viscous friction"], and the mass stays where ``a_j <= f``.
+
+A spring that hardens or softens, ``x + cubic x^3`` for x, and a pendulum, ``sin x``, have no closed form: amplitude a
+and time are integrated over the phase theta of ``x = c + a cos(theta)``, ``x' = -omega a sin(theta)`` about the centre
+``c = -+f``. Turning points are then whole multiples of pi, friction never jumps within a step, and 16 steps of
+Runge and Kutta's method a half-cycle leave 1e-6 of the swing.
 """
 
 import math
@@ -15,13 +20,18 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import least_squares
 
 FloatArray = NDArray[np.float64]
 _FEWEST_GROUPS = 6
 _ONE_SIDED = 1.645  # 95 % of a normal distribution lie below its mean and so many standard deviations
 _TRIED = np.concatenate([[0.0], np.geomspace(1e-5, 0.5, 60)])
-_NAMES = ("start", "swing", "rest", "omega", "zeta", "friction")
+_NAMES = ("start", "swing", "rest", "omega", "zeta", "friction", "cubic")
+_SMALL = 1e-4  # share of the spring's force by the cubic term, from which its fit starts
+_STEPS = 16  # of a half-cycle
+_MOST_HALF_CYCLES = 20_000
+_SIGNIFICANT = 4.0  # standard errors of the cubic term, from which it is kept
 
 
 @dataclass(frozen=True)
@@ -29,7 +39,8 @@ class Decay:
     """One free decay from a turning point on.
 
     ``start``: when the mass turns [s]; ``swing``: how far from rest it turns [m], negative below; ``rest`` [m];
-    ``omega``: undamped natural frequency [rad/s]; ``zeta``: viscous damping ratio; ``friction``: F/k [m].
+    ``omega``: undamped natural frequency [rad/s]; ``zeta``: viscous damping ratio; ``friction``: F/k [m];
+    ``cubic``: of the spring's force over k, x + cubic x^3 [1/m^2]; ``pendulum``: the force is sin(x), x in rad.
     """
 
     start: float
@@ -38,6 +49,8 @@ class Decay:
     omega: float
     zeta: float
     friction: float
+    cubic: float = 0.0
+    pendulum: bool = False
 
     @property
     def half_period(self) -> float:
@@ -65,6 +78,8 @@ class Decay:
         >>> decay.at(np.array([0.0, 1.0, 2.0])).round(9).tolist()
         [6.0, -3.8, 5.6]
         """
+        if self.cubic or self.pendulum:
+            return self._integrated(time)
         number = np.floor((time - self.start) / self.half_period).astype(np.int64)
         reached = np.arange(max(int(number.max(initial=0)) + 1, 1))
         held = np.flatnonzero(self.turning(reached) <= max(self.friction, 0.0))
@@ -77,6 +92,46 @@ class Decay:
         swing = np.exp(-self.zeta * self.omega * since) * (np.cos(angle) + self.zeta / root * np.sin(angle))
         side = math.copysign(1.0, self.swing) * np.where(number % 2, -1.0, 1.0)
         return np.asarray(self.rest + side * (self.friction + (turned - self.friction) * swing))
+
+    def _force(self, x: float) -> float:
+        """Restoring force over k at a distance from rest."""
+        return math.sin(x) if self.pendulum else x + self.cubic * x * x * x
+
+    def _integrated(self, time: FloatArray) -> FloatArray:
+        """As `at`, of a spring that is not linear: between nodes of the integration a cubic by places and speeds."""
+        u, until, step = self.swing, float(time[-1]), math.pi / _STEPS
+        nodes = [(self.start, u, 0.0)]
+        for _ in range(_MOST_HALF_CYCLES):
+            t, side = nodes[-1][0], math.copysign(1.0, u)
+            a = abs(u) - self.friction
+            if t > until or abs(self._force(u)) <= self.friction or a <= 0.0:
+                break
+            for k in range(_STEPS):
+                theta = k * step
+                a1, t1 = self._rates(theta, a, side)
+                a2, t2 = self._rates(theta + 0.5 * step, a + 0.5 * step * a1, side)
+                a3, t3 = self._rates(theta + 0.5 * step, a + 0.5 * step * a2, side)
+                a4, t4 = self._rates(theta + step, a + step * a3, side)
+                a += step * (a1 + 2.0 * (a2 + a3) + a4) / 6.0
+                t += step * (t1 + 2.0 * (t2 + t3) + t4) / 6.0
+                theta += step
+                place = side * (self.friction + a * math.cos(theta))
+                nodes.append((t, place, -side * self.omega * a * math.sin(theta)))
+            u = side * (self.friction - a)
+            nodes[-1] = (t, u, 0.0)
+        nodes.append((max(until, nodes[-1][0]) + self.half_period, u, 0.0))
+        at, place, speed = np.array(nodes).T
+        early = 2.0 * self.start - time  # before the release a linear spring's motion, mirrored in time
+        return np.asarray(self.rest + CubicHermiteSpline(at, place, speed)(np.maximum(time, early)))
+
+    def _rates(self, theta: float, a: float, side: float) -> tuple[float, float]:
+        """Derivatives of amplitude and time by the phase."""
+        cosine, sine = math.cos(theta), math.sin(theta)
+        x = side * (self.friction + a * cosine)
+        beyond = side * (self._force(x) - x)
+        turn = self.omega * (1.0 + beyond * cosine / max(a, 1e-300) - 2.0 * self.zeta * sine * cosine)
+        turn = max(turn, 0.05 * self.omega)
+        return self.omega * (beyond * sine - 2.0 * self.zeta * a * sine * sine) / turn, 1.0 / turn
 
 
 @dataclass(frozen=True)
@@ -125,9 +180,11 @@ def first_guess(time: FloatArray, height: FloatArray) -> Decay:
 
 
 def fit_decay(time: FloatArray, displacement: FloatArray, guess: Decay) -> DecayFit:
-    """Least squares of the exact motion, viscous and friction damping together.
+    """Least squares of the exact motion: viscous and friction damping together, and a cubic spring where it shows.
 
-    What comes out negative is held at 0 and the rest fitted again.
+    A spring that hardens changes the period with the swing, which friction does not: the cubic term is kept where it is
+    significant, and tried always, for friction takes its place in the envelope of a fit without it. What comes out
+    negative is held at 0 and the rest fitted again.
 
     Parameters
     ----------
@@ -136,11 +193,17 @@ def fit_decay(time: FloatArray, displacement: FloatArray, guess: Decay) -> Decay
     guess : Decay
         Starting values.
     """
-    free, free_error, residual = _solve(time, displacement, guess, ())
+    free, free_error, residual = _solve(time, displacement, guess, ("cubic",))
+    if not guess.pendulum:
+        bent = _solve(time, displacement, replace(free, cubic=_SMALL / free.swing**2), ())
+        if abs(bent[0].cubic) > _SIGNIFICANT * bent[1].cubic:
+            free, free_error, residual = bent
     fitted, error = free, free_error
     held: tuple[str, ...] = ()
+    straight = () if free.cubic else ("cubic",)
     for held in _to_hold(free):
-        fitted, error, residual = _solve(time, displacement, replace(free, **dict.fromkeys(held, 0.0)), held)
+        start = replace(free, **dict.fromkeys(held, 0.0))
+        fitted, error, residual = _solve(time, displacement, start, (*held, *straight))
         if fitted.zeta >= 0.0 and fitted.friction >= 0.0:
             break
     limits = {name: max(getattr(free, name), 0.0) + _ONE_SIDED * getattr(free_error, name) for name in held}
@@ -161,6 +224,7 @@ def _solve(
     names = [name for name in _NAMES if name not in held]
     size = abs(guess.swing)
     units = {"start": 1.0 / guess.omega, "swing": size, "rest": size, "omega": guess.omega, "friction": size}
+    units["cubic"] = 1.0 / size**2
     unit = np.array([units.get(name, 1.0) for name in names])
     origin = np.array([getattr(guess, name) for name in names])
 

@@ -2,13 +2,15 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.decay import DecayFit, first_guess, fit_decay, misfit_of
+from frictionlab.analysis.hum import without_high_lines
 from frictionlab.analysis.pooling import Average, average
+from frictionlab.analysis.signals import EVEN, stray
 from frictionlab.analysis.taps import Turnings, find_taps
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
@@ -58,6 +60,9 @@ class FreeVibration:
         How many were fitted.
     misfit
         Rms of what the fit leaves over the first swing.
+    cubic_share, cubic_share_se
+        Share of the spring's force at the first swing that grows with its cube, and its standard error; 0 and ``None``
+        where none shows. Natural frequency, damping and friction are then of small swings.
     warnings
         Sentences.
     swing
@@ -78,6 +83,8 @@ class FreeVibration:
     amplitude_m: float
     half_cycles: int
     misfit: float
+    cubic_share: float
+    cubic_share_se: float | None
     warnings: tuple[str, ...]
     swing: Swing
 
@@ -92,16 +99,18 @@ class FreeVibration:
 
 
 def free_vibrations(
-    time: FloatArray, displacement: FloatArray, base: FloatArray | None = None
+    time: FloatArray, displacement: FloatArray, base: FloatArray | None = None, *, pendulum: bool = False
 ) -> tuple[FreeVibration, ...]:
-    """Fit the exact decay under viscous and Coulomb damping to each tap of a record.
+    """Fit the exact decay under viscous and Coulomb damping to each tap of a record, hum taken out.
 
     Parameters
     ----------
     time, displacement : (n,) arrays
-        s, increasing; the mass, m. May begin before the release and go on after the motion died.
+        s, increasing; the mass, m (a pendulum: rad). May begin before the release and go on after the motion died.
     base : (n,) array, optional
         The base, m: what moves there is no free vibration.
+    pendulum : bool
+        The restoring force is the sine of an angle.
 
     Raises
     ------
@@ -116,10 +125,14 @@ def free_vibrations(
     >>> print(f"{tap.natural_frequency_hz:.3f} {tap.damping_ratio:.4f} {tap.friction_m < 1e-9}")
     3.000 0.0100 True
     """
+    step = (time[-1] - time[0]) / max(len(time) - 1, 1)
+    if stray(time, step) < EVEN:
+        displacement = without_high_lines(displacement, step)
+        base = None if base is None else without_high_lines(base, step)
     taps = find_taps(time, displacement)
     if base is not None:
         _check_base(taps, time, base)
-    found = [_free_vibration(time, displacement, tap, base) for tap in taps]
+    found = [_free_vibration(time, displacement, tap, base, pendulum=pendulum) for tap in taps]
     good = tuple(tap for tap in found if tap.misfit <= _NO_DECAY)
     if not good:
         raise AnalysisError(
@@ -146,9 +159,11 @@ def _base_share(tap: Turnings, time: FloatArray, base: FloatArray) -> float:
     return math.sqrt(2.0) * float(np.std(part)) / float(tap.swing[0]) if len(part) > 1 else 0.0
 
 
-def _free_vibration(time: FloatArray, x: FloatArray, tap: Turnings, base: FloatArray | None) -> FreeVibration:
+def _free_vibration(
+    time: FloatArray, x: FloatArray, tap: Turnings, base: FloatArray | None, *, pendulum: bool
+) -> FreeVibration:
     inside = (time >= tap.time[0]) & (time <= tap.time[-1])
-    guess = first_guess(tap.time, tap.height)
+    guess = replace(first_guess(tap.time, tap.height), pendulum=pendulum)
     t, seen = _thinned(time[inside], x[inside], guess.half_period, guess.rest)
     fit = fit_decay(t, seen, guess)
     decay, se = fit.decay, fit.se
@@ -168,6 +183,8 @@ def _free_vibration(time: FloatArray, x: FloatArray, tap: Turnings, base: FloatA
         amplitude_m=abs(decay.swing),
         half_cycles=len(tap.swing),
         misfit=misfit_of(fit),
+        cubic_share=decay.cubic * decay.swing**2,
+        cubic_share_se=se.cubic * decay.swing**2 if decay.cubic else None,
         warnings=tuple(_warnings(fit, share)),
         swing=Swing(t, seen, seen - fit.residual),
     )
@@ -192,6 +209,12 @@ def _warnings(fit: DecayFit, base_share: float) -> list[str]:
         said.append(
             f"the base moves by {base_share:.1%} of the mass's swing: hold it still: frequency and damping found here"
             " are of mass and base together"
+        )
+    if fit.decay.cubic:
+        share, error = (100.0 * d.cubic * fit.decay.swing**2 for d in (fit.decay, fit.se))
+        said.append(
+            f"the spring is not linear: its force at the first swing is {share:+.2g} +- {error:.1g} % off, growing with"
+            " the cube: natural frequency, damping and friction are of small swings: test with smaller motions"
         )
     if fit.doubt > _DOUBT:
         names = " and ".join(_WORDS[name] for name in fit.held)

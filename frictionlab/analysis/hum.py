@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from frictionlab.analysis import cycles
 from frictionlab.analysis.noise import sensor_step
 from frictionlab.analysis.signals import Stretch
-from frictionlab.analysis.spectrum import Spectrum, refined
+from frictionlab.analysis.spectrum import Spectrum, amplitude_spectrum, refined
 
 FloatArray = NDArray[np.float64]
 LEAST = 5e-4  # of the base's amplitude: smaller lines change no number by more than its error
@@ -209,6 +209,32 @@ def foreign(lines: Spectrum, drive: float, *, unit: float, resolution: float, sp
             at = float((top + offset) * frequency[1])
             found.append(Line(at, height, removed=at > HIGH * drive))
     return tuple(found[:MOST])
+
+
+def without_high_lines(signal: FloatArray, step: float) -> FloatArray:
+    """Return a free decay (n,) without the lines above `HIGH` times its own frequency: hum that its sensor picked up.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 20.0, 0.002)
+    >>> decay = np.exp(-0.2 * t) * np.cos(20.0 * t)
+    >>> clean = without_high_lines(decay + 0.01 * np.cos(2 * np.pi * 50.0 * t), 0.002)
+    >>> bool(np.abs(clean - decay).max() < 2e-4)
+    True
+    """
+    if len(signal) < 64 or not float(np.ptp(signal)) > 0.0:
+        return signal
+    lines = amplitude_spectrum(signal, step, padding=1)
+    amplitude, cell = lines.amplitude, lines.resolution / float(lines.frequency[1])
+    own = int(np.argmax(amplitude[2:])) + 2
+    tops = np.arange(max(1, math.ceil(HIGH * own)), len(amplitude) - 1)
+    tops = tops[(amplitude[tops] >= amplitude[tops - 1]) & (amplitude[tops] > amplitude[tops + 1])]
+    for top in tops[np.argsort(-amplitude[tops])][:MOST].tolist():
+        if amplitude[top] > CLEAR * _around(amplitude, top, cell):
+            offset, height = refined(amplitude[top - 1 : top + 2], cell)
+            line = Line(float((top + offset) * lines.frequency[1]), height, removed=True)
+            signal = signal - line_in(signal, step, line, SHORTEST_S)
+    return signal
 
 
 def faintest(lines: Spectrum, drive: float, *, unit: float) -> float:

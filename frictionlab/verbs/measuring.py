@@ -123,7 +123,8 @@ def free_vibration(
     what : Recording, str or Path
         A recording, its file, or a log; a log of the mass alone has a base at rest.
     scene : Scene, str, Path or None
-        ``[log]`` says what the log does not say itself.
+        ``[log]`` says what the log does not say itself; ``[rig] restoring = "pendulum"``: angles, whose restoring
+        torque is a sine.
     **settings
         Keys of ``[log]`` that win over the scene's.
 
@@ -135,16 +136,25 @@ def free_vibration(
         The file, the scene or a setting is refused.
     """
     from frictionlab.analysis.free_vibration import FreeVibration, free_vibrations
-    from frictionlab.errors import AnalysisError
+    from frictionlab.errors import AnalysisError, UsageError
     from frictionlab.recording import Recording
 
     known = scene_given(scene, settings, ("log",))
     recording = what if isinstance(what, Recording) else decay_of(Path(what), known)
+    pendulum = known.rig.restoring == "pendulum"
+    measured = recording.measured()
+    mass = "mass_displacement" if "mass_displacement" in measured and not pendulum else "angle"
+    if mass not in measured:
+        raise UsageError(
+            f"free vibration: expected {'the angle of a pendulum' if pendulum else 'a displacement or an angle'}; got"
+            f" {', '.join(measured)}: name its column (--angle), or change restoring in [rig]"
+        )
     taps: list[FreeVibration] = []
     refused: list[AnalysisError] = []
     for part in sorted(recording.stretches(), key=len, reverse=True):
         try:
-            taps += free_vibrations(part.time, part.mass_displacement, part.base_displacement)
+            found = part.measured()
+            taps += free_vibrations(part.time, found[mass], found.get("base_displacement"), pendulum=pendulum)
         except AnalysisError as error:  # a stretch without a decay is passed over where another has some
             refused.append(error)
     if not taps:

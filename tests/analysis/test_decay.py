@@ -1,6 +1,7 @@
 """The exact decay against an integrator, its fit against truths, its errors against scatter."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -135,3 +136,49 @@ def test_damping_of_another_kind_widens_the_bars() -> None:
     )
     assert misfit_of(odd) > 3 * misfit_of(quiet)
     assert odd.se.zeta > 20 * quiet.se.zeta
+
+
+@pytest.mark.parametrize(("cubic", "pendulum"), [(2000.0, False), (-3000.0, False), (0.0, True), (0.0, False)])
+def test_a_spring_that_is_not_linear_by_an_independent_integration(cubic: float, pendulum: bool) -> None:
+    size = 0.8 if pendulum else 5e-3
+    decay = Decay(0.0, size, 0.1 * size, 20.0, 0.004, 0.006 * size, cubic, pendulum)
+
+    def rates(_: float, state: FloatArray, side: float) -> list[float]:
+        x, v = state
+        force = math.sin(x) if pendulum else x + cubic * x**3
+        return [v, -400.0 * (force + decay.friction * -side) - 2 * 0.004 * 20.0 * v]
+
+    state, t, side, times, places = [size, 0.0], 0.0, 1.0, [], []
+    for _ in range(12):  # friction is constant from one turning point to the next
+
+        def event(time: float, y: FloatArray, _side: float, since: float = t, before: float = -side) -> float:
+            return float(y[1]) if time > since + 1e-3 else before
+
+        event.terminal = True  # type: ignore[attr-defined]
+        run = solve_ivp(rates, (t, t + 1.0), state, args=(side,), events=event, rtol=1e-11, atol=1e-13, max_step=2e-3)
+        times += run.t[:-1].tolist()
+        places += run.y[0][:-1].tolist()
+        t, state, side = float(run.t[-1]), [float(run.y[0][-1]), 0.0], -side
+    off = decay._integrated(np.array(times)) - decay.rest - np.array(places)
+    assert float(np.abs(off).max()) < 1e-5 * size
+
+
+@pytest.mark.parametrize("share", [0.01, 0.08, -0.05])
+def test_a_cubic_spring_is_told_apart_from_friction(share: float) -> None:
+    """Fitted as linear, friction comes out wrong by many errors; 10 s of 3.1 Hz through 1 um of noise."""
+    truth = Decay(0.0, 5e-3, 0.0, 19.6, 0.004, 20e-6, share / 25e-6)
+    t = np.arange(0.0, 10.0, 0.008)
+    x = truth.at(t) + 1e-6 * np.random.default_rng(2).standard_normal(len(t))
+    fit = fit_decay(t, x, replace(truth, cubic=0.0, friction=10e-6, zeta=0.005, omega=19.62))
+    assert abs(fit.decay.cubic - truth.cubic) < 3 * fit.se.cubic
+    assert abs(fit.decay.friction - truth.friction) < 3 * fit.se.friction
+    assert abs(fit.decay.omega - truth.omega) < 3 * fit.se.omega
+    assert fit.decay.friction == pytest.approx(truth.friction, rel=0.02)
+
+
+def test_a_linear_spring_is_not_taken_for_a_cubic_one() -> None:
+    truth = Decay(0.0, 5e-3, 0.0, 19.6, 0.004, 20e-6)
+    t = np.arange(0.0, 10.0, 0.008)
+    for seed in range(6):
+        x = truth.at(t) + 1e-6 * np.random.default_rng(seed).standard_normal(len(t))
+        assert fit_decay(t, x, replace(truth, friction=10e-6)).decay.cubic == 0.0
