@@ -20,7 +20,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "errors": set(),
     "simulator": {"errors"},
     "files": {"errors"},
-    "schema": set(),
+    "schema": {"__init__"},
     "estimate": set(),
     "cycle_rule": set(),
     "tables": {"errors", "files", "hdf5", "schema"},

@@ -101,3 +101,21 @@ def test_synthesize_writes_the_logs_it_returns(tmp_path: Path) -> None:
     tests = fl.synthesize(SCENE, tmp_path, progress=lambda done, total: told.append((done, total)), duration_s=1.0)
     assert told == [(n, 6) for n in range(1, 7)]
     assert all((tmp_path / test.log).exists() for test in tests)
+
+
+def test_a_notebook_gets_frames_pages_and_figures(tmp_path: Path) -> None:
+    recording = fl.ingest(LOG, SCENE, output=str(tmp_path / "a.h5"))
+    assert len(fl.read_recording(str(tmp_path / "a.h5"))) == len(recording)
+    measurement = fl.analyze(recording, SCENE)
+    comparison = fl.compare(measurement, SCENE)
+    campaign = fl.evaluate([measurement], SCENE)
+    for result in (measurement, comparison, campaign):
+        assert len(result.to_pandas()) == 1
+        page = result._repr_html_()
+        assert page.startswith("<p>&lt;")
+        assert "<table" in page
+    assert "<svg" in measurement._repr_html_()
+    assert fl.plot(comparison).get_axes()
+    told = fl.explain(comparison)
+    assert told.comparison is comparison
+    assert told.text.startswith("steel_N1.25_r0.3.csv: coulomb at r = 0.3")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.estimate import Estimate, Flat, FlatKnown
 from frictionlab.schema import MEASUREMENTS
+from frictionlab.schema.result import Result
 from frictionlab.uncertainty import Shares, Sources
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ class Traces:
 
 
 @dataclass(frozen=True, repr=False)
-class Measurement:
+class Measurement(Result):
     """What one recording says. ``None`` is not known; lengths are over Y, energies over k Y^2 unless a name says more.
 
     Numbers with errors are estimates (``energy.value``, ``energy.se``, ``energy.u``); each has flat names too, which

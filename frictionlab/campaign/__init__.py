@@ -43,6 +43,7 @@ from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order, t
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.identification.contact_force import FittedRig
 from frictionlab.scene import Scene
+from frictionlab.schema.result import Result
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.tables import Row
 from frictionlab.uncertainty import Sources, sources_of
@@ -95,7 +96,7 @@ Watch = Callable[[Sequence[tuple[str, float]]], Iterable[tuple[str, float]]]
 
 
 @dataclass(frozen=True)
-class Campaign:
+class Campaign(Result):
     """What a whole campaign says; everything that its tables, figures and report show.
 
     ``trials``: all tests, failed ones last; ``fits``: one per material and normal force; ``amontons``: one per
@@ -123,6 +124,12 @@ class Campaign:
     joined: Mapping[str, Material] = field(default_factory=dict, repr=False)
     parameters: tuple[LawParameter, ...] = ()
     loops: tuple[Loop, ...] = ()
+
+    def rows(self) -> list[dict[str, object]]:
+        """One row for each material and normal force, as in ``friction.csv``."""
+        from frictionlab.campaign.output import friction_row  # noqa: PLC0415 - it imports this class
+
+        return [dict(friction_row(fit)) for fit in self.fits]
 
     def __repr__(self) -> str:
         tests = f"{len(self.trials)} tests, {len(self.failures)} failed"

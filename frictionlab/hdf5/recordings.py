@@ -27,6 +27,7 @@ Behind the HDF5 part, where other programs do not look, stands its seal (`fricti
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, fields
 from datetime import UTC, datetime
+from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
@@ -131,7 +132,7 @@ def pieces_of(
     return image.pieces()
 
 
-def read_recording(path: Path) -> Recording:
+def read_recording(path: str | PathLike[str]) -> Recording:
     """Read a recording from its HDF5 file.
 
     Raises
@@ -139,7 +140,7 @@ def read_recording(path: Path) -> Recording:
     RecordingError
         If it is not a recording, is of a newer format, or is damaged. Links out of the file are not followed.
     """
-    with opened(path, FORMAT, "run ingest on its log") as (file, size):
+    with opened(Path(path), FORMAT, "run ingest on its log") as (file, size):
         return _read(file, size)
 
 

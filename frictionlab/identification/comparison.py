@@ -11,6 +11,7 @@ from frictionlab.estimate import Estimate, Flat, FlatKnown
 from frictionlab.identification.contact_force import ContactForce
 from frictionlab.identification.whole_record import WholeRecord
 from frictionlab.schema import COMPARISONS
+from frictionlab.schema.result import Result
 
 FloatArray = NDArray[np.float64]
 
@@ -22,7 +23,7 @@ def _nothing() -> FloatArray:
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class Comparison:
+class Comparison(Result):
     """A measured steady cycle and its prediction; the contract's keys, ``None`` is not known.
 
     ``friction`` (the friction ratio), ``force`` (N), ``coefficient`` are estimates, with the contract's keys as flat

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.errors import AnalysisError
 from frictionlab.identification.causes import AS_KNOWN, CAUSES
 from frictionlab.identification.compare import AUTO, predict
 from frictionlab.identification.comparison import Comparison
@@ -107,6 +108,24 @@ def explain(measurement: Measurement, scene: Scene) -> Explanation:
     simpler = None if name is None else predict(measurement, scene, law=name)
     known = physical(comparison, measurement, scene)
     return Explanation(comparison, simpler, known, measurement.base_amplitude_m, measurement.energy_per_cycle_j)
+
+
+def explain_comparison(comparison: Comparison) -> Explanation:
+    """Put a comparison into words as it is, without looking for a simpler law.
+
+    Raises
+    ------
+    AnalysisError
+        It has no steady cycle.
+    """
+    contact = comparison.contact
+    if contact is None or comparison.energy_per_cycle is None:
+        raise AnalysisError("explain: the comparison has no steady cycle: expected one of compare(recording)")
+    force = {}
+    if comparison.friction_force_n is not None:
+        force["beta"] = (comparison.friction_force_n, comparison.friction_force_n_u, "N", "friction force")
+    energy = None if contact.unit_n is None else comparison.energy_per_cycle * contact.unit_n * contact.unit_m
+    return Explanation(comparison, None, force, contact.unit_m, energy)
 
 
 def simpler_law(comparison: Comparison) -> str | None:

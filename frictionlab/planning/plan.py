@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from frictionlab.schema import PLANS
+from frictionlab.schema.result import Result
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class PlannedTest:
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Result):
     """A plan: ``tests``, best first; ``others``: candidates that were not chosen; ``notes``: what was assumed.
 
     ``against``: the law from which ``law`` is to be told, if that was asked.
@@ -60,6 +61,10 @@ class Plan:
     tests: tuple[PlannedTest, ...]
     others: tuple[PlannedTest, ...]
     notes: tuple[str, ...]
+
+    def rows(self) -> list[dict[str, object]]:
+        """One row for each test chosen, best first."""
+        return [test.row() for test in self.tests]
 
     def __repr__(self) -> str:
         apart = "" if self.against is None else f" against {self.against}"

@@ -12,6 +12,7 @@ import csv
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import chain
+from os import PathLike
 from pathlib import Path
 
 from frictionlab.errors import UsageError
@@ -209,7 +210,7 @@ def _format_of(path: Path) -> str:
     return format_of(path)
 
 
-def read_rows(path: Path, table: Table | None = None) -> list[dict[str, object]]:
+def read_rows(path: str | PathLike[str], table: Table | None = None) -> list[dict[str, object]]:
     """Read the rows of a file as :func:`write_rows` wrote them, columns added or moved by hand included.
 
     Raises
@@ -219,6 +220,7 @@ def read_rows(path: Path, table: Table | None = None) -> list[dict[str, object]]
     RecordingError
         An HDF5 file that holds no rows, or is damaged.
     """
+    path = Path(path)
     if not path.is_file():
         raise UsageError(f"{path}: cannot be read (no such file): give the path of an existing result")
     if _kind(path) == ".h5":

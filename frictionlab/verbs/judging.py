@@ -65,13 +65,15 @@ def compare(
     return compare_recording(recording, known, law=law, friction_ratio=friction_ratio, whole=whole, fit=fit)
 
 
-def explain(what: "Measurement | Recording | FilePath", scene: AnyScene = None, **settings: object) -> "Explanation":
+def explain(
+    what: "Comparison | Measurement | Recording | FilePath", scene: AnyScene = None, **settings: object
+) -> "Explanation":
     """Say which contact law a test requires, what it is made of in newtons, and what the next simpler law gets wrong.
 
     Parameters
     ----------
-    what : Measurement, Recording, str or Path
-        What is measured already, a recording, its file, or a log.
+    what : Comparison, Measurement, Recording, str or Path
+        A comparison, which is put into words as it is; what is measured already, a recording, its file, or a log.
     scene : Scene, str, Path or None
         ``[rig]`` gives the natural frequency (and stiffness, for newtons), ``[model]`` the physics.
     **settings
@@ -89,7 +91,11 @@ def explain(what: "Measurement | Recording | FilePath", scene: AnyScene = None, 
     LogError, RecordingError, SceneError, UsageError
         The file, the scene or a setting is refused.
     """
+    from frictionlab.identification import Comparison
     from frictionlab.identification.explain import explain as explain_measurement
+    from frictionlab.identification.explain import explain_comparison
 
     known = scene_given(scene, settings, JUDGED)
+    if isinstance(what, Comparison):
+        return explain_comparison(what)
     return explain_measurement(measurement_given(what, known), known)
