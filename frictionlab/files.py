@@ -8,10 +8,8 @@ long as its writer lives; one without a lock is a leftover of a killed run and i
 import errno
 import os
 import stat
-import sys
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import BinaryIO
 
@@ -20,12 +18,7 @@ from frictionlab.errors import OutputError, UsageError
 Bytes = bytes | bytearray | memoryview
 SUFFIX = ".frictionlab-part"
 PROTECTED = "{}: is write-protected: choose another output, or give --force"
-_BLOCK = 1 << 23
-_LARGE = 1 << 26
-_PAST_CACHE = 0x80
-"""RWF_DONTCACHE of Linux 6.14: what is synced at once anyway need not fill the memory beside. 312 MB: 0.15 s instead of
-0.22, and 0.24 instead of 1.1 where memory is scarce; reading them again then takes 0.2 s longer."""
-_HERE = -1  # where the file stands
+_BLOCK = 1 << 23  # bytes of one write
 _sync, _rename = os.fsync, os.replace
 OPEN_FLAGS = sum(getattr(os, name, 0) for name in ("O_CLOEXEC", "O_NOFOLLOW", "O_BINARY"))
 """Not for children of this process, not through a link, bytes as they are: whichever of them this system knows."""
@@ -61,13 +54,22 @@ def write_whole(path: Path, data: Bytes | Iterable[Bytes], *, replace: bool | Ca
     _check_name(path)
     final = Path(os.path.realpath(path))
     check_replaceable(final, replace=replace)
+    part = final.with_name(f".{final.name}{SUFFIX}")
     try:
         _sweep(final.parent)
-        with _locked_part(final) as (part, file):
-            _write_all(file.fileno(), data)
-            check_replaceable(final, replace=replace)
-            _take_mode(part, final)
-            put_in_place(file, part, final)
+        with _open_locked(part, final) as file:
+            try:
+                os.ftruncate(file.fileno(), 0)
+                _write_all(file.fileno(), data)
+                check_replaceable(final, replace=replace)
+                if final.exists():  # as private as the file it replaces; a protection that was overruled ends
+                    part.chmod(stat.S_IMODE(final.stat().st_mode) | stat.S_IWUSR)
+                if WINDOWS:
+                    file.close()
+                _rename(part, final)
+            except BaseException:
+                remove_part(file, part)
+                raise
     except OutputError:
         raise
     except OSError as error:
@@ -193,36 +195,6 @@ def as_disks_see(name: str) -> str:
     return unicodedata.normalize("NFC", name).casefold()
 
 
-def _take_mode(part: Path, final: Path) -> None:
-    """Let a new file be as private as the one it replaces; a protection that was overruled ends."""
-    if final.exists():
-        part.chmod(stat.S_IMODE(final.stat().st_mode) | stat.S_IWUSR)
-
-
-def _part_of(final: Path) -> Path:
-    return final.with_name(f".{final.name}{SUFFIX}")
-
-
-def put_in_place(file: BinaryIO, part: Path, final: Path) -> None:
-    """Give a whole temporary file its final name; its lock ends with that, where the system wants it closed before."""
-    if WINDOWS:
-        file.close()
-    _rename(part, final)
-
-
-@contextmanager
-def _locked_part(final: Path) -> Iterator[tuple[Path, BinaryIO]]:
-    """The temporary file beside its final one, locked for this process; gone afterwards unless it was renamed."""
-    part = _part_of(final)
-    with _open_locked(part, final) as file:
-        try:
-            os.ftruncate(file.fileno(), 0)
-            yield part, file
-        except BaseException:
-            remove_part(file, part)
-            raise
-
-
 def remove_part(file: BinaryIO, part: Path) -> None:
     """Remove a temporary file that this process holds."""
     if WINDOWS:
@@ -231,20 +203,15 @@ def remove_part(file: BinaryIO, part: Path) -> None:
 
 
 def _open_locked(part: Path, final: Path) -> BinaryIO:
+    """The temporary file, locked for this process."""
     while True:
         file = os.fdopen(os.open(part, os.O_RDWR | os.O_CREAT | OPEN_FLAGS, 0o666), "r+b", buffering=0)
-        try:
-            ours = take_lock(file)
-            there = ours and _still_there(part, file.fileno())
-        except BaseException:
+        if not take_lock(file):
             file.close()
-            raise
-        if there:
-            return file
-        file.close()
-        if not ours:
             raise OutputError(f"{final}: another process is writing it just now: wait for it, or stop it")
-        # else its writer finished between our open and our lock: it is the final file by now
+        if _still_there(part, file.fileno()):
+            return file
+        file.close()  # its writer finished between our open and our lock: it is the final file by now
 
 
 def take_lock(file: BinaryIO) -> bool:
@@ -264,22 +231,10 @@ def _still_there(part: Path, descriptor: int) -> bool:
 
 def _write_all(descriptor: int, data: Bytes | Iterable[Bytes]) -> None:
     for piece in (data,) if isinstance(data, (bytes, bytearray, memoryview)) else data:
-        view = memoryview(piece).cast("B")
-        write = _write_past_cache if len(view) >= _LARGE else os.write
-        done = 0
+        view, done = memoryview(piece).cast("B"), 0
         while done < len(view):
-            done += write(descriptor, view[done : done + _BLOCK])
+            done += os.write(descriptor, view[done : done + _BLOCK])
     _sync(descriptor)
-
-
-def _write_past_cache(descriptor: int, block: memoryview) -> int:
-    if sys.platform == "linux":
-        try:
-            return os.pwritev(descriptor, [block], _HERE, _PAST_CACHE)
-        except OSError as error:
-            if error.errno not in (errno.EOPNOTSUPP, errno.EINVAL):  # an older kernel, another file system
-                raise
-    return os.write(descriptor, block)
 
 
 def _sweep(folder: Path) -> None:

@@ -83,44 +83,6 @@ def test_a_fault_at_every_step_leaves_the_old_file(code: int, tmp_path: Path, mo
     assert path.read_bytes() == new
 
 
-@pytest.mark.parametrize("refused", [None, errno.EOPNOTSUPP, errno.EINVAL])
-def test_a_large_file_is_written_past_the_cache_where_that_can_be(
-    refused: int | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    past = []
-
-    def write_past(descriptor: int, blocks: list[memoryview], place: int, flags: int) -> int:
-        past.append((place, flags))
-        if refused is not None:
-            raise OSError(refused, os.strerror(refused))
-        return os.write(descriptor, blocks[0])
-
-    monkeypatch.setattr(os, "pwritev", write_past)
-    monkeypatch.setattr(files, "_LARGE", 50)
-    monkeypatch.setattr(files, "_BLOCK", 7)
-    write_whole(tmp_path / "a.bin", [b"small", bytes(range(100)), b"small"])
-    assert (tmp_path / "a.bin").read_bytes() == b"small" + bytes(range(100)) + b"small"
-    assert past == [(-1, 0x80)] * 15
-
-
-def test_a_large_file_is_written_by_this_system_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(files, "_LARGE", 50)
-    monkeypatch.setattr(files, "_BLOCK", 7)
-    write_whole(tmp_path / "a.bin", [b"small", bytes(range(100)), b"small"])
-    assert (tmp_path / "a.bin").read_bytes() == b"small" + bytes(range(100)) + b"small"
-
-
-def test_a_full_disk_is_told_for_a_large_file_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: object) -> int:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(os, "pwritev", full)
-    monkeypatch.setattr(files, "_LARGE", 50)
-    with pytest.raises(OutputError, match="No space left on device"):
-        write_whole(tmp_path / "a.bin", bytes(100))
-    assert list(tmp_path.iterdir()) == []
-
-
 def _fail_after(patch: pytest.MonkeyPatch, steps: int, code: int) -> None:
     """Let the write, sync or rename after so many good ones fail."""
     left = steps
