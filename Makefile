@@ -50,13 +50,13 @@ sample-data: $(FRICTIONLAB)  ## make sample_data again, bit for bit, from config
 	cp build/figures/steel_N1.25_r0.3.comparison.png sample_data/
 
 chapter3: $(FRICTIONLAB)  ## redraw the thesis's chapter 3 from exact steady states, into $(OUT)/chapter3
-	$(BIN)/python -m frictionlab.figures.chapter3 "$$OUT/chapter3"
+	$(BIN)/python -m tests.benchmarks.chapter3 "$$OUT/chapter3"
 
 tradeoff: $(FRICTIONLAB)  ## measure error and time of every accuracy knob on this machine
 	$(FRICTIONLAB) tradeoff -o "$$OUT/tradeoff"
 
 stability: $(FRICTIONLAB)  ## draw how errors grow with cycles, towards resonance and with noise
-	$(BIN)/python -m frictionlab.figures.stability "$$OUT/figures"
+	$(BIN)/python -m tests.benchmarks.stability "$$OUT/figures"
 
 test: .venv/.test  ## install what is needed to test, then run all tests
 	$(BIN)/python -m pytest

@@ -13,7 +13,7 @@ from frictionlab.campaign.output import REPORT, TABLES, write_tables
 from frictionlab.cli import app
 from frictionlab.scene import scene_from_tables
 from frictionlab.tables import read_rows
-from frictionlab.tradeoff import measure
+from frictionlab.tradeoff import knobs
 from frictionlab.tradeoff.setting import Setting
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import SCENE as RIG
@@ -300,7 +300,7 @@ def test_the_trade_is_a_line_per_setting_with_the_contracts_keys(
             Setting("padding", "4", "frequency_ratio", 1e-8, 0.2, default=True),
         )
 
-    monkeypatch.setattr(measure, "FAMILIES", {"analysis": (knob,)})
+    monkeypatch.setattr(knobs, "FAMILIES", {"analysis": (knob,)})
     rows = run_json(["tradeoff", "-o", str(tmp_path / "new" / "folder")])
     kinds = {"knob": str, "setting": str, "quantity": str, "error": float, "seconds": float, "default": bool}
     for row in rows:

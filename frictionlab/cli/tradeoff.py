@@ -14,7 +14,7 @@ from frictionlab.schema import TRADES
 from frictionlab.tables import check_output, json_line, write_rows
 
 if TYPE_CHECKING:
-    from frictionlab.tradeoff import Setting
+    from frictionlab.tradeoff.setting import Setting
 
 
 def tradeoff(
@@ -31,7 +31,7 @@ def tradeoff(
     Example: frictionlab tradeoff -o build/tradeoff
     """
     from frictionlab.figures.mark import check_figures
-    from frictionlab.tradeoff import FAMILIES, measure_trade
+    from frictionlab.tradeoff.knobs import FAMILIES, measure_trade
 
     if output is not None:
         make_folder(output)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from frictionlab.figures.style import BLUE, GREY, PAGE, VERMILION, look, new_figure
 
 if TYPE_CHECKING:
-    from frictionlab.tradeoff import Setting
+    from frictionlab.tradeoff.setting import Setting
 
 FLOOR = 1e-16  # an error of zero is drawn here
 PLACES = ((5, 4), (5, -8), (5, 12))  # of a label beside its point, in turn: neighbours often lie on one spot
@@ -33,7 +33,7 @@ def family_figure(knobs: Sequence[Sequence["Setting"]]) -> Figure:
 
 def draw_knob(settings: Sequence["Setting"], ax: Axes) -> Axes:
     """Settings as points, the Pareto front as a line through those that none beats, the default as a ring."""
-    from frictionlab.tradeoff import pareto_front  # noqa: PLC0415 - the room it draws is heavy
+    from frictionlab.tradeoff.setting import pareto_front  # noqa: PLC0415 - the room it draws is heavy
 
     front = falling(pareto_front(settings))
     ax.plot([s.seconds for s in front], [_drawn(s) for s in front], color=BLUE, linewidth=0.8, zorder=1)

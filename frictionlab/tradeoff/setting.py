@@ -41,16 +41,12 @@ class Setting:
 
 @dataclass(frozen=True)
 class Trial:
-    """A setting before it is run: ``run`` does the work, ``error_of`` judges what it returned.
-
-    Of work that is ``parts`` times the same, ``run`` does one part; its seconds count so many times.
-    """
+    """A setting before it is run: ``run`` does the work, ``error_of`` judges what it returned."""
 
     setting: str
     run: Callable[[], object]
     error_of: Callable[[object], float]
     default: bool = False
-    parts: int = 1
 
 
 def beats(one: Setting, other: Setting) -> bool:
@@ -95,7 +91,7 @@ def run_trials(knob: str, quantity: str, reference: str, trials: Sequence[Trial]
                 errors[i] = trial.error_of(result)
     return marked(
         [
-            Setting(knob, trial.setting, quantity, error, trial.parts * seconds, trial.default, reference=reference)
+            Setting(knob, trial.setting, quantity, error, seconds, trial.default, reference=reference)
             for trial, error, seconds in zip(trials, errors, shortest, strict=True)
         ]
     )

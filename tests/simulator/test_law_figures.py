@@ -5,12 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictionlab.figures import law_maps, laws
 from frictionlab.figures.motion import force_over_displacement
 from frictionlab.figures.style import new_figure
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.laws import TERMS
 from frictionlab.simulator.numeric import NumericMotion
+from tests.benchmarks import law_loops as laws
+from tests.benchmarks import law_maps
 from tests.simulator.numeric_oracle import cycle
 
 

@@ -1,22 +1,28 @@
 """Stability shown: how errors grow with the number of cycles, towards resonance, and with the sensors' noise."""
 
 import math
+import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measure import measure
-from frictionlab.recording import Recording
+from frictionlab.figures.style import PAGE, PALETTE, look, new_figure, save
 from frictionlab.simulator import Problem, simulate, steady_state
-from frictionlab.tradeoff import signals
+from frictionlab.tradeoff import knobs
 
 FloatArray = NDArray[np.float64]
 CYCLES = (1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000)
 DISTANCES = range(1, 16)
 NOISES = (1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2)
 SEEDS = range(6)
+FLOOR = 1e-17  # an error of zero is drawn here
 
 
 @dataclass(frozen=True)
@@ -102,19 +108,52 @@ def with_noise() -> tuple[Growth, ...]:
 
 def _noisy(share: float, seed: int) -> tuple[dict[str, float], dict[str, float]]:
     """Relative errors of one recording, and the relative standard errors stated."""
-    clean = signals.noiseless(signals.RATE_HZ, seed)
-    noise = share * signals.BASE_M * np.random.default_rng([seed, 7]).standard_normal((2, len(clean.time)))
-    recording = Recording(clean.time, clean.mass_displacement + noise[0], clean.base_displacement + noise[1])
-    found = measure(recording, signals.SCENE)
-    energy, amplitude = signals.truth()
+    recording = knobs.recording(knobs.RATE_HZ, seed, share)
+    found = measure(recording, knobs.SCENE)
+    orbit, energy = knobs.orbit()
+    amplitude = 0.5 * float(np.ptp(orbit.turning_points[1]))
     errors = {
-        "frequency": found.drive_frequency_hz / signals.DRIVE_HZ - 1,
+        "frequency": found.drive_frequency_hz / knobs.DRIVE_HZ - 1,
         "energy": found.energy_per_cycle / energy - 1,
         "amplitude": found.response_amplitude / amplitude - 1,
     }
     bars = {
-        "frequency": (found.drive_frequency_hz_se or 0.0) / signals.DRIVE_HZ,
+        "frequency": (found.drive_frequency_hz_se or 0.0) / knobs.DRIVE_HZ,
         "energy": found.energy_per_cycle_se / energy,
         "amplitude": found.response_amplitude_se / amplitude,
     }
     return errors, bars
+
+
+def stability_figure(panels: Sequence[Sequence[Growth]]) -> Figure:
+    """One panel for each cause of error."""
+    with look():
+        figure = new_figure(PAGE, 2.8)
+        for growths, ax in zip(panels, figure.subplots(1, len(panels)).ravel().tolist(), strict=True):
+            draw_growth(growths, ax)
+    return figure
+
+
+def draw_growth(growths: Sequence[Growth], ax: Axes) -> Axes:
+    """Errors as points, what was to be expected as dashed lines of the same colour."""
+    for growth, color in zip(growths, PALETTE, strict=False):
+        ax.plot(growth.x, np.maximum(growth.error, FLOOR), "o", markersize=3.0, color=color, label=growth.name)
+        ax.plot(growth.x, growth.law, "--", linewidth=0.8, color=color)
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xlabel(growths[0].x_name)
+    ax.set_ylabel("error")
+    ax.set_title(f"dashed: {growths[0].law_name}")
+    ax.legend(fontsize=5.5)
+    return ax
+
+
+def main(folder: Path) -> None:
+    """Measure and draw; used by ``make stability``."""
+    folder.mkdir(parents=True, exist_ok=True)
+    panels = (over_cycles(), towards_resonance(), with_noise())
+    save(stability_figure(panels), folder / "stability.png", force=True)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

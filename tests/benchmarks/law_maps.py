@@ -1,6 +1,6 @@
 """The maps of the thesis's chapter 3 under other contact laws: energy, amplitude and stops over r and beta.
 
-`python -m frictionlab.figures.chapter3 FOLDER` draws them with the chapter. Each law has parameters of a size that
+`python -m tests.benchmarks.chapter3 FOLDER` draws them with the chapter. Each law has parameters of a size that
 contacts have; friction of rate and state is solved on every second point, for it costs a hundred times as much.
 """
 
@@ -18,10 +18,10 @@ from matplotlib.colors import BoundaryNorm, Colormap, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from frictionlab.figures.laws import RATE_STATE
 from frictionlab.figures.style import GREY, PAGE, headline, look, new_figure
 from frictionlab.simulator import sweep
 from frictionlab.simulator.laws import law_of
+from tests.benchmarks.law_loops import RATE_STATE
 
 Floats = NDArray[np.float64]
 LAWS: Mapping[str, Mapping[str, float]] = MappingProxyType(

@@ -1,6 +1,6 @@
 """The thesis's chapter 3, redrawn from exact steady states, with the figures that prove where it is wrong.
 
-    python -m frictionlab.figures.chapter3 FOLDER
+    python -m tests.benchmarks.chapter3 FOLDER
 
 Each figure draws what `compute` holds; the numbering is the thesis's. Figures 3.2x and 3.5x are not in it: they show
 what a hundred cycles from rest miss. The maps under other contact laws and the laws themselves are drawn beside them.
@@ -18,7 +18,6 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from frictionlab.figures import law_maps, laws
 from frictionlab.figures.style import BASE, GREY, PAGE, PALETTE, PREDICTED, VERMILION, look, new_figure, save
 from frictionlab.simulator import (
     Motion,
@@ -32,6 +31,7 @@ from frictionlab.simulator import (
     sweep,
     viscous_energy,
 )
+from tests.benchmarks import law_loops, law_maps
 
 Floats = NDArray[np.float64]
 TURN = 2.0 * np.pi
@@ -320,7 +320,7 @@ def draw_all(folder: Path) -> list[Path]:
             "figure_3.7_viscous": draw_viscous(),
             "map_of_stops": draw_map(chapter),
         }
-    figures |= law_maps.draw_all(law_maps.compute()) | laws.draw_all(laws.compute())
+    figures |= law_maps.draw_all(law_maps.compute()) | law_loops.draw_all(law_loops.compute())
     return [
         save(figure, folder / f"{name}{suffix}", force=True)
         for name, figure in figures.items()

@@ -1,6 +1,6 @@
 """The contact laws side by side: force over displacement and over speed, and the thesis's question of section 4.3.1.
 
-    python -m frictionlab.figures.laws FOLDER    # also drawn by make chapter3
+    python -m tests.benchmarks.law_loops FOLDER    # also drawn by make chapter3
 
 At r = 0.1 Coulomb friction makes several stops a cycle; the thesis asks whether rate-and-state friction makes two.
 """
