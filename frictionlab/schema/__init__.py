@@ -95,7 +95,7 @@ FREE_VIBRATIONS = _table(
     "One tap: one free decay of the mass.",
     f"""{_OUTCOME} tap start_s natural_frequency_hz natural_frequency_hz_se damped_frequency_hz damping_ratio
         damping_ratio_se damping_ratio_upper friction_m friction_m_se friction_m_upper friction_over_swing amplitude_m
-        half_cycles misfit warnings friction_n""",
+        half_cycles misfit cubic_share cubic_share_se warnings friction_n""",
     lead=6,
     shown="""source tap natural_frequency_hz natural_frequency_hz_se damping_ratio damping_ratio_se friction_m
         friction_m_se half_cycles""",
