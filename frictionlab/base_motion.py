@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.integration import denoised, displacement_of, noise_of_displacement
+from frictionlab.analysis.integration import denoised, integrated, integrated_noise
 from frictionlab.analysis.noise import white_noise
 from frictionlab.errors import RecordingError
 from frictionlab.recording import Quality, Recording, Source
@@ -204,8 +204,8 @@ def _integrated(part: Recording, highpass_hz: float | None, warnings: list[str])
             f" {highpass_hz or 'none'}; do: give one well below the base's slowest motion and above 1 over the record's"
             f" length ({1.0 / max(part.duration_s, 1e-300):.3g} Hz), or --wall base, which needs no integration"
         )
-    y = displacement_of(a, rate, highpass_hz)
-    u = noise_of_displacement(white_noise(a) if len(a) >= 16 else 0.0, rate, highpass_hz)
+    y = integrated(a, rate, highpass_hz)
+    u = integrated_noise(white_noise(a) if len(a) >= 16 else 0.0, rate, highpass_hz)
     share = 100.0 * u / max(float(np.std(y)), 1e-300)
     warnings.append(
         f"base: an acceleration, integrated twice: what moves slower than {highpass_hz:g} Hz is gone, the first and"

@@ -76,6 +76,10 @@ class Estimate:
         """The same number with its combined standard uncertainty."""
         return replace(self, u=u)
 
+    def with_relative(self, share: float) -> "Estimate":
+        """The same number, its uncertainty of its standard error and a share of itself."""
+        return self if self.value is None else self.with_u(math.hypot(self.se or 0.0, share * self.value))
+
     def __str__(self) -> str:
         if self.value is None:
             return "not known"

@@ -41,6 +41,7 @@ def warnings(
     loop: Estimate,
     r: float | None,
     wall_moves: bool,
+    prescribed: bool = False,
 ) -> list[str]:
     """Say what a reader of the numbers must know.
 
@@ -54,9 +55,12 @@ def warnings(
         Frequency ratio, where known.
     wall_moves : bool
         The wall goes with the base.
+    prescribed : bool
+        The motion of the mass is given, and stands in the base's place.
     """
+    of_channels = _of_the_channels(layout, response, loop, None if wall_moves else r, wall_moves=wall_moves)
     return [
-        *_of_the_channels(layout, response, loop, None if wall_moves else r, wall_moves=wall_moves),
+        *(() if prescribed else of_channels),
         *_of_the_ratio(r),
         *_of_the_drive(layout),
         *_of_the_lines(layout),

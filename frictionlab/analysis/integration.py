@@ -87,20 +87,22 @@ def gain_kept(penalty: float) -> float:
     return float(np.trapezoid(gain, w) / np.pi)
 
 
-def displacement_of(acceleration: FloatArray, rate: float, highpass_hz: float) -> FloatArray:
-    """Return the displacement (n,) of evenly sampled accelerations, without what is slower than a frequency.
+def integrated(signal: FloatArray, rate: float, highpass_hz: float, *, times: int = 2) -> FloatArray:
+    """Return an evenly sampled signal (n,) integrated over time, without what is slower than a frequency.
 
-    Mean and straight line are taken off first; then each frequency is divided by ``-(2 pi f)^2`` and multiplied by the
-    high-pass. What a record holds before its start and after its end is not known: rest is put there, and the first and
-    last period of the slowest motion kept are doubtful.
+    Mean and straight line are taken off first; then each frequency is divided by ``2 pi i f`` once or twice and
+    multiplied by the high-pass. What a record holds before its start and after its end is not known: rest is put there,
+    and the first and last period of the slowest motion kept are doubtful.
 
     Parameters
     ----------
-    acceleration : ndarray of shape (n,)
-        m/s^2.
+    signal : ndarray of shape (n,)
+        Such as an acceleration, m/s^2.
     rate : float
         Samples per second.
     highpass_hz : float
+    times : int
+        1: a displacement from a velocity; 2: from an acceleration.
 
     Examples
     --------
@@ -108,26 +110,26 @@ def displacement_of(acceleration: FloatArray, rate: float, highpass_hz: float) -
     >>> size = np.clip(t / 4, 0, 1) * np.clip((20 - t) / 4, 0, 1)
     >>> y = 1e-3 * size**3 * np.sin(2 * np.pi * 2.0 * t)
     >>> acceleration = np.gradient(np.gradient(y, t), t)
-    >>> bool(np.abs(displacement_of(acceleration, 200.0, 0.3) - y).max() < 1e-5)
+    >>> bool(np.abs(integrated(acceleration, 200.0, 0.3) - y).max() < 1e-5)
     True
     """
-    n = len(acceleration)
-    line = np.polynomial.Polynomial.fit(np.arange(n), acceleration, 1)
+    n = len(signal)
+    line = np.polynomial.Polynomial.fit(np.arange(n), signal, 1)
     around = math.ceil(AROUND * rate / highpass_hz)
     padded = np.zeros(n + 2 * around)
-    padded[around : around + n] = acceleration - line(np.arange(n))
+    padded[around : around + n] = signal - line(np.arange(n))
     f = np.asarray(np.fft.rfftfreq(len(padded), 1.0 / rate), dtype=np.float64)
-    moved = np.fft.irfft(np.fft.rfft(padded) * -gain(f, highpass_hz), len(padded))
+    moved = np.fft.irfft(np.fft.rfft(padded) * (-1j) ** times * gain(f, highpass_hz, times), len(padded))
     return np.asarray(moved[around : around + n])
 
 
-def gain(f: FloatArray, highpass_hz: float) -> FloatArray:
-    """Displacement over acceleration, in size, at frequencies f [Hz]: s^2; ``|H| / (2 pi f)^2``."""
+def gain(f: FloatArray, highpass_hz: float, times: int = 2) -> FloatArray:
+    """Size of the integral over that of the signal at frequencies f [Hz]: ``|H| / (2 pi f)^times``."""
     share = f / highpass_hz
-    return np.asarray(share ** (HIGH_PASS - 2) / (1.0 + share**HIGH_PASS) / (2.0 * np.pi * highpass_hz) ** 2)
+    return np.asarray(share ** (HIGH_PASS - times) / (1.0 + share**HIGH_PASS) / (2.0 * np.pi * highpass_hz) ** times)
 
 
-def noise_of_displacement(noise: float, rate: float, highpass_hz: float) -> float:
-    """Return the rms displacement [m] that white noise of an accelerometer [m/s^2 rms a sample] is integrated to."""
+def integrated_noise(noise: float, rate: float, highpass_hz: float, *, times: int = 2) -> float:
+    """Return the rms that white noise of a sensor (rms of a sample) is integrated to."""
     f = np.geomspace(1e-2 * highpass_hz, 0.5 * rate, 4000)
-    return math.sqrt(2.0 * noise**2 / rate * float(np.trapezoid(gain(f, highpass_hz) ** 2, f)))
+    return math.sqrt(2.0 * noise**2 / rate * float(np.trapezoid(gain(f, highpass_hz, times) ** 2, f)))

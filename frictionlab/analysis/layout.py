@@ -1,7 +1,7 @@
 """From samples to cycles: the drive found, the steady cycles of mass and base laid under each other."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -52,7 +52,8 @@ class Layout:
     ``base_step``: smallest step of the values over Y (0: not quantised); ``offset``: mean of x over all cycles [m];
     ``mass_spectrum``, ``base_spectrum``: of the longest stretch, up to ten times the drive; ``foreign``: lines between
     the drive's harmonics, the high ones taken out;
-    ``base_wander`` (p,): what the base's slow wander adds to its mean cycle.
+    ``base_wander`` (p,): what the base's slow wander adds to its mean cycle; ``more``: name -> cycles (n, p) of further
+    channels, in SI units.
     """
 
     drive: Drive
@@ -74,6 +75,7 @@ class Layout:
     base_spectrum: spectrum.Spectrum
     foreign: Foreign
     base_wander: FloatArray
+    more: Mapping[str, FloatArray]
 
     @property
     def left(self) -> float:
@@ -189,6 +191,7 @@ def lay_out(
         base_step=of_base.step / drive.amplitude,
         foreign=foreign,
         base_wander=(wander.mean(axis=0) - wander.mean()) / drive.amplitude,
+        more={name: _folded_all([s.more[name] for s in stretches], cuts, points) for name in longest.more},
     )
 
 

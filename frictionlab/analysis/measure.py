@@ -11,6 +11,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -18,7 +19,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.accuracy import accuracy_of
-from frictionlab.analysis import cycles, doubts, energy, filters, irregularity, response, signals, steadiness
+from frictionlab.analysis import (
+    channels,
+    cycles,
+    doubts,
+    energy,
+    filters,
+    force,
+    irregularity,
+    response,
+    signals,
+    steadiness,
+)
 from frictionlab.analysis.filters import SensorChannel
 from frictionlab.analysis.layout import Layout, approach, lay_out, wander_of
 from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement, traces
@@ -89,23 +101,33 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     used = energy.used_cycles(edges, scene.analysis.cycles, layout.foreign.period)
     steady = slice(_first_settled(layout, recording, settled), len(layout))
     cycle = _mean_cycle(layout, answer, used, of_mass)
-    trend = None
-    if layout.time[-1] - layout.time[0] >= LONG_TEST_S:
+    trend, prescribed = None, scene.rig.kind == "prescribed"
+    if not prescribed and layout.time[-1] - layout.time[0] >= LONG_TEST_S:
         trend = steadiness.linear_trend(*steadiness.every(layout.time, answer.energy))
 
     estimates = _estimates(layout, answer, used, steady, natural)
+    if prescribed:  # the mass drives itself: no loop, no ratio
+        estimates |= dict.fromkeys(("ratio", "energy", "steady_energy"), Estimate())
     sources, loop, size = sources_of_test(recording, scene, 1.0 / parts[0].step), estimates["energy"], answer.size
     cut = 0.0 if answer.is_stuck else _cut_away(cycle, loop, size, layout, natural, of_mass)
     budget = _budget(cycle, estimates, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
     estimates |= {BUDGETED[key]: estimates[BUDGETED[key]].with_u(combined(budget[key])) for key in budget}
     r = layout.drive.frequency / natural if natural else None
-    warnings += doubts.warnings(layout, answer, settled, transient, loop=loop, r=r, wall_moves=wall_moves)
-    warnings += () if natural else (NO_NATURAL_FREQUENCY,)
+    warnings += doubts.warnings(
+        layout, answer, settled, transient, loop=loop, r=r, wall_moves=wall_moves, prescribed=prescribed
+    )
+    friction = _friction(layout, answer, used, sources, recording, scene)
+    if friction is not None:
+        taken = force.taken_by_the_frame(cycle, scene.rig.damping or 0.0, r or 0.0)
+        warnings += force.doubts_of(friction, loop, scene.rig.stiffness, layout.drive.amplitude, taken)
+        cycle = replace(cycle, force=friction.cycle)
+    warnings += () if natural or prescribed else (NO_NATURAL_FREQUENCY,)
     warnings += filters.said_of(cut, size, of_mass)
     return Measurement(
         **_facts(recording, scene, layout, 1.0 / parts[0].step),
         **_of_the_answer(layout, answer, used),
         **estimates,
+        **_of_the_force(friction, scene.rig.stiffness, layout.drive.amplitude),
         warnings=(*scene.rig.doubts, *warnings),
         transient_s=transient,
         energy_per_cycle_j=loop.scaled(scene.rig.stiffness).scaled(layout.drive.amplitude**2).value,
@@ -158,27 +180,60 @@ def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, A
     }
 
 
+def _friction(
+    layout: Layout, answer: Response, used: slice, sources: Sources, recording: Recording, scene: Scene
+) -> force.Friction | None:
+    return force.by_load_cell(
+        layout,
+        answer,
+        used,
+        sources,
+        normal_force_n=normal_force_of(recording, scene),
+        inertia_kg=scene.sensors.force_inertia_kg,
+        wall_moves=scene.model.wall == "base",
+    )
+
+
+def _of_the_force(friction: force.Friction | None, stiffness: float | None, unit: float) -> dict[str, Estimate]:
+    """Fields of a measurement that a load cell gives."""
+    if friction is None:
+        return dict.fromkeys(("force_energy", "force_energy_j", "measured_force", "measured_coefficient"), Estimate())
+    return {
+        "force_energy": friction.energy.over(stiffness * unit**2 if stiffness else None),
+        "force_energy_j": friction.energy,
+        "measured_force": friction.force,
+        "measured_coefficient": friction.coefficient,
+    }
+
+
 # 1. Even stretches ---------------------------------------------------------------------------------------------------
 
 
 def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], list[str]]:
     """The recording's sound parts, evenly sampled, lags and filters taken back, and what had to be said about them."""
-    of_mass, of_base = channels_of(scene)
-    step = 1.0 / recording.sampling_rate_hz
+    step, prescribed = 1.0 / recording.sampling_rate_hz, scene.rig.kind == "prescribed"
     warnings = list(recording.source.warnings)
-    parts, strays = [], 0.0
+    parts, strays, said = [], 0.0, ()
     for part in recording.stretches():
         is_even = signals.stray(part.time, step) < signals.EVEN
         breaks = np.zeros(0, dtype=np.intp) if is_even else clock_breaks(part.time, step)
         warnings += _of_the_clock(part.time, breaks, step)
         edges = [0, *breaks.tolist(), len(part)]
         for some in (slice(a, b) for a, b in pairwise(edges) if b - a > 1):
-            time, mass, base = part.time[some], part.mass_displacement[some], part.base_displacement[some]
+            time = part.time[some]
+            seen = {name: values[some] for name, values in part.measured().items()}
             if not is_even:
-                mass, base, off = signals.evenly(time, mass, base, step)
+                seen, off = signals.evenly(time, step, seen)
                 strays = max(strays, off)
-            mass, base = filters.restored(mass, step, of_mass), filters.restored(base, step, of_base)
-            parts.append(Stretch(float(time[0]), step, mass, base))
+            found = channels.motions(seen, step, prescribed=prescribed)
+            mass, base = (
+                filters.restored(motion, step, way)
+                for motion, way in zip((found.mass, found.base), channels_of(scene), strict=True)
+            )
+            more = {name: seen[name] for name in channels.KEPT if name in seen}
+            parts.append(Stretch(float(time[0]), step, mass, base, more).part(found.first, found.last))
+            said = found.warnings
+    warnings += said
     if strays > 0.0:
         warnings.append(
             f"time: stamps stray by up to {strays:.2g} sampling intervals from an even clock; values were interpolated"
@@ -361,9 +416,9 @@ def channels_of(scene: Scene) -> tuple[SensorChannel, SensorChannel]:
 
 
 def _doubts_of_the_force(recording: Recording) -> Iterator[str]:
-    force = recording.experiment.get("normal_force_n")
-    if force is not None and not _is_force(force):
-        yield f"normal_force_n: expected a number above 0; got {force!r} in the recording: it is not used"
+    said = recording.experiment.get("normal_force_n")
+    if said is not None and not _is_force(said):
+        yield f"normal_force_n: expected a number above 0; got {said!r} in the recording: it is not used"
 
 
 def _is_force(value: Fact) -> bool:

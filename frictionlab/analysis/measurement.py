@@ -33,7 +33,8 @@ class Cycle:
     ``base_cosine``, ``base_sine`` (9,): Fourier series of y/Y, harmonics 1 to 9 (the first is 1 and 0);
     ``kept`` (p // 2,): how much of the mass's harmonics 1 to p // 2 its filter leaves once it is taken back;
     ``each`` (n, K): complex amplitudes of harmonics 1 to K of x/Y in single steady cycles, up to 400 of them evenly
-    chosen: how far one cycle may be from another.
+    chosen: how far one cycle may be from another;
+    ``force`` (p,) N (a torque: N m): at the contact, about its mean, known inertia taken off; None: not measured.
     """
 
     tau: FloatArray
@@ -45,6 +46,7 @@ class Cycle:
     base_sine: FloatArray
     each: NDArray[np.complex128]
     kept: FloatArray
+    force: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,8 @@ class Measurement(Result):
 
     ``drive`` Hz; ``ratio``: drive over natural frequency; ``base_amplitude`` m; ``energy``, ``amplitude`` by the energy
     rule, ``steady_energy``, ``steady_amplitude`` over all settled cycles; ``energy_trend`` (k Y^2 per hour): long tests
-    only. ``cycle``, ``series``, ``trend``, ``traces``: what stands behind the numbers.
+    only. By a load cell: ``force_energy`` (k Y^2), ``force_energy_j``, ``measured_force`` N, ``measured_coefficient``.
+    ``cycle``, ``series``, ``trend``, ``traces``: what stands behind the numbers.
     """
 
     source: str
@@ -138,6 +141,10 @@ class Measurement(Result):
     series: CycleSeries
     trend: Trend | None
     traces: Traces
+    force_energy: Estimate
+    force_energy_j: Estimate
+    measured_force: Estimate
+    measured_coefficient: Estimate
     budget: Mapping[str, Shares]
     sources: Sources
 
@@ -161,6 +168,12 @@ class Measurement(Result):
     steady_energy_per_cycle_se = FlatKnown("steady_energy", "se")
     steady_response_amplitude = FlatKnown("steady_amplitude")
     steady_response_amplitude_se = FlatKnown("steady_amplitude", "se")
+
+    force_energy_per_cycle = Flat("force_energy")
+    force_energy_per_cycle_j = Flat("force_energy_j")
+    measured_friction_force_n = Flat("measured_force")
+    measured_friction_coefficient = Flat("measured_coefficient")
+    measured_friction_coefficient_u = Flat("measured_coefficient", "u")
 
     def row(self) -> dict[str, object]:
         """The numbers alone, in the contract's order: a line of JSON or of a table."""

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis import energy, slips, stops
 from frictionlab.analysis.layout import Layout
+from frictionlab.analysis.noise import white_noise
 from frictionlab.analysis.smoothing import Smoother, smoothed, smoother
 from frictionlab.analysis.stops import Stops
 
@@ -80,9 +81,14 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     sliding = how
     if wall_moves or period > 1:
         sliding = smoother(slid, noise=noise, samples=layout.samples, shared=shared, period=period)
-    thresholds = stops.thresholds(sliding.v_noise, sliding.resolution)
+    thresholds, speeds = stops.thresholds(sliding.v_noise, sliding.resolution), None
+    if "mass_velocity" in layout.more and not wall_moves:
+        rows = layout.more["mass_velocity"] / (2.0 * math.pi * layout.drive.frequency * layout.drive.amplitude)
+        of_speed = smoother(rows, noise=white_noise(rows.ravel()), samples=layout.samples, period=period)
+        speeds = rows, of_speed
+        thresholds = stops.thresholds(math.hypot(of_speed.x_noise, of_speed.x_tail), of_speed.resolution / period)
     n = len(layout)
-    slide, whole, found, doubts = _slides(slid, sliding, thresholds, points)
+    slide, whole, found, doubts = _slides(slid, sliding, thresholds, points, speeds)
     rough = math.hypot(noise / math.sqrt(n), shared)
     found, unclear = _parted(found, slid, rough, thresholds.dwell) if period == 1 else (found, None)
     is_blurred = float(np.median(slide)) < LEVELLED * float(np.median(whole))
@@ -141,13 +147,21 @@ def _amplitude_noise(layout: Layout, how: Smoother, amplitude: FloatArray, whole
 
 
 def _slides(
-    slid: FloatArray, sliding: Smoother, thresholds: stops.Thresholds, points: int
+    slid: FloatArray,
+    sliding: Smoother,
+    thresholds: stops.Thresholds,
+    points: int,
+    speeds: tuple[FloatArray, Smoother] | None,
 ) -> tuple[FloatArray, FloatArray, Stops, FloatArray]:
-    """Return each cycle's half range (n,) with its stops levelled, the same as it is, the stops, and doubtful ones."""
+    """Return each cycle's half range (n,) with its stops levelled, the same as it is, the stops, and doubtful ones.
+
+    ``speeds``: cycles of the measured velocity over Y omega (n, p), where there is one, and their smoother.
+    """
     n = len(slid)
     slide, whole, parts, firsts = np.empty(n), np.empty(n), [], []
+    measured = None if speeds is None else smoothed(*speeds, points)
     for part in smoothed(slid, sliding, points):
-        pauses = stops.pauses(part.v, thresholds.still)
+        pauses = stops.pauses(part.v if measured is None else next(measured).x, thresholds.still)
         stands = stops.stops_of(pauses, thresholds, points)
         slide[part.cycles] = half_range(levelled(part.x, stands, sliding.resolution))
         whole[part.cycles] = half_range(part.x)

@@ -1,7 +1,8 @@
 """Uninterrupted samples of mass and base on an even clock."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,18 +18,28 @@ _CHUNK = 1 << 16
 
 @dataclass(frozen=True)
 class Stretch:
-    """Uninterrupted samples (n,): ``time`` of the first [s], ``step`` [s], ``mass`` and ``base`` [m], evenly spaced."""
+    """Uninterrupted samples (n,): ``time`` of the first [s], ``step`` [s], ``mass`` and ``base`` [m], evenly spaced.
+
+    ``more``: further channels by their names, (n,) each.
+    """
 
     time: float
     step: float
     mass: FloatArray
     base: FloatArray
+    more: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def after(self, time: float) -> "Stretch":
         """The part from a time on; empty if there is none."""
         passed = min((time - self.time) / self.step, float(len(self.mass)))
         first = min(max(0, math.ceil(passed - 1e-6)), len(self.mass))
-        return Stretch(self.time + first * self.step, self.step, self.mass[first:], self.base[first:])
+        return self.part(first, len(self.mass))
+
+    def part(self, first: int, last: int) -> "Stretch":
+        """The samples from one number up to another, not included."""
+        some = slice(first, last)
+        more = {name: values[some] for name, values in self.more.items()}
+        return Stretch(self.time + first * self.step, self.step, self.mass[some], self.base[some], more)
 
 
 def stray(time: FloatArray, step: float) -> float:
@@ -41,27 +52,29 @@ def stray(time: FloatArray, step: float) -> float:
     return most / step
 
 
-def evenly(time: FloatArray, mass: FloatArray, base: FloatArray, step: float) -> tuple[FloatArray, FloatArray, float]:
-    """Both displacements on an even clock, and how far the stamps strayed from it (0 when nothing was changed).
+def evenly(time: FloatArray, step: float, signals: Mapping[str, FloatArray]) -> tuple[Mapping[str, FloatArray], float]:
+    """Signals on an even clock, and how far the stamps strayed from it (0 when nothing was changed).
 
     Stamps within 2 % of a step of an even clock count as even, and so do stamps that are merely written coarsely (few
     different steps, none missing). Anything else is interpolated linearly.
 
     Parameters
     ----------
-    time, mass, base : (n,) arrays
-        Strictly increasing stamps [s], displacements.
+    time : (n,) array
+        Strictly increasing stamps [s].
     step : float
         Sampling interval, s.
+    signals : mapping
+        Name -> (n,) array.
     """
     off = stray(time, step)
     if off < EVEN or (off < 1.0 and _coarsely_written(time, step)):
-        return mass, base, 0.0
+        return signals, 0.0
     _check_span(time, step)
     even = np.arange(time[0], time[-1] + 1e-9 * step, step)
     steps = np.rint((time - time[0]) / step)
     strays = float(np.max(np.abs(time - time[0] - step * steps))) / step
-    return np.interp(even, time, mass), np.interp(even, time, base), max(strays, 0.02)
+    return {name: np.interp(even, time, values) for name, values in signals.items()}, max(strays, 0.02)
 
 
 def _check_span(time: FloatArray, step: float) -> None:

@@ -45,7 +45,9 @@ _MEASUREMENT = f"""{_OUTCOME} warnings material normal_force_n sampling_rate_hz 
     base_irregularity_index stops_per_cycle stuck_fraction regime asymmetry energy_input_per_cycle
     energy_trend_per_hour energy_trend_per_hour_se steady_energy_per_cycle steady_energy_per_cycle_se
     steady_response_amplitude steady_response_amplitude_se settled_s shortest_stop smallest_slip mass_noise_m
-    base_noise_m accuracy frequency_ratio_u base_amplitude_m_u energy_per_cycle_u response_amplitude_u budget"""
+    base_noise_m accuracy frequency_ratio_u base_amplitude_m_u energy_per_cycle_u response_amplitude_u budget
+    force_energy_per_cycle force_energy_per_cycle_j measured_friction_coefficient measured_friction_coefficient_u
+    measured_friction_force_n"""
 MEASUREMENTS = _table(
     "measurements",
     "One recording: its drive, its response and the energy its contact takes.",

@@ -19,7 +19,7 @@ from frictionlab.simulator import Base, Problem, steady_state
 from tests.analysis.seen import BASE_M, NATURAL_HZ, NOISE_M, STEP_M
 
 FloatArray = NDArray[np.float64]
-LAST = Scene(rig=Rig(natural_frequency_hz=NATURAL_HZ), analysis=Analysis(transient_s=20.0))
+LAST = Scene(rig=Rig(natural_frequency_hz=NATURAL_HZ), analysis=Analysis(transient_s=20.0, cycles="last"))
 ALL = Scene(rig=Rig(natural_frequency_hz=NATURAL_HZ), analysis=Analysis(transient_s=20.0, cycles="all"))
 Signal = Callable[[FloatArray], FloatArray]
 

@@ -81,16 +81,16 @@ def test_frequencies_that_are_none_are_refused() -> None:
 def test_stamps_that_stray_are_put_on_an_even_clock() -> None:
     generator = np.random.default_rng(5)
     t = np.arange(2000) * 0.01 + generator.uniform(-0.002, 0.002, 2000)
-    mass, _, stray = signals.evenly(t, np.sin(t), np.cos(t), 0.01)
+    even, stray = signals.evenly(t, 0.01, {"mass": np.sin(t)})
     assert stray > 0.1
-    np.testing.assert_allclose(mass, np.sin(t[0] + 0.01 * np.arange(len(mass))), atol=1e-4)
+    np.testing.assert_allclose(even["mass"], np.sin(t[0] + 0.01 * np.arange(len(even["mass"]))), atol=1e-4)
 
 
 def test_stamps_written_coarsely_are_even() -> None:
     exact = np.arange(3000) / 1200.0
     t = np.round(exact, 3)  # 0.833 ms steps written as 0, 1, 1, 1, ... would repeat; 1200 Hz gives steps of 0 or 1 ms
     t = t[np.concatenate([[True], np.diff(t) > 0])]
-    mass, _, stray = signals.evenly(np.round(np.arange(500) / 300.0, 3), np.ones(500), np.ones(500), 1 / 300.0)
+    even, stray = signals.evenly(np.round(np.arange(500) / 300.0, 3), 1 / 300.0, {"mass": np.ones(500)})
     assert stray == 0.0
-    assert len(mass) == 500
+    assert len(even["mass"]) == 500
     assert len(t) > 0

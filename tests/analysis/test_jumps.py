@@ -11,4 +11,4 @@ def test_unflagged_jumps_are_refused_by_size() -> None:
     t = np.arange(2000) / 250
     t[1000:] += 1.7e9
     with pytest.raises(AnalysisError, match=r"jump from 3.996 to 1.7e\+09 s, unflagged: 2000 samples would become"):
-        evenly(t, t, t, 0.004)
+        evenly(t, 0.004, {"mass": t})

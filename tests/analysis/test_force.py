@@ -1,0 +1,150 @@
+"""Load cells, vibrometers, accelerometers: the truth of an exact motion found again, each within its uncertainty."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from frictionlab.analysis.measure import measure
+from frictionlab.errors import AnalysisError
+from frictionlab.recording import Channel, Recording
+from frictionlab.scene import Scene, scene_from_tables
+from tests.analysis.seen import BASE_M, NATURAL_HZ, steady, through_laser
+
+FloatArray = NDArray[np.float64]
+STIFFNESS, NORMAL_N = 1191.0, 2.45
+RIG = {"natural_frequency_hz": NATURAL_HZ, "stiffness_n_per_m": STIFFNESS}
+
+
+def scene(**sensors: float) -> Scene:
+    tables = {"rig": RIG, "experiment": {"normal_force_n": NORMAL_N, "material": "brass"}, "sensors": sensors}
+    return scene_from_tables(tables)
+
+
+def channels_of(
+    r: float, beta: float, *, seed: int = 1, gain: float = 1.0, inertia: float = 0.0
+) -> dict[str, FloatArray]:
+    """Channels of 40 s of a steady motion: displacements through lasers, force through a load cell of 5 mN noise."""
+    state, orbit, _, _ = steady(r, beta)
+    rng, t = np.random.default_rng(seed), np.arange(0.0, 40.0, 0.002)
+    omega = 2 * math.pi * r * NATURAL_HZ
+    tau = np.mod(omega * t + 0.7, 2 * math.pi * (state.period_cycles or 1))
+    x, v = orbit.at(tau)
+    slips, pull = np.abs(v) > 1e-6, np.cos(tau) - x
+    acceleration = np.where(slips, (pull - beta * np.sign(v)) / r**2, 0.0)
+    force = np.where(slips, beta * np.sign(v), pull) * STIFFNESS * BASE_M
+    force = force + inertia * omega**2 * BASE_M * acceleration
+    return {
+        "time": t,
+        "mass_displacement": through_laser(BASE_M * x, rng),
+        "base_displacement": through_laser(BASE_M * np.cos(tau), rng),
+        "contact_force": gain * force + 0.005 * rng.standard_normal(len(t)),
+        "mass_velocity": BASE_M * omega * v + 2e-6 * rng.standard_normal(len(t)),
+        "mass_acceleration": BASE_M * omega**2 * acceleration + 1e-3 * rng.standard_normal(len(t)),
+    }
+
+
+def recording(seen: dict[str, FloatArray], *names: str) -> Recording:
+    """Of these channels, displacements as fields."""
+    x, y = (seen[name] if name in names else None for name in ("mass_displacement", "base_displacement"))
+    more = tuple(Channel(name, seen[name]) for name in names if not name.endswith("_displacement"))
+    return Recording(seen["time"], x, y, channels=more)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("r", "beta"), [(0.3, 0.4), (0.5, 0.4), (0.7, 0.3)])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_load_cell_gives_energy_and_coefficient_of_the_truth(r: float, beta: float, sign: float) -> None:
+    _, _, energy, _ = steady(r, beta)
+    seen = channels_of(r, beta)
+    seen["contact_force"] *= sign
+    m = measure(recording(seen, "mass_displacement", "base_displacement", "contact_force"), scene())
+    scale = STIFFNESS * m.base_amplitude_m**2
+    assert m.force_energy_per_cycle == pytest.approx(energy, rel=2e-3)
+    assert m.force_energy_per_cycle_j == pytest.approx(energy * scale, rel=2e-3)
+    assert m.measured_friction_force_n == pytest.approx(beta * STIFFNESS * BASE_M, rel=2e-3)
+    truth = beta * STIFFNESS * BASE_M / NORMAL_N
+    assert abs((m.measured_friction_coefficient or 0.0) - truth) < 2 * (m.measured_friction_coefficient_u or 0.0)
+    assert any("counts the other way" in w for w in m.warnings) == (sign < 0)
+    assert not [w for w in m.warnings if "the load cell gives" in w]
+
+
+def test_the_uncertainty_of_the_measured_coefficient_covers() -> None:
+    """Gains of load cell and lasers of 0.5 %, normal force of 1 %, drawn: shares within 1 and 1.96 of u."""
+    rng, off = np.random.default_rng(3), []
+    declared = scene(gain_error=0.005)
+    for seed in range(40):
+        gain, normal = 1 + 0.005 * rng.standard_normal(), 1 + 0.01 * rng.standard_normal()
+        seen = channels_of(0.5, 0.4, seed=seed, gain=gain * normal)
+        m = measure(recording(seen, "mass_displacement", "base_displacement", "contact_force"), declared)
+        truth = 0.4 * STIFFNESS * BASE_M / NORMAL_N
+        off.append(((m.measured_friction_coefficient or 0.0) - truth) / (m.measured_friction_coefficient_u or 1.0))
+    assert 0.55 < float(np.mean(np.abs(off) < 1.0)) < 0.82
+    assert float(np.mean(np.abs(off) < 1.96)) > 0.88
+
+
+def test_a_load_cell_that_is_off_against_the_loop_is_said() -> None:
+    seen = channels_of(0.5, 0.4, gain=1.1)
+    m = measure(recording(seen, "mass_displacement", "base_displacement", "contact_force"), scene())
+    (said,) = [w for w in m.warnings if w.startswith("force_energy_per_cycle: the load cell gives")]
+    assert "+10 %" in said
+
+
+def test_inertia_between_cell_and_contact_changes_the_force_and_not_its_energy() -> None:
+    plain, heavy = channels_of(0.7, 0.3), channels_of(0.7, 0.3, inertia=0.2)
+    names = "mass_displacement", "base_displacement", "contact_force"
+    right = measure(recording(plain, *names), scene())
+    blind, told = (measure(recording(heavy, *names), scene(force_inertia_kg=kg)) for kg in (0.0, 0.2))
+    assert blind.force_energy_per_cycle == pytest.approx(right.force_energy_per_cycle, rel=2e-3)
+    assert right.cycle.force is not None
+    assert blind.cycle.force is not None
+    assert told.cycle.force is not None
+    size = float(np.std(right.cycle.force))
+    assert float(np.std(blind.cycle.force - right.cycle.force)) > 0.1 * size
+    assert float(np.std(told.cycle.force - right.cycle.force)) < 0.05 * size
+
+
+@pytest.mark.parametrize("channel", ["mass_velocity", "mass_acceleration"])
+@pytest.mark.parametrize(("r", "beta"), [(0.5, 0.2), (0.7, 0.3)])
+def test_a_velocity_or_an_acceleration_serves_for_a_displacement(channel: str, r: float, beta: float) -> None:
+    _, _, energy, amplitude = steady(r, beta)
+    m = measure(recording(channels_of(r, beta), channel, "base_displacement"), scene())
+    assert m.energy_per_cycle == pytest.approx(energy, rel=3e-3)
+    assert m.response_amplitude == pytest.approx(amplitude, rel=3e-3)
+    (said,) = [w for w in m.warnings if w.startswith("mass_displacement: integrated")]
+    assert "drift and offset are gone" in said
+
+
+def test_a_vibrometer_sees_stops_that_a_laser_does_not() -> None:
+    seen = channels_of(0.3, 0.25)
+    state, _, _, _ = steady(0.3, 0.25)
+    both = measure(recording(seen, "mass_displacement", "base_displacement", "mass_velocity"), scene())
+    alone = measure(recording(seen, "mass_displacement", "base_displacement"), scene())
+    assert both.stops_per_cycle == state.stops_per_cycle
+    assert both.shortest_stop <= alone.shortest_stop
+    assert both.stuck_fraction == pytest.approx(state.stuck_fraction, abs=0.01)
+
+
+@pytest.mark.parametrize("place", ["mass_displacement", "angle"])
+def test_a_tribometer_needs_neither_spring_nor_base(place: str) -> None:
+    """Coefficient of a reciprocating test whose normal force wobbles; torque over an angle has energy alone."""
+    rng, t = np.random.default_rng(5), np.arange(0.0, 60.0, 0.002)
+    x = 5e-3 * np.sin(2 * math.pi * 0.8 * t)
+    normal = 20.0 * (1 + 0.05 * np.cos(2 * math.pi * 0.3 * t))
+    force = 0.17 * normal * np.sign(np.cos(2 * math.pi * 0.8 * t)) + 0.05 * rng.standard_normal(len(t))
+    seen = {"time": t, place: x + 1e-6 * rng.standard_normal(len(t)), "normal_force": normal}
+    seen["contact_force" if place == "mass_displacement" else "torque"] = force
+    given = scene_from_tables({"rig": {"kind": "prescribed"}})
+    m = measure(recording(seen, *(name for name in seen if name != "time")), given)
+    assert m.drive_frequency_hz == pytest.approx(0.8, rel=1e-5)
+    assert m.force_energy_per_cycle_j == pytest.approx(4 * 5e-3 * 0.17 * 20.0, rel=2e-3)
+    assert (m.row()["energy_per_cycle"], m.row()["frequency_ratio"]) == (None, None)
+    if place == "mass_displacement":
+        assert m.measured_friction_coefficient == pytest.approx(0.17, rel=2e-3)
+    assert not m.warnings
+
+
+def test_what_was_not_measured_is_said_by_name() -> None:
+    seen = channels_of(0.5, 0.4)
+    with pytest.raises(AnalysisError, match="the base's motion was not measured: expected its displacement, velocity"):
+        measure(recording(seen, "mass_displacement", "contact_force"), scene())
