@@ -14,7 +14,7 @@ def test_what_warns_of_a_number_stands_below_its_figure() -> None:
     caution(figure, ["base: noise", "energy_per_cycle: of a passing state", "a", "b", "c"])
     told = figure.get_supxlabel()
     assert told.startswith("! base: noise\n! energy_per_cycle: of a passing state")
-    assert told.endswith("and 2 more, in the table")
+    assert told.endswith("(and 3 more in the table)")
     quiet = new_figure()
     caution(quiet, ())
     assert not quiet.get_supxlabel()

@@ -159,9 +159,14 @@ class _MapPicture:
 
     def seen(self, steps: "Generator[Step]") -> "Generator[Step]":
         """The same steps, remembered."""
+        from frictionlab.figures.map import STOPS
+        from frictionlab.figures.stops import AT_REST
+
         for step in steps:
             for key, column in self._columns.items():
                 column[step.start : step.done] = step.records[key]
+            resting = step.records["outcome"] == b"stuck"
+            self._columns[STOPS][step.start : step.done][resting] = AT_REST
             self._warned.add(self._grid, step.start, step.records["warnings"])
             yield step
 

@@ -95,7 +95,7 @@ class _Kind:
 
     name: str
     title: str
-    caption: str
+    caption: str | Callable[[Campaign, str], str]
     draw: Callable[..., Figure]
     when: Callable[[Campaign], bool] = _always
     over: Callable[[Campaign], Iterable[object]] | None = None
@@ -103,11 +103,13 @@ class _Kind:
     def plates(self, campaign: Campaign) -> Iterator[Plate]:
         """The figures of this kind."""
         if self.over is None:
-            yield Plate(self.name, self.title, self.caption, partial(self.draw, campaign))
+            caption = self.caption(campaign, "") if callable(self.caption) else self.caption
+            yield Plate(self.name, self.title, caption, partial(self.draw, campaign))
             return
         for thing in self.over(campaign):
             name = self.name.format(safe(thing) if isinstance(thing, str) else thing)
-            yield Plate(name, self.title.format(thing), self.caption, partial(self.draw, campaign, thing))
+            caption = self.caption(campaign, str(thing)) if callable(self.caption) else self.caption
+            yield Plate(name, self.title.format(thing), caption, partial(self.draw, campaign, thing))
 
 
 def _knows_forces(campaign: Campaign) -> bool:
@@ -115,7 +117,9 @@ def _knows_forces(campaign: Campaign) -> bool:
 
 
 def _has_short_tests(campaign: Campaign) -> bool:
-    return any(t.irregularity is not None for t in campaign.trials if not t.failed and not t.is_long)
+    return campaign_maps.varies(campaign) and any(
+        t.irregularity is not None for t in campaign.trials if not t.failed and not t.is_long
+    )
 
 
 def _has_common_forces(campaign: Campaign) -> bool:
@@ -142,6 +146,26 @@ def _materials(campaign: Campaign) -> Iterable[str]:
     return campaign.materials
 
 
+def _friction_caption(campaign: Campaign, _: str) -> str:
+    points = (
+        "Points: one coefficient per normal force, fitted over all frequency ratios, 95 % confidence. Dashed lines:"
+        " each material's mean, where all its points would lie by Amontons' law."
+    )
+    beside = " Right: the distance from it; bands: the mean's own confidence."
+    return points + (beside if campaign_friction.has_several_forces(campaign) else "")
+
+
+def _law_caption(campaign: Campaign, material: str) -> str:
+    loops = (
+        "friction force over displacement and speed, of a slow, a middling and a fast test; broad: recovered from the"
+        " motion, no law assumed; black: the law."
+    )
+    if not any(law.material == material for law in campaign.laws):
+        return f"The {loops}"
+    ladder = " Right: log evidence of each law tried below the best, all tests; orange: required; open: screened only."
+    return f"Left, middle: {loops}{ladder}"
+
+
 KINDS = (
     _Kind(
         "ranking",
@@ -153,18 +177,14 @@ KINDS = (
     _Kind(
         "friction",
         "Friction coefficient over normal force",
-        "Points: one coefficient per normal force, fitted over all frequency ratios, 95 % confidence. Dashed"
-        " lines: each material's mean, where all its points would lie by Amontons' law. Right: the distance"
-        " from it; bands: the mean's own confidence.",
+        _friction_caption,
         campaign_friction.friction,
         when=_knows_forces,
     ),
     _Kind(
         "law_{}",
         "The contact of {}",
-        "Left, middle: friction force over displacement and speed, of a slow, a middling and a fast test; broad:"
-        " recovered from the motion, no law assumed; black: the law. Right: how far the log evidence of each law"
-        " tried is below the best, all tests together; orange: the law required; open: screened only.",
+        _law_caption,
         campaign_laws.law_of_material,
         when=_has_loops,
         over=_with_loops,
@@ -172,9 +192,7 @@ KINDS = (
     _Kind(
         "irregularity",
         "Irregularity index of the short tests",
-        "Equation (4.1). One colour scale for all materials; it ends 0.1 below the largest index (at it, where"
-        " that is below 0.2), so that the small ones can be told apart. Between the dotted lines nothing"
-        " was measured, near resonance.",
+        "Equation (4.1), on one scale for all materials. Between dotted lines nothing was measured, near resonance.",
         campaign_maps.irregularity,
         when=_has_short_tests,
     ),
@@ -184,6 +202,7 @@ KINDS = (
         "Measured on the left; on the right as Coulomb's law predicts it for the fitted friction ratio. Blank:"
         " not measured, or no steady state.",
         campaign_maps.stops,
+        when=campaign_maps.varies,
     ),
     _Kind(
         "energy_{}",

@@ -9,24 +9,30 @@ from matplotlib.figure import Figure
 
 from frictionlab.campaign import Campaign, FrictionFit, Verdict
 from frictionlab.figures.campaign_maps import resonance_band
-from frictionlab.figures.style import GREY, PAGE, PALETTE, new_figure
+from frictionlab.figures.style import GREY, PAGE, PALETTE, new_figure, shades
 
 MARKERS = "os^Dv<>p"
+HIGH = 6  # rows of a legend beside a low panel
 
 
 def energy(campaign: Campaign, material: str) -> Figure:
     """Energy per cycle of one material for each normal force; open markers are tests the fit left out."""
     figure = new_figure(PAGE, 3.8)
     ax = figure.subplots()
-    for i, fit in enumerate(f for f in campaign.fits if f.material == material):
-        colour, marker = PALETTE[i % len(PALETTE)], MARKERS[i % len(MARKERS)]
+    fits = _by_force(campaign, material)
+    for i, (fit, colour) in enumerate(zip(fits, shades(len(fits)), strict=True)):
+        marker = MARKERS[i % len(MARKERS)]
         beta = "no fit" if fit.friction_ratio is None else f"β = {fit.friction_ratio:.3f}"
         _points(ax, fit, colour, marker, f"{fit.normal_force_n:g} N, {beta}")
         _prediction(ax, campaign, fit, colour)
-    _finish(ax, campaign, [f for f in campaign.fits if f.material == material])
+    _finish(ax, campaign, fits)
     ax.set_title(f"{material}: points measured, lines Coulomb's law with one friction ratio β per force")
-    ax.legend(title="normal force", ncols=1)
+    figure.legend(title="normal force", loc="outside right upper")
     return figure
+
+
+def _by_force(campaign: Campaign, material: str) -> list[FrictionFit]:
+    return sorted((f for f in campaign.fits if f.material == material), key=lambda fit: fit.normal_force_n)
 
 
 def comparison(campaign: Campaign) -> Figure:
@@ -63,20 +69,37 @@ def residuals(campaign: Campaign) -> Figure:
     for ax, material in zip(axes, campaign.materials, strict=True):
         ax.axhline(0, color=GREY, linewidth=0.8)
         reach = _reach(campaign, material)
-        for i, fit in enumerate(f for f in campaign.fits if f.material == material):
-            _residuals_of(ax, fit, PALETTE[i % len(PALETTE)], MARKERS[i % len(MARKERS)], reach)
+        fits = _by_force(campaign, material)
+        for i, (fit, colour) in enumerate(zip(fits, shades(len(fits)), strict=True)):
+            _residuals_of(ax, fit, colour, MARKERS[i % len(MARKERS)], reach)
         ax.set_title(material)
         ax.set_ylabel("residual [%]")
         ax.set_ylim(-reach, reach)
-        ax.legend(ncols=5, loc="upper right")
+        ax.set_xlim(0, _end(campaign))
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), ncols=_columns(campaign, material))
     axes[-1].set_xlabel("frequency ratio r")
     return figure
+
+
+def _columns(campaign: Campaign, material: str) -> int:
+    return 1 + (len(_by_force(campaign, material)) - 1) // HIGH
+
+
+def _end(campaign: Campaign) -> float:
+    """The right end of frequency ratios: the same in all panels, from 0, for a few tests lie close together."""
+    return 1.03 * max((t.r for t in campaign.trials if not t.failed), default=1.0)
 
 
 def _reach(campaign: Campaign, material: str) -> float:
     """Half the height of a panel of residuals (%): all tests that a fit used are inside."""
     used = [v for f in campaign.fits if f.material == material for v in f.used]
-    return 1.3 * max([100 * abs(v.residual or 0.0) for v in used], default=1.0) + 0.5
+    return 1.3 * max([100 * abs(v.residual or 0.0) + _confidence(v) for v in used], default=1.0) + 0.5
+
+
+def _confidence(verdict: Verdict) -> float:
+    """Half the 95 % confidence of a residual (%), by the scatter of the test's own cycles."""
+    mean, se = verdict.trial.mean[0], verdict.trial.mean_se[0]
+    return 196.0 * (1.0 + (verdict.residual or 0.0)) * se / mean if mean > 0.0 else 0.0
 
 
 def _residuals_of(ax: Axes, fit: FrictionFit, colour: str, marker: str, reach: float) -> None:
@@ -84,7 +107,9 @@ def _residuals_of(ax: Axes, fit: FrictionFit, colour: str, marker: str, reach: f
     for used, sign, label in ((True, marker, f"{fit.normal_force_n:g} N"), (False, "x", None)):
         chosen = [v for v in short if (v.excluded is None) == used]
         values = np.clip([100 * (v.residual or 0.0) for v in chosen], -0.97 * reach, 0.97 * reach)
-        ax.plot([v.trial.r for v in chosen], values, sign, color=colour, markersize=3, label=label, linestyle="none")
+        bars = [_confidence(v) for v in chosen] if used else None
+        ratios = [v.trial.r for v in chosen]
+        ax.errorbar(ratios, values, yerr=bars, fmt=sign, color=colour, markersize=3, label=label, elinewidth=0.6)
 
 
 def _points(ax: Axes, fit: FrictionFit, colour: str, marker: str, label: str, *, joined: bool = False) -> None:
@@ -132,6 +157,6 @@ def _finish(ax: Axes, campaign: Campaign, fits: Sequence[FrictionFit]) -> None:
     """Axes that show all that was measured; a prediction near resonance may leave them at the top."""
     energies = [v.trial.mean[0] for f in fits for v in f.verdicts if not v.trial.is_long]
     ax.set_ylim(0, 1.12 * max(energies, default=1.0) or 1.0)
-    ax.set_xlim(0, 1.03 * max((t.r for t in campaign.trials if not t.failed), default=1.0))
+    ax.set_xlim(0, _end(campaign))
     ax.set_xlabel("frequency ratio r")
     ax.set_ylabel("energy per cycle / kY²")

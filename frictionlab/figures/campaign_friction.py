@@ -14,25 +14,31 @@ NORMAL = 1.96
 NAME = 24  # letters of a name in a line
 
 
+def has_several_forces(campaign: Campaign) -> bool:
+    """Whether a coefficient of some material is known under two normal forces."""
+    known = [f.material for f in campaign.fits if f.friction_coefficient is not None]
+    return len(known) > len(set(known))
+
+
 def friction(campaign: Campaign) -> Figure:
     """Friction coefficient of each material over normal force; beside it, how far each point is from the mean."""
     figure = new_figure(PAGE, 3.2)
-    left, right = figure.subplots(1, 2)
+    panels = figure.subplots(1, 2 if has_several_forces(campaign) else 1, squeeze=False)[0]
     for i, test in enumerate(campaign.amontons):
         fits = [f for f in campaign.fits if f.material == test.material and f.friction_coefficient is not None]
         colour = PALETTE[i % len(PALETTE)]
-        _coefficients(left, fits, colour, 1.0, 0.0, test.material)
+        _coefficients(panels[0], fits, colour, 1.0, 0.0, test.material)
         if test.coefficient is not None and test.coefficient_se is not None:
             reach = NORMAL * test.coefficient_se
-            left.axhline(test.coefficient, color=colour, linewidth=0.6, linestyle="--")
-            _coefficients(right, fits, colour, 100 / test.coefficient, -100.0, None, shift=0.02 * i)
-            right.axhspan(*(100 * side * reach / test.coefficient for side in (-1, 1)), color=colour, alpha=0.15, lw=0)
-    for ax, label in ((left, "friction coefficient"), (right, "deviation from the material's mean [%]")):
-        ax.set_xlabel("normal force [N]")
-        ax.set_ylabel(label)
-        ax.locator_params(axis="x", nbins=5)  # one force alone has long numbers
-    left.set_ylim(bottom=0)
-    left.legend()
+            panels[0].axhline(test.coefficient, color=colour, linewidth=0.6, linestyle="--")
+            for ax in panels[1:]:
+                _coefficients(ax, fits, colour, 100 / test.coefficient, -100.0, None, shift=0.02 * i)
+                ax.axhspan(*(100 * side * reach / test.coefficient for side in (-1, 1)), color=colour, alpha=0.15, lw=0)
+    most = max((f.normal_force_n for f in campaign.fits), default=1.0)
+    for ax, label in zip(panels, ("friction coefficient", "deviation from the material's mean [%]"), strict=False):
+        ax.set(xlabel="normal force [N]", ylabel=label, xlim=(0.0, 1.1 * most))
+    panels[0].set_ylim(bottom=0)
+    figure.legend(loc="outside lower center", ncols=4)
     return figure
 
 
@@ -76,7 +82,7 @@ def _rank_panel(ax: Axes, ranks: Sequence[Rank], campaign: Campaign) -> None:
     ax.set_ylim(len(ranks) - 0.5, -0.5)
     if any(r.value is not None for r in ranks):
         ax.margins(x=0.12)
-        ax.set_xlim(left=0)
+        ax.set_xlim(left=-0.03 * ax.get_xlim()[1])
         ax.xaxis.set_major_locator(MaxNLocator(4))
     else:
         ax.set_xticks([])

@@ -46,7 +46,8 @@ def _ladder(ax: Axes, laws: list[LawEvidence]) -> None:
     for place, law in enumerate(reversed(shown)):
         colour = PREDICTED if law.required else MEASURED
         below = best[0].log_evidence - law.log_evidence
-        ax.plot(below, place, "o", ms=6 if law.required else 4, mec=colour, mfc="none" if law.screened else colour)
+        size, inside = 6 if law.required else 4, "none" if law.screened else colour
+        ax.plot(below, place, "o", ms=size, mec=colour, mfc=inside, clip_on=False, zorder=3)
     ax.set_xscale("symlog", linthresh=STEP)
     most = max(best[0].log_evidence - law.log_evidence for law in shown)
     ticks = [tick for tick in TICKS if tick <= 10.0 * most]

@@ -3,22 +3,26 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import BoundaryNorm, Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from frictionlab.campaign import Campaign, Verdict
 from frictionlab.campaign.trials import levels, nearest
-from frictionlab.figures.style import PAGE, VERMILION, new_figure
+from frictionlab.figures.stops import AT_REST, stop_colours
+from frictionlab.figures.style import MEASURED, PAGE, VERMILION, new_figure
 
 FloatArray = NDArray[np.float64]
 CLIP = 0.1  # the colour scale ends this far below the maximum, as in Fig. 4.5
 WIDE = 1.6  # a step over r = 1 this much wider than its neighbours is a band left out
-MOST_STOPS = 8
+MAP = 2  # values on both axes that a map needs
+FEW = 8  # classes of stops for which a low figure has room
 
 
 @dataclass(frozen=True)
@@ -43,7 +47,7 @@ def _map_of(campaign: Campaign, material: str, value: Callable[[Verdict], float 
             found.setdefault(place, []).append(number)
     values = np.full((len(forces), len(ratios)), np.nan)
     for place, numbers in found.items():
-        values[place] = float(np.mean(numbers))
+        values[place] = float(np.median(numbers))
     return _Map(ratios, forces, values)
 
 
@@ -73,10 +77,27 @@ def _edges(centres: FloatArray) -> FloatArray:
     return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
 
 
-def _draw(ax: Axes, drawn: _Map, norm: Normalize, colours: str) -> QuadMesh:
+def varies(campaign: Campaign) -> bool:
+    """Whether a material has two frequency ratios or two normal forces: less is no map."""
+    maps = [_map_of(campaign, material, lambda _: 0.0) for material in campaign.materials]
+    return any(len(one.ratios) > 1 or len(one.forces) > 1 for one in maps)
+
+
+def _draw(ax: Axes, drawn: _Map, colours: dict[str, Any], quantity: str) -> QuadMesh | None:
+    """A map, or a line where only one of frequency ratio and normal force varies."""
+    if min(len(drawn.forces), len(drawn.ratios)) < MAP:
+        over_force = len(drawn.ratios) < MAP
+        along = drawn.forces if over_force else drawn.ratios
+        values = np.where(drawn.values == AT_REST, 0.0, drawn.values).ravel()
+        ax.plot(along, values, "o" if over_force else "o-", color=MEASURED, markersize=3.0, linewidth=0.6)
+        ax.set(xlabel="normal force [N]" if over_force else "frequency ratio r", ylabel=quantity)
+        top = float(np.nanmax(values, initial=0.0)) or 1.0
+        ax.set(xlim=(0.0, 1.05 * max(along)), ylim=(-0.06 * top, 1.12 * top))
+        ax.yaxis.set_major_locator(MaxNLocator(4, integer=isinstance(colours["norm"], BoundaryNorm)))
+        return None
     rows = np.arange(len(drawn.forces) + 1) - 0.5
     meshes = [
-        ax.pcolormesh(edges, rows, drawn.values[:, span], norm=norm, cmap=colours, edgecolors="white", linewidth=0.3)
+        ax.pcolormesh(edges, rows, drawn.values[:, span], edgecolors="white", linewidth=0.3, **colours)
         for span, edges in _pieces(drawn.ratios)
     ]
     ax.grid(visible=False)
@@ -86,7 +107,7 @@ def _draw(ax: Axes, drawn: _Map, norm: Normalize, colours: str) -> QuadMesh:
             ax.axvline(edge, color=VERMILION, linestyle=":", linewidth=1.2)
     ax.set_xlim(left=0)
     ax.set_yticks(range(len(drawn.forces)), [f"{force:g}" for force in drawn.forces])
-    ax.set_ylabel("normal force [N]")
+    ax.set(ylabel="normal force [N]", xlabel="frequency ratio r")
     return meshes[0]
 
 
@@ -95,19 +116,18 @@ def irregularity(campaign: Campaign) -> Figure:
     maps = [_map_of(campaign, m, lambda v: v.trial.irregularity) for m in campaign.materials]
     every = np.concatenate([m.values[np.isfinite(m.values)] for m in maps])
     norm = Normalize(0.0, colour_limit(every))
-    figure = new_figure(PAGE, 0.6 + 1.25 * len(maps))
+    figure = new_figure(PAGE, 0.6 + 1.25 * max(len(maps), 2 if len(maps[0].forces) < MAP else 1))
     axes = figure.subplots(len(maps), 1, sharex=True, squeeze=False)[:, 0]
-    for ax, drawn, material in zip(axes, maps, campaign.materials, strict=True):
-        mesh = _draw(ax, drawn, norm, "viridis")
+    meshes = [
+        _draw(ax, one, {"norm": norm, "cmap": "viridis"}, "irregularity") for ax, one in zip(axes, maps, strict=True)
+    ]
+    for ax, material in zip(axes, campaign.materials, strict=True):
         ax.set_title(material)
-    axes[-1].set_xlabel("frequency ratio r")
-    figure.colorbar(
-        mesh,
-        ax=list(axes),
-        label="irregularity index",
-        aspect=30,
-        extend="max" if norm.vmax < every.max() else "neither",
-    )
+        ax.label_outer()
+    mesh = next((one for one in meshes if one is not None), None)
+    if mesh is not None:
+        extend = "max" if norm.vmax < every.max() else "neither"
+        figure.colorbar(mesh, ax=list(axes), label="irregularity index", aspect=30, extend=extend)
     return figure
 
 
@@ -126,19 +146,26 @@ def colour_limit(values: FloatArray) -> float:
 def stops(campaign: Campaign) -> Figure:
     """Stops per cycle: measured on the left, predicted by the fitted friction ratio on the right."""
     kinds: tuple[tuple[str, Callable[[Verdict], float | None]], ...] = (
-        ("measured", lambda v: v.trial.stops),
-        ("predicted", lambda v: v.predicted.stops if v.predicted is not None else None),
+        ("measured", lambda v: AT_REST if v.trial.regime == "stuck" else v.trial.stops),
+        ("predicted", _predicted_stops),
     )
-    norm = BoundaryNorm(np.arange(-0.5, MOST_STOPS + 1), 256, extend="max")
-    figure = new_figure(PAGE, 0.6 + 1.2 * len(campaign.materials))
-    axes = figure.subplots(len(campaign.materials), 2, sharex=True, squeeze=False)
-    for line, material in zip(axes, campaign.materials, strict=True):
-        for ax, (kind, value) in zip(line, kinds, strict=True):
-            mesh = _draw(ax, _map_of(campaign, material, value), norm, "viridis")
+    maps = [[_map_of(campaign, material, value) for _, value in kinds] for material in campaign.materials]
+    every = np.concatenate([one.values.ravel() for pair in maps for one in pair])
+    scale = stop_colours(every)
+    figure = new_figure(PAGE, 0.6 + 1.2 * max(len(maps), 2 if len(scale.names) > FEW else 1))
+    axes = figure.subplots(len(maps), 2, sharex=True, squeeze=False)
+    meshes = []
+    for line, pair, material in zip(axes, maps, campaign.materials, strict=True):
+        for ax, drawn, (kind, _) in zip(line, pair, kinds, strict=True):
+            meshes.append(_draw(ax, drawn, scale.mapped, "stops per cycle"))
             ax.set_title(f"{material}, {kind}")
-        line[1].set_ylabel("")
-    for ax in axes[-1]:
-        ax.set_xlabel("frequency ratio r")
-    bar = figure.colorbar(mesh, ax=axes, label="stops per cycle", ticks=range(MOST_STOPS + 1), aspect=30)
-    bar.ax.tick_params(length=0)
+            ax.label_outer()
+    mesh = next((one for one in meshes if one is not None), None)
+    if mesh is not None:
+        scale.bar(figure, mesh, axes).set_label("stops per cycle")
     return figure
+
+
+def _predicted_stops(verdict: Verdict) -> float | None:
+    found = verdict.predicted
+    return None if found is None else found.stops if found.energy > 0.0 else AT_REST

@@ -53,8 +53,8 @@ def _side(pairs: FloatArray, which: int) -> FloatArray:
 
 
 def _trace(ax: Axes, response: Response) -> None:
-    ax.plot(response.time, response.base, color=BASE, linewidth=0.7, label="base y / Y")
-    ax.plot(response.time, response.mass, color=MEASURED, linewidth=0.9, label="mass x / Y")
+    ax.plot(response.time, response.mass, color=MEASURED, linewidth=1.1, label="mass x / Y")
+    ax.plot(response.time, response.base, color=BASE, linewidth=0.8, linestyle="--", label="base y / Y")
     ax.set_title(_title(response))
     ax.set_xlabel("time [s]")
     ax.margins(x=0)

@@ -15,6 +15,7 @@ FloatArray = NDArray[np.float64]
 TURN = 2.0 * np.pi
 STILL = 1e-9  # of omega Y: a contact that is slower stands
 SHORTEST = 0.1  # of a cycle: a slide that has room for its name
+ROW = 0.115  # inches: a law of the ladder
 LETTERS = 6  # points: size of the words inside a panel
 ROOM = 0.35  # of a panel's width: for the numbers beside its points
 WIDTHS = (2.0, 1.0, 1.0)  # of what is left, misfit, and evidence
@@ -103,7 +104,7 @@ def draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
     misfit.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 50.0 * low else (1.0,), numticks=20))
     misfit.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     misfit.xaxis.set_minor_formatter(NullFormatter())
-    evidence.set(xlabel="log evidence - that of\nthe law required")
+    evidence.set(xlabel="log evidence less\nthe required law's")
     evidence.set_xscale("symlog", linthresh=10.0)
     least, most = min(evidence.get_xlim()[0], -20.0), max((log - best for _, (_, _, log) in told), default=0.0)
     ticks = [*(FAR if least < FAR[0] / 3.0 else NEAR), *((100.0,) if most > ABOVE else ())]
@@ -119,7 +120,7 @@ def draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
 
 def _draw_rungs(ax: Axes, values: list[float], colors: list[str], form: str) -> None:
     """A point for each law, one below the other, with its number beside it."""
-    ax.scatter(values, range(len(values)), c=colors, s=14, zorder=3)
+    ax.scatter(values, range(len(values)), c=colors, s=14, zorder=3, clip_on=False)
     for place, (value, color) in enumerate(zip(values, colors, strict=True)):
         ax.annotate(
             form.format(value), (value, place), (4, 0), textcoords="offset points",
@@ -143,8 +144,9 @@ def _short(law: str) -> str:
 def contact_figure(contact: ContactForce, title: str | None = None) -> Figure:
     """Force over displacement and speed, the residual, and the ladder where one was climbed; warnings below."""
     with look():
-        figure = new_figure(PAGE, 5.4)
-        [above], [below] = figure.subfigures(2, 1, squeeze=False)
+        ladder = max(2.5, 0.7 + ROW * len(contact.laws))
+        figure = new_figure(PAGE, 2.9 + ladder)
+        [above], [below] = figure.subfigures(2, 1, squeeze=False, height_ratios=(2.9, ladder))
         over_way, over_speed = above.subplots(1, 2)
         draw_force(contact, over_way, over_speed=False).legend(loc="center", fontsize=LETTERS)
         draw_force(contact, over_speed, over_speed=True)

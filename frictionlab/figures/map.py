@@ -9,6 +9,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from frictionlab.figures.stops import stop_colours
 from frictionlab.figures.style import BLUE, PAGE, caution, look, new_figure
 
 Floats = NDArray[np.float64]
@@ -17,6 +18,7 @@ PANELS = {
     "response_amplitude": "amplitude over $Y$",
     "stops_per_cycle": "stops per cycle",
 }
+STOPS = "stops_per_cycle"
 MANY, WIDE = 3, 10.0  # values of an axis, and how much larger the last is, from which its scale may be logarithmic
 MOST = 95.0  # percentile where the colours end: a few points at resonance would bleach all others
 
@@ -30,7 +32,7 @@ class StateMapDrawing:
     axes
         Name -> its values, going up; one axis or two.
     columns
-        Key of `PANELS` -> array over the axes in their order.
+        Key of `PANELS` -> array over the axes in their order; stops of a mass at rest: `stops.AT_REST`.
     title
         The law and what stays the same.
     warnings
@@ -62,16 +64,21 @@ def draw_panel(drawn: StateMapDrawing, key: str, ax: Axes) -> Axes:
     ax.set_xscale(_scale(drawn.axes[names[0]]))
     values = drawn.columns[key]
     if len(names) == 1:
-        ax.plot(drawn.axes[names[0]], values, color=BLUE, marker=".", markersize=2.5)
+        ax.plot(drawn.axes[names[0]], np.maximum(values, 0.0), color=BLUE, marker=".", markersize=2.5)
         return ax
     along, up = drawn.axes[names[0]], drawn.axes[names[1]]
-    mesh = ax.pcolormesh(along, up, values.T, shading="nearest", norm=_colours(values), rasterized=True)
+    stops = stop_colours(values) if key == STOPS else None
+    colours = {"norm": _colours(values)} if stops is None else stops.mapped
+    mesh = ax.pcolormesh(along, up, values.T, shading="nearest", rasterized=True, **colours)
     ax.set_ylabel(names[1])
     ax.set_yscale(_scale(up))
     ax.grid(visible=False)
     beyond = np.nanmax(values, initial=0.0) > (mesh.norm.vmax or 0.0)
     if (figure := ax.get_figure(root=True)) is not None:
-        figure.colorbar(mesh, ax=ax, extend="max" if beyond else "neither")
+        if stops is not None:
+            stops.bar(figure, mesh, ax)
+        else:
+            figure.colorbar(mesh, ax=ax, extend="max" if beyond else "neither")
     return ax
 
 

@@ -10,9 +10,10 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any
 
-from matplotlib import rc_context
+from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.image import imsave
 from matplotlib.text import Text
@@ -26,11 +27,11 @@ BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, YELLOW, BLACK = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442", "#000000",
 )  # fmt: skip
 GREY = "#8A8A8A"
-MEASURED, PREDICTED, BASE = BLUE, VERMILION, GREY
+MEASURED, PREDICTED, BASE = BLUE, VERMILION, "#4A4A4A"
 PALETTE = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
 COLUMN, PAGE = 3.5, 7.2  # widths in inches: one column and the whole page of a journal
 HEADLINE = 105  # letters a line above a figure of the whole page
-MOST_WARNINGS, LETTERS, FORE = 3, 150, 40  # below a figure: how many, letters a line, where a number's name ends
+LETTERS, FORE = 150, 40  # of a line below a figure; where the name of a number ends
 
 logging.getLogger("matplotlib").setLevel(logging.ERROR)
 """It says at length where it keeps its fonts when nothing can be written at home: nothing that a figure depends on."""
@@ -57,6 +58,13 @@ LOOK: dict[Any, Any] = {  # matplotlib spells out every key in its type
     "svg.hashsalt": "frictionlab",
     "svg.fonttype": "path",
 }
+
+
+def shades(count: int) -> list[str]:
+    """Colours of an ordered family: the palette, or light to dark where it is too short."""
+    if count <= len(PALETTE):
+        return list(PALETTE[:count])
+    return [to_hex(colormaps["viridis_r"](0.1 + 0.9 * i / (count - 1))) for i in range(count)]
 
 
 def look() -> AbstractContextManager[None]:
@@ -87,17 +95,17 @@ def plain_decades(ax: Axes) -> None:
 
 
 def caution(figure: Figure, warnings: Sequence[str]) -> None:
-    """Write the first warnings below a figure, in small: a figure travels without its table.
+    """Write two lines of warnings below a figure, in small: a figure travels without its table.
 
     What begins with the name of a number comes first: it says what that number is worth.
     """
     if not warnings:
         return
-    first = sorted(warnings, key=lambda sentence: ":" not in sentence[:FORE])[:MOST_WARNINGS]
-    rest = len(warnings) - len(first)
-    lines = [line for sentence in first for line in textwrap.wrap(f"! {sentence}", LETTERS)]
-    lines += [f"and {rest} more, in the table"] if rest else []
-    figure.supxlabel("\n".join(lines), x=0.01, ha="left", fontsize=6.0, color=VERMILION, parse_math=False)
+    first = sorted(warnings, key=lambda sentence: ":" not in sentence[:FORE])[:2]
+    rest = f" (and {len(warnings) - len(first)} more in the table)" if len(warnings) > len(first) else ""
+    room = [LETTERS] * (len(first) - 1) + [LETTERS - len(rest)]
+    lines = [textwrap.shorten(f"! {said}", width, placeholder=" ...") for said, width in zip(first, room, strict=True)]
+    figure.supxlabel("\n".join(lines) + rest, x=0.01, ha="left", fontsize=6.0, color=VERMILION, parse_math=False)
 
 
 def save(figure: Figure, path: Path, *, force: bool = False) -> Path:

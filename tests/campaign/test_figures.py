@@ -8,10 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.collections import QuadMesh
 
-from frictionlab.campaign import Campaign
+from frictionlab.campaign import Campaign, evaluate, trial_of
 from frictionlab.figures import campaign_maps
 from frictionlab.figures.campaign import Plate, plates, safe
 from frictionlab.figures.campaign_maps import colour_limit, resonance_band
+from frictionlab.figures.stops import AT_REST, stop_colours
+from frictionlab.scene import Scene
+from tests.campaign.fabricate import row
 
 NAMES = {
     *("ranking", "friction", "irregularity", "stops", "energy_aramid", "energy_rubber", "energy_steel", "comparison"),
@@ -65,6 +68,26 @@ def test_a_band_is_left_blank_only_over_resonance(below: list[float]) -> None:
     assert resonance_band([*below, 1.0, 1.5]) is None
     band = resonance_band([*sorted(below), 9.0])
     assert band is None or band == (max(below), 9.0)
+
+
+def test_stops_are_whole_numbers_of_distinct_colours_over_their_full_range() -> None:
+    scale = stop_colours(np.array([AT_REST, 0.0, 2.02, 131.0, np.nan]))
+    assert scale.names == ("at rest", *"012345678", "9-16", "17-24", "25-40", "41-72", "73-136")
+    colours = {scale.mapped["cmap"](scale.mapped["norm"](n)) for n in (AT_REST, 0, 1, 2, 8, 12, 20, 30, 60, 131)}
+    assert len(colours) == 10
+    assert scale.edges[0] < AT_REST < 131.0 < scale.edges[-1]
+
+
+def test_a_campaign_of_one_force_has_lines_in_place_of_maps_and_no_caption_of_absent_panels(scene: Scene) -> None:
+    few = evaluate([trial_of(row("steel", 1.0, r, 0.6)) for r in (0.3, 0.45, 0.7)], scene)
+    drawn = {plate.name: plate for plate in plates(few)}
+    assert not any(ax.collections for ax in drawn["stops"].draw().axes)
+    assert len(drawn["friction"].draw().axes) == 1
+    assert "Right" not in drawn["friction"].caption
+    (residuals,) = drawn["residuals"].draw().axes
+    assert residuals.get_xlim()[0] == 0.0
+    one = evaluate([trial_of(row("steel", 1.0, 0.3, 0.6))], scene)
+    assert not {"stops", "irregularity"} & {plate.name for plate in plates(one)}
 
 
 def test_words_of_logs_are_safe_in_file_names() -> None:
