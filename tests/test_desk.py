@@ -82,7 +82,7 @@ def test_one_that_fails_leaves_the_table_of_the_others(short: bytes, tmp_path: P
     assert told.exit_code == 1
     assert "fault of the program" not in told.stderr
     assert told.stdout.splitlines()[0] == "1 of 2 recordings compared, law coulomb"
-    assert [line.split()[:2] for line in told.stdout.splitlines()[2:]] == [["none", "failed:"], ["a", "1.200"]]
+    assert [line.split()[:2] for line in told.stdout.splitlines()[2:]] == [["none.csv", "failed:"], ["a", "1.200"]]
 
 
 @pytest.mark.parametrize("turned", ["swapped", "inverted"])

@@ -59,9 +59,10 @@ def test_one_that_fails_is_told_and_the_others_go_on(log: Path, tmp_path: Path) 
     assert result.exit_code == 1
     assert (tmp_path / "out" / "steel_N10_r0.5.h5").exists()
     assert not (tmp_path / "out" / "bad.h5").exists()
-    said = [line for line in result.stderr.splitlines() if "frictionlab:" in line]
-    assert len(said) == 2
-    assert said[0].startswith(f"frictionlab: {bad}: no lines of numbers")  # its name once, not twice
+    said = [line.split() for line in result.stdout.splitlines()]
+    assert said[0] == ["1", "of", "3", "logs", "ingested"]
+    assert [line[0] for line in said[1:] if "failed:" in line] == ["bad.csv", "none.csv"]
+    assert said[2][1:5] == ["failed:", "no", "lines", "of"]  # its name once, not twice
     assert "Traceback" not in result.output
 
 
@@ -165,9 +166,19 @@ def test_a_foreign_file_is_not_replaced_without_force(log: Path) -> None:
     assert run(log).exit_code == 0
 
 
-def test_quiet_is_quiet(log: Path) -> None:
+def test_quiet_leaves_the_table(log: Path) -> None:
     result = run(log, "--quiet")
-    assert (result.exit_code, result.stdout, result.stderr) == (0, "", "")
+    assert (result.exit_code, result.stdout.splitlines()[0], result.stderr) == (0, "1 of 1 logs ingested", "")
+
+
+def test_the_recording_of_another_log_is_not_replaced_without_force(log: Path, tmp_path: Path) -> None:
+    place, other = tmp_path / "a.h5", log.with_name("other.csv")
+    other.write_bytes(log.read_bytes())
+    assert [run(log, "-o", place).exit_code for _ in range(2)] == [0, 0]
+    refused = run(other, "-o", place)
+    assert refused.exit_code == 1
+    assert f"holds the recording of {log.name}" in refused.stderr
+    assert run(other, "-o", place, "--force").exit_code == 0
 
 
 def test_text_from_logs_is_escaped(log: Path) -> None:
@@ -186,7 +197,7 @@ def test_warnings_are_told_with_their_log(log: Path) -> None:
     log.write_text("\n".join(lines) + "\n")
     result = run(log)
     assert result.exit_code == 0
-    assert re.search(r"steel_N10_r0\.5\.csv: warning: a gap of 0\.204 s after", result.stderr)
+    assert re.search(r"warning \(steel_N10_r0\.5\): a gap of 0\.204 s after", result.stderr)
 
 
 @pytest.mark.parametrize("part", range(4))
@@ -201,7 +212,7 @@ def test_two_hundred_kills_leave_the_old_recording_or_the_new_one(part: int, log
     seen = Counter[str]()
     for _ in range(50):
         place.write_bytes(old)
-        killed = _killed_after(draw.uniform(0.0, latest), log, "-o", place, "--quiet")
+        killed = _killed_after(draw.uniform(0.0, latest), log, "-o", place, "--quiet", "--force")
         latest *= 1.1 if killed else 0.9  # on a slow machine and on a fast one, half of them are hit
         found = read_recording(place)  # whole in any case
         expected = DATA if len(found) == len(DATA.mass) else before
@@ -210,7 +221,7 @@ def test_two_hundred_kills_leave_the_old_recording_or_the_new_one(part: int, log
     assert seen["done, old"] == 0
     assert seen["killed, old"] > 10
     assert seen["done, new"] > 10
-    assert run(log, "-o", place, "--quiet").exit_code == 0
+    assert run(log, "-o", place, "--quiet", "--force").exit_code == 0
     assert [p.name for p in place.parent.iterdir()] == ["a.h5"]  # what killed runs left is swept
 
 

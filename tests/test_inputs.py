@@ -87,7 +87,7 @@ def test_the_table_has_one_line_a_test_and_failures_among_them(capsys: pytest.Ca
     lines = out.splitlines()
     assert lines[0] == "1 of 2 recordings"
     assert lines[2].split() == ["steel_250g", "0.320", "4.471", "+-", "0.019", "2", "stuck"]
-    assert lines[3].startswith("b\\x1b[31m   failed: empty \\x1b[2J and long")
+    assert lines[3].startswith("b\\x1b[31m.csv  failed: empty \\x1b[2J and long")
     assert max(map(len, lines)) <= 80
     print_tests([bad], MEASURED, "0 of 1")
     told = capsys.readouterr()

@@ -1,8 +1,8 @@
 """``frictionlab ingest``: logs -> recordings."""
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,13 +17,12 @@ from frictionlab.cli.options import (
     SceneFile,
     Scheduler,
     Verbose,
-    Wide,
     Workers,
     scene_of,
     takes,
 )  # fmt: skip
-from frictionlab.cli.output import Shown, print_table, print_tests, print_warnings, printable
-from frictionlab.cli.progress import bytes_read, track
+from frictionlab.cli.output import Shown, print_tests, print_warnings, printable
+from frictionlab.cli.progress import count, track
 from frictionlab.errors import UsageError
 from frictionlab.files import refuse_inputs
 
@@ -31,11 +30,6 @@ if TYPE_CHECKING:
     from frictionlab.recording import Recording
     from frictionlab.scene import Scene
     from frictionlab.tables import Row
-
-TABLE = {
-    "source": "log", "layout": "layout", "samples": "samples", "sampling_rate_hz": "rate [Hz]",
-    "duration_s": "duration [s]", "lines_quarantined": "quarantined", "flagged": "flagged", "output": "recording",
-}  # fmt: skip
 
 TOLD = 100  # quarantined lines in a row; the recording keeps more
 
@@ -65,7 +59,6 @@ def ingest(
     workers: Workers = None,
     scheduler: Scheduler = None,
     as_json: AsJson = False,
-    wide: Wide = False,
     verbose: Verbose = False,
     force: Force = False,
     quiet: Quiet = False,
@@ -82,37 +75,38 @@ def ingest(
     read = [*inputs, *([] if base_log is None else [base_log]), *what.files]
     places = None if dry_run else _places(inputs, read, output)
     with on_disk([*inputs, *([] if base_log is None else [base_log])]) as files:
-        job = _Ingest(what, base_log, places, files, force=force, quiet=quiet or as_json or len(inputs) > 1)
+        alone = len(inputs) == 1 and not (quiet or as_json)
+        job = partial(
+            _ingested, scene=what, base_log=base_log, places=places, files=files, force=force, quiet=not alone
+        )
         made = rows_of(inputs, job, workers=workers, scheduler=scheduler)
-        watched = track(made, total=len(inputs), title="ingest", quiet=quiet or as_json or len(inputs) == 1)
+        watched = track(made, total=len(inputs), title="ingest", quiet=quiet or as_json or alone)
         rows = report_rows(watched, as_json=as_json)
     if not as_json:
-        _tell(rows, evidence=dry_run, wide=wide)
+        _tell(rows, evidence=dry_run)
         if not quiet:
             print_warnings(rows, verbose=verbose)
     exit_status(rows)
 
 
-@dataclass(frozen=True)
-class _Ingest:
-    """What is done to each log, here or where a worker is."""
+def _ingested(
+    log: Path,
+    *,
+    scene: "Scene",
+    base_log: Path | None,
+    places: "Mapping[Path, Path] | None",
+    files: Files,
+    force: bool,
+    quiet: bool,
+) -> "Row":
+    """The row of a log, ingested here or where a worker is."""
+    from frictionlab.verbs.measuring import ingest
 
-    scene: "Scene"
-    base_log: Path | None
-    places: "Mapping[Path, Path] | None"
-    files: Files
-    force: bool
-    quiet: bool
-
-    def __call__(self, log: Path) -> "Row":
-        from frictionlab.verbs.measuring import ingest
-
-        output = None if self.places is None else self.places[log]
-        file = self.files.get(log, log)
-        base = None if self.base_log is None else self.files.get(self.base_log, self.base_log)
-        with bytes_read(log.name, quiet=self.quiet) as progress:
-            recording = ingest(file, self.scene, base_log=base, output=output, force=self.force, progress=progress)
-        return _row(recording, log, output)
+    output = None if places is None else places[log]
+    base = None if base_log is None else files.get(base_log, base_log)
+    with count(log.name, quiet=quiet, in_bytes=True) as progress:
+        recording = ingest(files.get(log, log), scene, base_log=base, output=output, force=force, progress=progress)
+    return _row(recording, log, output)
 
 
 def _inputs(logs: Sequence[Path], mass_log: Path | None, base_log: Path | None) -> list[Path]:
@@ -130,49 +124,27 @@ def _inputs(logs: Sequence[Path], mass_log: Path | None, base_log: Path | None) 
 
 def _places(inputs: Sequence[Path], read: Sequence[Path], output: str | None) -> "Mapping[Path, Path]":
     """Where each log's recording goes; made sure that no two go to one place and none over a file that is read."""
-    if output is None:
-        folders = {log: _beside(log) for log in inputs}
-        places = {
-            log: folder / name for folder in set(folders.values()) for log, name in _named(inputs, folders, folder)
-        }
-    elif _is_folder(output):
-        _make_folder(Path(output))
-        places = {log: Path(output) / name for log, name in _named(inputs, dict.fromkeys(inputs, Path()), Path())}
-    elif len(inputs) == 1:
-        _check_suffix(Path(output))
-        _make_folder(Path(output).parent)
-        places = {inputs[0]: Path(output)}
-    else:
+    into = None if output is None else Path(output)
+    is_folder = into is None or into.is_dir() or str(output).endswith((os.sep, "/")) or not into.suffix
+    places: dict[Path, Path] = {}
+    if is_folder:
+        folders = {log: into or (Path() if is_standard_input(log) else log.parent) for log in inputs}
+        for folder in dict.fromkeys(folders.values()):
+            names = result_names([log for log in inputs if folders[log] == folder])
+            places |= {log: folder / f"{name}.h5" for log, name in names.items()}
+    elif len(inputs) > 1:
         raise UsageError(f"-o {output}: expected a folder for {len(inputs)} logs; got the name of a file")
+    elif into is not None and into.suffix.lower() not in (".h5", ".hdf5", ".nc"):
+        raise UsageError(f"-o {output}: a recording is an HDF5 file: expected a name ending in .h5, or a folder")
+    elif into is not None:
+        places = {inputs[0]: into}
+    for place in places.values():
+        try:
+            place.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise UsageError(f"-o {place.parent}: the folder cannot be made ({error.strerror})") from error
     refuse_inputs(places.values(), read)
     return places
-
-
-def _beside(log: Path) -> Path:
-    """The folder of a log; of standard input the one that is worked in."""
-    return Path() if is_standard_input(log) else log.parent
-
-
-def _named(inputs: Sequence[Path], folders: "Mapping[Path, Path]", folder: Path) -> "Iterator[tuple[Path, str]]":
-    """Each log of a folder with the name of its recording, like no other's."""
-    for log, name in result_names([log for log in inputs if folders[log] == folder]).items():
-        yield log, f"{name}.h5"
-
-
-def _is_folder(output: str) -> bool:
-    return Path(output).is_dir() or output.endswith((os.sep, "/")) or not Path(output).suffix
-
-
-def _check_suffix(output: Path) -> None:
-    if output.suffix.lower() not in (".h5", ".hdf5", ".nc"):
-        raise UsageError(f"-o {output}: a recording is an HDF5 file: expected a name ending in .h5, or a folder")
-
-
-def _make_folder(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UsageError(f"-o {folder}: the folder cannot be made ({error.strerror})") from error
 
 
 def _row(recording: "Recording", log: Path, output: Path | None) -> "Row":
@@ -212,13 +184,11 @@ FOUND = (
 )
 
 
-def _tell(rows: Sequence[Mapping[str, Any]], *, evidence: bool, wide: bool) -> None:
+def _tell(rows: Sequence[Mapping[str, Any]], *, evidence: bool) -> None:
     """Print a table of what was made, and below it what its user should know."""
     good = [row for row in rows if row["status"] == "ok"]
-    if wide and good:
-        print_table(good, TABLE, elsewhere="--json gives")
     verb = "read" if evidence else "ingested"
-    print_tests([row for row in rows if row not in good or not wide], FOUND, f"{len(good)} of {len(rows)} logs {verb}")
+    print_tests(rows, FOUND, f"{len(good)} of {len(rows)} logs {verb}")
     for row in good if evidence else ():
         for sentence in row["evidence"]:
             typer.echo(f"{printable(row['source'])}: {printable(sentence)}")

@@ -107,6 +107,9 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str) ->
             complain(f"{row.get('source')}: {row.get('reason')}")
         return
     names = short_names([str(row.get("source")) for row in rows])
+    for number, row in enumerate(rows):
+        if row.get("status") == "failed":
+            names[number] = printable(Path(str(row.get("source"))).name)
     texts = {c.title: [printable(c.text(row)) if row in good else "" for row in rows] for c in columns}
     filled = [c for c in columns if set(texts[c.title]) - {"", "-"}]
     width = _width() or WIDTH
@@ -193,8 +196,8 @@ def print_table(
 ) -> None:
     """Print rows as a table of aligned text on stdout.
 
-    No number is ever cut. What is too wide for the terminal is made narrower by folding long texts; then, of a few
-    rows, by turning the table; then by leaving out the last columns, and saying which.
+    No number is ever cut. What is too wide for the terminal is, of a few rows, turned; of many, left out from the end,
+    and named.
 
     Parameters
     ----------
@@ -208,23 +211,19 @@ def print_table(
     """
     told = list(rows)
     heads = _heads(columns, told)
-    width = _width()
-    widths = _fitted(heads, told, width)
-    if widths is None and len(told) <= FEW:
+    lines = [list(heads.values()), *([cell(row.get(key)) for key in heads] for row in told)]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+    kept = len(widths)
+    while _width() and kept > 1 and sum(widths[:kept]) + GAP * (kept - 1) > _width():
+        kept -= 1
+    if kept < len(widths) and len(told) <= FEW:
         print_turned(told, heads)
         return
-    gone: list[str] = []
-    while widths is None and len(heads) > 1:
-        gone.insert(0, heads.pop(list(heads)[-1]))
-        widths = _fitted(heads, told, width)
-    lines = [list(heads.values()), *([cell(row.get(key)) for key in heads] for row in told)]
     for number, line in enumerate(lines):
-        folded = [_folded(text, size) for text, size in zip(line, widths or [width], strict=True)]
-        for part in range(max(map(len, folded))):
-            text = _joined(["".join(texts[part : part + 1]) for texts in folded], widths or [width])
-            typer.echo(text if number else _bold(text))
-    if gone:
-        typer.echo(f"does not fit: {', '.join(gone)} ({elsewhere} all columns)")
+        text = _joined(line[:kept], widths[:kept])
+        typer.echo(text if number else _bold(text))
+    if kept < len(widths):
+        typer.echo(f"does not fit: {', '.join(lines[0][kept:])} ({elsewhere} all columns)")
 
 
 def print_turned(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> None:
@@ -234,11 +233,8 @@ def print_turned(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> Non
         widest = max(map(len, heads.values()), default=0)
         if number:
             typer.echo()
-        left = max(_width() - widest - GAP, LEAST_TEXT)
         for key, head in heads.items():
-            lines = _folded(cell(row.get(key)), left) if _width() and _is_text(key, [row]) else [cell(row.get(key))]
-            for part, text in enumerate(lines):
-                typer.echo(_joined(["" if part else head, text], [widest, 0]))
+            typer.echo(_joined([head, cell(row.get(key))], [widest, 0]))
 
 
 def paragraph(text: str, *, indent: str = "") -> None:
@@ -275,26 +271,3 @@ def _head(name: str, table: Table | Mapping[str, str]) -> str:
 def _width() -> int:
     """Letters in a line of the terminal; 0 in a pipe, where any length goes."""
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
-
-
-def _fitted(heads: Mapping[str, str], rows: Sequence[Row], width: int) -> list[int] | None:
-    """The width of each column so that all fit; None if they cannot. Numbers and heads keep theirs, texts may give."""
-    full = [max(len(line) for line in (head, *(cell(row.get(key)) for row in rows))) for key, head in heads.items()]
-    spare = width - GAP * (len(heads) - 1) - sum(full)
-    if not width or spare >= 0:
-        return full
-    for i in sorted(range(len(full)), key=lambda i: -full[i]):
-        key, head = list(heads.items())[i]
-        if _is_text(key, rows):
-            given = max(LEAST_TEXT, len(head), full[i] + spare)
-            spare += full[i] - min(given, full[i])
-            full[i] = min(given, full[i])
-    return full if spare >= 0 else None
-
-
-def _is_text(key: str, rows: Sequence[Row]) -> bool:
-    return all(isinstance(plain(row.get(key)), (str, list, dict, type(None))) for row in rows)
-
-
-def _folded(text: str, width: int) -> list[str]:
-    return textwrap.wrap(text, width, break_on_hyphens=False) if len(text) > width else [text]

@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from frictionlab.errors import OutputError
 from frictionlab.verbs.inputs import AnyScene, FilePath, is_recording_name, recording_given, scene_given
 
 if TYPE_CHECKING:
@@ -68,10 +69,22 @@ def ingest(
     if output is not None:
         refuse_inputs([Path(output)], [*(Path(part) for part in (log, base_log) if part is not None), *known.files])
         check_writable(Path(output), force=force)
+        _refuse_another(Path(output), Path(log), force=force)
     recording = _read(Path(log), None if base_log is None else Path(base_log), known, progress)
     if output is not None:
         write_recording(recording, Path(output), force=force)
     return recording
+
+
+def _refuse_another(output: Path, log: Path, *, force: bool) -> None:
+    """Refuse to replace the recording of another log: the same one may be read again."""
+    from frictionlab.hdf5 import is_recording, read_recording
+
+    if force or not output.exists() or not is_recording(output):
+        return
+    names = [Path(file.name).name for file in read_recording(output).source.files]
+    if names and log.name not in names:
+        raise OutputError(f"{output}: holds the recording of {names[0]}: choose another output, or give --force")
 
 
 def _read(log: Path, base_log: Path | None, scene: "Scene", progress: "Progress | None") -> "Recording":
