@@ -228,9 +228,8 @@ def _beta(rubs: Rubbing, scene: "Scene | None", units: Units | None) -> float:
         "--scene TOML with stiffness_n_per_m (or mass_kg and natural_frequency_hz) in [rig]": stiffness,
     }
     if coefficient is None or force is None or stiffness is None or units is None:
-        missing = [name for name, value in lacking.items() if value is None]
-        also = "" if len(missing) == len(lacking) else f"; or with what is given: {', '.join(missing)}"
-        raise UsageError(f"friction: expected --beta BETA (friction force over k Y), or --coefficient{also}")
+        missing = ", ".join(name for name, value in lacking.items() if value is None)
+        raise UsageError(f"friction: expected --beta BETA (friction force over k Y), or, all of them: {missing}")
     return coefficient * force / (stiffness * units.base_amplitude_m)
 
 
@@ -262,6 +261,8 @@ class _Ask:
         else:
             self._print([row])
             typer.echo(state.verdict)
+            if "response_amplitude_m" in row:
+                typer.echo(_in_units(row))
             self._warn(said for said in state.warnings if said not in state.verdict)
         if self.output is not None:
             _write(state, row, self.output, force=self.force)
@@ -322,11 +323,23 @@ class _Ask:
         exit_status(rows)
 
     def _row(self, state: "SteadyState", seconds: float) -> Row:
-        problem = self.problem
-        row: Row = {
-            **state.row(), "wall_s": seconds, "law": problem.law.name, "parameters": problem.parameters,
-        }  # fmt: skip
-        return row if self.units is None else {**row, **self.units.of(row, problem.beta)}
+        """The row of a state with the contract's lists over masses and contacts, and in SI units where it can be."""
+        problem, row = self.problem, state.row()
+        contact = {
+            "mass": 1,
+            "against": "base" if problem.wall == "base" else "wall",
+            "law": problem.law.name,
+            **{key: row[key] for key in ("energy_per_cycle", "stops_per_cycle", "stuck_fraction")},
+        }
+        more: Row = {
+            "wall_s": seconds,
+            "law": problem.law.name,
+            "parameters": problem.parameters,
+            "response_amplitudes": [row["response_amplitude"]],
+            "contacts": [contact],
+        }
+        units = {} if self.units is None else self.units.of(row, problem.beta)
+        return {**row, **more, **units}
 
     def _print(self, rows: list[Row]) -> None:
         print_turned(map(_numbers_of, rows), MOTIONS)
@@ -336,9 +349,22 @@ class _Ask:
             print_warnings([{"warnings": list(dict.fromkeys(sentences))}])
 
 
+def _in_units(row: Row) -> str:
+    """A state in mm, mJ and N, as far as they are known."""
+    known = {
+        "X": ("response_amplitude_m", 1e3, "mm"),
+        "E": ("energy_per_cycle_j", 1e3, "mJ"),
+        "F": ("friction_force_n", 1, "N"),
+    }
+    found = {name: (row.get(key), times, unit) for name, (key, times, unit) in known.items()}
+    return ", ".join(f"{n} {times * v:.4g} {unit}" for n, (v, times, unit) in found.items() if isinstance(v, float))
+
+
 def _numbers_of(row: Row) -> Row:
     """The row of a state as it stands on a screen: warnings stand below it, and growth where it is known."""
-    hidden = {"warnings"} | ({"growth_per_cycle"} if row.get("growth_per_cycle") is None else set())
+    hidden = {"warnings", "response_amplitudes", "contacts"} | (
+        {"growth_per_cycle"} if row.get("growth_per_cycle") is None else set()
+    )
     return {key: value for key, value in row.items() if key not in hidden}
 
 

@@ -169,7 +169,8 @@ STEADY_STATES = _table("map", "One steady state of a map (`sweep`).", _STATE, le
 MOTIONS = _table(
     "motion",
     "One steady state, or the last of N cycles from rest (`simulate`).",
-    f"{_STATE} wall_s law parameters basin_share",
+    f"""{_STATE} wall_s law parameters basin_share response_amplitudes contacts response_amplitude_m energy_per_cycle_j
+        friction_force_n""",
     lead=7,
     shown=_STATE_SHOWN,
     series="tau displacement velocity base stops",

@@ -131,7 +131,6 @@ _DECAY = (
     number("friction_m_upper", "m", "F/k at most", "One-sided 95 % limit of a friction that is held at 0."),
     number("friction_over_swing", "", "F/(k a)", "Friction force over stiffness and first swing."),
     number("cubic_share", "", "cubic", "Share of the spring's force at the first swing that grows with its cube."),
-    number("cubic_share_se", "", "± cubic", "Its standard error; none where the spring is linear."),
     number("amplitude_m", "m", "first swing", "Amplitude of the first swing that is fitted."),
     whole("half_cycles", "", "half-cycles", "Half-cycles that are fitted."),
     number("friction_n", "N", "friction", "Friction force, where the scene gives the stiffness."),

@@ -1,7 +1,6 @@
 """Where work begins: a look at a folder of logs, and the scene that they need."""
 
 import csv
-import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -255,11 +254,8 @@ def _lines(found: Found, facts: Mapping[str, object]) -> Iterator[str]:
     yield _key("normal_force_n", facts, "of all tests, where names or sheet do not say it")
     yield "\n[analysis]"
     settled = max(found.settled_s.values(), default=None)
-    if settled is None:
-        yield "# transient_s =  # cut from the beginning"
-    else:
-        cut = max(0.5, math.ceil(2.0 * settled) / 2.0)
-        yield f"transient_s = {cut:g}  # the last of the tests settles after {settled:.3g} s"
+    last = "" if settled is None else f"; the last of the tests looked at settles after {settled:.3g} s"
+    yield f"# transient_s =  # cut from the beginning; by default found in each log{last}"
     yield "\n[sensors]"
     yield "# lag_s_u =  # how well the two channels keep the same time; by default half a sampling interval"
 

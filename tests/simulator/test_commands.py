@@ -22,7 +22,10 @@ def test_simulate_prints_the_keys_of_the_contract() -> None:
     done = run("simulate", "--r", "0.5", "--beta", "0.4", "--json")
     row = json.loads(done.stdout)
     assert done.exit_code == 0
-    assert list(row) == [*KEYS, "wall_s", "law", "parameters"]
+    assert list(row) == [*KEYS, "wall_s", "law", "parameters", "response_amplitudes", "contacts"]
+    assert row["response_amplitudes"] == [row["response_amplitude"]]
+    (contact,) = row["contacts"]
+    assert (contact["mass"], contact["against"], contact["law"]) == (1, "wall", "coulomb")
     assert (row["law"], row["parameters"]) == ("coulomb", {"beta": 0.4, "frame_damping_ratio": 0.0})
     assert row["energy_per_cycle"] == pytest.approx(2.1260422664, abs=1e-10)
     assert (row["outcome"], row["regime"], row["stops_per_cycle"], row["solver"]) == (
@@ -31,6 +34,46 @@ def test_simulate_prints_the_keys_of_the_contract() -> None:
         2,
         "exact",
     )
+
+
+def test_a_scene_gives_newtons_millimetres_and_millijoules(tmp_path: Path) -> None:
+    scene = tmp_path / "scene.toml"
+    scene.write_text("[rig]\nmass_kg = 2.0\nstiffness_n_per_m = 800.0\n[plan]\nbase_amplitudes_m = [2e-3]\n")
+    words = ("simulate", "--scene", scene, "--r", "0.5", "--normal-force", "2.0")
+    row = json.loads(run(*words, "--coefficient", "0.32", "--json").stdout)
+    assert row["beta"] == pytest.approx(0.32 * 2.0 / (800.0 * 2e-3), rel=1e-12)
+    assert row["friction_force_n"] == pytest.approx(0.64, rel=1e-12)
+    assert row["energy_per_cycle"] == pytest.approx(2.1260422664, abs=1e-10)
+    assert row["energy_per_cycle_j"] == pytest.approx(row["energy_per_cycle"] * 800.0 * 4e-6, rel=1e-12)
+    assert row["response_amplitude_m"] == pytest.approx(row["response_amplitude"] * 2e-3, rel=1e-12)
+    assert "F 0.64 N" in run(*words, "--coefficient", "0.32").stdout
+    refused = run(*words)
+    assert refused.exit_code == 2
+    assert "or, all of them: --coefficient MU" in refused.stderr
+    refused = run("simulate", "--r", "0.5", "--mu", "0.35", "--beta", "0.1")
+    assert "mu is static over kinetic friction, 1 or more; the friction coefficient is --coefficient" in refused.stderr
+
+
+@pytest.mark.parametrize("number", ["1_0", "\u0661", "0.\uff15"])
+def test_numbers_that_only_python_reads_are_refused(number: str, tmp_path: Path) -> None:
+    for words in (
+        ("simulate", "--r", number, "--beta", "0.4"),
+        ("sweep", "--r", number, "--beta", "0.4", "-o", tmp_path / "m.csv"),
+        ("simulate", "--r", "0.5", "--beta", "0.4", "--law", "coulomb+place", "--parameter", f"gradient={number}"),
+    ):
+        refused = run(*words)
+        assert refused.exit_code == 2
+        assert "expected" in refused.stderr
+
+
+def test_the_map_of_a_sweep_is_not_replaced_by_one_state(tmp_path: Path) -> None:
+    path = tmp_path / "map.csv"
+    assert run("sweep", "--r", "0.5,0.6", "--beta", "0.4", "-o", path).exit_code == 0
+    state = ("simulate", "--r", "0.5", "--beta", "0.4", "-o", path)
+    refused = run(*state)
+    assert refused.exit_code == 2
+    assert "is the map of a sweep" in refused.stderr
+    assert [run(*state, "--force").exit_code, run(*state).exit_code] == [0, 0]
 
 
 LAW = ["--law", "coulomb+place", "--parameter", "gradient=0.05"]
