@@ -63,7 +63,7 @@ def test_all_faults_are_told_at_once_with_their_key_paths(tmp_path: Path) -> Non
     [
         ("[rig]\nnatural_frequency = 3\n", r"line 2: rig\.natural_frequency: .*did you mean natural_frequency_hz\?"),
         ("[analyse]\n", r"line 1: analyse: unknown key; did you mean analysis\?"),
-        ("[log]\nunits = 'mm'\n", r"line 2: log\.units: unknown key; did you mean unit\?"),
+        ("[log]\nunitt = 'mm'\n", r"line 2: log\.unitt: unknown key; did you mean unit\?"),
         ("log.unit = 'parsec'\n", r"line 1: log\.unit: expected a unit of displacement, one of m, mm"),
         ("[log]\nmass = true\n", r"line 2: log\.mass: .*a text in quotes.* or .*a whole number"),
         ("[experiment]\nnote = '''\nx = 1\n'''\nmateral = 'steel'\n", r"line 5: experiment\.materal.*material\?"),

@@ -16,11 +16,11 @@ from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
 from frictionlab.logs.clock import TimeBase
 from frictionlab.logs.drift import Drift, evenly, find_drift
-from frictionlab.logs.sensor import Channel
+from frictionlab.logs.sensor import Sensed
 from frictionlab.logs.timing import Timing
 from frictionlab.recording import Fact, Quality
 
-Sensor = tuple[TimeBase, Timing, Channel]
+Sensor = tuple[TimeBase, Timing, Sensed]
 _MOST_LAG_S = 10.0
 _SAME = 1e-4
 """Stamps that differ by less than this share of a step are one moment."""
@@ -116,7 +116,7 @@ def _alike(mass: NDArray[np.float64], base: NDArray[np.float64]) -> str:
     return "; both logs have the same stamps: --lag 0 if one clock made them" if np.array_equal(mass, base) else ""
 
 
-def _drift(mass: Sensor, moved: NDArray[np.float64], base: Channel, known: float | None, *, absolute: bool) -> Drift:
+def _drift(mass: Sensor, moved: NDArray[np.float64], base: Sensed, known: float | None, *, absolute: bool) -> Drift:
     """Find the drift of the base's clock, or take the one that is known."""
     if known is not None:
         return Drift(known, {"clock_drift": known, "clock_drift_applied": "as given"} if known else {})

@@ -1,12 +1,28 @@
-"""Which column is what: names, units and roles of a log's columns."""
+"""Which column is what: names, units and roles of a log's columns.
+
+Options win over the layout, the layout over names and units, names over elimination. A role is ``time``, ``mass``,
+``base`` or ``relative`` (displacements), or the name of a further channel of a recording.
+"""
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
-from frictionlab.units import LENGTH, TIME, known_unit, split_unit
+from frictionlab.log_options import FURTHER, LogOptions
+from frictionlab.units import LENGTH, TIME, VOLTS, known_unit, quantity_of, split_unit
 
+if TYPE_CHECKING:
+    from frictionlab.logs.layouts.layout import Layout
+
+Beginning = Callable[[int], NDArray[np.float64]]
+"""Gives the first numbers of a column, by its index."""
+_EVEN = 0.2
+_FEWEST = 8
 _TIME = re.compile(
     r"t|x_value|elapsed|epoch|date ?time|clock|dt|"
     r"((acquisition|acq|relative|elapsed|epoch|abs|absolute|system|measurement|sample|sampling|log)[ _-]*)?"
@@ -22,6 +38,9 @@ _BASE = re.compile(
     re.IGNORECASE,
 )
 _RELATIVE = re.compile(r"(.*[\W_])?(rel|relative|relativ)(\d*[\W_].*)?\d*|x ?[-–−] ?y|mass ?[-–−] ?base", re.IGNORECASE)
+_NUMBERED = re.compile(r"(?:.*[\W_])?(?:mass|masse|massa|m|x)[ _-]?(\d{1,2})(?:[\W_].*)?", re.IGNORECASE)
+_NORMAL = re.compile(r"fn|fz|n|.*(normal|load|clamp|preload|anpress).*", re.IGNORECASE)
+_FRICTION = re.compile(r"f|ft|fx|fr|.*(friction|tangential|lateral|force|kraft|reib).*", re.IGNORECASE)
 _NAMES = {"time": _TIME, "mass": _MASS, "base": _BASE, "relative": _RELATIVE}
 
 
@@ -42,7 +61,7 @@ def columns_of(titles: Sequence[str], units: Sequence[str], fields: int) -> tupl
     """Make columns from the cells of a header and of its units row, either of which may be missing."""
     columns = []
     for index in range(fields):
-        title = titles[index] if index < len(titles) else ""
+        title = "".join(c if c.isprintable() else "?" for c in titles[index]) if index < len(titles) else ""
         name, unit = split_unit(title)
         below = units[index] if index < len(units) else ""
         alone = known_unit(title) if known_unit(title) in TIME else ""  # a column titled "ms" is time
@@ -70,10 +89,12 @@ def by_option(columns: Sequence[LogColumn], said: str | int, role: str, file: st
         if len(matches) == 1:
             return matches[0]
         if matches:
-            raise LogError(f"{file}: --{role} {text!r}: several columns are called so: {_list(matches)}: give a number")
-    if text.isdecimal() and 1 <= int(text) <= len(columns):
+            raise LogError(
+                f"{file}: {_flag(role)} {text!r}: several columns are called so: {_list(matches)}: give a number"
+            )
+    if text.isascii() and text.isdecimal() and 1 <= int(text) <= len(columns):
         return columns[int(text) - 1]
-    raise LogError(f"{file}: --{role} {text!r}: no such column; the log has {_list(columns)}")
+    raise LogError(f"{file}: {_flag(role)} {text!r}: no such column; the log has {_list(columns)}")
 
 
 def candidates(columns: Sequence[LogColumn], role: str) -> list[LogColumn]:
@@ -104,6 +125,10 @@ def _unit_fits(column: LogColumn, role: str) -> bool:
     return not column.unit or column.unit in (TIME if role == "time" else LENGTH)
 
 
+def _flag(role: str) -> str:
+    return "--" + role.replace("_", "-")
+
+
 def _list(columns: Sequence[LogColumn]) -> str:
     return ", ".join(str(c) for c in columns)
 
@@ -128,3 +153,209 @@ def unassigned(columns: Sequence[LogColumn], file: str, time: LogColumn | None) 
         f"{file}: which column is the mass, which the base? {_list(columns)} could be either{known}: give {order}, "
         f"a name or a number from 1{rest}"
     )
+
+
+def assign(
+    layout: "Layout",
+    options: LogOptions,
+    roles: Sequence[str],
+    file: str,
+    beginning: Beginning,
+    *,
+    further: bool = False,
+) -> tuple[dict[str, LogColumn], list[str]]:
+    """Say which column is time, and which plays each of these roles (``mass``, ``base``, ``relative``).
+
+    With ``further`` also which are other channels; a log that has some may lack a displacement. The second part of the
+    answer says what was left out, and why.
+
+    Raises
+    ------
+    LogError
+        It cannot be told: the columns and what to give are named.
+    """
+    columns = _numeric(layout, options)
+    found: dict[str, LogColumn] = {}
+    for role in ("time", *roles):
+        said = getattr(options, role)
+        if said is not None:
+            found[role] = by_option(layout.columns, said, role, file)
+        elif role in layout.prefer:
+            found[role] = layout.columns[layout.prefer[role]]
+    more, warnings = _further(layout, columns, found, options, file) if further else ({}, [])
+    columns = _left(columns, more)
+    if options.sampling_rate_hz is not None and options.time is None:
+        found.pop("time", None)
+    elif "time" not in found and not layout.time_of and (time := _time(columns, found, layout, beginning, file)):
+        found["time"] = time
+    if layout.time_of:
+        times = set(layout.time_of.values())
+        columns = [c for c in columns if c.index not in times or c in found.values()]
+    alone = bool(more) or (further and options.sampling_rate_hz is not None and len(columns) == 1)
+    found = _with_displacements(columns, found, options, roles, file, alone=alone)
+    found = {role: layout.columns[column.index] for role, column in found.items()}
+    return (_with_own_times(layout, found, roles) if layout.time_of else found) | more, warnings
+
+
+def _further(
+    layout: "Layout", columns: Sequence[LogColumn], found: dict[str, LogColumn], options: LogOptions, file: str
+) -> tuple[dict[str, LogColumn], list[str]]:
+    """The columns of further channels: named by an option, or by name and unit; what fits twice is left out."""
+    said = {role: getattr(options, role) for role in FURTHER}
+    more = {role: by_option(layout.columns, name, role, file) for role, name in said.items() if name is not None}
+    fitting: dict[str, list[LogColumn]] = {}
+    left = _left(columns, found | more)
+    numbered = {_mass_number(c) for c in left} - {""}
+    for column in left:
+        name = channel_named(column, numbered=len(numbered) > 1)
+        if name and name not in more:
+            fitting.setdefault(name, []).append(column)
+    warnings = [
+        f"{_list(several)} could each be {name.replace('_', ' ')}: none is taken"
+        + (f"; give {_flag(name)}" if name in FURTHER else "; name them apart")
+        for name, several in fitting.items()
+        if len(several) > 1
+    ]
+    return more | {name: several[0] for name, several in fitting.items() if len(several) == 1}, warnings
+
+
+def channel_named(column: LogColumn, *, numbered: bool = True) -> str:
+    """The further channel that a column is by its unit and its name; "" if it is none, or that cannot be told.
+
+    ``numbered``: whether several masses are numbered; then all but the first are further channels.
+
+    Examples
+    --------
+    >>> columns = columns_of(["mass 2 [mm]", "v base [mm/s]", "Normal [uN]", "Friction [N]", "Temp [bar]"], (), 5)
+    >>> [channel_named(column) for column in columns]
+    ['mass_2_displacement', 'base_velocity', 'normal_force', 'contact_force', '']
+    """
+    quantity, number = quantity_of(column.unit), _mass_number(column)
+    if quantity in ("velocity", "acceleration"):
+        if number or _MASS.fullmatch(column.name):
+            return f"mass{f'_{number}' if number not in ('', '1') else ''}_{quantity}"
+        return f"base_{quantity}" if _BASE.fullmatch(column.name) else ""
+    if quantity == "force":
+        if _NORMAL.fullmatch(column.name):
+            return "normal_force"
+        return "contact_force" if _FRICTION.fullmatch(column.name) else ""
+    if is_displacement(column) and numbered and number not in ("", "1"):
+        return f"mass_{number}_displacement"
+    return quantity.replace(" ", "_") if quantity in ("torque", "angle", "angular velocity", "temperature") else ""
+
+
+def _mass_number(column: LogColumn) -> str:
+    """The number of the mass in a column's name: "2" of "mass 2"; "" where there is none."""
+    match = _NUMBERED.fullmatch(column.name)
+    return str(int(match[1])) if match and int(match[1]) else ""
+
+
+def possible(layout: "Layout", options: LogOptions, beginning: Beginning, file: str) -> list[LogColumn]:
+    """Columns that may hold a displacement: in a length or in no unit (any, where one is given), no time."""
+    columns = _numeric(layout, options)
+    times = {c.index for c in candidates(columns, "time")} | set(layout.time_of.values())
+    if options.time is not None:
+        times.add(by_option(layout.columns, options.time, "time", file).index)
+    elif not times and options.sampling_rate_hz is None and (time := _time_by_values(columns, beginning)):
+        times.add(time.index)
+    return [c for c in columns if c.index not in times and is_displacement(c)]
+
+
+def _numeric(layout: "Layout", options: LogOptions) -> list[LogColumn]:
+    """The columns of numbers; volts count as bare numbers where a calibration says what they mean."""
+    columns = [c for c in layout.columns if layout.dialect.kinds[c.index] in "nm"]
+    if options.mass_metres_per_volt is options.base_metres_per_volt is None:
+        return columns
+    return [replace(c, unit="") if c.unit in VOLTS else c for c in columns]
+
+
+def _time(
+    columns: Sequence[LogColumn], found: dict[str, LogColumn], layout: "Layout", beginning: Beginning, file: str
+) -> LogColumn | None:
+    """The column of time by its name or unit, else by its numbers where nothing else says the rate."""
+    time = pick(_left(columns, found), "time", file)
+    if time is None and "interval_s" not in layout.facts:
+        time = _time_by_values(_left(columns, found), beginning)
+    return time
+
+
+def _time_by_values(columns: Sequence[LogColumn], beginning: Beginning) -> LogColumn | None:
+    """The one column without a name and a unit whose numbers rise in even steps."""
+    rising = [c for c in columns if not c.title and not c.unit and _rises(beginning(c.index))]
+    return rising[0] if len(rising) == 1 else None
+
+
+def _rises(values: NDArray[np.float64]) -> bool:
+    steps = np.diff(values)
+    if len(steps) < _FEWEST or not steps.min() > 0.0:
+        return False
+    return bool(np.ptp(steps) <= _EVEN * np.median(steps))
+
+
+def _with_own_times(layout: "Layout", found: dict[str, LogColumn], roles: Sequence[str]) -> dict[str, LogColumn]:
+    """Give each channel its own time column, where the user named none: ``time`` is the first channel's."""
+    if "time" in found:
+        return found
+    own = [layout.time_of.get(found[role].index) for role in roles]
+    if own[0] is None:
+        return found
+    others = zip(roles[1:], own[1:], strict=True)
+    more = {f"{role}_time": layout.columns[time] for role, time in others if time not in (None, own[0])}
+    return {"time": layout.columns[own[0]], **found, **more}
+
+
+def _left(columns: Sequence[LogColumn], found: dict[str, LogColumn]) -> list[LogColumn]:
+    taken = {c.index for c in found.values()}
+    return [c for c in columns if c.index not in taken]
+
+
+def _with_displacements(
+    columns: Sequence[LogColumn],
+    found: dict[str, LogColumn],
+    options: LogOptions,
+    roles: Sequence[str],
+    file: str,
+    *,
+    alone: bool,
+) -> dict[str, LogColumn]:
+    """The columns of these roles; ``alone``: one of them, or none, will do."""
+    times = candidates(columns, "time")
+    fits = [c for c in _left(columns, found) if is_displacement(c) and c not in times]
+    for role in roles:
+        if role not in found and len(roles) > 1 and (named := pick(_left(fits, found), role, file)):
+            found[role] = named
+    missing = [role for role in roles if role not in found]
+    left = _left(fits, found)
+    if len(left) == 1 and (len(missing) == 1 or (missing and alone)):
+        found[missing[0]] = left[0]
+    elif missing and left:
+        raise unassigned(left, file, found.get("time"))
+    elif missing and not alone:
+        others = ", ".join(f"{c} in {c.unit or 'no unit'}" for c in columns if c not in found.values()) or "none"
+        raise LogError(
+            f"{file}: no column for {' and '.join(missing)}: expected a displacement in m, mm or um; got {others}: "
+            "give --mass, --base and --unit, or --mass-log and --base-log if there is one file per sensor"
+            + _volts(columns)
+        )
+    _check_absolute(found, options, file)
+    order = [role for role in ("time", *roles) if role in found]
+    if len({found[r].index for r in order}) < len(order):
+        raise LogError(f"{file}: one column cannot play two roles: {', '.join(f'{r} = {found[r]}' for r in order)}")
+    return {role: found[role] for role in order}
+
+
+def _volts(columns: Sequence[LogColumn]) -> str:
+    """What to give for a log in volts."""
+    if not any(c.unit in VOLTS for c in columns):
+        return ""
+    return "; for volts give the sensors' calibration, mass_metres_per_volt and base_metres_per_volt, in [log]"
+
+
+def _check_absolute(found: dict[str, LogColumn], options: LogOptions, file: str) -> None:
+    """Refuse a relative displacement that nobody said is the mass's own."""
+    mass = found.get("mass")
+    if mass is not None and options.mass is None and is_relative(mass):
+        raise LogError(
+            f"{file}: column {mass} is a relative displacement by its name: if it is mass minus base, give --relative "
+            f"{mass.index + 1}; if it is the mass's own, --mass {mass.index + 1}"
+        )

@@ -1,32 +1,66 @@
-"""From one log, or one log per sensor, to a recording."""
+"""From one log, or one log per sensor, to a recording: what was read is examined, converted to SI, put together."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError, RecordingError
-from frictionlab.log_options import LogOptions
+from frictionlab.log_options import FURTHER, LogOptions
 from frictionlab.logs.align import Aligned, align
-from frictionlab.logs.channels import SensorLog, absolute, dialect_facts, examined, replaced_samples, with_still_one
+from frictionlab.logs.body import KEEP
+from frictionlab.logs.clock import TimeBase, counted, time_base
 from frictionlab.logs.columns import LogColumn, by_option
-from frictionlab.logs.lines import Progress
-from frictionlab.logs.table import Table, displacements, layout_in, read_table
-from frictionlab.recording import Recording, Source
-from frictionlab.units import ACCELERATION
+from frictionlab.logs.lines import Progress, texts_of
+from frictionlab.logs.sensor import Sensed, bridge, examine, unit_by_step
+from frictionlab.logs.table import LogTable, displacements, layout_in, read_table
+from frictionlab.logs.timing import Timing, timing_of
+from frictionlab.recording import Channel, Fact, Quality, QuarantinedLine, Recording, Replaced, Source, quantity_named
+from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 
 _ACCELERATION = re.compile(
     r"(.*[\W_])?(acc|accel|acceleration|accelerometer|beschleunigung)([\W_\d].*)?", re.IGNORECASE
 )
-_ACCELERATION_UNIT = re.compile(r"m/s\^?2|m/s²|m\*?s\^-2|\[g\]|\(g\)|\bgal\b", re.IGNORECASE)
+_DISPLACEMENTS = ("mass", "base", "relative")
+
+
+@dataclass(frozen=True)
+class SensorLog:
+    """A log in SI units: its time base, its channels by role, and what stood where a value was replaced."""
+
+    table: LogTable
+    timing: Timing
+    base: TimeBase
+    channels: dict[str, Sensed]
+    replaced: dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]]
+
+    @property
+    def warnings(self) -> list[str]:
+        """All sentences about this log."""
+        lines, said = self.table.file.lines, list(self.table.warnings)
+        if lines.quarantined:
+            first = self.table.quarantined[0]
+            said.append(
+                f"{lines.quarantined} of {lines.read} lines are quarantined; line {first.number}: {first.reason}"
+            )
+        if len(self.table.restarts):
+            where = ", ".join(str(n) for n in self.table.lines.of(self.table.restarts).tolist()[:5])
+            said.append(f"the header is repeated (before line {where}): the logger was started again there")
+        channels = (w for c in self.channels.values() for w in c.warnings)
+        return [*said, *self.timing.warnings, *self.base.warnings, *channels]
+
+    @property
+    def evidence(self) -> list[str]:
+        """All reasons for reading it so."""
+        return [*self.table.evidence, *self.timing.evidence, *(e for c in self.channels.values() for e in c.evidence)]
 
 
 def read_log(path: Path, options: LogOptions | None = None, *, progress: Progress | None = None) -> Recording:
-    r"""Read a log that holds both channels.
+    r"""Read a log that holds both displacements, or further channels.
 
     Parameters
     ----------
@@ -58,12 +92,12 @@ def read_log(path: Path, options: LogOptions | None = None, *, progress: Progres
     """
     options = options or LogOptions()
     roles = ("mass" if options.relative is None else "relative", "base")
-    table = read_table(path, options, roles, progress)
+    table = read_table(path, options, roles, progress, further=True)
     if "base_time" in table.values:
         times = table.values["time"], table.values.pop("base_time")
         if not np.array_equal(*times):
             return _read_own_times(table, times[1], options)
-    return _recording(absolute(examined(table, options, roles)), options)
+    return _recording(_absolute(_examined(table, options)), options)
 
 
 def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
@@ -75,10 +109,10 @@ def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
         As `read_log`; where the log has no base, what is wrong with its mass.
     """
     options = options or LogOptions()
-    if len(displacements(path, options)) > 1:
+    if len(displacements(path, options)) > 1 or any(getattr(options, role) is not None for role in FURTHER):
         return read_log(path, options)
-    sensors = examined(read_table(path, replace(options, base=None), ("mass",)), options, ("mass",))
-    return _recording(with_still_one(sensors, "base"), options)
+    sensors = _examined(read_table(path, replace(options, base=None), ("mass",)), options)
+    return _recording(_with_still_one(sensors, "base"), options)
 
 
 def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
@@ -92,9 +126,8 @@ def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
     options = options or LogOptions()
     if options.base is None and len(displacements(path, options)) > 1:
         return read_log(path, options)
-    return _recording(
-        with_still_one(examined(read_table(path, options, ("base",)), options, ("base",)), "mass"), options
-    )
+    sensors = _examined(read_table(path, options, ("base",)), options)
+    return _recording(_with_still_one(sensors, "mass"), options)
 
 
 def read_base_acceleration(path: Path, options: LogOptions | None = None) -> Recording | None:
@@ -111,54 +144,37 @@ def read_base_acceleration(path: Path, options: LogOptions | None = None) -> Rec
     column = _acceleration_in(path, options)
     if column is None:
         return None
-    options = replace(options, base=column.index + 1)
-    sensors = examined(read_table(path, options, ("base",)), options, ("base",), accelerations=True)
-    return _recording(with_still_one(sensors, "mass"), options)
+    options = replace(options, base=column.index + 1, base_acceleration=None)
+    table = read_table(path, options, ("base",))
+    unit = options.unit or options.unit_of("base_acceleration")[0] or column.unit
+    if unit not in ACCELERATION:
+        raise LogError(
+            f"{table.name}: column {column} is an acceleration by its name; expected its unit, one of"
+            f" {', '.join(ACCELERATION)}; got {unit or 'none'}: give --unit, such as --unit m/s^2"
+        )
+    table.columns["base_acceleration"] = replace(column, unit=unit)
+    table.values["base_acceleration"] = table.values.pop("base")
+    sensors = _examined(table, replace(options, unit=None, units=None))
+    sensors.channels["base"] = sensors.channels.pop("base_acceleration")
+    sensors.replaced["base"] = sensors.replaced.pop("base_acceleration")
+    return _recording(_with_still_one(sensors, "mass"), options)
 
 
 def _acceleration_in(path: Path, options: LogOptions) -> LogColumn | None:
     """The column of the base's acceleration, where there is no displacement, or where it was named as the base."""
     columns = layout_in(path, options).columns
-    if options.base is not None:
-        columns = (by_option(columns, options.base, "base", path.name),)
+    named = options.base_acceleration if options.base is None else options.base
+    if named is not None:
+        columns = (by_option(columns, named, "base", path.name),)
     elif displacements(path, options) and not all(map(_is_acceleration, displacements(path, options))):
         return None
-    if options.unit in ACCELERATION and options.base is not None:
+    if named is not None and (options.unit in ACCELERATION or options.base_acceleration is not None):
         return columns[0]
     return next((column for column in columns if _is_acceleration(column)), None)
 
 
 def _is_acceleration(column: LogColumn) -> bool:
-    return bool(_ACCELERATION.fullmatch(column.name) or _ACCELERATION_UNIT.search(column.title))
-
-
-def _recording(sensors: SensorLog, options: LogOptions) -> Recording:
-    mass, base = sensors.channels["mass"], sensors.channels["base"]
-    with _told_of(sensors.table.name):
-        return Recording(
-            time=sensors.base.time,
-            mass_displacement=mass.values,
-            base_displacement=base.values,
-            quality=sensors.base.quality | mass.quality | base.quality,
-            source=Source(
-                files=(sensors.table.file,),
-                dialect=dialect_facts(sensors, options),
-                options=options.given(),
-                quarantined=sensors.table.quarantined,
-                warnings=tuple(sensors.warnings),
-                evidence=tuple(sensors.evidence),
-                replaced=replaced_samples(sensors.replaced),
-            ),
-        )
-
-
-@contextmanager
-def _told_of(log: str) -> Iterator[None]:
-    """Say of which log it is what makes no recording."""
-    try:
-        yield
-    except RecordingError as error:
-        raise LogError(f"{log}: {error}") from error
+    return column.unit in ACCELERATION or (not column.unit and _ACCELERATION.fullmatch(column.name) is not None)
 
 
 def read_two_logs(
@@ -187,12 +203,9 @@ def read_two_logs(
         As `read_log`, and if the logs do not overlap.
     """
     options = options or LogOptions()
-    one = replace(options, base=None)
-    two = replace(options, mass=None)
-    mass = examined(read_table(mass_log, one, ("mass",), progress), options, ("mass",))
-    base = examined(read_table(base_log, two, ("base",), progress), options, ("base",))
-    aligned = _aligned(mass, base, options)
-    return _recording_of_two(mass, base, aligned, options)
+    mass = _examined(read_table(mass_log, replace(options, base=None), ("mass",), progress), options)
+    base = _examined(read_table(base_log, replace(options, mass=None), ("base",), progress), options)
+    return _recording_of_two(mass, base, _aligned(mass, base, options), options)
 
 
 def _aligned(mass: SensorLog, base: SensorLog, options: LogOptions, *, one_clock: bool = False) -> Aligned:
@@ -200,8 +213,8 @@ def _aligned(mass: SensorLog, base: SensorLog, options: LogOptions, *, one_clock
     return align(one, (base.base, base.timing, base.channels["base"]), options, one_clock=one_clock)
 
 
-def _read_own_times(table: Table, base_time: NDArray[np.float64], options: LogOptions) -> Recording:
-    """Read a log whose channels have stamps of their own, on one clock."""
+def _read_own_times(table: LogTable, base_time: NDArray[np.float64], options: LogOptions) -> Recording:
+    """Read a log whose channels have stamps of their own, on one clock; further channels are left out."""
     there = np.isfinite(base_time)
     base = replace(
         table,
@@ -211,19 +224,238 @@ def _read_own_times(table: Table, base_time: NDArray[np.float64], options: LogOp
     )
     columns = {role: table.columns[role] for role in ("time", "mass")}
     mass = replace(table, columns=columns, values={role: table.values[role] for role in columns})
-    one, two = examined(mass, options, ("mass",)), examined(base, options, ("base",))
+    one, two = _examined(mass, options), _examined(base, options)
     one, two = (replace(s, table=replace(s.table, file=table.file)) for s in (one, two))  # one file, counted once
     return _recording_of_two(one, two, _aligned(one, two, options, one_clock=True), options)
+
+
+def _examined(table: LogTable, options: LogOptions) -> SensorLog:
+    """Convert a log to SI units, and examine its clock and its values."""
+    timing = timing_of(table, options)
+    if timing.stamps is None:
+        base = counted(table.samples, timing.interval, options.bridge_s)
+    else:
+        base = time_base(timing.stamps, table.name, bridge_s=options.bridge_s, stated_s=timing.stated_s)
+    table = _without_stray(table, base)
+    channels, replaced = {}, {}
+    for role in [*table.values]:
+        sensed = (_displacement if role in _DISPLACEMENTS else _further)(table, role, options)
+        replaced[role] = bridge(base.time, sensed, base.bridge, role)
+        channels[role] = sensed
+    return SensorLog(table, timing, base, channels, replaced)
+
+
+def _without_stray(table: LogTable, base: TimeBase) -> LogTable:
+    """Quarantine the lines whose stamps run backward."""
+    if not len(base.stray):
+        return table
+    numbers = table.lines.of(base.stray).tolist()
+    kept = max(0, KEEP - len(table.quarantined))
+    texts = texts_of(table.head, numbers[:kept])
+    more = [QuarantinedLine(table.name, n, texts.get(n, ""), "the time stamp runs backward") for n in numbers[:kept]]
+    lines = table.file.lines
+    lines = replace(lines, data=lines.data - len(numbers), quarantined=lines.quarantined + len(numbers))
+    return replace(
+        table,
+        file=replace(table.file, lines=lines),
+        values={role: np.delete(values, base.stray) for role, values in table.values.items()},
+        samples=table.samples - len(numbers),
+        quarantined=tuple(sorted((*table.quarantined, *more), key=lambda q: q.number)),
+    )
+
+
+def _displacement(table: LogTable, role: str, options: LogOptions) -> Sensed:
+    """A displacement in metres: by its calibration, its unit, or the step that shows which laser it is."""
+    column, values = table.columns[role], table.values.pop(role)
+    per_volt = {"mass": options.mass_metres_per_volt, "base": options.base_metres_per_volt}.get(role)
+    if per_volt is not None:
+        if column.unit and column.unit not in VOLTS:
+            raise LogError(
+                f"column {column} is in {column.unit}: {role}_metres_per_volt is for one in volts: leave it out of "
+                "[log]"
+            )
+        offset = options.mass_offset_m if role == "mass" else options.base_offset_m
+        return examine(values * (per_volt / VOLTS.get(column.unit, 1.0)) + offset, role, options.measuring_range_m)
+    unit, warnings = options.unit or column.unit, []
+    as_said = options.unit is not None and column.unit in VOLTS  # whoever names them in mm knows their sensor
+    wrong = next((u for u in (unit, column.unit) if u and u not in LENGTH and not (as_said and u in VOLTS)), "")
+    if wrong:
+        raise LogError(
+            f"{table.name}: column {column} is in {_named(wrong)}: expected a length; {_remedy(wrong, role)}"
+        )
+    if not unit:
+        found = unit_by_step(values)
+        if found is None:
+            raise LogError(f"{table.name}: the unit of column {column} is not said: give --unit, such as --unit mm")
+        unit = found[0]
+        warnings.append(f"{role}: no unit is said; the sensor's step says {unit} ({found[1] * 1e3:g} mm range)")
+    elif options.unit and column.unit and options.unit != column.unit:
+        warnings.append(f"{role}: the log says {column.unit}, --unit says {options.unit}: {options.unit} is taken")
+    elif options.unit and not column.unit and column.title.endswith(("]", "}")):
+        warnings.append(
+            f"{role}: the unit in {column.title!r} is not known; --unit says {options.unit}, which is taken"
+        )
+    sensed = examine(to_si(values, unit), role, options.measuring_range_m)
+    sensed.warnings[:0] = warnings
+    if sensed.range is None and unit in ("m", "mm", "um"):
+        found = unit_by_step(sensed.values, LENGTH[unit])
+        if found is not None and found[0] != unit:
+            sensed.warnings.append(
+                f"{role}: the log says {unit}, but its step fits an optoNCDT of {found[1] * 1e3:g} mm range read in "
+                f"{found[0]}: check the unit, and give --unit {found[0]} if so"
+            )
+    return sensed
+
+
+def _named(unit: str) -> str:
+    """A unit with what it is one of: "kip (force)"."""
+    quantity = quantity_of(unit)
+    return f"{unit} ({quantity})" if quantity else unit
+
+
+def _remedy(unit: str, role: str) -> str:
+    if unit in VOLTS:
+        return f"give what a volt of the sensor means: {role}_metres_per_volt in [log], --{role}-metres-per-volt"
+    return f"take another column by --{role}"
+
+
+def _further(table: LogTable, name: str, options: LogOptions) -> Sensed:
+    """A further channel in its SI unit, from the unit of its column or the one that ``units`` says."""
+    column, values = table.columns[name], table.values.pop(name)
+    quantity = quantity_named(name)
+    said, per_volt = options.unit_of(name)
+    unit = said or column.unit or (options.unit or "" if quantity == "displacement" else "")
+    if not unit:
+        raise LogError(
+            f"{table.name}: the unit of column {column} is not said: expected one of a {quantity}; got none: give "
+            f'--units {name}={UNIT[quantity]}, or [log.units] {name} = "{UNIT[quantity]}"'
+        )
+    if quantity_of(unit) != quantity:
+        raise LogError(
+            f"{table.name}: column {column} is in {_named(unit)}: expected a {quantity}, one of "
+            f"{', '.join(QUANTITIES[quantity])}: take another column"
+            + (f', or give what a volt is, such as {name} = "50 {UNIT[quantity]}/V"' if unit in VOLTS else "")
+        )
+    if per_volt is not None:
+        if column.unit and column.unit not in VOLTS:
+            raise LogError(
+                f"{table.name}: column {column} is in {_named(column.unit)}: expected volts, for which the units of "
+                f"{name} say {per_volt:g} {unit} each: leave that out"
+            )
+        values = values * (per_volt / VOLTS.get(column.unit, 1.0))
+    sensed = Sensed(to_si(values, unit), np.zeros(len(values), np.uint8))
+    sensed.quality[np.isnan(sensed.values)] |= np.uint8(Quality.NO_VALUE)
+    if said and per_volt is None and column.unit and column.unit != said:
+        sensed.warnings.append(f"{name}: the log says {column.unit}, the options say {said}: {said} is taken")
+    return sensed
+
+
+def _with_still_one(sensors: SensorLog, role: str) -> SensorLog:
+    """A log of one channel with the other one standing at 0."""
+    n = len(sensors.base.time)
+    sensors.channels[role] = Sensed(np.zeros(n), np.zeros(n, np.uint8))
+    return sensors
+
+
+def _absolute(sensors: SensorLog) -> SensorLog:
+    """Make the mass's displacement of a relative one and the base's."""
+    if "relative" not in sensors.channels:
+        return sensors
+    relative, base = sensors.channels.pop("relative"), sensors.channels["base"]
+    relative.evidence.append("mass is the relative displacement plus the base's")
+    where, before = sensors.replaced.pop("relative")
+    sensors.replaced["mass"] = where, before + base.values[where]
+    sensors.channels["mass"] = replace(relative, values=relative.values + base.values)
+    return sensors
+
+
+def _replaced_samples(parts: dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]]) -> Replaced | None:
+    """Put what was replaced in mass and base side by side; nan where that channel was sound."""
+    none = np.zeros(0, np.int64), np.zeros(0)
+    both = {role: parts.get(role, none) for role in ("mass", "base")}
+    index = np.union1d(both["mass"][0], both["base"][0])
+    if not len(index):
+        return None
+    columns = {role: np.full(len(index), np.nan) for role in both}
+    for role, (where, values) in both.items():
+        columns[role][np.searchsorted(index, where)] = values
+    return Replaced(index, columns["mass"], columns["base"])
+
+
+def dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
+    """How the log was read, key by key, as the recording keeps it."""
+    table, dialect = sensors.table, sensors.table.layout.dialect
+    facts: dict[str, Fact] = {
+        "layout": table.layout.name,
+        "encoding": table.head.encoding,
+        "compression": table.head.package or "none",
+        "separator": dialect.separator,
+        "decimal": dialect.decimal,
+        "header_lines": " ".join(str(i + 1) for i in table.layout.header),
+        "first_data_line": table.lines.numbers[0],
+    }
+    for role, column in table.columns.items():
+        facts[f"{role}_column"] = column.title or str(column.index + 1)
+        facts[f"{role}_column_number"] = column.index + 1
+    for role, column in table.columns.items():
+        if role in sensors.channels:
+            said = options.unit if role in _DISPLACEMENTS else options.unit_of(role)[0]
+            facts[f"{role}_unit"] = said or column.unit
+    facts |= sensors.timing.facts
+    facts |= {"sampling_rate_hz": 1.0 / sensors.base.interval, "bridge_s": sensors.base.bridge}
+    facts |= {"missing_samples": sensors.base.missing}
+    for role, channel in sensors.channels.items():
+        facts |= {f"{role}_step_m": channel.step} if channel.step else {}
+        facts |= {f"{role}_measuring_range_m": channel.range} if channel.range else {}
+    return facts
+
+
+def _recording(sensors: SensorLog, options: LogOptions) -> Recording:
+    quality = sensors.base.quality.copy()
+    for sensed in sensors.channels.values():
+        quality |= sensed.quality
+    displacements_ = {role: sensors.channels[role].values for role in ("mass", "base") if role in sensors.channels}
+    columns = sensors.table.columns
+    with _named_log(sensors.table.name):
+        return Recording(
+            time=sensors.base.time,
+            mass_displacement=displacements_.get("mass"),  # type: ignore[arg-type] # None: not measured
+            base_displacement=displacements_.get("base"),  # type: ignore[arg-type]
+            quality=quality,
+            source=Source(
+                files=(sensors.table.file,),
+                dialect=dialect_facts(sensors, options),
+                options=options.given(),
+                quarantined=sensors.table.quarantined,
+                warnings=tuple(sensors.warnings),
+                evidence=tuple(sensors.evidence),
+                replaced=_replaced_samples(sensors.replaced),
+            ),
+            channels=tuple(
+                Channel(role, sensed.values, columns[role].title)
+                for role, sensed in sensors.channels.items()
+                if role not in _DISPLACEMENTS
+            ),
+        )
+
+
+@contextmanager
+def _named_log(log: str) -> Iterator[None]:
+    """Say of which log it is what makes no recording."""
+    try:
+        yield
+    except RecordingError as error:
+        raise LogError(f"{log}: {error}") from error
 
 
 def _recording_of_two(mass: SensorLog, base: SensorLog, aligned: Aligned, options: LogOptions) -> Recording:
     said = [f"{sensors.table.name}: {sentence}" for sensors in (mass, base) for sentence in sensors.warnings]
     why = [f"{sensors.table.name}: {sentence}" for sensors in (mass, base) for sentence in sensors.evidence]
     facts = dialect_facts(mass, options) | {
-        f"base_log_{key}": value for key, value in dialect_facts(base, options).items() if not key.startswith("base_")
+        key if key.startswith("base_") else f"base_log_{key}": value
+        for key, value in _base_last(dialect_facts(base, options))
     }
-    facts |= {key: value for key, value in dialect_facts(base, options).items() if key.startswith("base_")}
-    with _told_of(f"{mass.table.name} and {base.table.name}"):
+    with _named_log(f"{mass.table.name} and {base.table.name}"):
         return Recording(
             time=aligned.time,
             mass_displacement=aligned.mass,
@@ -238,3 +470,7 @@ def _recording_of_two(mass: SensorLog, base: SensorLog, aligned: Aligned, option
                 evidence=tuple(dict.fromkeys(why)),
             ),
         )
+
+
+def _base_last(facts: dict[str, Fact]) -> Sequence[tuple[str, Fact]]:
+    return sorted(facts.items(), key=lambda fact: fact[0].startswith("base_"))

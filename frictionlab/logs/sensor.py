@@ -27,7 +27,7 @@ _SHARPEST = 2.7
 
 
 @dataclass
-class Channel:
+class Sensed:
     """Displacement of one sensor [m], its flags, and what its step says."""
 
     values: NDArray[np.float64]
@@ -38,9 +38,9 @@ class Channel:
     evidence: list[str] = field(default_factory=list)
 
 
-def examine(values: NDArray[np.float64], role: str, measuring_range: float | None = None) -> Channel:
+def examine(values: NDArray[np.float64], role: str, measuring_range: float | None = None) -> Sensed:
     """Flag what is wrong with the values [m] of one sensor; nan where the log has no value. No value is changed."""
-    channel = Channel(values, np.zeros(len(values), np.uint8))
+    channel = Sensed(values, np.zeros(len(values), np.uint8))
     some = values
     if np.isnan(values.min()):  # one pass where all is well
         none = np.isnan(values)
@@ -120,7 +120,7 @@ def unit_by_step(values: NDArray[np.float64], per_unit: float = 1.0) -> tuple[st
     return None
 
 
-def _flag_error_codes(channel: Channel, role: str) -> None:
+def _flag_error_codes(channel: Sensed, role: str) -> None:
     size = np.abs(channel.values)
     wrong = np.zeros(len(size), bool)
     for measuring_range in (channel.range,) if channel.range else RANGES_M:
@@ -137,7 +137,7 @@ def _flag_error_codes(channel: Channel, role: str) -> None:
     )
 
 
-def _flag_out_of_range(channel: Channel, role: str, measuring_range: float) -> None:
+def _flag_out_of_range(channel: Sensed, role: str, measuring_range: float) -> None:
     """Flag values outside the range; a sensor set to zero inside its range has an unknown offset and is left alone."""
     sound = _sound(channel)
     values = channel.values
@@ -150,11 +150,11 @@ def _flag_out_of_range(channel: Channel, role: str, measuring_range: float) -> N
         channel.warnings.append(f"{role}: {np.count_nonzero(wrong)} values lie outside the sensor's range")
 
 
-def _sound(channel: Channel) -> NDArray[np.bool_]:
+def _sound(channel: Sensed) -> NDArray[np.bool_]:
     return np.asarray((channel.quality & np.uint8(Quality.NO_VALUE | Quality.ERROR_CODE)) == 0)
 
 
-def _flag_held(channel: Channel, role: str) -> None:
+def _flag_held(channel: Sensed, role: str) -> None:
     """Flag runs of one value at the channel's highest or lowest where that is the end of the sensor's range.
 
     A turning point or a stop at the highest value of a quiet sensor is a long run of one value too, in every cycle. It
@@ -229,7 +229,7 @@ def _passage(depth: NDArray[np.float64], level: float) -> float:
 
 
 def bridge(
-    time: NDArray[np.float64], channel: Channel, longest: float, role: str
+    time: NDArray[np.float64], channel: Sensed, longest: float, role: str
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Draw straight lines across values that are none, up to ``longest`` [s]; longer holes become nan, not bridged.
 

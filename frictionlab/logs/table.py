@@ -14,11 +14,11 @@ from frictionlab.log_options import LogOptions
 from frictionlab.logs.binary import Sheet, read_binary
 from frictionlab.logs.body import KEEP, Body, Lines, Reader, Shape, runs
 from frictionlab.logs.cells import decimals, number
-from frictionlab.logs.columns import LogColumn, columns_of
+from frictionlab.logs.columns import Beginning, LogColumn, assign, columns_of, possible
 from frictionlab.logs.dialect import Dialect, is_comment, split
-from frictionlab.logs.layouts import Layout, find_layout
+from frictionlab.logs.layouts import find_layout
+from frictionlab.logs.layouts.layout import Layout
 from frictionlab.logs.lines import NUMBERS, Blocks, Head, Progress, read_head
-from frictionlab.logs.roles import Beginning, assign, possible
 from frictionlab.recording import LineCount, QuarantinedLine, SourceFile
 from frictionlab.units import known_unit
 
@@ -28,7 +28,7 @@ _MOST_EMPTY = 0.25
 
 
 @dataclass(frozen=True)
-class Table:
+class LogTable:
     """A log's columns in the file's units.
 
     Parameters
@@ -62,6 +62,7 @@ class Table:
     quarantined: tuple[QuarantinedLine, ...]
     evidence: tuple[str, ...]
     beginning: Beginning
+    warnings: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
@@ -84,8 +85,10 @@ def _beginning_of_sheet(sheet: Sheet) -> Beginning:
     return lambda index: sheet.values[index][:_BEGINNING][np.isfinite(sheet.values[index][:_BEGINNING])]
 
 
-def read_table(path: Path, options: LogOptions, roles: Sequence[str], progress: Progress | None = None) -> Table:
-    """Read the columns of these roles (``mass``, ``base``) and time, if there is one.
+def read_table(
+    path: Path, options: LogOptions, roles: Sequence[str], progress: Progress | None = None, *, further: bool = False
+) -> LogTable:
+    """Read the columns of these roles (``mass``, ``base``) and time, if there is one; with ``further`` all channels.
 
     Raises
     ------
@@ -94,10 +97,11 @@ def read_table(path: Path, options: LogOptions, roles: Sequence[str], progress: 
     """
     sheet = read_binary(path)
     if sheet is not None:
-        return _table_of(sheet, path, options, roles)
+        return _table_of(sheet, path, options, roles, further=further)
     head = read_head(path, options.encoding)
     layout = find_layout(head, options)
-    columns = assign(layout, options, roles, path.name, _beginning_of_text(head, layout))
+    beginning = _beginning_of_text(head, layout)
+    columns, warnings = assign(layout, options, roles, path.name, beginning, further=further)
     shape = _shape(head, layout, columns)
     blocks = Blocks(head, progress)
     try:
@@ -105,7 +109,7 @@ def read_table(path: Path, options: LogOptions, roles: Sequence[str], progress: 
     except OSError as error:
         raise LogError(f"{path}: cannot be read to its end ({error.strerror})") from error
     _check_damage(body, options, path.name)
-    return Table(
+    return LogTable(
         file=SourceFile(path.name, blocks.sha256, blocks.read, _count(head, layout, body)),
         head=head,
         layout=layout,
@@ -122,15 +126,16 @@ def read_table(path: Path, options: LogOptions, roles: Sequence[str], progress: 
             *layout.evidence,
             *_roles(columns),
         ),
-        beginning=_beginning_of_text(head, layout),
+        beginning=beginning,
+        warnings=tuple(warnings),
     )
 
 
-def _table_of(sheet: Sheet, path: Path, options: LogOptions, roles: Sequence[str]) -> Table:
+def _table_of(sheet: Sheet, path: Path, options: LogOptions, roles: Sequence[str], *, further: bool) -> LogTable:
     """Give the columns of a binary log as a table; its rows are its lines."""
     state = path.stat()
     layout = layout_of_sheet(sheet)
-    columns = assign(layout, options, roles, path.name, _beginning_of_sheet(sheet))
+    columns, warnings = assign(layout, options, roles, path.name, _beginning_of_sheet(sheet), further=further)
     values = {role: _finite(sheet.values[column.index]) for role, column in columns.items()}
     rows = len(sheet.values[0])
     stamped = np.isfinite(values["time"]) if "time" in values else np.ones(rows, bool)
@@ -150,7 +155,7 @@ def _table_of(sheet: Sheet, path: Path, options: LogOptions, roles: Sequence[str
         sha256 = hashlib.file_digest(raw, "sha256").hexdigest()
     file = SourceFile(path.name, sha256, state.st_size, LineCount(read=rows, **body.counts))
     head = Head(path, (), NUMBERS, "", "", whole=True, evidence=(), state=(state.st_size, state.st_mtime_ns))
-    return Table(
+    return LogTable(
         file=file,
         head=head,
         layout=layout,
@@ -162,6 +167,7 @@ def _table_of(sheet: Sheet, path: Path, options: LogOptions, roles: Sequence[str
         quarantined=tuple(QuarantinedLine(path.name, *line) for line in body.quarantined),
         evidence=(f"layout {layout.name}", *layout.evidence, *_roles(columns)),
         beginning=_beginning_of_sheet(sheet),
+        warnings=tuple(warnings),
     )
 
 

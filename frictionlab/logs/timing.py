@@ -13,7 +13,7 @@ from frictionlab.log_options import LogOptions
 from frictionlab.logs.cells import date, month_or_day, plain
 from frictionlab.logs.columns import candidates
 from frictionlab.logs.dialect import split
-from frictionlab.logs.table import Table
+from frictionlab.logs.table import LogTable
 from frictionlab.recording import Fact
 from frictionlab.units import TIME, to_si
 
@@ -55,7 +55,7 @@ class Timing:
     evidence: tuple[str, ...] = ()
 
 
-def timing_of(table: Table, options: LogOptions) -> Timing:
+def timing_of(table: LogTable, options: LogOptions) -> Timing:
     """Read the clock of a log.
 
     Raises
@@ -104,7 +104,7 @@ def _two_ways(cells: Sequence[str]) -> tuple[str, ...]:
     return ()
 
 
-def _last_digit(table: Table) -> float:
+def _last_digit(table: LogTable) -> float:
     """What one more in the last digit of a stamp means, in the unit it is written in: 0.001 for 12.345 and 1:02:03.456.
 
     A log without text holds doubles, which show seconds since 1970 to less than a microsecond.
@@ -116,7 +116,7 @@ def _last_digit(table: Table) -> float:
     return 10.0 ** -max(digits, default=0) if cells else 1e-6
 
 
-def _clock_times(table: Table, values: NDArray[np.float64], stated_s: float | None) -> Timing:
+def _clock_times(table: LogTable, values: NDArray[np.float64], stated_s: float | None) -> Timing:
     """Clock times as stamps from the first; where they show no date, it may stand in a column, and midnight passes."""
     wraps = np.cumsum(np.concatenate([[False], np.diff(values) < -43200.0]))
     values = values + 86400.0 * wraps if values[0] < 86400.0 * 2 else values
@@ -134,7 +134,7 @@ def _clock_times(table: Table, values: NDArray[np.float64], stated_s: float | No
     )
 
 
-def _unit(table: Table, values: NDArray[np.float64], options: LogOptions) -> tuple[str, list[str], list[str]]:
+def _unit(table: LogTable, values: NDArray[np.float64], options: LogOptions) -> tuple[str, list[str], list[str]]:
     """Find the unit of a numeric time column, as said or by the sampling rate it would mean."""
     column = table.columns["time"]
     if options.time_unit is not None:
@@ -157,7 +157,7 @@ def _unit(table: Table, values: NDArray[np.float64], options: LogOptions) -> tup
     )
 
 
-def _counted(table: Table, options: LogOptions, stated_s: float | None) -> Timing:
+def _counted(table: LogTable, options: LogOptions, stated_s: float | None) -> Timing:
     rate = options.sampling_rate_hz
     if rate is None and stated_s is None:
         raise LogError(f"{table.name}: no time column found: give --time, or --sampling-rate")
@@ -175,7 +175,7 @@ def _counted(table: Table, options: LogOptions, stated_s: float | None) -> Timin
     )
 
 
-def _contradicting(table: Table, rate: float) -> tuple[str, ...]:
+def _contradicting(table: LogTable, rate: float) -> tuple[str, ...]:
     """Say so where a time column tells another rate than the one given; in the unit said, or in any that could be."""
     numbers = [c for c in table.layout.columns if table.layout.dialect.kinds[c.index] == "n"]
     for column in candidates(numbers, "time"):

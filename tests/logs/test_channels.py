@@ -1,0 +1,137 @@
+"""Further channels: force, velocity, acceleration, angle, several masses; units of the wrong kind are refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictionlab.errors import LogError, RecordingError
+from frictionlab.hdf5 import read_recording, write_recording
+from frictionlab.log_options import LogOptions
+from frictionlab.logs import read_log
+from frictionlab.recording import Recording
+
+T = np.arange(400) / 200.0
+X = 2.0 * np.sin(2 * np.pi * T)
+FORCE = 3.0 * np.cos(2 * np.pi * T)
+
+
+def log(folder: Path, **columns: np.ndarray) -> Path:
+    path = folder / "log.csv"
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    path.write_text("\n".join([",".join(columns), *(",".join(f"{v:.9f}" for v in row) for row in rows)]) + "\n")
+    return path
+
+
+def test_channels_are_found_by_name_and_unit_and_kept_in_si(tmp_path: Path) -> None:
+    path = log(
+        tmp_path,
+        **{"time [s]": T, "mass 1 [mm]": X, "mass 2 [mm]": 2 * X, "base [mm]": X, "friction [kN]": FORCE},
+        **{"normal [lbf]": FORCE, "mass velocity [mm/s]": X, "acc base [g]": X, "torque [Nmm]": X, "angle [deg]": X},
+    )
+    recording = read_log(path)
+    found = recording.measured()
+    assert list(found) == [
+        *("mass_displacement", "base_displacement", "mass_2_displacement", "contact_force", "normal_force"),
+        *("mass_velocity", "base_acceleration", "torque", "angle"),
+    ]
+    factors = [1e-3, 1e-3, 2e-3, 1e3, 4.4482216152605, 1e-3, 9.80665, 1e-3, np.pi / 180]
+    values = [X, X, X, FORCE, FORCE, X, X, X, X]
+    for name, factor, column in zip(found, factors, values, strict=True):
+        np.testing.assert_allclose(found[name], factor * column, rtol=1e-12, atol=1e-8 * factor)
+    assert recording.source.dialect["contact_force_column"] == "friction [kN]"
+    write_recording(recording, tmp_path / "a.h5")
+    again = read_recording(tmp_path / "a.h5")
+    assert [(c.name, c.unit, c.sensor) for c in again.channels] == [
+        (c.name, c.unit, c.sensor) for c in recording.channels
+    ]
+    for name, column in again.measured().items():
+        np.testing.assert_array_equal(column, found[name])
+
+
+def test_a_log_without_displacements_is_a_recording_that_says_what_it_lacks(tmp_path: Path) -> None:
+    path = log(tmp_path, **{"t [s]": T, "Normal [N]": FORCE, "Friction [N]": FORCE, "Position [mm]": X})
+    recording = read_log(path)
+    assert list(recording.measured()) == ["mass_displacement", "normal_force", "contact_force"]
+    with pytest.raises(
+        RecordingError, match=r"base_displacement: not measured here: .*; got mass_displacement, normal"
+    ):
+        _ = recording.base_displacement
+    write_recording(recording, tmp_path / "a.h5")
+    assert list(read_recording(tmp_path / "a.h5").measured()) == list(recording.measured())
+    assert len(recording.changed(experiment={"material": "steel"}).stretches()) == 1
+
+
+def test_columns_are_named_by_options_and_their_units_said(tmp_path: Path) -> None:
+    path = log(tmp_path, Time=T, Velocity=X, Normal=FORCE, Friction=FORCE)
+    options = LogOptions(
+        mass_velocity="Velocity",
+        normal_force=3,
+        contact_force="Friction",  # type: ignore[arg-type]
+        units="mass_velocity=mm/s, force=50 N/V, normal_force=kN",
+    )
+    recording = read_log(path, options)
+    np.testing.assert_allclose(recording.contact_force, 50 * FORCE, atol=1e-6)
+    np.testing.assert_allclose(recording.normal_force, 1e3 * FORCE, atol=1e-5)
+    np.testing.assert_allclose(recording.mass_velocity, 1e-3 * X, atol=1e-11)
+    table = LogOptions(units={"torque": "0.5 Nm/mV"})
+    assert table.unit_of("torque") == ("Nm", 500.0)
+
+
+@pytest.mark.parametrize("unit", ["kip", "uN", "m/s", "g", "deg", "rpm", "Nm", "bar", "kg"])
+@pytest.mark.parametrize("options", [LogOptions(mass=2, base=3), LogOptions(mass=2, base=3, unit="mm")])
+def test_a_displacement_in_a_unit_of_another_kind_is_refused_by_name(
+    unit: str, options: LogOptions, tmp_path: Path
+) -> None:
+    path = log(tmp_path, **{"time [s]": T, f"mass [{unit}]": X, "base [mm]": X})
+    with pytest.raises(LogError, match=rf"column 2 \('mass \[{unit}\]'\) is in {unit}.*: expected a length"):
+        read_log(path, options)
+
+
+@pytest.mark.parametrize(
+    ("title", "options", "words"),
+    [
+        ("F [mm]", {"contact_force": "F"}, r"is in mm \(displacement\): expected a force, one of N, mN"),
+        (
+            "F [V]",
+            {"contact_force": "F"},
+            r"expected a force.*or give what a volt is, such as contact_force = .50 N/V",
+        ),
+        ("F", {"contact_force": "F"}, "the unit of column 4 .* is not said: .* give --units contact_force=N"),
+        ("F [N]", {"contact_force": "F", "units": "force=2 N/V"}, "expected volts, for which the units of"),
+        ("v [Nm]", {"mass_velocity": "v"}, r"is in Nm \(torque\): expected a velocity"),
+        ("F [N]", {"torque": 9}, "--torque '9': no such column"),
+    ],
+)
+def test_a_channel_in_a_unit_of_another_kind_is_refused(
+    title: str, options: dict[str, str], words: str, tmp_path: Path
+) -> None:
+    path = log(tmp_path, **{"time [s]": T, "mass [mm]": X, "base [mm]": X, title: FORCE})
+    with pytest.raises(LogError, match=words):
+        read_log(path, LogOptions(**options))  # type: ignore[arg-type]
+
+
+def test_what_fits_twice_is_left_out_and_said(tmp_path: Path) -> None:
+    path = log(tmp_path, **{"time [s]": T, "mass [mm]": X, "base [mm]": X, "force 1 [N]": X, "force 2 [N]": X})
+    recording = read_log(path)
+    assert not recording.channels
+    assert "could each be contact force: none is taken; give --contact-force" in recording.source.warnings[0]
+    assert list(read_log(path, LogOptions(contact_force="force 2")).contact_force) == list(FORCE * 0 + X.round(9))
+
+
+def test_a_hole_in_a_force_is_bridged_or_cuts(tmp_path: Path) -> None:
+    force = FORCE.copy()
+    path = log(tmp_path, **{"time [s]": T, "mass [mm]": X, "base [mm]": X, "force [N]": force})
+    lines = path.read_text().splitlines()
+    for i in (50, *range(200, 240)):
+        lines[i] = lines[i].rpartition(",")[0] + ",nan"
+    path.write_text("\n".join(lines) + "\n")
+    recording = read_log(path)
+    assert recording.flag_counts()["no_value"] == 41
+    assert recording.flag_counts()["interpolated"] == 1
+    assert [len(part) for part in recording.stretches()] == [199, 161]
+
+
+def test_arrays_of_other_lengths_and_names_are_refused() -> None:
+    with pytest.raises(RecordingError, match="expected channels of different names; got none"):
+        Recording(T, None, None)  # type: ignore[arg-type]
