@@ -12,7 +12,7 @@ from frictionlab.errors import RecordingError, UsageError
 from frictionlab.hdf5 import is_recording, read_tree
 from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import SUFFIXES, Row, read_rows
-from frictionlab.tables.tree import rows_of
+from frictionlab.tables.frames import rows_of
 
 IS_RECORDING = (
     "a recording; campaign evaluates measurements: `frictionlab analyze RECORDING... -o measurements.jsonl`, then"

@@ -10,7 +10,7 @@ all of them and in order (of JSON Lines the keys of the first row that did not f
 
 import csv
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from os import PathLike
 from pathlib import Path
@@ -18,10 +18,9 @@ from pathlib import Path
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs, refuse_protected, write_whole
 from frictionlab.schema import TABLES, Table, is_marked
-from frictionlab.tables import lines, tree
-from frictionlab.tables.cells import SENTENCES, encodable, plain
+from frictionlab.tables import lines
+from frictionlab.tables.cells import SENTENCES, Row, encodable, plain
 from frictionlab.tables.lines import json_line
-from frictionlab.tables.row import Row
 
 __all__ = [
     "SENTENCES",
@@ -37,9 +36,8 @@ __all__ = [
 ]
 
 SUFFIXES = (".csv", ".jsonl", ".h5", ".xlsx", ".parquet")
+TEXTS = (".csv", ".jsonl")
 SHEET_ROWS = (1 << 20) - 1  # of a spreadsheet, beside its head
-Names = Callable[[Path], tuple[str, ...]]
-Reader = Callable[[Path, Table | None], Iterator[dict[str, object]]]
 
 
 def write_rows(
@@ -106,12 +104,12 @@ def _write_tree(
     rows: Iterable[Row], path: Path, table: Table | None, series: Mapping[str, object], *, force: bool
 ) -> None:
     from frictionlab.hdf5 import write_tree
+    from frictionlab.tables import frames
 
     if table is None:
         raise UsageError(f"{path}: HDF5 says what its rows are: expected the table they belong to; got none")
     names, rows = _columns(rows, table)
-    tree_ = tree.tree_of(rows, names, table, series)
-    write_tree(tree_, path, kind=table.format, force=force, columns=table.column)
+    write_tree(frames.tree_of(rows, names, table, series), path, kind=table.format, force=force, columns=table.column)
 
 
 def _columns(rows: Iterable[Row], table: Table | None) -> tuple[list[str], Iterable[Row]]:
@@ -175,7 +173,12 @@ def is_table(path: Path, table: Table | None = None) -> bool:
             return path.is_file()
         if _kind(path) == ".h5":
             return _format_of(path) in {kind.format for kind in kinds}
-        names = _names_by(_kind(path))(path)
+        if _kind(path) in TEXTS:
+            names = lines.names_in_csv(path) if _kind(path) == ".csv" else lines.names_in_json(path)
+        else:
+            from frictionlab.tables import frames
+
+            names = frames.names_in_frame(path)
     except (OSError, ValueError, KeyError, RecursionError, csv.Error):
         return False
     return names == lines.FAILED or any(is_marked(names, kind) for kind in kinds)
@@ -183,25 +186,10 @@ def is_table(path: Path, table: Table | None = None) -> bool:
 
 def has_rows(path: Path) -> bool:
     """Whether this HDF5 file is a table of this tool, with a line for each row."""
+    from frictionlab.tables import frames
+
     found = _format_of(path)
-    return any(kind.format == found for kind in TABLES if kind not in tree.WITHOUT_ROWS)
-
-
-def _names_by(suffix: str) -> Names:
-    """What reads the names of the columns of such a file, and no more."""
-    if suffix in (".csv", ".jsonl"):
-        return lines.names_in_csv if suffix == ".csv" else lines.names_in_json
-    from frictionlab.tables import frames
-
-    return {".xlsx": frames.names_in_excel, ".parquet": frames.names_in_parquet}[suffix]
-
-
-def _reader_of(suffix: str) -> Reader:
-    if suffix in (".csv", ".jsonl"):
-        return lines.read_csv if suffix == ".csv" else lines.read_json_lines
-    from frictionlab.tables import frames
-
-    return {".xlsx": frames.read_excel, ".parquet": frames.read_parquet}[suffix]
+    return any(kind.format == found for kind in TABLES if kind not in frames.WITHOUT_ROWS)
 
 
 def _format_of(path: Path) -> str:
@@ -228,16 +216,21 @@ def read_rows(path: str | PathLike[str], table: Table | None = None) -> list[dic
     if _kind(path) not in SUFFIXES:
         raise UsageError(f"{path}: expected a result ending in {_either(SUFFIXES)}; got {path.suffix or 'no suffix'}")
     try:
-        return list(_reader_of(_kind(path))(path, table))
+        if _kind(path) in TEXTS:
+            return list((lines.read_csv if _kind(path) == ".csv" else lines.read_json_lines)(path, table))
+        from frictionlab.tables import frames
+
+        return list(frames.read_frame(path, table))
     except OSError as error:
         raise UsageError(f"{path}: cannot be read ({error.strerror}): give the path of an existing result") from error
 
 
 def _rows_of_tree(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
     from frictionlab.hdf5 import read_tree
+    from frictionlab.tables import frames
 
     found = _format_of(path)
     kind = table or next((kind for kind in TABLES if kind.format == found), None)
     if kind is None:
         raise UsageError(f"{path}: expected a table of frictionlab; got {found or 'another file'}")
-    return tree.rows_of(read_tree(path, kind=kind.format), path, kind)
+    return frames.rows_of(read_tree(path, kind=kind.format), path, kind)

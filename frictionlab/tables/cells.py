@@ -12,12 +12,15 @@ from pathlib import Path
 
 from frictionlab.schema import Column, Type
 
+Row = Mapping[str, object]
+"""A result from the schema's keys to values; ``None`` is not known."""
 SENTENCES = " | "  # between the sentences of a list in one cell
 NOT_KNOWN = frozenset({"", "nan", "na", "n/a", "null", "none"})
 MOST_DIGITS = 15  # of a whole number; beyond, not even a float tells two of them apart
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
-_FORMULA = re.compile(r"'*[=+\-@\t\r]")
-_QUOTED_FORMULA = re.compile(r"'+[=+\-@\t\r]")
+_FORMULA = re.compile(r"'*[=+\-@\t\r\uff1d\uff0b\uff0d\uff20]")  # full-width forms as well
+_QUOTED_FORMULA = re.compile(r"'+[=+\-@\t\r\uff1d\uff0b\uff0d\uff20]")
+_CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ufffe\uffff]")  # escape sequences of terminals begin so
 
 
 class CellError(ValueError):
@@ -72,8 +75,17 @@ def unquoted(words: str) -> str:
 
 
 def encodable(words: str) -> str:
-    """The text, with halves of surrogate pairs (of file names that are no UTF-8) written as they are escaped."""
-    return words if words.isascii() else words.encode("utf-8", "backslashreplace").decode()
+    r"""The text with control characters, and halves of surrogate pairs of file names, written as they are escaped.
+
+    Examples
+    --------
+    >>> print(encodable("steel\x1b[31m"), encodable("a\udcff"))
+    steel\x1b[31m a\udcff
+    """
+    if words.isprintable():
+        return words
+    shown = _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), words)
+    return shown.encode("utf-8", "backslashreplace").decode()
 
 
 def cell_of(value: object) -> str:

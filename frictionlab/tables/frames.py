@@ -1,23 +1,28 @@
-"""Rows in Excel and Parquet files, by pandas."""
+"""Rows in Excel and Parquet files, by pandas, and in HDF5: ``/rows`` holds an array per column.
+
+``/cycles/N`` of an HDF5 file holds the series behind row N.
+"""
 
 import io
 import re
 import zipfile
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictionlab.errors import UsageError
-from frictionlab.schema import Table, Type, column_of, table_of
+from frictionlab.errors import RecordingError, UsageError
+from frictionlab.schema import MOTIONS, STEADY_STATES, Column, Table, Type, column_of, table_of
 from frictionlab.tables import SHEET_ROWS
-from frictionlab.tables.cells import CellError, checked, flat, harmless, unquoted
-from frictionlab.tables.row import Row
+from frictionlab.tables.cells import CellError, Row, checked, flat, harmless, unquoted
 
 if TYPE_CHECKING:
     import pandas as pd
 
+ROWS, SERIES = "rows", "cycles"
+WITHOUT_ROWS = (STEADY_STATES, MOTIONS)
+"""Tables whose HDF5 files hold no rows but a map over its axes, or a motion."""
 MOST_BYTES = 1 << 30  # unpacked, of a spreadsheet that is read
 LONGEST_CELL = 32_767  # characters that Excel holds
 _DTYPES = {Type.NUMBER: "Float64", Type.WHOLE: "Int64", Type.YES_NO: "boolean"}
@@ -78,13 +83,7 @@ def _excel_cell(value: object) -> bool | int | float | str | None:
     single = flat(value)
     if isinstance(single, int) and not isinstance(single, bool) and abs(single) > 1 << 53:
         return str(single)
-    return _storable(single)[:LONGEST_CELL] if isinstance(single, str) else single
-
-
-def _storable(words: str) -> str:
-    r"""A text without what XML cannot hold: control characters are written as ``\x07``."""
-    kept = (c if c >= " " or c in "\t\n\r" else c.encode("unicode_escape").decode() for c in harmless(words))
-    return "".join(c if c not in "￾￿" else "�" for c in kept)
+    return harmless(single)[:LONGEST_CELL] if isinstance(single, str) else single
 
 
 def _dated(book: io.BytesIO) -> bytes:
@@ -94,40 +93,58 @@ def _dated(book: io.BytesIO) -> bytes:
         for name in old.namelist():
             data = old.read(name)
             if name == "docProps/core.xml":
-                data = _without_dates(data)
+                data = re.sub(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", b"1980-01-01T00:00:00Z", data)
             new.writestr(zipfile.ZipInfo(name, _EPOCH), data, zipfile.ZIP_DEFLATED)
     return made.getvalue()
 
 
-def _without_dates(core: bytes) -> bytes:
-    return re.sub(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", b"1980-01-01T00:00:00Z", core)
-
-
-def read_excel(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
-    """The rows of the first sheet of an Excel file.
+def read_frame(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
+    """The rows of a Parquet file, or of the first sheet of an Excel file.
 
     Raises
     ------
     UsageError
         The file is none, or damaged, or a cell is not what its column says.
     """
-    return _rows_of(path, _excel_frame, table, quoted=True)
+    quoted = path.suffix.lower() == ".xlsx"
+    with _named(path):
+        frame = _frame_of(path)
+        names = [unquoted(str(name)) if quoted else str(name) for name in frame.columns]
+        cells = frame.astype(object).where(frame.notna(), None).to_numpy()
+    kind = table or table_of(names)
+    for number, line in enumerate(cells.tolist(), 2):
+        try:
+            values = [_known(cell, quoted=quoted) for cell in line]
+            yield {name: checked(value, column_of(name, kind)) for name, value in zip(names, values, strict=True)}
+        except CellError as error:
+            raise UsageError(f"{path}, row {number}: {error}: correct it, or make the file again") from error
 
 
-def read_parquet(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
-    """The rows of a Parquet file.
-
-    Raises
-    ------
-    UsageError
-        The file is none, or damaged, or a cell is not what its column says.
-    """
-    return _rows_of(path, _parquet_frame, table, quoted=False)
+def _known(cell: object, *, quoted: bool) -> object:
+    """A cell as a row can hold it: a date, say, as text."""
+    if isinstance(cell, str):
+        return unquoted(cell) if quoted else cell
+    return cell if cell is None or isinstance(cell, (bool, int, float, list)) else str(cell)
 
 
-def _excel_frame(path: Path, rows: int | None = None) -> "pd.DataFrame":
+def names_in_frame(path: Path) -> tuple[str, ...]:
+    """The names of the columns of a Parquet or Excel file; none of a file that is none."""
+    try:
+        with _named(path):
+            return tuple(unquoted(str(name)) for name in _frame_of(path, 0).columns)
+    except UsageError:
+        return ()
+
+
+def _frame_of(path: Path, rows: int | None = None) -> "pd.DataFrame":
     import pandas as pd
 
+    if path.suffix.lower() == ".parquet":
+        if rows == 0:
+            from pyarrow import parquet
+
+            return pd.DataFrame(columns=parquet.read_schema(path).names)
+        return pd.read_parquet(path)
     with zipfile.ZipFile(path) as parts:
         size = sum(part.file_size for part in parts.infolist())
     if size > MOST_BYTES:
@@ -135,63 +152,70 @@ def _excel_frame(path: Path, rows: int | None = None) -> "pd.DataFrame":
     return pd.read_excel(path, dtype=object, nrows=rows, keep_default_na=False, na_values=[""], engine="openpyxl")
 
 
-def _parquet_frame(path: Path, rows: int | None = None) -> "pd.DataFrame":
-    import pandas as pd
-    from pyarrow import parquet
-
-    if rows == 0:
-        return pd.DataFrame(columns=parquet.read_schema(path).names)
-    return pd.read_parquet(path)
-
-
-def _rows_of(
-    path: Path, frame_of: "Callable[[Path], pd.DataFrame]", table: Table | None, *, quoted: bool
-) -> Iterator[dict[str, object]]:
-    with _told(path):
-        frame = frame_of(path)
-        names = [unquoted(str(name)) if quoted else str(name) for name in frame.columns]
-        cells = frame.astype(object).where(frame.notna(), None).to_numpy()
-    kind = table or table_of(names)
-    for number, line in enumerate(cells.tolist(), 2):
-        try:
-            pairs = zip(names, line, strict=True)
-            yield {name: _value(cell, name, kind, quoted=quoted) for name, cell in pairs}
-        except CellError as error:
-            raise UsageError(f"{path}, row {number}: {error}: correct it, or make the file again") from error
-
-
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
-    """Tell whatever openpyxl and pyarrow raise of a damaged file, which no list of exceptions holds, as its fault."""
+def _named(path: Path) -> Iterator[None]:
+    """Report whatever openpyxl and pyarrow raise of a damaged file, which no list of exceptions holds, as its fault."""
     try:
         yield
     except Exception as error:
-        raise UsageError(f"{path}: expected a table as {path.suffix}; cannot be read ({_first(error)})") from error
+        said = str(error).partition("\n")[0][:200] or type(error).__name__
+        raise UsageError(f"{path}: expected a table as {path.suffix}; cannot be read ({said})") from error
 
 
-def _first(error: BaseException) -> str:
-    return str(error).partition("\n")[0][:200] or type(error).__name__
+def tree_of(
+    rows: Iterable[Row], names: Sequence[str], table: Table | None, series: Mapping[str, object]
+) -> dict[str, object]:
+    """The file of these rows; ``series``: what stands behind them, by the number of the row."""
+    every = list(rows)
+    columns = {name: _array(name, [row.get(name) for row in every], table) for name in names}
+    return {ROWS: columns, SERIES: dict(series)}
 
 
-def _value(cell: object, name: str, table: Table | None, *, quoted: bool) -> object:
-    value = unquoted(cell) if quoted and isinstance(cell, str) else cell
-    known = value if isinstance(value, (bool, int, float, str, list)) or value is None else str(value)
-    return checked(known, column_of(name, table))
+def _array(name: str, values: Sequence[object], table: Table | None) -> object:
+    """A column as HDF5 holds it: texts (empty: not known), or floats (NaN: not known)."""
+    column, cells = column_of(name, table), [flat(value) for value in values]
+    if _is_text(column, cells):
+        return ["" if cell is None else str(cell) for cell in cells]
+    import numpy as np
+
+    return np.array([float("nan") if cell is None else float(cell) for cell in cells])
 
 
-def names_in_excel(path: Path) -> tuple[str, ...]:
-    """The names in the head of a spreadsheet; none of a file that is none."""
-    return _names(path, _excel_frame)
+def _is_text(column: Column | None, cells: Sequence[object]) -> bool:
+    if column is not None:
+        return column.type in (Type.TEXT, Type.SENTENCES, Type.OBJECT)
+    return any(isinstance(cell, str) for cell in cells) or all(cell is None for cell in cells)
 
 
-def names_in_parquet(path: Path) -> tuple[str, ...]:
-    """The names of a Parquet file's columns; none of a file that is none."""
-    return _names(path, _parquet_frame)
+def rows_of(tree: Mapping[str, Any], path: Path, table: Table) -> Iterator[dict[str, object]]:
+    """The rows of a file's tree.
+
+    Raises
+    ------
+    RecordingError
+        There are no rows, the columns differ in length, or a cell is not what its column says.
+    """
+    if ROWS not in tree:
+        raise RecordingError(f"{path}: expected a table with rows; got a {table.kind}: open it with `frictionlab show`")
+    columns = tree[ROWS]
+    if not isinstance(columns, Mapping) or not all(map(_is_column, columns.values())):
+        raise RecordingError(f"{path}: damaged {table.format}: expected a group of columns under {ROWS!r}")
+    lengths = {len(values) for values in columns.values()}
+    if len(lengths) > 1:
+        raise RecordingError(f"{path}: damaged {table.format}: columns of {min(lengths)} and of {max(lengths)} rows")
+    for number, line in enumerate(zip(*columns.values(), strict=True), 1):
+        try:
+            yield {name: _cell(cell, column_of(name, table)) for name, cell in zip(columns, line, strict=True)}
+        except CellError as error:
+            raise RecordingError(f"{path}, row {number}: {error}: make it again") from error
 
 
-def _names(path: Path, frame_of: "Callable[..., pd.DataFrame]") -> tuple[str, ...]:
-    try:
-        with _told(path):
-            return tuple(unquoted(str(name)) for name in frame_of(path, 0).columns)
-    except UsageError:
-        return ()
+def _is_column(values: object) -> bool:
+    return isinstance(values, list) or (hasattr(values, "__len__") and getattr(values, "ndim", 0) == 1)
+
+
+def _cell(cell: Any, column: Column | None) -> object:
+    value = cell.item() if hasattr(cell, "item") else cell
+    if column is not None and column.type is Type.WHOLE and isinstance(value, float) and value.is_integer():
+        value = int(value)
+    return checked(None if value == "" else value, column)

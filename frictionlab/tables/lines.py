@@ -10,8 +10,7 @@ from typing import Any
 
 from frictionlab.errors import UsageError
 from frictionlab.schema import OUTCOME, Column, Table, column_of, table_of
-from frictionlab.tables.cells import CellError, cell_of, checked, encodable, harmless, plain, unquoted, value_of
-from frictionlab.tables.row import Row
+from frictionlab.tables.cells import CellError, Row, cell_of, checked, encodable, harmless, plain, unquoted, value_of
 
 LINES_AT_ONCE = 1000
 _DEEPEST = 100  # objects and lists inside each other, of a row
