@@ -14,8 +14,6 @@ from frictionlab.recording import Quality, Recording, Source
 from frictionlab.simulator import Problem
 from frictionlab.simulator.record import BaseRecord, Response, respond
 
-__all__ = ["RecordResponse", "respond_to", "respond_to_acceleration", "sound_base"]
-
 FloatArray = NDArray[np.float64]
 FAR = 10.0  # times the steps around it: such a step is a jump ...
 LARGE = 0.05  # ... if it is this share of the whole range
@@ -115,8 +113,14 @@ def respond_to(
     natural_frequency_hz: float,
     stiffness_n_per_m: float | None = None,
     source: str = "",
+    is_acceleration: bool = False,
+    highpass_hz: float | None = None,
 ) -> RecordResponse:
     """Simulate the mass, from rest, under the motion of a recording's base.
+
+    A wall that moves with the base feels its acceleration. Where that was recorded nothing is integrated: Y is its
+    largest size over omega_n^2, and the mass's displacement is that from the base. A fixed wall needs the base's
+    displacement: an acceleration is integrated twice, without what is slower than `highpass_hz`.
 
     Parameters
     ----------
@@ -129,69 +133,52 @@ def respond_to(
         Gives newtons and joules.
     source : str
         What the result calls its base.
-
-    Raises
-    ------
-    RecordingError
-        The base has a gap or jumps.
-    SimulationError
-        The base does not move, or the law cannot be integrated.
-    """
-    part, warnings = sound_base(recording)
-    tau = 2.0 * math.pi * natural_frequency_hz * (part.time - part.time[0])
-    base = BaseRecord(tau, _driving(part, problem, warnings))
-    return _answer(part, problem, base, warnings, (natural_frequency_hz, stiffness_n_per_m, source))
-
-
-def respond_to_acceleration(
-    recording: Recording,
-    problem: Problem,
-    *,
-    natural_frequency_hz: float,
-    highpass_hz: float | None = None,
-    stiffness_n_per_m: float | None = None,
-    source: str = "",
-) -> RecordResponse:
-    """Simulate the mass, from rest, under a base whose acceleration was recorded.
-
-    A wall that moves with the base feels the acceleration itself: nothing is integrated, Y is its largest size over
-    omega_n^2, and the mass's displacement is that from the base. A fixed wall needs the base's displacement: it is
-    integrated twice, without what is slower than `highpass_hz`.
-
-    Parameters
-    ----------
-    recording : Recording
-        Its ``base_displacement`` holds the acceleration, m/s^2.
-    problem : Problem
-        With r = 1; beta is over k Y.
-    natural_frequency_hz : float
+    is_acceleration : bool
+        ``base_displacement`` holds an acceleration, m/s^2.
     highpass_hz : float, optional
-        Needed with a fixed wall.
-    stiffness_n_per_m : float, optional
-    source : str
+        Needed by an acceleration with a fixed wall.
 
     Raises
     ------
     RecordingError
-        The base has a gap; or the wall is fixed and no high-pass is given.
+        The base has a gap or jumps; or it is an acceleration, the wall is fixed and no high-pass is given.
     SimulationError
         The base does not move, or the law cannot be integrated.
     """
-    part, warnings = sound_base(recording, jumps=True)
-    omega = 2.0 * math.pi * natural_frequency_hz
-    known = natural_frequency_hz, stiffness_n_per_m, source
-    a = part.base_displacement
+    part, warnings = sound_base(recording, jumps=is_acceleration)
+    omega, y, u = 2.0 * math.pi * natural_frequency_hz, part.base_displacement, None
     tau = omega * (part.time - part.time[0])
-    if problem.wall == "base":
-        still = replace(part, base_displacement=np.zeros(len(a)))
+    if is_acceleration and problem.wall == "base":
         warnings.append(
-            f"base: an acceleration, up to {np.abs(a).max():.4g} m/s^2, drives the wall as it is: Y is that over"
+            f"base: an acceleration, up to {np.abs(y).max():.4g} m/s^2, drives the wall as it is: Y is that over"
             " omega_n^2, and the mass's displacement is that from the base"
         )
-        return _answer(still, problem, BaseRecord(tau, a / omega**2, quantity="acceleration"), warnings, known)
-    y, u = _integrated(part, highpass_hz, warnings)
-    answer = _answer(replace(part, base_displacement=y), problem, BaseRecord(tau, y), warnings, known)
-    return replace(answer, base_u_m=u)
+        base = BaseRecord(tau, y / omega**2, quantity="acceleration")
+        part = replace(part, base_displacement=np.zeros(len(y)))
+    elif is_acceleration:
+        y, u = _integrated(part, highpass_hz, warnings)
+        base, part = BaseRecord(tau, y), replace(part, base_displacement=y)
+    else:
+        base = BaseRecord(tau, _driving(part, problem, warnings))
+    response = respond(problem, base)
+    error = _sampling_error(problem, base, response)
+    if error > COARSE:
+        warnings.append(
+            f"base: its motion between the samples is not known and may change the response by {error:.2g}"
+            f" Y rms; do: sample faster than {part.sampling_rate_hz:.4g} Hz, or smooth its noise"
+        )
+    made_by = {"made_by": "frictionlab simulate --base-motion", "law": problem.law.name, **problem.parameters}
+    made = replace(
+        part,
+        mass_displacement=response.displacement * base.scale,
+        source=Source(
+            files=part.source.files,
+            dialect=made_by,
+            options={"natural_frequency_hz": natural_frequency_hz, "wall": problem.wall},
+            warnings=tuple(warnings),
+        ),
+    )
+    return RecordResponse(source, response, made, natural_frequency_hz, stiffness_n_per_m, error, tuple(warnings), u)
 
 
 def _integrated(part: Recording, highpass_hz: float | None, warnings: list[str]) -> tuple[FloatArray, float]:
@@ -213,31 +200,6 @@ def _integrated(part: Recording, highpass_hz: float | None, warnings: list[str])
         f" displacement ({share:.2g} % of the base's)"
     )
     return y, u
-
-
-def _answer(
-    part: Recording, problem: Problem, base: BaseRecord, warnings: list[str], known: tuple[float, float | None, str]
-) -> RecordResponse:
-    """Simulate, and put the units on; `known`: natural frequency [Hz], stiffness [N/m], what the base is called."""
-    natural_frequency_hz, stiffness_n_per_m, source = known
-    response = respond(problem, base)
-    error = _sampling_error(problem, base, response)
-    if error > COARSE:
-        warnings.append(
-            f"base: its motion between the samples is not known and may change the response by {error:.2g}"
-            f" Y rms; do: sample faster than {part.sampling_rate_hz:.4g} Hz, or smooth its noise"
-        )
-    made = replace(
-        part,
-        mass_displacement=response.displacement * base.scale,
-        source=Source(
-            files=part.source.files,
-            dialect={"made_by": "frictionlab simulate --base-motion", "law": problem.law.name, **problem.parameters},
-            options={"natural_frequency_hz": natural_frequency_hz, "wall": problem.wall},
-            warnings=tuple(warnings),
-        ),
-    )
-    return RecordResponse(source, response, made, natural_frequency_hz, stiffness_n_per_m, error, tuple(warnings))
 
 
 def _driving(part: Recording, problem: Problem, warnings: list[str]) -> FloatArray:

@@ -145,7 +145,7 @@ def lay_out(
         raise AnalysisError("analysis: expected at least 32 samples after the transient: shorten transient_s")
     base_noise = noise.white_noise(longest.base)
     base_lines = spectrum.amplitude_spectrum(longest.base, longest.step, padding=padding)
-    guess = _drive_frequency(longest, base_lines, base_noise)
+    guess = _drive_frequency(longest, base_lines)
     cuts = _cuts(stretches, longest, guess, base_noise)
     at = next(i for i, s in enumerate(stretches) if s is longest)
     cut = cuts[at]
@@ -239,13 +239,13 @@ def _sensor(signal: FloatArray, rows: FloatArray, white: float, samples: float) 
     return _Sensor(white, step, rounding, shared)
 
 
-def _drive_frequency(stretch: Stretch, lines: spectrum.Spectrum, noise_rms: float) -> float:
+def _drive_frequency(stretch: Stretch, lines: spectrum.Spectrum) -> float:
     """Frequency of the base's strongest line [Hz]; refuses a base that nothing drives."""
     base = stretch.base
     variance = float(np.var(base))
     if not variance > 0.0:
         raise AnalysisError("analysis: no drive: the base stands still; expected a base motion: check the base column")
-    tone = spectrum.tone_of(lines, stretch.step, noise=noise_rms)
+    tone = spectrum.tone_of(lines)
     if 0.5 * tone.amplitude**2 < 0.2 * variance:
         raise AnalysisError(
             f"analysis: no drive: the strongest line of the base motion ({tone.frequency:.4g} Hz) holds only"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis import energy, slips, stops
+from frictionlab.analysis import energy, stops
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.noise import white_noise
 from frictionlab.analysis.smoothing import Smoother, smoothed, smoother
@@ -49,7 +49,7 @@ class Response:
     doubtful: tuple[float, float]
     slowest_slip: float
     smallest_slip: float
-    unclear: slips.Move | None
+    unclear: stops.Move | None
     how: Smoother
 
     @property
@@ -119,18 +119,18 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         shortest_stop=1.0 if is_blurred else 2.0 * thresholds.dwell / (2.0 * math.pi),
         doubtful=(len(doubts) / n, float(np.mean(doubts)) / stops.TURN if len(doubts) else 0.0),
         slowest_slip=2.0 * thresholds.still,
-        smallest_slip=slips.smallest(rough, layout.samples),
+        smallest_slip=stops.smallest(rough, layout.samples),
         unclear=None if is_stuck else unclear,
     )
 
 
-def _parted(found: Stops, slid: FloatArray, rough: float, dwell: float) -> tuple[Stops, slips.Move | None]:
+def _parted(found: Stops, slid: FloatArray, rough: float, dwell: float) -> tuple[Stops, stops.Move | None]:
     """The stops, those parted that are two, and a move within one of which that is not clear; `rough`: of the mean."""
     if len(slid) < FEW:
         return found, None
     mean, n = slid.mean(axis=0), len(slid)
-    parted = slips.parted(found, mean, noise=rough, dwell=dwell, cycles=n)
-    return parted, slips.unclear(found, parted, mean, noise=rough, dwell=dwell, cycles=n)
+    parted = stops.parted(found, mean, noise=rough, dwell=dwell, cycles=n)
+    return parted, stops.unclear(found, parted, mean, noise=rough, dwell=dwell, cycles=n)
 
 
 def _amplitude_noise(layout: Layout, how: Smoother, amplitude: FloatArray, whole: FloatArray) -> float:

@@ -4,7 +4,6 @@ Amplitudes are scaled by 2 / sum(w), so that a line of amplitude A reads A whate
 """
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,38 +33,24 @@ class Spectrum:
 
 @dataclass(frozen=True)
 class Tone:
-    """One line: ``frequency`` and its standard error in 1/[step], ``amplitude`` in the signal's unit."""
+    """One line: ``frequency`` in 1/[step], ``amplitude`` in the signal's unit."""
 
     frequency: float
-    frequency_se: float
     amplitude: float
 
 
-def hann(n: int) -> Iterator[tuple[slice, FloatArray]]:
-    """Hann window of n points, symmetric about the middle and nowhere zero, in parts; its sum is n / 2."""
-    return ((some, 0.5 - 0.5 * part) for some, part in _cosines(2.0 * math.pi / n, math.pi / n, n))
+def hann(first: int, last: int, n: int) -> FloatArray:
+    """Part of a Hann window of n points, symmetric about the middle and nowhere zero; its sum is n / 2."""
+    return np.asarray(0.5 - 0.5 * np.cos((2.0 * math.pi / n) * (np.arange(first, last) + 0.5)))
 
 
 def _windowed(signal: FloatArray) -> FloatArray:
-    """The signal (n,) about its mean under a Hann window: one copy, for a long recording's are dear."""
+    """The signal (n,) about its mean under a Hann window, in parts: one copy, for a long recording's are dear."""
     about = np.asarray(signal - signal.mean())
-    for some, part in hann(len(signal)):
-        about[some] *= part
+    for first in range(0, len(about), PART):
+        last = min(first + PART, len(about))
+        about[first:last] *= hann(first, last, len(about))
     return about
-
-
-def _cosines(step: float, first: float, n: int) -> Iterator[tuple[slice, FloatArray]]:
-    """cos(first + step i) for i < n, in parts: cos(a + b) = cos a cos b - sin a sin b spares most of the cosines."""
-    width = math.isqrt(n) + 1
-    fine = step * np.arange(width)
-    cosine, sine = np.cos(fine), np.sin(fine)
-    rows = max(1, PART // width)
-    for row in range(0, -(-n // width), rows):
-        coarse = first + step * width * np.arange(row, row + rows)
-        table = np.outer(np.cos(coarse), cosine)
-        table -= np.outer(np.sin(coarse), sine)
-        at = row * width
-        yield slice(at, min(at + table.size, n)), table.ravel()[: n - at]
 
 
 def fast_length(least: int) -> int:
@@ -137,9 +122,7 @@ def up_to(spectrum: Spectrum, frequency: float) -> Spectrum:
     return Spectrum(spectrum.frequency[:last].copy(), spectrum.amplitude[:last].copy(), spectrum.resolution)
 
 
-def strongest_tone(
-    signal: FloatArray, step: float, *, padding: int = DEFAULT_PADDING, noise: float | None = None
-) -> Tone:
+def strongest_tone(signal: FloatArray, step: float, *, padding: int = DEFAULT_PADDING) -> Tone:
     """Find the strongest line of a signal and refine it by a parabola through the logs of the three highest bins.
 
     Lines slower than two periods in the record are not looked for.
@@ -151,8 +134,6 @@ def strongest_tone(
         Sampling interval.
     padding : int
         Length of the FFT over the length of the record.
-    noise : float, optional
-        Rms of the white noise in the signal, for the standard error; by default taken from the spectrum's median.
 
     Raises
     ------
@@ -166,23 +147,18 @@ def strongest_tone(
     >>> abs(tone.frequency - 1.7) < 2e-5
     True
     """
-    return tone_of(amplitude_spectrum(signal, step, padding=padding), step, noise=noise)
+    return tone_of(amplitude_spectrum(signal, step, padding=padding))
 
 
-def tone_of(spectrum: Spectrum, step: float, *, noise: float | None = None) -> Tone:
-    """Refine the strongest line of a spectrum of samples at this interval; see :func:`strongest_tone`."""
-    amplitude, resolution = spectrum.amplitude, spectrum.resolution
-    n = round(1.0 / (resolution * step))
-    spacing = float(spectrum.frequency[1])
-    first = min(max(1, math.ceil(2.0 * resolution / spacing)), len(amplitude) - 2)
+def tone_of(spectrum: Spectrum) -> Tone:
+    """Refine the strongest line of a spectrum; see :func:`strongest_tone`."""
+    amplitude, spacing = spectrum.amplitude, float(spectrum.frequency[1])
+    first = min(max(1, math.ceil(2.0 * spectrum.resolution / spacing)), len(amplitude) - 2)
     peak = first + int(np.argmax(amplitude[first:-1]))
     if not amplitude[peak] > 0.0:
         raise AnalysisError("spectrum: expected a signal that moves; got one that stands still")
-    offset, height = refined(amplitude[peak - 1 : peak + 2], resolution / spacing)
-    if noise is None:
-        noise = math.sqrt(float(np.median(amplitude) ** 2) / math.log(2.0) * n / 6.0)
-    error = hann_frequency_error(height, noise, n, step)
-    return Tone((peak + offset) * spacing, error, height)
+    offset, height = refined(amplitude[peak - 1 : peak + 2], spectrum.resolution / spacing)
+    return Tone((peak + offset) * spacing, height)
 
 
 def refined(three: FloatArray, padding: float) -> tuple[float, float]:
@@ -212,29 +188,3 @@ def _log_parabola(three: FloatArray) -> tuple[float, float]:
         return 0.0, float(three[1])
     offset = 0.5 * (left - right) / curvature
     return float(offset), float(np.exp(middle - 0.25 * (left - right) * offset))
-
-
-def cramer_rao(amplitude: float, noise: float, n: int, step: float) -> float:
-    """Least standard error any unbiased frequency estimate can have: a line in white noise over n samples.
-
-    var f = 6 noise^2 / (pi^2 amplitude^2 n (n^2 - 1) step^2) [Rife and Boorstyn 1974].
-    """
-    return math.sqrt(6.0 / (n * (n * n - 1.0))) * noise / (math.pi * amplitude * step)
-
-
-def hann_frequency_error(amplitude: float, noise: float, n: int, step: float) -> float:
-    """Standard error of the peak of a Hann-windowed spectrum in white noise, to first order in noise.
-
-    With u the time from the middle of the record: var f = 2 noise^2 sum(w^2 u^2) / (2 pi amplitude sum(w u^2))^2. For
-    long records this is 1.50 times the Cramer-Rao bound, the price of the window's low leakage.
-    """
-    return cramer_rao(amplitude, noise, n, step) * _HANN_OVER_BOUND
-
-
-def _hann_over_bound() -> float:
-    u = (np.arange(4096) + 0.5) / 4096 - 0.5
-    w = 0.5 + 0.5 * np.cos(2.0 * math.pi * u)
-    return float(math.sqrt(np.sum(w * w * u * u) * np.sum(u * u)) / np.sum(w * u * u))
-
-
-_HANN_OVER_BOUND = _hann_over_bound()

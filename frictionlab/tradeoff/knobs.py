@@ -169,7 +169,8 @@ def padding() -> tuple[Setting, ...]:
         (f"{n}x, {name}", partial(way, padding=n), False, RATE_HZ) for name, way, many in ways for n in many
     ]
     settings += [(f"{n}x, phases", partial(_phases, padding=n), n == 4, RATE_HZ) for n in (1, 4, 16)]
-    bound = spectrum.cramer_rao(1.0, NOISE, round(DURATION_S * RATE_HZ), 1 / RATE_HZ) / DRIVE_HZ
+    n = round(DURATION_S * RATE_HZ)
+    bound = math.sqrt(6.0 / (n * (n * n - 1.0))) * NOISE * RATE_HZ / math.pi / DRIVE_HZ  # [Rife and Boorstyn 1974]
     found = _each("fft padding", "drive_frequency_hz", DRIVE_HZ, *settings, count=RECORDINGS)
     return tuple(replace(s, over_bound=s.error / bound) for s in found)
 

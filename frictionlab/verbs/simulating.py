@@ -80,7 +80,7 @@ def respond(
     SceneError
         The scene or a setting is refused.
     """
-    from frictionlab.base_motion import respond_to, respond_to_acceleration
+    from frictionlab.base_motion import respond_to
     from frictionlab.hdf5 import read_recording
     from frictionlab.logs import read_base_acceleration, read_base_log
     from frictionlab.recording import Recording
@@ -98,24 +98,19 @@ def respond(
         return respond_to(what, problem, natural_frequency_hz=frequency, stiffness_n_per_m=known.rig.stiffness)
     path = Path(what)
     acceleration = None if is_recording_name(path) else read_base_acceleration(path, known.log)
-    if acceleration is not None:
-        return respond_to_acceleration(
-            acceleration,
-            problem,
-            natural_frequency_hz=frequency,
-            highpass_hz=highpass_hz,
-            stiffness_n_per_m=known.rig.stiffness,
-            source=str(what),
-        )
-    if highpass_hz is not None:
+    if acceleration is None and highpass_hz is not None:
         raise UsageError(f"{path}: --highpass belongs to a base that is an acceleration; got a displacement")
-    recording = read_recording(path) if is_recording_name(path) else read_base_log(path, known.log)
+    recording = acceleration
+    if recording is None:
+        recording = read_recording(path) if is_recording_name(path) else read_base_log(path, known.log)
     return respond_to(
         recording,
         problem,
         natural_frequency_hz=frequency,
         stiffness_n_per_m=known.rig.stiffness,
         source=str(what),
+        is_acceleration=acceleration is not None,
+        highpass_hz=highpass_hz,
     )
 
 

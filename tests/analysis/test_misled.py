@@ -9,8 +9,7 @@ import pytest
 
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.mistakes import is_clipped
-from frictionlab.analysis.slips import parted, smallest, unclear
-from frictionlab.analysis.stops import Stops
+from frictionlab.analysis.stops import Stops, parted, smallest, unclear
 from frictionlab.errors import AnalysisError
 from frictionlab.logs.read import read_log
 from frictionlab.scene import scene_from_tables
