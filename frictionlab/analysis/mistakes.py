@@ -1,6 +1,5 @@
 """Mistakes of a channel: inverted, swapped, a copy, relative to the base, only noise, or clipped."""
 
-import enum
 import math
 
 import numpy as np
@@ -29,45 +28,15 @@ BACK = 0.5  # of the first level: a flank that comes back by more is a motion th
 POINTS = 20.0  # of a cycle over the root of the scale; below it the levels lie within a point of the extreme
 
 
-class Mistake(enum.Enum):
-    """What a channel is instead of what it is called; the value is the sentence, `{...}` filled by its finder."""
-
-    COPY = (
-        "mass: its channel repeats the base's (they differ by {share:.2g} % of the base's motion): energy, amplitude"
-        " and stops are not of the mass: choose the mass's column (--mass, [log] mass)"
-    )
-    INVERTED = (
-        "energy_per_cycle: {energy:.3g} kY^2: a contact takes energy, this one would give it: one of the sensors counts"
-        " the other way (turn the sign of its column), or mass and base are swapped (--mass and --base, [log])"
-    )
-    SWAPPED = (
-        "energy_per_cycle: {energy:.3g} kY^2: a contact takes energy, this one would give it: mass and base look"
-        " swapped (harmonics of the base {base:.2g} %, of the mass {mass:.2g} %): exchange --mass and --base ([log]),"
-        " or turn the sign of one column"
-    )
-    NOISE = (
-        "mass: its channel holds nothing but noise of {noise:.3g} Y rms, {times:.2g} times the base's: check the mass's"
-        " column (--mass, [log] mass) and its sensor"
-    )
-    RELATIVE = (
-        "response_amplitude: the mass's column looks like the displacement relative to the base ({why}): the energy is"
-        " the same, amplitude and stops are not: give the mass's own displacement, mass {sign} base"
-    )
-    EITHER = (
-        "response_amplitude: so near resonance the motion does not tell whether the mass's column is its own"
-        " displacement or that relative to the base, whose own would be {amplitude:.3g} Y (mass {sign} base): the"
-        " energy is the same, the amplitude is not: check what the sensor stands on"
-    )
-
-    def said(self, **numbers: object) -> str:
-        """The sentence with its numbers."""
-        return str(self.value).format(**numbers)
-
-
 def copied(mass: FloatArray, base: FloatArray, *, noise: float) -> str | None:
     """Tell whether the mass's mean cycle (p,) is the base's, but for this much noise in one point."""
     apart = math.sqrt(max(float(np.var(mass - base)) - noise * noise, 0.0)) / float(np.std(base))
-    return Mistake.COPY.said(share=100.0 * apart) if apart < ALIKE else None
+    if apart >= ALIKE:
+        return None
+    return (
+        f"mass: its channel repeats the base's (they differ by {100.0 * apart:.2g} % of the base's motion): energy,"
+        " amplitude and stops are not of the mass: choose the mass's column (--mass, [log] mass)"
+    )
 
 
 def turned(mass: FloatArray, base: FloatArray, *, energy: float, error: float) -> str | None:
@@ -75,16 +44,27 @@ def turned(mass: FloatArray, base: FloatArray, *, energy: float, error: float) -
     if energy > -max(SURE * error, GIVES):
         return None
     of_base, of_mass = _distortion(base), _distortion(mass)
+    gives = f"energy_per_cycle: {energy:.3g} kY^2: a contact takes energy, this one would give it: "
     if of_base > DISTORTED and of_mass < CLEANER * of_base:
-        return Mistake.SWAPPED.said(energy=energy, base=100.0 * of_base, mass=100.0 * of_mass)
-    return Mistake.INVERTED.said(energy=energy)
+        return (
+            f"{gives}mass and base look swapped (harmonics of the base {100.0 * of_base:.2g} %, of the mass"
+            f" {100.0 * of_mass:.2g} %): exchange --mass and --base ([log]), or turn the sign of one column"
+        )
+    return (
+        f"{gives}one of the sensors counts the other way (turn the sign of its column), or mass and base are swapped"
+        " (--mass and --base, [log])"
+    )
 
 
 def only_noise(mass_noise: float, base_noise: float, *, step: float) -> str | None:
     """Tell whether the channel of a mass that stands is much noisier than the base's; all in Y."""
     if mass_noise < NOISIER * max(base_noise, step):
         return None
-    return Mistake.NOISE.said(noise=mass_noise, times=mass_noise / max(base_noise, 1e-300))
+    return (
+        f"mass: its channel holds nothing but noise of {mass_noise:.3g} Y rms,"
+        f" {mass_noise / max(base_noise, 1e-300):.2g} times the base's: check the mass's column (--mass, [log] mass)"
+        " and its sensor"
+    )
 
 
 def relative(
@@ -112,17 +92,25 @@ def relative(
     own = _left(mass, base, r) if moves and r is not None else 1.0
     for sign, word in ((1.0, "+"), (-1.0, "-")):
         other = base + sign * mass
-        least = max(STANDS, 4.0 * stuck)
+        least, why = max(STANDS, 4.0 * stuck), ""
         stands = _stuck(other, noise, samples) if _may_stand(other, least) else 0.0
+        others = _left(other, base, r) if moves and r is not None else 1.0
+        size = 0.5 * float(np.ptp(other))
         if stands > least and float(np.std(other)) > 0.05 * float(np.std(base)):
             why = f"mass {word} base stands for {100.0 * stands:.2g} % of a cycle, the column for {100.0 * stuck:.2g} %"
-            return Mistake.RELATIVE.said(why=why, sign=word)
-        others = _left(other, base, r) if moves and r is not None else 1.0
-        if others < FITS and own > max(OFF, CLEARER * others):
-            return Mistake.RELATIVE.said(why=f"mass {word} base fits the equation of motion", sign=word)
-        size = 0.5 * float(np.ptp(other))
+        elif others < FITS and own > max(OFF, CLEARER * others):
+            why = f"mass {word} base fits the equation of motion"
+        if why:
+            return (
+                f"response_amplitude: the mass's column looks like the displacement relative to the base ({why}): the"
+                f" energy is the same, amplitude and stops are not: give the mass's own displacement, mass {word} base"
+            )
         if CLEARER * own > others < FITS and abs(size / (0.5 * float(np.ptp(mass))) - 1.0) > MATTERS:
-            return Mistake.EITHER.said(amplitude=size, sign=word)
+            return (
+                "response_amplitude: so near resonance the motion does not tell whether the mass's column is its own"
+                f" displacement or that relative to the base, whose own would be {size:.3g} Y (mass {word} base): the"
+                " energy is the same, the amplitude is not: check what the sensor stands on"
+            )
     return None
 
 
