@@ -103,7 +103,7 @@ def test_a_failed_input_is_a_json_line_and_the_others_go_on(run: Run, tmp_path: 
 def test_a_test_shorter_than_its_transient_fails_plainly(run: Run, tmp_path: Path) -> None:
     log = log_of(tmp_path, rows(10))
     assert run("ingest", log).returncode == 0
-    done = run("analyze", tmp_path / "log.h5", "--natural-frequency", "3.13")
+    done = run("analyze", tmp_path / "log.h5", "--natural-frequency", "3.13", "--transient", "20")
     assert done.returncode == 1
     assert "transient" in one_line(done.stderr)
 

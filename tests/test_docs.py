@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from frictionlab.cli import SUMMARIES
+from frictionlab.cli import COMMANDS
 from tests.desk import BIN, MAKE, ROOT, run_in, set_up
 
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
@@ -113,7 +113,7 @@ def test_a_command_that_is_only_shown_is_a_real_target(transcript: Transcript) -
 def test_the_readme_names_every_command_and_every_target() -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     targets = re.findall(r"^([a-z0-9-]+):.*## ", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
-    assert not [name for name in SUMMARIES if f"frictionlab {name}" not in readme]
+    assert not [name for name in COMMANDS if f"frictionlab {name}" not in readme]
     assert not [target for target in targets if target != "all" and f"make {target}" not in readme]
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from frictionlab.cli import SUMMARIES, command_of
+from frictionlab.cli import COMMANDS, command_of, summary
 from tests import weigh
 
 PACKAGE = Path(__file__).parents[1] / "frictionlab"
@@ -195,9 +195,9 @@ def test_a_door_opens_without_what_it_does_not_need(door: str, heavy: tuple[str,
 
 
 def test_every_command_is_documented_with_an_example() -> None:
-    told = {name: command_of(name).__doc__ or "" for name in SUMMARIES}
+    told = {name: command_of(name).__doc__ or "" for name in COMMANDS}
     assert not [name for name, text in told.items() if "Example: frictionlab " not in text]
-    assert {name: text.partition("\n")[0] for name, text in told.items()} == SUMMARIES
+    assert {name: text.partition("\n")[0] for name, text in told.items()} == {name: summary(name) for name in COMMANDS}
 
 
 def test_a_command_is_a_module_of_the_command_line_that_help_does_not_load() -> None:
@@ -207,9 +207,9 @@ def test_a_command_is_a_module_of_the_command_line_that_help_does_not_load() -> 
     )
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     listed = told.partition("To measure:")[2]
-    assert re.findall(r"^  ([a-z-]+)  ", listed, re.MULTILINE) == list(SUMMARIES)
-    assert " ".join(SUMMARIES["free-vibration"].split()) in " ".join(listed.split())
-    assert not [name for name in SUMMARIES if f"frictionlab.cli.{name.replace('-', '_')}'" in told]
+    assert re.findall(r"^  ([a-z-]+)  ", listed, re.MULTILINE) == list(COMMANDS)
+    assert " ".join(summary("free-vibration").split()) in " ".join(listed.split())
+    assert not [name for name in COMMANDS if f"frictionlab.cli.{name.replace('-', '_')}'" in told]
     assert "frictionlab.tables" not in told
 
 

@@ -5,6 +5,7 @@ functions, so that ``frictionlab --help`` answers at once.
 """
 
 import logging
+import re
 import sys
 from collections.abc import Callable, Sequence
 from functools import wraps
@@ -24,51 +25,14 @@ from frictionlab.process import collect_rarely, keep_freed_memory, use_one_threa
 P = ParamSpec("P")
 
 GROUPS = {
-    "measure": {
-        "init": "Look at logs and write the scene that they need, frictionlab.toml, with what was found in them.",
-        "ingest": "Read logs, whatever their dialect and damage, into one HDF5 recording each.",
-        "analyze": (
-            "Measure recordings: drive, response, energy per cycle, irregularity, stops, regime, each with its error."
-        ),
-        "free-vibration": (
-            "Natural frequency, damping ratio and friction of each free decay, their average, and the lines of a scene."
-        ),
-    },
-    "judge": {
-        "compare-numeric": (
-            "Identify the friction, predict the steady cycle with the simulator, and draw measured over predicted."
-        ),
-        "explain": (
-            "Say which friction law a recording requires, in a dozen lines: values in newtons, and what is not known."
-        ),
-        "campaign": (
-            "Evaluate a whole campaign: friction per material and force, Amontons' law, ranking, drift, report."
-        ),
-        "batch": (
-            "Take logs through the whole chain: recordings, measurements, comparisons, figures; redo only what changed."
-        ),
-    },
-    "simulate": {
-        "simulate": (
-            "Solve one steady state of the friction oscillator, run N cycles from rest, or follow a recorded base."
-        ),
-        "sweep": (
-            "Map steady states over frequency ratio, friction ratio, static friction, damping and parameters of a law."
-        ),
-    },
-    "plan": {
-        "plan": (
-            "Plan the next tests: which frequency ratios and forces tell most about a contact law, with what errors."
-        ),
-    },
-    "look after": {
-        "show": "Show what is in a recording (.h5), a scene (.toml) or a result (.csv, .jsonl, .xlsx, .parquet, .h5).",
-        "synthesize": "Write logs of a virtual rig whose truth is known, with truth.jsonl beside them.",
-        "tradeoff": "Measure error against time for every accuracy knob, on this machine; about a minute.",
-    },
+    "measure": ("init", "ingest", "analyze", "free-vibration"),
+    "judge": ("compare-numeric", "explain", "campaign", "batch"),
+    "simulate": ("simulate", "sweep"),
+    "plan": ("plan",),
+    "look after": ("show", "synthesize", "tradeoff"),
 }
-"""Each command with the first line of its docstring, in the groups of ``--help``."""
-SUMMARIES = {name: text for commands in GROUPS.values() for name, text in commands.items()}
+"""The commands in the groups of ``--help``: each is the function of its name in the module of its name."""
+COMMANDS = tuple(name for group in GROUPS.values() for name in group)
 OLD_NAMES = {
     "compare": "compare-numeric",
     "--friction-ratio": "--beta",
@@ -169,29 +133,38 @@ class Commands(TyperGroup):
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**settings)
-        names: Any = dict.fromkeys(SUMMARIES)  # no commands yet: a misspelt name is compared with them
+        names: Any = dict.fromkeys(COMMANDS)  # no commands yet: a misspelt name is compared with them
         self.commands = names
 
     def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002 - the name and order of Click's
         """Names in the order of the data."""
-        return list(SUMMARIES)
+        return list(COMMANDS)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
         """The command of a name; None where there is none."""
         if cmd_name in OLD_NAMES and not cmd_name.startswith("-"):
             complain(f"note: {cmd_name} is now {OLD_NAMES[cmd_name]}; the old name is taken until the next version")
             cmd_name = OLD_NAMES[cmd_name]
-        if cmd_name not in SUMMARIES:
+        if cmd_name not in COMMANDS:
             return None
+        from frictionlab.cli.options import with_options
+
         alone = typer.Typer(add_completion=False, **PLAIN)
-        alone.command(cmd_name, cls=Command)(errors_in_one_line(command_of(cmd_name)))
+        alone.command(cmd_name, cls=Command)(errors_in_one_line(with_options(cmd_name, command_of(cmd_name))))
         return click_command(alone)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: ARG002
         """Write the list of ``--help``, which no command has to be loaded for."""
         for group, commands in GROUPS.items():
             with formatter.section(f"To {group}"):
-                formatter.write_dl(list(commands.items()))
+                formatter.write_dl([(name, summary(name)) for name in commands])
+
+
+def summary(name: str) -> str:
+    """The first line of a command's docstring, read from its file: the list of commands loads none of them."""
+    text = Path(__file__).with_name(f"{name.replace('-', '_')}.py").read_text(encoding="utf-8")
+    found = re.search(rf'^def {name.replace("-", "_")}\(.*?"""(.*?)\n', text, re.DOTALL | re.MULTILINE)
+    return found[1] if found else ""
 
 
 def command_of(name: str) -> Callable[..., None]:

@@ -4,12 +4,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from frictionlab.cli.inputs import Files, expanded, result_names
-from frictionlab.cli.options import ANALYSIS, Recordings, takes
+from frictionlab.cli.options import ANALYSIS, takes
 from frictionlab.cli.work import MEASURED, Work
 from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import Row
@@ -24,12 +22,10 @@ SERIES = "series"  # travels with a row from its worker and is taken off before 
 
 @takes(*ANALYSIS)
 def analyze(
-    recordings: Recordings,
+    recordings: list[Path],
     *,
     settings: Mapping[str, object],
-    report: Annotated[
-        Path | None, typer.Option("--report", metavar="FOLDER", help="Write a page of each recording into this folder.")
-    ] = None,
+    report: Path | None = None,
     work: Work,
 ) -> None:
     """Measure recordings: drive, response, energy per cycle, irregularity, stops, regime, each with its error.

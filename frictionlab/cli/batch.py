@@ -2,26 +2,13 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from frictionlab.cli.campaign import refuse_failures, write_campaign
 from frictionlab.cli.inputs import Rows, exit_status, opened, report_rows
-from frictionlab.cli.options import (
-    ANALYSIS,
-    AsJson,
-    LawOrAuto,
-    Quiet,
-    SceneFile,
-    Scheduler,
-    Verbose,
-    Wide,
-    Workers,
-    check_law,
-    scene_of,
-    takes,
-)  # fmt: skip
+from frictionlab.cli.options import ANALYSIS, check_law, scene_of, takes
 from frictionlab.cli.output import complain, print_table, print_tests, print_warnings, printable
 from frictionlab.cli.progress import track
 from frictionlab.cli.work import COMPARED, MEASURED, assumed, headline
@@ -40,25 +27,20 @@ NO_SCENE = (
 
 @takes(*ANALYSIS)
 def batch(
-    logs: Annotated[list[Path], typer.Argument(metavar="FOLDER_OR_LOG...", help="Logs, folders of them, patterns.")],
+    logs: list[Path],
     *,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FOLDER", help="Where all results go (default: LOGS_results here)."),
-    ] = None,
-    scene: SceneFile = None,
-    campaign: Annotated[
-        bool, typer.Option("--campaign", help="Measure all tests, then evaluate them together up to report.html.")
-    ] = False,
-    law: LawOrAuto = None,
+    output: Path | None = None,
+    scene: Path | None = None,
+    campaign: bool = False,
+    law: str | None = None,
     settings: Mapping[str, object],
-    again: Annotated[bool, typer.Option("--again", help="Make everything again, changed or not.")] = False,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    as_json: AsJson = False,
-    wide: Wide = False,
-    verbose: Verbose = False,
-    quiet: Quiet = False,
+    again: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    as_json: bool = False,
+    wide: bool = False,
+    verbose: bool = False,
+    quiet: bool = False,
 ) -> None:
     """Take logs through the whole chain: recordings, measurements, comparisons, figures; redo only what changed.
 

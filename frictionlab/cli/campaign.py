@@ -2,12 +2,12 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Protocol, TypeVar
+from typing import TYPE_CHECKING, Protocol, TypeVar
 
 import typer
 
 from frictionlab.cli.inputs import exit_status, tables_in
-from frictionlab.cli.options import Force, LawOrAuto, Quiet, SceneFile, Verbose, Workers, scene_of
+from frictionlab.cli.options import scene_of
 from frictionlab.cli.output import complain, print_table, print_warnings, printable
 from frictionlab.cli.progress import track
 from frictionlab.errors import AnalysisError, UsageError
@@ -30,20 +30,15 @@ class Watch(Protocol):
 
 
 def campaign(
-    measurements: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="MEASUREMENTS...", help="Files that analyze (and compare-numeric) wrote; folders, patterns."
-        ),
-    ],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Tables, figures and report.")],
+    measurements: list[Path],
+    output: Path,
     *,
-    scene: SceneFile = None,
-    law: LawOrAuto = None,
-    workers: Workers = None,
-    verbose: Verbose = False,
-    force: Force = False,
-    quiet: Quiet = False,
+    scene: Path | None = None,
+    law: str | None = None,
+    workers: int | None = None,
+    verbose: bool = False,
+    force: bool = False,
+    quiet: bool = False,
 ) -> None:
     """Evaluate a whole campaign: friction per material and force, Amontons' law, ranking, drift, report.
 

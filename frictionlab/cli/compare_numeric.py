@@ -3,12 +3,12 @@
 from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
 import typer
 
 from frictionlab.cli.inputs import Files, expanded
-from frictionlab.cli.options import ANALYSIS, LawOrAuto, Recordings, check_law, takes
+from frictionlab.cli.options import ANALYSIS, check_law, takes
 from frictionlab.cli.output import print_table
 from frictionlab.cli.work import COMPARED, HIDDEN, Work, of_measurement
 from frictionlab.schema import COMPARISONS, LAWS, RECORD_LAWS
@@ -32,28 +32,13 @@ MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before
 
 @takes(*ANALYSIS)
 def compare_numeric(
-    recordings: Recordings,
+    recordings: list[Path],
     *,
-    law: LawOrAuto = None,
-    beta: Annotated[
-        float | None,
-        typer.Option("--beta", min=0.0, help="Predict with this friction ratio instead of identifying it."),
-    ] = None,
-    whole: Annotated[
-        bool,
-        typer.Option("--whole", help="Compare the whole record too, from its first sample, under the measured base."),
-    ] = False,
-    fit: Annotated[
-        Literal["cycle", "whole"],
-        typer.Option(
-            "--fit",
-            help="What the law is fitted to: the mean steady cycle, or the whole record (a sweep has no cycle).",
-        ),
-    ] = "cycle",
-    solver: Annotated[
-        Literal["auto", "closed-form", "exact", "numeric", "thesis"] | None,
-        typer.Option("--solver", help="In place of the scene's."),
-    ] = None,
+    law: str | None = None,
+    beta: float | None = None,
+    whole: bool = False,
+    fit: Literal["cycle", "whole"] = "cycle",
+    solver: Literal["auto", "closed-form", "exact", "numeric", "thesis"] | None = None,
     settings: Mapping[str, object],
     work: Work,
 ) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from frictionlab.cli.inputs import Files, expanded
-from frictionlab.cli.options import ANALYSIS, Recordings, takes
+from frictionlab.cli.options import ANALYSIS, takes
 from frictionlab.cli.output import complain, printable
 from frictionlab.cli.work import Work
 from frictionlab.schema import COMPARISONS
@@ -22,7 +22,7 @@ MOST = 12  # lines, where not all are asked for
 
 
 @takes(*ANALYSIS)
-def explain(recordings: Recordings, *, settings: Mapping[str, object], work: Work) -> None:
+def explain(recordings: list[Path], *, settings: Mapping[str, object], work: Work) -> None:
     """Say which friction law a recording requires, in a dozen lines: values in newtons, and what is not known.
 
     Example: frictionlab explain build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .

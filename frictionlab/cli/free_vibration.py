@@ -4,13 +4,13 @@ from collections.abc import Iterator, Sequence
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from frictionlab.cli.drawing import Figures, figure_places
 from frictionlab.cli.inputs import Files, exit_status, expanded, on_disk, report_rows
-from frictionlab.cli.options import AsJson, Force, PlotFolder, Quiet, SceneFile, Table, Verbose, Wide, scene_of
+from frictionlab.cli.options import scene_of
 from frictionlab.cli.output import Shown, print_table, print_tests, print_warnings, with_error
 from frictionlab.files import make_folder
 from frictionlab.schema import FREE_VIBRATIONS
@@ -27,21 +27,16 @@ Means = dict[str, "Average"]
 
 
 def free_vibration(
-    inputs: Annotated[
-        list[Path],
-        typer.Argument(
-            metavar="LOG_OR_RECORDING...", help="Free decays of the mass; folders, patterns; - is standard input."
-        ),
-    ],
+    inputs: list[Path],
     *,
-    scene: SceneFile = None,
-    output: Table = None,
-    plot: PlotFolder = None,
-    as_json: AsJson = False,
-    wide: Wide = False,
-    verbose: Verbose = False,
-    force: Force = False,
-    quiet: Quiet = False,
+    scene: Path | None = None,
+    output: Path | None = None,
+    plot: Path | None = None,
+    as_json: bool = False,
+    wide: bool = False,
+    verbose: bool = False,
+    force: bool = False,
+    quiet: bool = False,
 ) -> None:
     """Natural frequency, damping ratio and friction of each free decay, their average, and the lines of a scene.
 

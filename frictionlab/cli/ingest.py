@@ -4,23 +4,12 @@ import os
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from frictionlab.cli.inputs import Files, exit_status, expanded, is_standard_input, on_disk, report_rows, result_names
-from frictionlab.cli.options import (
-    LOG,
-    AsJson,
-    Force,
-    Quiet,
-    SceneFile,
-    Scheduler,
-    Verbose,
-    Workers,
-    scene_of,
-    takes,
-)  # fmt: skip
+from frictionlab.cli.options import LOG, scene_of, takes
 from frictionlab.cli.output import Shown, print_tests, print_warnings, printable
 from frictionlab.cli.progress import count, track
 from frictionlab.errors import UsageError
@@ -36,32 +25,20 @@ TOLD = 100  # quarantined lines in a row; the recording keeps more
 
 @takes(*LOG)
 def ingest(
-    logs: Annotated[
-        list[Path] | None,
-        typer.Argument(
-            metavar="LOG...", help="Logs with both channels, folders of them, patterns, - for standard input."
-        ),
-    ] = None,
+    logs: list[Path] | None = None,
     *,
-    mass_log: Annotated[
-        Path | None, typer.Option("--mass-log", metavar="FILE", help="Log of the mass alone, or -.")
-    ] = None,
-    base_log: Annotated[
-        Path | None, typer.Option("--base-log", metavar="FILE", help="Log of the base alone, or -.")
-    ] = None,
-    output: Annotated[
-        str | None,
-        typer.Option("--output", "-o", metavar="FILE_OR_FOLDER", help="Without it: LOG's name + .h5, beside it."),
-    ] = None,
-    scene: SceneFile = None,
+    mass_log: Path | None = None,
+    base_log: Path | None = None,
+    output: str | None = None,
+    scene: Path | None = None,
     settings: Mapping[str, object],
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Report what is found, write nothing.")] = False,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    as_json: AsJson = False,
-    verbose: Verbose = False,
-    force: Force = False,
-    quiet: Quiet = False,
+    dry_run: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    as_json: bool = False,
+    verbose: bool = False,
+    force: bool = False,
+    quiet: bool = False,
 ) -> None:
     """Read logs, whatever their dialect and damage, into one HDF5 recording each.
 

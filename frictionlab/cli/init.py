@@ -2,11 +2,11 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from frictionlab.cli.options import Quiet, number_of
+from frictionlab.cli.options import number_of
 from frictionlab.cli.output import paragraph, printable
 from frictionlab.errors import UsageError
 
@@ -23,13 +23,11 @@ TEXTS = ("material",)
 
 
 def init(
-    folder: Annotated[
-        Path, typer.Argument(metavar="[FOLDER]", help="A folder of logs; the scene goes there (made if not there).")
-    ] = Path(),
+    folder: Path = Path(),
     *,
-    every: Annotated[bool, typer.Option("--all", help="Every key, not only the ten most used.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace a scene that stands there.")] = False,
-    quiet: Quiet = False,
+    every: bool = False,
+    force: bool = False,
+    quiet: bool = False,
 ) -> None:
     """Look at logs and write the scene that they need, frictionlab.toml, with what was found in them.
 

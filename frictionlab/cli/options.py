@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, is_dataclass
 from decimal import Decimal
 from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
@@ -27,63 +27,92 @@ def complete_law(begun: str) -> list[str]:
     return [f"{before}{plus}{term}" for term in ("auto", *TERMS) if term.startswith(last)]
 
 
-Recordings = Annotated[
-    list[Path],
-    typer.Argument(
-        metavar="RECORDING...", help="Recordings made by ingest, or logs; folders, patterns; - is standard input."
-    ),
-]
-SceneFile = Annotated[
-    Path | None,
-    typer.Option("--scene", metavar="TOML", help="Scene (default: a frictionlab.toml here or beside the first input)."),
-]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON Lines on stdout, one object per input, nothing else.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No warnings, notes and progress; tables and errors stay.")]
-Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="All warnings in full; else ten lines, one a cause.")]
-Wide = Annotated[bool, typer.Option("--wide", help="All that a screen can show, in place of one line a test.")]
-Budget = Annotated[bool, typer.Option("--budget", help="Print what adds how much to the uncertainty of each number.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace an existing output even if it is not this tool's own.")]
-Workers = Annotated[
-    int | None,
-    typer.Option("--workers", metavar="N", min=1, help="Processes (default: all cores when the work is worth it)."),
-]
-Scheduler = Annotated[
-    str | None,
-    typer.Option("--scheduler", metavar="ADDRESS", help="Let a Dask cluster do it, like tcp://host:8786."),
-]
-Accuracy = Annotated[
-    Literal["fast", "balanced", "exact"] | None,
-    typer.Option("--accuracy", help="Set the knobs that trade speed for accuracy (see `frictionlab tradeoff`)."),
-]
-LawName = Annotated[
-    str | None,
-    typer.Option(
-        "--law", metavar="LAW", autocompletion=complete_law, help="Contact law: coulomb, or a sum like coulomb+place."
-    ),
-]
-LawOrAuto = Annotated[
-    str | None,
-    typer.Option(
-        "--law",
-        metavar="LAW",
-        autocompletion=complete_law,
-        help="Contact law like coulomb+place+speed, or auto: the simplest that the data require.",
-    ),
-]
-Parameters = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--parameter", metavar="NAME=VALUE", help="A parameter of the law, or frame_damping_ratio; repeatable."
-    ),
-]
-Table = Annotated[
-    Path | None,
-    typer.Option("--output", "-o", metavar="FILE", help="Write a table: .csv .jsonl .xlsx .parquet .h5"),
-]
-PlotFolder = Annotated[
-    Path | None,
-    typer.Option("--plot", metavar="PLACE", help="Draw figures into this folder; of one input, a .pdf .svg .png."),
-]
+WORDS = {
+    "accuracy": "--accuracy | Set the knobs that trade speed for accuracy (see `frictionlab tradeoff`).",
+    "again": "--again | Make everything again, changed or not.",
+    "against": "--against LAW | Another law: choose the tests that tell the two apart.",
+    "aim": "--for NAME | Parameter whose error counts (several times); else all.",
+    "as_json": "--json | Print JSON Lines on stdout, one object per input, nothing else.",
+    "base_amplitude": "--base-amplitude M | Y, in metres (default: the first of [plan]).",
+    "base_log": "--base-log FILE | Log of the base alone, or -.",
+    "base_motion": "--base-motion FILE | The response to the base of a recording, a log, or one column of any table.",
+    "beta": "--beta >=0 | Friction ratio, friction force over k Y.",
+    "budget": "--budget | Print what adds how much to the uncertainty of each number.",
+    "campaign": "--campaign | Measure all tests, then evaluate them together up to report.html.",
+    "coefficient": "--coefficient >=0 | Friction coefficient, with --normal-force and a scene's rig.",
+    "cycles": "--cycles N >=1 | The last of N cycles from rest instead.",
+    "dry_run": "--dry-run | Report what is found, write nothing.",
+    "fit": "--fit | What the law is fitted to: the mean steady cycle, or the whole record (a sweep has no cycle).",
+    "force": "--force | Replace an existing output even if it is not this tool's own.",
+    "highpass": "--highpass HZ | A base given as an acceleration is integrated twice, without what is slower.",
+    "hours": "--hours H >=0 | Laboratory time there is.",
+    "law": "--law LAW | Contact law, a sum like coulomb+place, in place of the scene's.",
+    "batch.law": "--law LAW | Contact law like coulomb+speed, or auto: the simplest that the data require.",
+    "campaign.law": "--law LAW | Contact law like coulomb+speed, or auto: the one that each material requires.",
+    "compare-numeric.law": "--law LAW | Contact law like coulomb+speed, or auto: the simplest that is required.",
+    "mass_log": "--mass-log FILE | Log of the mass alone, or -.",
+    "measured": "--measured FILE | Comparisons at hand (compare-numeric -o): they are known.",
+    "mu": "--mu | Static over kinetic friction, in both directions (1).",
+    "normal_force": "--normal-force N | In place of the scene's.",
+    "output": "--output -o FILE | Write a table: .csv .jsonl .xlsx .parquet .h5",
+    "batch.output": "--output -o FOLDER | Where all results go (default: LOGS_results here).",
+    "campaign.output": "--output -o FOLDER | Tables, figures and report.",
+    "ingest.output": "--output -o FILE_OR_FOLDER | Without it: LOG's name + .h5, beside it.",
+    "plan.output": "--output -o SHEET | Write the tests here as a sheet (.csv) to fill in.",
+    "simulate.output": "--output -o FILE | Write a table, .h5 with the motion; with --base-motion a recording.",
+    "synthesize.output": "--output -o FOLDER | Where the logs go.",
+    "tradeoff.output": "--output -o FOLDER | Write tradeoff.csv and one figure a family here.",
+    "parameter": "--parameter NAME=VALUE | A parameter of the law, or frame_damping_ratio; repeatable.",
+    "plot": "--plot PLACE | Draw figures into this folder, or one into this file (.pdf .svg .png).",
+    "quiet": "--quiet -q | No warnings, notes and progress; tables and errors stay.",
+    "r": "--r | Frequency ratio, drive over natural frequency.",
+    "report": "--report FOLDER | Write a page of each recording into this folder.",
+    "resume": "--resume | Continue a sweep that was stopped, if one was.",
+    "scene": "--scene TOML | Scene (default: a frictionlab.toml here or beside the first input).",
+    "scheduler": "--scheduler ADDRESS | Let a Dask cluster do it, like tcp://host:8786.",
+    "solver": "--solver | auto: the closed form where valid, else exact phases, else numeric. thesis: RK45.",
+    "tests": "--tests N >=1 | How many tests to plan at most.",
+    "verbose": "--verbose -v | All warnings in full; else ten lines, one a cause.",
+    "wall": "--wall | What the mass rubs against: a fixed wall, or the base.",
+    "whole": "--whole | Compare the whole record too, from its first sample, under the measured base.",
+    "wide": "--wide | All that a screen can show, in place of one line a test.",
+    "workers": "--workers N >=1 | Processes (default: all cores when the work is worth it).",
+    "zeta": "--zeta | Damping ratio of a dashpot beside the contact (0).",
+    "compare-numeric.beta": "--beta >=0 | Predict with this friction ratio instead of identifying it.",
+    "init.every": "--all | Every key, not only the ten most used.",
+    "init.force": "--force | Replace a scene that stands there.",
+    "plan.every": "--all | Every candidate, not only those chosen.",
+    "simulate.every": "--all | All steady states that many starts settle on, with their shares.",
+    "sweep.r": "--r START:STOP:STEP | Frequency ratios: a range, or a list 0.1,0.2.",
+    "sweep.beta": "--beta START:STOP:STEP | Friction ratios.",
+    "sweep.mu": "--mu START:STOP:STEP | Static over kinetic friction, in both directions (1).",
+    "sweep.zeta": "--zeta START:STOP:STEP | Damping ratios of a dashpot beside the contact (0).",
+    "file": "FILE | A recording, scene or result.",
+    "folder": "[FOLDER] | A folder of logs; the scene goes there (made if not there).",
+    "inputs": "LOG_OR_RECORDING... | Free decays of the mass; folders, patterns; - is standard input.",
+    "logs": "LOG... | Logs with both channels, folders of them, patterns, - for standard input.",
+    "batch.logs": "FOLDER_OR_LOG... | Logs, folders of them, patterns.",
+    "measurements": "MEASUREMENTS... | Files that analyze and compare-numeric wrote; folders, patterns.",
+    "recordings": "RECORDING... | Recordings made by ingest, or logs; folders, patterns; - is standard input.",
+}
+"""Every option and argument by the name of its parameter: flags, what it takes, the least value; what it does.
+
+``COMMAND.NAME`` is that of one command where it means something else than elsewhere.
+"""
+
+
+def option(name: str, command: str) -> Any:
+    """The option or argument of a parameter, as Typer takes it."""
+    said, _, words = WORDS.get(f"{command}.{name}", WORDS.get(name, "")).partition(" | ")
+    if not words:
+        raise UsageError(f"{command}: no words for the option {name}")
+    flags = [word for word in said.split() if word.startswith("-")]
+    least = next((float(word[2:]) for word in said.split() if word.startswith(">=")), None)
+    metavar = next((word for word in said.split() if word[0] not in "->"), None)
+    if not flags:
+        return typer.Argument(metavar=metavar, help=words)
+    complete = complete_law if metavar == "LAW" else None
+    return typer.Option(*flags, metavar=metavar, min=least, help=words, autocompletion=complete)
 
 
 _UNITS = ("HZ", "S", "M")
@@ -138,44 +167,53 @@ ANALYSIS = (
 
 
 def takes(*settings: Setting) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Give a command these options: it gets what was said as a mapping, in place of its parameter ``settings``.
+    """Give a command these options of a scene's keys: it gets what was said as its parameter ``settings``."""
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        command.settings = settings  # type: ignore[attr-defined]
+        return command
+
+    return decorate
+
+
+def with_options(name: str, command: Callable[..., None]) -> Callable[..., None]:
+    """The command as Typer reads it: each parameter with its words, ``settings`` and groups of options opened up.
 
     A parameter that is a dataclass stands for the options that its fields are.
     """
+    own = inspect.signature(command)
+    hints = get_type_hints(command, include_extras=True)
+    groups = {key: hints[key] for key in own.parameters if is_dataclass(hints[key])}
+    settings: tuple[Setting, ...] = getattr(command, "settings", ())
 
-    def decorate(command: Callable[..., None]) -> Callable[..., None]:
-        own = inspect.signature(command)
-        hints = get_type_hints(command, include_extras=True)
-        groups = {name: hints[name] for name in own.parameters if is_dataclass(hints[name])}
+    @wraps(command)
+    def run(*args: Any, **kwargs: Any) -> None:
+        if settings:
+            said = {setting.key: kwargs.pop(setting.key, None) for setting in settings}
+            kwargs["settings"] = {key: value for key, value in said.items() if value is not None}
+        for key, group in groups.items():
+            kwargs[key] = group(**{f.name: kwargs.pop(f.name) for f in fields(group) if f.name in kwargs})
+        command(*args, **kwargs)
 
-        @wraps(command)
-        def run(*args: Any, **kwargs: Any) -> None:
-            if "settings" in own.parameters:
-                said = {setting.key: kwargs.pop(setting.key, None) for setting in settings}
-                kwargs["settings"] = {key: value for key, value in said.items() if value is not None}
-            for name, group in groups.items():
-                kwargs[name] = group(**{f.name: kwargs.pop(f.name) for f in fields(group) if f.name in kwargs})
-            command(*args, **kwargs)
+    mine: list[inspect.Parameter] = []
+    for key, parameter in own.parameters.items():
+        if key in groups:
+            inner = get_type_hints(groups[key])
+            mine += [_parameter(f.name, inner[f.name], f.default, name) for f in fields(groups[key])]
+        elif key == "settings":
+            mine += [setting.parameter() for setting in settings]
+        else:
+            mine.append(_parameter(key, hints[key], parameter.default, name))
+    run.__signature__ = own.replace(parameters=mine)  # type: ignore[attr-defined]
+    run.__annotations__ = {parameter.name: parameter.annotation for parameter in mine} | {"return": None}
+    return run
 
-        mine: list[inspect.Parameter] = []
-        for name, parameter in own.parameters.items():
-            if name == "settings":
-                mine += [setting.parameter() for setting in settings]
-            elif name in groups:
-                inner = get_type_hints(groups[name], include_extras=True)
-                mine += [
-                    inspect.Parameter(
-                        f.name, inspect.Parameter.KEYWORD_ONLY, default=f.default, annotation=inner[f.name]
-                    )
-                    for f in fields(groups[name])
-                ]
-            else:
-                mine.append(parameter.replace(annotation=hints[name]))
-        run.__signature__ = own.replace(parameters=mine)  # type: ignore[attr-defined]
-        run.__annotations__ = {parameter.name: parameter.annotation for parameter in mine} | {"return": None}
-        return run
 
-    return decorate
+def _parameter(name: str, hint: Any, default: object, command: str) -> inspect.Parameter:
+    """A parameter with its words; one that has its own is left as it is."""
+    annotated: Any = Annotated
+    said = hint if hasattr(hint, "__metadata__") else annotated[hint, option(name, command)]
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=said)
 
 
 def scene_of(

@@ -1,12 +1,12 @@
 """``frictionlab plan``: the tests that tell most."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 from frictionlab.cli.drawing import figure_file
-from frictionlab.cli.options import AsJson, Force, Quiet, SceneFile, scene_of
+from frictionlab.cli.options import scene_of
 from frictionlab.cli.output import complain, paragraph, print_table
 from frictionlab.tables import Row, json_line
 
@@ -21,37 +21,19 @@ DECIDES, CERTAIN = 5.0, 1000.0  # logarithm of a Bayes factor
 
 def plan(
     *,
-    scene: SceneFile = None,
-    law: Annotated[
-        str | None, typer.Option("--law", metavar="LAW", help="Contact law, in place of the scene's.")
-    ] = None,
-    against: Annotated[
-        str | None,
-        typer.Option("--against", metavar="LAW", help="Another law: choose the tests that tell the two apart."),
-    ] = None,
-    aim: Annotated[
-        list[str] | None,
-        typer.Option("--for", metavar="NAME", help="Parameter whose error counts (several times); else all."),
-    ] = None,
-    tests: Annotated[int, typer.Option("--tests", metavar="N", min=1, help="How many tests to plan at most.")] = 10,
-    hours: Annotated[
-        float | None, typer.Option("--hours", metavar="H", min=0.0, help="Laboratory time there is.")
-    ] = None,
-    measured: Annotated[
-        list[Path] | None,
-        typer.Option("--measured", metavar="FILE", help="Comparisons at hand (compare-numeric -o): they are known."),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="SHEET", help="Write the tests here as a sheet (.csv) to fill in."),
-    ] = None,
-    everything: Annotated[bool, typer.Option("--all", help="Tell every candidate, not only those chosen.")] = False,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="PLACE", help="Draw what each candidate tells (.png .svg .pdf).")
-    ] = None,
-    as_json: AsJson = False,
-    force: Force = False,
-    quiet: Quiet = False,
+    scene: Path | None = None,
+    law: str | None = None,
+    against: str | None = None,
+    aim: list[str] | None = None,
+    tests: int = 10,
+    hours: float | None = None,
+    measured: list[Path] | None = None,
+    output: Path | None = None,
+    every: bool = False,
+    plot: Path | None = None,
+    as_json: bool = False,
+    force: bool = False,
+    quiet: bool = False,
 ) -> None:
     """Plan the next tests: which frequency ratios and forces tell most about a contact law, with what errors.
 
@@ -78,11 +60,11 @@ def plan(
         measured=measured or (),
         sheet=output,
         force=force,
-        everything=everything or (plot is not None and against is not None),
+        everything=every or (plot is not None and against is not None),
     )
     for note in () if quiet else found.notes:
         complain(note)
-    told = [*found.tests, *(found.others if everything else ())]
+    told = [*found.tests, *(found.others if every else ())]
     if plot is not None:
         _draw(found, plot, force=force)
     if as_json:

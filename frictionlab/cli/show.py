@@ -2,7 +2,7 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from frictionlab.tables import Row
 
 
-def show(file: Annotated[Path, typer.Argument(metavar="FILE", help="A recording, scene or result.")]) -> None:
+def show(file: Path) -> None:
     """Show what is in a recording (.h5), a scene (.toml) or a result (.csv, .jsonl, .xlsx, .parquet, .h5).
 
     Example: frictionlab show configs/frame.toml

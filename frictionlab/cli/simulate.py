@@ -5,13 +5,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
 import typer
 
 from frictionlab.cli.drawing import figure_file
 from frictionlab.cli.inputs import exit_status, report_rows
-from frictionlab.cli.options import ANALYSIS, LOG, AsJson, Force, LawName, Parameters, Quiet, SceneFile, numbers, takes
+from frictionlab.cli.options import ANALYSIS, LOG, numbers, takes
 from frictionlab.cli.output import complain, print_turned, print_warnings
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.files import make_folder, refuse_inputs
@@ -37,85 +37,34 @@ FORCE = "contact force"
 class Rubbing:
     """What rubs, in the options: friction as a ratio or as a coefficient, the law, what the mass rubs against."""
 
-    beta: Annotated[float | None, typer.Option("--beta", help="Friction ratio, friction force over k Y.")] = None
-    coefficient: Annotated[
-        float | None,
-        typer.Option("--coefficient", min=0.0, help="Friction coefficient, with --normal-force and a scene's rig."),
-    ] = None
-    normal_force: Annotated[
-        float | None, typer.Option("--normal-force", metavar="N", help="In place of the scene's.")
-    ] = None
-    base_amplitude: Annotated[
-        float | None,
-        typer.Option("--base-amplitude", metavar="M", help="Y (default: the first of the scene's [plan])."),
-    ] = None
-    law: LawName = None
-    parameter: Parameters = None
-    mu: Annotated[float | None, typer.Option("--mu", help="Static over kinetic friction, in both directions (1).")] = (
-        None
-    )
-    zeta: Annotated[float | None, typer.Option("--zeta", help="Damping ratio of a dashpot beside the contact (0).")] = (
-        None
-    )
-    wall: Annotated[
-        Literal["fixed", "base"] | None,
-        typer.Option("--wall", help="What the mass rubs against: a fixed wall, or the base."),
-    ] = None
+    beta: float | None = None
+    coefficient: float | None = None
+    normal_force: float | None = None
+    base_amplitude: float | None = None
+    law: str | None = None
+    parameter: list[str] | None = None
+    mu: float | None = None
+    zeta: float | None = None
+    wall: Literal["fixed", "base"] | None = None
 
 
 @takes(*SETTINGS)
 def simulate(
     *,
-    r: Annotated[float | None, typer.Option("--r", help="Frequency ratio, drive over natural frequency.")] = None,
+    r: float | None = None,
     rubbing: Rubbing,
-    scene: SceneFile = None,
-    base_motion: Annotated[
-        Path | None,
-        typer.Option(
-            "--base-motion",
-            metavar="FILE",
-            help="The response, from rest, to the base of a recording, a log, or one column of any table.",
-        ),
-    ] = None,
-    highpass: Annotated[
-        float | None,
-        typer.Option(
-            "--highpass",
-            metavar="HZ",
-            help="A base given as an acceleration is integrated twice, without what is slower (fixed wall).",
-        ),
-    ] = None,
+    scene: Path | None = None,
+    base_motion: Path | None = None,
+    highpass: float | None = None,
     settings: Mapping[str, object],
-    solver: Annotated[
-        Literal["auto", "closed-form", "exact", "numeric", "thesis"],
-        typer.Option(
-            "--solver", help="auto: the closed form where valid, else exact phases, else numeric. thesis: RK45."
-        ),
-    ] = "auto",
-    cycles: Annotated[
-        int | None, typer.Option("--cycles", metavar="N", min=1, help="The last of N cycles from rest instead.")
-    ] = None,
-    every: Annotated[
-        bool,
-        typer.Option(
-            "--all", help="All steady states that 200 starts (numeric laws: 50) settle on, with their shares."
-        ),
-    ] = False,
-    as_json: AsJson = False,
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="PLACE", help="Draw motion and loop here (.pdf, .svg, .png).")
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="FILE",
-            help="Write here: .csv .jsonl .xlsx .parquet, .h5 with the motion; with --base-motion a recording.",
-        ),
-    ] = None,
-    force: Force = False,
-    quiet: Quiet = False,
+    solver: Literal["auto", "closed-form", "exact", "numeric", "thesis"] = "auto",
+    cycles: int | None = None,
+    every: bool = False,
+    as_json: bool = False,
+    plot: Path | None = None,
+    output: Path | None = None,
+    force: bool = False,
+    quiet: bool = False,
 ) -> None:
     """Solve one steady state of the friction oscillator, run N cycles from rest, or follow a recorded base.
 

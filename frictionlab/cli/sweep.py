@@ -2,23 +2,13 @@
 
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Literal
 
 import typer
 
 from frictionlab.cli.drawing import figure_file
 from frictionlab.cli.inputs import STOPPED
-from frictionlab.cli.options import (
-    AsJson,
-    Force,
-    LawName,
-    Parameters,
-    Quiet,
-    Scheduler,
-    Workers,
-    named_values,
-    values_of,
-)
+from frictionlab.cli.options import named_values, values_of
 from frictionlab.cli.output import complain
 from frictionlab.cli.progress import count
 from frictionlab.cli.standard_output import LostOutputError
@@ -40,32 +30,21 @@ MOST_AXES = 2  # of a figure
 
 def sweep(
     *,
-    r: Annotated[str, typer.Option("--r", metavar=VALUES, help="Frequency ratios: a range, or a list 0.1,0.2.")],
-    beta: Annotated[str, typer.Option("--beta", metavar=VALUES, help="Friction ratios.")],
-    output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="FILE", help="Write here: .csv .jsonl .h5 .xlsx .parquet")
-    ],
-    law: LawName = None,
-    parameter: Parameters = None,
-    mu: Annotated[
-        str | None, typer.Option("--mu", metavar=VALUES, help="Static over kinetic friction, in both directions (1).")
-    ] = None,
-    zeta: Annotated[
-        str | None, typer.Option("--zeta", metavar=VALUES, help="Damping ratios of a dashpot beside the contact (0).")
-    ] = None,
-    wall: Annotated[
-        Literal["fixed", "base"], typer.Option("--wall", help="What the mass rubs against: a fixed wall, or the base.")
-    ] = "fixed",
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Continue a sweep that was stopped, if one was.")] = False,
-    as_json: AsJson = False,
-    plot: Annotated[
-        Path | None,
-        typer.Option("--plot", metavar="PLACE", help="Draw the map, over one axis or two (.pdf .svg .png)."),
-    ] = None,
-    force: Force = False,
-    quiet: Quiet = False,
+    r: str,
+    beta: str,
+    output: Path,
+    law: str | None = None,
+    parameter: list[str] | None = None,
+    mu: str | None = None,
+    zeta: str | None = None,
+    wall: Literal["fixed", "base"] = "fixed",
+    workers: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    as_json: bool = False,
+    plot: Path | None = None,
+    force: bool = False,
+    quiet: bool = False,
 ) -> None:
     """Map steady states over frequency ratio, friction ratio, static friction, damping and parameters of a law.
 

@@ -1,19 +1,18 @@
 """``frictionlab synthesize``: logs of a virtual rig whose truth is known."""
 
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from frictionlab.cli.options import Quiet, SceneFile, scene_of
+from frictionlab.cli.options import scene_of
 from frictionlab.cli.progress import count
 
 
 def synthesize(
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FOLDER", help="Where the logs go.")],
+    output: Path,
     *,
-    scene: SceneFile = None,
-    quiet: Quiet = False,
+    scene: Path | None = None,
+    quiet: bool = False,
 ) -> None:
     """Write logs of a virtual rig whose truth is known, with truth.jsonl beside them.
 

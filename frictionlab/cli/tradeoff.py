@@ -2,11 +2,10 @@
 
 from collections import defaultdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
-from frictionlab.cli.options import AsJson, Force, Quiet
 from frictionlab.cli.output import print_table
 from frictionlab.cli.progress import track
 from frictionlab.files import make_folder
@@ -18,13 +17,10 @@ if TYPE_CHECKING:
 
 
 def tradeoff(
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", metavar="FOLDER", help="Write tradeoff.csv and one figure a family here."),
-    ] = None,
-    as_json: AsJson = False,
-    force: Force = False,
-    quiet: Quiet = False,
+    output: Path | None = None,
+    as_json: bool = False,
+    force: bool = False,
+    quiet: bool = False,
 ) -> None:
     """Measure error against time for every accuracy knob, on this machine; about a minute.
 

@@ -4,27 +4,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import typer
 
 from frictionlab.cli.drawing import Figures, figure_places
 from frictionlab.cli.inputs import Rows, exit_status, on_disk, report_rows
-from frictionlab.cli.options import (
-    Accuracy,
-    AsJson,
-    Budget,
-    Force,
-    PlotFolder,
-    Quiet,
-    SceneFile,
-    Scheduler,
-    Table,
-    Verbose,
-    Wide,
-    Workers,
-    scene_of,
-)  # fmt: skip
+from frictionlab.cli.options import scene_of
 from frictionlab.cli.output import Shown, print_table, print_tests, print_warnings, with_error
 from frictionlab.cli.progress import track
 from frictionlab.tables import Row, check_output, write_rows
@@ -46,18 +32,18 @@ BUDGET = {"quantity": "quantity", "cause": "cause", "uncertainty": "standard unc
 class Work:
     """The options that commands over recordings share, and what they do with the rows."""
 
-    scene: SceneFile = None
-    output: Table = None
-    as_json: AsJson = False
-    plot: PlotFolder = None
-    wide: Wide = False
-    budget: Budget = False
-    workers: Workers = None
-    scheduler: Scheduler = None
-    accuracy: Accuracy = None
-    force: Force = False
-    verbose: Verbose = False
-    quiet: Quiet = False
+    scene: Path | None = None
+    output: Path | None = None
+    as_json: bool = False
+    plot: Path | None = None
+    wide: bool = False
+    budget: bool = False
+    workers: int | None = None
+    scheduler: str | None = None
+    accuracy: Literal["fast", "balanced", "exact"] | None = None
+    force: bool = False
+    verbose: bool = False
+    quiet: bool = False
 
     def scene_for(self, first: Path, settings: Mapping[str, object], tables: tuple[str, ...]) -> "Scene":
         """The scene, with what the command line says in place of its keys."""
