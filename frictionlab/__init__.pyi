@@ -14,6 +14,9 @@ from frictionlab.errors import UsageError as UsageError
 from frictionlab.hdf5 import read_recording as read_recording
 from frictionlab.hdf5 import write_recording as write_recording
 from frictionlab.identification import Comparison as Comparison
+from frictionlab.inference.material_law import MaterialLaw as MaterialLaw
+from frictionlab.inference.material_law import read_material_law as read_material_law
+from frictionlab.inference.predictive import Prediction as Prediction
 from frictionlab.planning import Plan as Plan
 from frictionlab.recording import Recording as Recording
 from frictionlab.scene import LogOptions as LogOptions
@@ -36,6 +39,7 @@ from frictionlab.verbs.measuring import analyze as analyze
 from frictionlab.verbs.measuring import free_vibration as free_vibration
 from frictionlab.verbs.measuring import ingest as ingest
 from frictionlab.verbs.plan import plan as plan
+from frictionlab.verbs.predicting import predict as predict
 from frictionlab.verbs.presenting import plot as plot
 from frictionlab.verbs.presenting import publish as publish
 from frictionlab.verbs.simulating import respond as respond

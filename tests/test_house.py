@@ -45,6 +45,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         "base_motion",
         *("accuracy", "errors", "estimate", "recording", "scene", "schema", "analysis", "simulator", "uncertainty"),
     },
+    "inference": {"base_motion", "errors", "files", "recording", "scene", "schema", "simulator"},
     "synthetic": {"base_motion", "errors", "files", "hdf5", "logs", "recording", "scene", "simulator"},
     "campaign": {
         *("tables", "errors", "files", "scene", "analysis", "simulator", "hdf5", "recording", "schema"),
@@ -57,6 +58,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "figures": {
         *("analysis", "base_motion", "campaign", "errors", "files", "identification", "planning", "simulator"),
         "tradeoff",
+        "inference",
     },
     "verbs": {
         *(
@@ -66,6 +68,7 @@ MAY_IMPORT: dict[str, set[str]] = {
             "base_motion",
             "campaign",
             "identification",
+            "inference",
             "errors",
             "experiment",
             "figures",

@@ -27,7 +27,7 @@ P = ParamSpec("P")
 GROUPS = {
     "measure": ("init", "ingest", "analyze", "free-vibration"),
     "judge": ("compare-numeric", "explain", "campaign", "batch"),
-    "simulate": ("simulate", "sweep"),
+    "simulate": ("simulate", "sweep", "predict"),
     "plan": ("plan",),
     "look after": ("show", "synthesize", "tradeoff"),
 }

@@ -28,7 +28,14 @@ def to_physical(parameter: Parameter, scene: Scene, *, amplitude: float, turn: f
     >>> to_physical(law_of("coulomb+place").parameter("gradient"), Scene(), amplitude=0.5, turn=1.0)
     (2.0, '1/m')
     """
-    stiffness, frequency = scene.rig.stiffness, scene.rig.natural_frequency
+    rig = scene.rig
+    return factor_of(parameter, rig.stiffness, rig.natural_frequency, amplitude=amplitude, turn=turn)
+
+
+def factor_of(
+    parameter: Parameter, stiffness: float | None, frequency: float | None, *, amplitude: float, turn: float
+) -> tuple[float | None, str]:
+    """As `to_physical`, for a frame of this stiffness (N/m) and natural frequency (Hz)."""
     if parameter.name == "beta":
         return None if stiffness is None else stiffness * amplitude, "N"
     if parameter.name == "stiffness_ratio":

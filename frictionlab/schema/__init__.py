@@ -179,6 +179,19 @@ MOTIONS = _table(
         thing("parameters", "parameters", "Parameter of the law -> its number."),
     ),
 )
+_AMPLITUDE = ("response_amplitude", "response_amplitude_m")
+PREDICTED = (*_AMPLITUDE, "energy_per_cycle", "energy_per_cycle_j", "stops_per_cycle")
+PREDICTED_RECORD = (*_AMPLITUDE, "record_energy", "record_energy_j", "record_stops")
+"""What a law predicts of a steady cycle, and of a whole record (largest displacement), each with its band."""
+PREDICTIONS = _table(
+    "predictions",
+    "A test not made, by the law of its material (`predict`).",
+    f"""material law frequency_ratio normal_force_n base_amplitude_m regime
+        {" ".join(f"{n} {n}_low {n}_high" for n in dict.fromkeys((*PREDICTED, *PREDICTED_RECORD)))} warnings""",
+    lead=6,
+    shown="""frequency_ratio normal_force_n base_amplitude_m response_amplitude_m energy_per_cycle_j stops_per_cycle
+        regime""",
+)
 RESPONSES = _table(
     "response",
     "The response to any motion of the base, from rest (`simulate --base-motion`).",
@@ -212,7 +225,7 @@ TRADES = _table(
 )
 TABLES = (
     *(MEASUREMENTS, COMPARISONS, LAWS, RECORD_LAWS, FREE_VIBRATIONS, TESTS, FRICTION, RANKING, DRIFTS, MATERIAL_LAWS),
-    *(LAW_PARAMETERS, STEADY_STATES, MOTIONS, RESPONSES, PLANS, TRADES),
+    *(LAW_PARAMETERS, STEADY_STATES, MOTIONS, PREDICTIONS, RESPONSES, PLANS, TRADES),
 )
 
 

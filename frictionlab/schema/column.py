@@ -81,6 +81,13 @@ def u_of(column: Column) -> Column:
     return Column(f"{column.name}_u", Type.NUMBER, column.unit, f"{column.title} u", said, column.name)
 
 
+def end_of(column: Column, end: str) -> Column:
+    """The column of the "low" or "high" end of another's 95 % band."""
+    which = {"low": "Lower", "high": "Upper"}[end]
+    said = f"{which} end of the 95 % band of {column.name}: errors of the law, and the scatter from test to test."
+    return Column(f"{column.name}_{end}", Type.NUMBER, column.unit, f"{column.title} {end}", said, column.name)
+
+
 @dataclass(frozen=True)
 class Table:
     """One kind of table.

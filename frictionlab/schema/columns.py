@@ -1,10 +1,11 @@
 """The one list of columns: name, unit, title and sentence of every column of every table.
 
 A table names its columns (`kinds`); here stands what they are. ``X_se`` and ``X_u`` need no line of their own: they are
-the errors of ``X``. Where a table means something else by a name, it says so in its own list.
+the errors of ``X``; nor do ``X_low`` and ``X_high``, the ends of its band. Where a table means something else by a
+name, it says so in its own list.
 """
 
-from frictionlab.schema.column import Column, Type, se_of, u_of
+from frictionlab.schema.column import Column, Type, end_of, se_of, u_of
 
 
 def number(name: str, unit: str, title: str, sentence: str) -> Column:
@@ -188,6 +189,9 @@ _RESPONSE = (
     whole("samples", "", "samples", "Samples of the base."),
     number("energy", "kY²", "energy", "All that friction and dashpots have dissipated."),
     number("energy_j", "J", "joules", "The same in joules, where the stiffness is known."),
+    number("record_energy", "kY²", "record energy", "What a whole record dissipates, as predicted."),
+    number("record_energy_j", "J", "record joules", "The same in joules."),
+    number("record_stops", "", "record stops", "Stops in a whole record, as predicted."),
     number("friction_energy", "kY²", "friction energy", "What dry friction alone has dissipated."),
     number("path", "Y", "path", "Way of the mass along the wall while the contact slips."),
     number("path_m", "m", "path in m", "The same in metres."),
@@ -250,7 +254,7 @@ COLUMNS = {column.name: column for group in GROUPS for column in group}
 
 
 def column_named(name: str) -> Column:
-    """The column of a name; of ``X_se`` and ``X_u`` the error of ``X``.
+    """The column of a name; of ``X_se`` and ``X_u`` the error of ``X``, of ``X_low`` and ``X_high`` an end of its band.
 
     Examples
     --------
@@ -260,4 +264,6 @@ def column_named(name: str) -> Column:
     if name in COLUMNS:
         return COLUMNS[name]
     stem, _, kind = name.rpartition("_")
+    if kind in ("low", "high"):
+        return end_of(COLUMNS[stem], kind)
     return {"se": se_of, "u": u_of}[kind](COLUMNS[stem])

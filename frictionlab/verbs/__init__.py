@@ -8,6 +8,7 @@
     evaluate        measurements -> Campaign;  publish   Campaign -> tables, figures, report
     batch           a folder of logs -> all of these in files; only what changed is made again
     simulate        Problem -> SteadyState;  respond  recorded base + Problem -> RecordResponse
+    predict         law_MATERIAL.toml -> Prediction of tests not made
     synthesize      Scene -> logs whose truth is known;  init   a folder of logs -> the scene they need
     plot            a result -> its figure
 
@@ -15,8 +16,8 @@ A verb takes paths (``str`` or `Path`) or results, a scene (a path, a `Scene` or
 keywords, keys of the scene's tables that win over it; it returns a frozen result. What a verb honours of a scene
 (``[log]``, ``[experiment]``) it honours for every caller.
 
-``starting`` (init), ``measuring``, ``judging``, ``simulating``, ``evaluate``, ``plan``, ``presenting`` and ``chain``
-(batch) hold them; ``inputs`` says what a verb may be given, ``rows`` what becomes of an input that fails. Nothing is
-imported here, and a verb imports what it needs when it is called. A new verb is a function there and its name in
-`frictionlab` (``__init__.py`` and ``__init__.pyi``).
+``starting`` (init), ``measuring``, ``judging``, ``simulating``, ``predicting``, ``evaluate``, ``plan``, ``presenting``
+and ``chain`` (batch) hold them; ``inputs`` says what a verb may be given, ``rows`` what becomes of an input that fails.
+Nothing is imported here, and a verb imports what it needs when it is called. A new verb is a function there and its
+name in `frictionlab` (``__init__.py`` and ``__init__.pyi``).
 """

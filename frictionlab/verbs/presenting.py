@@ -28,6 +28,7 @@ FIGURES = {
     "SteadyState": "motion.motion_figure",
     "RecordResponse": "response.response_figure",
     "Plan": "plan.plan_figure",
+    "Prediction": "prediction.prediction_figure",
 }
 """Kind of result -> the function of `frictionlab.figures` that draws it."""
 TITLED = {"Measurement": "source", "ContactForce": "", "WholeRecord": ""}
@@ -46,7 +47,7 @@ def plot(
 
     Parameters
     ----------
-    result : Measurement, Comparison, ContactForce, WholeRecord, SteadyState, RecordResponse or Plan
+    result : Measurement, Comparison, ContactForce, WholeRecord, SteadyState, RecordResponse, Plan or Prediction
     path : str or Path, optional
         Ends in ``.pdf``, ``.svg`` or ``.png``; its folder is made if it is not there.
     title : str, optional

@@ -1,0 +1,418 @@
+"""The law of a material, as a campaign has found it: physical values, one covariance, scatter from test to test.
+
+The file ``law_MATERIAL.toml`` holds it. What it says of a test not made has two parts: the errors of the values, which
+all tests of the material share, and the scatter, which each test draws anew.
+"""
+
+import json
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import SimulationError, UsageError
+from frictionlab.files import check_regular, write_whole
+from frictionlab.scene.physical import factor_of
+from frictionlab.simulator import COSINE, Base, Problem
+from frictionlab.simulator.laws import Law, Parameter, law_of
+from frictionlab.simulator.problem import Wall
+
+FloatArray = NDArray[np.float64]
+
+FORMAT, VERSION = "frictionlab law", 1
+COEFFICIENT = "friction_coefficient"
+AT_FORCE = "friction_n_at_"  # and the normal force in N: friction where Amontons' law fails
+DETUNING = "natural_frequency_ratio"  # the frame's natural frequency over the scene's, as the tests have found it
+FRAME = "frame_damping_ratio"
+NAMES = {
+    "contact_damping_ratio": "contact_damping_n_s_per_m",
+    "stiffness_ratio": "contact_stiffness_n_per_m",
+    "bristle_damping": "bristle_damping_n_s_per_m",
+}
+SUFFIXES = {"m/s": "_m_per_s", "m": "_m", "1/m": "_per_m"}
+RANGES = {"normal_force_n": "N", "base_amplitude_m": "m", "frequency_ratio": ""}
+EDGE = 1e-3  # relative: how far beyond the conditions of its tests a law is used without a word
+HEAD = """\
+# The contact law of one material, by all its tests: frictionlab campaign wrote it, frictionlab predict reads it.
+# Values in N, m and s; "scatter" is their standard deviation from test to test, "scatter_u" the error of that.
+# A value of level "test" is another in each test of the material: re-seating the contact changes it.
+"""
+
+
+def physical_name(parameter: Parameter) -> str:
+    """Return the name of a law's parameter in newtons, metres and seconds.
+
+    Examples
+    --------
+    >>> [physical_name(p) for p in law_of("coulomb+place+speed").own]
+    ['friction_coefficient', 'gradient_per_m', 'contact_damping_n_s_per_m']
+    """
+    if parameter.name == "beta":
+        return COEFFICIENT
+    _, unit = factor_of(parameter, None, None, amplitude=1.0, turn=1.0)
+    return NAMES.get(parameter.name) or parameter.name + SUFFIXES.get(unit, "")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MaterialLaw:
+    """The law of one material.
+
+    Parameters
+    ----------
+    material : str
+    law : str
+        A sum of terms: ``coulomb+place``.
+    values : mapping of str to float
+        ``friction_coefficient`` (or ``friction_n_at_F`` for each normal force F, in N, where Amontons' law fails) and
+        the law's other parameters by `physical_name`; ``frame_damping_ratio`` and ``natural_frequency_ratio`` (the
+        frame's over `rig`'s) where the tests have moved them.
+    covariance : ndarray of shape (n, n)
+        Of the values, in their order.
+    scatter : mapping of str to (float, float)
+        Standard deviation from test to test of a value, and the standard error of that; a name without one has none.
+    test_level : tuple of str
+        Values that are another in each test: their mean is what stands in `values`.
+    rig : mapping of str to float
+        ``natural_frequency_hz``, ``stiffness_n_per_m``, ``frame_damping_ratio``.
+    conditions : mapping of str to (float, float)
+        Lowest and highest ``normal_force_n``, ``base_amplitude_m`` and ``frequency_ratio`` of the tests.
+    tests : int
+    wall : {"fixed", "base"}
+
+    Raises
+    ------
+    UsageError
+        A value lacks or is none of the law's, or the covariance is not one of so many values.
+    """
+
+    material: str
+    law: str
+    values: Mapping[str, float]
+    covariance: FloatArray
+    scatter: Mapping[str, tuple[float, float]]
+    rig: Mapping[str, float]
+    conditions: Mapping[str, tuple[float, float]]
+    tests: int
+    test_level: tuple[str, ...] = ()
+    wall: Wall = "fixed"
+
+    def __post_init__(self) -> None:
+        """Refuse values that are not the law's."""
+        n, names = len(self.values), {physical_name(p) for p in self._law.own}
+        friction = [name for name in self.values if name == COEFFICIENT or name.startswith(AT_FORCE)]
+        lacking = names - {COEFFICIENT} - set(self.values)
+        stray = set(self.values) - names - set(friction) - {FRAME, DETUNING}
+        if lacking or stray or not friction or (len(friction) > 1 and COEFFICIENT in friction):
+            raise UsageError(
+                f"law of {self.material}, {self.law}: expected the values {', '.join(sorted(names))} ({AT_FORCE}F in"
+                f" place of {COEFFICIENT}); got {', '.join(self.values) or 'none'}"
+            )
+        matrix = np.asarray(self.covariance, dtype=np.float64)
+        if matrix.shape != (n, n) or not np.all(np.isfinite(matrix)) or not np.allclose(matrix, matrix.T, rtol=1e-6):
+            raise UsageError(
+                f"law of {self.material}: covariance: expected a symmetric matrix of {n} rows, one a value; got the"
+                f" shape {matrix.shape}"
+            )
+        object.__setattr__(self, "covariance", matrix)
+
+    def __repr__(self) -> str:
+        errors = np.sqrt(np.diag(self.covariance))
+        said = ", ".join(f"{k} {v:.4g} ± {u:.2g}" for (k, v), u in zip(self.values.items(), errors, strict=True))
+        return f"<MaterialLaw of {self.material}, {self.law}: {said}>"
+
+    @property
+    def _law(self) -> Law:
+        return law_of(self.law)
+
+    def problem(
+        self,
+        normal_force_n: float,
+        base_amplitude_m: float,
+        r: float,
+        *,
+        values: Mapping[str, float] | None = None,
+        base: Base = COSINE,
+    ) -> Problem:
+        """Return the oscillator of a test: friction from the normal force, eq. (2.8), all else over k, Y and omega.
+
+        Parameters
+        ----------
+        normal_force_n, base_amplitude_m : float
+        r : float
+            Drive over the natural frequency of `rig`.
+        values : mapping of str to float, optional
+            In place of the law's own, as `draws` gives them.
+        base : Base
+            Motion of the base over Y.
+
+        Raises
+        ------
+        UsageError
+            A normal force outside those of the tests, where Amontons' law fails.
+        ParameterError
+            A value has no meaning in this test.
+
+        Examples
+        --------
+        >>> law = example_law()
+        >>> round(law.problem(4.0, 1.6e-3, 0.5).beta, 3)
+        0.395
+        """
+        given = dict(self.values if values is None else values)
+        stiffness, frequency = self.rig["stiffness_n_per_m"], self.rig["natural_frequency_hz"]
+        parameters = {FRAME: given.get(FRAME, self.rig.get(FRAME, 0.0))}
+        turn = 2.0 * math.pi * frequency * r
+        for parameter in self._law.own:
+            factor, _ = factor_of(parameter, stiffness, frequency, amplitude=base_amplitude_m, turn=turn)
+            name = physical_name(parameter)
+            value = self._friction(given, normal_force_n) if name == COEFFICIENT else given[name]
+            parameters[parameter.name] = value / (factor or 1.0)
+        beta, frame = parameters.pop("beta"), parameters.pop(FRAME)
+        r /= given.get(DETUNING, 1.0)
+        return Problem(
+            r, beta, wall=self.wall, base=base, law=self._law, parameters=parameters, frame_damping_ratio=frame
+        )
+
+    def _friction(self, values: Mapping[str, float], normal_force_n: float) -> float:
+        """Friction force, N: by the coefficient, or between those at the normal forces of the tests."""
+        if COEFFICIENT in values:
+            return values[COEFFICIENT] * normal_force_n
+        known = sorted(
+            (float(name.removeprefix(AT_FORCE)), f) for name, f in values.items() if name.startswith(AT_FORCE)
+        )
+        forces = [force for force, _ in known]
+        if not forces[0] * (1.0 - EDGE) <= normal_force_n <= forces[-1] * (1.0 + EDGE):
+            raise UsageError(
+                f"law of {self.material}: normal force: friction is not proportional to it (Amontons' law fails);"
+                f" expected one from {forces[0]:g} to {forces[-1]:g} N, as tested; got {normal_force_n:g} N"
+            )
+        return float(np.interp(normal_force_n, forces, [friction for _, friction in known]))
+
+    def draws(self, n: int, seed: int = 0) -> list[dict[str, float]]:
+        """Return values of so many tests not made: errors and scatter from test to test are drawn together.
+
+        A value that is positive by its law is drawn on a logarithmic scale, others are kept inside their domain.
+
+        Parameters
+        ----------
+        n : int
+        seed : int
+            The same seed gives the same draws.
+        """
+        names, best = list(self.values), np.array(list(self.values.values()))
+        spread = np.array([math.hypot(*self.scatter.get(name, (0.0, 0.0))) for name in names])
+        covariance = self.covariance + np.diag(spread**2)
+        values, vectors = np.linalg.eigh(covariance)
+        random = np.random.default_rng(seed).standard_normal((n, len(names)))
+        steps = random * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
+        low, high, logs = self._domains(names)
+        logs &= best > 0.0
+        drawn = best + steps
+        drawn[:, logs] = best[logs] * np.exp(steps[:, logs] / best[logs])
+        return [dict(zip(names, row, strict=True)) for row in np.clip(drawn, low, high).tolist()]
+
+    def _domains(self, names: list[str]) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """Bounds (n,) of values, and whether each is drawn on a logarithmic scale."""
+        own = {physical_name(p): p for p in self._law.own}
+        friction = own[COEFFICIENT]
+        found = [friction if name.startswith(AT_FORCE) else own.get(name) for name in names]
+        low = [
+            (-math.inf if name == DETUNING else 0.0) if p is None else p.low
+            for name, p in zip(names, found, strict=True)
+        ]
+        high = [math.inf if p is None else p.high for p in found]
+        return np.array(low), np.array(high), np.array([p is not None and p.scale == "log" for p in found])
+
+    def beyond(self, **test: float) -> tuple[str, ...]:
+        """Return a sentence for each number of a test that lies outside the conditions of the tests.
+
+        Examples
+        --------
+        >>> example_law().beyond(normal_force_n=20.0)[0]
+        'normal_force_n: 20 N lies beyond the tests of brass (2.5 to 4.4 N): nothing was measured there'
+        """
+        said = []
+        for name, value in test.items():
+            low, high = self.conditions.get(name, (-math.inf, math.inf))
+            if not low * (1.0 - EDGE) <= value <= high * (1.0 + EDGE):
+                unit = f" {RANGES[name]}".rstrip()
+                where = f"the tests of {self.material} ({low:.4g} to {high:.4g}{unit})"
+                said.append(f"{name}: {value:.4g}{unit} lies beyond {where}: nothing was measured there")
+        return tuple(said)
+
+    def text(self) -> str:
+        """Return the file as text."""
+        lines = [
+            HEAD,
+            f"format = {_said(FORMAT)}",
+            f"format_version = {VERSION}",
+            *(f"{key} = {_said(getattr(self, key))}" for key in ("material", "law", "wall", "tests")),
+            f"covariance = [  # of the values below, in their order: {', '.join(self.values)}",
+            *(f"    {_said(row)}," for row in self.covariance.tolist()),
+            "]",
+        ]
+        for (name, value), variance in zip(self.values.items(), np.diag(self.covariance), strict=True):
+            lines += ["", f"[values.{_key(name)}]", f"value = {_said(value)}  # +- {math.sqrt(max(variance, 0.0)):.2g}"]
+            if name in self.scatter:
+                spread, error = self.scatter[name]
+                lines += [f"scatter = {_said(spread)}", f"scatter_u = {_said(error)}"]
+            lines += [f'level = "{"test" if name in self.test_level else "material"}"']
+        lines += ["", "[rig]", *(f"{key} = {_said(value)}" for key, value in self.rig.items())]
+        lines += ["", "[conditions]", *(f"{key} = {_said(list(pair))}" for key, pair in self.conditions.items()), ""]
+        return "\n".join(lines)
+
+    def write(self, path: str | PathLike[str], *, force: bool = False) -> None:
+        """Write the law as a file, whole or not at all; it replaces only a law, unless forced.
+
+        Raises
+        ------
+        OutputError
+            The file cannot be written, or another kind of file stands there.
+        """
+        write_whole(Path(path), self.text().encode(), replace=True if force else is_material_law)
+
+
+def _said(value: object) -> str:
+    """A value as TOML writes it: its strings and lists are JSON's, without escapes of what is no ASCII."""
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _key(name: str) -> str:
+    return name if name.replace("_", "").isalnum() else _said(name)
+
+
+def is_material_law(path: Path) -> bool:
+    """Whether a file is the law of a material."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8")).get("format") == FORMAT
+    except (OSError, ValueError, RecursionError):
+        return False
+
+
+def read_material_law(path: str | PathLike[str]) -> MaterialLaw:
+    """Read the law of a material.
+
+    Raises
+    ------
+    UsageError
+        The file cannot be read or is no law of a material: key, expected and got are said.
+    """
+    path = Path(path)
+    try:
+        check_regular(path)
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UsageError(
+            f"{path}: cannot be read ({error.strerror}): give a law_MATERIAL.toml of a campaign"
+        ) from error
+    except (ValueError, RecursionError) as error:
+        raise UsageError(f"{path}: expected TOML, a law_MATERIAL.toml of a campaign: {error}") from error
+    if tables.get("format") != FORMAT or tables.get("format_version") != VERSION:
+        found = f"{tables.get('format')!r}, version {tables.get('format_version')!r}"
+        raise UsageError(f"{path}: format: expected {FORMAT!r}, version {VERSION}; got {found}")
+    try:
+        return _law_from(_Table(tables, ""))
+    except (UsageError, SimulationError) as error:
+        raise UsageError(f"{path}: {error}") from error
+
+
+@dataclass(frozen=True)
+class _Table:
+    """A table of a file whose keys are taken by name, each of its kind or refused."""
+
+    items: Mapping[str, Any]
+    name: str
+
+    def text(self, key: str) -> str:
+        found: str = self._taken(key, str, "text")
+        return found
+
+    def whole(self, key: str) -> int:
+        found: int = self._taken(key, int, "a whole number")
+        return found
+
+    def table(self, key: str) -> "_Table":
+        return _Table(self._taken(key, dict, "a table"), f"{self.name}{key}.")
+
+    def number(self, key: str) -> float:
+        value: float = self._taken(key, (int, float), "a number")
+        if not math.isfinite(value):
+            raise UsageError(f"{self.name}{key}: expected a finite number; got {value}")
+        return float(value)
+
+    def numbers(self, key: str) -> list[float]:
+        found = self.rows(key)
+        return [found.number(i) for i in found.items]
+
+    def rows(self, key: str) -> "_Table":
+        """The items of a list, by their numbers."""
+        items = self._taken(key, list, "a list")
+        return _Table({str(i): item for i, item in enumerate(items)}, f"{self.name}{key}.")
+
+    def _taken(self, key: str, kind: Any, words: str) -> Any:
+        value = self.items.get(key)
+        if not isinstance(value, kind) or isinstance(value, bool):
+            got = "none" if value is None else repr(value)[:60]
+            raise UsageError(f"{self.name}{key}: expected {words}; got {got}")
+        return value
+
+
+def _law_from(file: _Table) -> MaterialLaw:
+    values = {name: file.table("values").table(name) for name in file.table("values").items}
+    matrix = file.rows("covariance")
+    rig = file.table("rig")
+    wall = file.text("wall")
+    if wall not in ("fixed", "base"):
+        raise UsageError(f'wall: expected "fixed" or "base"; got {wall!r}')
+    ranges = {name: file.table("conditions").numbers(name) for name in file.table("conditions").items}
+    if wrong := next((name for name, pair in ranges.items() if name not in RANGES or len(pair) != 2), None):
+        raise UsageError(f"conditions.{wrong}: expected [lowest, highest] of {', '.join(RANGES)}")
+    covariance = [matrix.numbers(i) for i in matrix.items]
+    if any(len(row) != len(values) for row in covariance):
+        raise UsageError(f"covariance: expected {len(values)} rows of as many numbers, one a value")
+    found = MaterialLaw(
+        material=file.text("material"),
+        law=file.text("law"),
+        values={name: value.number("value") for name, value in values.items()},
+        covariance=np.array(covariance).reshape(len(covariance), len(values)),
+        scatter={
+            name: (value.number("scatter"), value.number("scatter_u"))
+            for name, value in values.items()
+            if "scatter" in value.items
+        },
+        test_level=tuple(name for name, value in values.items() if value.text("level") == "test"),
+        rig={name: rig.number(name) for name in ("natural_frequency_hz", "stiffness_n_per_m", FRAME)},
+        conditions={name: (pair[0], pair[1]) for name, pair in ranges.items()},
+        tests=file.whole("tests"),
+        wall=wall,  # type: ignore[arg-type]
+    )
+    if min(found.rig["natural_frequency_hz"], found.rig["stiffness_n_per_m"]) <= 0.0:
+        raise UsageError("rig: expected natural_frequency_hz and stiffness_n_per_m above 0")
+    return found
+
+
+def example_law() -> MaterialLaw:
+    """Return a law like that of a brass contact on a frame of 3.13 Hz, for examples.
+
+    Examples
+    --------
+    >>> example_law().law
+    'coulomb+place'
+    """
+    return MaterialLaw(
+        material="brass",
+        law="coulomb+place",
+        values={COEFFICIENT: 0.309, "gradient_per_m": 0.0},
+        covariance=np.diag([0.005**2, 4.0**2]),
+        scatter={COEFFICIENT: (0.004, 0.003), "gradient_per_m": (25.0, 9.0)},
+        test_level=("gradient_per_m",),
+        rig={"natural_frequency_hz": 3.13, "stiffness_n_per_m": 1955.0, FRAME: 0.0},
+        conditions={"normal_force_n": (2.5, 4.4), "base_amplitude_m": (1.5e-3, 1.9e-3), "frequency_ratio": (0.3, 0.35)},
+        tests=3,
+    )

@@ -1,0 +1,270 @@
+"""What the law of a material says of tests not made: each number with the band that 95 of 100 such tests fall into."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.base_motion import RecordResponse, respond_to
+from frictionlab.errors import FrictionlabError, SimulationError
+from frictionlab.inference.material_law import DETUNING, MaterialLaw
+from frictionlab.recording import Recording
+from frictionlab.schema import PREDICTED, PREDICTED_RECORD, PREDICTIONS
+from frictionlab.simulator import COSINE, Base, SteadyState, observe, steady_state
+
+FloatArray = NDArray[np.float64]
+
+LOW, HIGH = 0.025, 0.975  # probabilities at the ends of a band
+POINTS = 361  # of a cycle, both ends
+MOST_DRAWS, FEWEST_DRAWS, ALL_DRAWS = 200, 60, 4000  # of one test, and of all tests together
+NOT_ALL = "{} of {} motions that the law's errors allow have no steady state: the bands hold the others"
+
+
+class Band(NamedTuple):
+    """A number and the ends of its 95 % band; all None where there is none."""
+
+    value: float | None
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class PredictedTest:
+    """One test not made; the contract's keys are those of `row`.
+
+    ``numbers``: name -> its band. ``time`` (p,) s of a cycle from the top of the base's motion, or of the whole record;
+    ``displacement`` of the mass with ``displacement_low``, ``displacement_high``, and ``base`` (p,) in m.
+    """
+
+    material: str
+    law: str
+    frequency_ratio: float | None
+    normal_force_n: float
+    base_amplitude_m: float
+    regime: str | None
+    numbers: Mapping[str, Band]
+    warnings: tuple[str, ...]
+    time: FloatArray
+    displacement: FloatArray
+    displacement_low: FloatArray
+    displacement_high: FloatArray
+    base: FloatArray
+
+    def __repr__(self) -> str:
+        energy = self.numbers.get("energy_per_cycle_j") or self.numbers["record_energy_j"]
+        said = f"amplitude {in_words(self.numbers['response_amplitude_m'])} mm, energy {in_words(energy)} mJ"
+        where = "a record" if self.frequency_ratio is None else f"r = {self.frequency_ratio:.4g}"
+        return f"<PredictedTest of {self.material}, {where}: {said}>"
+
+    def row(self) -> dict[str, object]:
+        """The contract's keys alone: a line of JSON or of a table."""
+        ends = {f"{name}{end}": b[i] for name, b in self.numbers.items() for i, end in enumerate(("", "_low", "_high"))}
+        known = {name: getattr(self, name, None) for name in PREDICTIONS.names}
+        return {**known, **ends, "warnings": list(self.warnings)}
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a law says of some tests not made, in order of the frequency ratios asked for."""
+
+    law: MaterialLaw
+    tests: tuple[PredictedTest, ...]
+
+    def __repr__(self) -> str:
+        return f"<Prediction of {len(self.tests)} tests by {self.law!r}>"
+
+    def rows(self) -> list[dict[str, object]]:
+        """One row per test."""
+        return [test.row() for test in self.tests]
+
+
+def in_words(band: Band, times: float = 1e3) -> str:
+    """Return a number with its band, in thousandths of its unit.
+
+    Examples
+    --------
+    >>> in_words(Band(0.00213, 0.002, 0.0023))
+    '2.13 (2 to 2.3)'
+    """
+    if band.value is None or band.low is None or band.high is None:
+        return "not known"
+    return f"{times * band.value:.4g} ({times * band.low:.4g} to {times * band.high:.4g})"
+
+
+def predict_tests(
+    law: MaterialLaw,
+    frequency_ratios: Sequence[float],
+    *,
+    normal_force_n: float,
+    base_amplitude_m: float,
+    base: Base = COSINE,
+    draws: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Prediction:
+    """Predict tests not made, one per frequency ratio.
+
+    Parameters
+    ----------
+    law : MaterialLaw
+    frequency_ratios : sequence of float
+    normal_force_n, base_amplitude_m : float
+    base : Base
+        Motion of the base over its amplitude.
+    draws : int, optional
+        Motions behind each band; by default 200, fewer of many tests.
+    progress : callable, optional
+        Called with tests predicted and tests in all.
+
+    Raises
+    ------
+    UsageError
+        The law holds for other normal forces only.
+    ParameterError
+        A number is outside its domain.
+
+    Examples
+    --------
+    >>> from frictionlab.inference.material_law import example_law
+    >>> found = predict_tests(example_law(), [0.5], normal_force_n=4.0, base_amplitude_m=1.6e-3, draws=20)
+    >>> found.tests[0].numbers["energy_per_cycle"].value > 2.0
+    True
+    """
+    count = draws or min(MOST_DRAWS, max(FEWEST_DRAWS, ALL_DRAWS // max(len(frequency_ratios), 1)))
+    others = law.draws(count)
+    found: list[PredictedTest] = []
+    for r in frequency_ratios:
+        best = steady_state(law.problem(normal_force_n, base_amplitude_m, r, base=base))
+        states = [_state(law, normal_force_n, base_amplitude_m, r, values, base) for values in others]
+        beyond = law.beyond(frequency_ratio=r, normal_force_n=normal_force_n, base_amplitude_m=base_amplitude_m)
+        found.append(_test(law, best, [s for s in states if s], (r, normal_force_n, base_amplitude_m), count, beyond))
+        if progress is not None:
+            progress(len(found), len(frequency_ratios))
+    return Prediction(law, tuple(found))
+
+
+def _state(
+    law: MaterialLaw, force: float, amplitude: float, r: float, values: Mapping[str, float], base: Base
+) -> SteadyState | None:
+    """The motion at drawn values; None where they have no steady state."""
+    try:
+        state = steady_state(law.problem(force, amplitude, r, values=values, base=base))
+    except (SimulationError, FrictionlabError):
+        return None
+    return state if state.orbit is not None else None
+
+
+def _test(
+    law: MaterialLaw,
+    best: SteadyState,
+    states: Sequence[SteadyState],
+    test: tuple[float, float, float],
+    count: int,
+    beyond: Sequence[str],
+) -> PredictedTest:
+    r, force, amplitude = test
+    tau = np.linspace(0.0, 2.0 * np.pi, POINTS)
+    middle = np.full(POINTS, np.nan) if best.orbit is None else best.orbit.at(tau)[0]
+    motions = [s.orbit.at(tau)[0] for s in states if s.orbit is not None]
+    seen, others = observe(best), [observe(s) for s in states]
+    factors = (1.0, amplitude, 1.0, law.rig["stiffness_n_per_m"] * amplitude**2, 1.0)
+    numbers = {
+        name: band_of(getattr(seen, key), [getattr(o, key) for o in others], factor)
+        for name, factor in zip(PREDICTED, factors, strict=True)
+        for key in [name.removesuffix("_m").removesuffix("_j")]
+    }
+    lost = (NOT_ALL.format(count - len(states), count),) if len(states) < count else ()
+    unsolved = () if best.outcome in ("periodic", "stuck") else (best.verdict,)
+    return PredictedTest(
+        material=law.material,
+        law=law.law,
+        frequency_ratio=r,
+        normal_force_n=force,
+        base_amplitude_m=amplitude,
+        regime=best.regime,
+        numbers=numbers,
+        warnings=(*unsolved, *best.warnings, *beyond, *lost),
+        time=tau / (2.0 * np.pi * r * law.rig["natural_frequency_hz"]),
+        base=amplitude * best.problem.base.at(tau),
+        **_displacements(amplitude * middle, amplitude * np.array(motions)),
+    )
+
+
+def _displacements(middle: FloatArray, motions: FloatArray) -> dict[str, FloatArray]:
+    low, high = np.quantile(motions, (LOW, HIGH), axis=0) if len(motions) else (middle, middle)
+    return {
+        "displacement": middle,
+        "displacement_low": np.fmin(low, middle),
+        "displacement_high": np.fmax(high, middle),
+    }
+
+
+def band_of(value: float | None, drawn: Sequence[float | None], factor: float = 1.0) -> Band:
+    """Return the 95 % band about a number by what was drawn for it, times a factor.
+
+    Examples
+    --------
+    >>> band_of(2.0, [1.0, 3.0, None], factor=10.0)
+    Band(value=20.0, low=10.5, high=29.5)
+    """
+    known = [x for x in drawn if x is not None]
+    if value is None or not known:
+        return Band(None if value is None else factor * value)
+    low, high = np.quantile(known, (LOW, HIGH))
+    return Band(factor * value, factor * min(float(low), value), factor * max(float(high), value))
+
+
+def predict_record(
+    law: MaterialLaw, recording: Recording, *, normal_force_n: float, draws: int = FEWEST_DRAWS
+) -> Prediction:
+    """Predict the response, from rest, to any recorded motion of the base.
+
+    Its amplitude is the largest displacement of the mass, its energy and its stops are those of the whole record.
+
+    Parameters
+    ----------
+    law : MaterialLaw
+    recording : Recording
+        Its base is what moves.
+    normal_force_n : float
+    draws : int
+        Motions behind each band.
+
+    Raises
+    ------
+    RecordingError, SimulationError
+        The base jumps, has a gap or does not move.
+    """
+    largest = float(np.abs(recording.base_displacement - recording.base_displacement[0]).max())
+    frequency, stiffness = law.rig["natural_frequency_hz"], law.rig["stiffness_n_per_m"]
+
+    def respond(values: Mapping[str, float]) -> RecordResponse:
+        detuned = values.get(DETUNING, 1.0)
+        problem = law.problem(normal_force_n, largest or 1.0, 1.0, values={**values, DETUNING: 1.0})
+        return respond_to(recording, problem, natural_frequency_hz=frequency * detuned, stiffness_n_per_m=stiffness)
+
+    best, others = respond(law.values), [respond(values) for values in law.draws(draws)]
+    found = [_record_numbers(answer) for answer in (best, *others)]
+    test = PredictedTest(
+        material=law.material,
+        law=law.law,
+        frequency_ratio=None,
+        normal_force_n=normal_force_n,
+        base_amplitude_m=largest,
+        regime=None,
+        numbers={name: band_of(found[0][i], [n[i] for n in found[1:]]) for i, name in enumerate(PREDICTED_RECORD)},
+        warnings=(*best.warnings, *law.beyond(normal_force_n=normal_force_n, base_amplitude_m=largest)),
+        time=best.recording.time,
+        base=best.recording.base_displacement,
+        **_displacements(best.recording.mass_displacement, np.array([a.recording.mass_displacement for a in others])),
+    )
+    return Prediction(law, (test,))
+
+
+def _record_numbers(answer: RecordResponse) -> tuple[float, ...]:
+    """What `PREDICTED_RECORD` names, of one response."""
+    response, y = answer.response, answer.response.base.scale
+    peak = response.peaks["displacement"]
+    energy = response.energy * (answer.stiffness_n_per_m or 0.0) * y**2
+    return peak, peak * y, response.energy, energy, float(response.stops)

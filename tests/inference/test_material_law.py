@@ -1,0 +1,248 @@
+"""The law of a material: what it poses, how it is written and read, what it predicts and how wide its bands are."""
+
+import json
+import math
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import frictionlab as fl
+from frictionlab.errors import OutputError, UsageError
+from frictionlab.inference.material_law import (
+    AT_FORCE,
+    COEFFICIENT,
+    DETUNING,
+    FRAME,
+    MaterialLaw,
+    example_law,
+    physical_name,
+    read_material_law,
+)
+from frictionlab.inference.predictive import predict_tests
+from frictionlab.schema import PREDICTIONS
+from frictionlab.simulator import Problem, observe, steady_state
+from frictionlab.simulator.laws import TERMS, law_of
+
+K, F = 1955.0, 3.13
+RIG = {"natural_frequency_hz": F, "stiffness_n_per_m": K, FRAME: 0.0}
+RANGES = {"normal_force_n": (2.0, 5.0), "base_amplitude_m": (1e-3, 3e-3), "frequency_ratio": (0.2, 0.8)}
+CONTRACT = (
+    *("response_amplitude", "response_amplitude_m", "energy_per_cycle", "energy_per_cycle_j", "stops_per_cycle"),
+    *("material", "law", "frequency_ratio", "normal_force_n", "base_amplitude_m", "regime"),
+)
+
+
+def law_with(values: dict[str, float], name: str = "coulomb", u: float = 0.0, scatter: float = 0.0) -> MaterialLaw:
+    """A law whose values have relative errors u; friction also a relative scatter from test to test."""
+    return MaterialLaw(
+        material="brass",
+        law=name,
+        values=values,
+        covariance=np.diag([(u * value) ** 2 for value in values.values()]),
+        scatter={COEFFICIENT: (scatter * values[COEFFICIENT], 0.0)} if scatter else {},
+        rig=RIG,
+        conditions=RANGES,
+        tests=4,
+    )
+
+
+def command(*words: str | Path) -> "subprocess.CompletedProcess[str]":
+    line = [str(Path(sys.executable).parent / "frictionlab"), "predict", *map(str, words)]
+    return subprocess.run(line, capture_output=True, text=True, check=False, timeout=100)
+
+
+def test_friction_is_the_coefficient_times_the_normal_force_over_k_y() -> None:
+    problem = law_with({COEFFICIENT: 0.3}).problem(4.0, 2e-3, 0.5)
+    assert problem.beta == pytest.approx(0.3 * 4.0 / (K * 2e-3), rel=1e-14)  # (2.8)
+
+
+def test_physical_values_become_those_of_the_equation_of_motion() -> None:
+    y, r, c, q, speed = 2e-3, 0.5, 1.5, 30.0, 0.01
+    omega = 2.0 * math.pi * F * r
+    values = {COEFFICIENT: 0.3, "gradient_per_m": q, "contact_damping_n_s_per_m": c}
+    parameters = law_with(values, "coulomb+place+speed").problem(4.0, y, r).parameters
+    assert parameters["gradient"] == pytest.approx(q * y, rel=1e-14)
+    assert 2.0 * parameters["contact_damping_ratio"] * r == pytest.approx(c * omega / K, rel=1e-14)  # force over k Y
+    values = {COEFFICIENT: 0.3, "rate_strength": 0.1, "rate_speed_m_per_s": speed}
+    parameters = law_with(values, "coulomb+logarithm").problem(4.0, y, r).parameters
+    assert parameters["rate_speed"] == pytest.approx(speed / (omega * y), rel=1e-14)
+    values = {COEFFICIENT: 0.3, "contact_stiffness_n_per_m": 1e5}
+    assert law_with(values, "coulomb+compliance").problem(4.0, y, r).parameters["stiffness_ratio"] == 1e5 / K
+
+
+def test_every_parameter_of_every_law_has_a_name_of_its_own() -> None:
+    for term in TERMS:
+        law = law_of(term if term == "coulomb" else f"coulomb+{term}")
+        names = [physical_name(p) for p in law.own]
+        assert len(set(names)) == len(names)
+
+
+def test_a_frame_found_detuned_is_driven_at_another_ratio() -> None:
+    problem = law_with({COEFFICIENT: 0.3, DETUNING: 1.02, FRAME: 0.01}).problem(4.0, 2e-3, 0.5)
+    assert problem.r == pytest.approx(0.5 / 1.02)
+    assert problem.frame_damping_ratio == 0.01
+
+
+def test_where_amontons_fails_friction_lies_between_the_forces_tested() -> None:
+    law = law_with({f"{AT_FORCE}2.0": 0.8, f"{AT_FORCE}4.0": 1.2})
+    assert law.problem(3.0, 2e-3, 0.5).beta == pytest.approx(1.0 / (K * 2e-3))
+    with pytest.raises(UsageError, match="expected one from 2 to 4 N, as tested; got 5 N"):
+        law.problem(5.0, 2e-3, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("values", "name"),
+    [({}, "coulomb"), ({COEFFICIENT: 0.3}, "coulomb+place"), ({COEFFICIENT: 0.3, "gradient_per_m": 1.0}, "coulomb")],
+)
+def test_values_that_are_not_the_laws_are_refused(values: dict[str, float], name: str) -> None:
+    with pytest.raises(UsageError, match="expected the values"):
+        law_with(values, name)
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    coefficient=st.floats(1e-3, 2.0),
+    gradient=st.floats(-200.0, 200.0),
+    spread=st.floats(0.0, 1.0),
+    material=st.text("brassÄß \"'\\-_/.\x00\x1b\n", min_size=1),
+)
+def test_a_law_is_read_as_it_was_written(
+    tmp_path_factory: pytest.TempPathFactory, coefficient: float, gradient: float, spread: float, material: str
+) -> None:
+    path = tmp_path_factory.mktemp("law") / "law_brass.toml"
+    law = replace(
+        example_law(),
+        material=material,
+        values={COEFFICIENT: coefficient, "gradient_per_m": gradient},
+        scatter={COEFFICIENT: (spread, 0.1 * spread)},
+    )
+    law.write(path)
+    again = read_material_law(path)
+    assert again.text() == law.text()
+    assert (again.material, dict(again.values), dict(again.scatter)) == (material, dict(law.values), dict(law.scatter))
+    np.testing.assert_array_equal(again.covariance, law.covariance)
+
+
+def test_a_law_replaces_a_law_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "law_brass.toml"
+    path.write_text("mine = 1\n")
+    with pytest.raises(OutputError, match="exists and is not a file of this kind"):
+        example_law().write(path)
+    example_law().write(path, force=True)
+    example_law().write(path)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('format = "frictionlab law"', 'format = "mine"', "format: expected 'frictionlab law'"),
+        ('law = "coulomb+place"', 'law = "coulomb+plaice"', "plaice"),
+        ('law = "coulomb+place"', "law = 3", "law: expected text; got 3"),
+        ("value = 0.309", 'value = "much"', "values.friction_coefficient.value: expected a number; got 'much'"),
+        ("value = 0.309", "value = nan", "values.friction_coefficient.value: expected a finite number; got nan"),
+        ("    [0.0, 16.0],", "    [0.0],", "covariance: expected 2 rows"),
+        ("    [0.0, 16.0],", "    [7.0, 16.0],", "expected a symmetric matrix"),
+        ("stiffness_n_per_m = 1955.0", "stiffness_n_per_m = 0.0", "rig: expected natural_frequency_hz"),
+        ("stiffness_n_per_m = 1955.0", "", "rig.stiffness_n_per_m: expected a number; got none"),
+        ("normal_force_n = [2.5, 4.4]", "normal_force_n = [2.5]", "conditions.normal_force_n: expected"),
+        ("tests = 3", "tests = true", "tests: expected a whole number; got True"),
+        ("[rig]", "[rig", "expected TOML"),
+    ],
+)
+def test_a_damaged_law_is_refused_by_file_and_key(tmp_path: Path, old: str, new: str, said: str) -> None:
+    path = tmp_path / "law_brass.toml"
+    text = example_law().text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(UsageError, match=r"law_brass\.toml: ") as caught:
+        read_material_law(path)
+    assert said in str(caught.value)
+
+
+def test_a_prediction_is_the_steady_state_in_metres_and_joules() -> None:
+    y, force = 2e-3, 4.0
+    test = fl.predict(law_with({COEFFICIENT: 0.3}), r=0.7, normal_force_n=force, base_amplitude_m=y, draws=5).tests[0]
+    seen = observe(steady_state(Problem(0.7, 0.3 * force / (K * y))))
+    amplitude, energy = (test.numbers[name].value or 0.0 for name in ("response_amplitude_m", "energy_per_cycle_j"))
+    assert amplitude == pytest.approx(y * (seen.response_amplitude or 0.0))
+    assert energy == pytest.approx(K * y**2 * (seen.energy_per_cycle or 0.0))
+    assert energy == pytest.approx(4.0 * 0.3 * force * amplitude, rel=1e-9)  # continuous: 4 F X, (2.23)
+    for band in test.numbers.values():  # nothing is unknown: no width
+        assert band.low == pytest.approx(band.value, rel=1e-12)
+        assert band.high == pytest.approx(band.value, rel=1e-12)
+
+
+def test_a_band_holds_95_of_100_laws() -> None:
+    """One unknown: the ends are the energies at 1.96 errors of the coefficient, for the energy rises with it."""
+    u, scatter = 0.02, 0.03
+    law = law_with({COEFFICIENT: 0.3}, u=u, scatter=scatter)
+    band = predict_tests(law, [0.3], normal_force_n=3.0, base_amplitude_m=2e-3, draws=400).tests[0].numbers
+    wide = 1.96 * math.hypot(u, scatter)
+    for end, sign in ((band["energy_per_cycle"].low, -1.0), (band["energy_per_cycle"].high, 1.0)):
+        exact = observe(steady_state(law.problem(3.0, 2e-3, 0.3, values={COEFFICIENT: 0.3 * (1.0 + sign * wide)})))
+        assert end == pytest.approx(exact.energy_per_cycle, rel=0.01)
+
+
+def test_draws_have_the_covariance_and_stay_in_their_domain() -> None:
+    covariance = np.array([[0.01**2, 0.02], [0.02, 9.0]])
+    law = replace(example_law(), covariance=covariance, scatter={"gradient_per_m": (4.0, 3.0)})
+    drawn = np.array([list(values.values()) for values in law.draws(20_000, seed=3)])
+    np.testing.assert_allclose(np.cov(drawn.T), covariance + np.diag([0.0, 25.0]), rtol=0.05)
+    wide = law_with({COEFFICIENT: 0.3, "contact_damping_n_s_per_m": 0.1}, "coulomb+speed", u=3.0)
+    assert min(min(values.values()) for values in wide.draws(200)) >= 0.0
+    assert law.draws(3, seed=1) == law.draws(3, seed=1)
+
+
+def test_a_recorded_base_is_followed_from_rest(tmp_path: Path) -> None:
+    time = np.arange(0.0, 12.0, 0.005)
+    base = 2e-3 * np.sin(2.0 * math.pi * 0.5 * F * time)
+    path = tmp_path / "base.csv"
+    lines = (f"{t:.4f},{1e3 * y:.6f}" for t, y in zip(time, base, strict=True))
+    path.write_text("time [s],base [mm]\n" + "\n".join(lines) + "\n")
+    law = law_with({COEFFICIENT: 0.3}, u=0.02)
+    test = fl.predict(law, normal_force_n=4.0, base_motion=path, draws=12).tests[0]
+    problem = law.problem(4.0, test.base_amplitude_m, 1.0)
+    answer = fl.respond(path, problem, natural_frequency_hz=F, stiffness_n_per_m=K)
+    np.testing.assert_allclose(test.displacement, answer.recording.mass_displacement, atol=1e-12)
+    energy = test.numbers["record_energy_j"]
+    assert energy.low is not None
+    assert energy.high is not None
+    assert energy.low < (energy.value or 0.0) < energy.high
+    assert np.all(test.displacement_low <= test.displacement)
+    with pytest.raises(UsageError, match="base_motion: a recorded base has its own"):
+        fl.predict(law, r=0.5, base_motion=path)
+
+
+def test_the_command_gives_the_contracts_keys(tmp_path: Path) -> None:
+    law, table, figure = tmp_path / "law_brass.toml", tmp_path / "table.csv", tmp_path / "curve.svg"
+    example_law().write(law)
+    test = ("--law-file", law, "--normal-force", "4", "--base-amplitude", "1.8e-3", "--r", "0.3:0.5:0.1")
+    done = command(*test, "--json", "--plot", figure, "-o", table)
+    assert done.returncode == 0, done.stderr
+    rows = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [row["frequency_ratio"] for row in rows] == [0.3, 0.4, 0.5]
+    for row in rows:
+        assert set(CONTRACT) <= set(row) == set(PREDICTIONS.names)
+        for name in CONTRACT[:5]:
+            assert row[f"{name}_low"] <= row[name] <= row[f"{name}_high"]
+    assert figure.stat().st_size > 0
+    assert [row["frequency_ratio"] for row in fl.read_rows(table)] == [0.3, 0.4, 0.5]
+
+
+def test_the_command_refuses_in_one_line(tmp_path: Path) -> None:
+    law = tmp_path / "law_brass.toml"
+    example_law().write(law)
+    for options, said in (
+        (("--law-file", tmp_path / "none.toml"), "cannot be read"),
+        (("--law-file", law, "--r", "0.5:0.3:0.1"), "--r: expected"),
+        (("--law-file", law, "--normal-force", "-4"), "normal_force_n: expected a finite number above 0; got -4"),
+    ):
+        done = command(*options)
+        assert (done.returncode, len(done.stderr.splitlines())) == (2, 1), done.stderr
+        assert said in done.stderr
