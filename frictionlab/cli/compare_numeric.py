@@ -49,7 +49,7 @@ def compare_numeric(
     scene = work.scene_for(recordings[0], {**settings, "solver": solver}, ("model", "analysis", "rig"))
     check_law(law)
     inputs = expanded(recordings, recordings=True)
-    kinds = ("comparison", "contact", *(("record",) if whole or fit == "whole" else ()))
+    kinds = ("record", "comparison", "contact") if fit == "whole" else ("comparison", "contact", *("record",) * whole)
     plots = work.places(inputs, scene, COMPARISONS, kinds)
     job = partial(_row, law=law, beta=beta, plots=plots, whole=whole, fit=fit, force=work.force)
     rows, shown = work.rows(inputs, job, scene, "compare")

@@ -32,55 +32,34 @@ def figure_places(
     """
     if plot is None:
         return None
-    from frictionlab.figures.mark import check_figures
-
-    places = _in_folder(plot, inputs, kinds) if _is_folder(plot) else _one_file(plot, inputs, kinds)
-    check_figures([p for figures in places.values() for p in figures.values()], force=force, inputs=inputs)
+    if plot.is_dir() or not plot.suffix:
+        names = result_names(inputs).items()
+        places = {path: {kind: plot / f"{name}.{kind}.png" for kind in kinds} for path, name in names}
+    elif len(inputs) > 1:
+        raise UsageError(f"--plot {plot}: expected a folder for the figures of {len(inputs)} inputs; got a file's name")
+    else:
+        beside = {kind: plot.with_name(f"{plot.stem}.{kind}{plot.suffix}") for kind in kinds[1:]}
+        places = {inputs[0]: {kinds[0]: plot, **beside}}
+    _check([place for figures in places.values() for place in figures.values()], inputs, force=force)
     return places
 
 
-def _is_folder(plot: Path) -> bool:
-    return plot.is_dir() or not plot.suffix
-
-
-def _in_folder(folder: Path, inputs: Sequence[Path], kinds: Sequence[str]) -> Figures:
-    named = result_names(inputs).items()
-    return {path: {kind: folder / f"{name}.{kind}.png" for kind in kinds} for path, name in named}
-
-
-def _one_file(file: Path, inputs: Sequence[Path], kinds: Sequence[str]) -> Figures:
-    check_figure_name(file)
-    if len(inputs) > 1:
-        raise UsageError(f"--plot {file}: expected a folder for the figures of {len(inputs)} inputs; got a file's name")
-    beside = {kind: file.with_name(f"{file.stem}.{kind}{file.suffix}") for kind in kinds[1:]}
-    return {inputs[0]: {kinds[0]: file, **beside}}
-
-
 def figure_file(plot: Path | None, kind: str, *, force: bool, inputs: Sequence[Path] = ()) -> Path | None:
-    """The file of a command's only figure: as named, or of its kind's name in the folder named.
-
-    Raises
-    ------
-    UsageError
-        No figure's suffix, or a figure that would replace something else.
-    """
+    """The file of a command's only figure: as named, or of its kind's name in the folder named."""
     if plot is None:
         return None
-    from frictionlab.figures.mark import check_figures
-
-    file = plot / f"{kind}.png" if _is_folder(plot) else plot
-    check_figure_name(file)
-    check_figures([file], force=force, inputs=inputs)
+    file = plot / f"{kind}.png" if plot.is_dir() or not plot.suffix else plot
+    _check([file], inputs, force=force)
     return file
 
 
-def check_figure_name(file: Path) -> None:
-    """Refuse a suffix that is no figure's.
+def _check(files: Sequence[Path], inputs: Sequence[Path], *, force: bool) -> None:
+    """Refuse a suffix that is no figure's, and a figure that would replace something else."""
+    from frictionlab.figures.mark import check_figures
 
-    Raises
-    ------
-    UsageError
-        As said.
-    """
-    if file.suffix not in SUFFIXES:
-        raise UsageError(f"{file}: expected a figure ending in .pdf, .svg or .png, or a folder; got {file.suffix!r}")
+    for file in files:
+        if file.suffix not in SUFFIXES:
+            raise UsageError(
+                f"{file}: expected a figure ending in .pdf, .svg or .png, or a folder; got {file.suffix!r}"
+            )
+    check_figures(files, force=force, inputs=inputs)

@@ -4,6 +4,7 @@ import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -410,12 +411,9 @@ def _write_series(answer: "RecordResponse", output: Path, *, force: bool) -> Non
         return
     from frictionlab.files import write_whole
 
-    write_whole(output, _lines(answer, f"{name} [{unit}]", force_.tolist()), replace=force or _is_series)
-
-
-def _lines(answer: "RecordResponse", name: str, contact_force: list[float]) -> Iterator[bytes]:
     part = answer.recording
-    yield (",".join((*HEAD, name)) + "\n").encode()
-    columns = (part.time.tolist(), part.base_displacement.tolist(), part.mass_displacement.tolist(), contact_force)
-    for t, y, x, n in zip(*columns, strict=True):
-        yield f"{t!r},{y!r},{x!r},{n!r}\n".encode()
+    columns = (part.time, part.base_displacement, part.mass_displacement, force_)
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    head = f"{','.join((*HEAD, f'{name} [{unit}]'))}\n".encode()
+    lines = (f"{t!r},{y!r},{x!r},{n!r}\n".encode() for t, y, x, n in rows)
+    write_whole(output, chain([head], lines), replace=force or _is_series)

@@ -45,16 +45,7 @@ def refusal(
 ) -> SceneError:
     """The error that names all faults, one an argument and so one a line.
 
-    Parameters
-    ----------
-    error
-        What pydantic found.
-    root
-        The model of the whole scene.
-    name
-        What the faults are of.
-    lines
-        Where which key stands in the file, from `lines_of`.
+    ``root`` is the model of the whole scene, ``name`` what the faults are of, ``lines`` where which key stands.
     """
     found: dict[tuple[str, ...], list[str]] = {}
     known = lines or {}
@@ -62,7 +53,8 @@ def refusal(
         path = tuple(str(part) for part in fault["loc"] if not _UNION.match(str(part)))
         found.setdefault(path, []).append(_sentence(path, dict(fault), root))
     told = sorted(found.items(), key=lambda fault: _line(fault[0], known) or math.inf)
-    return SceneError(*(f"{name}{_at(path, known)}: {_told(path, texts)}" for path, texts in told))
+    places = ("" if (line := _line(path, known)) is None else f", line {line}" for path, _ in told)
+    return SceneError(*(f"{name}{at}: {_told(*fault)}" for at, fault in zip(places, told, strict=True)))
 
 
 def check_hidden(tables: Mapping[str, object], root: type[BaseModel], name: str = "scene") -> None:
@@ -75,11 +67,6 @@ def check_hidden(tables: Mapping[str, object], root: type[BaseModel], name: str 
 def _line(path: tuple[str, ...], lines: Lines) -> int | None:
     """The line of a key, or of the table it belongs to."""
     return next((lines[path[:n]] for n in range(len(path), 0, -1) if path[:n] in lines), None)
-
-
-def _at(path: tuple[str, ...], lines: Lines) -> str:
-    line = _line(path, lines)
-    return "" if line is None else f", line {line}"
 
 
 def _told(path: tuple[str, ...], texts: Sequence[str]) -> str:

@@ -26,17 +26,7 @@ WIDTH = 118
 
 @dataclass(frozen=True)
 class Key:
-    """A key of a table.
-
-    Attributes
-    ----------
-    name, words
-        The key and its sentence.
-    default
-        Its value where it is left out; None: not known, or to be found.
-    needed
-        Whether it must be given.
-    """
+    """A key of a table, its sentence, and its value where it is left out (None: not known, or to be found)."""
 
     name: str
     words: str
@@ -126,15 +116,8 @@ def value_text(value: object) -> str:
 
 def _quoted(text: str) -> str:
     """A basic string: quotes, backslashes and all that cannot be printed are escaped."""
-    return '"' + "".join(_escaped(character) for character in text) + '"'
-
-
-def _escaped(character: str) -> str:
-    if character in ('"', "\\"):
-        return "\\" + character
-    if character.isprintable():
-        return character
-    return f"\\u{ord(character):04X}" if ord(character) < 0x10000 else f"\\U{ord(character):08X}"
+    plain = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c.isprintable() else f"\\U{ord(c):08X}" for c in plain) + '"'
 
 
 def _key_text(key: str) -> str:
