@@ -86,7 +86,7 @@ def _series(measurement: "Measurement") -> dict[str, object]:
     import numpy as np
 
     series = {f.name: np.asarray(getattr(measurement.series, f.name), dtype=float) for f in fields(measurement.series)}
-    cycle = {f.name: getattr(measurement.cycle, f.name) for f in fields(measurement.cycle)}
+    cycle = {name: values for name, values in vars(measurement.cycle).items() if values is not None}
     tree: dict[str, object] = {**series, "mean_cycle": cycle}
     if measurement.trend is not None:
         tree["trend"] = {f.name: getattr(measurement.trend, f.name) for f in fields(measurement.trend)}

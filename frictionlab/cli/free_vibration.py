@@ -1,7 +1,7 @@
 """``frictionlab free-vibration``: natural frequency, damping ratio and friction of the frame from free decays."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import fields
+from dataclasses import asdict, fields
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from frictionlab.scene import Scene
 
 FIGURE = "free_vibration"
-TAPS = "taps"
+TAPS, MODES = "taps", "modes"
 Means = dict[str, "Average"]
 
 
@@ -40,7 +40,8 @@ def free_vibration(
 ) -> None:
     """Natural frequency, damping ratio and friction of each free decay, their average, and the lines of a scene.
 
-    Several taps in one file are found; a log of the mass alone is enough. In --json an input's numbers are the averages
+    Several taps in one file are found; a log of the mass alone is enough. Of several masses `modes` are given, each
+    with its frequency, damping and shape. In --json an input's numbers are the averages
     over its own `taps`; over all inputs they stand as mean_natural_frequency_hz, mean_damping_ratio, mean_friction_m.
 
     Example: frictionlab free-vibration tap1.csv tap2.csv tap3.csv
@@ -68,9 +69,13 @@ def free_vibration(
 
 def _row(path: Path, *, scene: "Scene", plots: Figures | None, files: Files, force: bool) -> Row:
     from frictionlab.analysis.free_vibration import averages
-    from frictionlab.verbs.measuring import decay_of, free_vibration
+    from frictionlab.verbs.measuring import decay_of, free_vibration, free_vibration_modes, masses_of
 
     recording = decay_of(files.get(path, path), scene)
+    if len(masses_of(recording)) > 1:
+        found = [asdict(mode) for mode in free_vibration_modes(recording, scene)]
+        head = {"source": str(path), "status": "ok", "reason": None, "warnings": list(recording.source.warnings)}
+        return {**head, **{key: value for key, value in found[0].items() if key != "shape"}, MODES: found}
     taps = free_vibration(recording, scene)
     means = averages(taps)
     if plots is not None:
@@ -141,6 +146,8 @@ def _told(row: Row, means: Means) -> Row:
         for name, mean in means.items()
         for key, value in {**_with_error(name, mean), f"{name}_spread": mean.spread}.items()
     }
+    if MODES in row:
+        return row
     return {**row, TAPS: [_plain(tap) for tap in _taps(row)], **over_all}
 
 
@@ -154,6 +161,9 @@ def _lines(row: Row) -> Iterator[dict[str, object]]:
     if row["status"] != "ok":
         yield dict(row)
     stiffness = row.get("stiffness_n_per_m")
+    modes = row.get(MODES)
+    for number, mode in enumerate(modes if isinstance(modes, list) else [], 1):
+        yield {"source": row["source"], "status": "ok", "reason": None, "tap": number, **mode}
     for number, tap in enumerate(_taps(row), 1):
         force = tap.friction_m * stiffness if isinstance(stiffness, float) else None
         head = {"source": row["source"], "status": "ok", "reason": None, "tap": number}
@@ -167,6 +177,7 @@ TAPPED = (
     Shown("F/k [um]", lambda row: with_error(row.get("friction_m"), row.get("friction_m_se"), 1e6), 8),
     Shown("F [N]", lambda row: with_error(row.get("friction_n"), None), 5),
     Shown("half-cycles", lambda row: str(row.get("half_cycles", "-")), 4),
+    Shown("shape", lambda row: " ".join(f"{s:+.3f}" for s in row.get("shape") or ()) or "-", 5),
 )
 
 

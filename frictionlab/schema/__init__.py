@@ -56,8 +56,9 @@ MEASUREMENTS = _table(
     shown="""source frequency_ratio energy_per_cycle energy_per_cycle_se response_amplitude irregularity_index
         stops_per_cycle regime""",
     series="""time used energy amplitude position stops stuck tau mass base mass_smooth mass_velocity base_cosine each
-        kept base_sine value""",
+        kept base_sine value force""",
     own=(
+        number("force", "N", "force", "Force of the load cell over a mean cycle, about its mean."),
         number("energy", "kY²", "energy of a cycle", "Energy per cycle, cycle by cycle."),
         number("stops", "", "stops of a cycle", "Stops that begin in the cycle."),
         number("value", "kY²", "value", "Energy per cycle at the points of the trend."),

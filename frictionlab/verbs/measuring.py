@@ -10,6 +10,7 @@ from frictionlab.verbs.inputs import AnyScene, FilePath, is_recording_name, reco
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration
     from frictionlab.analysis.measurement import Measurement
+    from frictionlab.analysis.modes import Mode
     from frictionlab.logs.lines import Progress
     from frictionlab.recording import Recording
     from frictionlab.scene import Scene
@@ -173,6 +174,35 @@ def free_vibration(
     if not taps:
         raise refused[0]
     return tuple(sorted(taps, key=lambda tap: tap.start_s))
+
+
+def free_vibration_modes(
+    what: "Recording | FilePath", scene: AnyScene = None, **settings: object
+) -> "tuple[Mode, ...]":
+    """Natural frequency, damping ratio and shape of each mode of a frame of several masses, slowest first.
+
+    Parameters as of `free_vibration`; the recording holds ``mass_displacement``, ``mass_2_displacement`` and so on.
+
+    Raises
+    ------
+    AnalysisError
+        Fewer modes show than there are masses, or the motion is no free decay.
+    """
+    import numpy as np
+
+    from frictionlab.analysis.modes import modes
+    from frictionlab.recording import Recording
+
+    known = scene_given(scene, settings, ("log",))
+    recording = what if isinstance(what, Recording) else decay_of(Path(what), known)
+    part = max(recording.stretches(), key=len)
+    return modes(part.time, np.array([part.measured()[name] for name in masses_of(part)]))
+
+
+def masses_of(recording: "Recording") -> list[str]:
+    """The displacements of all masses, from mass 1 up."""
+    found = recording.measured()
+    return [name for name in ("mass_displacement", *(f"mass_{k}_displacement" for k in range(2, 100))) if name in found]
 
 
 def decay_of(path: Path, scene: "Scene") -> "Recording":

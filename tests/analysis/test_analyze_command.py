@@ -7,24 +7,20 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-import typer
 from typer.testing import CliRunner, Result
 
-from frictionlab.cli import errors_in_one_line
-from frictionlab.cli.analyze import analyze
+from frictionlab.cli import app
 from frictionlab.hdf5 import read_tree, write_recording
 from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import read_rows
 from tests.analysis.seen import NATURAL_HZ, recording_of, steady
 
-app = typer.Typer()
-app.command()(errors_in_one_line(analyze))
 HZ = ["--natural-frequency", str(NATURAL_HZ)]
 LATE = [*HZ, "--transient", "20"]
 
 
 def run(*words: object) -> Result:
-    return CliRunner().invoke(app, [str(word) for word in words])
+    return CliRunner().invoke(app, ["analyze", *(str(word) for word in words)])
 
 
 @pytest.fixture(scope="module")

@@ -5,18 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import typer
 from typer.testing import CliRunner
 
-from frictionlab.cli import errors_in_one_line
-from frictionlab.cli.free_vibration import free_vibration
+from frictionlab.cli import app
 from frictionlab.hdf5 import write_recording
 from frictionlab.recording import Recording
 from frictionlab.scene import read_scene
 from tests.analysis.test_free_vibration import HZ, RATE, decaying, viscous
-
-app = typer.Typer()
-app.command()(errors_in_one_line(free_vibration))
 
 
 @pytest.fixture
@@ -33,7 +28,7 @@ def decays(tmp_path: Path) -> list[str]:
 
 
 def test_each_decay_and_the_average_as_json(decays: list[str]) -> None:
-    result = CliRunner().invoke(app, [*decays, "--json"])
+    result = CliRunner().invoke(app, ["free-vibration", *decays, "--json"])
     rows = [json.loads(line) for line in result.stdout.splitlines()]
     assert result.exit_code == 0
     assert [row["source"] for row in rows] == decays
@@ -43,14 +38,14 @@ def test_each_decay_and_the_average_as_json(decays: list[str]) -> None:
 
 
 def test_a_snippet_to_paste(decays: list[str]) -> None:
-    result = CliRunner().invoke(app, decays)
+    result = CliRunner().invoke(app, ["free-vibration", *decays])
     assert result.exit_code == 0
     assert "[rig]\nnatural_frequency_hz = 3.12" in result.stdout
     assert "average of 3 taps" in result.stdout
 
 
 def test_what_it_prints_to_paste_is_a_scene(decays: list[str], tmp_path: Path) -> None:
-    shown = CliRunner().invoke(app, decays).stdout
+    shown = CliRunner().invoke(app, ["free-vibration", *decays]).stdout
     scene = tmp_path / "scene.toml"
     scene.write_text(shown[shown.index("[rig]") :])
     assert read_scene(scene).rig.natural_frequency_hz == pytest.approx(HZ, rel=1e-3)
@@ -66,7 +61,7 @@ def test_a_log_of_the_mass_alone_with_several_taps(tmp_path: Path) -> None:
     scene = tmp_path / "scene.toml"
     scene.write_text("[rig]\nmass_kg = 3.0\n[experiment]\nnormal_force_n = 2.0\n")
     files = ["--plot", str(tmp_path / "figures"), "-o", str(tmp_path / "taps.jsonl"), "--scene", str(scene)]
-    result = CliRunner().invoke(app, [str(log), "--json", *files])
+    result = CliRunner().invoke(app, ["free-vibration", str(log), "--json", *files])
     assert result.exit_code == 0, result.output
     row = json.loads(result.stdout)
     assert [tap["damping_ratio"] for tap in row["taps"]] == pytest.approx([0.0055] * 2, rel=0.01)
@@ -83,7 +78,7 @@ def test_driven_recordings_are_refused_by_name(tmp_path: Path) -> None:
     t = np.arange(5000) / RATE
     driven = Recording(t, 3e-3 * np.sin(2 * np.pi * 2.35 * t), 2e-3 * np.cos(2 * np.pi * 2.35 * t))
     write_recording(driven, tmp_path / "driven.h5")
-    result = CliRunner().invoke(app, [str(tmp_path / "driven.h5"), "--json"])
+    result = CliRunner().invoke(app, ["free-vibration", str(tmp_path / "driven.h5"), "--json"])
     assert result.exit_code == 1
     assert "driven motion" in json.loads(result.stdout)["reason"]
 
@@ -91,7 +86,7 @@ def test_driven_recordings_are_refused_by_name(tmp_path: Path) -> None:
 def test_a_log_without_a_decay_fails_and_the_others_go_on(decays: list[str], tmp_path: Path) -> None:
     bad = tmp_path / "flat.csv"
     bad.write_text("time [s],mass [mm],base [mm]\n" + "".join(f"{i / 100},{1.0},{0.0}\n" for i in range(500)))
-    result = CliRunner().invoke(app, [str(bad), decays[0], "--json"])
+    result = CliRunner().invoke(app, ["free-vibration", str(bad), decays[0], "--json"])
     rows = [json.loads(line) for line in result.stdout.splitlines()]
     assert result.exit_code == 1
     assert rows[0]["status"] == "failed"
