@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from frictionlab.errors import OutputError, SceneError
+from frictionlab.logs import LogOptions, read_log
 from frictionlab.scene import Scene, read_scene, scene_from_tables
 from frictionlab.simulator import Problem, observe, steady_state
 from frictionlab.synthetic import cycle_friction_ratios, log_text, motion, synthesize, virtual_tests
@@ -259,3 +260,35 @@ def test_the_scene_of_mixed_laws_says_the_law_of_each_material(tmp_path: Path) -
         )
         seen = observe(steady_state(problem))
         assert known["energy_per_cycle"] == pytest.approx(seen.energy_per_cycle, rel=1e-9)
+
+
+def test_further_channels_are_those_of_the_motion_and_are_read_again(tmp_path: Path) -> None:
+    """Force times way is the friction's work of the truth; velocity and acceleration integrate to the way."""
+    rates = [f"{place}_{rate}" for place in ("mass", "base") for rate in ("velocity", "acceleration")]
+    names = ["contact_force", "normal_force", *rates]
+    still = {"channels": names, "channel_noise": 0.0, "noise_m": 0.0, "step_m": 0.0, "sampling_rate_hz": 2000.0}
+    law: Tables = {"law": "coulomb+place", "parameters": {"gradient": 0.05}}
+    (test,) = synthesize(scene_of(law, **still), tmp_path)
+    (truth,) = map(json.loads, (tmp_path / "truth.jsonl").read_text().splitlines())
+    log = read_log(tmp_path / test.log, LogOptions())
+    assert {channel.name for channel in log.channels} == set(names)
+    assert np.trapezoid(log.contact_force, log.mass_displacement) == pytest.approx(
+        truth["total_friction_energy"] * 1200.0 * 1.8e-3**2, rel=2e-3
+    )
+    np.testing.assert_allclose(log.normal_force, 1.25)
+    for place, tolerance in (("mass", 1e-2), ("base", 1e-5)):  # the mass's friction turns between two samples
+        way, velocity, acceleration = (
+            getattr(log, f"{place}_{kind}") for kind in ("displacement", "velocity", "acceleration")
+        )
+        for rate, of in ((velocity, way), (acceleration, velocity)):
+            back = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(log.time))])
+            assert np.abs(of - of[0] - back).max() < tolerance * np.abs(of).max()
+
+
+def test_noise_of_a_further_channel_is_a_share_of_it() -> None:
+    scenes = [scene_of(channels=["contact_force"], channel_noise=noise) for noise in (0.0, 0.02)]
+    (test,) = virtual_tests(scenes[0])
+    clean, noisy = (samples(log_text(test, scene))[:, 3] for scene in scenes)
+    assert np.std(noisy - clean) == pytest.approx(0.02 * np.sqrt(np.mean(clean**2)), rel=0.05)
+    with pytest.raises(SceneError, match=r"start = 'steady' needs a plain sine; got base .*, channels contact_force"):
+        log_text(test, scene_of(channels=["contact_force"], start="steady"))

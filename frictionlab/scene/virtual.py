@@ -117,6 +117,11 @@ class VirtualTests(Table):
         return self
 
 
+VirtualChannel = Literal[
+    "contact_force", "normal_force", "mass_velocity", "base_velocity", "mass_acceleration", "base_acceleration"
+]
+
+
 class Synthetic(Table):
     """``[synthetic]``: a virtual rig watched by two virtual lasers."""
 
@@ -132,6 +137,10 @@ class Synthetic(Table):
     """Noise of each sensor, rms."""
     step_m: NonNegative = 1.02 * 0.05 / 65520
     """Smallest step of the sensors (optoNCDT 1420 at 50 mm measuring range: 0.778 um)."""
+    channels: list[VirtualChannel] = Field(default=[])
+    """What is measured beside the two displacements: ["contact_force", "normal_force", "mass_velocity", ...]."""
+    channel_noise: NonNegative = 1e-3
+    """Noise of each further channel, rms over its own rms."""
     start: Literal["rest", "steady"] = "rest"
     """"rest", or "steady": from the steady state."""
     bases: list[VirtualBase] = Field(default=[])

@@ -5,12 +5,11 @@ Nothing here is measured, and every log says so in its first lines.
 
 - ``rig``: what each test is
 - ``base``: how the base moves: sine, sweep, random, as recorded; a motor that starts up and wanders
-- ``friction``: what changes while a test runs; ``driven``: the mass under a base that is no plain sine
-- ``motion``: how the mass moves; ``truth``: what is true of it; ``write``: logs and truth into files
+- ``motion``: how the mass moves, what changes while a test runs, and channels beyond the two displacements
+- ``truth``: what is true of it; ``write``: logs and truth into files
 """
 
-from frictionlab.synthetic.friction import cycle_friction_ratios
-from frictionlab.synthetic.motion import driven, motion
+from frictionlab.synthetic.motion import cycle_friction_ratios, driven, motion
 from frictionlab.synthetic.rig import VirtualTest, virtual_tests
 from frictionlab.synthetic.truth import truth
 from frictionlab.synthetic.write import is_synthetic, is_truth, log_text, synthesize

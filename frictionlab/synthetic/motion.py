@@ -1,20 +1,38 @@
 """How the mass of a virtual test moves: from rest or steadily, cycle by cycle, under a plain sine or any other base."""
 
 import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from frictionlab.errors import SceneError
 from frictionlab.scene import Scene
-from frictionlab.simulator import Motion, simulate, steady_state
-from frictionlab.synthetic.base import FINE, base_motion, highest_hz
-from frictionlab.synthetic.driven import Driven, drive
-from frictionlab.synthetic.friction import cycle_friction_ratios
+from frictionlab.simulator import Motion, Problem, simulate, steady_state
+from frictionlab.simulator.record import BaseRecord, Response, respond
+from frictionlab.synthetic.base import FINE, base_motion, highest_hz, wander
 from frictionlab.synthetic.rig import VirtualTest
 
 FloatArray = NDArray[np.float64]
+HOUR = 3600.0
 PHASES = 64  # points per cycle of the true irregularity
+
+
+def cycle_friction_ratios(test: VirtualTest, scene: Scene) -> FloatArray:
+    """Friction ratio of each cycle: drift, jump, scatter and wandering as the test's material has them; (cycles,)."""
+    cycles = math.ceil(test.duration_s * test.drive_frequency_hz)
+    start = np.arange(cycles) / test.drive_frequency_hz
+    factor = 1 + test.friction_drift_per_hour * start / HOUR
+    if test.jump_s is not None:
+        factor = np.where(start >= test.jump_s, test.jump_factor, 1.0) * factor
+    if test.friction_scatter:
+        factor = factor * (1 + test.friction_scatter * test.draws(scene, "friction").standard_normal(cycles))
+    if test.friction_wander:
+        step, draws = 1.0 / test.drive_frequency_hz, test.draws(scene, "friction over time")
+        factor = factor * (1 + wander(cycles, step, test.friction_wander, test.friction_wander_s or HOUR, draws))
+    return test.friction_ratio * np.maximum(factor, 0.0)
 
 
 def sample_times(test: VirtualTest, scene: Scene) -> FloatArray:
@@ -57,6 +75,68 @@ def _steady_orbit(test: VirtualTest) -> tuple[Motion, float]:
     return state.orbit, 2 * math.pi * state.period_cycles
 
 
+@dataclass(frozen=True)
+class Driven:
+    """A motion, over Y, at even times; its parts are those of one friction ratio each.
+
+    ``time`` (n,) tau = omega_n t; ``base`` and ``displacement`` (n,) over Y, ``velocity`` (n,) of the mass over
+    omega_n Y, ``force`` (n,) of the contact over k Y.
+    """
+
+    time: FloatArray
+    base: FloatArray
+    displacement: FloatArray
+    velocity: FloatArray
+    force: FloatArray
+    parts: Sequence[Response]
+
+    def totals(self, amplitude_m: float, omega: float, stiffness: float) -> dict[str, object]:
+        """What is true of the whole motion."""
+        energy = sum(part.energy for part in self.parts)
+        base = np.concatenate([part.base.values for part in self.parts])
+        return {
+            "base_largest_m": amplitude_m * float(np.abs(base).max()),
+            "base_rms_m": amplitude_m * float(np.std(base)),
+            "total_energy": energy,
+            "total_energy_j": energy * stiffness * amplitude_m**2,
+            "total_friction_energy": sum(part.friction_energy for part in self.parts),
+            "total_path": sum(part.path for part in self.parts),
+            "total_stops": sum(part.stops for part in self.parts),
+            "total_time_stuck_s": sum(part.time_stuck for part in self.parts) / omega,
+            "peak_displacement": max(part.peaks["displacement"] for part in self.parts),
+        }
+
+
+def drive(
+    problem_of: Callable[[float], Problem], betas: FloatArray, length: float, tau: FloatArray, base: FloatArray
+) -> Driven:
+    """Return the motion from rest under a sampled base; friction has one value for so long, then the next.
+
+    Parameters
+    ----------
+    problem_of : callable
+        The problem with a friction ratio, its time counted in omega_n t.
+    betas : ndarray of shape (m,)
+        Friction ratios, one after the other; one alone stays.
+    length : float
+        Of each, rad.
+    tau, base : ndarray of shape (n,)
+        Times, rad, and displacement of the base over Y; its zero is where the spring is relaxed.
+    """
+    ends = np.searchsorted(tau, length * np.arange(1, len(betas))).tolist() if len(betas) > 1 else []
+    x, v, first = 0.0, 0.0, 0
+    motion, parts = np.zeros((3, len(tau))), []
+    for beta, end in zip(betas.tolist(), [*ends, len(tau) - 1], strict=True):
+        if end - first < 1:
+            continue
+        part = slice(first, end + 1)
+        record = BaseRecord(tau[part], base[part], rest=0.0, scale=1.0)
+        parts.append(respond(problem_of(beta), record, x0=x, v0=v))
+        motion[:, part] = parts[-1].displacement, parts[-1].velocity, parts[-1].contact_force
+        x, v, first = float(parts[-1].displacement[-1]), float(parts[-1].velocity[-1]), end
+    return Driven(tau, base, motion[0], motion[1], motion[2], tuple(parts))
+
+
 def driven(test: VirtualTest, scene: Scene) -> tuple[Driven, int, FloatArray]:
     """The motion under a base that is no plain sine; which of its times are the log's; the base (m) at all of them.
 
@@ -68,6 +148,7 @@ def driven(test: VirtualTest, scene: Scene) -> tuple[Driven, int, FloatArray]:
     if scene.synthetic.start == "steady":
         raise SceneError(
             f"synthetic.tests: {test.log}: start = 'steady' needs a plain sine; got base {test.base.name!r}"
+            + (f", channels {', '.join(scene.synthetic.channels)}" if scene.synthetic.channels else "")
         )
     rate = scene.synthetic.sampling_rate_hz
     top = max(highest_hz(test.base, test.drive_frequency_hz), test.natural_frequency_hz)
@@ -86,6 +167,27 @@ def driven(test: VirtualTest, scene: Scene) -> tuple[Driven, int, FloatArray]:
         base / test.base_amplitude_m,
     )
     return run, every, base
+
+
+def channels(test: VirtualTest, scene: Scene, run: Driven) -> dict[str, FloatArray]:
+    """The further channels of a log, in SI, at all times of a motion, before any sensor.
+
+    The mass's acceleration is that of its equation of motion, (2.9) in the frame's time:
+    ``x'' = y - x + 2 zeta (y' - x') - n``.
+    """
+    omega = 2 * math.pi * test.natural_frequency_hz
+    spline = CubicSpline(run.time, run.base)
+    base_rate = spline(run.time, 1)
+    pull = run.base - run.displacement + 2.0 * test.damping_ratio * (base_rate - run.velocity)
+    known = {
+        "contact_force": test.stiffness_n_per_m * test.base_amplitude_m * run.force,
+        "normal_force": np.full(len(run.time), test.normal_force_n),
+        "mass_velocity": test.base_amplitude_m * omega * run.velocity,
+        "base_velocity": test.base_amplitude_m * omega * base_rate,
+        "mass_acceleration": test.base_amplitude_m * omega**2 * (pull - run.force),
+        "base_acceleration": test.base_amplitude_m * omega**2 * spline(run.time, 2),
+    }
+    return {name: known[name] for name in scene.synthetic.channels}
 
 
 def phase_times(test: VirtualTest, transient: float) -> FloatArray:

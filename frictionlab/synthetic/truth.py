@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.simulator import observe, steady_state
-from frictionlab.synthetic.friction import HOUR
+from frictionlab.synthetic.motion import HOUR
 from frictionlab.synthetic.rig import VirtualTest
 
 FloatArray = NDArray[np.float64]

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +10,16 @@ from numpy.typing import NDArray
 
 from frictionlab.files import check_replaceable, make_folder, write_whole
 from frictionlab.scene import Scene
-from frictionlab.synthetic.friction import cycle_friction_ratios
-from frictionlab.synthetic.motion import driven, motion, motion_at, phase_times, plain_base, sample_times
+from frictionlab.synthetic.motion import (
+    channels,
+    cycle_friction_ratios,
+    driven,
+    motion,
+    motion_at,
+    phase_times,
+    plain_base,
+    sample_times,
+)
 from frictionlab.synthetic.rig import VirtualTest, virtual_tests
 from frictionlab.synthetic.truth import energy_slope, irregularity_index, truth, twelve_digits
 
@@ -22,8 +30,17 @@ _FIRST = ("log", "material", "normal_force_n", "frequency_ratio", "friction_rati
 PREAMBLE = (
     "# SYNTHETIC: simulated by frictionlab, not measured\n"
     "# material {material}, normal force {force:g} N, {motion}; its truth is in truth.jsonl\n"
-    "time [s],mass [mm],base [mm]\n"
+    "{columns}\n"
 )
+HEADS = {
+    "contact_force": "friction force [N]",
+    "normal_force": "normal force [N]",
+    "mass_velocity": "mass velocity [m/s]",
+    "base_velocity": "base velocity [m/s]",
+    "mass_acceleration": "mass acceleration [m/s^2]",
+    "base_acceleration": "base acceleration [m/s^2]",
+}
+"""Channel -> the head of its column."""
 
 
 def synthesize(scene: Scene, folder: Path) -> Iterator[VirtualTest]:
@@ -81,15 +98,20 @@ def is_synthetic(log: Path) -> bool:
 
 def log_text(test: VirtualTest, scene: Scene) -> str:
     """The log of one test: preamble, header, one line per sample; time in s, displacements in mm."""
-    if not test.base.is_plain:
+    if _needs_record(test, scene):
         return _driven_log(test, scene)[0]
     time = sample_times(test, scene)
     return _lines(test, scene, time, motion(test, time, scene), plain_base(test, time))
 
 
+def _needs_record(test: VirtualTest, scene: Scene) -> bool:
+    """Whether a test is simulated as a response to a sampled base: that is no sine, or more than lasers watch it."""
+    return bool(scene.synthetic.channels) or not test.base.is_plain
+
+
 def _log_and_behaviour(test: VirtualTest, scene: Scene) -> tuple[str, dict[str, object]]:
     """The log of one test, and what is true of it beyond `truth` where its friction or its base changes."""
-    if not test.base.is_plain:
+    if _needs_record(test, scene):
         return _driven_log(test, scene)
     if test.is_plain_coulomb:
         return log_text(test, scene), {}
@@ -117,18 +139,30 @@ def _driven_log(test: VirtualTest, scene: Scene) -> tuple[str, dict[str, object]
     omega = 2 * math.pi * test.natural_frequency_hz
     totals = run.totals(test.base_amplitude_m, omega, test.stiffness_n_per_m)
     told = {key: twelve_digits(value) for key, value in totals.items()}
-    return _lines(test, scene, time, mass, base[::every]), told | _over_time(test, scene)
+    more = {name: values[::every] for name, values in channels(test, scene, run).items()}
+    return _lines(test, scene, time, mass, base[::every], more), told | _over_time(test, scene)
 
 
-def _lines(test: VirtualTest, scene: Scene, time: FloatArray, mass: FloatArray, base: FloatArray) -> str:
-    """The text of a log: ``time`` (n,) s, ``mass`` and ``base`` (n,) m before any sensor."""
-    synthetic = scene.synthetic
-    noise = test.draws(scene, "noise")
-    seen = [_through_laser(signal, synthetic.noise_m, synthetic.step_m, noise) for signal in (mass, base)]
-    table = np.column_stack([time, *(MILLIMETRES * signal for signal in seen)])
+def _lines(
+    test: VirtualTest,
+    scene: Scene,
+    time: FloatArray,
+    mass: FloatArray,
+    base: FloatArray,
+    more: Mapping[str, FloatArray] | None = None,
+) -> str:
+    """The text of a log: ``time`` (n,) s, ``mass`` and ``base`` (n,) m and further channels before any sensor."""
+    synthetic, others = scene.synthetic, more or {}
+    noise, further = test.draws(scene, "noise"), test.draws(scene, "channels")
+    seen = [MILLIMETRES * _through_laser(one, synthetic.noise_m, synthetic.step_m, noise) for one in (mass, base)]
+    for values in others.values():
+        rms = synthetic.channel_noise * float(np.sqrt(np.mean(values**2)))
+        seen.append(values + rms * further.standard_normal(len(values)))
     words = f"r {test.frequency_ratio:g}" if test.is_periodic else f"base {test.base.motion}"
-    head = PREAMBLE.format(material=test.material, force=test.normal_force_n, motion=words)
-    return head + ("%.6f,%.6f,%.6f\n" * len(time)) % tuple(table.ravel().tolist())
+    columns = ",".join(["time [s]", "mass [mm]", "base [mm]", *(HEADS[name] for name in others)])
+    head = PREAMBLE.format(material=test.material, force=test.normal_force_n, motion=words, columns=columns)
+    line = "%.6f,%.6f,%.6f" + ",%.9g" * len(others) + "\n"
+    return head + (line * len(time)) % tuple(np.column_stack([time, *seen]).ravel().tolist())
 
 
 def _through_laser(signal: FloatArray, noise: float, step: float, generator: np.random.Generator) -> FloatArray:
