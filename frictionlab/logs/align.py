@@ -60,16 +60,19 @@ def align(mass: Sensor, base: Sensor, options: LogOptions, *, one_clock: bool = 
     options
         ``lag_s``, ``lag_s_u`` and ``clock_drift`` where they are known.
     one_clock
-        Whether both have stamps of one clock (columns of one file): there is neither lag nor drift to find.
+        Whether both have stamps of one clock (columns of one file): there is neither lag nor drift to find. Two logs
+        whose stamps are equal share one too.
 
     Raises
     ------
     LogError
         If the two logs have less than two samples in common.
     """
+    same_stamps = not one_clock and _same_stamps(mass, base, options)
+    one_clock = one_clock or same_stamps
     if one_clock:
         options = replace(options, lag_s=options.lag_s or 0.0, clock_drift=options.clock_drift or 0.0)
-    relation = _relation(mass, base, options)
+    relation = _Relation("equal stamps", 0.0, 0.0) if same_stamps else _relation(mass, base, options)
     if options.lag_s_u is not None:
         relation = replace(relation, uncertainty=options.lag_s_u)
     moved = base[0].time - relation.lag
@@ -106,14 +109,15 @@ def _relation(mass: Sensor, base: Sensor, options: LogOptions) -> _Relation:
     said = (
         f"the logs have no common clock: the lag of {lag:.6g} s is where the two motions resemble each other most, "
         f"which cannot be told from their mechanical phase (uncertain by {spread:.3g} s): give --lag if it is known"
-        f"{_alike(mass[0].time, base[0].time)}"
     )
     return _Relation("estimated from the motions", lag, spread, (said,))
 
 
-def _alike(mass: NDArray[np.float64], base: NDArray[np.float64]) -> str:
-    """What two logs of the same stamps suggest; two clocks that were started apart may have them too."""
-    return "; both logs have the same stamps: --lag 0 if one clock made them" if np.array_equal(mass, base) else ""
+def _same_stamps(mass: Sensor, base: Sensor, options: LogOptions) -> bool:
+    """Whether two logs without absolute time have the same stamps, as written: one clock made them."""
+    written = mass[1].stamps is not None and base[1].stamps is not None and options.lag_s is None
+    no_start = mass[1].start_s is None or base[1].start_s is None
+    return written and no_start and np.array_equal(mass[0].time, base[0].time)
 
 
 def _drift(mass: Sensor, moved: NDArray[np.float64], base: Sensed, known: float | None, *, absolute: bool) -> Drift:

@@ -25,6 +25,7 @@ from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, qua
 _ACCELERATION = re.compile(
     r"(.*[\W_])?(acc|accel|acceleration|accelerometer|beschleunigung)([\W_\d].*)?", re.IGNORECASE
 )
+_SENTINELS = (9999.0, 99999.0, 999999.0, 9999.9, 9999.99, 999.99)
 _DISPLACEMENTS = ("mass", "base", "relative")
 
 
@@ -267,6 +268,7 @@ def _without_stray(table: LogTable, base: TimeBase) -> LogTable:
 def _displacement(table: LogTable, role: str, options: LogOptions) -> Sensed:
     """A displacement in metres: by its calibration, its unit, or the step that shows which laser it is."""
     column, values = table.columns[role], table.values.pop(role)
+    missing = _without_sentinels(values, role)
     per_volt = {"mass": options.mass_metres_per_volt, "base": options.base_metres_per_volt}.get(role)
     if per_volt is not None:
         if column.unit and column.unit not in VOLTS:
@@ -275,8 +277,11 @@ def _displacement(table: LogTable, role: str, options: LogOptions) -> Sensed:
                 "[log]"
             )
         offset = options.mass_offset_m if role == "mass" else options.base_offset_m
-        return examine(values * (per_volt / VOLTS.get(column.unit, 1.0)) + offset, role, options.measuring_range_m)
-    unit, warnings = options.unit or column.unit, []
+        metres = values * (per_volt / VOLTS.get(column.unit, 1.0)) + offset
+        sensed = examine(metres, role, options.measuring_range_m)
+        sensed.warnings[:0] = missing
+        return sensed
+    unit, warnings = options.unit or column.unit, missing
     as_said = options.unit is not None and column.unit in VOLTS  # whoever names them in mm knows their sensor
     wrong = next((u for u in (unit, column.unit) if u and u not in LENGTH and not (as_said and u in VOLTS)), "")
     if wrong:
@@ -319,9 +324,31 @@ def _remedy(unit: str, role: str) -> str:
     return f"take another column by --{role}"
 
 
+def _without_sentinels(values: NDArray[np.float64], role: str) -> list[str]:
+    """Make nan of the numbers by which loggers say "no value" (9999, -9999 ...), where all others are far from them.
+
+    Examples
+    --------
+    >>> values = np.array([1.5, 9999.0, 2.5])
+    >>> _without_sentinels(values, "mass"), values.tolist()
+    (['mass: 1 values of 9999 say that there is none'], [1.5, nan, 2.5])
+    """
+    said = []
+    for extreme in (float(np.nanmax(values, initial=-np.inf)), float(np.nanmin(values, initial=np.inf))):
+        if abs(extreme) not in _SENTINELS:
+            continue
+        none = values == extreme
+        rest = values[~none & np.isfinite(values)]
+        if len(rest) and np.abs(rest).max() < 0.5 * abs(extreme):
+            values[none] = np.nan
+            said.append(f"{role}: {np.count_nonzero(none)} values of {extreme:g} say that there is none")
+    return said
+
+
 def _further(table: LogTable, name: str, options: LogOptions) -> Sensed:
     """A further channel in its SI unit, from the unit of its column or the one that ``units`` says."""
     column, values = table.columns[name], table.values.pop(name)
+    missing = _without_sentinels(values, name)
     quantity = quantity_named(name)
     said, per_volt = options.unit_of(name)
     unit = said or column.unit or (options.unit or "" if quantity == "displacement" else "")
@@ -345,6 +372,7 @@ def _further(table: LogTable, name: str, options: LogOptions) -> Sensed:
         values = values * (per_volt / VOLTS.get(column.unit, 1.0))
     sensed = Sensed(to_si(values, unit), np.zeros(len(values), np.uint8))
     sensed.quality[np.isnan(sensed.values)] |= np.uint8(Quality.NO_VALUE)
+    sensed.warnings += missing
     if said and per_volt is None and column.unit and column.unit != said:
         sensed.warnings.append(f"{name}: the log says {column.unit}, the options say {said}: {said} is taken")
     return sensed

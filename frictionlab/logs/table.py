@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
-from frictionlab.logs.binary import Sheet, read_binary
+from frictionlab.logs.binary import read_binary
+from frictionlab.logs.binary.sheet import Sheet
 from frictionlab.logs.body import KEEP, Body, Lines, Reader, Shape, runs
 from frictionlab.logs.cells import decimals, number
 from frictionlab.logs.columns import Beginning, LogColumn, assign, columns_of, possible
@@ -95,7 +96,7 @@ def read_table(
     LogError
         If the log cannot be read, its columns cannot be told, or too much of it is damaged.
     """
-    sheet = read_binary(path)
+    sheet = read_binary(path, options)
     if sheet is not None:
         return _table_of(sheet, path, options, roles, further=further)
     head = read_head(path, options.encoding)
@@ -198,13 +199,13 @@ def _roles(columns: dict[str, LogColumn]) -> list[str]:
 
 def layout_in(path: Path, options: LogOptions) -> Layout:
     """Say where things stand in a log, text or binary."""
-    sheet = read_binary(path)
+    sheet = read_binary(path, options)
     return find_layout(read_head(path, options.encoding), options) if sheet is None else layout_of_sheet(sheet)
 
 
 def displacements(path: Path, options: LogOptions) -> list[LogColumn]:
     """Columns of a log that may hold a displacement: in a length or in no unit (any, where one is given), no time."""
-    sheet = read_binary(path)
+    sheet = read_binary(path, options)
     if sheet is not None:
         return possible(layout_of_sheet(sheet), options, _beginning_of_sheet(sheet), path.name)
     head = read_head(path, options.encoding)

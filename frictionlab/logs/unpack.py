@@ -15,8 +15,8 @@ from io import BufferedReader
 from typing import Any, Protocol
 
 from frictionlab.errors import LogError
+from frictionlab.logs.binary import refuse_by_name
 from frictionlab.logs.binary.excel import is_workbook, rows_as_text
-from frictionlab.logs.binary.refused import refuse_by_name
 
 BLOCK = 1 << 22
 MOST_EXPANSION = 200

@@ -4,6 +4,7 @@ import bz2
 import contextlib
 import gzip
 import io
+import json
 import lzma
 import zipfile
 from collections.abc import Callable
@@ -154,7 +155,7 @@ def test_a_matrix_has_a_column_for_each_channel(tmp_path: Path) -> None:
 
 def test_matlab_that_holds_no_vectors_is_named(tmp_path: Path) -> None:
     path = matlab(tmp_path / "log.mat", "5", note="steel on brass")
-    with pytest.raises(LogError, match=r"got note \(char\): tables, timetables"):
+    with pytest.raises(LogError, match=r"got note \(char\): save the columns of tables"):
         read_log(path)
     path.write_bytes(path.read_bytes()[:150])
     with pytest.raises(LogError, match=r"damaged|expected vectors|empty"):
@@ -239,7 +240,7 @@ def test_tdms_without_its_library_says_what_to_install(tmp_path: Path, monkeypat
     (tmp_path / "log.tdms").write_bytes(b"TDSm" + bytes(100))
     with pytest.raises(LogError, match="a damaged tdms file"):
         read_log(tmp_path / "log.tdms")
-    monkeypatch.setattr("frictionlab.logs.binary.tdms.find_spec", lambda _: None)
+    monkeypatch.setattr("frictionlab.logs.binary.tables.find_spec", lambda _: None)
     with pytest.raises(LogError, match=r"needs npTDMS: pip install npTDMS"):
         read_log(tmp_path / "log.tdms")
 
@@ -304,3 +305,62 @@ def test_damaged_binary_logs_are_read_or_refused_in_words(kind: str, tmp_path: P
         path.write_bytes(damaged(raw, generator))
         with contextlib.suppress(LogError):
             assert len(read_log(path, LogOptions(unit="mm"))) > 1
+
+
+CONTENT: dict[str, object] = {"t": T, "mass [mm]": X, "base [mm]": Y}
+ROWS = [{"t": t, "mass [mm]": x, "base [mm]": y} for t, x, y in zip(T.tolist(), X.tolist(), Y.tolist(), strict=True)]
+LISTS = {name: np.asarray(values).tolist() for name, values in CONTENT.items()}
+
+
+@pytest.mark.parametrize(
+    ("content", "options"),
+    [
+        (LISTS, LogOptions()),
+        (ROWS, LogOptions()),
+        ({"data": ROWS}, LogOptions()),
+        ({"columns": list(LISTS), "data": np.column_stack(list(CONTENT.values())).tolist()}, LogOptions()),  # type: ignore[arg-type]
+        ({"run": LISTS, "note": "x"}, LogOptions(variable="run")),
+        ([LISTS, LISTS], LogOptions(test=2)),
+        ({"a": LISTS, "b": LISTS}, LogOptions(test="1")),
+        (
+            {"t": LISTS["t"], "x": LISTS["mass [mm]"], "y": LISTS["base [mm]"], "units": {"x": "mm", "y": "mm"}},
+            LogOptions(),
+        ),
+    ],
+)
+def test_json_of_any_shape_is_the_log(content: object, options: LogOptions, tmp_path: Path) -> None:
+    (tmp_path / "log.json").write_text(json.dumps(content))
+    assert_is_the_log(read_log(tmp_path / "log.json", options))
+
+
+def test_arrays_of_numpy_are_the_log(tmp_path: Path) -> None:
+    np.savez(tmp_path / "log.npz", t=T, x=X, y=Y)
+    assert_is_the_log(read_log(tmp_path / "log.npz", LogOptions(unit="mm")))
+    np.save(tmp_path / "log.npy", np.column_stack([T, X, Y]))
+    assert_is_the_log(read_log(tmp_path / "log.npy", LogOptions(unit="mm", time=1, mass=2, base=3)))
+    table = np.array(list(zip(T, X, Y, strict=True)), dtype=[("t", "f8"), ("x", "f8"), ("y", "f8")])
+    np.save(tmp_path / "table.npy", table)
+    assert_is_the_log(read_log(tmp_path / "table.npy", LogOptions(unit="mm")))
+    np.save(tmp_path / "one.npy", X)
+    alone = read_log(tmp_path / "one.npy", LogOptions(unit="mm", sampling_rate_hz=100.0))
+    assert list(alone.measured()) == ["mass_displacement"]
+    np.save(tmp_path / "bad.npy", np.array([{}], dtype=object), allow_pickle=True)
+    with pytest.raises(LogError, match="a damaged numpy file"):
+        read_log(tmp_path / "bad.npy")
+
+
+def test_cells_and_structures_of_matlab_are_tests(tmp_path: Path) -> None:
+    cells = {name: np.empty(2, dtype=object) for name in ("t", "x", "y")}
+    for name, values in (("t", T), ("x", X), ("y", Y)):
+        cells[name][0], cells[name][1] = values[:150], values
+    path = matlab(tmp_path / "log.mat", "5", **cells)
+    with pytest.raises(LogError, match=r"holds 2 tests: which one\? give --test 1 to --test 2"):
+        read_log(path, LogOptions(unit="mm"))
+    assert_is_the_log(read_log(path, LogOptions(unit="mm", test=2)))
+    assert len(read_log(path, LogOptions(unit="mm", test=1))) == 150
+    with pytest.raises(LogError, match="--test 3: expected one of 1 to 2"):
+        read_log(path, LogOptions(unit="mm", test=3))
+    path = matlab(tmp_path / "two.mat", "5", first={"t": T, "x": X, "y": Y}, second={"p": T})
+    assert_is_the_log(read_log(path, LogOptions(unit="mm", variable="first")))
+    with pytest.raises(LogError, match="--variable 'third': expected one of first, second"):
+        read_log(path, LogOptions(variable="third"))
