@@ -64,14 +64,34 @@ def draw_spectrum(measurement: Measurement, ax: Axes) -> Axes:
     return ax
 
 
+def draw_force(measurement: Measurement, ax: Axes, *, over_speed: bool) -> Axes:
+    """The force that a load cell measured over the mean cycle, over displacement or speed of the mass."""
+    cycle, unit = measurement.cycle, 1e3 * measurement.base_amplitude_m
+    if cycle.force is None:
+        return ax
+    speed = 2.0 * np.pi * measurement.drive_frequency_hz * cycle.mass_velocity
+    way = unit * (speed if over_speed else cycle.mass_smooth)
+    ax.plot(np.append(way, way[:1]), np.append(cycle.force, cycle.force[:1]), color=MEASURED)
+    ax.set(xlabel="speed of the mass [mm/s]" if over_speed else "displacement of the mass [mm]")
+    ax.set(ylabel="measured force [N]")
+    return ax
+
+
 def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
-    """All three, with the numbers above each; ``name`` stands above them."""
+    """Response, spectrum, loops and a measured force, with the numbers above each; ``name`` stands above them."""
     with look():
-        figure = new_figure(PAGE, 5.2)
-        grid = figure.add_gridspec(2, 2, width_ratios=(1.35, 1.0))
+        force = measurement.cycle.force is not None
+        figure = new_figure(PAGE, 7.4 if force else 5.2)
+        grid = figure.add_gridspec(3 if force else 2, 2, width_ratios=(1.35, 1.0))
         draw_response(measurement, figure.add_subplot(grid[0, :])).set_title(_response_title(measurement))
         draw_spectrum(measurement, figure.add_subplot(grid[1, 0])).set_title(_spectrum_title(measurement))
-        draw_loops(measurement, figure.add_subplot(grid[1, 1])).set_title(_loop_title(measurement))
+        draw_loops(measurement, figure.add_subplot(grid[1, 1])).set_title(
+            f"energy {measurement.energy} kY² ({measurement.energy_rule})"
+        )
+        if force:
+            over_speed = draw_force(measurement, figure.add_subplot(grid[2, 0]), over_speed=True)
+            over_speed.set_title(f"friction force {measurement.measured_force} N")
+            draw_force(measurement, figure.add_subplot(grid[2, 1]), over_speed=False)
         headline(figure, name or measurement.source)
         caution(figure, measurement.warnings)
         return figure
@@ -79,18 +99,14 @@ def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
 
 def _response_title(m: Measurement) -> str:
     return (
-        f"{m.regime}, {m.stops_per_cycle:.3g} stops a cycle   amplitude {m.response_amplitude:.5g} ±"
-        f" {m.response_amplitude_se:.1g} Y   irregularity {_known(m.irregularity_index)}"
+        f"{m.regime}, {m.stops_per_cycle:.3g} stops a cycle   amplitude {m.amplitude} Y"
+        f"   irregularity {_known(m.irregularity_index)}"
     )
 
 
 def _spectrum_title(m: Measurement) -> str:
     ratio = "r unknown" if m.frequency_ratio is None else f"r = {m.frequency_ratio:.6g}"
     return f"{ratio}   Y = {1e3 * m.base_amplitude_m:.4g} mm   distortion {100 * m.base_distortion:.2g} %"
-
-
-def _loop_title(m: Measurement) -> str:
-    return f"energy {m.energy_per_cycle:.5g} ± {m.energy_per_cycle_se:.1g} kY² ({m.energy_rule})"
 
 
 def _known(value: float | None) -> str:
