@@ -81,6 +81,8 @@ class Command(TyperCommand):
         """Read the options; refuse what stands for nothing, and what is no number to a person."""
         ctx.meta[_ALL] = "--help-all" in args
         args = ["--help" if word == "--help-all" else _new_name(word) for word in args]
+        if any("--contact-force" in param.opts for param in self.get_params(ctx)):
+            args = _with_force_column(args)
         if "" in args and not ctx.resilient_parsing:
             before = args[args.index("") - 1] if args.index("") else ""
             raise typer.BadParameter(
@@ -104,6 +106,16 @@ class Command(TyperCommand):
             is_number = is_option and param.bare_type() in ("int", "float")
             if is_number and isinstance(said, str) and (not said.isascii() or "_" in said):
                 raise typer.BadParameter(f"expected a number; got {said!r}", ctx=ctx, param=param)
+
+
+def _with_force_column(args: list[str]) -> list[str]:
+    """``--force COLUMN`` names the column of a force, where what follows is no file; alone it replaces an output."""
+    found = list(args)
+    for i, (word, following) in enumerate(zip(args, [*args[1:], "-"], strict=True)):
+        is_column = not following.startswith("-") and not Path(following).suffix and not Path(following).exists()
+        if word.startswith("--force=") or (word == "--force" and is_column):
+            found[i] = word.replace("--force", "--contact-force", 1)
+    return found
 
 
 def _new_name(word: str) -> str:

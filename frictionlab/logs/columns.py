@@ -191,10 +191,12 @@ def assign(
     if layout.time_of:
         times = set(layout.time_of.values())
         columns = [c for c in columns if c.index not in times or c in found.values()]
-    alone = bool(more) or (further and options.sampling_rate_hz is not None and len(columns) == 1)
-    found = _with_displacements(columns, found, options, roles, file, alone=alone)
+    lone = further and options.sampling_rate_hz is not None and len(columns) == 1
+    # beside other channels, a bare number is a length only where its name says whose
+    sure = [c for c in columns if not more or c.unit in LENGTH or candidates([c], "mass") or candidates([c], "base")]
+    found = _with_displacements(sure, found, options, roles, file, alone=bool(more) or lone)
     found = {role: layout.columns[column.index] for role, column in found.items()}
-    return (_with_own_times(layout, found, roles) if layout.time_of else found) | more, warnings
+    return _with_own_times(layout, found | more, roles) if layout.time_of else found | more, warnings
 
 
 def _further(
@@ -296,12 +298,12 @@ def _with_own_times(layout: "Layout", found: dict[str, LogColumn], roles: Sequen
     """Give each channel its own time column, where the user named none: ``time`` is the first channel's."""
     if "time" in found:
         return found
-    own = [layout.time_of.get(found[role].index) for role in roles]
-    if own[0] is None:
+    own = {role: layout.time_of.get(column.index) for role, column in found.items()}
+    first = next(iter(own.values()), None)
+    if first is None:
         return found
-    others = zip(roles[1:], own[1:], strict=True)
-    more = {f"{role}_time": layout.columns[time] for role, time in others if time not in (None, own[0])}
-    return {"time": layout.columns[own[0]], **found, **more}
+    more = {f"{role}_time": layout.columns[own[role]] for role in roles[1:] if own.get(role) not in (None, first)}  # type: ignore[index]
+    return {"time": layout.columns[first], **found, **more}
 
 
 def _left(columns: Sequence[LogColumn], found: dict[str, LogColumn]) -> list[LogColumn]:

@@ -1,10 +1,13 @@
 """Further channels: force, velocity, acceleration, angle, several masses; units of the wrong kind are refused."""
 
+import os
 from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from frictionlab.cli import app
 from frictionlab.errors import LogError, RecordingError
 from frictionlab.hdf5 import read_recording, write_recording
 from frictionlab.log_options import LogOptions
@@ -111,6 +114,15 @@ def test_a_channel_in_a_unit_of_another_kind_is_refused(
         read_log(path, LogOptions(**options))  # type: ignore[arg-type]
 
 
+def test_force_names_a_column_or_replaces_an_output(tmp_path: Path) -> None:
+    path = log(tmp_path, **{"time [s]": T, "mass [mm]": X, "base [mm]": X, "p": FORCE})
+    for words in (["--force", "p", "--units", "force=N"], ["--force", "--force=4", "--units", "force=N"], ["--force"]):
+        done = CliRunner().invoke(app, ["ingest", str(path), *words, "-o", str(tmp_path / "a.h5")])
+        assert done.exit_code == 0, done.stderr
+        found = read_recording(tmp_path / "a.h5").measured()
+        assert ("contact_force" in found) == (len(words) > 1)
+
+
 def test_what_fits_twice_is_left_out_and_said(tmp_path: Path) -> None:
     path = log(tmp_path, **{"time [s]": T, "mass [mm]": X, "base [mm]": X, "force 1 [N]": X, "force 2 [N]": X})
     recording = read_log(path)
@@ -135,3 +147,53 @@ def test_a_hole_in_a_force_is_bridged_or_cuts(tmp_path: Path) -> None:
 def test_arrays_of_other_lengths_and_names_are_refused() -> None:
     with pytest.raises(RecordingError, match="expected channels of different names; got none"):
         Recording(T, None, None)  # type: ignore[arg-type]
+
+
+PUBLIC = Path(os.environ.get("FRICTIONLAB_PUBLIC_DATA", Path(__file__).parents[3] / "public_data"))
+GIVEN = "friction-identification/input"
+
+
+@pytest.mark.parametrize(
+    ("path", "options", "ranges"),
+    [
+        (
+            "jchristopherson+FrictionModels.jl/examples/test_data_2.txt",
+            {},
+            {"mass_displacement": (-0.1100356, -0.1097959), "normal_force": (-0.0008834, 5.0035969)},
+        ),
+        (
+            "jchristopherson+FrictionModels.jl/examples/test_data_1.csv",
+            {
+                "mass_velocity": "Velocity",
+                "normal_force": "Normal",
+                "contact_force": "Friction",
+                "units": "mass_velocity=m/s,normal_force=N,contact_force=N",
+            },
+            {"contact_force": (-24.660393, 24.629006), "normal_force": (100.0, 100.0)},
+        ),
+        (
+            f"KonradMnich+{GIVEN}/sample_workspace_3.mat",
+            {
+                "mass_velocity": "v",
+                "mass_acceleration": "a",
+                "contact_force": "F_fric",
+                "unit": "m",
+                "units": "mass_velocity=m/s,mass_acceleration=m/s2,contact_force=N",
+            },
+            {"mass_displacement": (0.0, 0.15392032596992083), "contact_force": (-0.06835377698107492, 56.8449579334)},
+        ),
+        (
+            f"KonradMnich+{GIVEN}/a3NI.csv",
+            {"contact_force": "Force", "units": "contact_force=50 N/V"},
+            {"contact_force": (-48.0928686, 21.81582037)},
+        ),
+    ],
+)
+def test_recordings_that_others_have_published_are_read(
+    path: str, options: dict[str, str], ranges: dict[str, tuple[float, float]]
+) -> None:
+    if not (PUBLIC / path).exists():
+        pytest.skip(f"{PUBLIC / path} is not here: fetch the repository and name its folder in FRICTIONLAB_PUBLIC_DATA")
+    found = read_log(PUBLIC / path, LogOptions(**options)).measured()  # type: ignore[arg-type]
+    for name, (low, high) in ranges.items():
+        assert (found[name].min(), found[name].max()) == pytest.approx((low, high), rel=1e-8)
