@@ -87,10 +87,11 @@ def _displacement(
     slowest = SLOWEST * spectrum.strongest_tone(signal, step).frequency
     moved = integration.integrated(signal, rate, slowest, times=times)
     u = integration.integrated_noise(white_noise(signal), rate, slowest, times=times)
+    edge = min(round(rate / slowest), len(signal) // 4)
     share = 100.0 * u / max(float(np.std(moved)), 1e-300)
     said = (
         f"{known}: integrated {'once' if times == 1 else 'twice'} from {name.replace('_', ' ')}: what moves slower than"
-        f" {slowest:.3g} Hz, drift and offset are gone, {1.0 / slowest:.3g} s at either end are cut, and its sensor's"
+        f" {slowest:.3g} Hz, drift and offset are gone, {edge * step:.3g} s at either end are cut, and its sensor's"
         f" noise makes {1e6 * u:.3g} um rms of displacement ({share:.2g} % of the motion)"
     )
-    return moved, (said,), min(round(rate / slowest), len(signal) // 4)
+    return moved, (said,), edge

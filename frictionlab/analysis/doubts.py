@@ -65,7 +65,7 @@ def warnings(
         *_of_the_drive(layout),
         *_of_the_lines(layout),
         *_of_the_record(layout),
-        *_of_the_sensors(layout, response),
+        *(() if prescribed else _of_the_sensors(layout, response)),
         *_of_settling(layout, response, settled, transient),
         *_of_growth(response, settled, r),
         *(() if response.is_stuck else _of_the_motion(layout, response)),

@@ -97,9 +97,9 @@ def by_load_cell(
         normal[:] = normal_force_n
     gain = math.hypot(sources.mass_gain, 1e-9)
     loop = _mean(each, used, layout).with_relative(math.hypot(gain, sources.mass_gain))
-    force = _mean(each / np.maximum(way, 1e-300), used, layout).with_relative(gain)
+    force = _ratio(each, way, used, layout).with_relative(gain)
     known = bool(np.isfinite(normal).all()) and name != "torque"
-    coefficient = _mean(each / np.maximum(way * normal, 1e-300), used, layout) if known else Estimate()
+    coefficient = _ratio(each, way * normal, used, layout) if known else Estimate()
     cycle = rows[used].mean(axis=0)
     omega = 2.0 * math.pi * layout.drive.frequency
     cycle = cycle - inertia_kg * omega**2 * unit * np.fft.irfft(-(k**2) * spectrum, points)
@@ -121,6 +121,15 @@ def _mean(values: FloatArray, used: slice, layout: Layout) -> Estimate:
     drift = steadiness.growth(values)
     mean = energy.mean_over(values, used, noise=0.0, drift=drift, period=layout.foreign.period)
     return Estimate(mean.value, mean.se)
+
+
+def _ratio(values: FloatArray, over: FloatArray, used: slice, layout: Layout) -> Estimate:
+    """Sum over sum: a cycle in which little moves counts little; its error by what each cycle is off."""
+    size = float(over[used].mean())
+    if not size > 0.0:
+        return Estimate()
+    ratio = float(values[used].mean()) / size
+    return _mean(ratio + (values - ratio * over) / size, used, layout)
 
 
 def taken_by_the_frame(cycle: Cycle, damping_ratio: float, r: float) -> float:

@@ -1,6 +1,8 @@
 """Load cells, vibrometers, accelerometers: the truth of an exact motion found again, each within its uncertainty."""
 
 import math
+import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.measure import measure
 from frictionlab.errors import AnalysisError
+from frictionlab.logs import read_log
 from frictionlab.recording import Channel, Recording
 from frictionlab.scene import Scene, scene_from_tables
 from tests.analysis.seen import BASE_M, NATURAL_HZ, steady, through_laser
@@ -148,3 +151,14 @@ def test_what_was_not_measured_is_said_by_name() -> None:
     seen = channels_of(0.5, 0.4)
     with pytest.raises(AnalysisError, match="the base's motion was not measured: expected its displacement, velocity"):
         measure(recording(seen, "mass_displacement", "contact_force"), scene())
+
+
+def test_a_published_tribometer_record() -> None:
+    """FrictionModels.jl, test_data_2: forces in uN, 0.25 Hz; energy over way and normal force by hand: 0.228."""
+    folder = Path(os.environ.get("FRICTIONLAB_PUBLIC_DATA", "nowhere"))
+    log = folder / "jchristopherson+FrictionModels.jl" / "examples" / "test_data_2.txt"
+    if not log.is_file():
+        pytest.skip("the record of FrictionModels.jl is not here: FRICTIONLAB_PUBLIC_DATA names no folder that has it")
+    m = measure(read_log(log), scene_from_tables({"rig": {"kind": "prescribed"}}))
+    assert m.drive_frequency_hz == pytest.approx(0.25, rel=1e-3)
+    assert m.measured_friction_coefficient == pytest.approx(0.228, rel=0.05)
