@@ -17,6 +17,7 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 FEWEST_SAMPLES = 6  # a cycle; with 5 the base's amplitude comes out 3 % low, with 3 the motion is lost
 SHOWN = 10.0  # times the drive: how far a spectrum is kept
+FINE_SAMPLES = 24  # a cycle; between fewer a cubic takes from the third harmonic
 HARMONICS = 9  # of the base motion: base_distortion counts 2 to 9
 
 
@@ -255,7 +256,11 @@ def _drive_frequency(stretch: Stretch, lines: spectrum.Spectrum) -> float:
 
 
 def _folded_all(signals: list[FloatArray], cuts: list[cycles.Cut], points: int) -> FloatArray:
-    rows = [cycles.fold(s, c.start, c.end, points) for s, c in zip(signals, cuts, strict=True)]
+    """Cycles of all stretches; few samples of a cycle are interpolated without limit of band first."""
+    finer = math.ceil(FINE_SAMPLES * max(c.frequency for c in cuts))
+    if finer > 1:
+        signals = [cycles.finer(s, finer) for s in signals]
+    rows = [cycles.fold(s, c.start * finer, c.end * finer, points) for s, c in zip(signals, cuts, strict=True)]
     return rows[0] if len(rows) == 1 else np.concatenate(rows)
 
 

@@ -265,3 +265,18 @@ def test_a_long_recording_is_measured_in_five_more_columns_of_it() -> None:
     assert any("mains hum" in said for said in m.warnings)
     assert m.response_amplitude == pytest.approx(of.amplitude, rel=1e-4)
     assert peak < 8 * 8 * n
+
+
+@pytest.mark.parametrize(("r", "beta"), [(1.2, 0.5), (1.5, 0.3), (0.5, 0.4)])
+@pytest.mark.parametrize("samples", [11, 15, 20])
+def test_few_samples_of_a_cycle_take_nothing_from_its_harmonics(r: float, beta: float, samples: int) -> None:
+    """A cubic between 11 samples takes a third of the third harmonic."""
+    rate = 1.003 * samples * r * NATURAL_HZ
+    m = measure(recording_of(r, beta, seed=1, seconds=60.0, rate=rate), scene())
+    _, orbit, energy, amplitude = steady(r, beta)
+    assert m.energy_per_cycle == pytest.approx(energy, rel=1e-3)
+    assert abs(m.response_amplitude - amplitude) < 1.5 * (m.response_amplitude_u or 0.0)
+    tau = 2 * math.pi * np.arange(512) / 512
+    truth = np.fft.rfft(orbit.at(tau)[0])[3] / 256
+    third = np.fft.rfft(m.cycle.mass)[3] / (len(m.cycle.mass) / 2)
+    assert abs(third - truth) < 0.02 * abs(truth) + 3e-4
