@@ -48,8 +48,8 @@ def tables_of_keys(root: type[BaseModel] = Scene, path: tuple[str, ...] = ()) ->
 
     Examples
     --------
-    >>> [table.head for table in tables_of_keys()][:3]
-    ['[rig]', '[experiment]', '[log]']
+    >>> [table.head for table in tables_of_keys()][:4]
+    ['[rig]', '[[rig.masses]]', '[[rig.contacts]]', '[experiment]']
     """
     for name, field in root.model_fields.items():
         for table in () if name in HIDDEN else tables_in(field.annotation):
