@@ -26,7 +26,7 @@ export N SEED LOGS SCENE OUT CAMPAIGN CAMPAIGN_SCENE CAMPAIGN_LOGS LAW
 WORKERS = $(patsubst -j%,--workers=%,$(filter-out -j,$(filter -j%,$(MAKEFLAGS))))
 
 .DEFAULT_GOAL := all
-.PHONY: all campaign chapter3 help sample-data tradeoff stability test fuzz adversary check format clean
+.PHONY: all campaign chapter3 help sample-data tradeoff test fuzz adversary check format clean
 
 all: $(FRICTIONLAB)  ## ingest, analyze and compare all logs, then print the table (the default)
 	@case "$$LOGS" in sample_data|sample_data/|./sample_data|./sample_data/) own=configs/sample_data.toml;; *) own=;; esac; \
@@ -54,9 +54,6 @@ chapter3: $(FRICTIONLAB)  ## redraw the thesis's chapter 3 from exact steady sta
 
 tradeoff: $(FRICTIONLAB)  ## measure error and time of every accuracy knob on this machine
 	$(FRICTIONLAB) tradeoff -o "$$OUT/tradeoff"
-
-stability: $(FRICTIONLAB)  ## draw how errors grow with cycles, towards resonance and with noise
-	$(BIN)/python -m tests.benchmarks.stability "$$OUT/figures"
 
 test: .venv/.test  ## install what is needed to test, then run all tests
 	$(BIN)/python -m pytest

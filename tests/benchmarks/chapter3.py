@@ -3,7 +3,7 @@
     python -m tests.benchmarks.chapter3 FOLDER
 
 Each figure draws what `compute` holds; the numbering is the thesis's. Figures 3.2x and 3.5x are not in it: they show
-what a hundred cycles from rest miss. The maps under other contact laws and the laws themselves are drawn beside them.
+what a hundred cycles from rest miss. The contact laws themselves are drawn beside them.
 """
 
 import sys
@@ -31,7 +31,7 @@ from frictionlab.simulator import (
     sweep,
     viscous_energy,
 )
-from tests.benchmarks import law_loops, law_maps
+from tests.benchmarks import law_loops
 
 Floats = NDArray[np.float64]
 TURN = 2.0 * np.pi
@@ -320,7 +320,7 @@ def draw_all(folder: Path) -> list[Path]:
             "figure_3.7_viscous": draw_viscous(),
             "map_of_stops": draw_map(chapter),
         }
-    figures |= law_maps.draw_all(law_maps.compute()) | law_loops.draw_all(law_loops.compute())
+    figures |= law_loops.draw_all(law_loops.compute())
     return [
         save(figure, folder / f"{name}{suffix}", force=True)
         for name, figure in figures.items()

@@ -11,7 +11,6 @@ from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.laws import TERMS
 from frictionlab.simulator.numeric import NumericMotion
 from tests.benchmarks import law_loops as laws
-from tests.benchmarks import law_maps
 from tests.simulator.numeric_oracle import cycle
 
 
@@ -27,20 +26,6 @@ def test_every_law_of_the_contract_is_drawn() -> None:
     assert {name.split("+")[-1] for name in laws.LAWS} == set(TERMS)
     for name, parameters in laws.LAWS.items():
         Problem(0.5, 0.4, law=name, parameters=parameters)
-
-
-def test_maps_compare_each_law_with_plain_friction_where_both_were_solved() -> None:
-    plain, damped = (law_maps.solved(law, 6, 4) for law in ("coulomb", "coulomb+speed"))
-    coarse = law_maps.LawMap(*(part[::2] for part in (damped.r, damped.beta)), *(
-        part[::2, ::2] for part in (damped.energy, damped.amplitude, damped.stops)
-    ))  # fmt: skip
-    off = law_maps.change(coarse, plain, coarse.energy, plain.energy)
-    np.testing.assert_array_equal(off, damped.energy[::2, ::2] / plain.energy[::2, ::2] - 1.0)
-    drawn = law_maps.draw_all({law: plain if law == "coulomb" else coarse for law in law_maps.LAWS})
-    assert set(drawn) == {"map_of_energy_by_law", "map_of_amplitude_by_law", "map_of_stops_by_law"}
-    assert [ax.get_title(loc="left").split("\n")[0] for ax in drawn["map_of_stops_by_law"].axes[:6]] == [
-        law.removeprefix("coulomb+") for law in law_maps.LAWS
-    ]
 
 
 def test_a_lopsided_motion_of_an_even_contact_is_drawn_as_one_of_two() -> None:
