@@ -10,7 +10,7 @@ import pytest
 
 import frictionlab as fl
 from frictionlab.errors import OutputError, UsageError
-from frictionlab.verbs import chain
+from frictionlab.tables import write_rows
 from frictionlab.verbs.inputs import logs_of, names_of
 from tests.desk import MAKE, ROOT, run_in, set_up
 
@@ -240,14 +240,14 @@ def test_a_full_disk_keeps_what_stood(tmp_path: Path, monkeypatch: pytest.Monkey
     how = {"output": tmp_path / "out", "compare": compare}
     assert [row["status"] for row in fl.batch(tmp_path / "a.csv", SHORT, **how).run()] == ["ok"]  # type: ignore[arg-type]
     before = {name: (tmp_path / "out" / name).read_bytes() for name in times(tmp_path / "out")}
-    written = chain.write_rows
+    written = write_rows
 
     def no_space(rows: object, path: Path, **options: object) -> None:
         if path.name.startswith("comparison" if compare else "measurement"):
             raise OutputError(f"{path}: No space left on device")
         written(rows, path, **options)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(chain, "write_rows", no_space)
+    monkeypatch.setattr("frictionlab.verbs.chain.write_rows", no_space)
     (row,) = fl.batch(tmp_path / "a.csv", SHORT, again=True, **how).run()  # type: ignore[arg-type]
     assert row["status"] == "failed"
     assert {name: (tmp_path / "out" / name).read_bytes() for name in times(tmp_path / "out")} == before

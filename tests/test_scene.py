@@ -211,7 +211,8 @@ gradient = 0.1
 
 def test_a_frame_of_several_masses_refers_to_its_first_storey(tmp_path: Path) -> None:
     rig = read_scene(scene_file(tmp_path, TWO_STOREYS)).rig
-    assert (rig.natural_frequency, rig.stiffness, rig.damping) == (pytest.approx(20.0 / (2 * math.pi)), 800.0, 0.01)
+    assert rig.natural_frequency == pytest.approx(20.0 / (2 * math.pi))
+    assert (rig.stiffness, rig.damping) == (800.0, 0.01)
     (contact,) = rig.contacts
     assert (contact.mass, contact.against, contact.parameters) == (2, 1, {"gradient": 0.1})
 

@@ -93,7 +93,7 @@ def test_plot_draws_each_result_and_refuses_others(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"expected a figure ending in \.pdf"):
         fl.plot(state, "motion.doc")
     with pytest.raises(UsageError, match="got a Scene"):
-        fl.plot(fl.Scene(), tmp_path / "a.png")  # type: ignore[arg-type]
+        fl.plot(fl.Scene(), tmp_path / "a.png")
 
 
 def test_synthesize_writes_the_logs_it_returns(tmp_path: Path) -> None:

@@ -177,8 +177,12 @@ TAPPED = (
     Shown("F/k [um]", lambda row: with_error(row.get("friction_m"), row.get("friction_m_se"), 1e6), 8),
     Shown("F [N]", lambda row: with_error(row.get("friction_n"), None), 5),
     Shown("half-cycles", lambda row: str(row.get("half_cycles", "-")), 4),
-    Shown("shape", lambda row: " ".join(f"{s:+.3f}" for s in row.get("shape") or ()) or "-", 5),
+    Shown("shape", lambda row: _shape(row.get("shape")), 5),
 )
+
+
+def _shape(masses: object) -> str:
+    return " ".join(f"{mass:+.3f}" for mass in masses) if isinstance(masses, tuple | list) else "-"
 
 
 def _tell(lines: Sequence[Row], means: Means, *, wide: bool) -> None:

@@ -26,7 +26,7 @@ from frictionlab.identification import compare
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
-from frictionlab.simulator import Base, Motion, Problem, SteadyState, last_cycle, steady_state, thesis_run
+from frictionlab.simulator import Base, Motion, Problem, Solver, SteadyState, last_cycle, steady_state, thesis_run
 from frictionlab.simulator.numeric import RTOL, steady
 from frictionlab.tradeoff.setting import Setting, Trial, run_trials
 
@@ -81,7 +81,7 @@ def _off(truth: float) -> Callable[[object], float]:
 
 def solver_of(name: str, problem: Problem, truth: float, tolerances: tuple[float, ...]) -> tuple[Setting, ...]:
     """The exact orbit, and the thesis's RK45 over 100 cycles from rest."""
-    solvers = ("auto", "closed-form", "exact") if problem is CONTINUOUS else ("auto", "exact")
+    solvers: tuple[Solver, ...] = ("auto", "closed-form", "exact") if problem is CONTINUOUS else ("auto", "exact")
     trials = [Trial(one, partial(steady_state, problem, solver=one), _off(truth), one == "auto") for one in solvers]
     trials += [Trial(f"thesis, rtol {rtol:.0e}", partial(_thesis, problem, rtol), _off(truth)) for rtol in tolerances]
     return run_trials(f"solver, {name}", ENERGY, DIGITS, trials)

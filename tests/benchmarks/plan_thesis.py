@@ -33,7 +33,7 @@ def material_scene(campaign: Scene, material: str, *, differs: bool) -> Scene:
         "frequency_ratios": ratios,
         "normal_forces_n": forces,
         "base_amplitudes_m": [campaign.synthetic.base_amplitude_m],
-        "duration_s": campaign.analysis.transient_s + USED_S,
+        "duration_s": campaign.analysis.planned_transient_s + USED_S,
         "sampling_rate_hz": campaign.synthetic.sampling_rate_hz,
         "noise_m": campaign.synthetic.noise_m,
         "step_m": campaign.synthetic.step_m,
