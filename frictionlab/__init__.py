@@ -42,7 +42,7 @@ _HOMES = {
     # what they take and return
     "Batch": "verbs.chain",
     "Campaign": "campaign",
-    "Comparison": "identification",
+    "Comparison": "inference",
     "LogOptions": "scene",
     "MaterialLaw": "inference.material_law",
     "Measurement": "analysis.measurement",

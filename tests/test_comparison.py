@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from frictionlab.errors import AnalysisError, UsageError
-from frictionlab.identification import compare
+from frictionlab.inference import compare
 from frictionlab.logs import read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, read_scene, scene_from_tables
@@ -149,11 +149,13 @@ def test_the_words_of_the_plain_model() -> None:
     assert Base((1.0,), (0.0,)) == COSINE
 
 
-@pytest.mark.parametrize(("log", "nrmse"), [("frame_250g.csv", 0.04), ("frame_450g.csv", 0.09)])
+@pytest.mark.parametrize(("log", "nrmse"), [("frame_250g.csv", 0.012), ("frame_450g.csv", 0.025)])
 def test_the_real_recordings_of_the_frame(log: str, nrmse: float) -> None:
+    """Under the base as its sensor shows it; plain Coulomb friction leaves 8 and 9 % then (friction of one force)."""
     if not FRAME.is_dir():
         pytest.skip("../shared is not there: no real recordings to compare with")
-    comparison = compare(read_log(FRAME / log), read_scene(ROOT / "configs" / "frame.toml"))
+    known = read_scene(ROOT / "configs" / "frame.toml")
+    comparison = compare(read_log(FRAME / log), known, law="coulomb+place+speed")
     assert comparison.frequency_ratio == pytest.approx(0.320, abs=5e-4)
     assert comparison.stops_per_cycle == 2
     assert comparison.predicted_stops_per_cycle == 2

@@ -12,9 +12,9 @@ import pytest
 
 import frictionlab as fl
 from frictionlab.figures.contact import contact_figure
-from frictionlab.identification.explain import Explanation, missed
+from frictionlab.inference.explain import Explanation, missed
 from frictionlab.simulator import Problem
-from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded, scene
+from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded, scene
 
 ROOT = Path(__file__).parents[1]
 SAMPLE, SCENE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv", ROOT / "configs" / "sample_data.toml"

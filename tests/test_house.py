@@ -40,25 +40,23 @@ MAY_IMPORT: dict[str, set[str]] = {
         *("accuracy", "cycle_rule", "errors", "estimate", "recording", "sampling", "scene", "schema", "uncertainty"),
     },
     "uncertainty": {"scene"},
-    "planning": {"errors", "identification", "scene", "schema", "simulator", "uncertainty"},
-    "identification": {
-        "base_motion",
+    "planning": {"analysis", "errors", "inference", "scene", "schema", "simulator", "uncertainty"},
+    "inference": {
+        *("base_motion", "files"),
         *("accuracy", "errors", "estimate", "recording", "scene", "schema", "analysis", "simulator", "uncertainty"),
     },
-    "inference": {"base_motion", "errors", "files", "recording", "scene", "schema", "simulator"},
     "synthetic": {"base_motion", "errors", "files", "hdf5", "logs", "recording", "scene", "simulator"},
     "campaign": {
         *("tables", "errors", "files", "scene", "analysis", "simulator", "hdf5", "recording", "schema"),
-        *("cycle_rule", "estimate", "identification", "uncertainty"),
+        *("accuracy", "cycle_rule", "estimate", "inference", "uncertainty"),
     },
     "tradeoff": {
-        *("accuracy", "analysis", "files", "hdf5", "identification", "logs", "recording", "scene", "simulator"),
+        *("accuracy", "analysis", "files", "hdf5", "inference", "logs", "recording", "scene", "simulator"),
     },
     "base_motion": {"analysis", "errors", "recording", "simulator"},
     "figures": {
-        *("analysis", "base_motion", "campaign", "errors", "files", "identification", "planning", "simulator"),
+        *("analysis", "base_motion", "campaign", "errors", "files", "inference", "planning", "simulator"),
         "tradeoff",
-        "inference",
     },
     "verbs": {
         *(
@@ -67,7 +65,6 @@ MAY_IMPORT: dict[str, set[str]] = {
             "analysis",
             "base_motion",
             "campaign",
-            "identification",
             "inference",
             "errors",
             "experiment",
@@ -83,7 +80,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "__main__": {"cli"},
     "report": {
         *("schema", "tables", "__init__", "files", "scene", "campaign", "figures"),
-        *("analysis", "estimate", "identification", "recording"),
+        *("analysis", "estimate", "inference", "recording", "simulator"),
     },
 }
 KERNELS = {

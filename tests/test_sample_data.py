@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from frictionlab.identification import Comparison, compare
+from frictionlab.inference import Comparison, compare
 from frictionlab.logs import read_log
 from frictionlab.scene import read_scene
 from frictionlab.synthetic import log_text, truth, virtual_tests

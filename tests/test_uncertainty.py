@@ -11,16 +11,14 @@ from numpy.typing import NDArray
 from frictionlab.analysis.filters import SensorChannel, low_pass, restored
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.identification import compare
-from frictionlab.identification.coordinates import point_of
-from frictionlab.identification.family import family_of
-from frictionlab.identification.identify import forward_of
-from frictionlab.identification.observed import observe_cycle
+from frictionlab.inference import compare
+from frictionlab.inference.observations import SEEN_SENSORS, observe
+from frictionlab.inference.unknowns import of_law
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.uncertainty import STATISTICAL, combined, cycle_budget, sources_of
-from tests.identification.contacts import BASE_M, recorded, scene
+from tests.inference.contacts import BASE_M, recorded, scene
 
 FloatArray = NDArray[np.float64]
 Shown = tuple[FloatArray, FloatArray]
@@ -158,20 +156,21 @@ def test_a_cubic_sensor_moves_the_numbers_by_their_share() -> None:
 
 
 def test_sensors_move_the_cycle_as_the_fit_thinks() -> None:
+    """Slopes of what sensors do are taken from one cycle; differences of whole predictions say the same."""
     m = measured()
-    sources, family = (
-        sources_of(scene(sensors={"crosstalk": 0.002}, log={"measuring_range_m": 0.006}), 500.0),
-        family_of(m, scene()),
-    )
-    forward = forward_of(family, m, sources, observe_cycle(m))
-    point = point_of(forward.coordinates, {"beta": 0.35})
-    here = forward.predict(point)
-    assert here is not None
-    for i, c in enumerate(forward.coordinates):
-        if c.name in ("base_in_mass", "mass_in_base", "lag", "gain", "cubic", "parabola"):
-            there = forward.predict(point + 1e-4 * (np.arange(len(point)) == i))
+    m = replace(m, sources=sources_of(scene(sensors={"crosstalk": 0.002}, log={"measuring_range_m": 0.006}), 500.0))
+    observation = observe(m, scene())
+    unknowns = (*of_law(observation.law, observation.held), *observation.rig_unknowns)
+    here = {u.name: u.value(0.0) for u in unknowns} | {"beta": 0.35}
+    plain, values = observation.predict(here), [here[u.name] for u in unknowns]
+    assert plain is not None
+    slopes = observation.slopes(unknowns, values, [1.0] * len(unknowns))
+    assert {u.name for u in unknowns} >= set(SEEN_SENSORS)
+    for i, u in enumerate(unknowns):
+        if u.name in SEEN_SENSORS:
+            there = observation.predict(here | {u.name: u.value(u.at(here[u.name]) + 1e-4)})
             assert there is not None
-            np.testing.assert_allclose(forward.jacobian(point, here)[:, i], (there - here) / 1e-4, atol=2e-6)
+            np.testing.assert_allclose(slopes[:, i], (there - plain) / 1e-4, atol=2e-6)
 
 
 DECLARED: dict[str, dict[str, object]] = {

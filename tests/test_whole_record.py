@@ -17,15 +17,15 @@ from frictionlab.base_motion import respond_to
 from frictionlab.cli import app
 from frictionlab.errors import AnalysisError, RecordingError, UsageError
 from frictionlab.hdf5 import write_recording
-from frictionlab.identification import record_ladder
-from frictionlab.identification.coordinates import point_of
-from frictionlab.identification.family import family_of
-from frictionlab.identification.identify import coordinates_of, identify
-from frictionlab.identification.track import SHOWN, RecordForward, of_a_record, track_of
-from frictionlab.identification.whole import climb_whole, loop_areas, question_of
+from frictionlab.inference import whole
+from frictionlab.inference.observations import SENSORS
+from frictionlab.inference.record import RecordObservation, track_of
+from frictionlab.inference.unknowns import of_law
+from frictionlab.inference.whole import loop_areas
 from frictionlab.recording import Quality, Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.simulator import Problem
+from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.record import BaseRecord, respond
 from frictionlab.synthetic.base import ramp, random_motion
 
@@ -164,19 +164,17 @@ def test_a_law_without_exact_phases_is_followed_from_rest() -> None:
 @pytest.mark.parametrize(("truth", "law"), [({}, "coulomb"), ({"gradient": 0.05}, "coulomb+place")])
 def test_a_record_climbs_as_far_as_it_must(truth: dict[str, float], law: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """From plain Coulomb friction; what the record does not ask for is not climbed."""
-    monkeypatch.setattr(record_ladder, "EXACT", ("place", "speed"))
+    monkeypatch.setattr(whole, "EXACT", ("place", "speed"))
     problem = Problem(1.0, 0.4, law=law, parameters=truth, frame_damping_ratio=0.01)
     recording = virtual(0.4, 10.0, problem)
     scene = SCENE.changed(analysis={"transient_s": 4.0})
-    measurement = fl.analyze(recording, scene)
-    family = family_of(measurement, scene, "coulomb")
-    track, _ = track_of(recording, scene, measurement, FN)
-    found = identify(measurement, family, measurement.sources)
-    top, ladder = climb_whole(question_of(track, measurement, found, measurement.sources))
-    assert top.family.law.name == law
-    assert [rung.law for rung in ladder.rungs if rung.required][-1] == law
+    found = fl.compare(recording, scene, law="auto", fit="whole")
+    assert found.law == law
+    assert found.record_laws is not None
+    assert [rung["law"] for rung in found.record_laws if rung["required"]][-1] == law
     for name, value in ({"beta": 0.4} | truth).items():
-        assert abs(top.parameters[name].value - value) < 3.0 * (top.parameters[name].u or 0.0) + 1e-3 * value
+        told = found.parameters[name]
+        assert abs(told["value"] - value) < 3.0 * told["u"] + 1e-3 * value
 
 
 def test_the_command_gives_the_keys_and_the_figure(tmp_path: Path) -> None:
@@ -283,7 +281,7 @@ def test_a_simulation_under_the_identified_law_is_the_record() -> None:
 
 
 def test_a_record_without_a_cycle_climbs_its_own_ladder(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(record_ladder, "EXACT", ("place", "speed"))
+    monkeypatch.setattr(whole, "EXACT", ("place", "speed"))
     law = Problem(1.0, 0.3, law="coulomb+place", parameters={"gradient": 0.04}, frame_damping_ratio=0.01)
     recording, _ = unsteady("sweep", law, 12.0)
     seen = fl.compare(recording, SCENE.changed(analysis={"transient_s": 1.0}), law="auto", fit="whole")
@@ -354,23 +352,23 @@ def test_sensors_move_a_record_as_its_fit_thinks() -> None:
     recording = virtual(0.7, 12.0, Problem(1.0, 0.3, frame_damping_ratio=0.01))
     scene = SCENE.changed(sensors={"crosstalk": 0.002})
     measurement = fl.analyze(recording, scene)
-    family = family_of(measurement, scene)
-    track, _ = track_of(recording, scene, measurement, measurement.drive_frequency_hz / family.r)
-    unknown = of_a_record(coordinates_of(family, measurement, measurement.sources))
-    forward = RecordForward(family, unknown, track)
-    point = point_of(unknown, {"beta": 0.3, "cubic": 1e-3, "base_in_mass": 1e-3})
-    here = forward.predict(point)
-    assert here is not None
-    slopes = forward.jacobian(point, here)
-    for i, c in enumerate(unknown):
-        if c.name in SHOWN:
-            there = forward.predict(point + 1e-3 * (np.arange(len(point)) == i))
-            assert there is not None
-            np.testing.assert_allclose(slopes[:, i], (there - here) / 1e-3, atol=1e-9)
-    mixed = forward.predict(point_of(unknown, {"beta": 0.3, "mass_in_base": 1e-3}))
-    plain = forward.predict(point_of(unknown, {"beta": 0.3}))
-    assert mixed is not None
+    ratio = measurement.frequency_ratio
+    assert ratio is not None
+    track, _ = track_of(recording, scene, measurement, measurement.drive_frequency_hz / ratio)
+    held = {"frame_damping_ratio": 0.01}
+    observation = RecordObservation(track, law_of("coulomb"), held, "fixed", measurement.sources, ratio)
+    unknowns = (*of_law(observation.law, held), *observation.rig_unknowns)
+    here = {u.name: u.value(0.0) for u in unknowns} | {"beta": 0.3, "cubic": 1e-3, "base_in_mass": 1e-3}
+    plain, values = observation.predict(here), [here[u.name] for u in unknowns]
     assert plain is not None
+    slopes = observation.slopes(unknowns, values, [1.0] * len(unknowns))
+    for i, u in enumerate(unknowns):
+        if u.name in SENSORS:
+            there = observation.predict(here | {u.name: u.value(u.at(here[u.name]) + 1e-3)})
+            assert there is not None
+            np.testing.assert_allclose(slopes[:, i], (there - plain) / 1e-3, atol=1e-9)
+    mixed = observation.predict(here | {"mass_in_base": 1e-3})
+    assert mixed is not None
     assert 1e-5 < float(np.std(mixed - plain)) < 1e-2
 
 

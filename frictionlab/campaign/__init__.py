@@ -15,18 +15,24 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.accuracy import accuracy_of
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.campaign.amontons import AmontonsTest, amontons
-from frictionlab.campaign.cycles import Cycle, cycle_of
 from frictionlab.campaign.drift import Drift, drift_of
 from frictionlab.campaign.friction import FrictionFit, Known, Verdict, fit_group
-from frictionlab.campaign.joining import Material, fit_of, materials_of
-from frictionlab.campaign.laws import LawEvidence, is_comparison, laws_of, laws_together
-from frictionlab.campaign.loops import Loop, loops_of
-from frictionlab.campaign.parameters import LawParameter, parameters_of
+from frictionlab.campaign.joint_fit import JointFit, fit_of, fit_together, model_under
+from frictionlab.campaign.laws import (
+    LawEvidence,
+    LawParameter,
+    Loop,
+    is_comparison,
+    laws_of,
+    laws_together,
+    loops_of,
+    parameters_of,
+)
 from frictionlab.campaign.prediction import Curve, Model, curve, model_of, prepare
-from frictionlab.campaign.probes import Probe
 from frictionlab.campaign.ranking import CRITERIA, Rank, rank_all
 from frictionlab.campaign.reading import read_measurements
 from frictionlab.campaign.responses import (
@@ -38,10 +44,9 @@ from frictionlab.campaign.responses import (
     recording_of,
     recording_path,
 )
-from frictionlab.campaign.rig import found_of
 from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order, trial_of
 from frictionlab.errors import AnalysisError, UsageError
-from frictionlab.identification.contact_force import FittedRig
+from frictionlab.inference.observations import CycleObservation
 from frictionlab.scene import Scene
 from frictionlab.schema.result import Result
 from frictionlab.simulator.laws import Law, law_of
@@ -53,19 +58,16 @@ __all__ = [
     "AmontonsTest",
     "Campaign",
     "Curve",
-    "Cycle",
     "Drift",
     "FrictionFit",
     "LawEvidence",
     "LawParameter",
     "Loop",
-    "Material",
     "Model",
     "Rank",
     "Response",
     "Trial",
     "Verdict",
-    "cycle_of",
     "evaluate",
     "is_comparison",
     "read_measurements",
@@ -104,8 +106,8 @@ class Campaign(Result):
     prediction of each fit over frequency; ``responses``: examples, where the recordings are at hand; ``notes``:
     sentences about the campaign as a whole; ``laws``: the joint evidence of the laws tried, one per material and law;
     ``comparisons``: the row of `compare-numeric` by source, where it is given; ``folders``: where recordings stand;
-    ``joined``: materials whose tests were fitted together, by name; ``parameters``: of their laws; ``loops``: of their
-    contacts.
+    ``joint``: the fit of all tests together, where recordings are at hand; ``parameters``: of the materials' laws;
+    ``loops``: of their contacts.
     """
 
     trials: tuple[Trial, ...]
@@ -121,7 +123,7 @@ class Campaign(Result):
     laws: tuple[LawEvidence, ...] = ()
     comparisons: Mapping[str, Row] = field(default_factory=dict, repr=False)
     folders: tuple[Path, ...] = ()
-    joined: Mapping[str, Material] = field(default_factory=dict, repr=False)
+    joint: JointFit | None = field(default=None, repr=False)
     parameters: tuple[LawParameter, ...] = ()
     loops: tuple[Loop, ...] = ()
 
@@ -146,12 +148,6 @@ class Campaign(Result):
         return {v.trial.source: v for fit in self.fits for v in fit.verdicts}
 
     @property
-    def rigs(self) -> dict[str, FittedRig]:
-        """Sensors and rig of each test that was fitted together with others, as that fit has found them, by source."""
-        best = [material.joined.best for material in self.joined.values()]
-        return {c.source: FittedRig.of(f) for joint in best for c, f in zip(joint.cycles, joint.fits, strict=True)}
-
-    @property
     def failures(self) -> tuple[Trial, ...]:
         """The tests without a measurement, or without the facts it takes."""
         return tuple(t for t in self.trials if t.failed)
@@ -163,9 +159,8 @@ def evaluate(
     *,
     folders: Sequence[Path] = (),
     comparisons: Sequence[Row] = (),
-    cycles: Mapping[str, Cycle] = {},
+    observations: Mapping[str, CycleObservation] = {},
     find_law: bool = False,
-    probe: Probe = lambda *_: (),
     watch: Watch = iter,
 ) -> Campaign:
     """Evaluate a campaign.
@@ -180,13 +175,10 @@ def evaluate(
         Where recordings are looked for beside their ``source``: they give the long tests' points and the examples.
     comparisons : sequence of rows
         Of `compare-numeric`; those with ``laws`` tell which law each material requires.
-    cycles : mapping
-        The cycle of each test whose recording is at hand, by source: these are fitted together, material by material.
+    observations : mapping
+        The mean cycle of each test whose recording is at hand, by source: these are fitted together on one rig.
     find_law : bool
         Find the law that each material's tests require together; else it is the scene's.
-    probe : callable
-        Gives the rows of single comparisons of tests by their sources, under a law or with ladders of laws, where a
-        rigid contact explains too little or the law is of another kind.
     watch : callable
         Wraps the sequence of groups to show progress.
 
@@ -198,17 +190,19 @@ def evaluate(
     if not trials:
         raise UsageError("campaign: expected at least one measurement; got none")
     tests = in_order(trials)
-    model = model_of(scene, recorded=bool(cycles))
+    model = model_of(scene, recorded=bool(observations))
     first = model.first
     groups = _groups(tests)
     prepare(20 * len(tests) + CURVE_POINTS * len(groups))
     fits = tuple(_fit(groups[group], first, scene) for group in watch(sorted(groups)))
-    joined, unfitted = materials_of(fits, cycles, model, _laws(fits, comparisons, find_law=find_law), probe)
-    fits = tuple(_joined(fit, joined, first, scene) for fit in fits)
+    laws = _laws(fits, comparisons, find_law=find_law)
+    joint, unfitted = fit_together(fits, observations, laws, accuracy_of(scene))
+    if joint is not None:
+        rows = (joint, {f.material: model_under(joint, f.material, model) for f in fits})
+        fits = tuple(_joined(fit, *rows, first, scene) for fit in fits)
     fits = fits if first is model else tuple(_by_two_numbers(fit) for fit in fits)
-    comparisons = [*comparisons, *(row for material in joined.values() for row in material.ladders)]
     materials = sorted({fit.material for fit in fits})
-    models = {name: material.model for name, material in joined.items()}
+    models = {} if joint is None else {m: model_under(joint, m, model) for m in materials if joint.tests(m)}
     drifts = tuple(
         drift_of(t, _trend(t, scene, folders), models.get(t.group[0], first), fits)
         for t in tests
@@ -218,33 +212,31 @@ def evaluate(
     return Campaign(
         trials=tests,
         fits=fits,
-        amontons=tuple(amontons(m, [f for f in fits if f.material == m], joined.get(m)) for m in materials),
-        ranking=rank_all(fits, drifts, materials, joined),
+        amontons=tuple(
+            amontons(m, [f for f in fits if f.material == m], joint, scene.rig.stiffness) for m in materials
+        ),
+        ranking=rank_all(fits, drifts, materials),
         drifts=drifts,
         curves=_curves(fits, first, models),
         responses=responses,
         notes=(
             *_notes(tests, fits, drifts, responses, scene),
             *unfitted,
-            *_of_rig(joined),
+            *(() if joint is None else joint.rig_notes()),
             *_not_opened(tests, folders),
         ),
         model=model,
         scene=scene,
-        laws=laws_together(joined, laws_of(comparisons, {t.source: t.material for t in tests if t.material})),
+        laws=laws_together(
+            {} if joint is None else joint.ladders,
+            laws_of(comparisons, {t.source: t.material for t in tests if t.material}),
+        ),
         folders=tuple(folders),
         comparisons={str(row.get("source")): row for row in comparisons},
-        joined=joined,
-        parameters=parameters_of(joined, scene),
-        loops=tuple(loop for m in joined.values() for loop in loops_of(m, scene.rig.stiffness)),
+        joint=joint,
+        parameters=() if joint is None else parameters_of(joint, scene),
+        loops=() if joint is None else loops_of(joint, scene.rig.stiffness),
     )
-
-
-def _of_rig(joined: Mapping[str, Material]) -> Sequence[str]:
-    """What all tests together say of sensors and rig; a single test's comparison says it itself."""
-    found = [material.joined.moved for material in joined.values()]
-    several = sum(len(joint.fits) for joint in found) > 1
-    return found_of(max(found, key=lambda joint: len(joint.shared.coordinates))) if several else ()
 
 
 def _not_opened(trials: Sequence[Trial], folders: Sequence[Path]) -> Sequence[str]:
@@ -295,12 +287,9 @@ def _laws(fits: Sequence[FrictionFit], comparisons: Sequence[Row], *, find_law: 
     return found
 
 
-def _joined(fit: FrictionFit, joined: Mapping[str, Material], model: Model, scene: Scene) -> FrictionFit:
-    material = joined.get(fit.material)
-    if material is None:
-        return fit
+def _joined(fit: FrictionFit, joint: JointFit, models: Mapping[str, Model], model: Model, scene: Scene) -> FrictionFit:
     sources = _sources([v.trial for v in fit.verdicts], scene)
-    return fit_of(fit, material, Known(model, scene.rig.stiffness, sources))
+    return fit_of(fit, joint, models[fit.material], Known(model, scene.rig.stiffness, sources))
 
 
 def _by_two_numbers(fit: FrictionFit) -> FrictionFit:

@@ -9,8 +9,9 @@ from scipy import stats
 
 from frictionlab.analysis.pooling import welch
 from frictionlab.campaign.friction import FrictionFit
-from frictionlab.campaign.joining import Material
+from frictionlab.campaign.joint_fit import JointFit
 from frictionlab.campaign.sharing import RIG
+from frictionlab.estimate import Estimate
 
 SIGNIFICANT = 0.05
 
@@ -41,7 +42,9 @@ class AmontonsTest:
         return None if self.p is None else self.p >= SIGNIFICANT
 
 
-def amontons(material: str, fits: Sequence[FrictionFit], joined: Material | None = None) -> AmontonsTest:
+def amontons(
+    material: str, fits: Sequence[FrictionFit], joint: JointFit | None = None, stiffness: float | None = None
+) -> AmontonsTest:
     """Test whether a material's friction coefficient is constant over normal force.
 
     The weighted sum of squares about the weighted mean is chi-square distributed if each error is well known; each
@@ -55,7 +58,7 @@ def amontons(material: str, fits: Sequence[FrictionFit], joined: Material | None
         return AmontonsTest(material, 0, None, None, None, 0, None, None, None, f"{material}: {why}.")
     value = np.array([f.friction_coefficient for f in known], dtype=float)
     error = _apart(known, value)
-    together = None if joined is None else _together(known, joined, value)
+    together = None if joint is None else _together(known, joint, value)
     force = np.array([f.normal_force_n for f in known])
     weight = error**-2.0
     mean = float(np.sum(weight * value) / weight.sum())
@@ -67,6 +70,9 @@ def amontons(material: str, fits: Sequence[FrictionFit], joined: Material | None
     if together is not None and freedom:
         square = _square(value, together)
         p = float(stats.f.sf(square / freedom, freedom, max(known[0].freedom, 1)))
+    shared = None if joint is None else joint.coefficient(material, stiffness)
+    if shared is not None and shared.value is not None:
+        mean, mean_error = shared.value, math.hypot(shared.u or 0.0, shared.value * _by_rig(known))
     exponent, exponent_error = _exponent(force, value, error) if freedom else (None, None)
     words = _words(material, mean, mean_error, square, freedom, p, exponent, exponent_error)
     return AmontonsTest(
@@ -74,17 +80,22 @@ def amontons(material: str, fits: Sequence[FrictionFit], joined: Material | None
     )
 
 
-def _together(fits: Sequence[FrictionFit], material: Material, value: np.ndarray) -> np.ndarray | None:
+def _by_rig(fits: Sequence[FrictionFit]) -> float:
+    """Relative uncertainty that stiffness, base sensor and normal force add to that of the friction ratio."""
+    beyond = [_relative(f.coefficient) ** 2 - _relative(f.ratio) ** 2 for f in fits]
+    return math.sqrt(max(0.0, *beyond))
+
+
+def _relative(number: Estimate) -> float:
+    return (number.u or 0.0) / (number.value or 1.0)
+
+
+def _together(fits: Sequence[FrictionFit], joint: JointFit, value: np.ndarray) -> np.ndarray | None:
     """Covariance of the coefficients by the joint fit, and each normal force's own error; None if one is not of it."""
-    groups = material.joined.best.shared.groups
-    own = [(f.material, f.normal_force_n) for f in fits]
-    if any(group not in groups for group in own):
+    relative = joint.relative_covariance(fits[0].material, [f.normal_force_n for f in fits])
+    if relative is None:
         return None
-    at = [groups.index(group) for group in own]
-    width = material.joined.best.shared.coordinates[0].width
-    relative = width**2 * material.joined.covariance[np.ix_(at, at)]
-    relative = relative + np.diag([f.normal_force_u**2 for f in fits])
-    return np.asarray(relative * np.outer(value, value))
+    return np.asarray((relative + np.diag([f.normal_force_u**2 for f in fits])) * np.outer(value, value))
 
 
 def _square(value: np.ndarray, covariance: np.ndarray) -> float:

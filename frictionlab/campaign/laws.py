@@ -1,16 +1,22 @@
-"""Which law each material requires: the evidence of single tests, as a ladder of laws gives it, taken together.
-
-Each test has parameters of its own, so the joint evidence of a law is the product of its tests', and its logarithm the
-sum. Only laws that were tried in all tests of a material are compared.
-"""
+"""The law of each material: evidence of the laws tried, parameters in physical units, and the loops of its contact."""
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from frictionlab.campaign.joining import Material
-from frictionlab.identification.ladder import REQUIRED
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.campaign.joint_fit import JointFit
+from frictionlab.estimate import Estimate, Flat
+from frictionlab.inference.contact import contact_force
+from frictionlab.inference.ladder import REQUIRED, Ladder
+from frictionlab.scene import Scene
+from frictionlab.scene.physical import to_physical
 from frictionlab.tables import Row
+
+FloatArray = NDArray[np.float64]
+SHOWN = 3  # loops of a material
 
 
 @dataclass(frozen=True)
@@ -34,33 +40,148 @@ class LawEvidence:
     screened: bool | None = None
 
 
-def laws_together(joined: Mapping[str, Material], single: Sequence[LawEvidence]) -> tuple[LawEvidence, ...]:
-    """The laws tried on all tests of a material together, best first; else what single ladders say of it."""
-    lines = [line for material in joined.values() for line in _of_rungs(material)]
-    told = {line.material for line in lines}
-    return tuple(sorted([*lines, *(line for line in single if line.material not in told)], key=lambda e: e.material))
+@dataclass(frozen=True)
+class LawParameter:
+    """One parameter of one material's law, by all its tests.
+
+    ``value``: dimensionless, of a test at the mean Y and omega; ``physical``: in ``unit``, None where the scene does
+    not say what it takes; ``is_told``: whether the tests tell it at all; ``scatter``: of the value from test to test
+    beyond each test's own error.
+    """
+
+    material: str
+    law: str
+    parameter: str
+    number: Estimate
+    physical: Estimate
+    unit: str
+    is_told: bool
+    scatter: float | None = None
+    tests_p: float | None = None
+
+    value = Flat("number")
+    value_se = Flat("number", "se")
+    value_u = Flat("number", "u")
+    physical_value = Flat("physical")
+    physical_value_se = Flat("physical", "se")
+    physical_value_u = Flat("physical", "u")
 
 
-def _of_rungs(material: Material) -> list[LawEvidence]:
-    if not material.rungs:
-        return []
-    plain = material.rungs[0].log_evidence
-    tests = len(material.joined.best.fits)
-    lines = [
-        LawEvidence(
-            material=material.name,
-            law=rung.law.name,
-            tests=tests if rung.joint is None else len(rung.joint.fits),
-            log_evidence=rung.log_evidence,
-            gain=rung.log_evidence - plain,
-            response_nrmse=rung.nrmse,
-            chosen_in=None,
-            required=rung.law.name == material.law.name,
-            screened=rung.joint is None,
+@dataclass(frozen=True)
+class Loop:
+    """One test's contact over a cycle, arrays (p,): ``place`` m, ``speed`` m/s, ``force`` N (k Y without stiffness).
+
+    These as recovered from the motion, no law assumed but for the force's mean, which a sensor does not tell whose zero
+    is not the spring's; ``law_place``, ``law_speed``, ``law_force``: as the law has it.
+    """
+
+    material: str
+    normal_force_n: float
+    r: float
+    place: FloatArray
+    speed: FloatArray
+    force: FloatArray
+    law_place: FloatArray
+    law_speed: FloatArray
+    law_force: FloatArray
+
+
+def laws_together(ladders: Mapping[str, Ladder], single: Sequence[LawEvidence]) -> tuple[LawEvidence, ...]:
+    """Return the laws tried on the tests of each material together, best first; else what single ladders say of it."""
+    lines = [line for material, ladder in ladders.items() for line in _of_rungs(material, ladder)]
+    known = {line.material for line in lines}
+    return tuple(sorted([*lines, *(line for line in single if line.material not in known)], key=lambda e: e.material))
+
+
+def _of_rungs(material: str, ladder: Ladder) -> list[LawEvidence]:
+    fitted = [rung for rung in ladder.rungs if rung.fit is not None]
+    plain = next((rung.log_evidence for rung in fitted if rung.law.name == "coulomb"), None)
+    lines = []
+    for rung in fitted:
+        tests = [] if rung.fit is None else rung.fit.model.tests
+        nrmse = [
+            t.observation.nrmse(r) for t, r in zip(tests, rung.fit.place.residual if rung.fit else (), strict=True)
+        ]
+        lines.append(
+            LawEvidence(
+                material=material,
+                law=rung.law.name,
+                tests=len(tests),
+                log_evidence=rung.log_evidence,
+                gain=None if plain is None else rung.log_evidence - plain,
+                response_nrmse=_rms(nrmse),
+                chosen_in=None,
+                required=rung.law.name == ladder.chosen.law.name,
+            )
         )
-        for rung in material.rungs
-    ]
     return sorted(lines, key=lambda line: -line.log_evidence)
+
+
+def parameters_of(joint: JointFit, scene: Scene) -> tuple[LawParameter, ...]:
+    """Return the parameters of each material's law but its friction, which is in ``friction.csv``.
+
+    The value is the one that all tests share; what single tests scatter by is in ``scatter``.
+    """
+    posterior, found = joint.posterior, list[LawParameter]()
+    for material in sorted({str(observation.material) for observation in posterior.observations}):
+        i = joint.tests(material)[0]
+        test, law, estimates = posterior.tests[i], posterior.law(i), posterior.parameters(i)
+        observation = posterior.observations[i]
+        for place, k in enumerate(test.index):
+            u = posterior.unknowns[k]
+            if not u.law or u.name == "beta":
+                continue
+            c, times = float(posterior.fit.point[k]), float(test.factors[place])
+            slope = u.slope(c) * times
+            whole = slope * math.sqrt(posterior.covariance[k, k])
+            own = estimates[u.name]
+            value = Estimate(u.value(c) * times, min(own.se or whole, whole), whole)
+            factor, unit = to_physical(law.parameter(u.name), scene, amplitude=observation.unit, turn=observation.turn)
+            scatter = abs(slope) * float(posterior.fit.model.scatter[k]) if len(joint.tests(material)) > 1 else None
+            is_told = abs(u.value(c) * times) > 2.0 * whole or own.told
+            found.append(LawParameter(material, law.name, u.name, value, value.scaled(factor), unit, is_told, scatter))
+    return tuple(found)
+
+
+def loops_of(joint: JointFit, stiffness: float | None) -> tuple[Loop, ...]:
+    """Return the loops of a few tests of each material that the law explains best, slow, middling and fast."""
+    found = []
+    for material in sorted({str(observation.material) for observation in joint.posterior.observations}):
+        order = sorted(joint.tests(material), key=lambda i: joint.posterior.observations[i].r)
+        for part in np.array_split(np.array(order), SHOWN):
+            if len(part):
+                best = min(map(int, part), key=lambda i: _over_floor(joint, i))
+                found.append(_loop(joint, best, material, stiffness))
+    return tuple(loop for loop in found if loop is not None)
+
+
+def _over_floor(joint: JointFit, i: int) -> float:
+    observation = joint.posterior.observations[i]
+    return float(observation.nrmse(joint.posterior.fit.residual(i)) / observation.cycles.floor)
+
+
+def _loop(joint: JointFit, i: int, material: str, stiffness: float | None) -> Loop | None:
+    observation, values = joint.posterior.observations[i], joint.posterior.values(i)
+    measurement = observation.measurement
+    state = observation.state(values)
+    if state is None or state.orbit is None:
+        return None
+    late = observation.turn * values.get("lag_s", 0.0)
+    x, v = state.orbit.at(measurement.cycle.tau + late)
+    of_law = state.orbit.force(measurement.cycle.tau + late)
+    newtons = 1.0 if stiffness is None else stiffness * observation.unit
+    length, rate = observation.unit, observation.unit * observation.turn
+    return Loop(
+        material,
+        measurement.normal_force_n or math.nan,
+        observation.r,
+        length * measurement.cycle.mass_smooth,
+        rate * measurement.cycle.mass_velocity,
+        newtons * (contact_force(measurement, state.problem, late) + of_law.mean()),
+        length * (x - x.mean()),
+        rate * v,
+        newtons * of_law,
+    )
 
 
 def is_comparison(row: Row) -> bool:

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.identification.compare import model_words
-from frictionlab.identification.family import Family, law_and_held
+from frictionlab.inference.compare import base_words, model_words
+from frictionlab.inference.observations import law_and_held
 from frictionlab.scene import Scene, Solver
-from frictionlab.simulator import COSINE, Base, observe, steady_state
+from frictionlab.simulator import COSINE, Base, Problem, observe, steady_state
 from frictionlab.simulator.engine import choose
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.problem import Wall
@@ -41,9 +41,12 @@ class Model:
     wall: Wall = "fixed"
     solver: Solver = "auto"
 
-    def family(self, r: float, base: Base = COSINE) -> Family:
-        """All problems that a test at one frequency ratio may be."""
-        return Family(r, self.law, dict(self.held), self.wall, base)
+    def problem(self, r: float, beta: float, base: Base = COSINE) -> Problem:
+        """Return what is simulated at one frequency ratio and friction ratio."""
+        given = {p.name: p.default for p in self.law.parameters if p.default is not None} | dict(self.held)
+        given.pop("beta", None)
+        frame = given.pop("frame_damping_ratio", 0.0)
+        return Problem(r, beta, wall=self.wall, base=base, law=self.law, parameters=given, frame_damping_ratio=frame)
 
     @property
     def open_ones(self) -> list[str]:
@@ -68,7 +71,7 @@ class Model:
     def words(self) -> str:
         """The model as a reader would say it."""
         solver = "" if self.solver == "auto" else f", solver {self.solver}"
-        return model_words(self.family(1.0)) + solver
+        return model_words(self.law, self.wall, dict(self.held), base_words(1)) + solver
 
 
 def model_of(scene: Scene, *, recorded: bool = False) -> Model:
@@ -117,7 +120,7 @@ class Prediction:
 def predict(model: Model, r: float, beta: float, base: Base = COSINE) -> Prediction | None:
     """The steady state at (r, beta), or None where there is none (unbounded, or not found)."""
     try:
-        state = steady_state(model.family(r, base).problem({"beta": beta}), solver=model.solver)
+        state = steady_state(model.problem(r, beta, base), solver=model.solver)
     except SimulationError:
         return None
     seen = observe(state)

@@ -8,16 +8,13 @@ evidence does not tell apart share a rank; within a rank the better value stands
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from frictionlab.campaign.across import of_energies, of_frictions
 from frictionlab.campaign.drift import Drift
 from frictionlab.campaign.friction import FrictionFit, Verdict
-from frictionlab.campaign.joining import Material
 from frictionlab.campaign.sharing import GAIN, LAG, RIG
 from frictionlab.campaign.trials import levels, nearest
 from frictionlab.campaign.verdicts import TRANSIENT
@@ -75,20 +72,18 @@ class _Level:
     """A mean of one material: ``value``, its own ``error`` (None: not known), and what sensors and rig do to it.
 
     ``shared``: its error by sources that are the same for all materials, as a vector over these, so that they fall out
-    of a difference; ``apart``: what each material has for itself (its normal force, set anew); ``holds_own``: whether
-    the vector holds its own error too.
+    of a difference; ``apart``: what each material has for itself (its normal force, set anew).
     """
 
     value: float
     error: float | None
     shared: FloatArray
     apart: float
-    holds_own: bool = False
 
     @property
     def own(self) -> float:
         """What no other material has a part in, beside what it is apart by."""
-        return 0.0 if self.holds_own else self.error or 0.0
+        return self.error or 0.0
 
     @property
     def u(self) -> float | None:
@@ -117,16 +112,11 @@ def rank_all(
     fits: Sequence[FrictionFit],
     drifts: Sequence[Drift],
     materials: Sequence[str],
-    joined: Mapping[str, Material] = MappingProxyType({}),
 ) -> tuple[Rank, ...]:
-    """Rank all materials by the three criteria, in the contract's order, best first.
-
-    Where all of them were fitted together (``joined``), what their errors have in common is by that fit's covariance.
-    """
+    """Rank all materials by the three criteria, in the contract's order, best first."""
     cells = _cells(fits)
-    known = joined if all(m in joined for m in materials) else {}
     return (
-        *_ranks("energy", materials, _by_energy(cells, fits, materials, known), best=-1),
+        *_ranks("energy", materials, _by_energy(cells, fits, materials), best=-1),
         *_ranks("consistency", materials, _by_consistency(cells, materials), best=1),
         *_ranks("drift", materials, _by_drift(drifts), best=1),
     )
@@ -174,14 +164,12 @@ def _by_energy(
     cells: Mapping[str, Mapping[Cell, list[tuple[Verdict, FrictionFit]]]],
     fits: Sequence[FrictionFit],
     materials: Sequence[str],
-    joined: Mapping[str, Material],
 ) -> _Standing:
     """Mean energy over the common cells; its error is what a repeated campaign would scatter by."""
     common = _common(cells, materials)
     if not common:
-        return _by_coefficient(fits, materials, joined)
-    shifts = of_energies(joined)
-    found = {m: _mean_level([_cell_energy(cells[m][cell], shifts) for cell in common]) for m in materials}
+        return _by_coefficient(fits, materials)
+    found = {m: _mean_level([_cell_energy(cells[m][cell]) for cell in common]) for m in materials}
     return _standing(found, f"mean over {_count(common)} that all materials have in common; {SURVIVES}")
 
 
@@ -194,33 +182,22 @@ def _mean_level(each: Sequence[_Level]) -> _Level:
         math.hypot(*errors) / n if len(errors) == n else None,
         np.sum([level.shared for level in each], axis=0) / n,
         math.fsum(level.apart for level in each) / n,
-        all(level.holds_own for level in each),
     )
 
 
-def _cell_energy(tests: Sequence[tuple[Verdict, FrictionFit]], shifts: Mapping[str, FloatArray]) -> _Level:
-    return _mean_level([_test_energy(v, f, shifts) for v, f in tests])
+def _cell_energy(tests: Sequence[tuple[Verdict, FrictionFit]]) -> _Level:
+    return _mean_level([_test_energy(verdict, fit) for verdict, fit in tests])
 
 
-def _test_energy(verdict: Verdict, fit: FrictionFit, shifts: Mapping[str, FloatArray]) -> _Level:
-    """One test's energy: its own error, and the scatter from test to test carried over from the friction.
-
-    ``shifts``: by the sensors as the fit to all tests has found them; a test that is not in it has them for itself.
-    """
-    trial, size = verdict.trial, len(next(iter(shifts.values()), SHARED))
+def _test_energy(verdict: Verdict, fit: FrictionFit) -> _Level:
+    """One test's energy: its own error, and the scatter from test to test carried over from the friction."""
+    trial = verdict.trial
     if trial.regime == "stuck":
-        return _Level(0.0, 0.0, np.zeros(size), 0.0)
+        return _Level(0.0, 0.0, np.zeros(len(SHARED)), 0.0)
     energy = trial.mean[0]
     own = math.hypot(trial.mean_se[0], (fit.scatter or 0.0) * energy)
-    apart, by_two = abs(verdict.elasticity * energy) * fit.normal_force_u, _by_two_numbers(verdict, fit)
-    if not shifts:
-        return _Level(energy, own, by_two, apart)
-    shared = shifts.get(trial.source)
-    return (
-        _Level(energy, math.hypot(own, *by_two), np.zeros(size), apart)
-        if shared is None
-        else _Level(energy, own, shared, apart)
-    )
+    apart = abs(verdict.elasticity * energy) * fit.normal_force_u
+    return _Level(energy, own, _by_two_numbers(verdict, fit), apart)
 
 
 def _by_two_numbers(verdict: Verdict, fit: FrictionFit) -> FloatArray:
@@ -231,24 +208,19 @@ def _by_two_numbers(verdict: Verdict, fit: FrictionFit) -> FloatArray:
     return verdict.trial.mean[0] * np.array([gain, late])
 
 
-def _by_coefficient(fits: Sequence[FrictionFit], materials: Sequence[str], joined: Mapping[str, Material]) -> _Standing:
+def _by_coefficient(fits: Sequence[FrictionFit], materials: Sequence[str]) -> _Standing:
     """Without common cells, the friction coefficient stands for the energy: it governs it (thesis 4.3.2)."""
     found, known = dict[str, _Level](), [f for f in fits if f.coefficient.known]
-    errors = of_frictions(joined)
-    errors = errors if all((f.material, f.normal_force_n) in errors for f in known) else {}
     for m in materials:
-        own = [_coefficient(f, errors) for f in known if f.material == m]
+        own = [_coefficient(f) for f in known if f.material == m]
         if own:
             found[m] = _mean_level(own)
     evidence = "no test is common to all materials: friction coefficient instead, mean over their normal forces"
     return _standing(found, f"{evidence}; {SURVIVES}")
 
 
-def _coefficient(fit: FrictionFit, errors: Mapping[tuple[str, float], FloatArray]) -> _Level:
+def _coefficient(fit: FrictionFit) -> _Level:
     value = fit.friction_coefficient or 0.0
-    shared = errors.get((fit.material, fit.normal_force_n))
-    if shared is not None:
-        return _Level(value, fit.friction_coefficient_se, value * shared, value * fit.normal_force_u, holds_own=True)
     shared = value * np.array([fit.shares.get(source, 0.0) for source in RIG])
     return _Level(value, fit.friction_coefficient_se, shared, value * fit.normal_force_u)
 

@@ -27,8 +27,8 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
     panels[0].legend(fontsize=6, loc="center", frameon=True, framealpha=0.9)
     if laws:
         _ladder(panels[2], laws)
-    required = campaign.joined[material].law.name
-    headline(figure, f"{material}: {required}")
+    law = None if campaign.joint is None else campaign.joint.law(material)
+    headline(figure, f"{material}: {'no law' if law is None else law.name}")
     return figure
 
 

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from frictionlab.figures.style import BASE, MEASURED, PAGE, PREDICTED, caution, headline, look, new_figure
-from frictionlab.identification import Comparison
+from frictionlab.inference import Comparison
 
 TURN = 2 * math.pi
 

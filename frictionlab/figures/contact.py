@@ -9,7 +9,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from frictionlab.figures.style import BASE, MEASURED, PAGE, PREDICTED, caution, headline, look, new_figure
-from frictionlab.identification import ContactForce
+from frictionlab.inference import ContactForce
 
 FloatArray = NDArray[np.float64]
 TURN = 2.0 * np.pi

@@ -17,7 +17,7 @@ from frictionlab.figures.style import (
     look,
     new_figure,
 )
-from frictionlab.identification import WholeRecord
+from frictionlab.inference import WholeRecord
 
 ZOOM = 3  # periods of the drive that the zoom shows
 FLAT = 0.01  # relative: friction is drawn over at least so much up and down

@@ -1,1 +1,11 @@
-"""Which contact law recordings require, with which values, and how sure each is."""
+"""Which contact law recordings require, with which values, and how sure each is.
+
+measurement -> observe -> CycleObservation --infer--> Posterior --climb--> Ladder --compare--> Comparison
+"""
+
+from frictionlab.inference.compare import AUTO, compare, predict
+from frictionlab.inference.comparison import Comparison
+from frictionlab.inference.contact import ContactForce
+from frictionlab.inference.whole_record import Fitted, WholeRecord
+
+__all__ = ["AUTO", "Comparison", "ContactForce", "Fitted", "WholeRecord", "compare", "predict"]

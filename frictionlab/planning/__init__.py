@@ -1,8 +1,6 @@
 """The next tests planned: what each candidate would tell of a law, and which ones together tell most.
 
-    scene --laboratory, candidates--> Candidate --outlook--> cycles and slopes --told_by--> Told --plan_tests--> Plan
-
-The README of this folder tells the method.
+scene --laboratory, candidates--> Candidate --virtual_test--> what a fit of it would state --plan_tests--> Plan
 """
 
 from frictionlab.planning.choose import plan_tests, waiting

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import ParameterError, SceneError, UsageError
-from frictionlab.identification.family import Family, law_and_held
+from frictionlab.inference.observations import law_and_held
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import Law, Parameter, law_of
 from frictionlab.uncertainty import Sources, sources_of
@@ -51,11 +51,7 @@ class Laboratory:
     @property
     def free(self) -> tuple[str, ...]:
         """The law's parameters that are to be found, beta first."""
-        return self.family(1.0).free
-
-    def family(self, r: float) -> Family:
-        """What a test at a frequency ratio may be."""
-        return Family(r, self.law, dict(self.held), self.scene.model.wall)
+        return tuple(p.name for p in self.law.own if p.name not in self.held and not p.whole)
 
     def under(self, law: str) -> "Laboratory":
         """The same laboratory with another law in mind; nothing of it is held but the frame's damping.

@@ -8,29 +8,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import SceneError, UsageError
-from frictionlab.identification.coordinates import doubts, pulled
-from frictionlab.identification.identify import SURE, TOLD
-from frictionlab.identification.ladder import REQUIRED
-from frictionlab.planning.apart import Apart, apart_of, known_or_none, over_coulomb
-from frictionlab.planning.candidates import candidates, check_free, laboratory, told_together
-from frictionlab.planning.hours import LaboratoryTime, laboratory_time
-from frictionlab.planning.information import Told, of_contact, told_by
-from frictionlab.planning.outlook import Outlook, outlook_of
+from frictionlab.inference.ladder import REQUIRED
+from frictionlab.inference.unknowns import Unknown
+from frictionlab.planning.against import Between, evidence_over
+from frictionlab.planning.candidates import Candidate, Laboratory, candidates, check_free, laboratory, told_together
 from frictionlab.planning.plan import Plan, PlannedTest
-from frictionlab.planning.weights import Seen, as_weighed, joint_information, seen_by_fit, weighed
+from frictionlab.planning.virtual_test import (
+    Reference,
+    VirtualTest,
+    between_tests,
+    reference_of,
+    together,
+    values_in,
+    virtual_test,
+)
 from frictionlab.scene import Scene
-from frictionlab.simulator.engine import choose
-from frictionlab.simulator.kernel import layout
-from frictionlab.simulator.sweep import named
 
 FloatArray = NDArray[np.float64]
-SLIDES = 100.0  # to see what one candidate tells, roughly
-SWEEPS = 2  # through the tests chosen, each put to the test again
-SLOW = 1.0  # s that a law without exact slides takes to see what one candidate tells, roughly
-ROUNDS = 3  # of a choice by what tests tell roughly and of a closer look at those chosen
-NEAR = 40  # candidates of a choice between two laws to which both are fitted, at least
+BoolArray = NDArray[np.bool_]
+SWEEPS = 2  # through the tests chosen, each compared with all others again
+SLOW = 1.0  # s that a law without exact slides takes for one candidate, roughly
 AGAIN = 1e-9  # of what a test tells: a tie goes to one not chosen yet
 HOUR = 3600.0
+Gain = Callable[[Sequence[int]], FloatArray]
 
 
 def plan_tests(
@@ -82,28 +82,25 @@ def plan_tests(
     lab = laboratory(scene, law, measured)
     check_free(lab, aim)
     possible = candidates(lab)
-    choose(SLIDES * _work(len(possible), tests, between=against is not None))
-    outlook, time = outlook_of(lab, possible), laboratory_time(scene, possible)
-    told = told_by(outlook)
-    allowed = _allowed(outlook, told)
-    known = np.eye(len(outlook.coordinates)) + _told_before(measured, outlook)
-    limits = _Limits(time, allowed, tests, math.inf if hours is None else hours * HOUR, scene.plan.most_repeats)
+    reference = reference_of(lab, possible)
+    virtual = [virtual_test(lab, reference, candidate) for candidate in possible]
+    allowed = _allowed(lab, virtual)
+    limits = Limits(laboratory_time(scene, possible), allowed, tests, math.inf, scene.plan.most_repeats)
+    limits = limits if hours is None else limits.within(hours * HOUR)
+    unknowns = next(v.posterior.unknowns for v in virtual if v.posterior is not None)
     if against is None:
-        order, seen = _best_known(outlook, told, known, _aimed(outlook, aim), limits)
+        order = pick(_least_error(lab, reference, virtual, unknowns, aim, measured), limits)
         some = np.flatnonzero(allowed) if everything else np.unique(order)
-        seen |= seen_by_fit(outlook, [i for i in some.tolist() if i not in seen])
-        row = _alone(over_coulomb(outlook, told, seen))
+        between, over = None, {int(i): evidence_over(lab, reference, virtual[i], "coulomb") for i in some}
     else:
-        open_to, between = _near(apart_of(outlook, told, against), limits)
-        order = _pick(between.gain, open_to)
-        some = np.flatnonzero(open_to.allowed) if everything else np.unique(order)
-        seen = seen_by_fit(outlook, some.tolist())
-        row = between.fitted(some).judged(seen).row
-    every = _Every(outlook, weighed(outlook, told, seen), time, known, row)
+        between = Between.of(lab, reference, virtual, against, limits)
+        order, over = pick(between.gain, between.limits), {}
+        between = between.judged(np.flatnonzero(between.limits.allowed) if everything else np.unique(order))
+    rows = _Rows(lab, reference, virtual, limits.time, between, over, measured)
+    chosen = tuple(rows.test(i, order[: rank + 1]) for rank, i in enumerate(order))
     rest = [int(i) for i in np.flatnonzero(allowed) if i not in set(order)]
-    chosen = tuple(every.test(i, order[: rank + 1]) for rank, i in enumerate(order))
-    notes = _notes(outlook, chosen, against)
-    return Plan(outlook.lab.law.name, against, chosen, tuple(every.test(i) for i in rest), notes)
+    law_name = lab.law.name
+    return Plan(law_name, against, chosen, tuple(rows.test(i) for i in rest), _notes(lab, chosen, against))
 
 
 def waiting(scene: Scene, law: str | None = None, against: str | None = None) -> str | None:
@@ -117,103 +114,137 @@ def waiting(scene: Scene, law: str | None = None, against: str | None = None) ->
     lab = laboratory(scene, law)
     laws = [lab.law] if against is None else [lab.law, lab.under(against).law]
     slow, count = [one.name for one in laws if not one.is_exact], len(candidates(lab))
-    minutes = SLOW * len(slow) * (count + (3 * min(count, NEAR) if against is not None else 0)) / 60.0
+    minutes = 9.0 * SLOW * len(slow) * count / 60.0
     if minutes < 0.5:
         return None
     lists = "shorter lists in [plan] take less"
     return f"plan: {count} candidates under {' and '.join(slow)} take some {minutes:.0f} minutes: {lists}"
 
 
-def _work(count: int, tests: int, *, between: bool) -> float:
-    """What a plan simulates, over what one candidate's information takes, roughly."""
-    chosen = min(count, tests)
-    return 3.0 * count + 14.0 * min(count, NEAR) + 4.0 * chosen if between else count + 8.0 * chosen
-
-
-EvidenceRow = Callable[[int, Sequence[int] | None], dict[str, float | None]]
-
-
-def _alone(evidence: FloatArray) -> EvidenceRow:
-    """Evidence of single tests for the rows of a plan."""
-    return lambda i, order: {"log_bayes": known_or_none(float(evidence[i]))}  # noqa: ARG005
-
-
-def _best_known(
-    outlook: Outlook, told: Told, known: FloatArray, aim: NDArray[np.bool_], limits: "_Limits"
-) -> tuple[list[int], dict[int, Seen]]:
-    """Tests for the least error, and those looked at: what all tell roughly chooses them, and a closer look again."""
-    joint, looked_at = as_weighed(outlook, told).own.copy(), dict[int, Seen]()
-    for _ in range(ROUNDS):
-        order = _pick(_least_error(of_contact(outlook, joint), known, aim), limits)
-        new = seen_by_fit(outlook, sorted(set(order) - looked_at.keys()))
-        if not new:
-            break
-        looked_at |= new
-        for i, seen in new.items():
-            joint[i] = joint_information(seen) if told.tells[i] else 0.0
-    return _pick(_least_error(of_contact(outlook, joint), known, aim), limits), looked_at
-
-
-def _near(between: Apart, limits: "_Limits") -> tuple["_Limits", Apart]:
-    """Two laws, each at its own best values for the candidates that promise most about their first values."""
-    limits = replace(limits, allowed=limits.allowed & between.tells)
-    if not limits.allowed.any():
-        raise UsageError(
-            f"against: the candidates that plan.largest_response_m allows tell nothing of {between.against}: allow a"
-            " larger response, or change the ranges of [plan]"
-        )
-    rate = np.where(limits.allowed, between.gain([]) / limits.time.more([]), -math.inf)
-    return limits, between.fitted(np.argsort(-rate)[: max(NEAR, 4 * limits.tests)])
-
-
-def _aimed(outlook: Outlook, aim: Sequence[str]) -> NDArray[np.bool_]:
-    return np.array([c.law and (not aim or c.name in aim) for c in outlook.coordinates])
-
-
-def _allowed(outlook: Outlook, told: Told) -> NDArray[np.bool_]:
-    """Which candidates the rig allows, if any of them tells anything."""
-    largest, law = outlook.lab.scene.plan.largest_response_m, outlook.lab.law.name
-    response = _responses(outlook, told)
-    inside = np.ones(len(response), dtype=bool) if largest is None else ~(response > largest)
+def _allowed(lab: Laboratory, tests: Sequence[VirtualTest]) -> BoolArray:
+    """Which candidates the rig allows and say something."""
+    largest = lab.scene.plan.largest_response_m
+    response = np.array([test.response_m for test in tests])
+    inside = np.ones(len(tests), dtype=bool) if largest is None else ~(response > largest)
     if not inside.any():
         raise SceneError(
             f"plan.largest_response_m: {largest:g} m forbids all candidates; the least response expected is"
             f" {np.nanmin(response):.3g} m"
         )
-    if not (inside & told.tells).any():
+    tells = np.array([test.information is not None for test in tests])
+    if not (inside & tells).any():
         raise UsageError(
-            f"law {law}: no candidate tells anything: the mass stands still or has no steady state in all of them, or"
-            " would if friction were one standard error higher; change normal_forces_n, base_amplitudes_m or"
+            f"law {lab.law.name}: no candidate tells anything: the mass stands still or has no steady state in all of"
+            " them, or would if friction were one standard error higher; change normal_forces_n, base_amplitudes_m or"
             " frequency_ratios of [plan], or narrow friction_coefficient"
         )
-    return inside
+    return np.asarray(inside)
 
 
-def _responses(outlook: Outlook, told: Told) -> FloatArray:
-    return np.asarray(told.here.rows[:, layout.AMPLITUDE] * outlook.columns.amplitude)
-
-
-Gain = Callable[[Sequence[int]], FloatArray]
-
-
-def _least_error(information: FloatArray, known: FloatArray, aim: NDArray[np.bool_]) -> Gain:
+def _least_error(
+    lab: Laboratory,
+    reference: Reference,
+    tests: Sequence[VirtualTest],
+    unknowns: Sequence[Unknown],
+    aim: Sequence[str],
+    measured: Sequence[Mapping[str, object]],
+) -> Gain:
     """What each candidate adds to tests chosen: the fall of the logarithm of the parameters' joint uncertainty."""
+    m = len(unknowns)
+    middle = _middle_values(lab, reference)
+    holds = np.diag([1.0] * m) + known_before(lab, unknowns, middle, measured)
+    counted = np.array([u.law and (not aim or u.name in aim) for u in unknowns])
+    information = np.zeros((len(tests), m, m))
+    for i, test in enumerate(tests):
+        if test.information is not None:
+            s = between_tests(lab, unknowns, middle["beta"], test.candidate.duration_s)
+            own = test.information
+            inner = np.eye(m) + (s[:, None] * own) * s
+            information[i] = own - (own * s) @ np.linalg.solve(inner, s[:, None] * own)
+    silent = np.array([test.information is None for test in tests])
+
+    def spread(precision: FloatArray) -> FloatArray:
+        left = np.linalg.inv(precision)[..., counted, :][..., counted]
+        return np.asarray(0.5 * np.linalg.slogdet(left)[1])
 
     def gain(order: Sequence[int]) -> FloatArray:
-        total = known + information[np.asarray(order, dtype=np.intp)].sum(axis=0)
-        return _spread(total, aim) - _spread(total + information, aim)
+        total = holds + information[np.asarray(order, dtype=np.intp)].sum(axis=0)
+        return np.where(silent, -math.inf, spread(total) - spread(total + information))
 
     return gain
 
 
-def _spread(precision: FloatArray, aim: NDArray[np.bool_]) -> FloatArray:
-    """Half the log determinant of the covariance's block that counts."""
-    left = np.linalg.inv(precision)[..., aim, :][..., aim]
-    return np.asarray(0.5 * np.linalg.slogdet(left)[1])
+def _middle_values(lab: Laboratory, reference: Reference) -> dict[str, float]:
+    r = reference.turn / (2.0 * math.pi * lab.natural_frequency_hz)
+    return values_in(lab, reference, Candidate(r, reference.force, reference.amplitude, 0.0))
+
+
+def known_before(
+    lab: Laboratory,
+    unknowns: Sequence[Unknown],
+    values: Mapping[str, float],
+    measured: Sequence[Mapping[str, object]],
+) -> FloatArray:
+    """Return what is known of the law's parameters before the first test, as information on their coordinates."""
+    known = np.zeros((len(unknowns), len(unknowns)))
+    found = told_together(measured, lab.scene.plan.repeatability)
+    coefficient = found.get("friction_coefficient")
+    for k, u in enumerate(unknowns):
+        if not u.law:
+            continue
+        slope = u.slope(u.at(values[u.name])) if values[u.name] or u.scale == "linear" else 0.0
+        if u.name == "beta":
+            value, error = lab.coefficient if coefficient is None else (coefficient.value, coefficient.u)
+            known[k, k] = (slope / (values["beta"] * error / value)) ** 2
+        elif u.name in found:
+            known[k, k] = (slope / found[u.name].u) ** 2
+    return known
 
 
 @dataclass(frozen=True)
-class _Limits:
+class LaboratoryTime:
+    """What tests cost, s: ``running`` (n,) each time; ``change_force``, ``change_drive`` once for each of their groups.
+
+    ``force``, ``drive`` (n,): number of the group that shares a normal force, or that and the motion of the base.
+    """
+
+    running: FloatArray
+    force: NDArray[np.intp]
+    drive: NDArray[np.intp]
+    change_force: float
+    change_drive: float
+
+    def more(self, order: Sequence[int]) -> FloatArray:
+        """Time (n,) that each candidate would add to tests already chosen."""
+        chosen = np.asarray(order, dtype=np.intp)
+        new_force = ~np.isin(self.force, self.force[chosen])
+        new_drive = ~np.isin(self.drive, self.drive[chosen])
+        return np.asarray(self.running + self.change_force * new_force + self.change_drive * new_drive)
+
+    def total(self, order: Sequence[int]) -> float:
+        """Time of some tests together."""
+        chosen = np.asarray(order, dtype=np.intp)
+        changes = self.change_force * len(set(self.force[chosen])) + self.change_drive * len(set(self.drive[chosen]))
+        return float(self.running[chosen].sum()) + changes
+
+
+def laboratory_time(scene: Scene, tests: Sequence[Candidate]) -> LaboratoryTime:
+    """Return what tests cost by ``[plan]``: each weight is put on once, each motion of the base set once for it."""
+    plan = scene.plan
+    drives = [(t.normal_force_n, t.base_amplitude_m, t.frequency_ratio) for t in tests]
+    forces = {force: i for i, force in enumerate(dict.fromkeys(t.normal_force_n for t in tests))}
+    numbers = {drive: i for i, drive in enumerate(dict.fromkeys(drives))}
+    return LaboratoryTime(
+        np.array([t.duration_s + plan.setup_s for t in tests]),
+        np.array([forces[t.normal_force_n] for t in tests]),
+        np.array([numbers[drive] for drive in drives]),
+        plan.change_force_s,
+        plan.change_drive_s,
+    )
+
+
+@dataclass(frozen=True)
+class Limits:
     """What a choice keeps to: laboratory time, bounds of the rig, ``tests`` and ``budget`` (s) at most."""
 
     time: LaboratoryTime
@@ -221,6 +252,10 @@ class _Limits:
     tests: int
     budget: float
     most_repeats: int | None
+
+    def within(self, budget: float) -> "Limits":
+        """Return the same with so much laboratory time, s."""
+        return replace(self, budget=budget)
 
     def free(self, order: Sequence[int]) -> NDArray[np.bool_]:
         """Which candidates may follow tests chosen."""
@@ -232,7 +267,7 @@ class _Limits:
         return np.bincount(np.asarray(order, dtype=np.intp), minlength=len(self.allowed))
 
 
-def _pick(gain: Gain, limits: _Limits) -> list[int]:
+def pick(gain: Gain, limits: Limits) -> list[int]:
     """Indices of the tests chosen, best first.
 
     Each is the one that tells most for the time it adds. What the first tell beside nothing is no measure of what they
@@ -253,7 +288,7 @@ def _pick(gain: Gain, limits: _Limits) -> list[int]:
     return _ranked(order, gain, limits)
 
 
-def _filled(order: list[int], gain: Gain, limits: _Limits) -> list[int]:
+def _filled(order: list[int], gain: Gain, limits: Limits) -> list[int]:
     """Tests chosen, and more as long as number and time allow."""
     order = list(order)
     while len(order) < limits.tests and (free := limits.free(order)).any():
@@ -261,14 +296,14 @@ def _filled(order: list[int], gain: Gain, limits: _Limits) -> list[int]:
     return order
 
 
-def _next(order: list[int], gain: Gain, limits: _Limits, free: NDArray[np.bool_]) -> int:
+def _next(order: list[int], gain: Gain, limits: Limits, free: NDArray[np.bool_]) -> int:
     """The candidate that tells most beside tests chosen, for the time it adds."""
     more, told = limits.time.more(order), gain(order) * (1.0 - AGAIN * limits.often(order))
     rate = np.where(told > 0.0, told / more, told * more)
     return int(np.argmax(np.where(free, rate, -math.inf)))
 
 
-def _ranked(chosen: list[int], gain: Gain, limits: _Limits) -> list[int]:
+def _ranked(chosen: list[int], gain: Gain, limits: Limits) -> list[int]:
     """The tests chosen, best first."""
     order: list[int] = []
     while len(order) < len(chosen):
@@ -277,113 +312,83 @@ def _ranked(chosen: list[int], gain: Gain, limits: _Limits) -> list[int]:
     return order
 
 
-def _notes(outlook: Outlook, tests: Sequence[PlannedTest], against: str | None) -> tuple[str, ...]:
+def _notes(lab: Laboratory, tests: Sequence[PlannedTest], against: str | None) -> tuple[str, ...]:
     """What is assumed, and what the plan will not do."""
-    plan, notes = outlook.lab.scene.plan, outlook.lab.notes
+    plan, notes = lab.scene.plan, lab.notes
     if len(tests) > 1 and not plan.repeatability and not plan.drift_per_hour:
         notes = (*notes, "plan.repeatability: not given: friction is taken to be the same in every test")
-    if against is not None and "breakaway" in f"{outlook.lab.law.name}+{against}":
+    if against is not None and "breakaway" in f"{lab.law.name}+{against}":
         notes = (*notes, "against: motions jump with break-away: the evidence may come out some ten times lower")
     after = tests[-1].log_bayes_after
     if against is not None and after is not None and after < REQUIRED:
-        laws = f"{outlook.lab.law.name} from {against}"
+        laws = f"{lab.law.name} from {against}"
         said = f"{REQUIRED:g} decides, {after:.2g} is expected; allow more tests, or larger values in plan.expected"
         notes = (*notes, f"against: these tests are not expected to tell {laws}: {said}")
     return notes
 
 
-class _Every:
-    """Candidates as rows of a plan; what they share is computed once."""
+@dataclass(frozen=True)
+class _Rows:
+    """Candidates as rows of a plan."""
 
-    def __init__(self, outlook: Outlook, told: Told, time: LaboratoryTime, known: FloatArray, row: EvidenceRow) -> None:
-        self.outlook, self.told, self.time, self.known, self.row = outlook, told, time, known, row
-        self.names = [c.name for c in outlook.coordinates if c.law]
-        self.units, self.values = _units(outlook), outlook.values(outlook.expected)
-        self.law = law = np.flatnonzero(outlook.law)
-        held = _deviations((np.eye(len(known)) + told.own)[:, law[:, None], law])
-        self.doubt = doubts(outlook.coordinates, outlook.expected)
-        joint = np.maximum(_combined(np.eye(len(known)) + told.joint, self.doubt)[:, law], held)
-        self.expected, self.expected_u, self.is_told = held * self.units, joint * self.units, self._sure(joint)
-        self.of_contact = of_contact(outlook, told.joint)
-        self.tells = told.tells
-        self.regimes = named(told.here.rows)["regime"]
-        self.responses = _responses(outlook, told)
-        self.more = time.more([])
-
-    def _sure(self, spread: FloatArray) -> NDArray[np.bool_]:
-        """Whether tests tell the law's parameters, by the rule of a fit: known better, and away from doing nothing."""
-        outlook, law = self.outlook, self.law
-        away = np.array([_from_neutral(outlook, int(i)) for i in law])
-        at_all = np.array([outlook.coordinates[i].name == "beta" or outlook.coordinates[i].is_log for i in law])
-        return np.asarray((spread**2 < TOLD) & (at_all | (np.abs(away) > SURE * spread)))
+    lab: Laboratory
+    reference: Reference
+    tests: Sequence[VirtualTest]
+    time: LaboratoryTime
+    between: Between | None
+    over: Mapping[int, float | None]
+    measured: Sequence[Mapping[str, object]]
 
     def test(self, i: int, order: Sequence[int] | None = None) -> PlannedTest:
         """One candidate as a row; `order`: the tests up to it, if it is chosen."""
-        columns, tells = self.outlook.columns, bool(self.tells[i])
+        test, candidate = self.tests[i], self.tests[i].candidate
+        values = values_in(self.lab, self.reference, candidate)
+        names = self.lab.free
+        estimates = {} if test.posterior is None else test.posterior.parameters(0)
+        se, u = ({name: getattr(estimates.get(name), key, None) for name in names} for key in ("se", "u"))
+        after_se, after_u = (None, None) if order is None else self._after(i, order)
+        evidence = {"log_bayes": self.over.get(i)} if self.between is None else self.between.row(i, order)
+        response = test.response_m
         return PlannedTest(
             rank=None if order is None else len(order),
-            frequency_ratio=float(columns.r[i]),
-            normal_force_n=float(columns.force[i]),
-            base_amplitude_m=float(columns.amplitude[i]),
-            duration_s=float(columns.duration[i]),
-            regime=str(self.regimes[i]) or None,
-            response_m=float(self.responses[i]) if math.isfinite(self.responses[i]) else None,
-            expected=self._named(self.expected[i], tells=tells),
-            expected_u=self._named(self.expected_u[i], tells=tells),
-            cumulative=None if order is None else self._after(i, order, held=True),
-            cumulative_u=None if order is None else self._after(i, order, held=False),
-            laboratory_s=float(self.more[i] if order is None else self.time.more(order[:-1])[i]),
+            frequency_ratio=candidate.frequency_ratio,
+            normal_force_n=candidate.normal_force_n,
+            base_amplitude_m=candidate.base_amplitude_m,
+            duration_s=candidate.duration_s,
+            regime=None if test.state is None else test.state.regime,
+            response_m=response if math.isfinite(response) else None,
+            expected=se,
+            expected_u=u,
+            cumulative=after_se,
+            cumulative_u=after_u,
+            laboratory_s=float(self.time.more([] if order is None else order[:-1])[i]),
             total_s=None if order is None else self.time.total(order),
-            drive_frequency_hz=float(columns.drive_hz[i]),
-            values={name: float(self.values[name][i]) for name in self.names},
-            told={name: bool(told) for name, told in zip(self.names, self.is_told[i], strict=True)},
-            **self.row(i, order),
+            drive_frequency_hz=candidate.frequency_ratio * self.lab.natural_frequency_hz,
+            values={name: values[name] for name in names},
+            told={name: bool(estimates and estimates[name].told) for name in names},
+            **evidence,
         )
 
-    def _named(self, errors: FloatArray, *, tells: bool) -> dict[str, float | None]:
-        return {name: float(e) if tells else None for name, e in zip(self.names, errors, strict=True)}
-
-    def _after(self, i: int, order: Sequence[int], *, held: bool) -> dict[str, float | None]:
-        some, law = np.asarray(order), self.law
-        spread = _deviations((self.known + self.told.information[some].sum(axis=0))[np.ix_(law, law)])
-        if not held:
-            spread = np.maximum(spread, _combined(self.known + self.of_contact[some].sum(axis=0), self.doubt)[law])
-        return self._named(spread * self.units[i], tells=True)
-
-
-def _units(outlook: Outlook) -> FloatArray:
-    """Change (n, l) of the law's parameters, in each test's own units, by one deviation of their coordinates."""
-    values = outlook.values(outlook.expected)
-    law = [(i, c) for i, c in enumerate(outlook.coordinates) if c.law]
-    return np.stack([c.width * (values[c.name] if c.is_log else outlook.scales[:, i]) for i, c in law], axis=1)
-
-
-def _deviations(precision: FloatArray) -> FloatArray:
-    return _combined(precision, np.ones(precision.shape[-1]))
-
-
-def _combined(precision: FloatArray, doubt: FloatArray) -> FloatArray:
-    """Deviations to state: of the covariance, with what priors whose tails reach farther add to it (`pulled`).
-
-    As a fit states them (`frictionlab.identification.fit_errors.errors_of`).
-    """
-    left: FloatArray = np.asarray(np.linalg.inv(precision))
-    more = (pulled(left, doubt) ** 2 - left**2).sum(axis=-1)
-    return np.asarray(np.sqrt(np.diagonal(left, axis1=-2, axis2=-1) + more))
-
-
-def _from_neutral(outlook: Outlook, i: int) -> float:
-    """Coordinate of the expected value, counted from where its term does nothing."""
-    c, expected = outlook.coordinates[i], float(outlook.expected[i])
-    return expected - (c.low if c.folded else 0.0 if not c.is_log else -3.0)
-
-
-def _told_before(measured: Sequence[Mapping[str, object]], outlook: Outlook) -> FloatArray:
-    """Information of comparisons at hand, by the uncertainties that they state."""
-    known = np.zeros((len(outlook.coordinates), len(outlook.coordinates)))
-    told = told_together(measured, outlook.lab.scene.plan.repeatability)
-    for i, c in enumerate(outlook.coordinates):
-        name = "friction_coefficient" if c.name == "beta" and "friction_coefficient" in told else c.name
-        if c.law and name in told and told[name].value != 0.0:
-            known[i, i] = (c.width * (abs(told[name].value) if c.is_log else 1.0) / told[name].u) ** 2
-    return known
+    def _after(self, i: int, order: Sequence[int]) -> tuple[dict[str, float | None], dict[str, float | None]]:
+        """Standard errors and combined uncertainties of the shared parameters after some tests, in test i's units."""
+        plan = self.lab.scene.plan
+        chosen = [self.tests[k] for k in order if self.tests[k].posterior is not None]
+        names = self.lab.free
+        if not chosen:
+            return dict.fromkeys(names), dict.fromkeys(names)
+        drift = 0.5 * plan.drift_per_hour * max(t.candidate.duration_s for t in chosen) / HOUR
+        joint = together(chosen, {"beta": math.hypot(plan.repeatability, drift)})
+        values, here = (values_in(self.lab, self.reference, t.candidate) for t in (chosen[0], self.tests[i]))
+        known = known_before(self.lab, joint.unknowns, values, self.measured)
+        law = np.array([u.law for u in joint.unknowns])
+        held = np.linalg.inv((np.linalg.inv(joint.plain) + known)[np.ix_(law, law)])
+        whole = np.linalg.inv(np.linalg.inv(joint.covariance) + known)
+        se, u = dict[str, float | None](), dict[str, float | None]()
+        for place, k in enumerate(np.flatnonzero(law)):
+            unknown = joint.unknowns[k]
+            slope = abs(unknown.slope(float(joint.fit.point[k])))
+            first = values[unknown.name]
+            scale = abs(here[unknown.name] / first) if first else 1.0
+            u[unknown.name] = slope * scale * math.sqrt(float(whole[k, k]))
+            se[unknown.name] = min(slope * scale * math.sqrt(float(held[place, place])), u[unknown.name] or math.inf)
+        return se, u

@@ -14,10 +14,11 @@ from frictionlab.campaign import Trial, Verdict
 from frictionlab.campaign.trials import short_name
 from frictionlab.estimate import Estimate
 from frictionlab.files import write_whole
-from frictionlab.identification.contact_force import FittedRig, contact_force
+from frictionlab.inference.contact import contact_force
 from frictionlab.recording import Recording
 from frictionlab.report.chart import Line, chart
 from frictionlab.scene import Scene
+from frictionlab.simulator import Problem
 from frictionlab.tables import Row
 
 HERE = Path(__file__).parent
@@ -38,14 +39,15 @@ class Sheet:
     """What a page of one test shows; ``measurement``, ``recording``: where the recording is at hand.
 
     ``verdict``: what the campaign's fit says of it; ``comparison``: the row of `compare-numeric`, where it is given;
-    ``fitted``: sensors and rig as the fit of its material's tests has found them.
+    ``fitted``: what the fit of all tests simulates for this one, and the phase (rad) by which its base's channel is
+    late.
     """
 
     trial: Trial
     scene: Scene
     verdict: Verdict | None = None
     comparison: Row | None = None
-    fitted: FittedRig | None = None
+    fitted: tuple[Problem, float] | None = None
     measurement: Measurement | None = None
     recording: Recording | None = None
 
@@ -188,7 +190,8 @@ def _charts(sheet: Sheet) -> Iterator[tuple[str, str, str]]:
 def _forces(sheet: Sheet, measured: Measurement, unit: float) -> Iterator[tuple[str, str, str]]:
     stiffness = sheet.scene.rig.stiffness
     newtons, name = (1.0, "k Y") if stiffness is None else (stiffness * unit * 1e-3, "N")
-    force = _closed(newtons * contact_force(measured, sheet.scene.frame_damping_ratio, fitted=sheet.fitted))
+    problem, late = (None, 0.0) if sheet.fitted is None else sheet.fitted
+    force = _closed(newtons * contact_force(measured, problem, late))
     cycle, turn = measured.cycle, 2.0 * np.pi * (measured.drive.value or np.nan)
     place, speed = _closed(unit * cycle.mass_smooth), _closed(unit * turn * cycle.mass_velocity)
     label = f"friction force [{name}]"
@@ -222,8 +225,8 @@ def sheets_of(
     verdicts: Mapping[str, Verdict],
     comparisons: Mapping[str, Row],
     scene: Scene,
-    rigs: Mapping[str, FittedRig],
+    fitted: Mapping[str, tuple[Problem, float]],
 ) -> list[Sheet]:
     """The pages of a campaign, in the order of its tests, without what their recordings would add."""
     sources = ((t, t.source) for t in trials)
-    return [Sheet(t, scene, verdicts.get(name), comparisons.get(name), rigs.get(name)) for t, name in sources]
+    return [Sheet(t, scene, verdicts.get(name), comparisons.get(name), fitted.get(name)) for t, name in sources]

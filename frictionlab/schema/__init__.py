@@ -72,7 +72,7 @@ COMPARISONS = _table(
         predicted_response_amplitude predicted_stops_per_cycle predicted_regime energy_difference response_nrmse model
         solver closure_error friction_force_n_se friction_coefficient_se accuracy law parameters response_floor misfit
         verdict laws record_nrmse record_energy_difference cycle_law record_laws friction_ratio_u friction_force_n_u
-        friction_coefficient_u nuisances budget""",
+        friction_coefficient_u nuisances levels budget""",
     lead=6,
     shown="""source frequency_ratio energy_per_cycle friction_ratio friction_ratio_u predicted_energy_per_cycle
         response_nrmse misfit verdict friction_force_n friction_coefficient record_nrmse record_energy_difference
@@ -82,14 +82,14 @@ COMPARISONS = _table(
 LAWS = _table(
     "laws",
     "One law of the ladder that `--law auto` climbs.",
-    "law parameters log_evidence response_nrmse held_out_nrmse required seconds",
+    "law parameters log_evidence response_nrmse held_out_nrmse required seconds note",
     lead=4,
     shown="law log_evidence response_nrmse held_out_nrmse required seconds",
 )
 RECORD_LAWS = _table(
     "laws of a record",
     "One law that a whole record tries (`--law auto --fit whole`).",
-    "law parameters log_evidence_gain record_nrmse required seconds",
+    "law parameters log_evidence_gain record_nrmse required seconds note",
     lead=4,
     shown="law log_evidence_gain record_nrmse required seconds",
 )

@@ -22,7 +22,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.files import write_whole
 from frictionlab.hdf5 import read_recording
 from frictionlab.hdf5.recordings import pieces_of
-from frictionlab.identification import compare
+from frictionlab.inference import compare
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene

@@ -7,11 +7,11 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.campaign import Campaign, Watch, is_comparison, read_measurements, trial_of
 from frictionlab.campaign import evaluate as evaluate_trials
 from frictionlab.experiment import facts_of
-from frictionlab.identification import AUTO
+from frictionlab.inference.compare import AUTO
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
 from frictionlab.tables import Row
-from frictionlab.verbs.cycles import Probes, cycles_of
+from frictionlab.verbs.cycles import observations_of
 from frictionlab.verbs.inputs import AnyScene, FilePath, scene_given
 
 TABLES = ("model", "rig")
@@ -69,17 +69,13 @@ def evaluate(
     sources = {str(row["source"]) for row in measured}
     alone = [row for row in comparisons if str(row["source"]) not in sources]
     trials = [trial_of(row, facts_of(known, Path(str(row["source"]))).values) for row in (*measured, *alone)]
-    recorded = cycles_of(trials, known, folders=sorted(places), law=law, workers=workers)
-    given = {str(row["source"]) for row in comparisons}
-    comparisons += [row for row in recorded.comparisons if str(row["source"]) not in given]
     return evaluate_trials(
         trials,
         known,
         folders=sorted(places),
         comparisons=comparisons,
-        cycles=recorded.cycles,
+        observations=observations_of(trials, known, folders=sorted(places), workers=workers),
         find_law=law == AUTO,
-        probe=Probes(known, recorded.paths, workers),
         watch=watch,
     )
 

@@ -7,8 +7,8 @@ from frictionlab.verbs.inputs import AnyScene, FilePath, measurement_given, reco
 
 if TYPE_CHECKING:
     from frictionlab.analysis.measurement import Measurement
-    from frictionlab.identification import Comparison, Fitted
-    from frictionlab.identification.explain import Explanation
+    from frictionlab.inference import Comparison, Fitted
+    from frictionlab.inference.explain import Explanation
     from frictionlab.recording import Recording
 
 JUDGED = ("model", "analysis", "rig")
@@ -53,8 +53,8 @@ def compare(
         The file, the scene or a setting is refused.
     """
     from frictionlab.analysis.measurement import Measurement
-    from frictionlab.identification import compare as compare_recording
-    from frictionlab.identification import predict
+    from frictionlab.inference import compare as compare_recording
+    from frictionlab.inference import predict
 
     known = scene_given(scene, settings, JUDGED)
     if not whole and fit == "cycle":
@@ -91,9 +91,9 @@ def explain(
     LogError, RecordingError, SceneError, UsageError
         The file, the scene or a setting is refused.
     """
-    from frictionlab.identification import Comparison
-    from frictionlab.identification.explain import explain as explain_measurement
-    from frictionlab.identification.explain import explain_comparison
+    from frictionlab.inference import Comparison
+    from frictionlab.inference.explain import explain as explain_measurement
+    from frictionlab.inference.explain import explain_comparison
 
     known = scene_given(scene, settings, JUDGED)
     if isinstance(what, Comparison):

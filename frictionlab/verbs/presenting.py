@@ -174,7 +174,8 @@ def _write_sheets(campaign: "Campaign", folder: Path, *, force: bool) -> None:
     from frictionlab.report.sheet import sheet_name, sheets_of, write_sheet
 
     make_folder(folder)
-    plain = sheets_of(campaign.trials, campaign.verdicts, campaign.comparisons, campaign.scene, campaign.rigs)
+    fitted = {} if campaign.joint is None else campaign.joint.problems()
+    plain = sheets_of(campaign.trials, campaign.verdicts, campaign.comparisons, campaign.scene, fitted)
     for number, sheet in enumerate(plain, 1):
         path = folder / sheet_name(number, sheet.trial)
         write_sheet(_with_recording(sheet, campaign), path, back="../report.html#tests", force=force)

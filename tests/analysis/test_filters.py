@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from frictionlab.analysis.filters import SensorChannel, cut_away, in_band, kept, low_pass, third_lost
 from frictionlab.analysis.measure import measure
 from frictionlab.errors import AnalysisError
-from frictionlab.identification import compare, predict
+from frictionlab.inference import compare, predict
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, observe, steady_state
 from tests.benchmarks.uncertainty_coverage import TABLES, Sensors, filters_of, off_as_declared
-from tests.identification.contacts import recorded, scene
+from tests.inference.contacts import recorded, scene
 
 FloatArray = NDArray[np.float64]
 SHARE = "filter of the mass sensor"

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from frictionlab.analysis.measure import measure
-from frictionlab.identification import predict
+from frictionlab.inference import predict
 from frictionlab.simulator import Motion
 from tests.analysis.seen import NOISE_M, recording_of, scene, steady
 

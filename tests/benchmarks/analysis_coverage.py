@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from frictionlab.analysis.measure import measure
-from frictionlab.identification import predict
+from frictionlab.inference import predict
 from frictionlab.recording import Recording
 from tests.analysis.seen import BASE_M, NATURAL_HZ, scene, steady, through_laser
 

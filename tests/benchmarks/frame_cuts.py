@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from frictionlab.errors import FrictionlabError
-from frictionlab.identification import compare
-from frictionlab.identification.comparison import Comparison
+from frictionlab.inference import compare
+from frictionlab.inference.comparison import Comparison
 from frictionlab.logs import read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, read_scene

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.measure import measure
 from frictionlab.errors import SimulationError
-from frictionlab.identification import compare
-from frictionlab.identification.comparison import Comparison
+from frictionlab.inference import compare
+from frictionlab.inference.comparison import Comparison
 from frictionlab.logs import read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import read_scene

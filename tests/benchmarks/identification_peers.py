@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.identification import compare
-from frictionlab.identification.contact_force import contact_force
-from frictionlab.identification.seen import nrmse_of
+from frictionlab.inference import compare
+from frictionlab.inference.compare import nrmse_of
+from frictionlab.inference.contact import contact_force
+from frictionlab.inference.observations import measured_base
 from frictionlab.logs import read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, read_scene
@@ -92,7 +93,10 @@ def sindy(_recording: Recording, measurement: Measurement, _scene: Scene) -> Fou
 
 def _sliding(measurement: Measurement) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
     v, z = measurement.cycle.mass_velocity, measurement.cycle.mass_smooth
-    return v, z, contact_force(measurement, FRAME), np.abs(v) > SLIDES * np.abs(v).max()
+    rig = Problem(
+        measurement.frequency_ratio or math.nan, 0.3, base=measured_base(measurement), frame_damping_ratio=FRAME
+    )
+    return v, z, contact_force(measurement, rig), np.abs(v) > SLIDES * np.abs(v).max()
 
 
 def _of_map(measurement: Measurement, values: FloatArray, errors: FloatArray) -> Found:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from frictionlab.scene import Scene, scene_from_tables
-from tests.identification.contacts import BASE_M, NATURAL_HZ
+from tests.inference.contacts import BASE_M, NATURAL_HZ
 
 STIFFNESS, COEFFICIENT = 1191.0, 0.6
 STEP_M = 1.02 * 0.05 / 65520  # of the sensors

@@ -22,8 +22,8 @@ from pathlib import Path
 import numpy as np
 
 import frictionlab
-from frictionlab.identification import compare
-from frictionlab.identification.comparison import Comparison
+from frictionlab.inference import compare
+from frictionlab.inference.comparison import Comparison
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
@@ -31,7 +31,7 @@ from frictionlab.simulator.elastic import engine as elastic
 from frictionlab.simulator.engine import compiled
 from frictionlab.simulator.laws import law_of
 from tests.benchmarks.uncertainty_coverage import TABLES, off_as_declared
-from tests.identification.contacts import recorded, scene
+from tests.inference.contacts import recorded, scene
 
 RESULT = Path(__file__).parent / "results" / "law_recovery.txt"
 WORDS = "as declared", "off by that"

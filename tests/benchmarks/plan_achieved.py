@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from frictionlab.analysis.measure import measure
-from frictionlab.identification import predict
+from frictionlab.inference import predict
 from frictionlab.planning import PlannedTest, plan_tests
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.engine import compiled
 from tests.benchmarks.laboratory import COEFFICIENT, STIFFNESS, laboratory
-from tests.identification.contacts import BASE_M, recorded
+from tests.inference.contacts import BASE_M, recorded
 
 RESULT = Path(__file__).parent / "results" / "plan_achieved.txt"
 LAWS: dict[str, dict[str, float]] = {

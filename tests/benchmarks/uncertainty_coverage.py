@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.filters import low_pass
 from frictionlab.analysis.measure import measure
-from frictionlab.identification import predict
+from frictionlab.inference import predict
 from frictionlab.recording import Recording
 from frictionlab.simulator import Problem, observe, steady_state
 from frictionlab.simulator.engine import compiled
-from tests.identification.contacts import NATURAL_HZ, recorded, scene
+from tests.inference.contacts import NATURAL_HZ, recorded, scene
 
 FloatArray = NDArray[np.float64]
 RESULTS = Path(__file__).parent / "results"

@@ -32,10 +32,10 @@ def test_a_campaign_tells_a_kind_once_on_screen_and_in_its_report(tmp_path: Path
     write_rows(rows, tmp_path / "m.jsonl")
     done = CliRunner().invoke(app, ["campaign", str(tmp_path / "m.jsonl"), "-o", str(tmp_path / "out")])
     assert done.exit_code == 0, done.output
-    told = [line for line in done.stderr.splitlines() if "warning: " in line]
-    assert [line.partition("frictionlab: ")[2] for line in told] == [
-        "steel_N1_r0.3.h5 and 2 more: warning: stops_per_cycle: 0.3 in some cycles",
-        "steel_N1_r0.3.h5: warning: odd",
+    told = [line for line in done.stderr.splitlines() if "warning (" in line]
+    assert told == [
+        "frictionlab: warning (3 tests): stops_per_cycle: 0.3 in some cycles",
+        "frictionlab: warning (steel_N1_r0.3): odd",
     ]
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8").partition('<section id="warnings">')[2]
     assert page.count("in some cycles") == 1

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from frictionlab.scene import Scene, scene_from_tables
-from tests.identification.contacts import BASE_M, NATURAL_HZ
+from tests.inference.contacts import BASE_M, NATURAL_HZ
 
 STIFFNESS = 1191.0
 

@@ -2,24 +2,13 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
-import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from frictionlab.errors import SceneError, UsageError
-from frictionlab.identification.coordinates import Coordinate
-from frictionlab.identification.fit import Fit, fit, log_evidence
-from frictionlab.identification.forward import Forward
-from frictionlab.identification.observed import Observed
 from frictionlab.planning import plan_tests, running_order, sheet_rows, steps
-from frictionlab.planning.apart import apart_of
-from frictionlab.planning.candidates import Candidate, laboratory
-from frictionlab.planning.hours import laboratory_time
-from frictionlab.planning.information import told_by
-from frictionlab.planning.outlook import Outlook, outlook_of
-from tests.identification.contacts import BASE_M
+from frictionlab.planning.candidates import Candidate
+from frictionlab.planning.choose import laboratory_time
 from tests.planning.rig import scene
 
 
@@ -124,38 +113,6 @@ def test_the_running_order_sets_each_force_once_and_says_it_in_words() -> None:
 
 PLACE, SPEED = "coulomb+place", "coulomb+speed"
 SMALL = {"gradient": 5e-4, "contact_damping_ratio": 2e-3}
-
-
-def test_evidence_is_that_of_the_fits() -> None:
-    """The twin: an identification's fits of both laws to the cycle that the one shows, and their evidence.
-
-    Noise that a fit takes in lowers its cost by the trace of the posterior covariance over the information.
-    """
-    outlook = outlook_of(laboratory(scene(expected=SMALL), PLACE), [Candidate(0.7, 1.0, BASE_M, 60.0)])
-    apart = apart_of(outlook, told_by(outlook), SPEED).fitted(np.array([0]))
-    for way in apart.ways:
-        noise, mean = way.told.noise, way.told.here.mean[0]
-        covariance = np.diag(noise.own[0]) + noise.columns[0] @ noise.columns[0].T
-        seen = Observed(mean, mean[None, :], covariance, 0.0, 1, math.inf, 1.0, 0.0, 0.0 * covariance)
-        both = (_fitted(way.truth, way.truth.expected, seen), _fitted(way.rival, way.points[0], seen))
-        here, there = (log_evidence(found) + 0.5 * _taken_in(found) for found in both)
-        assert float(way.evidence[0]) == pytest.approx(here - there, rel=0.05, abs=0.05)  # one step is not followed
-
-
-def _fitted(outlook: Outlook, start: NDArray[np.float64], seen: Observed) -> Fit:
-    return fit(Forward(outlook.lab.family(0.7), _own(outlook), seen.harmonics), seen, [start], excess=1.0)
-
-
-def _taken_in(found: Fit) -> float:
-    return float(np.trace(np.linalg.solve(found.precision, found.jacobian.T @ found.jacobian)))
-
-
-def _own(outlook: Outlook) -> tuple[Coordinate, ...]:
-    """The shared coordinates as they act on the one test."""
-    return tuple(
-        replace(c, middle=c.middle + math.log(s)) if c.is_log else replace(c, middle=c.middle * s, width=c.width * s)
-        for c, s in zip(outlook.coordinates, outlook.scales[0], strict=True)
-    )
 
 
 def test_tests_between_two_laws_tell_more_than_those_for_small_errors() -> None:

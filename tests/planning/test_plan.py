@@ -14,12 +14,12 @@ from frictionlab.analysis.measure import measure
 from frictionlab.cli import app
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.experiment import facts_of
-from frictionlab.identification import predict
+from frictionlab.inference import predict
 from frictionlab.planning import Plan, plan_tests
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem
 from frictionlab.simulator.engine import compiled
-from tests.identification.contacts import BASE_M, NATURAL_HZ, recorded
+from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded
 from tests.planning.rig import scene
 
 SAMPLING_HZ = 250.0  # of a plan that names none
@@ -47,8 +47,8 @@ def test_each_further_test_leaves_less_unknown(coulomb: Plan) -> None:
     assert left == sorted(left, reverse=True)
     assert [t.rank for t in coulomb.tests] == [1, 2, 3]
     first = coulomb.tests[0]
-    assert first.cumulative == first.expected
-    assert first.cumulative_u == first.expected_u
+    assert first.cumulative == pytest.approx(first.expected, rel=1e-3)  # what is known before adds a little
+    assert first.cumulative_u == pytest.approx(first.expected_u, rel=1e-3)
 
 
 def test_the_errors_promised_are_those_achieved() -> None:
@@ -101,7 +101,8 @@ def test_an_undeclared_lag_leaves_more_unknown_than_a_declared_one_of_its_size()
 
 
 def test_what_was_measured_is_known_before() -> None:
-    measured: list[Mapping[str, object]] = [{"parameters": {"beta": {"value": 0.28, "u": 1e-5, "told": True}}}]
+    known = {"beta": {"value": 0.28, "u": 1e-5, "told": True}}
+    measured: list[Mapping[str, object]] = [{"friction_coefficient": 0.6, "parameters": known}]
 
     def left(rows: list[Mapping[str, object]]) -> float:
         test = plan_tests(scene(), tests=1, measured=rows).tests[0]

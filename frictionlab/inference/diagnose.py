@@ -1,0 +1,340 @@
+"""Is it the law, or the rig? Where a fit strains or misses, other causes are each tried free, and the answer is named.
+
+The natural frequency over a factor of two, the frame's damping, the lag, a cubic spring and play in the frame are no
+part of a law, and a law that bends to them explains a recording and predicts none. A spring that is not linear is known
+from the measured motion itself: its force is what the frame's stretch makes it, and it drives the mass like the base.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import FrictionlabError
+from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, reweighed
+from frictionlab.inference.observations import CycleObservation, Work, cycle_of
+from frictionlab.inference.posterior import MISSED, Posterior, misfit_is_noise, model_of
+from frictionlab.inference.starts import loop_friction_ratio, point_at
+from frictionlab.inference.unknowns import Unknown
+from frictionlab.scene import Scene
+from frictionlab.simulator.laws import law_of
+
+FloatArray = NDArray[np.float64]
+EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own scatter is known to a factor of 2 at most
+NEAR_RESONANCE = 0.8  # frequency ratio from which other causes are tried whatever the fit says
+ANSWERS = 5.0  # logarithm of the Bayes factor from which a cause is named
+AS_LIKELY = -3.0  # the same from which what it moves belongs to u
+RICHER = ("place", "speed")  # what a rigid law that leaves a misfit is held against
+OTHER_CAUSE = "another cause than the law"
+STEPS = 25
+
+
+@dataclass(frozen=True)
+class Cause:
+    """One alternative: an unknown that is let free, and where it is tried.
+
+    ``words``: what is said of it; ``tried``: values.
+    """
+
+    unknown: Unknown
+    words: str
+    tried: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """A posterior whose errors hold what other causes move, and what is to be said.
+
+    ``strained``: whether sensors, rig or another cause stand where the scene does not put them; ``answered``: whether
+    another cause than the law explains what the law does not.
+    """
+
+    posterior: Posterior
+    strained: bool
+    said: tuple[str, ...]
+    answered: bool = False
+
+
+def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
+    """Return what else may have made the recording, for a posterior of one test.
+
+    Parameters
+    ----------
+    found : Posterior
+    scene : Scene
+        What is declared: a warning prints the value to declare in its place.
+    explained : bool
+        Whether the law leaves no more than noise.
+    """
+    said = list(strained_facts(found, scene))
+    strained = bool(found.strained)
+    observation = cycle_of(found.tests[0])
+    if not found.unknowns or observation.law.kind not in ("rigid", "elastic"):
+        return Diagnosis(found, strained, tuple(said))
+    if (strained or not explained) and observation.law.kind == "rigid":
+        found, more = _richer(found)
+        said += more
+    named = False
+    if strained or not explained or observation.r > NEAR_RESONANCE:
+        found, named, more = _other_causes(found, scene, explained=explained)
+        said += more
+    return Diagnosis(found, strained or named, tuple(said), named and not explained)
+
+
+def strained_facts(found: Posterior, scene: Scene) -> Iterator[str]:
+    """Yield which known quantity the fit had to move away from what is known of it, and what to declare instead."""
+    values = found.values()
+    for k in found.strained:
+        u = found.unknowns[k]
+        if u.name not in values:
+            continue
+        times, declare = abs(float(found.fit.point[k])) / u.known_to, to_declare(u.name, values[u.name], scene)
+        against = "what is assumed where none is declared: measure it and declare it"
+        if math.isinf(u.tail):
+            against = "its standard uncertainty: check it"
+        moved = u.unit[0] * (values[u.name] - u.mean)
+        unit = f" {u.unit[1]}" if u.unit[1] else ""
+        fits = f" ({declare} would fit)" if declare else ""
+        yield (
+            f"friction_ratio: the fit moved the {u.words} ({u.key}) by {moved:.2g}{unit}, which is {times:.2g} times"
+            f" {against}{fits}"
+        )
+
+
+def to_declare(name: str, value: float, scene: Scene) -> str:
+    """Return the scene's line that would fit, with key, number and unit; nothing for what no line declares.
+
+    Examples
+    --------
+    >>> to_declare("lag_s", 9.84e-3, Scene())
+    'sensors.lag_s = +9.84 ms'
+    """
+    frequency = scene.rig.natural_frequency
+    if name == "lag_s":
+        return f"sensors.lag_s = {1e3 * (value + scene.sensors.lag_s):+.3g} ms"
+    if name == "natural_frequency" and frequency:
+        return f"rig.natural_frequency_hz = {frequency * (1.0 + value):.4g} Hz"
+    if name == "frame_damping_ratio":
+        return f"rig.damping_ratio = {value:.3g}"
+    return ""
+
+
+def _causes(observation: CycleObservation) -> tuple[Cause, ...]:
+    """What is tried free: each with a prior so wide that only the data hold it."""
+    sampling, unit = 1.0 / observation.measurement.sampling_rate_hz, observation.unit
+    lag = max(5.0 * sampling, 0.02 / observation.measurement.drive_frequency_hz)
+    frequency = Unknown(
+        "natural_frequency", "natural frequency", sd=0.3, low=-1.8, high=4.0, key="rig.natural_frequency_hz"
+    )
+    causes = [
+        Cause(
+            frequency,
+            "your scene's natural frequency",
+            (0.0, -0.45, -0.3, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0),
+        ),
+        Cause(
+            Unknown("frame_damping_ratio", "frame's damping", sd=0.05, low=0.0, folded=True, key="rig.damping_ratio"),
+            "the frame's damping",
+            (0.01, 0.05),
+        ),
+        Cause(Unknown("lag_s", "lag", sd=lag, key="sensors.lag_s"), "a lag of the base's channel", (-lag, lag)),
+    ]
+    if observation.wall == "fixed":
+        play = Unknown("play", "play in the frame", sd=3e-5 / unit, low=0.0, folded=True)
+        causes += [
+            Cause(Unknown("spring_cubic", "cubic spring", sd=0.05), "a spring that is not linear", (-0.02, 0.02)),
+            Cause(play, "play in the frame", (0.5 * play.sd, 2.0 * play.sd)),
+        ]
+    return tuple(causes)
+
+
+def _other_causes(found: Posterior, scene: Scene, *, explained: bool) -> tuple[Posterior, bool, list[str]]:
+    """The posterior whose errors hold what other causes move, whether one is named, and what is said of it."""
+    test = found.tests[0]
+    observation = cycle_of(test)
+    bare = Test(replace(observation.missing(0.0), work=Work(6000.0)), test.index, test.factors)
+    main = _by_noise(found.fit, bare)
+    if main is None:
+        return found, False, []
+    own = found.fit
+    likely: list[tuple[float, Cause, Fit]] = []
+    for cause in _causes(observation):
+        try:
+            other = _freed(main.model, main, cause)
+            gain = _gain(main, other)
+        except (FrictionlabError, ArithmeticError, ValueError, np.linalg.LinAlgError):
+            continue  # no motion with this cause: it tells nothing
+        if math.isfinite(gain) and gain > AS_LIKELY:
+            likely.append((gain, cause, other))
+    said: list[str] = []
+    shift, beta = np.zeros(len(found.unknowns)), found.fit.find("beta")
+    named = False
+    best = max((gain for gain, _, _ in likely), default=0.0)
+    for gain, cause, other in sorted(likely, key=lambda one: -one[0]):
+        moved = _moved(found, own, other)
+        shift = np.maximum(shift, math.exp(0.5 * min(0.0, gain)) * np.abs(moved))
+        error = math.sqrt(float(found.covariance[beta, beta])) if beta is not None else math.inf
+        far = beta is not None and abs(float(moved[beta])) > error
+        answers = gain > max(ANSWERS, best - ANSWERS) and (explained or _explains(other))
+        if answers or (explained and gain > 0.0 and far):
+            named = True
+            said.append(_named(cause, other, found, scene))
+    if shift.any() and (np.abs(shift) > 0.3 * np.sqrt(np.diag(found.covariance))).any():
+        found = found.with_shift(OTHER_CAUSE, shift)
+    return found, named, said
+
+
+def _explains(fit: Fit) -> bool:
+    observation = cycle_of(fit.model.tests[0])
+    return observation.nrmse(fit.residual()) <= EXPLAINED * observation.cycles.floor
+
+
+def _gain(main: Fit, other: Fit) -> float:
+    """Logarithm of the Bayes factor of a cause; what not even it explains is counted as misfit of both."""
+    shares = missed_shares(other)
+    if not shares.any():
+        return log_evidence(other) - log_evidence(main)
+    both = []
+    for fit in (main, other):
+        test = fit.model.tests[0]
+        both.append(reweighed(fit, (replace(test, observation=test.observation.missing(float(shares[0]))),)))
+    return log_evidence(both[1]) - log_evidence(both[0])
+
+
+def _by_noise(fit: Fit, bare: Test) -> Fit | None:
+    """The same fit weighed by noise alone, followed to its minimum; None where that has none."""
+    try:
+        return reweighed(Fit(replace(fit.model, most=STEPS), fit.place), (bare,))
+    except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError):
+        return None
+
+
+def _freed(model: Model, main: Fit, cause: Cause) -> Fit:
+    """The fit with a cause let free: from the main fit's values, and from each value tried with friction to match."""
+    names = [u.name for u in model.unknowns]
+    unknowns, test = list(model.unknowns), model.tests[0]
+    if cause.unknown.name in names:
+        k = names.index(cause.unknown.name)
+        unknowns[k] = cause.unknown
+        index, factors = test.index, test.factors
+    else:
+        k = len(unknowns)
+        unknowns.append(cause.unknown)
+        index, factors = np.append(test.index, k), np.append(test.factors, 1.0)
+    open_ = replace(
+        model,
+        tests=(Test(test.observation, index, factors),),
+        unknowns=tuple(unknowns),
+        scatter=np.zeros(len(unknowns)),
+        most=STEPS,
+    )
+    starts = list(_starts(open_, main, k, cause))
+    costs = [cost(open_, start) for start in starts]
+    order = [starts[j] for j in np.argsort(costs)[:2] if math.isfinite(costs[j])]
+    fits = [fit_from(open_, [start], tempers=False) for start in order]
+    return min(fits, key=lambda fit: fit.cost)
+
+
+def _starts(model: Model, main: Fit, k: int, cause: Cause) -> Iterator[FloatArray]:
+    """Points at which a cause is tried; a wrong natural frequency changes the friction ratio with it."""
+    base = np.zeros(len(model.unknowns))
+    base[: len(main.point)] = main.point
+    here = main.values().get(cause.unknown.name, 0.0)
+    for value in (here, *cause.tried):
+        point = base.copy()
+        point[k] = cause.unknown.at(value)
+        yield np.clip(point, *model.bounds)
+        if cause.unknown.name == "natural_frequency" and "beta" in main.values():
+            observation = cycle_of(model.tests[0])
+            try:
+                loop = loop_friction_ratio(observation.measurement, observation.wall)
+            except FrictionlabError:
+                continue
+            near = np.clip(point_at(model, {"beta": loop}), *model.bounds)
+            near[k] = point[k]
+            yield near
+
+
+def _moved(found: Posterior, own: Fit, other: Fit) -> FloatArray:
+    """How far (m,) the law's values stand from those with a cause let free, in coordinates."""
+    far = np.zeros(len(found.unknowns))
+    for k, u in enumerate(found.unknowns):
+        if u.law:
+            far[k] = other.point[k] - own.point[k]
+    return far
+
+
+def _named(cause: Cause, other: Fit, found: Posterior, scene: Scene) -> str:
+    """Say which cause answers, its value, and what it makes of the friction ratio."""
+    observation = cycle_of(found.tests[0])
+    value = other.values()[cause.unknown.name]
+    frequency = scene.rig.natural_frequency
+    if cause.unknown.name == "natural_frequency" and frequency:
+        asks = f"your scene says {frequency:.4g} Hz; this recording asks for {frequency * (1 + value):.4g} Hz"
+    elif cause.unknown.name == "spring_cubic":
+        asks = f"this recording asks for {100 * value:+.2g} % of its force at Y by a cubic"
+    elif cause.unknown.name == "play":
+        asks = f"this recording asks for {1e6 * value * observation.unit:.2g} um to either side"
+    else:
+        asks = "this recording asks for it"
+    declare = to_declare(cause.unknown.name, value, scene)
+    declared = f"; {declare} would fit" if declare else ""
+    own, there = found.values().get("beta"), other.values().get("beta")
+    moves = "" if own is None or there is None else f"; the friction ratio would be {there:.4g} in place of {own:.4g}"
+    return f"rig: {cause.unknown.words}: {asks}{declared}{moves}; its error holds the difference"
+
+
+def _richer(found: Posterior) -> tuple[Posterior, list[str]]:
+    """The posterior whose errors hold what place and speed in the law, or the energy of the loop, say instead.
+
+    Friction that a law does not know of moves the friction ratio that it finds, and these tell by how much: at the edge
+    of sticking a fit looks certain however wrong it is, and energy over path has no edge.
+    """
+    beta = found.fit.find("beta")
+    if beta is None:
+        return found, []
+    test = found.tests[0]
+    observation = cycle_of(test)
+    own, left = found.values()["beta"], observation.nrmse(found.fit.residual())
+    said, apart = [], 0.0
+    richer = _under_richer(found, observation)
+    if richer is not None and richer[1] < 0.7 * left:
+        apart = richer[0]
+        said.append(
+            f"friction_ratio: {own:.4g} under this law, {richer[0]:.4g} if friction may vary with place and speed; its"
+            " error holds the difference"
+        )
+    if not observation.law.has("speed") and (
+        not apart or (richer is not None and richer[1] > 2 * observation.cycles.floor)
+    ):
+        energy = loop_friction_ratio(observation.measurement, observation.wall)
+        if abs(energy - own) > abs(apart - own if apart else 0.0) and abs(energy / own - 1.0) > 0.01:
+            apart = energy
+            by_energy = f"{own:.4g} under this law, {energy:.4g} by the energy of the loop over its path"
+            said = [f"friction_ratio: {by_energy}; its error holds the difference"]
+    if not apart:
+        return found, []
+    shift = np.zeros(len(found.unknowns))
+    shift[beta] = (apart - own) / found.slope(beta)
+    return found.with_shift(MISSED, shift), said
+
+
+def _under_richer(found: Posterior, observation: CycleObservation) -> tuple[float, float] | None:
+    """Friction ratio and nrmse with place and speed in the law as well; None where that has no motion."""
+    more: Sequence[str] = [term for term in RICHER if not observation.law.has(term)]
+    if not more:
+        return None
+    richer = observation.under(law_of("+".join((observation.law.name, *more))))
+    model = model_of([replace(richer, work=Work(3000.0))])
+    try:
+        fit = fit_from(model, [point_at(model, found.values() | {"gradient": g}) for g in (0.05, -0.05)])
+    except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError):
+        return None
+    return fit.values()["beta"], fit.model.tests[0].observation.nrmse(fit.residual())
+
+
+def is_noise(found: Posterior) -> bool:
+    """Whether a posterior of one test leaves no more than noise."""
+    return misfit_is_noise(found.fit)

@@ -1,0 +1,622 @@
+"""Least squares over any number of tests: Gauss-Newton with the tests eliminated one by one (Schur complement).
+
+The coordinates c of the unknowns hold for all tests; a test's own are ``e = c + S d``: S the scatter from test to test
+(zero for the rig's), d standard normal. With the whitened residual r and slopes J of a test, ``A = J^T J`` and
+``b = J^T r``, elimination of d leaves the test's say on c
+
+    W = A - A S (1 + S A S)^-1 S A,        v = b - A S (1 + S A S)^-1 (S b - d),
+
+so that 457 tests cost 457 times one. Between two steps slopes are not asked for again but corrected by what the step
+has shown (C. G. Broyden, Math. Comp. 19 (1965) 577); they are where a step disappoints, and at the end.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import log_ndtr
+
+from frictionlab.errors import AnalysisError
+from frictionlab.inference.observations import Reached
+from frictionlab.inference.unknowns import Unknown
+from frictionlab.simulator import Problem
+from frictionlab.simulator.laws import Law
+
+FloatArray = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+ENOUGH = 1e-7  # of the sum of squares: a step that is foretold to gain less is not made ...
+MISSED = 100.0  # ... times squares over data up to this: values that miss the data are so much less sure
+GOOD, POOR = 0.75, 0.25  # gained over foretold, from which steps may be longer, and below which they must be shorter
+REACH = 1.0  # standard deviations of its prior that any coordinate may go in the first step
+LEAST_REACH = 1e-9
+MOST_STEPS = 60
+ROUNDS = 4  # of weighing down what the law cannot explain
+SCATTERS = np.concatenate([[0.0], np.geomspace(0.05, 40.0, 22)])  # over its prior's scale, that are tried
+
+
+class Observation(Protocol):
+    """What a fit asks of one test, whatever was observed of it."""
+
+    @property
+    def data(self) -> FloatArray:
+        """What is fitted (N,)."""
+
+    @property
+    def log_scale(self) -> float:
+        """Logarithm of the whitener's determinant."""
+
+    def white(self, vectors: FloatArray) -> FloatArray:
+        """Make noise of unit variance of residuals (N,) or slopes (N, n)."""
+
+    def predict(self, values: Mapping[str, float]) -> FloatArray | None:
+        """Return what would be measured (N,); None where there is no motion."""
+
+    def slopes(self, unknowns: Sequence[Unknown], values: Sequence[float], factors: Sequence[float]) -> FloatArray:
+        """Return derivatives (N, n) by the unknowns' coordinates."""
+
+    def gap(self, residual: FloatArray) -> FloatArray:
+        """Return the residual itself (N,) of a whitened one."""
+
+    def chi_square(self, residual: FloatArray, missed: float = 0.0) -> float:
+        """Return the sum of squares of a whitened residual over the noise and a share that the law misses."""
+
+    def missing(self, share: float) -> Self:
+        """Return the test with a share of its power counted as what the law misses; 0: nothing but noise."""
+
+    @property
+    def material(self) -> str | None:
+        """Material of the contact: what the law misses is alike in its tests."""
+
+    @property
+    def law(self) -> Law:
+        """The law."""
+
+    def problem(self, values: Mapping[str, float]) -> Problem:
+        """Return what is simulated at some values."""
+
+    def nrmse(self, residual: FloatArray) -> float:
+        """Return the rms of a whitened residual over that of what was measured."""
+
+    def variance(self, at: Reached) -> FloatArray:
+        """Return the variance (n,) that noise and misfit leave in the coordinates of a fit."""
+
+
+@dataclass(frozen=True)
+class Test:
+    """One test in a fit: its observation, which of all unknowns it has, and their values over the reference test's."""
+
+    observation: Observation
+    index: Index
+    factors: FloatArray
+
+    __test__ = False  # not pytest's
+
+
+@dataclass(frozen=True)
+class Model:
+    """Tests and unknowns of one fit.
+
+    ``scatter`` (m,): standard deviation from test to test, in coordinates; ``most``: steps; ``tolerance``: on the sum
+    of squares, over the usual one.
+    """
+
+    tests: tuple[Test, ...]
+    unknowns: tuple[Unknown, ...]
+    scatter: FloatArray
+    most: int = MOST_STEPS
+    tolerance: float = 1.0
+
+    @cached_property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Bounds (m,) of the coordinates."""
+        return np.array([u.low for u in self.unknowns]), np.array([u.high for u in self.unknowns])
+
+    def values(self, i: int, own: FloatArray) -> dict[str, float]:
+        """Values of test i by name, from its own coordinates; nothing lies beyond its bounds."""
+        test, (low, high) = self.tests[i], self.bounds
+        inside = np.clip(own, low[test.index], high[test.index])
+        return {
+            self.unknowns[k].name: self.unknowns[k].value(float(c)) * float(times)
+            for k, c, times in zip(test.index, inside, test.factors, strict=True)
+        }
+
+    def own(self, i: int, point: FloatArray, local: FloatArray) -> FloatArray:
+        """Coordinates of test i."""
+        index = self.tests[i].index
+        return np.asarray(point[index] + self.scatter[index] * local)
+
+    def residual(self, i: int, own: FloatArray) -> FloatArray | None:
+        """Whitened residual of test i; None where there is no motion."""
+        observation = self.tests[i].observation
+        predicted = observation.predict(self.values(i, own))
+        if predicted is None or not np.all(np.isfinite(predicted)):
+            return None
+        return observation.white(observation.data - predicted)
+
+    def slopes(self, i: int, own: FloatArray) -> FloatArray:
+        """Whitened slopes of test i's prediction by its own coordinates."""
+        test, values = self.tests[i], list(self.values(i, own).values())
+        unknowns = [self.unknowns[k] for k in test.index]
+        made = test.observation.slopes(unknowns, values, test.factors.tolist())
+        return test.observation.white(made)
+
+    def strains(self, point: FloatArray) -> FloatArray:
+        """Residuals (m,) of the priors."""
+        return np.array([u.strain(float(c)) for u, c in zip(self.unknowns, point, strict=True)])
+
+    def holds(self, point: FloatArray) -> FloatArray:
+        """How firmly the priors hold the coordinates (m,)."""
+        return np.array([u.hold(float(c)) for u, c in zip(self.unknowns, point, strict=True)])
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point reached: coordinates, each test's deviations, residuals and slopes; ``true``: slopes not corrected."""
+
+    point: FloatArray
+    local: tuple[FloatArray, ...]
+    residual: tuple[FloatArray, ...]
+    slopes: tuple[FloatArray, ...]
+    strain: FloatArray
+    true: bool = True
+
+    @property
+    def squares(self) -> float:
+        """Sum of squares, priors counted."""
+        own = sum(float(r @ r) + float(d @ d) for r, d in zip(self.residual, self.local, strict=True))
+        return own + float(self.strain @ self.strain)
+
+
+def start_place(model: Model, point: FloatArray, local: Sequence[FloatArray] | None = None) -> Place:
+    """Return the place of a point.
+
+    Raises
+    ------
+    AnalysisError
+        A test has no motion there.
+    """
+    point = np.clip(point, *model.bounds)
+    local = [np.zeros(len(t.index)) for t in model.tests] if local is None else list(local)
+    residual = _residuals(model, point, local)
+    if residual is None:
+        raise AnalysisError("the values that a fit was to begin at have no steady state")
+    slopes = tuple(model.slopes(i, model.own(i, point, d)) for i, d in enumerate(local))
+    return Place(point, tuple(local), residual, slopes, model.strains(point))
+
+
+def _residuals(model: Model, point: FloatArray, local: Sequence[FloatArray]) -> tuple[FloatArray, ...] | None:
+    found = []
+    for i, d in enumerate(local):
+        residual = model.residual(i, model.own(i, point, d))
+        if residual is None:
+            return None
+        found.append(residual)
+    return tuple(found)
+
+
+def cost(model: Model, point: FloatArray, local: Sequence[FloatArray] | None = None) -> float:
+    """Return the sum of squares at a point, priors counted; infinite where a test has no motion."""
+    local = [np.zeros(len(t.index)) for t in model.tests] if local is None else local
+    residual = _residuals(model, point, local)
+    if residual is None:
+        return math.inf
+    strain = model.strains(point)
+    own = sum(float(r @ r) + float(d @ d) for r, d in zip(residual, local, strict=True))
+    return own + float(strain @ strain)
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """Normal equations of all unknowns, the tests' own deviations eliminated.
+
+    ``precision`` (m, m) and ``pull`` (m,): without the priors; ``each``: the same of every test on its own index;
+    ``log_volume``: half the logarithm of the determinants that elimination leaves.
+    """
+
+    precision: FloatArray
+    pull: FloatArray
+    each: tuple[tuple[FloatArray, FloatArray], ...]
+    log_volume: float
+
+
+def eliminate(model: Model, place: Place, scatter: FloatArray | None = None) -> Reduced:
+    """Return what the tests say of the unknowns at a place; ``scatter``: in place of the model's."""
+    m = len(model.unknowns)
+    precision, pull, each, volume = np.zeros((m, m)), np.zeros(m), [], 0.0
+    widths = model.scatter if scatter is None else scatter
+    for i, test in enumerate(model.tests):
+        information = place.slopes[i].T @ place.slopes[i]
+        force = place.slopes[i].T @ place.residual[i]
+        local, s = place.local[i], widths[test.index]
+        if scatter is not None:  # as if at the mean: the deviations are integrated over anew
+            force = force + information @ (model.scatter[test.index] * local)
+            local = np.zeros_like(local)
+        some = np.flatnonzero(s > 0.0)
+        if len(some):
+            scaled = information[:, some] * s[some]
+            inner = np.eye(len(some)) + s[some][:, None] * scaled[some]
+            back = np.linalg.solve(inner, np.column_stack([scaled.T, s[some] * force[some] - local[some]]))
+            information = information - scaled @ back[:, :-1]
+            force = force - scaled @ back[:, -1]
+            volume += 0.5 * float(np.linalg.slogdet(inner)[1])
+        precision[np.ix_(test.index, test.index)] += information
+        pull[test.index] += force
+        each.append((information, force))
+    return Reduced(precision, pull, tuple(each), volume)
+
+
+def descend(model: Model, here: Place) -> Place:
+    """Return the best place near a start, its slopes true."""
+    reach, data = REACH, sum(len(r) for r in here.residual)
+    for _ in range(model.most):
+        step, moves, foretold = _step(model, here, reach)
+        missed = min(max(here.squares / data, 1.0), MISSED)
+        if foretold <= ENOUGH * model.tolerance * missed * here.squares or reach < LEAST_REACH:
+            if here.true:
+                return here
+            here, reach = _true(model, here), max(reach, LEAST_REACH)
+            continue
+        there = _moved(model, here, step, moves)
+        length = float(np.abs(step).max(initial=0.0))
+        gained = -math.inf if there is None else (here.squares - there.squares) / foretold
+        if there is None or gained <= 0.0:
+            shorter = 0.25 * max(min(length, reach), LEAST_REACH)
+            here, reach = (here, shorter) if here.true else (_true(model, here), reach)
+        elif gained < POOR:
+            here, reach = _true(model, there), 0.25 * length if here.true else reach
+        else:
+            here, reach = there, max(reach, 2.0 * length) if gained > GOOD else reach
+    return here if here.true else _true(model, here)
+
+
+def _true(model: Model, here: Place) -> Place:
+    own = (model.own(i, here.point, d) for i, d in enumerate(here.local))
+    return replace(here, slopes=tuple(model.slopes(i, e) for i, e in enumerate(own)), true=True)
+
+
+def _moved(model: Model, here: Place, step: FloatArray, moves: Sequence[FloatArray]) -> Place | None:
+    """The place after a step, slopes corrected by what it has shown; None where a test has no motion there."""
+    point, local = here.point + step, tuple(d + move for d, move in zip(here.local, moves, strict=True))
+    residual = _residuals(model, point, local)
+    if residual is None:
+        return None
+    slopes = []
+    for i, (before, after) in enumerate(zip(here.residual, residual, strict=True)):
+        own = model.own(i, point, local[i]) - model.own(i, here.point, here.local[i])
+        size = float(own @ own)
+        shown = before - after - here.slopes[i] @ own
+        slopes.append(here.slopes[i] + np.outer(shown, own / size) if size > 0.0 else here.slopes[i])
+    return Place(point, local, residual, tuple(slopes), model.strains(point), true=False)
+
+
+def _step(model: Model, here: Place, reach: float) -> tuple[FloatArray, list[FloatArray], float]:
+    """The step of the unknowns, those of each test's deviations, and by how much the sum of squares should fall."""
+    bent = np.array([u.strain_slope(float(c)) for u, c in zip(model.unknowns, here.point, strict=True)])
+    reduced = eliminate(model, here)
+    curvature = reduced.precision + np.diag(bent**2)
+    slope = bent * here.strain - reduced.pull
+    low, high = model.bounds
+    step = inside(curvature, slope, np.maximum(low - here.point, -reach), np.minimum(high - here.point, reach))
+    moves, foretold = [], -float(2.0 * (bent * here.strain) @ step + (bent * step) @ (bent * step))
+    for i, test in enumerate(model.tests):
+        s, slopes = model.scatter[test.index], here.slopes[i]
+        left = here.residual[i] - slopes @ step[test.index]
+        move = np.zeros(len(s))
+        some = np.flatnonzero(s > 0.0)
+        if len(some):
+            scaled = slopes[:, some] * s[some]
+            inner = np.eye(len(some)) + scaled.T @ scaled
+            move[some] = np.linalg.solve(inner, scaled.T @ left - here.local[i][some])
+            longest = float(np.abs(s * move).max())
+            move *= min(1.0, max(reach, 1e-3) / longest) if longest > 0.0 else 1.0
+            left = left - slopes @ (s * move)
+        after = here.local[i] + move
+        foretold += float(here.residual[i] @ here.residual[i] - left @ left)
+        foretold += float(here.local[i] @ here.local[i] - after @ after)
+        moves.append(move)
+    return step, moves, foretold
+
+
+def inside(curvature: FloatArray, slope: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Return the x (n,) of the least ``x C x / 2 + g x`` with ``low <= x <= high``, from 0 on, by an active set.
+
+    Bounds are met one at a time, and left one at a time, the one that is pulled from most first: each step leads down.
+
+    Examples
+    --------
+    >>> bowl, none = np.array([[2.0, 1.0], [1.0, 2.0]]), np.full(2, np.inf)
+    >>> inside(bowl, np.array([-3.0, 0.0]), -none, none).tolist()
+    [2.0, -1.0]
+    >>> inside(bowl, np.array([-3.0, 0.0]), np.array([-9.0, 0.0]), none).tolist()
+    [1.5, 0.0]
+    """
+    x = np.zeros(len(slope))
+    held = ((low >= 0.0) & (slope > 0.0)) | ((high <= 0.0) & (slope < 0.0))
+    for _ in range(8 * len(x)):
+        way = np.zeros(len(x))
+        pull = curvature @ x + slope
+        way[~held] = np.linalg.solve(curvature[np.ix_(~held, ~held)], -pull[~held])
+        left = np.where(way < 0.0, low - x, high - x)
+        share = np.divide(left, way, out=np.full(len(x), np.inf), where=way != 0.0)
+        first = int(np.argmin(share))
+        if share[first] < 1.0:
+            x = x + share[first] * way
+            x[first] = low[first] if way[first] < 0.0 else high[first]
+            held[first] = True
+            continue
+        x, pull = x + way, pull + curvature @ way
+        pulled = np.where(held, np.where(x <= low, -pull, pull), 0.0)
+        if pulled.max(initial=0.0) <= 0.0:
+            break
+        held[int(np.argmax(pulled))] = False
+    return x
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The best values of some laws for some tests: a model at its best place, slopes true."""
+
+    model: Model
+    place: Place
+
+    @property
+    def point(self) -> FloatArray:
+        """Coordinates (m,) of the unknowns."""
+        return self.place.point
+
+    def own(self, i: int = 0) -> FloatArray:
+        """Coordinates of test i."""
+        return self.model.own(i, self.place.point, self.place.local[i])
+
+    def values(self, i: int = 0) -> dict[str, float]:
+        """Values of test i, by name."""
+        return self.model.values(i, self.own(i))
+
+    def residual(self, i: int = 0) -> FloatArray:
+        """Whitened residual of test i."""
+        return self.place.residual[i]
+
+    @cached_property
+    def chi_square(self) -> float:
+        """Sum of squares of the residuals over the noise alone."""
+        return sum(t.observation.chi_square(r) for t, r in zip(self.model.tests, self.place.residual, strict=True))
+
+    @property
+    def cost(self) -> float:
+        """What was made least."""
+        return self.place.squares
+
+    @cached_property
+    def reduced(self) -> Reduced:
+        """Normal equations of the unknowns."""
+        return eliminate(self.model, self.place)
+
+    @cached_property
+    def precision(self) -> FloatArray:
+        """Inverse of the posterior covariance (m, m), by the curvature."""
+        return np.asarray(self.reduced.precision + np.diag(self.model.holds(self.point)))
+
+    def find(self, name: str, i: int = 0) -> int | None:
+        """Place of an unknown of test i among all unknowns; None where it has none of that name."""
+        return next((int(k) for k in self.model.tests[i].index if self.model.unknowns[k].name == name), None)
+
+
+def told_of(fit: Fit, i: int = 0) -> float:
+    """Return how many unknowns test i tells: of several tests that share them, half."""
+    told = float((np.abs(fit.place.slopes[i]).max(axis=0, initial=0.0) > 1.0).sum())
+    return told if len(fit.model.tests) == 1 else 0.5 * told
+
+
+def excess_of(fit: Fit, i: int = 0) -> float:
+    """Return chi-square of test i per degree of freedom, at least 1."""
+    residual = fit.residual(i)
+    square = fit.model.tests[i].observation.chi_square(residual)
+    return max(1.0, square / max(1.0, len(residual) - told_of(fit, i)))
+
+
+def fit_from(
+    model: Model, starts: Sequence[FloatArray], local: Sequence[FloatArray] | None = None, *, tempers: bool = True
+) -> Fit:
+    """Return the best fit from the best of some starts; ``tempers``: what the law cannot explain counts as noise.
+
+    Raises
+    ------
+    AnalysisError
+        No start has a motion.
+    """
+    costs = [cost(model, start, local) for start in starts]
+    if not np.isfinite(costs).any():
+        raise AnalysisError(
+            "no value tried has a steady state: near resonance the motion may have no bound; check the natural"
+            " frequency (rig.natural_frequency_hz, --natural-frequency)"
+        )
+    found = Fit(model, descend(model, start_place(model, starts[int(np.argmin(costs))], local)))
+    return tempered(found) if tempers else found
+
+
+def tempered(found: Fit) -> Fit:
+    """Return the fit whose weights count what its laws cannot explain."""
+    shares = np.zeros(len(found.model.tests))
+    for _ in range(ROUNDS):
+        before, shares = shares, missed_shares(found)
+        if np.allclose(shares, before, rtol=0.2, atol=0.0):
+            break
+        tests = tuple(
+            replace(t, observation=t.observation.missing(float(share)))
+            for t, share in zip(found.model.tests, shares, strict=True)
+        )
+        found = reweighed(found, tests)
+    return found
+
+
+def missed_shares(found: Fit) -> FloatArray:
+    """Return the share (n,) of each test's power that its law misses: one for all tests of a material.
+
+    With it chi-square of these tests is what their number of data lets expect.
+    """
+    tests, shares = found.model.tests, np.zeros(len(found.model.tests))
+    for material in {t.observation.material for t in tests}:
+        some = [i for i, t in enumerate(tests) if t.observation.material == material]
+        wanted = sum(max(1.0, len(found.residual(i)) - told_of(found, i)) for i in some)
+
+        def left(share: float, some: list[int] = some, wanted: float = wanted) -> float:
+            return sum(tests[i].observation.chi_square(found.residual(i), share) for i in some) - wanted
+
+        if left(0.0) > 0.0:
+            low, high = -40.0, 5.0  # of the logarithm
+            while high - low > 1e-3:
+                middle = 0.5 * (low + high)
+                low, high = (middle, high) if left(math.exp(middle)) > 0.0 else (low, middle)
+            shares[some] = math.exp(high)
+    return shares
+
+
+def reweighed(found: Fit, tests: tuple[Test, ...], *, follows: bool = True) -> Fit:
+    """Return the fit with other weights of its tests, from where it stands."""
+    model, place, both = (
+        replace(found.model, tests=tests),
+        found.place,
+        list(zip(found.model.tests, tests, strict=True)),
+    )
+
+    def again(old: Test, new: Test, vector: FloatArray) -> FloatArray:
+        return new.observation.white(old.observation.gap(vector))
+
+    moved = replace(
+        place,
+        residual=tuple(again(old, new, r) for (old, new), r in zip(both, place.residual, strict=True)),
+        slopes=tuple(
+            np.stack([again(old, new, c) for c in j.T], axis=1) if j.shape[1] else j
+            for (old, new), j in zip(both, place.slopes, strict=True)
+        ),
+    )
+    return Fit(model, descend(model, moved) if follows else moved)
+
+
+def with_scatter(found: Fit) -> tuple[Fit, FloatArray]:
+    """Return the fit with the likeliest scatter from test to test, and the standard errors of the scatters (m,).
+
+    Each scatter is tried on a grid, the others held, until nothing moves: the marginal likelihood of all tests by their
+    linear slopes, times a half-Cauchy prior. One test tells no scatter.
+    """
+    model = found.model
+    errors = np.zeros(len(model.unknowns))
+    if len(model.tests) < 2:
+        return found, errors
+    for _ in range(2):
+        scatter = found.model.scatter.copy()
+        for _ in range(2):
+            for k, unknown in enumerate(model.unknowns):
+                scale = scatter_scale(unknown, float(found.point[k]))
+                if scale > 0.0 and sum(k in t.index for t in model.tests) > 1:
+                    scatter[k], errors[k] = _likeliest(found, scatter, k, scale)
+        place, index = found.place, [t.index for t in model.tests]
+        moved = replace(found.model, scatter=scatter)
+        old = found.model.scatter
+        local = tuple(
+            np.divide(old[x] * d, scatter[x], out=np.zeros(len(x)), where=scatter[x] > 0.0)
+            for x, d in zip(index, place.local, strict=True)
+        )
+        found = Fit(moved, descend(moved, start_place(moved, place.point, local)))
+    return found, errors
+
+
+def scatter_scale(unknown: Unknown, c: float) -> float:
+    """Return the scale of the prior of an unknown's scatter, in coordinates."""
+    if unknown.scatter <= 0.0 or unknown.level == "test" or unknown.scale == "log":
+        return unknown.scatter
+    return unknown.scatter * abs(unknown.value(c)) / unknown.sd
+
+
+def _likeliest(found: Fit, scatter: FloatArray, k: int, scale: float) -> tuple[float, float]:
+    """The mean of one scatter under its posterior on the grid, where it is clearly above zero, and its error."""
+    tried = SCATTERS * scale
+    score = np.array([log_marginal(found, np.where(np.arange(len(scatter)) == k, s, scatter)) for s in tried])
+    score -= np.log1p(SCATTERS**2)
+    edges = np.concatenate([[0.0], 0.5 * (tried[1:] + tried[:-1]), tried[-1:]])
+    weight = np.exp(score - score.max()) * np.diff(edges)
+    weight /= weight.sum()
+    mean = float(weight @ tried)
+    return mean, math.sqrt(max(float(weight @ tried**2) - mean**2, 0.0))
+
+
+def log_marginal(found: Fit, scatter: FloatArray) -> float:
+    """Return the log marginal likelihood of a scatter, up to a constant: unknowns and deviations integrated over."""
+    reduced = eliminate(found.model, found.place, scatter)
+    precision = reduced.precision + np.diag(found.model.holds(found.point))
+    pull = reduced.pull - found.model.holds(found.point) * found.point
+    quadratic = 0.0
+    for i, test in enumerate(found.model.tests):  # what the deviations explain of each test
+        s, slopes = scatter[test.index], found.place.slopes[i]
+        left = found.place.residual[i] + slopes @ (found.model.scatter[test.index] * found.place.local[i])
+        some = np.flatnonzero(s > 0.0)
+        if len(some):
+            scaled = slopes[:, some] * s[some]
+            force = scaled.T @ left
+            quadratic += float(force @ np.linalg.solve(np.eye(len(some)) + scaled.T @ scaled, force))
+    quadratic += float(pull @ np.linalg.solve(precision, pull))
+    return 0.5 * quadratic - reduced.log_volume - 0.5 * float(np.linalg.slogdet(precision)[1])
+
+
+def log_evidence(found: Fit) -> float:
+    """Return the logarithm of the evidence: Laplace's approximation about a fit by the noise alone.
+
+    The scatter from test to test is marginalised by the deviations' determinants at its likeliest size.
+    """
+    model, reduced, precision = found.model, found.reduced, found.precision
+    total = -0.5 * found.cost - reduced.log_volume - 0.5 * float(np.linalg.slogdet(precision)[1])
+    for test in model.tests:
+        total += test.observation.log_scale - 0.5 * len(test.observation.data) * math.log(2.0 * math.pi)
+    total += sum(u.log_peak for u in model.unknowns)
+    slope = reduced.pull - found.point * model.holds(found.point)
+    return total + _half_priors(model, found.point, precision, slope)
+
+
+def _half_priors(model: Model, point: FloatArray, precision: FloatArray, slope: FloatArray) -> float:
+    """What unknowns that may only grow from a bound add to a log evidence.
+
+    Those at their bounds have the normal distribution's peak beyond: with the slope g there it is at ``point + P g``,
+    and higher by ``g P g / 2``. The part inside all bounds counts, and each half of a prior twice.
+    """
+    folded = [k for k, u in enumerate(model.unknowns) if u.folded]
+    if not folded:
+        return 0.0
+    covariance: FloatArray = np.asarray(np.linalg.inv(precision))
+    low = np.array([model.unknowns[k].low for k in folded])
+    pushed = np.zeros(len(point))
+    at_bound = point[folded] - low < 1e-6
+    pushed[folded] = np.where(at_bound, np.minimum(slope[folded], 0.0), 0.0)
+    beyond = covariance @ pushed
+    peak = (point + beyond)[folded] - low
+    return (
+        0.5 * float(pushed @ beyond) + log_orthant(peak, covariance[np.ix_(folded, folded)]) + len(folded) * math.log(2)
+    )
+
+
+def log_orthant(mean: FloatArray, covariance: FloatArray) -> float:
+    """Return the logarithm of the probability that no coordinate of a normal distribution is negative.
+
+    One coordinate after the other is cut at zero, and the others' mean and covariance are those of the cut one
+    [Mendell and Elston, Biometrics 30 (1974) 41]: exact in one dimension.
+
+    Examples
+    --------
+    >>> round(math.exp(log_orthant(np.zeros(2), np.array([[1.0, 0.5], [0.5, 1.0]]))), 2)
+    0.33
+    """
+    mean, covariance, total = mean.copy(), covariance.copy(), 0.0
+    for i in range(len(mean)):
+        sd = math.sqrt(max(covariance[i, i], 1e-300))
+        z = float(mean[i]) / sd
+        log_p = float(log_ndtr(z))
+        mills = math.exp(-0.5 * z * z - 0.5 * math.log(2.0 * math.pi) - log_p)
+        total += log_p
+        share = covariance[:, i] / sd
+        mean += share * mills
+        covariance -= np.outer(share, share) * mills * (mills + z)
+    return total

@@ -1,0 +1,510 @@
+"""The ladder of laws: the simplest law that the tests of a material require, all together or a single one.
+
+A rung is required if its log evidence (the scatter from test to test marginalised) is more than 5 above that of every
+simpler law tried, and what was left out of the fit is predicted better by more than its error: single cycles of one
+test, whole tests of several. Sensors and rig stand beside every law, so that what a lag or a detuned frame explains is
+not taken for a property of the contact. Whatever happens to one rung, the others are kept, and its row says it.
+"""
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.errors import AnalysisError, ParameterError
+from frictionlab.inference.fit import (
+    Fit,
+    Model,
+    excess_of,
+    fit_from,
+    log_evidence,
+    missed_shares,
+    reweighed,
+    scatter_scale,
+    with_scatter,
+)
+from frictionlab.inference.observations import CycleObservation, Work, WorkError, cycle_of
+from frictionlab.inference.posterior import (
+    Posterior,
+    infer,
+    misfit_is_noise,
+    model_of,
+    posterior_of,
+)
+from frictionlab.inference.starts import FIRST_GUESSES, starting_points
+from frictionlab.simulator.laws import TERMS, Law, law_of
+
+FloatArray = NDArray[np.float64]
+EXACT = ("place", "speed", "breakaway", "compliance")
+CHEAP = EXACT[:3]  # a rigid contact: a fraction of a millisecond a steady state
+NUMERIC = ("logarithm", "stribeck", "dahl", "bouc-wen")  # milliseconds a steady state ...
+DEAR = ("lugre", "rate-state")  # ... and up to a second
+WORK = 3e4  # rigid steady states, or as much work, for all laws of one test
+RESERVE = 1e4  # the same for the values of the one that is required, found once more from all starts
+REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
+DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
+PUSHED = 3.0  # standard deviations from which what is known of sensors and rig is not where a richer law begins
+TRIALS = (1.0, -1.0, 0.0)  # standard deviations from its prior's mean at which a new parameter is tried
+SCALES = (-1.5, -1.0, -0.5, 0.0, 0.5)  # the same on a logarithmic scale: where it does most, first
+FEW_CYCLES = 15  # below so many they are left out in two halves, else in five parts
+LIKELY = 0.05  # times as likely as the law that is given: from there on another law counts, ...
+APART = 1.0  # ... and is named if its friction ratio is so many errors away
+NOT_TOLD_APART = "laws that the data do not tell apart"
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One law on the ladder.
+
+    ``held_out``: score of each part left out (a sum of squares, smaller is better); ``required``: whether the tests
+    require this law over the simpler ones; ``said``: what happened, where it could not be fitted (fit is None then).
+    """
+
+    law: Law
+    fit: Fit | None = None
+    log_evidence: float = -math.inf
+    held_out: FloatArray = field(default_factory=lambda: np.zeros(0))
+    held_out_nrmse: float | None = None
+    required: bool = False
+    seconds: float = 0.0
+    said: str = ""
+
+    @property
+    def posterior(self) -> Posterior | None:
+        """The posterior of the rung's own fit, weighed by what the law leaves."""
+        if self.fit is None:
+            return None
+        shares = missed_shares(self.fit)
+        tests = (
+            replace(t, observation=t.observation.missing(float(share)))
+            for t, share in zip(self.fit.model.tests, shares, strict=True)
+        )
+        return posterior_of(reweighed(self.fit, tuple(tests), follows=False))
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """All laws fitted, in the order climbed; ``left_out``: law -> why it was not tried."""
+
+    rungs: tuple[Rung, ...]
+    chosen: Rung
+    posterior: Posterior
+    left_out: Mapping[str, str] = field(default_factory=dict)
+
+
+def climb(
+    observations: Sequence[CycleObservation],
+    *,
+    amontons: bool = True,
+    accuracy: str = "balanced",
+    watch: Callable[[str], None] | None = None,
+) -> Ladder:
+    """Return the ladder of the tests of one material: exact laws first, integrated ones where those leave a misfit.
+
+    Parameters
+    ----------
+    observations : sequence of CycleObservation
+        Tests of one material, under any law.
+    amontons : bool
+        Whether one friction coefficient serves all normal forces.
+    accuracy : {"fast", "balanced", "exact"}
+        "fast": one term beside Coulomb friction, values less sharp; "exact": pairs of terms and integrated laws even
+        where a simpler law leaves nothing but noise.
+    watch : callable, optional
+        Called with the name of each law before it is tried.
+
+    Raises
+    ------
+    AnalysisError
+        The mass stands still, or not one law has a steady state here.
+    """
+    ladder = _Climb(observations, amontons=amontons, accuracy=accuracy, watch=watch)
+    bottom = ladder.bottom()
+    top = ladder.upward(bottom, CHEAP if accuracy == "fast" else EXACT)
+    if accuracy == "exact" or (accuracy != "fast" and not ladder.is_noise(top)):
+        top = ladder.onto_numeric(bottom, top)
+    rungs = tuple(replace(r, required=r.required or r.law is top.law) for r in ladder.rungs)
+    found = ladder.found_again(top)
+    return Ladder(rungs, top, told_apart(found, top, rungs), ladder.left_out)
+
+
+class _Climb:
+    """The rungs of some tests as they come."""
+
+    def __init__(
+        self,
+        observations: Sequence[CycleObservation],
+        *,
+        amontons: bool,
+        accuracy: str,
+        watch: Callable[[str], None] | None,
+    ) -> None:
+        work = Work(WORK * len(observations))
+        self.observations = [replace(o.missing(0.0), work=work) for o in observations]
+        self.amontons, self.accuracy, self.work = amontons, accuracy, work
+        self.watch = watch or (lambda _: None)
+        self.rungs: list[Rung] = []
+        self.left_out: dict[str, str] = {}
+
+    def bottom(self) -> Rung:
+        """Plain Coulomb friction, which every ladder begins with."""
+        return self._tried("coulomb", None)
+
+    def is_noise(self, rung: Rung) -> bool:
+        """Whether a rung leaves nothing but noise."""
+        return rung.fit is not None and all(misfit_is_noise(rung.fit, i) for i in range(len(self.observations)))
+
+    def upward(self, here: Rung, terms: tuple[str, ...]) -> Rung:
+        """Climb from a rung, one term at a time (or two where no single one helps), as far as it is required."""
+        while True:
+            worth = tuple(t for t in terms if t in CHEAP) if self.is_noise(here) else terms
+            good = self._required(here, worth, 1)
+            pairs = self.accuracy == "exact" or (self.accuracy != "fast" and not self.is_noise(here))
+            if not good and pairs:
+                good = self._required(here, worth, 2)
+            below, good = self._confirmed(here, good) if good else (here, good)
+            if not good and below is here:
+                return here
+            here = max(good, key=lambda rung: rung.log_evidence, default=below)
+
+    def onto_numeric(self, bottom: Rung, top: Rung) -> Rung:
+        """The best of the laws without exact slides: each alone, beside what the exact ones have, and what it takes."""
+        good = [rung for below in (bottom, top) for rung in self._required(below, NUMERIC, 1)]
+        best = max((top, *good), key=lambda rung: rung.log_evidence)
+        if self.is_noise(best):
+            for name in laws_above(bottom.law, DEAR, 1):
+                self.left_out[name] = f"not tried: a law that costs less, {best.law.name}, leaves nothing but noise"
+        else:
+            alone = self._required(bottom, DEAR, 1)
+            worth = tuple(name for name in DEAR if any(rung.law.has(name) for rung in alone))
+            both = self._required(top, worth, 1) if top is not bottom else []
+            best = max((best, *alone, *both), key=lambda rung: rung.log_evidence)
+        return best if best is top or self.is_noise(best) else self.upward(best, CHEAP)
+
+    def found_again(self, top: Rung) -> Posterior:
+        """The required law as it is found when it is given; where that cannot be done, as on the ladder."""
+        again = [replace(o.under(top.law), work=Work(RESERVE * len(self.observations))) for o in self.observations]
+        try:
+            found = infer(again, amontons=self.amontons)
+            if top.fit is not None and found.fit.chi_square > top.fit.chi_square + DEEPER * excess_of(top.fit):
+                found = infer(again, amontons=self.amontons, near=top.fit.values())
+        except (AnalysisError, WorkError, ArithmeticError, np.linalg.LinAlgError) as fault:
+            own = top.posterior
+            if own is None:
+                raise AnalysisError(f"law {top.law.name}: {fault}") from fault
+            self.left_out[top.law.name] = f"its values are those near the simpler laws': {fault}"
+            return own
+        return found
+
+    def _required(self, here: Rung, terms: tuple[str, ...], count: int) -> list[Rung]:
+        """The rungs with so many more terms that are required over this one."""
+        tried = [self._tried(name, here) for name in laws_above(here.law, terms, count)]
+        return [rung for rung in tried if rung.required]
+
+    def _tried(self, name: str, below: Rung | None) -> Rung:
+        """The rung of a law fitted from the one below; whatever happens to it is said in its row."""
+        known = next((rung for rung in self.rungs if rung.law.name == name), None)
+        if known is not None:
+            return replace(known, required=False)
+        law, begin = law_of(name), time.perf_counter()
+        self.watch(name)
+        if self.work.left < 0.0 and law.kind != "rigid":
+            made = Rung(law, said="not tried: the work of a ladder was used up; give --law to fit it alone")
+        else:
+            try:
+                made = self._rung(law, below)
+            except WorkError:
+                made = Rung(law, said="not fitted to the end: the work of a ladder was used up; give --law to fit it")
+            except AnalysisError as fault:
+                if below is None:
+                    raise
+                made = Rung(law, said=f"not compared: {fault}")
+            except Exception as fault:  # noqa: BLE001 - one law's fault must not end the others
+                made = Rung(law, said=f"not compared: {type(fault).__name__}: {fault}")
+        made = replace(made, seconds=time.perf_counter() - begin)
+        if made.said:
+            self.left_out[name] = made.said
+        self.rungs.append(made)
+        return made
+
+    def _rung(self, law: Law, below: Rung | None) -> Rung:
+        observations = [o.under(law) for o in self.observations]
+        model = model_of(observations, amontons=self.amontons)
+        if self.accuracy == "fast":
+            model = replace(model, tolerance=1e3)
+        found = self._fitted(model, below, law)
+        evidence = log_evidence(found)
+        scores, nrmse = held_out(found)
+        made = Rung(law, found, evidence, scores, nrmse)
+        return replace(made, required=below is None or self._is_required(made, below))
+
+    def _fitted(self, model: Model, below: Rung | None, law: Law) -> Fit:
+        if below is None or below.fit is None:
+            starts, local = starting_points(model)
+            return _scattered(min((_from(model, start, local) for start in starts), key=lambda f: f.cost))
+        begun = [_carried(model, below.fit, trial) for trial in _trials(model, below.fit)]
+        if "stiffness_ratio" in {u.name for u in model.unknowns} and len(model.tests) == 1:
+            known = below.fit.values()
+            law_values = {u.name: known[u.name] for u in model.unknowns if u.law and u.name in known}
+            points, local = starting_points(model, {} if set(law_values) <= {"beta"} else law_values)
+            begun = [(replace(model, most=30), point, local) for point in points]
+        enough = 4.0 * min(r.fit.cost for r in self.rungs if r.fit is not None)
+        best: Fit | None = None
+        missed = AnalysisError("no starting point has a steady state")
+        for there, point, local in begun:
+            if best is not None and law.kind != "rigid" and (best.cost > enough or misfit_is_noise(best)):
+                break
+            try:
+                found = _from(there, point, local)
+            except AnalysisError as fault:
+                missed = fault  # no steady state there; another start may have one
+                continue
+            except WorkError:
+                if best is None:
+                    raise
+                break
+            best = found if best is None or found.cost < best.cost else best
+        if best is None:
+            raise missed
+        return _scattered(best)
+
+    def _confirmed(self, here: Rung, good: list[Rung]) -> tuple[Rung, list[Rung]]:
+        """A rigid law fitted once more, from the values of the best richer one, and those still required over it.
+
+        A fit may end in a minimum that is not the deepest. Then a richer law that happens to find the deeper one looked
+        required.
+        """
+        best = max(good, key=lambda rung: rung.log_evidence)
+        if here.law.kind != "rigid" or here.fit is None or best.fit is None:
+            return here, good
+        names = {u.name for u in here.fit.model.unknowns}
+        model, point, local = _carried(here.fit.model, best.fit, {})
+        try:
+            again = _scattered(_from(model, point, local)) if names else here.fit
+        except (AnalysisError, WorkError, ArithmeticError, np.linalg.LinAlgError):
+            return here, good  # the simpler law has no steady state there, so no minimum either
+        if again.cost > here.fit.cost - DEEPER:
+            return here, good
+        scores, nrmse = held_out(again)
+        deeper = replace(here, fit=again, log_evidence=log_evidence(again), held_out=scores, held_out_nrmse=nrmse)
+        self.rungs = [deeper if rung.law is here.law else rung for rung in self.rungs]
+        judged = {rung.law.name: replace(rung, required=self._is_required(rung, deeper)) for rung in good}
+        self.rungs = [judged.get(rung.law.name, rung) for rung in self.rungs]
+        return deeper, [rung for rung in judged.values() if rung.required]
+
+    def _is_required(self, rung: Rung, below: Rung) -> bool:
+        """Whether a law is required over the simpler ones: by its evidence, and by what was left out of the fit."""
+        terms = {t.name for t in rung.law.terms}
+        simpler = [r.log_evidence for r in self.rungs if {t.name for t in r.law.terms} < terms]
+        if not rung.log_evidence - max(simpler, default=below.log_evidence) > REQUIRED:
+            return False
+        if below.fit is None or rung.fit is None:
+            return True
+        scores = below.held_out, rung.held_out
+        shares = missed_shares(rung.fit)
+        if shares.any():  # what not even the richer law explains is no noise: with it counted the gain must stand
+            both = [_with_misfit(fit, shares) for fit in (below.fit, rung.fit)]
+            if not log_evidence(both[1]) - log_evidence(both[0]) > REQUIRED:
+                return False
+            scores = held_out(both[0])[0], held_out(both[1])[0]
+        better = scores[0] - scores[1]
+        if len(better) < 2 or not np.all(np.isfinite(better)):
+            return True
+        return float(better.mean()) > float(better.std(ddof=1)) / math.sqrt(len(better))
+
+
+def _with_misfit(fit: Fit, shares: FloatArray) -> Fit:
+    tests = (
+        replace(t, observation=t.observation.missing(float(s))) for t, s in zip(fit.model.tests, shares, strict=True)
+    )
+    return reweighed(fit, tuple(tests))
+
+
+def _from(model: Model, point: FloatArray, local: Sequence[FloatArray]) -> Fit:
+    return fit_from(model, [point], local, tempers=False)
+
+
+def _scattered(found: Fit) -> Fit:
+    return with_scatter(found)[0]
+
+
+def _trials(model: Model, below: Fit) -> list[dict[str, float]]:
+    """Coordinates at which the parameters that a richer law adds are tried."""
+    known = {u.name for u in below.model.unknowns}
+    new = [u for u in model.unknowns if u.law and u.name not in known]
+    if any(u.scale == "log" for u in new):
+        tried: tuple[float, ...] = SCALES
+    else:
+        tried = TRIALS[:1] if all(u.folded for u in new) else TRIALS
+    found = []
+    for trial in tried:
+        at = {}
+        for u in new:
+            c = 0.5 * abs(trial) if u.folded else trial
+            at[u.name] = max(u.at(FIRST_GUESSES[u.name]) if u.folded and u.name in FIRST_GUESSES else c, u.low + 0.01)
+        found.append(at)
+    return found
+
+
+def _carried(model: Model, below: Fit, new: Mapping[str, float]) -> tuple[Model, FloatArray, list[FloatArray]]:
+    """A richer law's model, point and deviations at the values of a simpler one.
+
+    Sensors and rig that the simpler law had to push far begin as known. A new parameter of the test's level begins in
+    each test at the sign that fits it better.
+    """
+    keys = _keys(below.model)
+    point, scatter = np.zeros(len(model.unknowns)), np.zeros(len(model.unknowns))
+    several = len(model.tests) > 1
+    for name, k in _keys(model).items():
+        u = model.unknowns[k]
+        if name in keys:
+            c = float(below.point[keys[name]])
+            point[k] = 0.0 if not u.law and abs(u.strain(c)) > PUSHED else c
+            scatter[k] = below.model.scatter[keys[name]]
+        elif u.law:
+            own = several and u.level == "test"
+            point[k] = 0.0 if own else new.get(u.name, 0.0)
+            scatter[k] = scatter_scale(u, 0.0) if own else 0.0
+    model = replace(model, scatter=scatter)
+    point, local = np.clip(point, *model.bounds), []
+    for i, test in enumerate(model.tests):
+        before = {
+            below.model.unknowns[k].name: d
+            for k, d in zip(below.model.tests[i].index, below.place.local[i], strict=True)
+        }
+        d = np.array([before.get(model.unknowns[k].name, 0.0) for k in test.index])
+        free = [j for j, k in enumerate(test.index) if model.unknowns[k].name not in before and scatter[k] > 0.0]
+        local.append(_better_sign(model, i, point, d, free) if free else d)
+    return model, point, local
+
+
+def _better_sign(model: Model, i: int, point: FloatArray, d: FloatArray, free: list[int]) -> FloatArray:
+    """Deviations of test i with its free ones at the sign that fits it best."""
+    costs = []
+    for sign in (0.0, 0.6, -0.6):
+        trial = d.copy()
+        trial[free] = sign
+        residual = model.residual(i, model.own(i, point, trial))
+        costs.append((math.inf if residual is None else float(residual @ residual), sign))
+    trial = d.copy()
+    trial[free] = min(costs)[1]
+    return trial
+
+
+def _keys(model: Model) -> dict[tuple[str, int], int]:
+    """Unknowns by name and how often it has come before (a force at each normal force)."""
+    seen: dict[str, int] = {}
+    found = {}
+    for k, u in enumerate(model.unknowns):
+        found[u.name, seen.setdefault(u.name, 0)] = k
+        seen[u.name] += 1
+    return found
+
+
+def held_out(found: Fit) -> tuple[FloatArray, float | None]:
+    """Return the score of each part left out (smaller is better) and the nrmse over them: tests, or cycles of one.
+
+    Each is one linear step from the fit to all.
+    """
+    if len(found.model.tests) > 2:
+        return _tests_left_out(found)
+    if len(found.model.tests) == 1:
+        return _cycles_left_out(found)
+    return np.zeros(0), None
+
+
+def _tests_left_out(found: Fit) -> tuple[FloatArray, float]:
+    """Minus twice the log predictive density of each test by the law of the others, and the rms of their nrmse."""
+    posterior = Posterior(found, tuple(j.T @ j for j in found.place.slopes), np.zeros(len(found.point)))
+    scores, squares = [], []
+    for i, test in enumerate(found.model.tests):
+        mean, covariance = posterior.left_out(i)
+        slopes = found.place.slopes[i]
+        residual = found.residual(i) + slopes @ (found.own(i) - mean)
+        spread = np.eye(len(residual)) + slopes @ covariance @ slopes.T
+        scores.append(float(residual @ np.linalg.solve(spread, residual)) + float(np.linalg.slogdet(spread)[1]))
+        squares.append(test.observation.nrmse(residual) ** 2)
+    return np.array(scores), math.sqrt(float(np.mean(squares)))
+
+
+def _cycles_left_out(found: Fit) -> tuple[FloatArray, float | None]:
+    """Misfit of parts of the cycles, each predicted by the fit to the others; every second (or fifth) is a part.
+
+    A rig unlike itself is no prediction: what its unknowns strain counts.
+    """
+    observation = cycle_of(found.model.tests[0])
+    cycles = observation.cycles
+    n = len(cycles.each)
+    count = 2 if n < FEW_CYCLES else 5
+    if n < count:
+        return np.zeros(0), None
+    slopes, residual = found.place.slopes[0], found.residual()
+    gain = np.linalg.solve(found.precision, slopes.T)
+    law = np.array([u.law for u in found.model.unknowns])
+    strain = float((found.model.strains(found.point)[~law] ** 2).sum())
+    scores, squares = [], []
+    for first in range(count):
+        block = np.arange(first, n, count)
+        others = observation.white(np.delete(cycles.each, block, axis=0).mean(axis=0) - cycles.mean)
+        here = observation.white(cycles.each[block].mean(axis=0) - cycles.mean)
+        left = residual + here - slopes @ (gain @ others)
+        scores.append(float(left @ left) + strain)
+        squares.append(observation.nrmse(left) ** 2)
+    return np.array(scores), math.sqrt(float(np.mean(squares)))
+
+
+def laws_above(law: Law, terms: tuple[str, ...], count: int) -> list[str]:
+    """Return the names of the laws with so many more terms, without sums that exclude each other."""
+    order = list(TERMS)
+    found = []
+    for more in combinations([t for t in terms if not law.has(t)], count):
+        name = "+".join(sorted((*(t.name for t in law.terms), *more), key=order.index))
+        try:
+            law_of(name)
+        except ParameterError:
+            continue  # two of its terms exclude each other
+        found.append(name)
+    return found
+
+
+def told_apart(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Posterior:
+    """Return the posterior with errors that hold what other laws say, each as likely as its evidence makes it.
+
+    The law given is the simplest that is required; richer ones may be as likely, because a weak term stays unseen. Each
+    counts by its evidence over that of the law given, at most once: how far it stands from a value, and how much less
+    sure it is of it, in quadrature.
+    """
+    index = {u.name: k for k, u in enumerate(found.unknowns) if u.law}
+    more, named = np.zeros(len(found.unknowns)), []
+    own = np.diag(found.covariance)
+    for rung in rungs:
+        share = math.exp(min(0.0, rung.log_evidence - chosen.log_evidence)) if rung.fit is not None else 0.0
+        if share <= LIKELY or rung.law.name == chosen.law.name:
+            continue
+        other = rung.posterior
+        if other is None:
+            continue
+        variance = np.diag(other.covariance)
+        for k, u in enumerate(other.unknowns):
+            if u.law and u.name in index:
+                here = index[u.name]
+                apart = float(other.fit.point[k] - found.fit.point[here])
+                more[here] += share * (apart**2 + max(float(variance[k] - own[here]), 0.0))
+                if u.name == "beta" and abs(apart) > APART * math.sqrt(float(own[here])):
+                    named.append(f"{rung.law.name} ({other.values()['beta']:.4g})")
+    more = np.where(more > 0.05 * own, more, 0.0)
+    if not more.any():
+        return found
+    found = found.with_shift(NOT_TOLD_APART, np.sqrt(more))
+    if named:
+        law = f"{chosen.law.name} ({found.values()['beta']:.4g})"
+        said = (
+            f"friction_ratio: this recording does not tell {law} from {', '.join(dict.fromkeys(named))}: its error"
+            " holds the difference; tests at other frequency ratios tell them apart (frictionlab plan)"
+        )
+        found = replace(found, warnings=(*found.warnings, said))
+    return found

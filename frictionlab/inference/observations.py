@@ -1,0 +1,639 @@
+"""What was observed of one test, and what a law predicts of it: the mean cycle as harmonics, with its covariance.
+
+The noise of a fit is not the sensor's: friction differs a little from cycle to cycle, and then all harmonics move
+together. So the covariance comes from the cycles, shrunk towards a smooth diagonal (there are fewer cycles than
+harmonics) [Schäfer and Strimmer 2005], and is never below the sensor's white noise.
+
+The base's harmonics are those that its sensor shows. What may differ from them is what the sensor's declared linearity
+and crosstalk allow, and that is an unknown of the rig.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+
+from frictionlab.analysis.autocorrelation import student, variance_inflation
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.errors import AnalysisError, FrictionlabError, UsageError
+from frictionlab.inference.unknowns import Unknown, of_rig
+from frictionlab.scene import Scene
+from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
+from frictionlab.simulator.laws import Law, law_of
+from frictionlab.simulator.problem import Wall
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Values = Mapping[str, float]
+
+FEWEST_CYCLES = 3  # below so many the cycles say nothing of their own scatter
+MOST_HARMONICS = 128
+FEW = 3.0  # over the number of cycles: the share of the mean variance below which no variance is known
+PARTS = 8  # that the cycles are left out in, one after the other
+POINTS = 4.0  # of a cycle for each harmonic: with fewer, interpolation takes part of it away
+MOST_RAISED = 4.0  # of a covariance by autocorrelation: a drift is no noise
+ROUNDING = 1e-6  # of the response: interpolation between samples is no better
+SEEN = 1e-3  # of Y: smaller harmonics of the base are left out, for each makes a steady state dearer
+LEAST_POINTS = 128  # of a simulated cycle: what folds back from beyond is below 1e-6 of it
+STEP = 1e-4  # of a prior's standard deviation: finite differences of the simulated cycle
+BENDS = {"parabola": 2, "cubic": 3}  # powers of its place by which the mass's sensor bends a cycle
+SENSORS = ("gain", "lag_s", "base_in_mass", *BENDS)  # what is done to a motion that stays the same
+SEEN_SENSORS = (*SENSORS, "mass_in_base")
+SPRING_HARMONICS = 16  # of the force of a spring that is not linear
+
+
+@dataclass(frozen=True)
+class Reached:
+    """What a fit has reached in one test.
+
+    ``residual`` (N,) and ``slopes`` (N, n), whitened; ``gain`` (n, N): coordinates over residual; ``hold`` (n, n): what
+    priors and other tests say of the coordinates; ``values``: by name; ``is_noise``: whether the residual is.
+    """
+
+    residual: FloatArray
+    slopes: FloatArray
+    gain: FloatArray
+    hold: FloatArray
+    values: Values
+    is_noise: bool
+
+
+class Work:
+    """Work left to a search, in rigid steady states: the same search ends at the same place on every machine."""
+
+    COST: Mapping[str, float] = {"rigid": 1.0, "elastic": 20.0, "smooth": 40.0, "inner": 80.0}
+
+    def __init__(self, left: float = math.inf) -> None:
+        self.left = left
+
+    def take(self, problem: Problem) -> None:
+        """Book one steady state.
+
+        Raises
+        ------
+        WorkError
+            Nothing is left.
+        """
+        self.left -= self.COST[problem.law.kind] * max(1.0, 0.3 / problem.r)
+        if self.left < 0.0:
+            raise WorkError("the work that the search may do is used up")
+
+
+class WorkError(FrictionlabError, RuntimeError):
+    """The work that a search may do is used up; no fault of what was asked last."""
+
+
+def steady(problem: Problem, work: Work, near: SteadyState | None = None) -> SteadyState | None:
+    """Return the steady state of a problem; None where the simulator has none: these values are no candidate."""
+    work.take(problem)
+    try:
+        if near is not None and not problem.law.is_exact:
+            from frictionlab.simulator import numeric  # noqa: PLC0415 - 10 ms, for such laws alone
+
+            return numeric.steady(problem, near=near)
+        return steady_state(problem)
+    except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError, ValueError) as fault:
+        if isinstance(fault, WorkError):
+            raise
+        return None
+
+
+@dataclass(frozen=True)
+class Cycles:
+    """A measured mean cycle about its mean, as harmonics, and its covariance.
+
+    Parameters
+    ----------
+    mean : ndarray of shape (2 K,)
+        Cosine parts of harmonics 1 to K of x/Y, then the sine parts.
+    each : ndarray of shape (n, 2 K)
+        The same of single steady cycles.
+    covariance : ndarray of shape (2 K, 2 K)
+        Of the mean cycle.
+    sensor : float
+        Variance of one part of the mean cycle from the sensor's white noise alone.
+    used : int
+        Cycles that the mean is of.
+    scatters : bool
+        Whether the covariance is known from the cycles' own scatter.
+    power : float
+        Mean square of the measured mean cycle.
+    beyond : float
+        Mean square of the sensor's noise in the harmonics that are not kept.
+    of_base : ndarray of shape (2 K, 2 K)
+        The part of the covariance that all cycles share: the base's noise.
+    raised : float
+        By how much the autocorrelation of the cycles raises the covariance of the mean.
+    """
+
+    mean: FloatArray
+    each: FloatArray
+    covariance: FloatArray
+    sensor: float
+    used: int
+    scatters: bool
+    power: float
+    beyond: float
+    of_base: FloatArray
+    raised: float = 1.0
+
+    @cached_property
+    def spectrum(self) -> tuple[FloatArray, FloatArray]:
+        """Variances (2 K,) of the mean cycle's independent directions, and these as columns (2 K, 2 K)."""
+        variances, directions = np.linalg.eigh(self.covariance)
+        return np.maximum(variances, 1e-300), directions
+
+    @cached_property
+    def left_out(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """Parts of the cycles about their mean (m, 2 K), each with the covariance of the mean by all others.
+
+        A weight that is found from some cycles lets those scatter too little: this is how the others see them. Nothing
+        where the cycles are too few to tell their own scatter.
+        """
+        n, about = len(self.each), self.each - self.each.mean(axis=0)
+        if n < FEWEST_CYCLES + 1 or not self.scatters:
+            return ()
+        rows = np.array_split(np.arange(n), min(n, PARTS))
+        least = self.sensor * self.used + 4.0 * ROUNDING**2 * self.power / len(self.mean)
+        others = (np.delete(self.each, part, axis=0) for part in rows)
+        return tuple(
+            (about[part], shrunk(rest, least) * (self.raised / self.used) + self.of_base)
+            for part, rest in zip(rows, others, strict=True)
+        )
+
+    @property
+    def floor(self) -> float:
+        """Standard error of the mean cycle over its rms: what no model can undercut."""
+        return math.sqrt((0.5 * float(np.trace(self.covariance)) + self.beyond) / self.power)
+
+
+@dataclass(frozen=True)
+class CycleObservation:
+    """The mean cycle of one test, under a law: unknowns -> harmonics that would be measured.
+
+    Parameters
+    ----------
+    measurement : Measurement
+    cycles : Cycles
+    law : Law
+    held : mapping of str to float
+        Parameters of the law that the scene holds.
+    wall : {"fixed", "base"}
+    base : Base
+        Motion of the base over Y, as its sensor shows it.
+    kept : ndarray of shape (K,)
+        How much of each harmonic the mass's filter leaves.
+    missed : float
+        Variance of one part of a harmonic that the law cannot explain: it counts beside the noise.
+    work : Work
+        What steady states may still cost.
+    """
+
+    measurement: Measurement
+    cycles: Cycles
+    law: Law
+    held: Values
+    wall: Wall
+    base: Base
+    kept: FloatArray
+    missed: float = 0.0
+    work: Work = field(default_factory=Work, compare=False)
+
+    @property
+    def r(self) -> float:
+        """Frequency ratio, as the scene's natural frequency makes it."""
+        return self.measurement.frequency_ratio or math.nan
+
+    @property
+    def unit(self) -> float:
+        """Amplitude Y of the base, m."""
+        return self.measurement.base_amplitude_m
+
+    @property
+    def material(self) -> str | None:
+        """Material of the contact."""
+        return self.measurement.material
+
+    @property
+    def normal_force(self) -> float | None:
+        """Normal force, N; None where it is not known."""
+        return self.measurement.normal_force_n
+
+    @property
+    def rig_unknowns(self) -> tuple[Unknown, ...]:
+        """What is not known of sensors and rig."""
+        return of_rig(
+            self.measurement.sources,
+            self.held,
+            amplitude=self.measurement.response_amplitude,
+            unit=self.unit,
+            distorted=self.base.harmonics > 1,
+        )
+
+    @property
+    def turn(self) -> float:
+        """Angular frequency of the drive, rad/s."""
+        return 2.0 * math.pi * self.measurement.drive_frequency_hz
+
+    @property
+    def data(self) -> FloatArray:
+        """What is fitted (2 K,)."""
+        return self.cycles.mean
+
+    @property
+    def count(self) -> int:
+        """Number of harmonics."""
+        return len(self.cycles.mean) // 2
+
+    def white(self, vectors: FloatArray) -> FloatArray:
+        """Make noise and misfit of unit variance of residuals (2 K,) or slopes (2 K, n)."""
+        return np.asarray(self.whitener @ vectors)
+
+    @cached_property
+    def whitener(self) -> FloatArray:
+        """Matrix (2 K, 2 K) that makes noise and misfit independent with unit variance."""
+        variances, directions = self.cycles.spectrum
+        return np.asarray(directions.T / np.sqrt(variances + self.missed)[:, None])
+
+    def gap(self, residual: FloatArray) -> FloatArray:
+        """Return the residual itself (2 K,), Y, of a whitened one."""
+        variances, directions = self.cycles.spectrum
+        return np.asarray(directions @ (residual * np.sqrt(variances + self.missed)))
+
+    def chi_square(self, residual: FloatArray, missed: float = 0.0) -> float:
+        """Return the sum of squares of a whitened residual over the noise and a share that the law misses."""
+        variances, directions = self.cycles.spectrum
+        gap = directions.T @ self.gap(residual)
+        return float(np.sum(gap**2 / (variances + missed * self.cycles.power)))
+
+    def missing(self, share: float) -> Self:
+        """Return the test with a share of its power, in each part of each harmonic, counted as what the law misses."""
+        return replace(self, missed=share * self.cycles.power)
+
+    @property
+    def log_scale(self) -> float:
+        """Logarithm of the whitener's determinant."""
+        return -0.5 * float(np.log(self.cycles.spectrum[0] + self.missed).sum())
+
+    def under(self, law: Law, held: Values | None = None) -> Self:
+        """Return the same test under another law; what that law lacks is no longer held."""
+        names = {p.name for p in law.parameters}
+        known = self.held if held is None else held
+        return replace(self, law=law, held={name: value for name, value in known.items() if name in names})
+
+    def problem(self, values: Values) -> Problem:
+        """Return what is simulated at some values, dimensionless in this test, sensors and rig included."""
+        given = {p.name: p.default for p in self.law.parameters if p.default is not None} | dict(self.held)
+        given |= {p.name: values[p.name] for p in self.law.parameters if p.name in values}
+        beta, frame = given.pop("beta"), given.pop("frame_damping_ratio", 0.0)
+        detuned = self.r / (1.0 + values.get("natural_frequency", 0.0))
+        base = self._driven(values)
+        return Problem(
+            detuned, beta, wall=self.wall, base=base, law=self.law, parameters=given, frame_damping_ratio=frame
+        )
+
+    def _driven(self, values: Values) -> Base:
+        """The base without what its sensor bends, and with the force of a spring that is not linear."""
+        bent = {2: 0.5 * values.get("base_parabola", 0.0), 3: 0.25 * values.get("base_cubic", 0.0)}
+        cubic, play = values.get("spring_cubic", 0.0), values.get("play", 0.0)
+        if not any(bent.values()) and not cubic and not play:
+            return self.base
+        count = max(self.base.harmonics, SPRING_HARMONICS if cubic or play else 3)
+        lines = np.zeros(count, dtype=np.complex128)
+        lines[: self.base.harmonics] = self.base.lines
+        for order, size in bent.items():
+            lines[order - 1] -= size
+        if cubic or play:
+            stretch = self.stretch
+            force = np.clip(stretch, -play, play) - cubic * stretch**3
+            lines += harmonics_of(force, count)
+        return Base(tuple(lines.real.tolist()), tuple((-lines.imag).tolist()))
+
+    @cached_property
+    def stretch(self) -> FloatArray:
+        """Measured motion of the mass over the base (p,), Y: what the frame's spring is stretched by."""
+        cycle = self.measurement.cycle
+        order = np.arange(1, len(cycle.base_cosine) + 1)
+        phase = np.outer(cycle.tau, order)
+        return np.asarray(cycle.mass_smooth - np.cos(phase) @ cycle.base_cosine - np.sin(phase) @ cycle.base_sine)
+
+    def state(self, values: Values, near: SteadyState | None = None) -> SteadyState | None:
+        """Return the steady state at some values; None where there is none."""
+        try:
+            problem = self.problem(values)
+        except FrictionlabError:
+            return None  # values outside a law's domain are no candidate
+        return steady(problem, self.work, near)
+
+    def lines_of(self, state: SteadyState | None) -> ComplexArray | None:
+        """Return the harmonics (K,) of a steady motion, before the sensors; None where there is none."""
+        if state is None or (state.orbit is None and state.outcome != "stuck"):
+            return None
+        if state.orbit is None:
+            return np.zeros(self.count, dtype=np.complex128)
+        points, periods = max(LEAST_POINTS, 4 * self.count), state.period_cycles or 1
+        tau = 2.0 * np.pi * np.arange(points * periods) / points
+        cycle = state.orbit.at(tau)[0].reshape(periods, points).mean(axis=0)
+        return harmonics_of(cycle, self.count)
+
+    def seen(self, lines: ComplexArray, values: Values) -> FloatArray:
+        """Return harmonics as the sensors show them (2 K,): gain, lag, crosstalk, nonlinearity, filter."""
+        gain, late = self.gain_and_phase(complex(lines[0]), values)
+        shown = gain * np.exp(1j * np.arange(1, self.count + 1) * late) * lines
+        shown[0] += values.get("base_in_mass", 0.0)
+        for name, power in BENDS.items():
+            if values.get(name):
+                shown = shown + values[name] * _bent_lines(shown, power)
+        return parts(np.asarray(self.kept * shown))
+
+    def gain_and_phase(self, first: complex, values: Values) -> tuple[float, float]:
+        """Return gain, and phase (rad of the drive) by which a cycle is shown; ``first``: its first harmonic, over Y.
+
+        A base's channel that is behind by ``lag_s`` shows the mass ahead. What stands of the mass in the base's channel
+        changes the amplitude that all is over, and the phase it is measured from.
+        """
+        seen_base = 1.0 + values.get("mass_in_base", 0.0) * first
+        late = self.turn * values.get("lag_s", 0.0) - float(np.angle(seen_base))
+        return (1.0 + values.get("gain", 0.0)) / abs(seen_base), late
+
+    def predict(self, values: Values, near: SteadyState | None = None) -> FloatArray | None:
+        """Return what would be measured (2 K,); None where there is no steady state."""
+        lines = self.lines_of(self.state(values, near))
+        return None if lines is None else self.seen(lines, values)
+
+    def slopes(self, unknowns: Sequence[Unknown], values: Sequence[float], factors: Sequence[float]) -> FloatArray:
+        """Return derivatives (2 K, n) by the unknowns' coordinates, by differences of the simulated cycle.
+
+        A column is zero where neither neighbour has a steady state.
+
+        Parameters
+        ----------
+        unknowns : sequence of Unknown
+        values : sequence of float
+            In this test, in the same order.
+        factors : sequence of float
+            Value in this test over that of the unknown.
+        """
+        here = dict(zip((u.name for u in unknowns), values, strict=True))
+        state = self.state(here)
+        lines = self.lines_of(state)
+        if lines is None:
+            raise AnalysisError(f"law {self.law.name}: the values found have no steady state")
+        at, columns = self.seen(lines, here), []
+        for u, value, times in zip(unknowns, values, factors, strict=True):
+            c = u.at(value / times)
+            columns.append(np.zeros_like(at))
+            for step in (STEP, -STEP, 0.1 * STEP):
+                if c + step < u.low:
+                    continue
+                moved = here | {u.name: u.value(c + step) * times}
+                there = self.seen(lines, moved) if u.name in SEEN_SENSORS else self.predict(moved, state)
+                if there is not None:
+                    columns[-1] = (there - at) / step
+                    break
+        return np.stack(columns, axis=1) if columns else np.zeros((len(at), 0))
+
+    def variance(self, at: Reached) -> FloatArray:
+        """Return the variance (n,) that noise, scatter of the cycles and misfit leave in the coordinates of a fit.
+
+        The largest counts of: the sensors' noise; single cycles carried through the fit that the others ask for; what
+        the law cannot explain, harmonic by harmonic (MacKinnon and White's HC3), where that is more than noise.
+        """
+        cycles, bare = self.cycles, np.linalg.solve(self.whitener, at.slopes)
+        if cycles.left_out:
+            white, missed = at.gain @ self.whitener, self.missed * np.eye(len(bare))
+            sensor = cycles.sensor * (white**2).sum(axis=1)
+            moved = []
+            for part, covariance in cycles.left_out:
+                weighed = np.linalg.solve(covariance + missed, bare)
+                moved.append(part @ np.linalg.solve(bare.T @ weighed + at.hold, weighed.T).T)
+            each = np.concatenate(moved)
+            freedom = len(each) - 1.0
+            scatter = (each**2).sum(axis=0) / freedom / cycles.used * variance_inflation(each) * student(freedom)
+            shown = np.maximum(sensor, scatter) + np.einsum("ij,jk,ik->i", white, cycles.of_base, white)
+        else:
+            shown = (at.gain**2).sum(axis=1)
+        if at.is_noise:
+            return np.asarray(shown)
+        leverage = np.clip(np.diag(at.slopes @ at.gain), 0.0, 0.9)
+        by_misfit = ((at.gain * (at.residual / (1.0 - leverage))) ** 2).sum(axis=1)
+        return np.asarray(np.maximum(np.maximum(shown, by_misfit), (at.gain**2).sum(axis=1)))
+
+    def nrmse(self, residual: FloatArray) -> float:
+        """Return the rms of a whitened residual (2 K,) over the rms of the measured mean cycle."""
+        gap = self.gap(residual)
+        return math.sqrt(0.5 * float(gap @ gap) / self.cycles.power)
+
+
+def cycle_of(test: object) -> CycleObservation:
+    """Return the observation of a fit's test, which is one of a cycle.
+
+    Raises
+    ------
+    TypeError
+        It is another kind of observation.
+    """
+    observation = getattr(test, "observation", None)
+    if not isinstance(observation, CycleObservation):
+        raise TypeError(f"expected the observation of a cycle; got {type(observation).__name__}")
+    return observation
+
+
+def parts(coefficients: ComplexArray) -> FloatArray:
+    """Return cosine and sine parts (..., 2 K) of complex harmonics (..., K)."""
+    return np.concatenate([coefficients.real, -coefficients.imag], axis=-1)
+
+
+def harmonics_of(cycle: FloatArray, count: int) -> ComplexArray:
+    """Return complex amplitudes of harmonics 1 to count of a cycle on equally spaced phases from 0, over the last axis.
+
+    Examples
+    --------
+    >>> tau = np.arange(8) * np.pi / 4
+    >>> np.round(harmonics_of(np.cos(tau) + 2 * np.sin(2 * tau), 2), 9)
+    array([1.+0.j, 0.-2.j])
+    """
+    return np.asarray(np.fft.rfft(cycle, axis=-1)[..., 1 : count + 1] * (2.0 / cycle.shape[-1]))
+
+
+def bent(cycle: FloatArray, power: int) -> FloatArray:
+    """Return the swing of a cycle (p,) times a power of its place along it, from -1 to 1."""
+    swing = 0.5 * float(np.ptp(cycle))
+    return np.asarray(swing * ((cycle - cycle.min()) / swing - 1.0) ** power) if swing > 0.0 else np.zeros_like(cycle)
+
+
+def _bent_lines(lines: ComplexArray, power: int) -> ComplexArray:
+    """The same of harmonics (K,)."""
+    points = max(LEAST_POINTS, 4 * len(lines))
+    half = np.zeros(points // 2 + 1, dtype=np.complex128)
+    half[1 : len(lines) + 1] = 0.5 * points * lines
+    return harmonics_of(bent(np.fft.irfft(half, points), power), len(lines))
+
+
+def law_and_held(scene: Scene, law: str | Law | None = None) -> tuple[Law, dict[str, float]]:
+    """Return the law that a scene (or the caller) names, and the parameters that the scene holds fixed.
+
+    ``static_ratio`` of ``[model]`` is the static ratio of both directions; a `damping_ratio` of the rig is simulated.
+
+    Raises
+    ------
+    UsageError
+        The scene holds a parameter that the law lacks.
+    """
+    model = scene.model
+    chosen = law_of(model.law if law is None else law)
+    held = dict(model.parameters) if law is None or law_of(law).name == law_of(model.law).name else {}
+    names = {p.name for p in chosen.own}
+    if model.static_ratio != 1.0 and "static_ratio" not in names and not chosen.has("breakaway"):
+        chosen = law_of(f"{chosen.name}+breakaway")
+        held |= dict.fromkeys(("static_ratio_up", "static_ratio_down"), model.static_ratio)
+    if scene.rig.damping_ratio is not None:
+        held.setdefault("frame_damping_ratio", scene.frame_damping_ratio)
+    strangers = sorted(set(held) - {p.name for p in chosen.parameters})
+    if strangers:
+        known = ", ".join(p.name for p in chosen.parameters)
+        raise UsageError(f"model.parameters: law {chosen.name} has no {', '.join(strangers)}; expected {known}")
+    return chosen, held
+
+
+def observe(measurement: Measurement, scene: Scene, law: str | Law | None = None) -> CycleObservation:
+    """Return a measured test as a fit sees it.
+
+    Raises
+    ------
+    AnalysisError
+        The natural frequency is not known.
+    """
+    ratio = measurement.frequency_ratio
+    if ratio is None or not math.isfinite(ratio):
+        raise AnalysisError(
+            "no frequency ratio: the natural frequency is not known: give rig.natural_frequency_hz in the scene, or"
+            " mass_kg and stiffness_n_per_m; `frictionlab free-vibration` measures it"
+        )
+    chosen, held = law_and_held(scene, law)
+    base = measured_base(measurement, scene.model.base_harmonics)
+    cycles = cycles_of(measurement)
+    kept = measurement.cycle.kept[: len(cycles.mean) // 2]
+    return CycleObservation(measurement, cycles, chosen, held, scene.model.wall, base, kept)
+
+
+def measured_base(measurement: Measurement, least: int = 1) -> Base:
+    """Return the base motion: its measured harmonics up to the last that is no noise, at least so many.
+
+    Raises
+    ------
+    UsageError
+        More harmonics are asked for than are measured.
+    """
+    cycle = measurement.cycle
+    if least > len(cycle.base_cosine):
+        raise UsageError(
+            f"model.base_harmonics: expected at most {len(cycle.base_cosine)}, as many as are measured; got {least}"
+        )
+    noise = measurement.base_amplitude_m_se / measurement.base_amplitude_m
+    size = np.hypot(cycle.base_cosine, cycle.base_sine)
+    told = np.flatnonzero(size > max(3.0 * noise, SEEN))
+    count = max(least, int(told[-1]) + 1 if len(told) else 1)
+    if count == 1:
+        return COSINE
+    keep = (size > max(3.0 * noise, SEEN)) | (np.arange(len(size)) < least)
+    cosine, sine = (np.where(keep, side, 0.0)[:count] for side in (cycle.base_cosine, cycle.base_sine))
+    return Base(tuple(cosine.tolist()), tuple(sine.tolist()))
+
+
+def cycles_of(measurement: Measurement, *, every: bool = False) -> Cycles:
+    """Return the measured mean cycle with the covariance that its steady cycles show.
+
+    ``every``: the mean of all steady cycles, not of those that the energy rule takes.
+    """
+    cycle = measurement.cycle
+    samples = measurement.sampling_rate_hz / measurement.drive_frequency_hz
+    points = min(samples, len(cycle.tau))
+    count = min(cycle.each.shape[1], harmonics_worth_keeping(measurement.frequency_ratio or 1.0, points))
+    single = parts(cycle.each[:, :count])
+    mean = single.mean(axis=0) if every else parts(harmonics_of(cycle.mass, count))
+    used = len(single) if every else max(1, int(measurement.series.used.sum()))
+    power = float(np.mean(cycle.mass**2))
+    sensor = 2.0 * (measurement.mass_noise_m / measurement.base_amplitude_m) ** 2 / samples
+    least = sensor + 2.0 * ROUNDING**2 * power / count
+    beyond = sensor / used * max(0.0, 0.5 * samples - count)
+    scatters = len(single) >= FEWEST_CYCLES
+    raised = _raised(single) if scatters else 1.0
+    single_covariance = shrunk(single, least) if scatters else np.eye(2 * count) * least
+    of_base = _by_base(mean, measurement.base_amplitude_m_se / measurement.base_amplitude_m)
+    covariance = single_covariance * (raised / used) + of_base
+    return Cycles(mean, single, covariance, sensor / used, used, scatters, power, beyond, of_base, raised)
+
+
+def harmonics_worth_keeping(ratio: float, points: float) -> int:
+    """Return the harmonics worth keeping of a cycle of so many points at a frequency ratio.
+
+    A stop's corner is sharp, and a slow drive wakes high harmonics at the frame's own.
+
+    Examples
+    --------
+    >>> harmonics_worth_keeping(0.5, 160.0), harmonics_worth_keeping(0.2, 400.0), harmonics_worth_keeping(2.0, 40.0)
+    (32, 50, 10)
+    """
+    wanted = min(MOST_HARMONICS, max(32, math.ceil(10.0 / ratio)))
+    return max(2, min(wanted, int(points / POINTS)))
+
+
+def shrunk(single: FloatArray, least: float) -> FloatArray:
+    """Return the covariance of one cycle: its correlations shrunk, its variances never below some share.
+
+    Parameters
+    ----------
+    single : ndarray of shape (n, d)
+        n cycles; d may be larger than n.
+    least : float
+        No variance is below this one.
+
+    Examples
+    --------
+    >>> draws = np.random.default_rng(1).standard_normal((40, 3)) * [1.0, 2.0, 3.0]
+    >>> bool(np.all(np.linalg.eigvalsh(shrunk(draws, 1e-6)) > 0))
+    True
+    """
+    n = len(single)
+    about = single - single.mean(axis=0)
+    variance = np.maximum((about**2).sum(axis=0) / (n - 1), 1e-300)
+    unit = about / np.sqrt(variance)
+    correlation = unit.T @ unit / (n - 1)
+    np.fill_diagonal(correlation, 1.0)
+    off = ~np.eye(len(correlation), dtype=bool)
+    second, mean = (unit**2).T @ (unit**2), correlation * (n - 1) / n
+    spread = n / (n - 1.0) ** 3 * (second - n * mean**2)  # variance of each sample correlation
+    share = float(np.clip(spread[off].sum() / max((correlation[off] ** 2).sum(), 1e-300), 0.0, 1.0))
+    deviation = np.sqrt(variance)
+    together = (1.0 - share) * correlation + share * np.eye(len(correlation))
+    return np.asarray(together * np.outer(deviation, deviation)) + np.eye(len(correlation)) * (
+        least + FEW / n * float(variance.mean())
+    )
+
+
+def _raised(single: FloatArray) -> float:
+    """By how much autocorrelation raises the variance of a mean, by the cycles' main direction."""
+    about = single - single.mean(axis=0)
+    few = len(about) <= about.shape[1]  # the same, and cheaper where cycles are many
+    product = about @ about.T if few else about.T @ about
+    last = len(product) - 1
+    main = eigh(product, subset_by_index=[last, last])[1][:, 0]
+    series = main if few else about @ main
+    return min(max(1.0, float(variance_inflation(series[:, None])[0])), MOST_RAISED)
+
+
+def _by_base(mean: FloatArray, relative: float) -> FloatArray:
+    """Covariance (2 K, 2 K) that the noise of the base sensor adds: all is over its amplitude, from its phase on.
+
+    `relative` is the standard error of the base's amplitude over it, which is also that of its phase in rad.
+    """
+    order = np.arange(1, len(mean) // 2 + 1)
+    cosine, sine = np.split(mean, 2)
+    later = np.concatenate([order * sine, -order * cosine])
+    return np.asarray(relative**2 * (np.outer(mean, mean) + np.outer(later, later)))

@@ -1,0 +1,541 @@
+"""Tests and a law -> posterior: values with one covariance, from which errors, budgets and limits follow.
+
+Data errors e and prior errors c leave ``K e + (1 - K J) c`` in the values found, and ``1 - K J`` is the posterior
+covariance P. So the variance of a value is ``(P A P)_ii`` by the data and ``P_ik^2`` by the prior of each unknown k:
+the standard error `se` counts the data and the law's priors, the combined uncertainty `u` all of them, and the budget
+is the list of these terms.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import cast
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import gammaincinv, ndtr, ndtri
+
+from frictionlab.errors import AnalysisError
+from frictionlab.inference.fit import (
+    Fit,
+    Model,
+    Place,
+    Test,
+    eliminate,
+    excess_of,
+    fit_from,
+    start_place,
+    tempered,
+    with_scatter,
+)
+from frictionlab.inference.observations import CycleObservation, Reached
+from frictionlab.inference.starts import starting_points
+from frictionlab.inference.unknowns import STRAINED, Unknown, factor, of_law
+from frictionlab.simulator.laws import Law, Parameter
+
+FloatArray = NDArray[np.float64]
+LEVEL = 0.95  # of a limit
+NOISE_LEVEL = 0.01  # of chi-square, beyond which a misfit is no noise
+TOLD = 0.5  # a parameter is told if its variance has fallen below this share of its prior's ...
+SURE = 2.0  # ... and it lies so many errors from where its term does nothing
+CORRECTED = 9.0  # by which correcting sensors and rig must lower the sum of squares: three errors of one of them
+RIVAL = 9.0  # chi-square within which another minimum is a rival
+NOISE = "noise and misfit"
+AS_KNOWN = "sensors and rig as known, or as fitted"
+MISSED = "the law itself"
+
+
+@dataclass(frozen=True)
+class ParameterEstimate:
+    """One parameter of a law.
+
+    ``se``: standard error with the rig as it is known; ``u``: with what is not known of sensors and rig as well; both
+    None for a value that was given. ``told``: whether the data tell it at all; ``lower``, ``upper``: 95 % limits, None
+    where there is no limit.
+    """
+
+    value: float
+    se: float | None = None
+    u: float | None = None
+    told: bool = False
+    lower: float | None = None
+    upper: float | None = None
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """What tests say of their laws, sensors and rig.
+
+    Parameters
+    ----------
+    fit : Fit
+        Best values: tests, unknowns, coordinates.
+    information : tuple of ndarray
+        What each test's data say of its own coordinates, with the scatter of the cycles and the misfit counted.
+    scatter_u : ndarray of shape (m,)
+        Standard errors of the scatters from test to test, in coordinates.
+    shifts : mapping of str to ndarray of shape (m,)
+        Source -> systematic distance, in coordinates, that errors hold in quadrature.
+    warnings : tuple of str
+    held_se : ndarray of shape (m,), optional
+        Standard errors of the coordinates where sensors and rig are held as they are known.
+    """
+
+    fit: Fit
+    information: tuple[FloatArray, ...]
+    scatter_u: FloatArray
+    shifts: Mapping[str, FloatArray] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    held_se: FloatArray | None = None
+
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """All unknowns, in the order of the covariance."""
+        return self.fit.model.unknowns
+
+    @property
+    def tests(self) -> tuple[Test, ...]:
+        """The tests."""
+        return self.fit.model.tests
+
+    @cached_property
+    def observations(self) -> tuple[CycleObservation, ...]:
+        """The mean cycle of each test."""
+        return tuple(cast("CycleObservation", test.observation) for test in self.tests)
+
+    def law(self, i: int = 0) -> Law:
+        """Law of test i."""
+        return self.tests[i].observation.law
+
+    def values(self, i: int = 0) -> dict[str, float]:
+        """Best values of test i by name, dimensionless in this test."""
+        return self.fit.values(i)
+
+    @cached_property
+    def _eliminated(self) -> tuple[FloatArray, tuple[FloatArray, ...]]:
+        """Information of all tests on the unknowns (m, m), deviations from test to test integrated over, and each's."""
+        m = len(self.unknowns)
+        total, each = np.zeros((m, m)), []
+        for test, information in zip(self.tests, self.information, strict=True):
+            s = self.fit.model.scatter[test.index]
+            inner = np.eye(len(s)) + s[:, None] * information * s
+            left = information - (information * s) @ np.linalg.solve(inner, s[:, None] * information)
+            total[np.ix_(test.index, test.index)] += left
+            each.append(left)
+        return total, tuple(each)
+
+    @cached_property
+    def plain(self) -> FloatArray:
+        """Posterior covariance (m, m) of the coordinates by curvature."""
+        total, _ = self._eliminated
+        return np.asarray(np.linalg.inv(total + np.diag(self.fit.model.holds(self.fit.point))))
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Posterior covariance (m, m) of the coordinates: data, priors with their tails, systematic distances."""
+        doubt = np.array([u.doubt(float(c)) for u, c in zip(self.unknowns, self.fit.point, strict=True)])
+        total, _ = self._eliminated
+        left = self.plain * doubt
+        shifted = sum((np.outer(s, s) for s in self.shifts.values()), np.zeros_like(self.plain))
+        return np.asarray(self.plain @ total @ self.plain + left @ left.T + shifted)
+
+    def own_covariance(self, i: int = 0) -> FloatArray:
+        """Posterior covariance of test i's own coordinates, in the order of its index."""
+        test = self.tests[i]
+        s = self.fit.model.scatter[test.index]
+        whole = self.covariance[np.ix_(test.index, test.index)]
+        if not s.any():
+            return whole
+        inner = np.eye(len(s)) + (s[:, None] * self.information[i]) * s
+        local = (s[:, None] * np.linalg.inv(inner)) * s  # of S d, the mean known
+        share = np.eye(len(s)) - local @ self.information[i]  # how the mean's error goes into the test's own
+        return np.asarray(share @ whole @ share.T + local)
+
+    def statistical(self, i: int = 0) -> FloatArray:
+        """Standard errors of test i's own coordinates, sensors and rig as they are known."""
+        test = self.tests[i]
+        if self.held_se is not None:
+            return np.asarray(self.held_se[test.index])
+        law = np.array([u.law for u in self.unknowns], dtype=bool)
+        total, _ = self._eliminated
+        noise = self.plain @ total @ self.plain + (self.plain[:, law] ** 2).sum(axis=1) * np.eye(len(law))
+        whole = np.diag(self.own_covariance(i))
+        share = np.diag(noise)[test.index] / np.maximum(np.diag(self.covariance)[test.index], 1e-300)
+        return np.asarray(np.where(law[test.index], np.sqrt(np.clip(share, 0.0, 1.0) * whole), 0.0))
+
+    def shares(self, name: str, i: int = 0) -> dict[str, float]:
+        """Return what each source adds to the uncertainty of a parameter of test i, in quadrature."""
+        k = self.fit.find(name, i)
+        if k is None:
+            return {}
+        place = int(np.flatnonzero(self.tests[i].index == k)[0])
+        slope = self.slope(k, i)
+        doubts = [u.doubt(float(c)) for u, c in zip(self.unknowns, self.fit.point, strict=True)]
+        shares = {
+            u.name: slope * abs(float(self.plain[k, j])) * doubts[j] for j, u in enumerate(self.unknowns) if not u.law
+        }
+        shares |= {source: slope * abs(float(s[k])) for source, s in self.shifts.items() if s[k]}
+        rest = slope**2 * float(self.own_covariance(i)[place, place]) - sum(share**2 for share in shares.values())
+        return {NOISE: math.sqrt(max(rest, 0.0)), **shares}
+
+    def slope(self, k: int, i: int = 0) -> float:
+        """Return the change of an unknown's value in test i with its coordinate."""
+        place = int(np.flatnonzero(self.tests[i].index == k)[0])
+        return self.unknowns[k].slope(float(self.fit.own(i)[place])) * float(self.tests[i].factors[place])
+
+    def parameters(self, i: int = 0) -> dict[str, ParameterEstimate]:
+        """Return the parameters of test i's law with errors and limits, dimensionless in this test."""
+        law, test = self.law(i), self.tests[i]
+        covariance, statistical, own = self.own_covariance(i), self.statistical(i), self.fit.own(i)
+        observation = test.observation
+        given = observation.problem(self.values(i)).parameters
+        found = {p.name: ParameterEstimate(given[p.name]) for p in law.parameters}
+        for place, k in enumerate(test.index):
+            u = self.unknowns[k]
+            if not u.law:
+                continue
+            spread, c, times = math.sqrt(covariance[place, place]), float(own[place]), float(test.factors[place])
+            slope = u.slope(c) * times
+            told = is_told(u, law.parameter(u.name), c, spread) and bool(self.fit.place.slopes[i][:, place].any())
+            limits = (None if x is None else x * times for x in _limits(u, c, spread, told=told))
+            found[u.name] = ParameterEstimate(
+                u.value(c) * times, slope * float(statistical[place]), slope * spread, told, *limits
+            )
+        return found
+
+    def nuisances(self, i: int = 0) -> dict[str, dict[str, float]]:
+        """Return sensors and rig as found: name -> value, u, and what was known to (standard uncertainty)."""
+        variance = np.diag(self.own_covariance(i))
+        return {
+            self.unknowns[k].name: {
+                "value": self.unknowns[k].value(float(c)),
+                "u": self.unknowns[k].slope(float(c)) * math.sqrt(variance[place]),
+                "known_to": self.unknowns[k].sd * self.unknowns[k].known_to,
+            }
+            for place, (k, c) in enumerate(zip(self.tests[i].index, self.fit.own(i), strict=True))
+            if self.unknowns[k].level == "rig"
+        }
+
+    def levels(self, i: int = 0) -> dict[str, str]:
+        """Return the level of each unknown of test i."""
+        return {self.unknowns[k].name: self.unknowns[k].level for k in self.tests[i].index}
+
+    @property
+    def strained(self) -> tuple[int, ...]:
+        """Unknowns of sensors and rig that the fit had to move over three standard uncertainties."""
+        law = self.fit.point
+        return tuple(k for k, u in enumerate(self.unknowns) if not u.law and abs(float(law[k])) > STRAINED * u.known_to)
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether what is left is no more than noise would leave, at the 1 % level of chi-square, in every test."""
+        return all(misfit_is_noise(self.fit, i) for i in range(len(self.tests)))
+
+    def with_shift(self, source: str, shift: FloatArray) -> "Posterior":
+        """Return the posterior with one more systematic distance (m,) in its errors."""
+        old = self.shifts.get(source)
+        return replace(self, shifts={**self.shifts, source: shift if old is None else np.hypot(old, shift)})
+
+    def left_out(self, i: int) -> tuple[FloatArray, FloatArray]:
+        """Return what the other tests say of test i's coordinates: mean and covariance, its own scatter included.
+
+        One linear step from the fit of all: without test i the normal equations lack its pull and its information.
+        """
+        test, model = self.tests[i], self.fit.model
+        total, each = self._eliminated
+        without = total + np.diag(model.holds(self.fit.point))
+        without[np.ix_(test.index, test.index)] -= each[i]
+        covariance: FloatArray = np.asarray(np.linalg.inv(without))
+        pull = np.zeros(len(self.unknowns))
+        pull[test.index] = eliminate(model, self.fit.place).each[i][1]
+        moved = self.fit.point - covariance @ pull
+        s = model.scatter[test.index]
+        return np.clip(moved, *model.bounds)[test.index], covariance[np.ix_(test.index, test.index)] + np.diag(s**2)
+
+
+def is_told(unknown: Unknown, parameter: Parameter, c: float, spread: float) -> bool:
+    """Whether data tell a parameter: known better than before, off its upper bound, away from where it does nothing."""
+    neutral, from_neutral = parameter.neutral, math.inf
+    if neutral is not None and math.isfinite(neutral) and unknown.scale == "linear":
+        from_neutral = abs(c - unknown.at(neutral)) / spread
+    return spread**2 < TOLD and from_neutral > SURE and c < unknown.high - 1e-3
+
+
+def _limits(unknown: Unknown, c: float, spread: float, *, told: bool) -> tuple[float | None, float | None]:
+    """95 % limits of a coordinate's value, its bound counted; a side that the data say nothing of has none."""
+    mass = float(ndtr((c - unknown.low) / spread)) if unknown.low > -10.0 else 1.0  # posterior above the bound
+    one = c + spread * float(ndtri(1.0 - (1.0 - LEVEL) * mass))
+    two = [c + spread * float(ndtri(1.0 - q * mass)) for q in (0.5 + 0.5 * LEVEL, 0.5 - 0.5 * LEVEL)]
+    if told or unknown.low <= -10.0:
+        lower, upper = two
+        if not told and unknown.scale == "log":  # toward where the term does nothing there is no limit
+            return unknown.value(c - spread * float(ndtri(LEVEL))), None
+        return unknown.value(max(lower, unknown.low)), unknown.value(upper)
+    return None, unknown.value(one)
+
+
+def limits_in_words(lower: float | None, upper: float | None) -> str:
+    """Return the limits of a parameter as words; a side without one is not named.
+
+    Examples
+    --------
+    >>> limits_in_words(None, 0.0312), limits_in_words(20.0, None), limits_in_words(-0.1, 0.1)
+    ('at most 0.0312', 'at least 20', 'from -0.1 to 0.1')
+    """
+    if lower is None or upper is None:
+        return "no limit" if lower is upper else f"at most {upper:.3g}" if lower is None else f"at least {lower:.3g}"
+    return f"from {lower:.3g} to {upper:.3g}"
+
+
+def misfit_is_noise(fit: Fit, i: int = 0) -> bool:
+    """Whether what a fit leaves of test i is no more than noise would leave."""
+    points = len(fit.place.residual[i])
+    return excess_of(fit, i) <= 2.0 * float(gammaincinv(0.5 * points, 1.0 - NOISE_LEVEL)) / points
+
+
+def model_of(observations: Sequence[CycleObservation], *, amontons: bool = True, rig: bool = True) -> Model:
+    """Return tests and unknowns: one rig, for each material its law, scatters not yet known.
+
+    Parameters
+    ----------
+    observations : sequence of CycleObservation
+        Tests of one or several materials, each under its law.
+    amontons : bool
+        Whether one friction coefficient serves all normal forces of a material, else a force at each.
+    rig : bool
+        Whether sensors and rig are unknown too.
+    """
+    unknowns: list[Unknown] = []
+    places: dict[tuple[object, ...], int] = {}
+    references: dict[object, CycleObservation] = {}
+    common, widths = rig_unknowns(observations) if rig else ((), [{} for _ in observations])
+    tests = []
+    for observation, width in zip(observations, widths, strict=True):
+        index, factors = [], []
+        material = observation.measurement.material
+        reference = references.setdefault(material, observation)
+        force, base = observation.normal_force, reference.normal_force
+        for u in (*of_law(observation.law, observation.held), *common):
+            group = (material, None if amontons else force) if u.name == "beta" else (material,)
+            key = (u.name, *group) if u.law else (u.name,)
+            if key not in places:
+                places[key] = len(unknowns)
+                unknowns.append(u)
+            index.append(places[key])
+            alike = force / base if amontons and force and base else 1.0
+            times = factor(
+                u,
+                observation.law,
+                length=observation.unit / reference.unit,
+                rate=observation.turn / reference.turn,
+                force=alike,
+            )
+            factors.append(times * width.get(u.name, 1.0))
+        tests.append(Test(observation, np.array(index, dtype=np.intp), np.array(factors)))
+    return Model(tuple(tests), tuple(unknowns), np.zeros(len(unknowns)))
+
+
+def rig_unknowns(
+    observations: Sequence[CycleObservation],
+) -> tuple[tuple[Unknown, ...], list[dict[str, float]]]:
+    """Return the rig's unknowns of some tests, and for each test how large a sensor's bend is over the largest one's.
+
+    How far a sensor bends a cycle follows from how much of its range the cycle fills.
+    """
+    each = [{u.name: u for u in observation.rig_unknowns} for observation in observations]
+    largest: dict[str, Unknown] = {}
+    for known in each:
+        for name, u in known.items():
+            if name not in largest or u.sd > largest[name].sd:
+                largest[name] = u
+    bends = ("parabola", "cubic", "base_parabola", "base_cubic")
+    widths = [
+        {n: (known[n].sd if n in known else 0.0) / u.sd for n, u in largest.items() if n in bends} for known in each
+    ]
+    return tuple(largest.values()), widths
+
+
+def information_of(fit: Fit, i: int) -> FloatArray:
+    """Return what test i's data say of its own coordinates, in a fit: curvature over what noise and misfit add to it.
+
+    The weights of a fit are found from the cycles themselves and let these scatter too little, and a law's misfit is no
+    white noise: the variance that both really leave in each coordinate takes the place of the curvature's.
+    """
+    slopes, test = fit.place.slopes[i], fit.model.tests[i]
+    information = slopes.T @ slopes
+    others: FloatArray = np.diag(fit.model.holds(fit.point))[np.ix_(test.index, test.index)]
+    if len(fit.model.tests) > 1:
+        rest = fit.precision.copy()
+        rest[np.ix_(test.index, test.index)] -= fit.reduced.each[i][0]
+        s = fit.model.scatter[test.index]
+        others = np.asarray(np.linalg.inv(np.linalg.inv(rest)[np.ix_(test.index, test.index)] + np.diag(s**2)))
+    gain: FloatArray = np.asarray(np.linalg.solve(information + others, slopes.T))
+    noise = (gain**2).sum(axis=1)
+    shown = test.observation.variance(
+        Reached(fit.residual(i), slopes, gain, others, fit.values(i), is_noise=misfit_is_noise(fit, i))
+    )
+    ratio = np.sqrt(np.where(noise > 0.0, np.maximum(shown, 1e-300) / np.maximum(noise, 1e-300), 1.0))
+    return np.asarray(information / np.outer(ratio, ratio))
+
+
+def posterior_of(fit: Fit, scatter_u: FloatArray | None = None) -> Posterior:
+    """Return the posterior about a fit."""
+    information = tuple(information_of(fit, i) for i in range(len(fit.model.tests)))
+    return Posterior(fit, information, np.zeros(len(fit.model.unknowns)) if scatter_u is None else scatter_u)
+
+
+def infer(
+    observations: Sequence[CycleObservation],
+    *,
+    amontons: bool = True,
+    near: Mapping[str, float] | None = None,
+    most: int | None = None,
+) -> Posterior:
+    """Return what some tests say together of their laws, their sensors and their rig.
+
+    Sensors and rig are fitted beside the law, each held by what is known of it. Where the law alone leaves no more than
+    noise, and correcting them gains little, the values with sensors and rig as they are known are given; their errors
+    hold how far the other values stand from them.
+
+    Parameters
+    ----------
+    observations : sequence of CycleObservation
+        Tests of one or several materials, each under its law (`observe`, `CycleObservation.under`).
+    amontons : bool
+        Whether one friction coefficient serves all normal forces of a material.
+    near : mapping of str to float, optional
+        Values (of the first test) that a fit begins at too.
+    most : int, optional
+        Steps.
+
+    Raises
+    ------
+    AnalysisError
+        The mass stands still, the loop takes in no energy, or no value tried has a steady state.
+    """
+    model = model_of(observations, amontons=amontons)
+    model = model if most is None else replace(model, most=most)
+    plain = model_of(observations, amontons=amontons, rig=False)
+    law = [k for k, u in enumerate(model.unknowns) if u.law]
+    held, moved = _both(model, plain, law, near)
+    fits = [f for f in (held, *moved) if f is not None]
+    if not fits:
+        raise AnalysisError("no value tried has a steady state")
+    best = moved[0]
+    if len(observations) > 1:
+        best, scatter_u = with_scatter(best)
+        return posterior_of(best, scatter_u)
+    found = posterior_of(best)
+    if held is not None and misfit_is_noise(held) and _gained(held, best) < CORRECTED:
+        return _as_known(held, found, law)
+    found = _with_rivals(found, moved[1:])
+    if held is None or not found.strained:
+        return found
+    apart = np.zeros(len(model.unknowns))  # what is declared, or the law, is wrong: data do not say which
+    apart[law] = _suspicion(found) * (best.point[law] - held.point)
+    return found.with_shift(AS_KNOWN, apart)
+
+
+def _suspicion(found: Posterior) -> float:
+    """How sure it is (0 to 1) that a fit moved sensors and rig for something else's sake: by the worst of them."""
+    known = [
+        (u, abs(float(c)))
+        for u, c in zip(found.unknowns, found.fit.point, strict=True)
+        if u.level == "rig" and not u.law
+    ]
+    return max(
+        1.0
+        if math.isinf(u.tail) and c > STRAINED
+        else 0.0
+        if math.isinf(u.tail)
+        else min(1.0, max(0.0, 0.5 * (c - 2.0)))
+        for u, c in known
+    )
+
+
+def _both(model: Model, plain: Model, law: list[int], near: Mapping[str, float] | None) -> tuple[Fit | None, list[Fit]]:
+    """The fit with sensors and rig held as they are known (of one test), and those that move them, best first."""
+    starts, local = starting_points(model, near)
+    held = None
+    if len(model.tests) == 1:
+        known = [start[law] for start in starts]
+        held = _best(plain, known)
+        if held is not None and misfit_is_noise(held):
+            whole = np.clip(np.zeros(len(model.unknowns)), *model.bounds)
+            whole[law] = held.point
+            starts = [whole, *starts[1:]]
+    fits = []
+    for start in starts:
+        try:
+            fits.append(fit_from(model, [start], local, tempers=False))
+        except AnalysisError:
+            continue  # no steady state there; another start may have one
+        if len(fits) > 1 and fits[-1].cost > 4.0 * min(f.cost for f in fits) + RIVAL:
+            fits.pop()
+    if not fits:
+        raise AnalysisError(
+            "no friction ratio tried has a steady state: near resonance the motion may have no bound; check the natural"
+            " frequency (rig.natural_frequency_hz, --natural-frequency)"
+        )
+    fits = [tempered(f) for f in fits]
+    return held, sorted(fits, key=lambda f: f.chi_square)
+
+
+def _best(model: Model, starts: Sequence[FloatArray]) -> Fit | None:
+    """The best fit from the best of some starts; None where none has a steady state."""
+    if not model.unknowns:
+        try:
+            return Fit(model, start_place(model, np.zeros(0)))
+        except AnalysisError:
+            return None
+    try:
+        return fit_from(model, starts)
+    except AnalysisError:
+        return None
+
+
+def _gained(held: Fit, moved: Fit) -> float:
+    """By how much the sum of squares falls, priors counted, when sensors and rig are moved beside the law."""
+    strain = float((held.model.strains(held.point) ** 2).sum() - (moved.model.strains(moved.point) ** 2).sum())
+    return held.chi_square - moved.chi_square + strain
+
+
+def _as_known(held: Fit, moved: Posterior, law: list[int]) -> Posterior:
+    """The posterior about values with sensors and rig as they are known; errors hold the distance to the others."""
+    model = moved.fit.model
+    point = np.clip(np.zeros(len(model.unknowns)), *model.bounds)
+    point[law] = held.point
+    place = start_place(model, point)
+    fit = Fit(model, place)
+    held_se = np.zeros(len(point))
+    held_se[law] = np.sqrt(np.diag(posterior_of(held).covariance))
+    found = Posterior(fit, moved.information, moved.scatter_u, moved.shifts, moved.warnings, held_se)
+    return found.with_shift(AS_KNOWN, point - moved.fit.point)
+
+
+def _with_rivals(found: Posterior, others: Sequence[Fit]) -> Posterior:
+    """The posterior with errors that span other minima that fit nearly as well."""
+    k = found.fit.find("beta")
+    if k is None:
+        return found
+    best = found.fit
+    near = [
+        f
+        for f in others
+        if (f.chi_square - best.chi_square) / excess_of(best) < RIVAL
+        and abs(f.values()["beta"] / best.values()["beta"] - 1.0) > 0.01
+    ]
+    for other in near:
+        found = found.with_shift("other minima", other.point - best.point)
+    if near:
+        told = " and ".join(f"{f.values()['beta']:.4g}" for f in near)
+        own = f"{best.values()['beta']:.4g}"
+        said = f"friction_ratio: not unique: {told} fits nearly as well as {own}; its error spans them"
+        found = replace(found, warnings=(*found.warnings, said))
+    return found
+
+
+def same_place(fit: Fit, place: Place) -> Fit:
+    """Return a fit at another place of the same model."""
+    return Fit(fit.model, place)

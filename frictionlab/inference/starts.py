@@ -1,0 +1,304 @@
+"""Where a fit begins: the friction ratio read off the loop, and the minima of the misfit that are worth following.
+
+``E = beta * path`` for any Coulomb steady state, which is ``beta = E / (4 X)`` for cycles with two turning points, eq.
+(2.23). A contact of stiffness kappa yields by 2 beta / kappa at each turn before it slips, so a closed stroke of length
+D takes in ``2 beta (D - 2 beta / kappa)`` (Masing); the strokes of a motion of many turns are those of the rainflow
+count. A contact that holds and rings has a minimum for each whole ring more or less, over its stiffness; the friction
+ratio of each follows from the energy, because what the contact takes in of a *measured* motion needs no simulation.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.errors import AnalysisError
+from frictionlab.inference.fit import Model
+from frictionlab.inference.observations import cycle_of
+from frictionlab.simulator.problem import Wall
+
+FloatArray = NDArray[np.float64]
+LARGEST = 4.0  # friction ratio at which a contact that hardly slips is still looked for
+TRIED = 256  # friction ratios on either side of the one that takes in most
+SEARCH = np.geomspace(0.05, 3.0, 49)  # friction ratios tried, over the loop's
+LAGS = np.linspace(-3.0, 3.0, 13)  # standard deviations of its prior at which an undeclared lag is tried
+ROOTS = (1.0, 31.0)  # of the stiffness: a contact rings by it; beyond, it is rigid
+RING_STEP, ROOT_STEP, COARSE_STEP = 0.5, 0.6, 4.0  # between roots tried: times r, at most; of a law without rings
+FOLLOWED = 3  # minima over the stiffness that are fitted
+FIRST_GUESSES = {"contact_damping_ratio": 0.02, "stiffness_ratio": 100.0}  # values at which a new term is tried first
+
+
+def starting_points(model: Model, near: Mapping[str, float] | None = None) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Return starting points worth following, best first, and each test's deviations there.
+
+    ``near``: values of the first test that a fit begins at too.
+    """
+    zero = [np.zeros(len(t.index)) for t in model.tests]
+    names = [u.name for u in model.unknowns]
+    close = [] if near is None else [point_at(model, near)]
+    if "stiffness_ratio" in names and len(model.tests) == 1:
+        return [*_over_stiffness(model, near or {}), *close], zero
+    if "beta" in names:
+        return [*_over_friction(model, near or {})[:2], *close], zero
+    return close or [point_at(model, {})], zero
+
+
+def point_at(model: Model, values: Mapping[str, float]) -> FloatArray:
+    """Return the point at some values of the first test; a new term begins where it does something."""
+    given = FIRST_GUESSES | dict(values)
+    point = np.zeros(len(model.unknowns))
+    factors = dict(zip(model.tests[0].index.tolist(), model.tests[0].factors.tolist(), strict=True))
+    for k, u in enumerate(model.unknowns):
+        if u.name in given:
+            point[k] = u.at(given[u.name] / factors.get(k, 1.0))
+    return np.clip(point, *model.bounds)
+
+
+def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
+    """Points at the minima over the friction ratio, with the lag that fits best there, best first.
+
+    A lag only turns harmonics, so it is tried without simulating; it is one for all tests.
+    """
+    lag = next((k for k, u in enumerate(model.unknowns) if u.name == "lag_s" and math.isfinite(u.tail)), None)
+    guesses = point_at(model, near)
+    betas = [k for k, u in enumerate(model.unknowns) if u.name == "beta"]
+    ratios = [_loop_or(model, i) for i in range(len(model.tests))]
+    costs = np.full((len(model.tests), len(SEARCH), len(LAGS) if lag is not None else 1), math.inf)
+    for i in range(len(model.tests)):
+        for j, times in enumerate(SEARCH):
+            costs[i, j] = _costs_over_lag(model, i, guesses, times * ratios[i], lag)
+    if not np.isfinite(costs).any():
+        r = cycle_of(model.tests[0]).r
+        raise AnalysisError(
+            f"no friction ratio between {SEARCH[0] * ratios[0]:.3g} and {SEARCH[-1] * ratios[0]:.3g} has a steady state"
+            f" at r = {r:g}: near resonance the motion may have no bound; check the natural frequency"
+            " (rig.natural_frequency_hz, --natural-frequency)"
+        )
+    if len(model.tests) == 1:
+        least = costs[0].min(axis=1)
+        return [
+            _at(model, guesses, {betas[0]: SEARCH[j] * ratios[0]}, lag, int(np.argmin(costs[0, j])))
+            for j in minima(least)
+        ]
+    over = np.minimum(costs, 1e300).min(axis=1).sum(axis=0)  # of each lag, every test at its own friction ratio
+    best = int(np.argmin(over))
+    found = {}
+    for k in betas:
+        mine = [i for i, t in enumerate(model.tests) if k in t.index]
+        own = [SEARCH[int(np.argmin(costs[i, :, best]))] * ratios[i] / _factor(model, i, k) for i in mine]
+        found[k] = float(np.median(own))
+    return [_at(model, guesses, found, lag, best, scaled=True)]
+
+
+def _factor(model: Model, i: int, k: int) -> float:
+    test = model.tests[i]
+    return float(test.factors[int(np.flatnonzero(test.index == k)[0])])
+
+
+def _loop_or(model: Model, i: int) -> float:
+    observation = cycle_of(model.tests[i])
+    return loop_friction_ratio(observation.measurement, observation.wall)
+
+
+def _at(
+    model: Model, guesses: FloatArray, betas: Mapping[int, float], lag: int | None, turn: int, *, scaled: bool = False
+) -> FloatArray:
+    point = guesses.copy()
+    for k, beta in betas.items():
+        point[k] = model.unknowns[k].at(beta / (1.0 if scaled else _factor(model, 0, k)))
+    if lag is not None:
+        point[lag] = LAGS[turn]
+    return np.clip(point, *model.bounds)
+
+
+def _costs_over_lag(model: Model, i: int, point: FloatArray, beta: float, lag: int | None) -> FloatArray:
+    """Sums of squares of test i at a friction ratio, over the lags tried; infinite where there is no steady state."""
+    test = model.tests[i]
+    observation = cycle_of(test)
+    values = model.values(i, point[test.index]) | {"beta": beta}
+    lines = observation.lines_of(observation.state(values))
+    tried = LAGS if lag is not None else np.zeros(1)
+    if lines is None:
+        return np.full(len(tried), math.inf)
+    found = []
+    for c in tried:
+        late = {} if lag is None else {"lag_s": model.unknowns[lag].value(float(c))}
+        gap = observation.white(observation.data - observation.seen(lines, values | late))
+        strain = 0.0 if lag is None else model.unknowns[lag].strain(float(c)) ** 2 / len(model.tests)
+        found.append(float(gap @ gap) + strain)
+    return np.array(found)
+
+
+def minima(costs: FloatArray) -> list[int]:
+    """Return places whose neighbours cost more, best first.
+
+    Examples
+    --------
+    >>> minima(np.array([3.0, 1.0, 2.0, 0.5, np.inf]))
+    [3, 1]
+    """
+    padded = np.concatenate([[math.inf], costs, [math.inf]])
+    lower = (padded[1:-1] <= padded[:-2]) & (padded[1:-1] < padded[2:]) & np.isfinite(costs)
+    return sorted((int(i) for i in np.flatnonzero(lower)), key=lambda i: costs[i])
+
+
+def _over_stiffness(model: Model, known: Mapping[str, float]) -> list[FloatArray]:
+    """Points at the deepest minima over the root of the stiffness, the friction ratio following from the energy."""
+    observation = cycle_of(model.tests[0])
+    free = "beta" in {u.name for u in model.unknowns}
+    slid = slid_of(observation.measurement, observation.wall)
+    energy = energy_of(observation.measurement, observation.wall)
+    energy -= _drained(slid, known.get("contact_damping_ratio", 0.0) * observation.r)
+    strokes, exact = strokes_of(slid), observation.law.kind == "elastic"
+    step = min(ROOT_STEP, RING_STEP * observation.r) if exact else COARSE_STEP
+    roots = np.linspace(*ROOTS, 1 + math.ceil((ROOTS[1] - ROOTS[0]) / step))
+    found: list[tuple[float, FloatArray]] = []
+    lag = next((k for k, u in enumerate(model.unknowns) if u.name == "lag_s" and math.isfinite(u.tail)), None)
+    for branch in (0, 1):
+        costs = np.full(len(roots), math.inf)
+        points: list[FloatArray | None] = []
+        for j, root in enumerate(roots):
+            ratios = elastic_friction_ratios(strokes, energy, float(root) ** 2) if free else (0.0,)
+            if branch >= len(ratios):
+                points.append(None)
+                continue
+            values = {**known, "stiffness_ratio": float(root) ** 2} | ({"beta": ratios[branch]} if free else {})
+            point = point_at(model, values)
+            beta = ratios[branch] if free else observation.held["beta"]
+            over = _costs_over_lag(model, 0, point, beta, lag)
+            if lag is not None:
+                point[lag] = LAGS[int(np.argmin(over))]
+            costs[j] = over.min()
+            points.append(point)
+        found += [(float(costs[j]), there) for j in minima(costs) if (there := points[j]) is not None]
+    found.sort(key=lambda pair: pair[0])
+    return [point for _, point in found[:FOLLOWED]] or [point_at(model, known)]
+
+
+def loop_friction_ratio(measurement: Measurement, wall: Wall = "fixed") -> float:
+    """Return the friction ratio as energy over the path slid.
+
+    With a wall that moves with the base the path is that of mass over base, and the force that drives it r^2 times.
+
+    Raises
+    ------
+    AnalysisError
+        The mass stands still, or takes in no energy.
+    """
+    slid = slid_of(measurement, wall)
+    path = float(np.abs(np.diff(slid, append=slid[:1])).sum())
+    return energy_of(measurement, wall) / path
+
+
+def slid_of(measurement: Measurement, wall: Wall) -> FloatArray:
+    """Return the motion (p,) of the mass over its wall in the mean cycle, in Y, without the noise."""
+    cycle = measurement.cycle
+    if wall == "fixed":
+        return cycle.mass_smooth
+    order = np.arange(1, len(cycle.base_cosine) + 1)
+    phase = np.outer(cycle.tau, order)
+    return np.asarray(cycle.mass_smooth - np.cos(phase) @ cycle.base_cosine - np.sin(phase) @ cycle.base_sine)
+
+
+def energy_of(measurement: Measurement, wall: Wall) -> float:
+    """Return the energy (k Y^2) that the motion over the wall takes in; a moving wall makes the force r^2 as large.
+
+    Raises
+    ------
+    AnalysisError
+        The mass stands still, or takes in no energy.
+    """
+    if measurement.regime == "stuck":
+        raise AnalysisError(
+            "no friction ratio: the mass stands still, which tells only that friction is at least the spring's force:"
+            " measure with less normal force or more base amplitude"
+        )
+    if not measurement.energy_per_cycle > 0.0:
+        raise AnalysisError(
+            f"no friction ratio: the loop's energy is {measurement.energy_per_cycle:.3g} k Y^2; expected more than 0:"
+            " are the columns of mass and base the right way round, and does no sensor count the other way (then turn"
+            " the sign of its column)?"
+        )
+    force = 1.0 if wall == "fixed" else (measurement.frequency_ratio or math.nan) ** 2
+    return force * measurement.energy_per_cycle
+
+
+def elastic_friction_ratios(strokes: FloatArray, energy: float, stiffness: float) -> tuple[float, ...]:
+    """Return the friction ratios with which an elastic contact takes in an energy over given strokes, smallest first.
+
+    There are none where the contact is too soft for the energy, else two: one slips most of the way, one hardly. Of the
+    second only what is below `LARGEST` is given.
+
+    Parameters
+    ----------
+    strokes : ndarray of shape (k,)
+        Closed strokes of a cycle (:func:`strokes_of`), in Y.
+    energy : float
+        k Y^2.
+    stiffness : float
+        Of the contact over k.
+
+    Examples
+    --------
+    >>> strokes = np.array([2.0])
+    >>> rigid, soft = (elastic_friction_ratios(strokes, 1.6, kappa) for kappa in (1e9, 4.0))
+    >>> [round(beta, 6) for beta in rigid], [round(beta, 4) for beta in soft]
+    ([0.4], [0.4508, 3.5492])
+    >>> elastic_friction_ratios(strokes, 1.6, 1.0)
+    ()
+    """
+    if not energy > 0.0:
+        return ()
+    most = 0.25 * stiffness * float(strokes.max())  # takes in the most energy of the longest stroke
+    least = 0.5 * energy / float(strokes.sum())
+    if least >= most:
+        return ()
+    rising = np.linspace(least, min(most, energy / float(strokes.max())), TRIED)
+    falling = np.linspace(rising[-1], min(2.0 * most, LARGEST), TRIED) if rising[-1] < LARGEST else rising[:0]
+    found = []
+    for beta in (rising, falling):
+        slipped = np.maximum(strokes[:, None] - 2.0 * beta / stiffness, 0.0)
+        over = 2.0 * beta * slipped.sum(axis=0) - energy
+        places = np.flatnonzero(over[:-1] * over[1:] <= 0.0)
+        if len(places):
+            j = int(places[0])
+            rise = float(over[j + 1] - over[j])
+            found.append(float(beta[j] if rise == 0.0 else beta[j] - over[j] * (beta[j + 1] - beta[j]) / rise))
+    return tuple(found)
+
+
+def strokes_of(slid: FloatArray) -> FloatArray:
+    """Return the closed strokes of a periodic motion, there and back, longest last (rainflow, ASTM E1049).
+
+    Examples
+    --------
+    >>> strokes_of(np.array([0.0, 3.0, 1.0, 2.0, -2.0, -1.0]))
+    array([1., 5.])
+    """
+    first = int(np.argmax(slid))
+    around = np.concatenate([slid[first:], slid[: first + 1]])
+    around = around[np.diff(around, append=np.inf) != 0.0]  # a point of each level stretch is enough
+    turns = np.flatnonzero(np.diff(np.sign(np.diff(around)))) + 1
+    strokes: list[float] = []
+    open_: list[float] = []
+    for point in (around[0], *around[turns], around[-1]):
+        open_.append(float(point))
+        while len(open_) >= 4 and _is_closed(open_[-4:]):
+            strokes.append(abs(open_[-3] - open_[-2]))
+            del open_[-3:-1]
+    return np.sort([*strokes, float(np.ptp(slid))])
+
+
+def _is_closed(points: Sequence[float]) -> bool:
+    """Whether the middle of three ways is no longer than either beside it."""
+    before, middle, after = np.abs(np.diff(points))
+    return bool(middle <= before and middle <= after)
+
+
+def _drained(slid: FloatArray, damping: float) -> float:
+    """Energy per cycle (k Y^2) that a dashpot of a damping ratio times r takes in of a motion (p,)."""
+    lines = np.fft.rfft(slid)[1:] * (2.0 / len(slid))
+    order = np.arange(1, len(lines) + 1)
+    return 2.0 * damping * math.pi * float(np.sum((order * np.abs(lines)) ** 2))

@@ -1,0 +1,274 @@
+"""What a fit does not know: parameters of the law, sensors and rig, each with its level and its prior.
+
+A *rig* unknown has one value in all tests; a *material* unknown has one value in all tests of a material, and a scatter
+from test to test; a *test* unknown has a value of its own in each. Every unknown is counted in standard deviations of
+its prior, from the prior's mean: that number is its coordinate.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from scipy.special import stdtrit
+
+from frictionlab.simulator.laws import Law, Parameter
+from frictionlab.uncertainty import Sources, bent_gain
+
+Level = Literal["rig", "material", "test"]
+
+WIDE = 2.0 * 1.959964  # standard deviations from end to end of a 95 % interval
+WITHIN = 0.5 + 0.5 * 0.682689  # probability below one standard deviation of a normal distribution
+STRONGEST = 12.0  # standard deviations: no coordinate goes farther from its prior
+SMALLEST = 1e-6  # of the cycle: a nonlinearity or crosstalk below this is not fitted
+UNDECLARED_LAG = 3.0  # half sampling intervals (standard uncertainty): prior of a lag that nobody has declared
+STRAINED = 3.0  # standard uncertainties from what is known of sensors and rig beyond which the scene is doubted
+TAIL = 1.0  # exponent of the prior of a lag, or a frame's damping, that nobody has declared: Cauchy's distribution
+TEST_LEVEL = {"gradient": 1.0}  # parameters that re-seating the contact changes: scale of the prior of their scatter
+SCATTER = 0.02  # scale of the prior (half-Cauchy) of the relative scatter from test to test of all other parameters
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One unknown; its value is ``mean + sd * c`` at a coordinate c, or e to that on a logarithmic scale.
+
+    Parameters
+    ----------
+    name, words : str
+    level : {"rig", "material", "test"}
+    mean, sd : float
+        Of the prior.
+    scale : {"linear", "log"}
+    low, high : float
+        Bounds of the coordinate.
+    unit : tuple of (float, str)
+        How many of the unit that people read the value 1 is, and its name.
+    folded : bool
+        Whether the prior is the upper half of the normal distribution (what can only be positive).
+    tail : float
+        Exponent a of a prior that falls by ``(1 + c^2 / 2a)^-a``; infinite for a normal one.
+    known_to : float
+        What is declared or assumed of it, in `sd`.
+    law : bool
+        Whether it is a parameter of the law, and not of sensors or rig.
+    key : str
+        The scene's key that declares it.
+    scatter : float
+        Scale of the prior (half-Cauchy) of its scatter from test to test, in coordinates; relative for a linear
+        parameter that is not of the test's level.
+    """
+
+    name: str
+    words: str
+    level: Level = "rig"
+    mean: float = 0.0
+    sd: float = 1.0
+    scale: Literal["linear", "log"] = "linear"
+    low: float = -STRONGEST
+    high: float = math.inf
+    unit: tuple[float, str] = (1.0, "")
+    folded: bool = False
+    tail: float = math.inf
+    known_to: float = 1.0
+    law: bool = False
+    key: str = ""
+    scatter: float = 0.0
+
+    def value(self, c: float) -> float:
+        """Return the value at a coordinate.
+
+        Examples
+        --------
+        >>> Unknown("a", "", mean=1.0, sd=0.5).value(2.0)
+        2.0
+        """
+        raw = self.mean + self.sd * c
+        return math.exp(raw) if self.scale == "log" else raw
+
+    def at(self, value: float) -> float:
+        """Return the coordinate of a value."""
+        raw = math.log(value) if self.scale == "log" else value
+        return (raw - self.mean) / self.sd
+
+    def slope(self, c: float) -> float:
+        """Return the change of the value with the coordinate."""
+        return self.sd * (self.value(c) if self.scale == "log" else 1.0)
+
+    def strain(self, c: float) -> float:
+        """Return the residual of the prior: half its square is what the log prior has lost since c = 0.
+
+        Examples
+        --------
+        >>> round(Unknown("b", "", tail=1.0).strain(7.0), 2), Unknown("a", "").strain(7.0)
+        (2.55, 7.0)
+        """
+        if math.isinf(self.tail):
+            return c
+        return math.copysign(math.sqrt(2.0 * self.tail * math.log1p(0.5 * c * c / self.tail)), c)
+
+    def strain_slope(self, c: float) -> float:
+        """Return the change of the strain with the coordinate."""
+        strain = self.strain(c)
+        if math.isinf(self.tail) or abs(strain) < 1e-6:
+            return 1.0
+        return c / (strain * (1.0 + 0.5 * c * c / self.tail))
+
+    def hold(self, c: float) -> float:
+        """Return the weight of the normal prior about 0 that pulls as strongly at c."""
+        return 1.0 / (1.0 + 0.5 * c * c / self.tail)
+
+    def doubt(self, c: float) -> float:
+        """Return the standard deviation that an error of the prior has in the normal equations at c.
+
+        1 for a normal prior. Cauchy's distribution holds 68 % within 2.6 of its scale, and pulls by `hold` times that.
+        """
+        if math.isinf(self.tail):
+            return 1.0
+        far = math.sqrt(2.0 * self.tail / (2.0 * self.tail - 1.0)) * float(stdtrit(2.0 * self.tail - 1.0, WITHIN))
+        return max(math.sqrt(self.hold(c)), self.hold(c) * far)
+
+    @property
+    def log_peak(self) -> float:
+        """Logarithm of the prior's density at c = 0 over that of a normal one."""
+        if math.isinf(self.tail):
+            return 0.0
+        return math.lgamma(self.tail) - math.lgamma(self.tail - 0.5) - 0.5 * math.log(self.tail)
+
+
+def of_parameter(parameter: Parameter) -> Unknown:
+    """Return the unknown of a law's parameter: its prior is its usual range (95 %).
+
+    A parameter that can only grow from where its term does nothing (a dashpot, a static ratio) has half a normal prior.
+    """
+    low, high = parameter.usual
+    level: Level = "test" if parameter.name in TEST_LEVEL else "material"
+    made = Unknown(parameter.name, parameter.words, level, law=True, scatter=TEST_LEVEL.get(parameter.name, SCATTER))
+    if parameter.scale == "log":
+        mean, sd = 0.5 * math.log(low * high), math.log(high / low) / WIDE
+        end = (math.log(high) - mean) / sd if parameter.neutral == math.inf else math.inf
+        return replace(made, mean=mean, sd=sd, scale="log", high=end, scatter=SCATTER / sd)
+    if parameter.neutral is not None and parameter.neutral == parameter.low == low:
+        return replace(made, mean=low, sd=2.0 * (high - low) / WIDE, low=0.0, folded=True)
+    mean, sd = 0.5 * (low + high), (high - low) / WIDE
+    least = (parameter.low - mean) / sd if math.isfinite(parameter.low) else -STRONGEST
+    return replace(made, mean=mean, sd=sd, low=max(-STRONGEST, least))
+
+
+def of_law(law: Law, held: Mapping[str, float]) -> tuple[Unknown, ...]:
+    """Return the unknowns of a law's own parameters: those that the scene does not hold, without counts."""
+    return tuple(of_parameter(p) for p in law.own if p.name not in held and not p.whole)
+
+
+def of_rig(
+    sources: Sources, held: Mapping[str, float], *, amplitude: float, unit: float, distorted: bool
+) -> tuple[Unknown, ...]:
+    """Return what is not known of sensors and rig, by what the scene declares of them.
+
+    Parameters
+    ----------
+    sources : Sources
+    held : mapping of str to float
+        Parameters that the scene holds: the frame's damping ratio is known about its value there.
+    amplitude : float
+        Half the swing of the mass, over Y.
+    unit : float
+        Y [m]: half the swing of the base.
+    distorted : bool
+        Whether the base's sensor shows harmonics: its nonlinearity may be what makes them.
+    """
+    (in_mass, of_gain), (in_base, _) = (_bends(sources, size * unit) for size in (amplitude, 1.0))
+    gain = math.hypot(sources.gain, of_gain, sources.linearity * bent_gain(in_base))
+    mass, base = (_parabola_and_cubic(sources, part) for part in (in_mass, in_base if distorted else None))
+    bent = "{} by which the {}'s sensor bends the cycle"
+    found = (
+        Unknown(
+            "natural_frequency",
+            "natural frequency",
+            sd=sources.natural_frequency,
+            key="rig.natural_frequency_hz",
+        ),
+        Unknown("gain", "gain of a sensor", sd=gain, key="sensors.gain_error"),
+        _lag(sources),
+        _frame(sources, held.get("frame_damping_ratio")),
+        Unknown("parabola", bent.format("parabola", "mass"), sd=mass[0], key="sensors.linearity"),
+        Unknown("cubic", bent.format("cubic", "mass"), sd=mass[1], key="sensors.linearity"),
+        Unknown("base_parabola", bent.format("parabola", "base"), sd=base[0], key="sensors.linearity"),
+        Unknown("base_cubic", bent.format("cubic", "base"), sd=base[1], key="sensors.linearity"),
+        Unknown(
+            "base_in_mass", "share of the base's channel in the mass's", sd=sources.crosstalk, key="sensors.crosstalk"
+        ),
+        Unknown(
+            "mass_in_base", "share of the mass's channel in the base's", sd=sources.crosstalk, key="sensors.crosstalk"
+        ),
+    )
+    return tuple(u for u in found if u.sd > SMALLEST)
+
+
+def _bends(sources: Sources, swing: float) -> tuple[float, float]:
+    """Share of a sensor's range that a half swing (m) fills, and the gain that its cubic error may be there."""
+    share = min(1.0, swing * 2.0 / sources.measuring_range) if sources.measuring_range else 1.0
+    return share, sources.linearity * math.sqrt(7.2) * (1.0 - share) ** 2
+
+
+def _parabola_and_cubic(sources: Sources, share: float | None) -> tuple[float, float]:
+    """Standard uncertainties of both bends of a sensor's cubic error (`frictionlab.uncertainty.budget`)."""
+    if share is None:
+        return 0.0, 0.0
+    return sources.linearity * math.sqrt(12.0) * share * (1.0 - share), sources.linearity * 2.0 * share**2
+
+
+def _lag(sources: Sources) -> Unknown:
+    """The lag between the channels, s: its prior has tails where nobody has declared it."""
+    declared = "sensors.lag_s_u" not in sources.assumed
+    wider = 1.0 if declared else UNDECLARED_LAG
+    return Unknown(
+        "lag_s",
+        "lag between the channels",
+        sd=wider * sources.lag,
+        tail=math.inf if declared else TAIL,
+        known_to=1.0 / wider,
+        unit=(1e3, "ms"),
+        key="sensors.lag_s",
+    )
+
+
+def _frame(sources: Sources, held: float | None) -> Unknown:
+    """The frame's damping ratio: about what the scene says, or up from zero where it says nothing."""
+    mean, sd = held or 0.0, sources.damping_ratio
+    return Unknown(
+        "frame_damping_ratio",
+        "frame's damping",
+        mean=mean,
+        sd=sd,
+        low=max(-STRONGEST, -mean / sd) if sd > 0.0 else 0.0,
+        tail=TAIL if held is None else math.inf,
+        folded=mean == 0.0,
+        key="rig.damping_ratio",
+    )
+
+
+def factor(unknown: Unknown, law: Law, *, length: float, rate: float, force: float) -> float:
+    """Return by how much an unknown's dimensionless value is larger in a test than in the reference test.
+
+    Parameters
+    ----------
+    unknown : Unknown
+    law : Law
+        For the powers of Y and omega in its parameters' units.
+    length, rate, force : float
+        Base amplitude Y, drive and normal force of the test, each over that of the reference.
+
+    Examples
+    --------
+    >>> from frictionlab.simulator.laws import law_of
+    >>> law = law_of("coulomb+place")
+    >>> beta, gradient = of_law(law, {})
+    >>> factor(beta, law, length=2.0, rate=1.0, force=3.0), factor(gradient, law, length=2.0, rate=1.0, force=3.0)
+    (1.5, 2.0)
+    """
+    if not unknown.law:
+        return {"spring_cubic": length**2, "play": 1.0 / length}.get(unknown.name, 1.0)
+    if unknown.name == "beta":
+        return force / length
+    parameter = law.parameter(unknown.name)
+    return float(length**-parameter.lengths * rate**-parameter.rates)

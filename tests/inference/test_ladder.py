@@ -1,0 +1,141 @@
+"""The ladder of laws climbs where the recording requires it, and not where it does not."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictionlab.errors import SimulationError
+from frictionlab.inference import compare, ladder
+from frictionlab.inference.fit import Fit
+from frictionlab.simulator import Problem
+from frictionlab.simulator.laws import Law
+from tests.inference.contacts import recorded, scene
+
+RUNG = {"law", "parameters", "log_evidence", "response_nrmse", "held_out_nrmse", "required", "seconds", "note"}
+
+
+@pytest.mark.parametrize(
+    ("law", "parameters"),
+    [
+        ("coulomb", {}),
+        ("coulomb+speed", {"contact_damping_ratio": 0.03}),
+        ("coulomb+place", {"gradient": 0.06}),
+    ],
+)
+def test_the_law_that_made_a_recording_is_the_one_it_requires(law: str, parameters: dict[str, float]) -> None:
+    truth = Problem(0.35, 0.4, law=law, parameters=parameters)
+    found = compare(recorded(truth, np.random.default_rng(11)), scene(), law="auto")
+    assert found.law == law
+    assert found.verdict == "explained"
+    assert found.laws is not None
+    assert all(set(rung) == RUNG for rung in found.laws)
+    assert found.laws[0]["law"] == "coulomb"
+    chosen = next(rung for rung in found.laws if rung["law"] == law)
+    assert (chosen["response_nrmse"], chosen["parameters"]) == (found.response_nrmse, found.parameters)
+    again = compare(recorded(truth, np.random.default_rng(11)), scene(), law=law)
+    assert again.parameters == found.parameters  # two commands, one answer
+
+
+def test_a_law_without_exact_slides_is_found_though_exact_terms_come_near(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stribeck's curve and break-away exclude each other: it is tried alone, not only beside what came near."""
+    monkeypatch.setattr(ladder, "EXACT", ladder.CHEAP)  # the dear laws are left out: time
+    monkeypatch.setattr(ladder, "NUMERIC", ("logarithm", "stribeck"))  # it leaves but noise: the dear ones are spared
+    truth = Problem(0.5, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.4, "stribeck_speed": 0.2})
+    found = compare(recorded(truth, np.random.default_rng(3), seconds=20.0), scene(), law="auto")
+    assert found.law == "coulomb+stribeck"
+    assert found.verdict == "explained"
+    assert found.laws is not None
+    tried = {str(rung["law"]) for rung in found.laws}
+    assert tried >= {"coulomb", "coulomb+speed", "coulomb+breakaway", "coulomb+stribeck"}
+    assert not any("lugre" in law or "rate-state" in law for law in tried)
+    spared = "law coulomb+lugre: not tried: a law that costs less, coulomb+stribeck, leaves nothing but noise"
+    assert spared in found.warnings
+
+
+def test_a_ladder_without_work_left_names_the_laws_that_it_did_not_try(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Work is counted in steady states, not in seconds: the same recording gets the same answer anywhere."""
+    monkeypatch.setattr(ladder, "EXACT", ("speed",))
+    monkeypatch.setattr(ladder, "NUMERIC", ("logarithm", "stribeck"))
+    monkeypatch.setattr(ladder, "WORK", 500.0)
+    truth = Problem(0.5, 0.4, law="coulomb+stribeck", parameters={"static_ratio": 1.4, "stribeck_speed": 0.2})
+    seen = recorded(truth, np.random.default_rng(3), seconds=20.0)
+    found, again = compare(seen, scene(), law="auto"), compare(seen, scene(), law="auto")
+    assert any(w.startswith("law coulomb+logarithm: not fitted to the end: the work of a") for w in found.warnings)
+    assert any(w.startswith("law coulomb+rate-state: not tried: the work of a ladder was") for w in found.warnings)
+    assert (again.law, again.parameters, again.warnings) == (found.law, found.parameters, found.warnings)
+
+
+@pytest.mark.parametrize(
+    "fault", [SimulationError("no motion"), np.linalg.LinAlgError("Singular matrix"), ValueError("math domain error")]
+)
+@pytest.mark.parametrize("law", ["coulomb+place", "coulomb+speed", "coulomb+breakaway"])
+def test_a_fault_of_one_rung_is_said_in_its_row_and_ends_nothing(
+    law: str, fault: Exception, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ladder, "EXACT", ladder.CHEAP)
+    fitted = ladder._Climb._fitted
+
+    def broken(climb: Any, model: Any, below: Any, tried: Law) -> Fit:
+        if tried.name == law:
+            raise fault
+        return fitted(climb, model, below, tried)
+
+    monkeypatch.setattr(ladder._Climb, "_fitted", broken)
+    found = compare(recorded(Problem(0.35, 0.4), np.random.default_rng(11), seconds=20.0), scene(), law="auto")
+    assert found.law == "coulomb"
+    assert found.laws is not None
+    row = next(rung for rung in found.laws if rung["law"] == law)
+    assert str(fault) in str(row["note"])
+    assert (row["log_evidence"], row["required"]) == (None, False)
+    assert any(w.startswith(f"law {law}: not compared: ") for w in found.warnings)
+
+
+def test_friction_that_scatters_does_not_hide_a_dashpot_from_the_cycles_left_out() -> None:
+    """Beyond resonance the scatter moves a cycle more than the dashpot does: weighed by the noise, it shows."""
+    truth = Problem(1.3, 0.3, law="coulomb+speed", parameters={"contact_damping_ratio": 0.02})
+    found = compare(recorded(truth, np.random.default_rng([20261122, 0])), scene(), law="auto")
+    assert found.law == "coulomb+speed"
+    assert found.verdict == "explained"
+
+
+def test_a_contact_too_stiff_to_be_told_has_a_least_stiffness() -> None:
+    found = compare(recorded(Problem(1.3, 0.3), np.random.default_rng(3)), scene(), law="coulomb+compliance")
+    stiffness = found.parameters["stiffness_ratio"]
+    assert not stiffness["told"]
+    assert stiffness["lower"] is not None
+    assert stiffness["upper"] is None
+    assert any(w.startswith("stiffness_ratio: this test does not tell it; at least") for w in found.warnings)
+
+
+def test_a_lag_that_nobody_declared_is_not_taken_for_a_law() -> None:
+    """Three milliseconds at 250 Hz, 2.6 times what half a sample is worth: break-away was climbed in its stead."""
+    for r, beta, seed in [(0.32, 0.45, 1), (0.5, 0.3, 2)]:
+        seen = recorded(Problem(r, beta), np.random.default_rng(seed), scatter=0.01, seconds=20.0, lag_s=3e-3)
+        found = compare(seen, scene(), law="auto")
+        assert found.law == "coulomb"
+        assert found.friction_ratio_u is not None
+        assert found.friction_ratio == pytest.approx(beta, abs=2.5 * found.friction_ratio_u)
+        assert found.nuisances["lag_s"]["value"] == pytest.approx(3e-3, abs=1e-3)
+
+
+def test_a_lag_far_from_half_a_sample_is_told_in_milliseconds() -> None:
+    seen = recorded(Problem(0.7, 0.4), np.random.default_rng(4), seconds=20.0, lag_s=8e-3)
+    said = [w for w in compare(seen, scene()).warnings if "sensors.lag_s" in w]
+    assert len(said) == 1
+    assert "by 8" in said[0] or "by 7.9" in said[0]
+    assert "ms, which is" in said[0]
+    assert "measure it and declare it" in said[0]
+
+
+@pytest.mark.parametrize(("r", "stiffness"), [(0.35, 40.0), (0.3, 3.0), (0.2, 120.0)])
+def test_an_elastic_contact_is_found_among_the_valleys_of_its_ringing(r: float, stiffness: float) -> None:
+    """A contact that rings fits in every valley a whole ring apart; the right one is far from the first guess."""
+    truth = Problem(r, 0.4, law="coulomb+compliance", parameters={"stiffness_ratio": stiffness})
+    free = scene(rig={"damping_ratio": None})  # the frame's damping is found beside it, and may not help a wrong valley
+    found = compare(recorded(truth, np.random.default_rng(21)), free, law="coulomb+compliance")
+    told = found.parameters["stiffness_ratio"]
+    assert found.verdict == "explained"
+    assert isinstance(told["u"], float)
+    assert told["value"] == pytest.approx(stiffness, abs=3.5 * told["u"])
+    assert told["u"] < 0.01 * stiffness
