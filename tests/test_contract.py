@@ -57,7 +57,7 @@ TYPES: Mapping[str, type | tuple[type, ...]] = {
     **dict.fromkeys(["source", "status", "reason", "material", "energy_rule", "regime", "predicted_regime"], str),
     **dict.fromkeys(["model", "solver", "law", "verdict", "wall", "outcome"], str),
     **dict.fromkeys(["parameters", "budget", "nuisances"], dict),
-    **dict.fromkeys(["warnings", "laws"], list),
+    **dict.fromkeys(["warnings", "laws", "response_amplitudes", "contacts"], list),
     **dict.fromkeys(["cycles", "period_cycles"], int),
     "symmetric": bool,
     "accuracy": str,

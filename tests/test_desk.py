@@ -107,16 +107,6 @@ def test_volts_without_calibration_are_told_what_they_need(tmp_path: Path) -> No
     assert "--mass-metres-per-volt" in told.stderr
 
 
-def test_two_logs_of_the_same_stamps_are_told_how_to_say_so(tmp_path: Path) -> None:
-    t = 0.004 * np.arange(4000)
-    for name, column in (("mass", np.sin(6 * t)), ("base", np.sin(6 * t + 0.5))):
-        lines = np.column_stack([t, column])
-        np.savetxt(tmp_path / name, lines, delimiter=",", header=f"t [s],{name} [mm]", comments="")
-    command = ("ingest", "--mass-log", tmp_path / "mass", "--base-log", tmp_path / "base", "-o", tmp_path / "a.h5")
-    assert "both logs have the same stamps: --lag 0 if one clock made them" in run(*command).stderr
-    assert "stamps" not in run(*command, "--lag", "0").stderr
-
-
 def test_a_range_that_goes_down_is_refused(tmp_path: Path) -> None:
     told = run("sweep", "--r", "0.1:0.05:0.1", "--beta", "0.2", "-o", tmp_path / "map.csv")
     assert told.exit_code == 2

@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 import frictionlab as fl
 from frictionlab.cli import app
-from frictionlab.cli.options import ANALYSIS, LOG
+from frictionlab.cli.options import ANALYSIS, LOG, Settings
 
 LINES = "\n".join(f"{4000 * i}|{1.5 + 0.001 * (i % 7):.3f}|{2.25 + 0.001 * (i % 5):.3f}" for i in range(100))
 LOG_TEXT = f"t|mass|base\n{LINES}\n"
@@ -35,7 +35,7 @@ def test_an_option_means_the_same_wherever_it_is_said(log: Path) -> None:
         "[log]\n" + "".join(f"{key} = {json.dumps(value, ensure_ascii=False)}\n" for key, value in SAID.items())
     )
     by_scene = ingested(log, "--scene", str(log.parent / "scene.toml"))
-    flags = {setting.key: setting.flag for setting in LOG}
+    flags = {key: text.split()[0] for key, (_, text) in LOG.items()}
     by_line = ingested(log, *(word for key, value in SAID.items() for word in (flags[key], str(value))))
     recording = fl.ingest(log, None, **SAID)  # type: ignore[arg-type]
     assert by_line == by_scene
@@ -45,26 +45,22 @@ def test_an_option_means_the_same_wherever_it_is_said(log: Path) -> None:
     assert recording.source.options == {**fl.LogOptions(**SAID).given()}  # type: ignore[arg-type]
 
 
-def test_every_key_of_the_log_table_is_an_option_of_ingest() -> None:
-    helped = CliRunner().invoke(app, ["ingest", "--help-all"], env={"COLUMNS": "200"}).stdout
-    helped = " ".join(helped.split())
-    assert [setting.key for setting in LOG] == [f.name for f in fields(fl.LogOptions)]
-    for setting in LOG:
-        assert f" {setting.flag} {setting.metavar} " in helped
-        assert setting.words in helped
-    for flag in ("--separator", "--decimal", "--encoding", "--time", "--mass", "--base", "--unit", "--time-unit"):
-        assert f" {flag} " in helped
-    assert "--sampling-rate HZ" in helped
-
-
-@pytest.mark.parametrize("command", ["analyze", "compare-numeric"])
-def test_both_commands_take_the_overrides_of_analysis(command: str) -> None:
+@pytest.mark.parametrize(
+    ("command", "settings", "named"),
+    [
+        ("ingest", LOG, "--separator --decimal --encoding --time --mass --base --unit --time-unit --sampling-rate"),
+        ("analyze", ANALYSIS, "--natural-frequency --transient --cycles --padding"),
+        ("compare-numeric", ANALYSIS, "--natural-frequency --transient --cycles --padding"),
+    ],
+)
+def test_every_key_of_a_table_is_an_option_with_its_words(command: str, settings: Settings, named: str) -> None:
     helped = CliRunner().invoke(app, [command, "--help-all"], env={"COLUMNS": "200"}).stdout
     helped = " ".join(helped.split())
-    for setting in ANALYSIS:
-        assert f" {setting.flag} {setting.metavar} " in helped
-    for flag in ("--natural-frequency HZ", "--transient S", "--cycles RULE", "--padding N"):
-        assert flag in helped
+    for said, _, words in (text.partition(" | ") for _, text in settings.values()):
+        assert f" {said} " in helped
+        assert words in helped
+    assert set(named.split()) <= {text.split()[0] for _, text in settings.values()}
+    assert settings is ANALYSIS or list(settings) == [f.name for f in fields(fl.LogOptions)]
 
 
 def test_a_wrong_option_is_one_line_that_names_it(log: Path) -> None:

@@ -1,7 +1,7 @@
 """The command line: parse, call a verb of the package, print. Nothing is computed here and nothing imports it.
 
-Each command is one module of this folder. Heavy imports (pandas, scipy, matplotlib, numba, h5py) stay inside the
-functions, so that ``frictionlab --help`` answers at once.
+Each command is a function of a module of this folder. Heavy imports (pandas, scipy, matplotlib, numba, h5py) stay
+inside the functions, so that ``frictionlab --help`` answers at once.
 """
 
 import logging
@@ -31,8 +31,19 @@ GROUPS = {
     "plan": ("plan",),
     "look after": ("show", "synthesize", "tradeoff"),
 }
-"""The commands in the groups of ``--help``: each is the function of its name in the module of its name."""
+"""The commands in the groups of ``--help``: each is the function of its name."""
 COMMANDS = tuple(name for group in GROUPS.values() for name in group)
+MODULES = {
+    "init": "ingest",
+    "free-vibration": "analyze",
+    "compare-numeric": "compare_numeric",
+    "explain": "compare_numeric",
+    "campaign": "batch",
+    "predict": "plan",
+    "synthesize": "show",
+    "tradeoff": "show",
+}
+"""The module of a command that has not its own name."""
 OLD_NAMES = {
     "compare": "compare-numeric",
     "--friction-ratio": "--beta",
@@ -111,7 +122,7 @@ class Command(TyperCommand):
 def _with_force_column(args: list[str]) -> list[str]:
     """``--force COLUMN`` names the column of a force, where what follows is no file; alone it replaces an output."""
     found = list(args)
-    for i, (word, following) in enumerate(zip(args, [*args[1:], "-"], strict=True)):
+    for i, (word, following) in enumerate(zip(args, [*args, "-"][1:], strict=True)):
         is_column = not following.startswith("-") and not Path(following).suffix and not Path(following).exists()
         if word.startswith("--force=") or (word == "--force" and is_column):
             found[i] = word.replace("--force", "--contact-force", 1)
@@ -174,15 +185,14 @@ class Commands(TyperGroup):
 
 def summary(name: str) -> str:
     """The first line of a command's docstring, read from its file: the list of commands loads none of them."""
-    text = Path(__file__).with_name(f"{name.replace('-', '_')}.py").read_text(encoding="utf-8")
+    text = Path(__file__).with_name(f"{MODULES.get(name, name)}.py").read_text(encoding="utf-8")
     found = re.search(rf'^def {name.replace("-", "_")}\(.*?"""(.*?)\n', text, re.DOTALL | re.MULTILINE)
     return found[1] if found else ""
 
 
 def command_of(name: str) -> Callable[..., None]:
     """The function of a command's name."""
-    own = name.replace("-", "_")
-    found: Callable[..., None] = getattr(import_module(f"{__name__}.{own}"), own)
+    found: Callable[..., None] = getattr(import_module(f"{__name__}.{MODULES.get(name, name)}"), name.replace("-", "_"))
     return found
 
 
@@ -258,18 +268,9 @@ def _reason(error: Exception) -> str:
 
     if isinstance(error, FrictionlabError):
         return str(error)
-    if isinstance(error, FileNotFoundError) and error.filename is None and _is_nowhere():
+    if isinstance(error, FileNotFoundError) and error.filename is None:  # of asking where we are
         return "the folder that is worked in is no longer there: change into one that is"
     return f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else reason_of(error)
-
-
-def _is_nowhere() -> bool:
-    """Whether the working folder has been removed."""
-    try:
-        Path.cwd()
-    except FileNotFoundError:
-        return True
-    return False
 
 
 class _ToStderr(logging.Handler):

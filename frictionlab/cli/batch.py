@@ -1,21 +1,23 @@
-"""``frictionlab batch``: a folder of logs through the whole chain; what `make` calls."""
+"""``frictionlab batch``: a folder of logs through the whole chain; ``frictionlab campaign``: many tests, one report."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from frictionlab.cli.campaign import refuse_failures, write_campaign
-from frictionlab.cli.inputs import Rows, exit_status, opened, report_rows
+from frictionlab.cli.inputs import Rows, exit_status, opened, report_rows, tables_in
 from frictionlab.cli.options import ANALYSIS, check_law, scene_of, takes
-from frictionlab.cli.output import complain, print_table, print_tests, print_warnings, printable
-from frictionlab.cli.progress import track
+from frictionlab.cli.output import complain, print_table, print_tests, print_warnings, printable, track
 from frictionlab.cli.work import COMPARED, MEASURED, assumed, headline
-from frictionlab.schema import COMPARISONS, MEASUREMENTS
+from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.schema import COMPARISONS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, MEASUREMENTS, RANKING
 from frictionlab.tables import Row, check_output, read_rows, write_rows
+from frictionlab.verbs.rows import FAILED, failure
 
 if TYPE_CHECKING:
+    from frictionlab.campaign import Campaign
+    from frictionlab.scene import Scene
     from frictionlab.verbs.chain import Batch
 
 TABLE = "comparisons.jsonl"
@@ -25,7 +27,7 @@ NO_SCENE = (
 )
 
 
-@takes(*ANALYSIS)
+@takes(ANALYSIS)
 def batch(
     logs: list[Path],
     *,
@@ -56,7 +58,9 @@ def batch(
     what = scene_of(scene, beside=logs[0], quiet=quiet or as_json)
     if scene is None and find_scene(logs[0]) is None and not quiet:
         complain(NO_SCENE)
-    output = _beside(logs) if output is None else output
+    if output is None:  # beside the raw data, not among them
+        first = logs[0].resolve()
+        output = Path(f"{first.name if first.is_dir() else first.parent.name}_results")
     single = None if campaign else law
     work = plan(opened(logs), what, output=output, compare=not campaign, law=single, again=again, **settings)
     _check(work, output, campaign=campaign)
@@ -73,12 +77,6 @@ def batch(
         if not quiet:
             print_warnings(work.rows(), verbose=verbose, notes=assumed(work.chain.scene, work.rows()))
     exit_status(rows)
-
-
-def _beside(logs: list[Path]) -> Path:
-    """Where results go that nobody named a place for: beside the raw data, not among them."""
-    first = logs[0].resolve()
-    return Path(f"{first.name if first.is_dir() else first.parent.name}_results")
 
 
 def _check(work: "Batch", output: Path, *, campaign: bool) -> None:
@@ -151,3 +149,131 @@ def _evaluate(work: "Batch", output: Path, *, law: str | None, workers: int | No
     folders = [output / "measurements", output / "recordings"]
     write_campaign(rows, scene, output, folders=folders, law=law, workers=workers, quiet=quiet)
     write_stamp(mark, stamp)
+
+
+def campaign(
+    measurements: list[Path],
+    output: Path,
+    *,
+    scene: Path | None = None,
+    law: str | None = None,
+    workers: int | None = None,
+    verbose: bool = False,
+    force: bool = False,
+    quiet: bool = False,
+) -> None:
+    """Evaluate a whole campaign: friction per material and force, Amontons' law, ranking, drift, report.
+
+    Example: frictionlab campaign build/measurements/*.jsonl --scene configs/campaign.toml -o build/campaign
+    """
+    from frictionlab.campaign.output import check_folder
+
+    what = scene_of(scene, beside=measurements[0], quiet=quiet)
+    measurements = tables_in(measurements)
+    _refuse_recordings(measurements)
+    rows, unread = _rows_of(measurements)
+    refuse_failures(rows)
+    check_folder(output, force=force, inputs=[*measurements, *what.files])
+    write_campaign(
+        rows,
+        what,
+        output,
+        folders=[path.parent for path in measurements],
+        law=law,
+        workers=workers,
+        force=force,
+        quiet=quiet,
+    )
+    if not quiet:
+        print_warnings(rows, verbose=verbose)
+    exit_status(unread)
+
+
+def refuse_failures(rows: Sequence[Row]) -> None:
+    """Refuse a campaign without a single measurement: its report would be empty, and take the place of a full one.
+
+    Raises
+    ------
+    AnalysisError
+        As said.
+    """
+    from frictionlab.campaign.laws import is_comparison
+
+    good = [row for row in rows if row.get("status") != FAILED]
+    if not good:
+        count = f"all {len(rows)} failed" if rows else "there are none"
+        raise AnalysisError(f"campaign: no test to evaluate, {count}: no report is written")
+    if all(map(is_comparison, good)):
+        raise AnalysisError(
+            "campaign: comparisons, and no measurements that they belong to: give what `frictionlab analyze -o` wrote"
+            " too: no report is written"
+        )
+
+
+def write_campaign(
+    rows: Sequence[Row],
+    scene: "Scene",
+    output: Path,
+    *,
+    folders: Sequence[Path],
+    law: str | None = None,
+    workers: int | None = 1,
+    force: bool = False,
+    quiet: bool,
+) -> None:
+    """Evaluate rows of measurements, write tables, figures and report, and print what they say."""
+    from frictionlab.verbs.evaluate import evaluate
+    from frictionlab.verbs.presenting import publish
+
+    def watch(title: str) -> Callable[[Sequence[Any]], Iterable[Any]]:
+        return lambda items: track(items, total=len(items), title=title, quiet=quiet)
+
+    result = evaluate(rows, scene, folders=folders, law=law, workers=workers, watch=watch("fit"))
+    publish(result, output, force=force, watch=watch("draw"))
+    if not quiet:
+        _print_campaign(result, output)
+
+
+def _refuse_recordings(paths: Sequence[Path]) -> None:
+    """One sentence for any number of recordings."""
+    from frictionlab.campaign.reading import IS_RECORDING
+    from frictionlab.hdf5 import is_recording
+
+    found = [path for path in paths if path.is_file() and is_recording(path)]
+    if found:
+        more = f" and {len(found) - 1} others" if len(found) > 1 else ""
+        raise UsageError(f"{found[0]}{more}: {IS_RECORDING}")
+
+
+def _rows_of(paths: Sequence[Path]) -> tuple[list[Row], list[Row]]:
+    """The rows of all files, and the failures of those that cannot be read (they are rows too: none goes missing)."""
+    from frictionlab.campaign import read_measurements
+
+    rows: list[Row] = []
+    unread: list[Row] = []
+    for path in paths:
+        try:
+            rows += read_measurements(path)
+        except Exception as error:  # noqa: BLE001  # a file that cannot be read is a row, whatever the reason
+            unread.append(failure(path, error))
+            reason = str(unread[-1]["reason"])
+            complain(reason if reason.startswith(str(path)) else f"{path}: {reason}")
+    return [*rows, *unread], unread
+
+
+def _print_campaign(result: "Campaign", folder: Path) -> None:
+    from frictionlab.campaign.output import friction_row, law_row, parameter_row, ranking_row
+
+    elsewhere = f"the tables in {printable(str(folder))} have"
+    for table, rows in (
+        (FRICTION, [friction_row(fit) for fit in result.fits]),
+        (RANKING, [ranking_row(rank) for rank in result.ranking]),
+        (MATERIAL_LAWS, [law_row(law) for law in result.laws]),
+        (LAW_PARAMETERS, [parameter_row(parameter) for parameter in result.parameters]),
+    ):
+        if rows or table in (FRICTION, RANKING):
+            print_table(rows, table, elsewhere=elsewhere)
+            typer.echo()
+    for sentence in (*(test.verdict for test in result.amontons), *result.notes):
+        typer.echo(printable(sentence))
+    typer.echo(f"{folder / 'report.html'} shows all results")

@@ -1,4 +1,4 @@
-"""``frictionlab compare-numeric``: measured over predicted."""
+"""``frictionlab compare-numeric``: measured over predicted; ``frictionlab explain``: the law required, in words."""
 
 from collections.abc import Iterable, Mapping
 from functools import partial
@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from frictionlab.cli.inputs import Files, expanded
+from frictionlab.cli.inputs import Figures, Files, exit_status, expanded
 from frictionlab.cli.options import ANALYSIS, check_law, takes
-from frictionlab.cli.output import print_table
-from frictionlab.cli.work import COMPARED, HIDDEN, Work, of_measurement
+from frictionlab.cli.output import complain, print_table, printable
+from frictionlab.cli.work import COMPARED, HIDDEN, Judged
 from frictionlab.schema import COMPARISONS, LAWS, RECORD_LAWS
 from frictionlab.tables import Row
 
 if TYPE_CHECKING:
-    from frictionlab.cli.drawing import Figures
     from frictionlab.scene import Scene
 
 PARAMETERS = {
@@ -27,10 +26,11 @@ PARAMETERS = {
     "lower": "lower 95 %",
     "upper": "upper 95 %",
 }
+MOST = 12  # lines of an explanation, where not all are asked for
 MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before to"}
 
 
-@takes(*ANALYSIS)
+@takes(ANALYSIS)
 def compare_numeric(
     recordings: list[Path],
     *,
@@ -40,7 +40,7 @@ def compare_numeric(
     fit: Literal["cycle", "whole"] = "cycle",
     solver: Literal["auto", "closed-form", "exact", "numeric", "thesis"] | None = None,
     settings: Mapping[str, object],
-    work: Work,
+    work: Judged,
 ) -> None:
     """Identify the friction, predict the steady cycle with the simulator, and draw measured over predicted.
 
@@ -51,13 +51,13 @@ def compare_numeric(
     inputs = expanded(recordings, recordings=True)
     kinds = ("record", "comparison", "contact") if fit == "whole" else ("comparison", "contact", *("record",) * whole)
     plots = work.places(inputs, scene, COMPARISONS, kinds)
-    job = partial(_row, law=law, beta=beta, plots=plots, whole=whole, fit=fit, force=work.force)
-    rows, shown = work.rows(inputs, job, scene, "compare")
+    job = partial(_compared, scene=scene, law=law, beta=beta, plots=plots, whole=whole, fit=fit, force=work.force)
+    rows, shown = work.rows(inputs, job, "compare")
     work.write(rows, inputs, scene, COMPARISONS)
     good = work.show(shown, COMPARISONS, COMPARED, scene, noun="recordings compared")
     if work.wide:
         _print_parts(good)
-    work.leave(rows)
+    exit_status(rows)
 
 
 def _print_parts(rows: Iterable[Row]) -> None:
@@ -87,13 +87,13 @@ def _moved(name: str, values: Mapping[str, float]) -> Row:
     return {"moved": "lag [ms]", **{key: 1e3 * value for key, value in values.items()}}
 
 
-def _row(
+def _compared(
     path: Path,
     *,
     scene: "Scene",
     law: str | None,
     beta: float | None,
-    plots: "Figures | None",
+    plots: Figures | None,
     files: Files,
     whole: bool,
     fit: Literal["cycle", "whole"],
@@ -108,7 +108,8 @@ def _row(
     else:
         measurement = analyze(file, scene)
         comparison = compare(measurement, scene, law=law, friction_ratio=beta)
-        shown = {HIDDEN: of_measurement(measurement)}
+        row = measurement.row()
+        shown = {HIDDEN: {key: row[key] for key in ("energy_per_cycle_j", "energy_per_cycle_u", "base_amplitude_m")}}
     if plots is not None:
         from frictionlab.verbs.presenting import plot
 
@@ -121,3 +122,38 @@ def _row(
             if drawn[kind] is not None:
                 plot(drawn[kind], place, title=None if kind == "comparison" else path.name, force=force)
     return {**comparison.row(), "source": str(path), **shown}
+
+
+@takes(ANALYSIS)
+def explain(recordings: list[Path], *, settings: Mapping[str, object], work: Judged) -> None:
+    """Say which friction law a recording requires, in a dozen lines: values in newtons, and what is not known.
+
+    Example: frictionlab explain build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
+    """
+    scene = work.scene_for(recordings[0], settings, ("model", "analysis", "rig"))
+    inputs = expanded(recordings, recordings=True)
+    plots = work.places(inputs, scene, COMPARISONS, ("contact",))
+    rows, _ = work.rows(inputs, partial(_explained, scene=scene, plots=plots, force=work.force), "explain")
+    work.write(rows, inputs, scene, COMPARISONS)
+    for number, row in enumerate(() if work.as_json else rows):
+        text = row.get("text")
+        if not isinstance(text, list):
+            complain(f"{row['source']}: {row['reason']}")
+            continue
+        lines = [printable(str(line)) for line in text]
+        shown = lines if work.wide or len(lines) <= MOST else lines[: MOST - 1]
+        typer.echo("\n".join([*([""] if number else []), *shown]))
+        if len(shown) < len(lines):
+            typer.echo(f"... {len(lines) - len(shown)} more lines: --wide")
+    exit_status(rows)
+
+
+def _explained(path: Path, *, scene: "Scene", plots: Figures | None, files: Files, force: bool) -> Row:
+    from frictionlab.verbs.judging import explain
+
+    told = explain(files.get(path, path), scene)
+    if plots is not None and told.contact is not None:
+        from frictionlab.verbs.presenting import plot
+
+        plot(told.contact, plots[path]["contact"], title=path.name, force=force)
+    return {**told.row(), "source": str(path)}

@@ -1,6 +1,7 @@
-"""``frictionlab ingest``: logs -> recordings."""
+"""``frictionlab ingest``: logs -> recordings; ``frictionlab init``: a folder of logs -> the scene that they need."""
 
 import os
+import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -8,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from frictionlab.cli.inputs import Files, exit_status, expanded, is_standard_input, on_disk, report_rows, result_names
-from frictionlab.cli.options import LOG, scene_of, takes
-from frictionlab.cli.output import Shown, print_tests, print_warnings, printable
-from frictionlab.cli.progress import count, track
+from frictionlab.cli.inputs import STANDARD_INPUT, Files, exit_status, expanded, on_disk, report_rows, result_names
+from frictionlab.cli.options import LOG, number_of, scene_of, takes
+from frictionlab.cli.output import Shown, count, paragraph, print_tests, print_warnings, printable, track, with_error
 from frictionlab.errors import UsageError
 from frictionlab.files import refuse_inputs
 
@@ -19,11 +19,19 @@ if TYPE_CHECKING:
     from frictionlab.recording import Recording
     from frictionlab.scene import Scene
     from frictionlab.tables import Row
+    from frictionlab.verbs.starting import Found
 
 TOLD = 100  # quarantined lines in a row; the recording keeps more
+QUESTIONS = {
+    "rig.natural_frequency_hz": "natural frequency of the frame in Hz",
+    "rig.mass_kg": "mass that moves in kg (or stiffness, like 1191 N/m)",
+    "experiment.material": "material of the tests",
+    "experiment.normal_force_n": "normal force in N",
+}
+TEXTS = ("material",)
 
 
-@takes(*LOG)
+@takes(LOG)
 def ingest(
     logs: list[Path] | None = None,
     *,
@@ -90,7 +98,7 @@ def _inputs(logs: Sequence[Path], mass_log: Path | None, base_log: Path | None) 
     """The logs to read, folders and patterns opened up; of a pair of logs, the mass's stands for both."""
     if (mass_log is None) != (base_log is None):
         raise UsageError("one file per sensor: expected both --mass-log and --base-log; got one of them")
-    if mass_log is not None and base_log is not None and is_standard_input(mass_log) and is_standard_input(base_log):
+    if mass_log is not None and base_log is not None and mass_log == base_log == STANDARD_INPUT:
         raise UsageError("--mass-log - and --base-log -: standard input holds one log: give the other one as a file")
     if mass_log is not None and logs:
         raise UsageError("expected either LOG... or --mass-log with --base-log; got both: do them one after the other")
@@ -105,7 +113,7 @@ def _places(inputs: Sequence[Path], read: Sequence[Path], output: str | None) ->
     is_folder = into is None or into.is_dir() or str(output).endswith((os.sep, "/")) or not into.suffix
     places: dict[Path, Path] = {}
     if is_folder:
-        folders = {log: into or (Path() if is_standard_input(log) else log.parent) for log in inputs}
+        folders = {log: into or (Path() if log == STANDARD_INPUT else log.parent) for log in inputs}
         for folder in dict.fromkeys(folders.values()):
             names = result_names([log for log in inputs if folders[log] == folder])
             places |= {log: folder / f"{name}.h5" for log, name in names.items()}
@@ -171,3 +179,66 @@ def _tell(rows: Sequence[Mapping[str, Any]], *, evidence: bool) -> None:
             typer.echo(f"{printable(row['source'])}: {printable(sentence)}")
         for line in row["quarantined"][:5]:
             typer.echo(printable(f"{row['source']}: line {line['line']} quarantined: {line['reason']}: {line['text']}"))
+
+
+def init(
+    folder: Path = Path(),
+    *,
+    every: bool = False,
+    force: bool = False,
+    quiet: bool = False,
+) -> None:
+    """Look at logs and write the scene that they need, frictionlab.toml, with what was found in them.
+
+    Taps among the logs give the natural frequency, names and a sheet the facts of each test, the tests the time after
+    which they have settled. On a terminal it asks for what logs cannot tell; an empty answer leaves it open. Every
+    command finds the scene in the working folder or beside its first input.
+
+    Example: frictionlab init my_logs
+    """
+    from frictionlab.scene import SCENE_NAME
+    from frictionlab.verbs.starting import init, look
+
+    if (folder / SCENE_NAME).exists() and not force:
+        raise UsageError(f"{folder / SCENE_NAME}: exists: fill it in, or give --force to replace it")
+    found = look(folder)
+    asks = sys.stdin.isatty() and sys.stdout.isatty() and not (quiet or every) and bool(found.tests)
+    answers = {key: value for key in found.lacks if asks and (value := _answer(key)) is not None}
+    facts = dict(_fact(key, value) for key, value in answers.items())
+    path = init(folder, force=force, everything=every, found=found, **facts)
+    if not quiet:
+        _print_found(found, path, open_keys=[key for key in found.lacks if key not in answers])
+
+
+def _answer(key: str) -> str | None:
+    said: str = typer.prompt(QUESTIONS[key], default="", show_default=False)
+    return said.strip() or None
+
+
+def _fact(key: str, said: str) -> tuple[str, object]:
+    """A key of the scene and its value, of what was answered; a stiffness may be given in place of the mass."""
+    name = key.partition(".")[2]
+    if name in TEXTS:
+        return name, said
+    if name == "mass_kg" and said.replace(" ", "").endswith("N/m"):
+        return "stiffness_n_per_m", number_of(said.replace(" ", "").removesuffix("N/m"), "stiffness")
+    return name, number_of(said, QUESTIONS[key])
+
+
+def _print_found(found: "Found", path: Path, open_keys: list[str]) -> None:
+    """What was found, what is still to be filled in, and the one next command."""
+    if found.tests or found.taps or found.unread:
+        counts = {"tests": found.tests, "taps": found.taps, "not read": found.unread}
+        typer.echo(", ".join(f"{len(logs)} {kind}" for kind, logs in counts.items() if logs))
+    for log, reason in found.unread.items():
+        paragraph(printable(f"not read: {log.name}: {reason}"), indent="    ")
+    if found.frame:
+        mean = found.frame["natural_frequency_hz"]
+        typer.echo(f"natural frequency {with_error(mean.mean, mean.se)} Hz, from the taps")
+    if found.sheet:
+        typer.echo(printable(f"facts of the tests: from the sheet {found.sheet}"))
+    elif found.name_pattern:
+        typer.echo(printable(f"facts of the tests: from their names, {found.name_pattern}"))
+    typer.echo(printable(f"the scene is {path}" + (f"; to fill in: {', '.join(open_keys)}" if open_keys else "")))
+    several = " --campaign" if len(found.tests) > 1 else ""
+    typer.echo(printable(f"next: frictionlab batch {path.parent}{several}"))

@@ -1,4 +1,4 @@
-"""Inputs on a command line: files, folders, patterns, standard input; what is said of each, and the exit status."""
+"""Inputs on a command line: files, folders, patterns, standard input; figures of each; rows, and the exit status."""
 
 import shutil
 import sys
@@ -20,22 +20,14 @@ STANDARD_INPUT = Path("-")
 HDF5 = b"\x89HDF"  # as a recording begins
 Files = Mapping[Path, Path]
 """Input -> the file that holds it, where that is not itself."""
-
-
-def is_standard_input(log: Path) -> bool:
-    """Whether a log is to be read from standard input."""
-    return log == STANDARD_INPUT
+Figures = Mapping[Path, Mapping[str, Path]]
+"""Input -> kind of figure -> its file."""
 
 
 def expanded(logs: Sequence[Path], *, recordings: bool = False) -> list[Path]:
     """The logs that are meant, each once: of a folder all logs in it, of a pattern all files that fit it, in order.
 
-    Parameters
-    ----------
-    logs : sequence of Path
-        As they were typed.
-    recordings : bool
-        Whether a folder's recordings are meant where it holds any.
+    With ``recordings`` a folder's recordings are meant where it holds any.
 
     Raises
     ------
@@ -46,11 +38,8 @@ def expanded(logs: Sequence[Path], *, recordings: bool = False) -> list[Path]:
 
     found: dict[Path, None] = {}
     for log in opened(logs):
-        if log.is_dir():
-            made = sorted(log.glob("*.h5")) if recordings else []
-            found |= dict.fromkeys(made or logs_of([log]))
-        else:
-            found[log] = None
+        made = sorted(log.glob("*.h5")) if recordings and log.is_dir() else []
+        found |= dict.fromkeys(made or (logs_of([log]) if log.is_dir() else [log]))
     return list(found)
 
 
@@ -83,33 +72,86 @@ def opened(places: Sequence[Path]) -> list[Path]:
     """
     found: list[Path] = []
     for place in places:
-        is_pattern = any(sign in str(place) for sign in "*?[") and not place.exists()
-        found += _fitting(place) if is_pattern else [place]
+        if place.exists() or not any(sign in str(place) for sign in "*?["):
+            found.append(place)
+            continue
+        root = place.parent if place.parent.is_dir() else Path(place.anchor)
+        files = sorted(path for path in root.glob(str(place.relative_to(root))) if path.is_file())
+        if not files:
+            raise UsageError(f"{place}: no file fits this pattern")
+        found += files
     return found
-
-
-def _fitting(pattern: Path) -> list[Path]:
-    """Files that fit a pattern; a shell of Windows leaves that to the program."""
-    root = pattern.parent if pattern.parent.is_dir() else Path(pattern.anchor)
-    files = sorted(path for path in root.glob(str(pattern.relative_to(root))) if path.is_file())
-    if not files:
-        raise UsageError(f"{pattern}: no file fits this pattern")
-    return files
 
 
 def result_names(logs: Sequence[Path]) -> Mapping[Path, str]:
     """A name for the results of each input that no other has; standard input has one too."""
     from frictionlab.verbs.inputs import names_of
 
-    files = {log: Path("standard_input") if is_standard_input(log) else log for log in dict.fromkeys(logs)}
+    files = {log: Path("standard_input") if log == STANDARD_INPUT else log for log in dict.fromkeys(logs)}
     names = names_of(list(files.values()))
     return {log: names[file] for log, file in files.items()}
+
+
+def figure_places(
+    plot: Path | None, inputs: Sequence[Path], kinds: Sequence[str], *, force: bool = False
+) -> Figures | None:
+    """Name the figures of each input, and refuse those that would replace another kind of file or an input.
+
+    Parameters
+    ----------
+    plot
+        A folder, or for one input a file; None: nothing is drawn.
+    inputs
+        What is drawn of; like-named ones get names that differ.
+    kinds
+        Kinds of figures of each input, the first being the one that the named file holds; others stand beside it.
+
+    Raises
+    ------
+    UsageError
+        A file for several inputs, a suffix of another kind of file, or a figure that would replace something else.
+    """
+    from frictionlab.figures.mark import METADATA
+
+    if plot is None:
+        return None
+    if plot.is_dir() or not plot.suffix:
+        names = result_names(inputs).items()
+        places = {path: {kind: plot / f"{name}.{kind}.png" for kind in kinds} for path, name in names}
+    elif len(inputs) > 1 and plot.suffix in METADATA:
+        raise UsageError(f"--plot {plot}: expected a folder for the figures of {len(inputs)} inputs; got a file's name")
+    else:
+        beside = {kind: plot.with_name(f"{plot.stem}.{kind}{plot.suffix}") for kind in kinds[1:]}
+        places = {inputs[0]: {kinds[0]: plot, **beside}}
+    _check_drawable([place for figures in places.values() for place in figures.values()], inputs, force=force)
+    return places
+
+
+def figure_file(plot: Path | None, kind: str, *, force: bool, inputs: Sequence[Path] = ()) -> Path | None:
+    """The file of a command's only figure: as named, or of its kind's name in the folder named."""
+    if plot is None:
+        return None
+    file = plot / f"{kind}.png" if plot.is_dir() or not plot.suffix else plot
+    _check_drawable([file], inputs, force=force)
+    return file
+
+
+def _check_drawable(files: Sequence[Path], inputs: Sequence[Path], *, force: bool) -> None:
+    """Refuse a suffix that is no figure's, and a figure that would replace something else."""
+    from frictionlab.figures.mark import METADATA, check_figures
+
+    for file in files:
+        if file.suffix not in METADATA:
+            raise UsageError(
+                f"{file}: expected a figure ending in .pdf, .svg or .png, or a folder; got {file.suffix!r}"
+            )
+    check_figures(files, force=force, inputs=inputs)
 
 
 @contextmanager
 def on_disk(inputs: Iterable[Path]) -> Iterator[Files]:
     """Where inputs stand that are no files: standard input is copied, here and at once, because workers have none."""
-    if not any(map(is_standard_input, inputs)):
+    if STANDARD_INPUT not in inputs:
         yield {}
         return
     with tempfile.TemporaryDirectory(prefix="frictionlab-") as folder:

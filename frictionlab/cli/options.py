@@ -2,7 +2,7 @@
 
 import inspect
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from decimal import Decimal
 from functools import wraps
@@ -106,11 +106,17 @@ WORDS = {
 """
 
 
-def option(name: str, command: str) -> Any:
-    """The option or argument of a parameter, as Typer takes it."""
-    said, _, words = WORDS.get(f"{command}.{name}", WORDS.get(name, "")).partition(" | ")
+def words_of(name: str, command: str) -> str:
+    """What `WORDS` says of a parameter of a command."""
+    words = WORDS.get(f"{command}.{name}", WORDS.get(name, ""))
     if not words:
         raise UsageError(f"{command}: no words for the option {name}")
+    return words
+
+
+def option(text: str) -> Any:
+    """The option or argument of a line of `WORDS`, as Typer takes it."""
+    said, _, words = text.partition(" | ")
     flags = [word for word in said.split() if word.startswith("-")]
     least = next((float(word[2:]) for word in said.split() if word.startswith(">=")), None)
     metavar = next((word for word in said.split() if word[0] not in "->"), None)
@@ -120,58 +126,31 @@ def option(name: str, command: str) -> Any:
     return typer.Option(*flags, metavar=metavar, min=least, help=words, autocompletion=complete)
 
 
-_UNITS = ("HZ", "S", "M")
+Settings = Mapping[str, tuple[type, str]]
+"""Keys of a scene's table that a command takes as options: what each takes, its option and words as in `WORDS`."""
 
 
-@dataclass(frozen=True)
-class Setting:
-    """A key of a scene's table that a command takes as an option; what it is given wins over the scene.
-
-    Parameters
-    ----------
-    key
-        Of the table.
-    kind
-        What it takes: ``str``, ``int`` or ``float``.
-    metavar, words
-        What ``--help`` shows.
-    """
-
-    key: str
-    kind: type
-    metavar: str
-    words: str
-
-    @property
-    def flag(self) -> str:
-        """The option: the key without its unit, ``sampling_rate_hz`` is ``--sampling-rate``."""
-        stem = self.key.removesuffix(f"_{self.metavar.lower()}") if self.metavar in _UNITS else self.key
-        return "--" + stem.replace("_", "-")
-
-    def parameter(self) -> inspect.Parameter:
-        """The parameter that Typer reads."""
-        annotated: Any = Annotated
-        hint = annotated[self.kind | None, typer.Option(self.flag, metavar=self.metavar, help=self.words)]
-        return inspect.Parameter(self.key, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=hint)
-
-
-def _log_settings() -> Iterable[Setting]:
-    """All of ``[log]``: its fields are the options."""
+def _log_settings() -> dict[str, tuple[type, str]]:
+    """All of ``[log]``: an option is the key without its unit, ``sampling_rate_hz`` is ``--sampling-rate``."""
+    found: dict[str, tuple[type, str]] = {}
     for f in fields(LogOptions):
+        metavar = f.metadata["metavar"]
+        stem = f.name.removesuffix(f"_{metavar.lower()}") if metavar in ("HZ", "S", "M") else f.name
         kind = float if "float" in str(f.type) else str
-        yield Setting(f.name, kind, f.metadata["metavar"], f.metadata["words"])
+        found[f.name] = (kind, f"--{stem.replace('_', '-')} {metavar} | {f.metadata['words']}")
+    return found
 
 
-LOG = tuple(_log_settings())
-ANALYSIS = (
-    Setting("natural_frequency_hz", float, "HZ", "In place of the scene's."),
-    Setting("transient_s", float, "S", "Cut this much off the start (else where the motion settles)."),
-    Setting("cycles", str, "RULE", "Cycles the energy is of: all, last, or window:S."),
-    Setting("padding", int, "N", "Length of the FFT over the record's."),
-)
+LOG: Settings = _log_settings()
+ANALYSIS: Settings = {
+    "natural_frequency_hz": (float, "--natural-frequency HZ | In place of the scene's."),
+    "transient_s": (float, "--transient S | Cut this much off the start (else where the motion settles)."),
+    "cycles": (str, "--cycles RULE | Cycles the energy is of: all, last, or window:S."),
+    "padding": (int, "--padding N | Length of the FFT over the record's."),
+}
 
 
-def takes(*settings: Setting) -> Callable[[Callable[..., None]], Callable[..., None]]:
+def takes(settings: Settings) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Give a command these options of a scene's keys: it gets what was said as its parameter ``settings``."""
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
@@ -189,12 +168,12 @@ def with_options(name: str, command: Callable[..., None]) -> Callable[..., None]
     own = inspect.signature(command)
     hints = get_type_hints(command, include_extras=True)
     groups = {key: hints[key] for key in own.parameters if is_dataclass(hints[key])}
-    settings: tuple[Setting, ...] = getattr(command, "settings", ())
+    settings: Settings = getattr(command, "settings", {})
 
     @wraps(command)
     def run(*args: Any, **kwargs: Any) -> None:
         if settings:
-            said = {setting.key: kwargs.pop(setting.key, None) for setting in settings}
+            said = {key: kwargs.pop(key, None) for key in settings}
             kwargs["settings"] = {key: value for key, value in said.items() if value is not None}
         for key, group in groups.items():
             kwargs[key] = group(**{f.name: kwargs.pop(f.name) for f in fields(group) if f.name in kwargs})
@@ -204,40 +183,47 @@ def with_options(name: str, command: Callable[..., None]) -> Callable[..., None]
     for key, parameter in own.parameters.items():
         if key in groups:
             inner = get_type_hints(groups[key])
-            mine += [_parameter(f.name, inner[f.name], f.default, name) for f in fields(groups[key])]
+            mine += [_parameter(f.name, inner[f.name], f.default, words_of(f.name, name)) for f in fields(groups[key])]
         elif key == "settings":
-            mine += [setting.parameter() for setting in settings]
+            mine += [_parameter(each, kind | None, None, words) for each, (kind, words) in settings.items()]
         else:
-            mine.append(_parameter(key, hints[key], parameter.default, name))
+            mine.append(_parameter(key, hints[key], parameter.default, words_of(key, name)))
     run.__signature__ = own.replace(parameters=mine)  # type: ignore[attr-defined]
     run.__annotations__ = {parameter.name: parameter.annotation for parameter in mine} | {"return": None}
     return run
 
 
-def _parameter(name: str, hint: Any, default: object, command: str) -> inspect.Parameter:
-    """A parameter with its words; one that has its own is left as it is."""
+def _parameter(name: str, hint: Any, default: object, words: str) -> inspect.Parameter:
+    """A parameter as Typer reads it."""
     annotated: Any = Annotated
-    said = hint if hasattr(hint, "__metadata__") else annotated[hint, option(name, command)]
-    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=said)
+    return inspect.Parameter(
+        name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotated[hint, option(words)]
+    )
 
 
-def scene_of(
-    path: Path | None, accuracy: str | None = None, *, beside: Path | None = None, quiet: bool = False
-) -> "Scene":
+@dataclass(frozen=True, kw_only=True)
+class Results:
+    """Where the results of a command go, and how much it says."""
+
+    output: Path | None = None
+    plot: Path | None = None
+    as_json: bool = False
+    force: bool = False
+    quiet: bool = False
+
+
+def scene_of(path: Path | None, *, beside: Path | None = None, quiet: bool = False) -> "Scene":
     """The scene of a command: the file given, else one that is found, else all defaults.
 
     Parameters
     ----------
     path
         What ``--scene`` says.
-    accuracy
-        An accuracy level, whose knobs are set.
     beside
         The first input: ``frictionlab.toml`` is looked for in the working folder, then beside it, and said to be used.
     quiet
         Do not say it.
     """
-    from frictionlab.accuracy import with_accuracy
     from frictionlab.scene import Scene, find_scene, read_scene
 
     found = find_scene(beside) if path is None else path
@@ -245,8 +231,7 @@ def scene_of(
         complain(
             f"scene: {found} is used (found in the working folder or beside the input); --scene FILE takes another"
         )
-    scene = Scene() if found is None else read_scene(found)
-    return scene if accuracy is None else with_accuracy(scene, accuracy)
+    return Scene() if found is None else read_scene(found)
 
 
 MOST_VALUES = 10_000_000

@@ -1,4 +1,4 @@
-"""What is printed: tables for people on stdout, complaints on stderr.
+"""What is printed: tables for people on stdout; on stderr complaints, and on a terminal how far the work is.
 
 Text that stood in a log or a file name is never trusted: control characters are shown, not sent to the terminal.
 """
@@ -9,9 +9,11 @@ import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import typer
 
@@ -27,6 +29,9 @@ GRAVE = re.compile(
     r"strained|not settled|would give it|contradict|wrong|damag|does not explain|misfit|stands still|gap"
 )
 _NUMBER = re.compile(r"\d[\d.]*(?:e[+-]?\d+)?")
+T = TypeVar("T")
+Count = Callable[[int, int], None]
+"""Called with what is done and what there is in all."""
 
 
 def printable(text: str) -> str:
@@ -271,3 +276,32 @@ def _head(name: str, table: Table | Mapping[str, str]) -> str:
 def _width() -> int:
     """Letters in a line of the terminal; 0 in a pipe, where any length goes."""
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
+
+
+def track(items: Iterable[T], *, total: int, title: str, quiet: bool = False) -> Iterator[T]:
+    """Yield the items and show how many are done, if ``quiet`` is not set."""
+    with count(title, quiet=quiet, total=total) as progress:
+        for number, item in enumerate(items, 1):
+            yield item
+            if progress is not None:
+                progress(number, total)
+
+
+@contextmanager
+def count(
+    title: str, *, quiet: bool = False, total: int | None = None, in_bytes: bool = False
+) -> Iterator[Count | None]:
+    """Give a function that shows how much is done, with speed and time left; None where nothing is to be shown."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    from rich import progress as bars
+    from rich.console import Console
+    from rich.markup import escape
+
+    counted = (bars.MofNCompleteColumn(), bars.TimeRemainingColumn())
+    done = (bars.DownloadColumn(), bars.TransferSpeedColumn()) if in_bytes else counted
+    columns = (bars.TextColumn("{task.description}"), bars.BarColumn(), *done)
+    with bars.Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(escape(title.encode("ascii", "backslashreplace").decode()), total=total)
+        yield lambda done, total: progress.update(task, completed=done, total=total)

@@ -1,22 +1,26 @@
-"""``frictionlab plan``: the tests that tell most."""
+"""Tests not made: ``frictionlab plan``, those that say most; ``frictionlab predict``, what they would show."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
-from frictionlab.cli.drawing import figure_file
-from frictionlab.cli.options import scene_of
-from frictionlab.cli.output import complain, paragraph, print_table
-from frictionlab.tables import Row, json_line
+from frictionlab.cli.inputs import figure_file
+from frictionlab.cli.options import Results, scene_of, values_of
+from frictionlab.cli.output import complain, count, paragraph, print_table, print_warnings
+from frictionlab.schema import PREDICTIONS
+from frictionlab.tables import Row, check_output, json_line, write_rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from frictionlab.inference.predictive import PredictedTest
     from frictionlab.planning import Plan, PlannedTest
 
 MINUTE = 60.0
 DECIDES, CERTAIN = 5.0, 1000.0  # logarithm of a Bayes factor
+SEVERAL = 5  # predictions from which progress is shown
+HEADS = {"r": "r", "amplitude": "amplitude mm", "energy": "energy mJ", "stops": "stops", "regime": "regime"}
 
 
 def plan(
@@ -28,12 +32,8 @@ def plan(
     tests: int = 10,
     hours: float | None = None,
     measured: list[Path] | None = None,
-    output: Path | None = None,
     every: bool = False,
-    plot: Path | None = None,
-    as_json: bool = False,
-    force: bool = False,
-    quiet: bool = False,
+    to: Results,
 ) -> None:
     """Plan the next tests: which frequency ratios and forces tell most about a contact law, with what errors.
 
@@ -44,11 +44,11 @@ def plan(
     from frictionlab.planning import waiting
     from frictionlab.verbs.plan import check_sheet, plan
 
-    known = scene_of(scene, quiet=quiet)
+    known = scene_of(scene, quiet=to.quiet)
     read = [*(measured or ()), *known.files]
-    check_sheet(output, read, force=force)
-    plot = figure_file(plot, "plan", force=force, inputs=read)
-    if not quiet and (time := waiting(known, law, against)) is not None:
+    check_sheet(to.output, read, force=to.force)
+    figure = figure_file(to.plot, "plan", force=to.force, inputs=read)
+    if not to.quiet and (time := waiting(known, law, against)) is not None:
         complain(time)
     found = plan(
         known,
@@ -58,20 +58,22 @@ def plan(
         hours=hours,
         aim=aim or (),
         measured=measured or (),
-        sheet=output,
-        force=force,
-        everything=every or (plot is not None and against is not None),
+        sheet=to.output,
+        force=to.force,
+        everything=every or (figure is not None and against is not None),
     )
-    for note in () if quiet else found.notes:
+    for note in () if to.quiet else found.notes:
         complain(note)
     told = [*found.tests, *(found.others if every else ())]
-    if plot is not None:
-        _draw(found, plot, force=force)
-    if as_json:
+    if figure is not None:
+        from frictionlab.verbs.presenting import plot
+
+        plot(found, figure, force=to.force)
+    if to.as_json:
         for test in told:
             typer.echo(json_line(test.row()))
-    elif not quiet:
-        _print(found, told, output)
+    elif not to.quiet:
+        _print(found, told, to.output)
 
 
 def _print(found: "Plan", told: "Sequence[PlannedTest]", output: Path | None) -> None:
@@ -151,7 +153,64 @@ def _short(value: float | None, digits: int = 2) -> float | None:
     return None if value is None else float(f"{value:.{digits}g}")
 
 
-def _draw(found: "Plan", path: Path, *, force: bool) -> None:
-    from frictionlab.verbs.presenting import plot
+def predict(
+    *,
+    law_file: Path,
+    normal_force: float | None = None,
+    base_amplitude: float | None = None,
+    r: str | None = None,
+    base_motion: Path | None = None,
+    to: Results,
+) -> None:
+    """Predict tests not made by the law that a campaign found for their material, with 95 % bands.
 
-    plot(found, path, force=force)
+    The bands hold the errors of the law and the scatter from test to test: 95 of 100 such tests fall into them.
+
+    Example: frictionlab predict --law-file law_brass.toml --normal-force 4 --base-amplitude 1.8e-3 --r 0.3:0.7:0.1
+    """
+    from frictionlab.verbs.predicting import predict
+
+    read = [law_file, *([] if base_motion is None else [base_motion])]
+    figure = figure_file(to.plot, "prediction", force=to.force, inputs=read)
+    ratios = None if r is None else values_of(r, "--r")
+    if to.output is not None:
+        check_output(to.output, PREDICTIONS, force=to.force, inputs=read, rows=len(ratios or ()))
+    with count("predict", quiet=to.quiet or to.as_json or len(ratios or ()) < SEVERAL) as progress:
+        found = predict(
+            law_file, ratios, normal_force_n=normal_force, base_amplitude_m=base_amplitude, base_motion=base_motion,
+            progress=progress,
+        )  # fmt: skip
+    for test in found.tests if to.as_json else ():
+        typer.echo(json_line(test.row()))
+    if not to.as_json:
+        first = found.tests[0]
+        typer.echo(
+            f"{first.material}, {first.law}: normal force {first.normal_force_n:.4g} N, base"
+            f" {1e3 * first.base_amplitude_m:.4g} mm; each number with its 95 % band"
+        )
+        print_table([_shown(test) for test in found.tests], HEADS)
+    if not (to.as_json or to.quiet):
+        print_warnings([{"source": _named(test), "warnings": list(test.warnings)} for test in found.tests])
+    if to.output is not None:
+        write_rows(found.rows(), to.output, PREDICTIONS, force=to.force, inputs=read)
+    if figure is not None:
+        from frictionlab.verbs.presenting import plot
+
+        plot(found, figure, force=to.force)
+
+
+def _shown(test: "PredictedTest") -> dict[str, object]:
+    from frictionlab.inference.predictive import in_words
+
+    numbers, record = test.numbers, test.frequency_ratio is None
+    return {
+        "r": _named(test).removeprefix("r = "),
+        "amplitude": in_words(numbers["response_amplitude_m"]),
+        "energy": in_words(numbers["record_energy_j" if record else "energy_per_cycle_j"]),
+        "stops": in_words(numbers["record_stops" if record else "stops_per_cycle"], 1.0),
+        "regime": test.regime,
+    }
+
+
+def _named(test: "PredictedTest") -> str:
+    return "the record" if test.frequency_ratio is None else f"r = {test.frequency_ratio:.6g}"

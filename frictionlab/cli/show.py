@@ -1,19 +1,24 @@
-"""``frictionlab show``: what is in a recording, a scene or a result."""
+"""To look after: ``frictionlab show`` a file, ``synthesize`` logs whose truth is known, ``tradeoff`` of accuracy."""
 
 import sys
+from collections import defaultdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
+from frictionlab.cli.options import scene_of
+from frictionlab.cli.output import count, kinds_of, print_table, printable, track, warnings_of
 from frictionlab.errors import FrictionlabError, UsageError
-
-MOST = 100  # rows on a terminal
+from frictionlab.files import make_folder
+from frictionlab.schema import TRADES, table_of
+from frictionlab.tables import check_output, has_rows, json_line, read_rows, write_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from frictionlab.tradeoff.setting import Setting
 
-    from frictionlab.tables import Row
+MOST = 100  # rows on a terminal
+TABLES = (".csv", ".jsonl", ".xlsx", ".parquet")
 
 
 def show(file: Path) -> None:
@@ -21,42 +26,35 @@ def show(file: Path) -> None:
 
     Example: frictionlab show configs/frame.toml
     """
-    readers = _readers()
     suffix = file.suffix.lower()
     if not file.exists():
         raise UsageError(f"{file}: there is no such file: give the path of a recording, scene or result")
     if not file.is_file():
         raise UsageError(f"{file}: expected a file; got a folder or a device: give the path of a file")
-    if suffix not in readers:
-        raise UsageError(f"{file}: expected one of {', '.join(readers)}; got {file.suffix or 'no suffix'}")
     try:
-        readers[suffix](file)
+        if suffix == ".toml":
+            _show_scene(file)
+        elif suffix in TABLES or (suffix == ".h5" and has_rows(file)):
+            _show_rows(file)
+        elif suffix == ".h5":
+            _show_tree(file)
+        else:
+            expected = ", ".join((*TABLES, ".toml", ".h5"))
+            raise UsageError(f"{file}: expected one of {expected}; got {file.suffix or 'no suffix'}")
     except OSError as error:
         if isinstance(error, FrictionlabError):
             raise
         raise UsageError(f"{file}: cannot be read ({error.strerror}): give the path of an existing file") from error
 
 
-def _readers() -> "Mapping[str, Callable[[Path], None]]":
-    tables = dict.fromkeys((".csv", ".jsonl", ".xlsx", ".parquet"), _show_rows)
-    return {**tables, ".toml": _show_scene, ".h5": _show_tree}
-
-
 def _show_scene(file: Path) -> None:
     from frictionlab.scene import read_scene
     from frictionlab.scene.text import to_toml
 
-    for line in to_toml(read_scene(file)).splitlines():
-        typer.echo(line)
+    typer.echo(to_toml(read_scene(file)).rstrip("\n"))
 
 
 def _show_tree(file: Path) -> None:
-    from frictionlab.cli.output import printable
-    from frictionlab.tables import has_rows
-
-    if has_rows(file):
-        _show_rows(file)
-        return
     from frictionlab.hdf5 import describe
 
     for line in describe(file):
@@ -64,51 +62,95 @@ def _show_tree(file: Path) -> None:
 
 
 def _show_rows(file: Path) -> None:
-    from frictionlab.cli.output import print_table
-    from frictionlab.schema import table_of
-
-    rows = _rows_of(file)
+    try:
+        rows = read_rows(file)
+    except UsageError as error:
+        hint = f"; if it is a log, `frictionlab ingest --dry-run {file}` tells what is in it"
+        raise UsageError(f"{error}{hint if file.suffix == '.csv' else ''}") from error
     good = [row for row in rows if row.get("status") != "failed"]
     names = list(dict.fromkeys(key for row in good for key in row))
-    table = table_of(names)
     if good:
         seen = good[:MOST] if sys.stdout.isatty() else good
-        print_table(seen, names if table is None else table, elsewhere="a wider window, or a pipe, has")
+        print_table(seen, table_of(names) or names, elsewhere="a wider window, or a pipe, has")
         if len(seen) < len(good):
             typer.echo(f"the first {len(seen)} of {len(good)} rows; a pipe has all, as in: frictionlab show ... | more")
     else:
         typer.echo("no rows" if not rows else "no row without a failure")
-    for row in rows:
-        _tell(row)
-    _tell_alike(rows)
+    _print_remarks(rows)
 
 
-def _rows_of(file: Path) -> "list[Row]":
-    from frictionlab.tables import read_rows
-
-    try:
-        return list(read_rows(file))
-    except UsageError as error:
-        hint = f"; if it is a log, `frictionlab ingest --dry-run {file}` tells what is in it"
-        raise UsageError(f"{error}{hint if file.suffix == '.csv' else ''}") from error
-
-
-def _tell(row: "Row") -> None:
-    from frictionlab.cli.output import printable, warnings_of
-
-    source = row.get("source")
-    if row.get("status") == "failed":
-        typer.echo(f"{printable(str(source))}: failed: {printable(str(row.get('reason')))}")
-    for warning in warnings_of(row) if source is not None else ():
-        typer.echo(f"{printable(str(source))}: {printable(warning)}")
-
-
-def _tell_alike(rows: "list[Row]") -> None:
-    """Print the warnings of rows without a source (points of a map), those of a kind once."""
-    from frictionlab.cli.output import kinds_of, printable, warnings_of
-
+def _print_remarks(rows: list[dict[str, object]]) -> None:
+    """Failures and warnings of each row; those of rows without a source (points of a map) once for each kind."""
+    for row in (row for row in rows if row.get("source") is not None):
+        source = printable(str(row["source"]))
+        if row.get("status") == "failed":
+            typer.echo(f"{source}: failed: {printable(str(row.get('reason')))}")
+        for warning in warnings_of(row):
+            typer.echo(f"{source}: {printable(warning)}")
     numbered = enumerate(rows, 1)
     found = [(f"row {i}", said) for i, row in numbered if row.get("source") is None for said in warnings_of(row)]
     for sentence, sources in kinds_of(found):
         more = f" and {len(sources) - 1} more" if len(sources) > 1 else ""
         typer.echo(f"{sources[0]}{more}: {printable(sentence)}")
+
+
+def synthesize(
+    output: Path,
+    *,
+    scene: Path | None = None,
+    quiet: bool = False,
+) -> None:
+    """Write logs of a virtual rig whose truth is known, with truth.jsonl beside them.
+
+    Example: frictionlab synthesize --scene configs/sample_data.toml -o build/logs
+    """
+    from frictionlab.verbs.simulating import synthesize
+
+    what = scene_of(scene, quiet=quiet)
+    with count("synthesize", quiet=quiet) as progress:
+        tests = synthesize(what, output, progress=progress)
+    if not quiet:
+        typer.echo(f"{len(tests)} synthetic logs and their truth.jsonl are in {output}")
+
+
+def tradeoff(
+    output: Path | None = None,
+    as_json: bool = False,
+    force: bool = False,
+    quiet: bool = False,
+) -> None:
+    """Measure error against time for every accuracy knob, on this machine; about a minute.
+
+    Example: frictionlab tradeoff -o build/tradeoff
+    """
+    from frictionlab.figures.mark import check_figures
+    from frictionlab.tradeoff.knobs import FAMILIES, measure_trade
+
+    if output is not None:
+        make_folder(output)
+        check_output(output / "tradeoff.csv", TRADES, force=force)
+        check_figures([_figure(output, family) for family in FAMILIES], force=force)
+    families: dict[str, list[tuple[Setting, ...]]] = defaultdict(list)
+    total = sum(len(knobs) for knobs in FAMILIES.values())
+    for family, settings in track(measure_trade(), total=total, title="tradeoff", quiet=quiet or as_json):
+        families[family].append(settings)
+        for setting in settings if as_json else ():
+            typer.echo(json_line(setting.row()))
+    rows = [setting.row() for knobs in families.values() for settings in knobs for setting in settings]
+    if not (as_json or quiet):
+        print_table(rows, TRADES)
+    if output is not None:
+        write_rows(rows, output / "tradeoff.csv", TRADES, force=force)
+        _draw(families, output, force=force)
+
+
+def _figure(folder: Path, family: str) -> Path:
+    return folder / f"tradeoff_{family}.png"
+
+
+def _draw(families: "dict[str, list[tuple[Setting, ...]]]", folder: Path, *, force: bool) -> None:
+    from frictionlab.figures.style import save
+    from frictionlab.figures.tradeoff import family_figure
+
+    for family, knobs in families.items():
+        save(family_figure(knobs), _figure(folder, family), force=force)

@@ -6,25 +6,22 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from frictionlab.cli.drawing import figure_file
-from frictionlab.cli.inputs import STOPPED
+from frictionlab.cli.inputs import STOPPED, figure_file
 from frictionlab.cli.options import named_values, values_of
-from frictionlab.cli.output import complain
-from frictionlab.cli.progress import count
+from frictionlab.cli.output import complain, count
 from frictionlab.cli.standard_output import LostOutputError
 from frictionlab.errors import UsageError
-from frictionlab.files import make_folder
 from frictionlab.schema import STEADY_STATES
 from frictionlab.tables import check_output, json_line
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from frictionlab.figures.map import StateMapDrawing
-    from frictionlab.maps import Grid, Step
+    import numpy as np
+
+    from frictionlab.maps import Grid, Step, Warned
 
 AXES = ("r", "beta", "mu", "zeta")
-VALUES = "START:STOP:STEP"
 MOST_AXES = 2  # of a figure
 
 
@@ -62,20 +59,29 @@ def sweep(
     more = tuple((name, tuple(values_of(text, f"--parameter {name}"))) for name, text in said.items())
     grid = maps.Grid(**axes, wall=wall, law=law or "coulomb", parameters=more)
     check_output(output, STEADY_STATES, force=force, rows=len(grid))
-    picture = None if plot is None else _MapPicture(grid, plot, force=force)
+    figure = figure_file(plot, "map", force=force)
+    columns = {} if figure is None else _columns(grid, figure)
     steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, resume=resume, force=force)
-    outcomes = _follow(grid, steps if picture is None else picture.seen(steps), output, as_json=as_json, quiet=quiet)
+    outcomes, warned = _follow(grid, steps, output, columns, as_json=as_json, quiet=quiet)
     if not (as_json or quiet):
         told = ", ".join(f"{number} {outcome}" for outcome, number in outcomes.most_common())
         typer.echo(f"{len(grid)} steady states ({told}) are in {output}")
-    if picture is not None:
-        picture.draw()
+    if figure is not None:
+        _draw(grid, columns, warned, figure, force=force)
     if outcomes[maps.FAILED]:
         raise typer.Exit(1)
 
 
-def _follow(grid: "Grid", steps: "Generator[Step]", output: Path, *, as_json: bool, quiet: bool) -> "Counter[str]":
-    """Print each step of the sweep as it comes; return how many points have which outcome."""
+def _follow(
+    grid: "Grid",
+    steps: "Generator[Step]",
+    output: Path,
+    columns: "dict[str, np.ndarray]",
+    *,
+    as_json: bool,
+    quiet: bool,
+) -> "tuple[Counter[str], Warned]":
+    """Print each step as it comes and keep what is drawn; return how many points have which outcome, and warnings."""
     from frictionlab import maps
 
     outcomes: Counter[str] = Counter()
@@ -91,6 +97,8 @@ def _follow(grid: "Grid", steps: "Generator[Step]", output: Path, *, as_json: bo
                     complain(sentence)
                 outcomes.update(step.records["outcome"].astype(str).tolist())
                 warned.add(grid, step.start, step.records["warnings"])
+                for key, column in columns.items():
+                    column[step.start : step.done] = step.records[key]
                 if progress is not None:
                     progress(step.done, step.total)
     except KeyboardInterrupt:
@@ -101,7 +109,7 @@ def _follow(grid: "Grid", steps: "Generator[Step]", output: Path, *, as_json: bo
         raise
     for sentence in () if as_json or quiet else warned.sentences():
         complain(f"warning: {sentence}")
-    return outcomes
+    return outcomes, warned
 
 
 def _leave(steps: "Generator[Step]", words: str) -> None:
@@ -110,58 +118,30 @@ def _leave(steps: "Generator[Step]", words: str) -> None:
     complain(f"{words}: give --resume to continue")
 
 
-class _MapPicture:
-    """A figure of a map to be: refuses what cannot be drawn before the work, remembers what is drawn.
+def _columns(grid: "Grid", figure: Path) -> "dict[str, np.ndarray]":
+    """Empty columns for what is drawn, and for the outcomes; refuses a map of too many axes before the work."""
+    import numpy as np
 
-    Raises
-    ------
-    UsageError
-        No figure's suffix, another kind of file stands there, or more than two axes vary.
-    """
+    from frictionlab.figures.map import PANELS, varying
 
-    def __init__(self, grid: "Grid", plot: Path, *, force: bool) -> None:
-        import numpy as np
+    axes = varying(grid.axes())
+    if len(axes) > MOST_AXES:
+        raise UsageError(
+            f"--plot {figure}: expected one or two axes with several values; got {', '.join(axes)}: draw a map"
+            " of fewer axes, or leave --plot out"
+        )
+    return {key: np.full(len(grid), np.nan) for key in PANELS} | {"outcome": np.zeros(len(grid), dtype="S10")}
 
-        from frictionlab.figures.map import PANELS, varying
-        from frictionlab.maps import Warned
 
-        path = figure_file(plot, "map", force=force) or plot
-        self.axes = varying(grid.axes())
-        if len(self.axes) > MOST_AXES:
-            raise UsageError(
-                f"--plot {path}: expected one or two axes with several values; got {', '.join(self.axes)}: draw a map"
-                " of fewer axes, or leave --plot out"
-            )
-        self._grid, self._path, self._force = grid, path, force
-        self._warned = Warned()
-        self._columns = {key: np.full(len(grid), np.nan) for key in PANELS}
+def _draw(grid: "Grid", columns: "dict[str, np.ndarray]", warned: "Warned", place: Path, *, force: bool) -> None:
+    from frictionlab.figures.map import PANELS, STOPS, StateMapDrawing, varying
+    from frictionlab.figures.stops import AT_REST
+    from frictionlab.verbs.presenting import plot
 
-    def seen(self, steps: "Generator[Step]") -> "Generator[Step]":
-        """The same steps, remembered."""
-        from frictionlab.figures.map import STOPS
-        from frictionlab.figures.stops import AT_REST
-
-        for step in steps:
-            for key, column in self._columns.items():
-                column[step.start : step.done] = step.records[key]
-            resting = step.records["outcome"] == b"stuck"
-            self._columns[STOPS][step.start : step.done][resting] = AT_REST
-            self._warned.add(self._grid, step.start, step.records["warnings"])
-            yield step
-
-    def draw(self) -> None:
-        """Draw what was seen."""
-        from frictionlab.figures.map import map_figure
-        from frictionlab.figures.style import save
-
-        make_folder(self._path.parent)
-        save(map_figure(self._drawing()), self._path, force=self._force)
-
-    def _drawing(self) -> "StateMapDrawing":
-        from frictionlab.figures.map import StateMapDrawing
-
-        shape = tuple(len(along) for along in self.axes.values())
-        fixed = [f"{name} = {along[0]:g}" for name, along in self._grid.axes().items() if name not in self.axes]
-        columns = {key: column.reshape(shape) for key, column in self._columns.items()}
-        title = ", ".join([self._grid.law, f"wall {self._grid.wall}", *fixed])
-        return StateMapDrawing(self.axes, columns, title, tuple(self._warned.sentences()))
+    axes = varying(grid.axes())
+    columns[STOPS][columns["outcome"] == b"stuck"] = AT_REST
+    shape = tuple(len(along) for along in axes.values())
+    fixed = [f"{name} = {along[0]:g}" for name, along in grid.axes().items() if name not in axes]
+    title = ", ".join([grid.law, f"wall {grid.wall}", *fixed])
+    drawn = {key: columns[key].reshape(shape) for key in PANELS}
+    plot(StateMapDrawing(axes, drawn, title, tuple(warned.sentences())), place, force=force)

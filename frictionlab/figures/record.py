@@ -24,7 +24,7 @@ FLAT = 0.01  # relative: friction is drawn over at least so much up and down
 MANY = 200  # periods, beyond which points are drawn small
 
 
-def record_figure(record: WholeRecord, title: str) -> Figure:
+def record_figure(record: WholeRecord, title: str = "whole record") -> Figure:
     """The record, a zoom of its worst periods, energy per cycle measured against predicted, misfit over time."""
     with look():
         figure = new_figure(PAGE, 5.6)

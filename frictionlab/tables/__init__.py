@@ -17,7 +17,7 @@ from pathlib import Path
 
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs, refuse_protected, write_whole
-from frictionlab.schema import TABLES, Table, is_marked
+from frictionlab.schema import TABLES, Table, is_marked, table_of
 from frictionlab.tables import lines
 from frictionlab.tables.cells import SENTENCES, Row, encodable, plain
 from frictionlab.tables.lines import json_line
@@ -181,7 +181,10 @@ def is_table(path: Path, table: Table | None = None) -> bool:
             names = frames.names_in_frame(path)
     except (OSError, ValueError, KeyError, RecursionError, csv.Error):
         return False
-    return names == lines.FAILED or any(is_marked(names, kind) for kind in kinds)
+    if names == lines.FAILED:
+        return True
+    nearest = table_of(names)  # a map of a sweep begins as a single state does: the kind with most of the columns counts
+    return any(is_marked(names, kind) and (table is None or nearest is kind) for kind in kinds)
 
 
 def has_rows(path: Path) -> bool:

@@ -29,10 +29,13 @@ FIGURES = {
     "RecordResponse": "response.response_figure",
     "Plan": "plan.plan_figure",
     "Prediction": "prediction.prediction_figure",
+    "FreeVibration": "free_vibration.free_vibration_figure",
+    "Attractor": "coexisting.coexisting_figure",
+    "StateMapDrawing": "map.map_figure",
 }
-"""Kind of result -> the function of `frictionlab.figures` that draws it."""
-TITLED = {"Measurement": "source", "ContactForce": "", "WholeRecord": ""}
-"""Those whose figure takes a title, with the attribute that gives it by default."""
+"""Kind of result, or of those in a sequence -> the function of `frictionlab.figures` that draws it."""
+TITLED = ("Measurement", "ContactForce", "WholeRecord", "FreeVibration")
+"""Those whose figure takes a title."""
 SUFFIXES = (".pdf", ".svg", ".png")
 
 
@@ -76,7 +79,7 @@ def plot(
 
 
 def _figure_of(result: Any, title: str | None) -> "Figure":
-    kind = type(result).__name__
+    kind = type(result[0] if isinstance(result, (list, tuple)) and result else result).__name__
     if kind not in FIGURES:
         raise UsageError(f"plot: expected one of {', '.join(FIGURES)}; got a {kind}")
     if kind == "SteadyState" and result.orbit is None:
@@ -85,9 +88,7 @@ def _figure_of(result: Any, title: str | None) -> "Figure":
         raise UsageError("plot: there is no steady cycle to draw; do: plot its whole record (comparison.record)")
     module, _, name = FIGURES[kind].partition(".")
     draw: Callable[..., Figure] = getattr(import_module(f"frictionlab.figures.{module}"), name)
-    if kind not in TITLED:
-        return draw(result)
-    return draw(result, title or (getattr(result, TITLED[kind]) if TITLED[kind] else "whole record"))
+    return draw(result, title) if title and kind in TITLED else draw(result)
 
 
 def sheet(

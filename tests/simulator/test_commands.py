@@ -72,7 +72,7 @@ def test_the_map_of_a_sweep_is_not_replaced_by_one_state(tmp_path: Path) -> None
     state = ("simulate", "--r", "0.5", "--beta", "0.4", "-o", path)
     refused = run(*state)
     assert refused.exit_code == 2
-    assert "is the map of a sweep" in refused.stderr
+    assert "exists and is no table of motion" in refused.stderr
     assert [run(*state, "--force").exit_code, run(*state).exit_code] == [0, 0]
 
 
