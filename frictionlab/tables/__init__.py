@@ -183,7 +183,7 @@ def is_table(path: Path, table: Table | None = None) -> bool:
         return False
     if names == lines.FAILED:
         return True
-    nearest = table_of(names)  # a map of a sweep begins as a single state does: the kind with most of the columns counts
+    nearest = table_of(names)  # a map begins as a single state does: the kind with most of the columns counts
     return any(is_marked(names, kind) and (table is None or nearest is kind) for kind in kinds)
 
 
