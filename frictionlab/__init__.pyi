@@ -38,10 +38,10 @@ from frictionlab.verbs.judging import explain as explain
 from frictionlab.verbs.measuring import analyze as analyze
 from frictionlab.verbs.measuring import free_vibration as free_vibration
 from frictionlab.verbs.measuring import ingest as ingest
-from frictionlab.verbs.plan import plan as plan
-from frictionlab.verbs.predicting import predict as predict
 from frictionlab.verbs.presenting import plot as plot
 from frictionlab.verbs.presenting import publish as publish
+from frictionlab.verbs.simulating import plan as plan
+from frictionlab.verbs.simulating import predict as predict
 from frictionlab.verbs.simulating import respond as respond
 from frictionlab.verbs.simulating import simulate as simulate
 from frictionlab.verbs.simulating import synthesize as synthesize

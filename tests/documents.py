@@ -5,8 +5,7 @@ from pathlib import Path
 
 from frictionlab.scene.text import tables_of_keys, value_text
 from frictionlab.schema import TABLES, Table
-from frictionlab.schema.column import Column
-from frictionlab.schema.columns import GROUPS
+from frictionlab.schema.columns import GROUPS, Column
 
 ROOT = Path(__file__).parents[1]
 BEGIN, END = "<!-- made from the program: python -m tests.documents -->", "<!-- end -->"

@@ -143,7 +143,7 @@ def _in_words(error: typer.BadParameter) -> str:
     faults: list[Any] = getattr(error.__cause__, "errors", list)()
     if not faults:
         return error.message
-    from frictionlab.scene.faults import WORDS
+    from frictionlab.scene.table import WORDS
 
     fault = faults[0]
     told = WORDS.get(fault["type"], str(fault["msg"]).removeprefix("Value error, "))
@@ -264,7 +264,7 @@ def _tell_lost(error: LostOutputError) -> None:
 
 
 def _reason(error: Exception) -> str:
-    from frictionlab.verbs.rows import reason_of
+    from frictionlab.verbs.inputs import reason_of
 
     if isinstance(error, FrictionlabError):
         return str(error)

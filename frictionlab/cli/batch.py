@@ -13,7 +13,7 @@ from frictionlab.cli.work import COMPARED, MEASURED, assumed, headline
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.schema import COMPARISONS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, MEASUREMENTS, RANKING
 from frictionlab.tables import Row, check_output, read_rows, write_rows
-from frictionlab.verbs.rows import FAILED, failure
+from frictionlab.verbs.inputs import FAILED, failure
 
 if TYPE_CHECKING:
     from frictionlab.campaign import Campaign

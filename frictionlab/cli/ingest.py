@@ -52,8 +52,7 @@ def ingest(
 
     Example: frictionlab ingest logs/*.csv --scene configs/sample_data.toml -o build/recordings
     """
-    from frictionlab.verbs.inputs import scene_given
-    from frictionlab.verbs.rows import rows_of
+    from frictionlab.verbs.inputs import rows_of, scene_given
 
     what = scene_given(scene_of(scene, beside=logs[0] if logs else mass_log, quiet=quiet), settings, ("log",))
     inputs = _inputs(logs or [], mass_log, base_log)

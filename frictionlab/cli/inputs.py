@@ -13,7 +13,7 @@ from frictionlab.cli.output import complain
 from frictionlab.cli.standard_output import LostOutputError, standard_output
 from frictionlab.errors import UsageError
 from frictionlab.tables import Row, json_line
-from frictionlab.verbs.rows import FAILED
+from frictionlab.verbs.inputs import FAILED
 
 STOPPED = 128 + 2  # the exit status that shells give to what Ctrl-C has stopped
 STANDARD_INPUT = Path("-")

@@ -42,7 +42,7 @@ def plan(
     Two laws: frictionlab plan --scene my_rig.toml --law coulomb+place --against coulomb+speed --hours 2
     """
     from frictionlab.planning import waiting
-    from frictionlab.verbs.plan import check_sheet, plan
+    from frictionlab.verbs.simulating import check_sheet, plan
 
     known = scene_of(scene, quiet=to.quiet)
     read = [*(measured or ()), *known.files]
@@ -168,7 +168,7 @@ def predict(
 
     Example: frictionlab predict --law-file law_brass.toml --normal-force 4 --base-amplitude 1.8e-3 --r 0.3:0.7:0.1
     """
-    from frictionlab.verbs.predicting import predict
+    from frictionlab.verbs.simulating import predict
 
     read = [law_file, *([] if base_motion is None else [base_motion])]
     figure = figure_file(to.plot, "prediction", force=to.force, inputs=read)

@@ -284,7 +284,7 @@ def _follow(
     from frictionlab.cli.inputs import exit_status, figure_file, report_rows
     from frictionlab.cli.output import complain, print_turned, print_warnings
     from frictionlab.schema import RESPONSES
-    from frictionlab.verbs.rows import row_of
+    from frictionlab.verbs.inputs import row_of
 
     figure = figure_file(to.plot, "response", force=to.force, inputs=[path])
     if to.output is not None:

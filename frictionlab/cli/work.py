@@ -59,7 +59,7 @@ class Work(Results):
 
         ``job`` makes a row of a path and ``files``: where what stands on no disk has been put.
         """
-        from frictionlab.verbs.rows import rows_of
+        from frictionlab.verbs.inputs import rows_of
 
         shown: list[Row] = []
         with on_disk(inputs) as files:

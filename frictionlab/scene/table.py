@@ -1,14 +1,48 @@
-"""What all tables of a scene have in common."""
+"""What all tables of a scene have in common; what is wrong with them, in sentences.
 
-from collections.abc import Iterator, Mapping
-from typing import Annotated
+One sentence a fault, with its line, its key path and the key that was meant.
+"""
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+import difflib
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from typing import Annotated, Any, get_args
 
-from frictionlab.errors import ParameterError
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+
+from frictionlab.errors import ParameterError, SceneError
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Lines = Mapping[tuple[str, ...], int]
+HIDDEN = ("folder", "origin")  # fields that are no keys
+WORDS = {
+    "float_type": "expected a number",
+    "int_type": "expected a whole number",
+    "int_from_float": "expected a whole number",
+    "string_type": "expected a text in quotes",
+    "bool_type": "expected true or false",
+    "dict_type": "expected a table",
+    "model_type": "expected a table",
+    "list_type": "expected a list",
+    "finite_number": "expected a finite number",
+    "greater_than": "expected more than {gt:g}",
+    "greater_than_equal": "expected {ge:g} or more",
+    "less_than_equal": "expected {le:g} or less",
+    "multiple_of": "expected a multiple of {multiple_of:g}",
+    "too_short": "expected at least {min_length} values",
+    "too_long": "expected at most {max_length} values",
+    "literal_error": "expected {expected}",
+    "missing": "is not given, and has no default",
+    "float_parsing": "expected a number",
+    "int_parsing": "expected a whole number",
+}
+"""What pydantic finds, in the words that all refusals use."""
+_UNION = re.compile(r"^(?:str|int|float|bool|constrained-.*|list\[.*)$")  # pydantic's names of a union's branches
+_HEAD = re.compile(r"^\s*(\[\[?)\s*([^\[\]]+?)\s*\]")
+_KEY = re.compile(r"^\s*([\w.\-\"' ]+?)\s*=")
 
 
 def _is_law(name: str) -> str:
@@ -66,3 +100,109 @@ class Table(BaseModel):
     def __repr_args__(self) -> Iterator[tuple[str | None, object]]:
         """What was given, without the defaults: a notebook shows it."""
         return ((key, value) for key, value in super().__repr_args__() if key in self.model_fields_set - {"folder"})
+
+
+def refusal(
+    error: ValidationError, root: type[BaseModel], *, name: str = "scene", lines: Lines | None = None
+) -> SceneError:
+    """The error that names all faults, one an argument and so one a line.
+
+    ``root`` is the model of the whole scene, ``name`` what the faults are of, ``lines`` where which key stands.
+    """
+    found: dict[tuple[str, ...], list[str]] = {}
+    known = lines or {}
+    for fault in error.errors():
+        path = tuple(str(part) for part in fault["loc"] if not _UNION.match(str(part)))
+        found.setdefault(path, []).append(_sentence(path, dict(fault), root))
+    told = sorted(found.items(), key=lambda fault: _line(fault[0], known) or math.inf)
+    places = ("" if (line := _line(path, known)) is None else f", line {line}" for path, _ in told)
+    return SceneError(*(f"{name}{at}: {_told(*fault)}" for at, fault in zip(places, told, strict=True)))
+
+
+def check_hidden(tables: Mapping[str, object], root: type[BaseModel], name: str = "scene") -> None:
+    """Refuse fields of the model that are no keys of a scene."""
+    for key in HIDDEN:
+        if key in tables:
+            raise SceneError(f"{name}: {key}: unknown key; expected one of {', '.join(keys_of(root))}")
+
+
+def _line(path: tuple[str, ...], lines: Lines) -> int | None:
+    """The line of a key, or of the table it belongs to."""
+    return next((lines[path[:n]] for n in range(len(path), 0, -1) if path[:n] in lines), None)
+
+
+def _told(path: tuple[str, ...], texts: Sequence[str]) -> str:
+    where = ".".join(path)
+    return f"{where}: {' or '.join(dict.fromkeys(texts))}" if where else texts[0]
+
+
+def _sentence(path: tuple[str, ...], fault: Mapping[str, Any], root: type[BaseModel]) -> str:
+    text = str(fault["msg"]).removeprefix("Value error, ")
+    if fault["type"] == "extra_forbidden":
+        return f"unknown key; {_meant(path[-1], keys_of(_table(path[:-1], root)))}"
+    if fault["type"] in WORDS:
+        text = WORDS[fault["type"]].format(**fault.get("ctx", {}))
+    got = "" if fault["type"] in ("value_error", "missing") else f"; got {fault['input']!r}"
+    return f"{text[0].lower()}{text[1:]}{got}"
+
+
+def _meant(key: str, known: Sequence[str]) -> str:
+    near = [name for name in known if name.startswith(f"{key}_")] or difflib.get_close_matches(key, known, n=1)
+    guess = f"did you mean {near[0]}? " if near else ""
+    return f"{guess}expected one of {', '.join(known)}"
+
+
+def keys_of(table: type) -> list[str]:
+    """The keys of a table: of a model its fields, of a dataclass too."""
+    if issubclass(table, BaseModel):
+        return [name for name in table.model_fields if name not in HIDDEN]
+    return [f.name for f in fields(table)] if is_dataclass(table) else []
+
+
+def _table(path: Sequence[str], root: type[BaseModel]) -> type:
+    """The model of the table at a path."""
+    table: type = root
+    for key in path:
+        field = table.model_fields.get(key) if issubclass(table, BaseModel) else None
+        if field is not None:
+            table = next(tables_in(field.annotation), table)
+    return table
+
+
+def tables_in(annotation: Any) -> Iterator[type]:
+    """The tables that a key may hold, by its annotation: models and dataclasses, in lists too."""
+    if isinstance(annotation, type) and (issubclass(annotation, BaseModel) or is_dataclass(annotation)):
+        yield annotation
+    for inner in get_args(annotation):
+        yield from tables_in(inner)
+
+
+def lines_of(text: str) -> dict[tuple[str, ...], int]:
+    r"""Where which key and table of a TOML text stands; of a value over several lines its first.
+
+    Examples
+    --------
+    >>> lines_of("[rig]\nmass_kg = 3.0\n[[synthetic.tests]]\n")
+    {('rig',): 1, ('rig', 'mass_kg'): 2, ('synthetic', 'tests', '0'): 3}
+    """
+    found: dict[tuple[str, ...], int] = {}
+    table: tuple[str, ...] = ()
+    inside = False
+    for number, line in enumerate(text.splitlines(), 1):
+        if not inside and (head := _HEAD.match(line)):
+            table = _numbered(_parts(head[2]), found, many=head[1] == "[[")
+            found.setdefault(table, number)
+        elif not inside and (key := _KEY.match(line)):
+            found.setdefault((*table, *_parts(key[1])), number)
+        inside ^= (line.count('"""') + line.count("'''")) % 2 == 1
+    return found
+
+
+def _parts(dotted: str) -> tuple[str, ...]:
+    return tuple(part.strip(" \t\"'") for part in dotted.split("."))
+
+
+def _numbered(path: tuple[str, ...], found: Mapping[tuple[str, ...], int], *, many: bool) -> tuple[str, ...]:
+    if not many:
+        return path
+    return (*path, str(next(n for n in range(len(found) + 1) if (*path, str(n)) not in found)))

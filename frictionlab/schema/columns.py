@@ -1,11 +1,155 @@
-"""The one list of columns: name, unit, title and sentence of every column of every table.
+"""What a column and a table are; the one list of columns: name, unit, title and sentence of every column.
 
-A table names its columns (`kinds`); here stands what they are. ``X_se`` and ``X_u`` need no line of their own: they are
-the errors of ``X``; nor do ``X_low`` and ``X_high``, the ends of its band. Where a table means something else by a
-name, it says so in its own list.
+A table names its columns (in `frictionlab.schema`); here stands what they are. ``X_se`` and ``X_u`` need no line of
+their own: they are the errors of ``X``; nor do ``X_low`` and ``X_high``, the ends of its band. Where a table means
+something else by a name, it says so in its own list.
 """
 
-from frictionlab.schema.column import Column, Type, end_of, se_of, u_of
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+_CF_UNITS = {"": "1", "kY²": "1", "Y": "1", "kY²/h": "h-1", "1/h": "h-1"}
+"""Units as CF conventions (UDUNITS) write them, where a reader's table says what a number is counted in."""
+
+
+class Type(Enum):
+    """What stands in the cells of a column; beside it every cell may be empty, for what is not known."""
+
+    NUMBER = "number"
+    WHOLE = "whole number"
+    YES_NO = "yes/no"
+    TEXT = "text"
+    SENTENCES = "list of sentences"
+    OBJECT = "object"
+
+    @property
+    def is_number(self) -> bool:
+        """Whether the cells can be reckoned with."""
+        return self in (Type.NUMBER, Type.WHOLE)
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column, the same in every file and table it stands in.
+
+    Attributes
+    ----------
+    name
+        Key in JSON, head in CSV, name of the dataset in HDF5.
+    type
+        What its cells hold.
+    unit
+        As readers write it: ``Hz``, ``kY²`` (k Y^2), empty for a plain number and for text.
+    title
+        Short, for tables on a screen; no two columns of a table have the same.
+    sentence
+        What it is, in plain English.
+    error_of
+        Name of the column whose error this is; empty if it is none.
+
+    Examples
+    --------
+    >>> force = Column("normal_force_n", Type.NUMBER, "N", "normal force", "Force that presses the contact together.")
+    >>> force.head, force.units, se_of(force).name
+    ('normal force [N]', 'N', 'normal_force_n_se')
+    """
+
+    name: str
+    type: Type
+    unit: str
+    title: str
+    sentence: str
+    error_of: str = ""
+
+    @property
+    def head(self) -> str:
+        """The title with its unit; of an error without, for the number that it belongs to has the same."""
+        return f"{self.title} [{self.unit}]" if self.unit and not self.error_of else self.title
+
+    @property
+    def units(self) -> str:
+        """The unit as a file says it (CF conventions); ``1`` for a plain number, empty for what is no number."""
+        has_unit = self.type.is_number or self.type is Type.YES_NO
+        return _CF_UNITS.get(self.unit, self.unit) if has_unit else ""
+
+
+def se_of(column: Column) -> Column:
+    """The column of the standard errors of another."""
+    said = f"Standard error of {column.name}: noise, and the scatter from cycle to cycle or test to test."
+    return Column(f"{column.name}_se", Type.NUMBER, column.unit, f"{column.title} se", said, column.name)
+
+
+def u_of(column: Column) -> Column:
+    """The column of the combined standard uncertainties of another."""
+    said = f"Combined standard uncertainty of {column.name}: its standard error, and what sensors, clock and rig add."
+    return Column(f"{column.name}_u", Type.NUMBER, column.unit, f"{column.title} u", said, column.name)
+
+
+def end_of(column: Column, end: str) -> Column:
+    """The column of the "low" or "high" end of another's 95 % band."""
+    which = {"low": "Lower", "high": "Upper"}[end]
+    said = f"{which} end of the 95 % band of {column.name}: errors of the law, and the scatter from test to test."
+    return Column(f"{column.name}_{end}", Type.NUMBER, column.unit, f"{column.title} {end}", said, column.name)
+
+
+@dataclass(frozen=True)
+class Table:
+    """One kind of table.
+
+    Attributes
+    ----------
+    kind
+        Its name, in the plural.
+    sentence
+        What one row is.
+    columns
+        All its columns, in order.
+    lead
+        So many of them, from the first on, are the mark by which a file is known to be of this kind: all of them, in
+        this order, before any other column.
+    shown
+        Names of the columns for a screen, the most telling first: those that find no room are left out from the end.
+    shown_where_known
+        Those of the shown columns that are left out where no row knows them.
+    series
+        Columns of the arrays that may stand behind a row (one value per cycle, a mean cycle), in HDF5 only.
+    takes_facts
+        Whether columns of the user's own (facts of a test, from a sheet) may follow.
+    """
+
+    kind: str
+    sentence: str
+    columns: tuple[Column, ...]
+    lead: int
+    shown: tuple[str, ...]
+    shown_where_known: tuple[str, ...] = ()
+    series: tuple[Column, ...] = ()
+    takes_facts: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all its columns, in order."""
+        return tuple(column.name for column in self.columns)
+
+    @property
+    def mark(self) -> tuple[str, ...]:
+        """The names that stand first in every file of this kind."""
+        return self.names[: self.lead]
+
+    @property
+    def format(self) -> str:
+        """What an HDF5 file of this kind calls itself."""
+        return f"frictionlab {self.kind}"
+
+    def row(self, result: object) -> dict[str, object]:
+        """The row of a result that has an attribute for each column; NaN is not known, which is None."""
+        values = ((name, getattr(result, name)) for name in self.names)
+        return {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in values}
+
+    def column(self, name: str) -> Column | None:
+        """The column of this name, of the rows or of the series behind them; None if it is the user's own."""
+        return next((column for column in (*self.columns, *self.series) if column.name == name), None)
 
 
 def number(name: str, unit: str, title: str, sentence: str) -> Column:

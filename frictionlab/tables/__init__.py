@@ -19,8 +19,7 @@ from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs, refuse_protected, write_whole
 from frictionlab.schema import TABLES, Table, is_marked, table_of
 from frictionlab.tables import lines
-from frictionlab.tables.cells import SENTENCES, Row, encodable, plain
-from frictionlab.tables.lines import json_line
+from frictionlab.tables.lines import SENTENCES, Row, encodable, json_line, plain
 
 __all__ = [
     "SENTENCES",

@@ -20,8 +20,7 @@ from frictionlab.files import make_folder, write_whole
 from frictionlab.scene import Scene
 from frictionlab.schema import COMPARISONS, MEASUREMENTS
 from frictionlab.tables import Row, check_output, read_rows, write_rows
-from frictionlab.verbs.inputs import AnyScene, FilePath, logs_of, names_of, scene_given
-from frictionlab.verbs.rows import FAILED, rows_of
+from frictionlab.verbs.inputs import FAILED, AnyScene, FilePath, logs_of, names_of, rows_of, scene_given
 
 MEASURE, COMPARE = ("ingest", "analyze"), ("ingest", "analyze", "compare-numeric")
 SETTINGS = ("analysis", "rig", "model")

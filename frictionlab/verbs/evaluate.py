@@ -1,20 +1,26 @@
 """Measurements -> what a whole campaign says."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from frictionlab.analysis.measurement import Measurement
-from frictionlab.campaign import Campaign, Watch, is_comparison, read_measurements, trial_of
+import numpy as np
+
+from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measurement import Measurement, Traces
+from frictionlab.campaign import Campaign, Trial, Watch, is_comparison, read_measurements, recording_path, trial_of
 from frictionlab.campaign import evaluate as evaluate_trials
 from frictionlab.experiment import facts_of
+from frictionlab.hdf5 import read_recording
 from frictionlab.inference.compare import AUTO
+from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
 from frictionlab.tables import Row
-from frictionlab.verbs.cycles import observations_of
-from frictionlab.verbs.inputs import AnyScene, FilePath, scene_given
+from frictionlab.verbs.inputs import AnyScene, FilePath, rows_of, scene_given
 
 TABLES = ("model", "rig")
+NO_TRACES = Traces(*[np.zeros(0)] * 10)  # what figures show of a measurement; a campaign of hundreds holds none
 
 
 def evaluate(
@@ -85,3 +91,37 @@ def _under(scene: Scene, law: str | None) -> Scene:
     if law is None or law == AUTO or law_of(law).name == law_of(scene.model.law).name:
         return scene
     return scene.changed(model={"law": law_of(law).name, "parameters": {}})
+
+
+def observations_of(
+    trials: Sequence[Trial], scene: Scene, *, folders: Sequence[Path], workers: int | None = 1
+) -> dict[str, CycleObservation]:
+    """Return the mean cycle of each short test whose recording is at hand, by source.
+
+    A mass that stands still says nothing of a law, and a long test drifts: both are passed over.
+    """
+    wanted = [t for t in trials if not t.failed and not t.is_long and t.regime != "stuck" and t.material]
+    tests = {path: trial for trial in wanted if (path := recording_path(trial, folders)) is not None}
+    rows = rows_of(list(tests), _Reading(scene, tests), workers=workers)
+    found = [observation for row in rows if isinstance(observation := row.get("observation"), CycleObservation)]
+    return {observation.measurement.source: observation for observation in found}
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """What is done to each recording, here or where a worker is."""
+
+    scene: Scene
+    tests: Mapping[Path, Trial]
+
+    def __call__(self, path: Path) -> Row:
+        trial = self.tests[path]
+        measured = measure(read_recording(path), self.scene)
+        named = replace(
+            measured,
+            source=trial.source,
+            material=trial.material,
+            normal_force_n=trial.normal_force_n,
+            traces=NO_TRACES,
+        )
+        return {"observation": observe(named, self.scene)}

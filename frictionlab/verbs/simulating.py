@@ -1,17 +1,27 @@
-"""What is simulated: a steady state, the response to a recorded base, the logs of a virtual rig."""
+"""What is simulated: a steady state, the response to a recorded base, the logs of a virtual rig; tests to be made.
 
-from collections.abc import Callable
+Whatever needs a scene or files is imported where it is used: a steady state is solved without them.
+"""
+
+import math
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionlab.errors import UsageError
-from frictionlab.verbs.inputs import AnyScene, FilePath, is_recording_name, scene_given
 
 if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
+    from frictionlab.inference.material_law import MaterialLaw
+    from frictionlab.inference.predictive import Prediction
+    from frictionlab.planning import Plan
     from frictionlab.recording import Recording
     from frictionlab.simulator import Problem, Solver, SteadyState
     from frictionlab.synthetic import VirtualTest
+    from frictionlab.verbs.inputs import AnyScene, FilePath
+
+PLANNED = ("plan", "model", "rig", "sensors")
+"""Tables of a scene whose keys `plan` takes as settings."""
 
 
 def simulate(problem: "Problem", *, cycles: int | None = None, solver: "Solver" = "auto") -> "SteadyState":
@@ -47,7 +57,7 @@ def simulate(problem: "Problem", *, cycles: int | None = None, solver: "Solver" 
 def respond(
     what: "Recording | FilePath",
     problem: "Problem",
-    scene: AnyScene = None,
+    scene: "AnyScene" = None,
     *,
     highpass_hz: float | None = None,
     **settings: object,
@@ -84,6 +94,7 @@ def respond(
     from frictionlab.hdf5 import read_recording
     from frictionlab.logs import read_base_acceleration, read_base_log
     from frictionlab.recording import Recording
+    from frictionlab.verbs.inputs import is_recording_name, scene_given
 
     known = scene_given(scene, settings, ("rig", "log"))
     frequency = known.rig.natural_frequency
@@ -115,7 +126,7 @@ def respond(
 
 
 def synthesize(
-    scene: AnyScene, folder: FilePath, *, progress: Callable[[int, int], None] | None = None, **settings: object
+    scene: "AnyScene", folder: "FilePath", *, progress: Callable[[int, int], None] | None = None, **settings: object
 ) -> "tuple[VirtualTest, ...]":
     """Write one log per virtual test of a scene into a folder, and their truth beside them (``truth.jsonl``).
 
@@ -138,6 +149,7 @@ def synthesize(
         The folder cannot be written, or a log that is not synthetic stands there.
     """
     from frictionlab import synthetic
+    from frictionlab.verbs.inputs import scene_given
 
     known = scene_given(scene, settings, ("synthetic", "rig", "model"))
     total = len(synthetic.virtual_tests(known))
@@ -147,3 +159,170 @@ def synthesize(
         if progress is not None:
             progress(len(tests), total)
     return tuple(tests)
+
+
+def plan(
+    scene: "AnyScene",
+    *,
+    law: str | None = None,
+    against: str | None = None,
+    tests: int = 10,
+    hours: float | None = None,
+    aim: Sequence[str] = (),
+    measured: "Sequence[FilePath]" = (),
+    sheet: "FilePath | None" = None,
+    force: bool = False,
+    everything: bool = False,
+    **settings: object,
+) -> "Plan":
+    """Return the tests that tell most about a contact law, or most between two, best first.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        ``[plan]``: what the rig can set, its sensors, what is known of the friction coefficient; ``[rig]``;
+        ``[model]``: the law and its expected parameters.
+    law : str, optional
+        In place of the scene's.
+    against : str, optional
+        Another law: the tests are to tell the two apart.
+    tests : int
+        How many at most.
+    hours : float, optional
+        Laboratory time there is.
+    aim : sequence of str
+        Parameters of the law whose errors count; by default all.
+    measured : sequence of str or Path
+        Tables of comparisons at hand: what they told is known before.
+    sheet : str or Path, optional
+        Write the plan here as a sheet (CSV) for the laboratory, which ``[experiment] sheet`` reads after the tests.
+    force : bool
+        Replace a file that stands there.
+    everything : bool
+        Judge candidates that are not chosen between two laws as well.
+    **settings
+        Keys of ``[plan]``, ``[model]``, ``[rig]`` and ``[sensors]`` that win over the scene's: ``duration_s=90.0``.
+
+    Raises
+    ------
+    SceneError
+        A range is empty, the bounds forbid all, or the rig is not known.
+    UsageError
+        The law cannot be, or nothing tells anything about it.
+    """
+    from frictionlab.planning import plan_tests, sheet_rows
+    from frictionlab.tables import read_rows, write_rows
+    from frictionlab.verbs.inputs import scene_given
+
+    known = scene_given(scene, settings, PLANNED)
+    inputs = [Path(path) for path in measured]
+    check_sheet(sheet, inputs, force=force)
+    rows = [row for path in inputs for row in read_rows(Path(path))]
+    found = plan_tests(
+        known, law=law, against=against, tests=tests, hours=hours, aim=aim, measured=rows, everything=everything
+    )
+    if sheet is not None:
+        write_rows(sheet_rows(found, known), Path(sheet), force=True, inputs=inputs)
+    return found
+
+
+def check_sheet(sheet: "FilePath | None", inputs: Sequence[Path], *, force: bool) -> None:
+    """Refuse a sheet that could not be written, or that stands there: the laboratory may have filled it in."""
+    from frictionlab.tables import check_output
+
+    if sheet is None:
+        return
+    check_output(Path(sheet), force=force, inputs=inputs)
+    if Path(sheet).exists() and not force:
+        raise UsageError(f"{sheet}: exists, and may hold what was filled in: choose another output, or give --force")
+
+
+def predict(
+    law: "MaterialLaw | FilePath",
+    r: float | Sequence[float] | None = None,
+    *,
+    normal_force_n: float | None = None,
+    base_amplitude_m: float | None = None,
+    base_motion: "FilePath | None" = None,
+    draws: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> "Prediction":
+    """Predict tests not made by the law of their material: motion, amplitude, energy, stops, each with a 95 % band.
+
+    The bands hold the errors of the law and the scatter from test to test.
+
+    Parameters
+    ----------
+    law : MaterialLaw, str or Path
+        A ``law_MATERIAL.toml`` that a campaign wrote.
+    r : float or sequence of float, optional
+        Frequency ratios; by default the middle of those that were tested.
+    normal_force_n, base_amplitude_m : float, optional
+        By default the middle of those that were tested.
+    base_motion : str or Path, optional
+        A recording or a log whose base, from rest, drives the mass, in place of a steady drive.
+    draws : int, optional
+        Motions behind each band.
+    progress : callable, optional
+        Called with tests predicted and tests in all.
+
+    Raises
+    ------
+    UsageError
+        The file is no law of a material, or a number is impossible.
+    LogError, RecordingError
+        The base's motion cannot be read, or has a gap.
+
+    Examples
+    --------
+    >>> from frictionlab.inference.material_law import example_law
+    >>> predict(example_law(), r=0.5, normal_force_n=4.0, draws=20).tests[0].regime
+    'stick-slip'
+    """
+    from frictionlab.inference.material_law import MaterialLaw, read_material_law
+    from frictionlab.inference.predictive import predict_record, predict_tests
+
+    known = law if isinstance(law, MaterialLaw) else read_material_law(law)
+    given = {"normal_force_n": normal_force_n, "base_amplitude_m": base_amplitude_m}
+    test = {name: _positive(known, name, value) for name, value in given.items()}
+    if base_motion is not None:
+        if r is not None or base_amplitude_m is not None:
+            raise UsageError("base_motion: a recorded base has its own amplitude and times: give neither r nor Y")
+        found = _base_of(Path(base_motion))
+        more = {} if draws is None else {"draws": draws}
+        return predict_record(known, found, normal_force_n=test["normal_force_n"], **more)
+    ratios = _positive(known, "frequency_ratio", None) if r is None else r
+    several = [float(ratios)] if isinstance(ratios, int | float) else [float(x) for x in ratios]
+    return predict_tests(
+        known,
+        several,
+        normal_force_n=test["normal_force_n"],
+        base_amplitude_m=test["base_amplitude_m"],
+        draws=draws,
+        progress=progress,
+    )
+
+
+def _positive(law: "MaterialLaw", name: str, value: float | None) -> float:
+    """A number of the test, by default the middle of those that the law was found under."""
+    if value is None:
+        if name not in law.conditions:
+            raise UsageError(
+                f"{name}: expected a number; got none, and the law of {law.material} says none of its tests"
+            )
+        value = 0.5 * sum(law.conditions[name])
+    if not 0.0 < value < math.inf:
+        raise UsageError(f"{name}: expected a finite number above 0; got {value:g}")
+    return float(value)
+
+
+def _base_of(path: Path) -> "Recording":
+    from frictionlab.hdf5 import read_recording
+    from frictionlab.logs import read_base_acceleration, read_base_log
+    from frictionlab.verbs.inputs import is_recording_name
+
+    if is_recording_name(path):
+        return read_recording(path)
+    if read_base_acceleration(path) is not None:
+        raise UsageError(f"{path}: expected the base's displacement; got its acceleration: integrate it first")
+    return read_base_log(path)

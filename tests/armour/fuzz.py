@@ -37,7 +37,7 @@ from frictionlab.synthetic import virtual_tests
 from frictionlab.tables import is_table, read_rows
 from frictionlab.verbs.evaluate import evaluate
 from frictionlab.verbs.measuring import analyze
-from frictionlab.verbs.plan import plan
+from frictionlab.verbs.simulating import plan
 from tests.armour.sound import MAKE, case, sound
 from tests.campaign.fabricate import SCENE
 
