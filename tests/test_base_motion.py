@@ -15,7 +15,7 @@ import frictionlab as fl
 from frictionlab.base_motion import respond_to
 from frictionlab.cli import app
 from frictionlab.errors import LogError, RecordingError, SimulationError, UsageError
-from frictionlab.figures.response import MOST_POINTS, thinned
+from frictionlab.figures.style import MOST_POINTS, thinned
 from frictionlab.hdf5 import describe, read_recording, write_recording
 from frictionlab.recording import Channel, Quality, Recording
 from frictionlab.schema import RESPONSES

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import frictionlab as fl
-from frictionlab.figures.contact import contact_figure
+from frictionlab.figures.judged import contact_figure
 from frictionlab.inference.explain import Explanation, missed
 from frictionlab.simulator import Problem
 from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded, scene

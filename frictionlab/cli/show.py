@@ -149,8 +149,8 @@ def _figure(folder: Path, family: str) -> Path:
 
 
 def _draw(families: "dict[str, list[tuple[Setting, ...]]]", folder: Path, *, force: bool) -> None:
+    from frictionlab.figures.planned import family_figure
     from frictionlab.figures.style import save
-    from frictionlab.figures.tradeoff import family_figure
 
     for family, knobs in families.items():
         save(family_figure(knobs), _figure(folder, family), force=force)

@@ -122,7 +122,7 @@ def _columns(grid: "Grid", figure: Path) -> "dict[str, np.ndarray]":
     """Empty columns for what is drawn, and for the outcomes; refuses a map of too many axes before the work."""
     import numpy as np
 
-    from frictionlab.figures.map import PANELS, varying
+    from frictionlab.figures.grids import PANELS, varying
 
     axes = varying(grid.axes())
     if len(axes) > MOST_AXES:
@@ -134,8 +134,8 @@ def _columns(grid: "Grid", figure: Path) -> "dict[str, np.ndarray]":
 
 
 def _draw(grid: "Grid", columns: "dict[str, np.ndarray]", warned: "Warned", place: Path, *, force: bool) -> None:
-    from frictionlab.figures.map import PANELS, STOPS, StateMapDrawing, varying
-    from frictionlab.figures.stops import AT_REST
+    from frictionlab.figures.grids import PANELS, STOPS, StateMapDrawing, varying
+    from frictionlab.figures.style import AT_REST
     from frictionlab.verbs.presenting import plot
 
     axes = varying(grid.axes())

@@ -7,21 +7,32 @@ import textwrap
 import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_hex
+from matplotlib.colorbar import Colorbar
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_hex
 from matplotlib.figure import Figure
 from matplotlib.image import imsave
 from matplotlib.text import Text
 from matplotlib.ticker import FuncFormatter
+from numpy.typing import NDArray
 
 from frictionlab.figures.mark import MAKER, METADATA, is_figure
 from frictionlab.files import write_whole
 
+FloatArray = NDArray[np.float64]
+AT_REST = -1.0
+"""Stands for a mass that rests during the whole cycle, in arrays of stops."""
+SINGLE = 8  # stops up to which each number has a colour of its own; beyond, classes double
+REST, NONE = "#B0B0B0", "#F2EFE6"
+TURN = 2.0 * np.pi
+MOST_POINTS = 4000  # of a line: more cannot be seen in print
 # Okabe and Ito, "Color universal design" (2008): told apart with any common colour blindness, and in grey.
 BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, YELLOW, BLACK = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442", "#000000",
@@ -153,3 +164,71 @@ def _draw_once(figure: Figure, image: io.BytesIO) -> None:
     figure.set_dpi(dpi)
     canvas.draw()
     imsave(image, canvas.buffer_rgba(), format="png", dpi=dpi, metadata={"Software": MAKER}, pil_kwargs=SQUEEZE)
+
+
+@dataclass(frozen=True)
+class StopColours:
+    """Classes of stops with their colours; ``edges`` (n + 1,) between the classes, ``names`` (n,).
+
+    Examples
+    --------
+    >>> stop_colours(np.array([0.0, 2.0, AT_REST, np.nan])).names
+    ('at rest', '0', '1', '2')
+    >>> stop_colours(np.array([0.0, 131.0])).names[-3:]
+    ('25-40', '41-72', '73-136')
+    """
+
+    edges: tuple[float, ...]
+    names: tuple[str, ...]
+
+    @property
+    def mapped(self) -> dict[str, Any]:
+        """The colours and their norm, for ``pcolormesh``."""
+        rest = [REST] if self.names[0] == "at rest" else []
+        none = [NONE] if self.edges[len(rest)] < 0.0 else []
+        more = len(self.names) - len(rest) - len(none)
+        shades = [*rest, *none, *colormaps["viridis_r"](np.linspace(0.05, 1.0, max(more, 1)))]
+        return {"cmap": ListedColormap(shades[: len(self.names)]), "norm": BoundaryNorm(self.edges, len(self.names))}
+
+    def bar(self, figure: Figure, mesh: Any, ax: Any) -> Colorbar:
+        """A colour bar with the name of each class at its middle."""
+        middles = [0.5 * (low + high) for low, high in zip(self.edges, self.edges[1:], strict=False)]
+        bar = figure.colorbar(mesh, ax=ax, ticks=middles, spacing="uniform", aspect=30)
+        bar.ax.set_yticklabels(self.names)
+        bar.ax.tick_params(length=0)
+        bar.ax.minorticks_off()
+        return bar
+
+
+def stop_colours(values: FloatArray) -> StopColours:
+    """The classes that these stops per cycle need, up to the largest."""
+    known = np.round(values[np.isfinite(values)])
+    most = int(known.max(initial=0.0))
+    edges = [-1.5] if np.any(known == AT_REST) else []
+    names = ["at rest"] if edges else []
+    for number in range(min(most, SINGLE) + 1):
+        edges.append(number - 0.5)
+        names.append(str(number))
+    last, wide = SINGLE, SINGLE
+    while last < most:
+        edges.append(last + 0.5)
+        names.append(f"{last + 1}-{last + wide}")
+        last, wide = last + wide, 2 * wide if last > SINGLE else wide
+    return StopColours((*edges, max(min(most, SINGLE), last if most > SINGLE else 0) + 0.5), tuple(names))
+
+
+def thinned(values: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return indices that show a long line as it is: the least and the largest of each part, in order."""
+    part = -(-2 * len(values) // MOST_POINTS)
+    if part < 3:
+        return np.arange(len(values))
+    whole = len(values) // part * part
+    rows = values[:whole].reshape(-1, part)
+    begin = np.arange(0, whole, part)
+    both = np.sort(np.stack([begin + rows.argmin(axis=1), begin + rows.argmax(axis=1)], axis=1), axis=1)
+    return np.concatenate([both.ravel(), np.arange(whole, len(values))])
+
+
+def closed(values: FloatArray) -> FloatArray:
+    """A cycle with its first point repeated at the end."""
+    return np.append(values, values[:1])

@@ -21,7 +21,7 @@ from frictionlab.campaign import CRITERIA, Campaign
 from frictionlab.campaign.output import measurement_rows, rows_of
 from frictionlab.campaign.trials import short_name
 from frictionlab.campaign.warned import kinds_of
-from frictionlab.figures.campaign import Plate
+from frictionlab.figures.plates import Plate
 from frictionlab.files import write_whole
 from frictionlab.report.cells import Cell, Grid, Head, grid, grouped, number, with_error, words
 from frictionlab.report.chart import Point, scatter

@@ -16,22 +16,22 @@ if TYPE_CHECKING:
 
     from frictionlab.analysis.measurement import Measurement
     from frictionlab.campaign import Campaign
-    from frictionlab.figures.campaign import Plate
+    from frictionlab.figures.plates import Plate
     from frictionlab.recording import Recording
     from frictionlab.report.sheet import Sheet
 
 FIGURES = {
-    "Measurement": "measurement.measurement_figure",
-    "Comparison": "comparison.comparison_figure",
-    "ContactForce": "contact.contact_figure",
-    "WholeRecord": "record.record_figure",
-    "SteadyState": "motion.motion_figure",
-    "RecordResponse": "response.response_figure",
-    "Plan": "plan.plan_figure",
-    "Prediction": "prediction.prediction_figure",
-    "FreeVibration": "free_vibration.free_vibration_figure",
-    "Attractor": "coexisting.coexisting_figure",
-    "StateMapDrawing": "map.map_figure",
+    "Measurement": "recorded.measurement_figure",
+    "Comparison": "judged.comparison_figure",
+    "ContactForce": "judged.contact_figure",
+    "WholeRecord": "recorded.record_figure",
+    "SteadyState": "simulated.motion_figure",
+    "RecordResponse": "simulated.response_figure",
+    "Plan": "planned.plan_figure",
+    "Prediction": "planned.prediction_figure",
+    "FreeVibration": "recorded.free_vibration_figure",
+    "Attractor": "simulated.coexisting_figure",
+    "StateMapDrawing": "grids.map_figure",
 }
 """Kind of result, or of those in a sequence -> the function of `frictionlab.figures` that draws it."""
 TITLED = ("Measurement", "ContactForce", "WholeRecord", "FreeVibration")
@@ -154,8 +154,8 @@ def publish(
         The folder cannot be written, or holds other files of these names.
     """
     from frictionlab.campaign.output import REPORT, check_folder, write_tables
-    from frictionlab.figures.campaign import plates
     from frictionlab.figures.mark import check_figures
+    from frictionlab.figures.plates import plates
     from frictionlab.report import write_report
 
     place = Path(folder)

@@ -8,7 +8,7 @@ import pytest
 
 from frictionlab.campaign.responses import elsewhere, recording_of
 from frictionlab.campaign.trials import LONGEST_NAME, trial_of
-from frictionlab.figures import campaign as figures
+from frictionlab.figures import plates as figures
 from frictionlab.scene import scene_from_tables
 from frictionlab.verbs.evaluate import evaluate
 from tests.armour.sound import sound

@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from frictionlab.figures.motion import force_over_displacement, force_over_speed
+from frictionlab.figures.simulated import force_over_displacement, force_over_speed
 from frictionlab.figures.style import BASE, PAGE, PALETTE, headline, look, new_figure, save
 from frictionlab.simulator import Problem, SteadyState, steady_state
 

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from matplotlib.collections import QuadMesh
 
 from frictionlab.campaign import Campaign, evaluate, trial_of
-from frictionlab.figures import campaign_maps
-from frictionlab.figures.campaign import Plate, plates, safe
-from frictionlab.figures.campaign_maps import colour_limit, resonance_band
-from frictionlab.figures.stops import AT_REST, stop_colours
+from frictionlab.figures import grids
+from frictionlab.figures.grids import colour_limit, resonance_band
+from frictionlab.figures.plates import Plate, plates, safe
+from frictionlab.figures.style import AT_REST, stop_colours
 from frictionlab.scene import Scene
 from tests.campaign.fabricate import row
 
@@ -46,7 +46,7 @@ def test_the_same_figure_gives_the_same_bytes(campaign: Campaign, tmp_path: Path
 
 
 def test_the_irregularity_maps_share_one_scale_and_leave_resonance_blank(campaign: Campaign) -> None:
-    figure = campaign_maps.irregularity(campaign)
+    figure = grids.irregularity(campaign)
     panels = [ax for ax in figure.axes if ax.get_title(loc="left") in campaign.materials or ax.collections][:3]
     limits = {mesh.get_clim() for ax in panels for mesh in ax.collections}
     assert len(limits) == 1

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from frictionlab.campaign import Campaign, evaluate, trial_of
-from frictionlab.figures.campaign import Plate, plates
+from frictionlab.figures.plates import Plate, plates
 from frictionlab.report import page
 from frictionlab.scene import Scene
 from tests.campaign.fabricate import RATIOS, row

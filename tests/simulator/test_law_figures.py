@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictionlab.figures.motion import force_over_displacement
+from frictionlab.figures.simulated import force_over_displacement
 from frictionlab.figures.style import new_figure
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.laws import TERMS

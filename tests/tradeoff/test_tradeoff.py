@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from frictionlab.accuracy import LEVELS, accuracy_of, with_accuracy
 from frictionlab.cli import app
 from frictionlab.errors import UsageError
-from frictionlab.figures.tradeoff import falling
+from frictionlab.figures.planned import falling
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.numeric import NumericMotion, steady

@@ -1,26 +1,98 @@
-"""What the contact does: its force recovered from the motion, the identified law over it, what is left, the ladder."""
+"""Measured over predicted: a cycle and its loop; what the contact does, the law over it, and the ladder of laws."""
 
 from itertools import groupby, pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
-from frictionlab.figures.style import BASE, MEASURED, PAGE, PREDICTED, caution, headline, look, new_figure
-from frictionlab.inference import ContactForce
+from frictionlab.figures.style import (
+    BASE,
+    GREY,
+    MEASURED,
+    PAGE,
+    PREDICTED,
+    TURN,
+    FloatArray,
+    caution,
+    closed,
+    headline,
+    look,
+    new_figure,
+)
+from frictionlab.inference import Comparison, ContactForce
 
-FloatArray = NDArray[np.float64]
-TURN = 2.0 * np.pi
 STILL = 1e-9  # of omega Y: a contact that is slower stands
 SHORTEST = 0.1  # of a cycle: a slide that has room for its name
+WIDE = 4.0  # largest misfit over the smallest from which the scale is logarithmic
 ROW = 0.115  # inches: a law of the ladder
 LETTERS = 6  # points: size of the words inside a panel
 ROOM = 0.35  # of a panel's width: for the numbers beside its points
 WIDTHS = (2.0, 1.0, 1.0)  # of what is left, misfit, and evidence
 NEAR, FAR = (-100.0, -10.0, 0.0, 10.0), (-1000.0, -10.0, 0.0, 10.0)  # ticks of evidence
 ABOVE = 60.0  # evidence shown at least: room for numbers beside the law required
+
+
+def draw_cycles(comparison: Comparison, ax: Axes) -> Axes:
+    """Time response over one steady cycle, measured over predicted, the base behind them."""
+    turns = np.append(comparison.tau / TURN, 1.0)
+    ax.plot(turns, closed(comparison.base), color=BASE, lw=0.9, ls=":", label="base")
+    ax.plot(turns, closed(comparison.measured), color=MEASURED, lw=2.2, alpha=0.55, label="measured")
+    if comparison.predicted is not None:
+        centred = comparison.predicted - comparison.predicted.mean()
+        ax.plot(turns, closed(centred), color=PREDICTED, lw=1.0, label="predicted")
+    ax.set(xlabel="drive cycle, ωt / 2π", ylabel="displacement, x / Y", xlim=(0, 1))
+    ax.legend(loc="upper center", ncols=3)
+    ax.margins(y=0.18)
+    return ax
+
+
+def draw_compared_loop(comparison: Comparison, ax: Axes) -> Axes:
+    """Hysteresis loop, base over mass (eq. 2.18): its area is the energy per cycle."""
+    base = closed(comparison.base)
+    ax.plot(closed(comparison.measured), base, color=MEASURED, lw=2.2, alpha=0.55, label="measured")
+    if comparison.predicted is not None:
+        centred = comparison.predicted - comparison.predicted.mean()
+        ax.plot(closed(centred), base, color=PREDICTED, lw=1.0, label="predicted")
+    ax.set(xlabel="displacement of the mass, x / Y", ylabel="displacement of the base, y / Y")
+    return ax
+
+
+def comparison_figure(comparison: Comparison) -> Figure:
+    """Both of them, with the numbers in a line above each."""
+    with look():
+        figure = new_figure(PAGE, 3.1)
+        response, loop = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
+        draw_cycles(comparison, response).set_title(_response_title(comparison))
+        draw_compared_loop(comparison, loop).set_title(_loop_title(comparison))
+        name = comparison.source.replace("\\", "/").rsplit("/", 1)[-1]
+        headline(figure, f"{name}: {comparison.model}{_verdict(comparison)}")
+        caution(figure, comparison.warnings)
+        return figure
+
+
+def _response_title(comparison: Comparison) -> str:
+    error = comparison.friction.error
+    beta = f"β = {comparison.friction_ratio:.4g}" + (f" ± {error:.1g}" if error else "")
+    nrmse = comparison.response_nrmse
+    fit = "no prediction" if nrmse is None else f"nrmse {100 * nrmse:.2g} %"
+    return f"r = {comparison.frequency_ratio:.5g}   {beta}   {fit}"
+
+
+def _verdict(comparison: Comparison) -> str:
+    if comparison.verdict is None:
+        return ""
+    verdicts = {"explained": "explained", "strained": "explained only by a strained rig or sensor"}
+    said = verdicts.get(comparison.verdict, "not explained")
+    return f": {said}, what is left is {comparison.misfit:.2g} times the measurement's error"
+
+
+def _loop_title(comparison: Comparison) -> str:
+    predicted = comparison.predicted_energy_per_cycle
+    versus = "" if predicted is None else f", predicted {predicted:.4g}"
+    return f"energy {comparison.energy_per_cycle:.4g}{versus} kY²"
 
 
 def draw_force(contact: ContactForce, ax: Axes, *, over_speed: bool) -> Axes:
@@ -31,7 +103,7 @@ def draw_force(contact: ContactForce, ax: Axes, *, over_speed: bool) -> Axes:
     unit = 1e3 * contact.unit_m * (contact.turn if over_speed else 1.0)
     newtons = 1.0 if contact.unit_n is None else contact.unit_n
     way = contact.velocity if over_speed else contact.displacement
-    recovered = (unit * _closed(way), newtons * _closed(contact.force))
+    recovered = (unit * closed(way), newtons * closed(contact.force))
     ax.plot(*recovered, color=MEASURED, lw=2.0, alpha=0.55, label="recovered from the motion")
     law_way, speed = contact.law_velocity if over_speed else contact.law_displacement, contact.law_velocity
     if law_way is not None and speed is not None and contact.law_force is not None:
@@ -59,7 +131,7 @@ def draw_residual(contact: ContactForce, ax: Axes) -> Axes:
     turns, unit = contact.tau / TURN, 1e6 * contact.unit_m
     for edge in (-contact.floor, contact.floor):
         label = "standard error of the mean cycle" if edge > 0.0 else None
-        ax.axhline(unit * edge, color=BASE, lw=0.8, ls=":", label=label)
+        ax.axhline(unit * edge, color=GREY, lw=0.8, ls=":", label=label)
     if contact.residual is not None:
         ax.plot(turns, unit * contact.residual, color=MEASURED, lw=1.0)
     if contact.law_velocity is not None:
@@ -74,7 +146,7 @@ def _draw_ways(turns: FloatArray, velocity: FloatArray, ax: Axes) -> None:
     """Shade the stops, and say of each slide which way it goes."""
     above = ax.get_xaxis_transform()
     way = np.where(np.abs(velocity) < STILL, 0, np.sign(velocity)).astype(int)
-    ax.fill_between(turns, 0, 1, where=way == 0, transform=above, color=BASE, alpha=0.2, lw=0)
+    ax.fill_between(turns, 0, 1, where=way == 0, transform=above, color=GREY, alpha=0.2, lw=0)
     starts = np.concatenate([[0], np.flatnonzero(np.diff(way)) + 1, [len(way)]])
     for first, after in pairwise(starts.tolist()):
         if way[first] != 0 and after - first > SHORTEST * len(way):
@@ -96,14 +168,11 @@ def draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
     )
     _draw_rungs(misfit, [100.0 * nrmse for _, (_, nrmse, _) in told], colors, "{:.2g}")
     _draw_rungs(evidence, [log - best for _, (_, _, log) in told], colors, "{:+.0f}")
-    misfit.set(xlabel="nrmse [%]", xscale="log", ylabel="parameters, law")
+    misfit.set(xlabel="nrmse [%]", ylabel="parameters, law")
     misfit.set_yticks(range(len(told)), [f"{n}  {_short(name)}" for n, (name, _) in zip(counts, told, strict=True)])
     for label, color in zip(misfit.get_yticklabels(), colors, strict=True):
         label.set(fontsize=LETTERS, color=color if color == PREDICTED else "black")
-    low, high = misfit.get_xlim()
-    misfit.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 50.0 * low else (1.0,), numticks=20))
-    misfit.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    misfit.xaxis.set_minor_formatter(NullFormatter())
+    _scale_misfit(misfit, [100.0 * nrmse for _, (_, nrmse, _) in told])
     evidence.set(xlabel="log evidence less\nthe required law's")
     evidence.set_xscale("symlog", linthresh=10.0)
     least, most = min(evidence.get_xlim()[0], -20.0), max((log - best for _, (_, _, log) in told), default=0.0)
@@ -115,7 +184,20 @@ def draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
         ax.tick_params(axis="x", labelsize=LETTERS)
         ends = np.cumsum([len(list(group)) for _, group in groupby(counts)])
         for end in ends[:-1]:
-            ax.axhline(end - 0.5, color=BASE, lw=0.5)
+            ax.axhline(end - 0.5, color=GREY, lw=0.5)
+
+
+def _scale_misfit(ax: Axes, values: list[float]) -> None:
+    """Space for the numbers beside the points, and no more ticks than can be read."""
+    low, high = min(values), max(values)
+    if low <= 0.0 or high < WIDE * low:
+        ax.xaxis.set_major_locator(MaxNLocator(3))
+        ax.set_xlim(low - 0.15 * (high - low), high + 0.6 * (high - low) or None)
+        return
+    ax.set(xscale="log", xlim=(low / (high / low) ** 0.15, high * (high / low) ** 0.6))
+    ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 20.0 * low else (1.0,), numticks=20))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    ax.xaxis.set_minor_formatter(NullFormatter())
 
 
 def _draw_rungs(ax: Axes, values: list[float], colors: list[str], form: str) -> None:
@@ -158,7 +240,3 @@ def contact_figure(contact: ContactForce, title: str | None = None) -> Figure:
         headline(figure, f"{name}: {contact.said}")
         caution(figure, contact.warnings)
         return figure
-
-
-def _closed(values: FloatArray) -> FloatArray:
-    return np.append(values, values[:1])

@@ -11,7 +11,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from frictionlab.campaign import Campaign
-from frictionlab.figures import campaign_energy, campaign_friction, campaign_laws, campaign_maps, campaign_time
+from frictionlab.figures import grids, materials
 from frictionlab.figures.style import look, save
 
 SUFFIXES = (".svg", ".pdf", ".png")
@@ -85,10 +85,6 @@ def _of_best(campaign: Campaign) -> Campaign:
     )
 
 
-def _always(_campaign: Campaign) -> bool:
-    return True
-
-
 @dataclass(frozen=True)
 class _Kind:
     """One row of the table of figures: a single one, or one for each thing of ``over``, whose name goes into ``{}``."""
@@ -97,7 +93,7 @@ class _Kind:
     title: str
     caption: str | Callable[[Campaign, str], str]
     draw: Callable[..., Figure]
-    when: Callable[[Campaign], bool] = _always
+    when: Callable[[Campaign], bool] = lambda _: True
     over: Callable[[Campaign], Iterable[object]] | None = None
 
     def plates(self, campaign: Campaign) -> Iterator[Plate]:
@@ -112,38 +108,13 @@ class _Kind:
             yield Plate(name, self.title.format(thing), caption, partial(self.draw, campaign, thing))
 
 
-def _knows_forces(campaign: Campaign) -> bool:
-    return any(f.friction_coefficient is not None for f in campaign.fits)
-
-
 def _has_short_tests(campaign: Campaign) -> bool:
-    return campaign_maps.varies(campaign) and any(
-        t.irregularity is not None for t in campaign.trials if not t.failed and not t.is_long
-    )
-
-
-def _has_common_forces(campaign: Campaign) -> bool:
-    return bool(campaign_energy.common_forces(campaign))
-
-
-def _has_short_responses(campaign: Campaign) -> bool:
-    return any(not r.trial.is_long for r in campaign.responses)
-
-
-def _has_envelopes(campaign: Campaign) -> bool:
-    return any(r.is_envelope for r in campaign.responses)
-
-
-def _has_loops(campaign: Campaign) -> bool:
-    return bool(campaign.loops)
+    short = [t for t in campaign.trials if not t.failed and not t.is_long]
+    return grids.varies(campaign) and any(t.irregularity is not None for t in short)
 
 
 def _with_loops(campaign: Campaign) -> Iterable[str]:
     return [m for m in campaign.materials if any(loop.material == m for loop in campaign.loops)]
-
-
-def _materials(campaign: Campaign) -> Iterable[str]:
-    return campaign.materials
 
 
 def _friction_caption(campaign: Campaign, _: str) -> str:
@@ -152,7 +123,7 @@ def _friction_caption(campaign: Campaign, _: str) -> str:
         " each material's mean, where all its points would lie by Amontons' law."
     )
     beside = " Right: the distance from it; bands: the mean's own confidence."
-    return points + (beside if campaign_friction.has_several_forces(campaign) else "")
+    return points + (beside if materials.has_several_forces(campaign) else "")
 
 
 def _law_caption(campaign: Campaign, material: str) -> str:
@@ -171,29 +142,29 @@ KINDS = (
         "ranking",
         "Ranking",
         "Best material on top, number: its rank; equal ranks are ties. Bars: 95 % confidence.",
-        campaign_friction.ranking,
+        materials.ranking,
         when=lambda campaign: len(campaign.materials) > 1,
     ),
     _Kind(
         "friction",
         "Friction coefficient over normal force",
         _friction_caption,
-        campaign_friction.friction,
-        when=_knows_forces,
+        materials.friction,
+        when=lambda campaign: any(f.friction_coefficient is not None for f in campaign.fits),
     ),
     _Kind(
         "law_{}",
         "The contact of {}",
         _law_caption,
-        campaign_laws.law_of_material,
-        when=_has_loops,
+        materials.law_of_material,
+        when=lambda campaign: bool(campaign.loops),
         over=_with_loops,
     ),
     _Kind(
         "irregularity",
         "Irregularity index of the short tests",
         "Equation (4.1), on one scale for all materials. Between dotted lines nothing was measured, near resonance.",
-        campaign_maps.irregularity,
+        grids.irregularity,
         when=_has_short_tests,
     ),
     _Kind(
@@ -201,52 +172,52 @@ KINDS = (
         "Stops per cycle",
         "Measured on the left; on the right as Coulomb's law predicts it for the fitted friction ratio. Blank:"
         " not measured, or no steady state.",
-        campaign_maps.stops,
-        when=campaign_maps.varies,
+        grids.stops,
+        when=grids.varies,
     ),
     _Kind(
         "energy_{}",
         "Energy per cycle of {}",
         "Points: measured, mean over the settled cycles, 95 % confidence; open ones are left out of the fit."
         " Lines: Coulomb's law with one friction ratio β per normal force.",
-        campaign_energy.energy,
-        over=_materials,
+        materials.energy,
+        over=lambda campaign: campaign.materials,
     ),
     _Kind(
         "comparison",
         "Materials compared",
         "Energy per cycle at the normal forces that materials have in common; lines join the points.",
-        campaign_energy.comparison,
-        when=_has_common_forces,
+        materials.comparison,
+        when=lambda campaign: bool(materials.common_forces(campaign)),
     ),
     _Kind(
         "residuals",
         "What Coulomb's law leaves unexplained",
         "Measured over predicted energy per cycle, less one. Crosses: tests left out of the fit; those at an edge"
         " lie beyond it.",
-        campaign_energy.residuals,
+        materials.residuals,
     ),
     _Kind(
         "responses",
         "Example responses",
         "The last cycles of the steadiest tests and of the least steady ones; grey: the base.",
-        campaign_time.responses,
-        when=_has_short_responses,
+        materials.responses,
+        when=lambda campaign: any(not r.trial.is_long for r in campaign.responses),
     ),
     _Kind(
         "long_responses",
         "Responses of the long tests",
         "Left: the whole test, lowest to highest displacement. Right: its last cycles; grey: the base.",
-        campaign_time.long_responses,
-        when=_has_envelopes,
+        materials.long_responses,
+        when=lambda campaign: any(r.is_envelope for r in campaign.responses),
     ),
     _Kind(
         "drift_r{:.3g}",
         "Energy per cycle over time, r = {:.3g}",
         "One cycle every ten seconds. Dotted: trend; band: its 95 % confidence, correlation between neighbours"
         " included.",
-        campaign_time.drift,
-        over=campaign_time.drift_levels,
+        materials.drift,
+        over=materials.drift_levels,
     ),
 )
 

@@ -1,6 +1,6 @@
-"""Maps over frequency ratio x normal force: irregularity (thesis Fig. 4.5), stops per cycle with their prediction."""
+"""Numbers over two axes: of a campaign over frequency ratio x normal force, and of a map of steady states."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -11,18 +11,37 @@ from matplotlib.collections import QuadMesh
 from matplotlib.colors import BoundaryNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from frictionlab.campaign import Campaign, Verdict
 from frictionlab.campaign.trials import levels, nearest
-from frictionlab.figures.stops import AT_REST, stop_colours
-from frictionlab.figures.style import MEASURED, PAGE, VERMILION, new_figure
+from frictionlab.figures.style import (
+    AT_REST,
+    BLUE,
+    MEASURED,
+    PAGE,
+    VERMILION,
+    FloatArray,
+    caution,
+    look,
+    new_figure,
+    stop_colours,
+)
 
-FloatArray = NDArray[np.float64]
 CLIP = 0.1  # the colour scale ends this far below the maximum, as in Fig. 4.5
-WIDE = 1.6  # a step over r = 1 this much wider than its neighbours is a band left out
-MAP = 2  # values on both axes that a map needs
+GAP = 1.6  # a step over r = 1 this much wider than its neighbours is a band left out
+LEAST = 2  # values on both axes that a map needs
 FEW = 8  # classes of stops for which a low figure has room
+PANELS = {
+    "energy_per_cycle": "energy per cycle over $kY^2$",
+    "response_amplitude": "amplitude over $Y$",
+    "stops_per_cycle": "stops per cycle",
+}
+STOPS = "stops_per_cycle"
+MANY, MUCH_LARGER = (
+    3,
+    10.0,
+)  # values of an axis, and how much larger the last is, from which its scale may be logarithmic
+PERCENTILE = 95.0  # percentile where the colours end: a few points at resonance would bleach all others
 
 
 @dataclass(frozen=True)
@@ -59,7 +78,7 @@ def resonance_band(ratios: Sequence[float]) -> tuple[float, float] | None:
     low, high = max(below), min(above)
     steps = [b - a for a, b in pairwise(sorted(ratios)) if not a < 1 < b]
     near = [s for s in steps if s > 0]
-    return (low, high) if near and high - low > WIDE * float(np.median(near)) else None
+    return (low, high) if near and high - low > GAP * float(np.median(near)) else None
 
 
 def _pieces(ratios: Sequence[float]) -> list[tuple[slice, FloatArray]]:
@@ -85,8 +104,8 @@ def varies(campaign: Campaign) -> bool:
 
 def _draw(ax: Axes, drawn: _Map, colours: dict[str, Any], quantity: str) -> QuadMesh | None:
     """A map, or a line where only one of frequency ratio and normal force varies."""
-    if min(len(drawn.forces), len(drawn.ratios)) < MAP:
-        over_force = len(drawn.ratios) < MAP
+    if min(len(drawn.forces), len(drawn.ratios)) < LEAST:
+        over_force = len(drawn.ratios) < LEAST
         along = drawn.forces if over_force else drawn.ratios
         values = np.where(drawn.values == AT_REST, 0.0, drawn.values).ravel()
         ax.plot(along, values, "o" if over_force else "o-", color=MEASURED, markersize=3.0, linewidth=0.6)
@@ -116,7 +135,7 @@ def irregularity(campaign: Campaign) -> Figure:
     maps = [_map_of(campaign, m, lambda v: v.trial.irregularity) for m in campaign.materials]
     every = np.concatenate([m.values[np.isfinite(m.values)] for m in maps])
     norm = Normalize(0.0, colour_limit(every))
-    figure = new_figure(PAGE, 0.6 + 1.25 * max(len(maps), 2 if len(maps[0].forces) < MAP else 1))
+    figure = new_figure(PAGE, 0.6 + 1.25 * max(len(maps), 2 if len(maps[0].forces) < LEAST else 1))
     axes = figure.subplots(len(maps), 1, sharex=True, squeeze=False)[:, 0]
     meshes = [
         _draw(ax, one, {"norm": norm, "cmap": "viridis"}, "irregularity") for ax, one in zip(axes, maps, strict=True)
@@ -169,3 +188,87 @@ def stops(campaign: Campaign) -> Figure:
 def _predicted_stops(verdict: Verdict) -> float | None:
     found = verdict.predicted
     return None if found is None else found.stops if found.energy > 0.0 else AT_REST
+
+
+@dataclass(frozen=True)
+class StateMapDrawing:
+    """What is drawn: the axes that vary, by name, and the columns of `PANELS` over them; nan: no steady state.
+
+    Parameters
+    ----------
+    axes
+        Name -> its values, going up; one axis or two.
+    columns
+        Key of `PANELS` -> array over the axes in their order; stops of a mass at rest: `stops.AT_REST`.
+    title
+        The law and what stays the same.
+    warnings
+        What is to be said of the points beside their numbers.
+    """
+
+    axes: Mapping[str, FloatArray]
+    columns: Mapping[str, FloatArray]
+    title: str
+    warnings: Sequence[str] = ()
+
+
+def map_figure(drawn: StateMapDrawing) -> Figure:
+    """A panel for each of energy, amplitude and stops."""
+    with look():
+        figure = new_figure(PAGE, 2.6)
+        panels = figure.subplots(1, len(PANELS))
+        for ax, (key, words) in zip(panels, PANELS.items(), strict=True):
+            draw_panel(drawn, key, ax).set_title(words)
+        figure.suptitle(drawn.title, fontsize=8.0)
+        caution(figure, drawn.warnings)
+    return figure
+
+
+def draw_panel(drawn: StateMapDrawing, key: str, ax: Axes) -> Axes:
+    """One column over the axes; left white where there is no steady state."""
+    names = list(drawn.axes)
+    ax.set_xlabel(names[0])
+    ax.set_xscale(_scale(drawn.axes[names[0]]))
+    values = drawn.columns[key]
+    if len(names) == 1:
+        ax.plot(drawn.axes[names[0]], np.maximum(values, 0.0), color=BLUE, marker=".", markersize=2.5)
+        return ax
+    along, up = drawn.axes[names[0]], drawn.axes[names[1]]
+    stops = stop_colours(values) if key == STOPS else None
+    colours = {"norm": _colours(values)} if stops is None else stops.mapped
+    mesh = ax.pcolormesh(along, up, values.T, shading="nearest", rasterized=True, **colours)
+    ax.set_ylabel(names[1])
+    ax.set_yscale(_scale(up))
+    ax.grid(visible=False)
+    beyond = np.nanmax(values, initial=0.0) > (mesh.norm.vmax or 0.0)
+    if (figure := ax.get_figure(root=True)) is not None:
+        if stops is not None:
+            stops.bar(figure, mesh, ax)
+        else:
+            figure.colorbar(mesh, ax=ax, extend="max" if beyond else "neither")
+    return ax
+
+
+def _scale(values: FloatArray) -> str:
+    """Logarithmic where each value is the same factor larger than the one before, and the last much larger."""
+    if len(values) < MANY or values[0] <= 0.0 or values[-1] < MUCH_LARGER * values[0]:
+        return "linear"
+    factors = values[1:] / values[:-1]
+    return "log" if np.ptp(factors) < 1e-6 * factors[0] else "linear"
+
+
+def _colours(values: FloatArray) -> Normalize:
+    known = values[np.isfinite(values)]
+    return Normalize(0.0, float(np.percentile(known, PERCENTILE)) if known.size else 1.0)
+
+
+def varying(axes: Mapping[str, Sequence[float] | FloatArray]) -> dict[str, FloatArray]:
+    """Those of the axes that have more than one value; the first if none has.
+
+    Examples
+    --------
+    >>> list(varying({"r": (0.5, 1.0), "beta": (0.4,), "mu": (1.0,)}))
+    ['r']
+    """
+    more = {name: np.asarray(along, dtype=np.float64) for name, along in axes.items() if len(along) > 1}
+    return more or {name: np.asarray(along, dtype=np.float64) for name, along in list(axes.items())[:1]}
