@@ -18,7 +18,7 @@ from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import log_ndtr
+from scipy.special import log_ndtr, logsumexp, ndtri_exp
 
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.observations import Reached
@@ -35,6 +35,7 @@ GOOD, POOR = 0.75, 0.25  # gained over foretold, from which steps may be longer,
 REACH = 1.0  # standard deviations of its prior that any coordinate may go in the first step
 LEAST_REACH = 1e-9
 MOST_STEPS = 60
+NODES = 40  # of an integral over one coordinate that may only grow from a bound
 ROUNDS = 4  # of weighing down what the law cannot explain
 SCATTERS = np.concatenate([[0.0], np.geomspace(0.05, 40.0, 22)])  # over its prior's scale, that are tried
 
@@ -82,8 +83,8 @@ class Observation(Protocol):
     def nrmse(self, residual: FloatArray) -> float:
         """Return the rms of a whitened residual over that of what was measured."""
 
-    def variance(self, at: Reached) -> FloatArray:
-        """Return the variance (n,) that noise and misfit leave in the coordinates of a fit."""
+    def covariance(self, at: Reached) -> FloatArray:
+        """Return the covariance (n, n) that noise and misfit leave in the coordinates of a fit."""
 
 
 @dataclass(frozen=True)
@@ -593,30 +594,36 @@ def _half_priors(model: Model, point: FloatArray, precision: FloatArray, slope: 
     pushed[folded] = np.where(at_bound, np.minimum(slope[folded], 0.0), 0.0)
     beyond = covariance @ pushed
     peak = (point + beyond)[folded] - low
-    return (
-        0.5 * float(pushed @ beyond) + log_orthant(peak, covariance[np.ix_(folded, folded)]) + len(folded) * math.log(2)
-    )
+    inside = float(log_orthant(peak, covariance[np.ix_(folded, folded)]))
+    return 0.5 * float(pushed @ beyond) + inside + len(folded) * math.log(2)
 
 
-def log_orthant(mean: FloatArray, covariance: FloatArray) -> float:
+def log_orthant(mean: FloatArray, covariance: FloatArray) -> FloatArray:
     """Return the logarithm of the probability that no coordinate of a normal distribution is negative.
 
-    One coordinate after the other is cut at zero, and the others' mean and covariance are those of the cut one
-    [Mendell and Elston, Biometrics 30 (1974) 41]: exact in one dimension.
+    The first coordinate is integrated by Gauss's rule over its own distribution above zero, the others given it
+    [Genz, J. Comput. Graph. Stat. 1 (1992) 141].
+
+    Parameters
+    ----------
+    mean : ndarray of shape (..., n)
+    covariance : ndarray of shape (n, n)
+
+    Returns
+    -------
+    ndarray of shape (...)
 
     Examples
     --------
-    >>> round(math.exp(log_orthant(np.zeros(2), np.array([[1.0, 0.5], [0.5, 1.0]]))), 2)
-    0.33
+    >>> round(math.exp(log_orthant(np.zeros(2), np.array([[1.0, 0.5], [0.5, 1.0]]))), 4)
+    0.3333
     """
-    mean, covariance, total = mean.copy(), covariance.copy(), 0.0
-    for i in range(len(mean)):
-        sd = math.sqrt(max(covariance[i, i], 1e-300))
-        z = float(mean[i]) / sd
-        log_p = float(log_ndtr(z))
-        mills = math.exp(-0.5 * z * z - 0.5 * math.log(2.0 * math.pi) - log_p)
-        total += log_p
-        share = covariance[:, i] / sd
-        mean += share * mills
-        covariance -= np.outer(share, share) * mills * (mills + z)
-    return total
+    sd = math.sqrt(max(covariance[0, 0], 1e-300))
+    first = np.asarray(log_ndtr(mean[..., 0] / sd))
+    if mean.shape[-1] == 1:
+        return first
+    nodes, weights = np.polynomial.legendre.leggauss(NODES)
+    at = -sd * ndtri_exp(np.log(0.5 * (nodes + 1.0)) + first[..., None])
+    share = covariance[1:, 0] / sd**2
+    rest = log_orthant(mean[..., None, 1:] + at[..., None] * share, covariance[1:, 1:] - sd**2 * np.outer(share, share))
+    return np.asarray(first + logsumexp(rest, b=0.5 * weights, axis=-1))

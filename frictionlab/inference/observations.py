@@ -398,36 +398,46 @@ class CycleObservation:
                     break
         return np.stack(columns, axis=1) if columns else np.zeros((len(at), 0))
 
-    def variance(self, at: Reached) -> FloatArray:
-        """Return the variance (n,) that noise, scatter of the cycles and misfit leave in the coordinates of a fit.
+    def covariance(self, at: Reached) -> FloatArray:
+        """Return the covariance (n, n) that noise, scatter of the cycles and misfit leave in the coordinates of a fit.
 
-        The largest counts of: the sensors' noise; single cycles carried through the fit that the others ask for; what
-        the law cannot explain, harmonic by harmonic (MacKinnon and White's HC3), where that is more than noise.
+        Of each coordinate the largest variance counts of: the sensors' noise; single cycles carried through the fit
+        that the others ask for; what the law cannot explain, harmonic by harmonic (MacKinnon and White's HC3), where
+        that is more than noise. The correlations are those of the larger of the two.
         """
-        cycles, bare = self.cycles, np.linalg.solve(self.whitener, at.slopes)
+        cycles, bare, assumed = self.cycles, np.linalg.solve(self.whitener, at.slopes), at.gain @ at.gain.T
         if cycles.left_out:
-            white, missed = at.gain @ self.whitener, self.missed * np.eye(len(bare))
-            sensor = cycles.sensor * (white**2).sum(axis=1)
+            white, share = at.gain @ self.whitener, self.missed * np.eye(len(bare))
+            sensor = cycles.sensor * (white @ white.T)
             moved = []
             for part, covariance in cycles.left_out:
-                weighed = np.linalg.solve(covariance + missed, bare)
+                weighed = np.linalg.solve(covariance + share, bare)
                 moved.append(part @ np.linalg.solve(bare.T @ weighed + at.hold, weighed.T).T)
             each = np.concatenate(moved)
             freedom = len(each) - 1.0
-            scatter = (each**2).sum(axis=0) / freedom / cycles.used * variance_inflation(each) * student(freedom)
-            shown = np.maximum(sensor, scatter) + np.einsum("ij,jk,ik->i", white, cycles.of_base, white)
+            grown = each * np.sqrt(variance_inflation(each) * student(freedom) / freedom / cycles.used)
+            shown = at_least(grown.T @ grown, np.diag(sensor)) + white @ cycles.of_base @ white.T
         else:
-            shown = (at.gain**2).sum(axis=1)
+            shown = assumed
         if at.is_noise:
-            return np.asarray(shown)
+            return shown
         leverage = np.clip(np.diag(at.slopes @ at.gain), 0.0, 0.9)
-        by_misfit = ((at.gain * (at.residual / (1.0 - leverage))) ** 2).sum(axis=1)
-        return np.asarray(np.maximum(np.maximum(shown, by_misfit), (at.gain**2).sum(axis=1)))
+        missed = at.gain * (at.residual / (1.0 - leverage))
+        by_misfit = missed @ missed.T
+        larger, other = sorted((shown, by_misfit), key=lambda c: -float(np.log(np.diag(c) + 1e-300).sum()))
+        return at_least(larger, np.maximum(np.diag(other), np.diag(assumed)))
 
     def nrmse(self, residual: FloatArray) -> float:
         """Return the rms of a whitened residual (2 K,) over the rms of the measured mean cycle."""
         gap = self.gap(residual)
         return math.sqrt(0.5 * float(gap @ gap) / self.cycles.power)
+
+
+def at_least(covariance: FloatArray, variance: FloatArray) -> FloatArray:
+    """Return a covariance (n, n) with its correlations, and variances that are at least so large (n,)."""
+    own = np.diag(covariance)
+    times = np.sqrt(np.maximum(own, variance) / np.maximum(own, 1e-300))
+    return np.asarray(covariance * np.outer(times, times))
 
 
 def cycle_of(test: object) -> CycleObservation:

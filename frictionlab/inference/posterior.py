@@ -356,6 +356,9 @@ def rig_unknowns(
     return tuple(largest.values()), widths
 
 
+SAYS = 1e-9  # of what is known with the data: a direction of which they say less is left out
+
+
 def information_of(fit: Fit, i: int) -> FloatArray:
     """Return what test i's data say of its own coordinates, in a fit: curvature over what noise and misfit add to it.
 
@@ -371,12 +374,27 @@ def information_of(fit: Fit, i: int) -> FloatArray:
         s = fit.model.scatter[test.index]
         others = np.asarray(np.linalg.inv(np.linalg.inv(rest)[np.ix_(test.index, test.index)] + np.diag(s**2)))
     gain: FloatArray = np.asarray(np.linalg.solve(information + others, slopes.T))
-    noise = (gain**2).sum(axis=1)
-    shown = test.observation.variance(
+    shown = test.observation.covariance(
         Reached(fit.residual(i), slopes, gain, others, fit.values(i), is_noise=misfit_is_noise(fit, i))
     )
-    ratio = np.sqrt(np.where(noise > 0.0, np.maximum(shown, 1e-300) / np.maximum(noise, 1e-300), 1.0))
-    return np.asarray(information / np.outer(ratio, ratio))
+    return _sandwich(information, others, shown)
+
+
+def _sandwich(curvature: FloatArray, others: FloatArray, shown: FloatArray) -> FloatArray:
+    """Information ``J A^-1 J`` (n, n) of curvature J with ``A = (J + H) V (J + H)``, V shown by the data (Godambe).
+
+    H: what holds the coordinates beside the data. Where white noise is all there is, it is J itself. Directions of
+    which the data say nothing say nothing here either.
+    """
+    lower = np.linalg.cholesky(curvature + others)
+    half = np.linalg.solve(lower, np.linalg.solve(lower, curvature).T)
+    size, axes = np.linalg.eigh(0.5 * (half + half.T))
+    kept = size > SAYS
+    root = axes[:, kept] * np.sqrt(size[kept])
+    inverse = axes[:, kept] / np.sqrt(size[kept])
+    excess = inverse.T @ (lower.T @ shown @ lower) @ inverse
+    back = lower @ root
+    return np.asarray(back @ np.linalg.solve(excess, back.T))
 
 
 def posterior_of(fit: Fit, scatter_u: FloatArray | None = None) -> Posterior:

@@ -17,7 +17,7 @@ from frictionlab.analysis.noise import white_noise
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import AnalysisError, FrictionlabError
 from frictionlab.inference.fit import Fit, Model, Test, fit_from, reweighed
-from frictionlab.inference.observations import BENDS, SENSORS, Reached, Values
+from frictionlab.inference.observations import BENDS, SENSORS, Reached, Values, at_least
 from frictionlab.inference.unknowns import Unknown, of_law, of_rig
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
@@ -435,24 +435,22 @@ class RecordObservation:
                     break
         return np.stack(columns, axis=1)
 
-    def variance(self, at: Reached) -> FloatArray:
-        """Return the variance (m,) that noise, misfit and the base's noise leave in the coordinates of a fit."""
+    def covariance(self, at: Reached) -> FloatArray:
+        """Return the covariance (m, m) that noise, misfit and the base's noise leave in the coordinates of a fit."""
         gain, gap, per_period = at.gain, self.gap(at.residual), self.track.per_period
         over = gain / self.sd
-        variance = self.noise**2 * (over**2).sum(axis=1)
+        covariance = self.noise**2 * (over @ over.T)
         blocks = len(gap) // per_period
         if self.spread > 1.001 * self.noise:
-            variance = (gain**2).sum(axis=1)
+            covariance = gain @ gain.T
             if blocks >= FEW_PERIODS:
                 whole = blocks * per_period
                 each = (over[:, :whole] * gap[:whole]).reshape(-1, blocks, per_period).sum(axis=2).T
                 few = blocks / max(blocks - 3.0, 1.0)
-                inflated = np.maximum(variance_inflation(each) * student(blocks - 1.0), 1.0)
-                variance = np.maximum(variance, (each**2).sum(axis=0) * few * inflated)
-        shakes = self.shaken(at.values, SHAKES)
-        if len(shakes):
-            variance = variance + np.mean((shakes @ over.T) ** 2, axis=0)
-        return np.asarray(variance)
+                grown = each * np.sqrt(few * np.maximum(variance_inflation(each) * student(blocks - 1.0), 1.0))
+                covariance = at_least(grown.T @ grown, np.diag(covariance))
+        shakes = self.shaken(at.values, SHAKES) @ over.T
+        return np.asarray(covariance + shakes.T @ shakes / max(len(shakes), 1))
 
 
 def record_of(test: Test) -> RecordObservation:

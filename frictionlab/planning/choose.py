@@ -377,18 +377,18 @@ class _Rows:
         if not chosen:
             return dict.fromkeys(names), dict.fromkeys(names)
         drift = 0.5 * plan.drift_per_hour * max(t.candidate.duration_s for t in chosen) / HOUR
-        joint = together(chosen, {"beta": math.hypot(plan.repeatability, drift)})
+        scatter = {"beta": math.hypot(plan.repeatability, drift)}
         values, here = (values_in(self.lab, self.reference, t.candidate) for t in (chosen[0], self.tests[i]))
-        known = known_before(self.lab, joint.unknowns, values, self.measured)
-        law = np.array([u.law for u in joint.unknowns])
-        held = np.linalg.inv((np.linalg.inv(joint.plain) + known)[np.ix_(law, law)])
-        whole = np.linalg.inv(np.linalg.inv(joint.covariance) + known)
+        whole, held = (together(chosen, scatter, rig=rig) for rig in (True, False))
+        errors = []
+        for joint in (whole, held):
+            known = known_before(self.lab, joint.unknowns, values, self.measured)
+            covariance = np.linalg.inv(np.linalg.inv(joint.covariance) + known)
+            errors.append({u.name: math.sqrt(c) for u, c in zip(joint.unknowns, np.diag(covariance), strict=True)})
         se, u = dict[str, float | None](), dict[str, float | None]()
-        for place, k in enumerate(np.flatnonzero(law)):
-            unknown = joint.unknowns[k]
-            slope = abs(unknown.slope(float(joint.fit.point[k])))
-            first = values[unknown.name]
-            scale = abs(here[unknown.name] / first) if first else 1.0
-            u[unknown.name] = slope * scale * math.sqrt(float(whole[k, k]))
-            se[unknown.name] = min(slope * scale * math.sqrt(float(held[place, place])), u[unknown.name] or math.inf)
+        for unknown, c in zip(held.unknowns, held.fit.point, strict=True):
+            name, first = unknown.name, values[unknown.name]
+            times = abs(unknown.slope(float(c))) * (abs(here[name] / first) if first else 1.0)
+            u[name] = times * errors[0][name]
+            se[name] = times * min(errors[1][name], errors[0][name])
         return se, u

@@ -62,6 +62,7 @@ class VirtualMeasurement:
 class VirtualTest:
     """One candidate under the laboratory's law: its steady state, and what a fit of it alone would state.
 
+    ``held``: with sensors and rig as they are known, as standard errors are told.
     ``information`` (m, m): on the coordinates that all candidates share; None where it says nothing.
     """
 
@@ -69,6 +70,7 @@ class VirtualTest:
     state: SteadyState | None
     observation: CycleObservation | None
     posterior: Posterior | None
+    held: Posterior | None
     information: FloatArray | None
 
     @property
@@ -128,7 +130,7 @@ def problem_of(lab: Laboratory, reference: Reference, candidate: Candidate, fric
 def virtual_test(lab: Laboratory, reference: Reference, candidate: Candidate) -> VirtualTest:
     """Return what a test would show, and what a fit of it alone would state at the values that are expected."""
     state = _state(problem_of(lab, reference, candidate))
-    nothing = VirtualTest(candidate, state, None, None, None)
+    nothing = VirtualTest(candidate, state, None, None, None, None)
     if state is None or state.orbit is None or state.outcome != "periodic" or _may_stand(lab, reference, candidate):
         return nothing
     cycles = cycles_of(lab, candidate)
@@ -136,22 +138,16 @@ def virtual_test(lab: Laboratory, reference: Reference, candidate: Candidate) ->
     if cycles < 1 or varied is None or varied.orbit is None:
         return nothing
     observation = _observation(lab, candidate, state, varied, cycles)
-    model = model_of([observation])
     values = values_in(lab, reference, candidate)
-    point = np.array([u.at(values[u.name]) if u.law else 0.0 for u in model.unknowns])
     try:
-        posterior = _as_known(posterior_of(_fit_at(model, np.clip(point, *model.bounds))))
+        held, whole = (_expected(model_of([observation], rig=rig), values) for rig in (False, True))
     except (AnalysisError, np.linalg.LinAlgError):
         return nothing
-    return VirtualTest(candidate, state, observation, posterior, _shared(lab, reference, candidate, posterior))
-
-
-def _as_known(posterior: Posterior) -> Posterior:
-    """The posterior with the standard errors that a fit states where sensors and rig are as they are known."""
-    plain, law = model_of(posterior.observations, rig=False), np.array([u.law for u in posterior.unknowns])
+    law = np.array([u.law for u in whole.unknowns])
     se = np.zeros(len(law))
-    se[law] = np.sqrt(np.diag(posterior_of(_fit_at(plain, posterior.fit.point[law])).covariance))
-    return replace(posterior, held_se=se)
+    se[law] = np.sqrt(np.diag(held.covariance))
+    posterior = replace(whole, held_se=se)
+    return VirtualTest(candidate, state, observation, posterior, held, _shared(lab, reference, candidate, posterior))
 
 
 def cycles_of(lab: Laboratory, candidate: Candidate) -> int:
@@ -225,12 +221,14 @@ def _observation(
     return replace(found, held=dict(lab.held), missed=missed)
 
 
-def _fit_at(model: Model, point: FloatArray) -> Fit:
-    """A fit that stands where it is expected to end: nothing is left of the cycle."""
+def _expected(model: Model, values: Mapping[str, float]) -> Posterior:
+    """The posterior of one test's fit that ends where it is expected to: nothing is left of the cycle."""
+    point = np.clip(np.array([u.at(values[u.name]) if u.law else 0.0 for u in model.unknowns]), *model.bounds)
     local = np.zeros(len(model.tests[0].index))
     own = model.own(0, point, local)
     residual = np.zeros(len(model.tests[0].observation.data))
-    return Fit(model, Place(point, (local,), (residual,), (model.slopes(0, own),), model.strains(point)))
+    place = Place(point, (local,), (residual,), (model.slopes(0, own),), model.strains(point))
+    return posterior_of(Fit(model, place))
 
 
 def _shared(lab: Laboratory, reference: Reference, candidate: Candidate, posterior: Posterior) -> FloatArray:
@@ -258,11 +256,15 @@ def between_tests(lab: Laboratory, unknowns: Sequence[Unknown], beta: float, dur
     return np.array([relative * beta / u.slope(u.at(beta)) if u.name == "beta" else 0.0 for u in unknowns])
 
 
-def together(tests: Sequence[VirtualTest], scatter: Mapping[str, float]) -> Posterior:
-    """Return what some tests would state together; ``scatter``: relative, of unknowns from test to test."""
+def together(tests: Sequence[VirtualTest], scatter: Mapping[str, float], *, rig: bool = True) -> Posterior:
+    """Return what some tests would state together; ``scatter``: relative, of unknowns from test to test.
+
+    ``rig``: whether sensors and rig are unknown too, or as they are known.
+    """
     observations = [t.observation for t in tests if t.observation is not None]
-    model = model_of(observations)
-    first = next(t.posterior for t in tests if t.posterior is not None)
+    model = model_of(observations, rig=rig)
+    known = [p for t in tests if (p := t.posterior if rig else t.held) is not None]
+    first = known[0]
     values = first.values(0)
     point = np.array([u.at(values[u.name]) if u.law else 0.0 for u in model.unknowns])
     widths = np.array(
@@ -271,7 +273,6 @@ def together(tests: Sequence[VirtualTest], scatter: Mapping[str, float]) -> Post
             for u, c in zip(model.unknowns, point, strict=True)
         ]
     )
-    known = [t.posterior for t in tests if t.posterior is not None]
     places = [p.fit.place for p in known]
     tests_of: Sequence[Test] = model.tests
     slopes = tuple(

@@ -3,12 +3,19 @@
 import math
 from collections.abc import Mapping
 
+import numpy as np
 import pytest
 
+from frictionlab.analysis.measure import measure
 from frictionlab.errors import SceneError, UsageError
+from frictionlab.inference.fit import log_evidence
+from frictionlab.inference.observations import observe
+from frictionlab.inference.posterior import infer
 from frictionlab.planning import plan_tests, running_order, sheet_rows, steps
 from frictionlab.planning.candidates import Candidate
 from frictionlab.planning.choose import laboratory_time
+from frictionlab.simulator import Problem
+from tests.inference.contacts import recorded
 from tests.planning.rig import scene
 
 
@@ -136,4 +143,7 @@ def test_a_law_inside_another_gains_only_what_its_simplicity_is_worth() -> None:
     assert test.log_bayes is not None
     assert test.log_bayes_against is not None
     assert 3.0 < test.log_bayes < 30.0
-    assert test.log_bayes_against > 1000.0
+    richer = Problem(test.frequency_ratio, test.values["beta"], law=PLACE, parameters={"gradient": 0.03})
+    measured = measure(recorded(richer, np.random.default_rng(0)), scene())
+    place, coulomb = (log_evidence(infer([observe(measured, scene(), law)]).fit) for law in (PLACE, "coulomb"))
+    assert test.log_bayes_against == pytest.approx(place - coulomb, rel=0.1)  # what a recording then gives
