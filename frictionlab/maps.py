@@ -186,7 +186,7 @@ def make_map(
     path
         Where the map goes: ``.h5``, ``.csv`` or ``.jsonl``.
     workers, scheduler
-        Who solves; see `frictionlab.workers.run_batches`.
+        Who solves; see `frictionlab.workers_batches`.
     resume
         Continue what an earlier run has left here; its points are yielded first.
     force

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from frictionlab.scene.text import tables_of_keys, value_text
 from frictionlab.schema import TABLES, Table
-from frictionlab.schema.columns import GROUPS, Column
+from frictionlab.schema.column_list import GROUPS, Column
 
 ROOT = Path(__file__).parents[1]
 BEGIN, END = "<!-- made from the program: python -m tests.documents -->", "<!-- end -->"

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from frictionlab.cli.output import print_tests, print_warnings
+from frictionlab.cli.screen import print_tests, print_warnings
 from frictionlab.cli.work import MEASURED
 from frictionlab.errors import LogError, UsageError
 from frictionlab.tables import Row

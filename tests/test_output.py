@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from frictionlab.cli import app
-from frictionlab.cli.output import cell, print_table, print_turned
+from frictionlab.cli.screen import cell, print_table, print_turned
 from frictionlab.cli.show import show
 from frictionlab.schema import COMPARISONS, FRICTION, MEASUREMENTS, TABLES, Table
 from frictionlab.tables import Row, write_rows

@@ -12,7 +12,7 @@ from frictionlab.errors import SceneError
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem
 from frictionlab.synthetic import cycle_friction_ratios, driven, log_text, synthesize, virtual_tests
-from frictionlab.synthetic.base import random_motion, wander
+from frictionlab.synthetic.virtual_motion import random_motion, wander
 
 Tables = dict[str, object]
 FN = math.sqrt(1200.0 / 3.0) / (2 * math.pi)

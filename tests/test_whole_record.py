@@ -27,7 +27,7 @@ from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.record import BaseRecord, respond
-from frictionlab.synthetic.base import ramp, random_motion
+from frictionlab.synthetic.virtual_motion import ramp, random_motion
 
 FloatArray = NDArray[np.float64]
 FN, Y, NOISE = 3.0, 2e-3, 1e-6

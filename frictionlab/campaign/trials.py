@@ -12,7 +12,7 @@ from frictionlab.cycle_rule import EXPECTED, window_of
 from frictionlab.errors import UsageError
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
 from frictionlab.tables import Row, plain
-from frictionlab.tables.lines import encodable
+from frictionlab.tables.texts import encodable
 
 MOST = sys.float_info.max
 CUT = 0.01  # relative: what cutting and sampling the cycles a little differently does to an irregularity index

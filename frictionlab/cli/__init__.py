@@ -39,7 +39,7 @@ MODULES = {
     "compare-numeric": "compare_numeric",
     "explain": "compare_numeric",
     "campaign": "batch",
-    "predict": "plan",
+    "plan": "predict",
     "synthesize": "show",
     "tradeoff": "show",
 }
@@ -143,7 +143,7 @@ def _in_words(error: typer.BadParameter) -> str:
     faults: list[Any] = getattr(error.__cause__, "errors", list)()
     if not faults:
         return error.message
-    from frictionlab.scene.table import WORDS
+    from frictionlab.scene.faults import WORDS
 
     fault = faults[0]
     told = WORDS.get(fault["type"], str(fault["msg"]).removeprefix("Value error, "))
@@ -221,10 +221,10 @@ def frictionlab(
 
 
 def complain(text: str) -> None:
-    """As `output.complain`, which is loaded only where there is something to complain of."""
-    from frictionlab.cli import output
+    """As `screen.complain`, which is loaded only where there is something to complain of."""
+    from frictionlab.cli import screen
 
-    output.complain(text)
+    screen.complain(text)
 
 
 def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:

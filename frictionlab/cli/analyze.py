@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from frictionlab.cli.inputs import Figures, Files, exit_status, expanded, report_rows, result_names
+from frictionlab.cli.arguments import Figures, Files, exit_status, expanded, report_rows, result_names
 from frictionlab.cli.options import ANALYSIS, takes
-from frictionlab.cli.output import Shown, print_table, print_tests, print_warnings, with_error
+from frictionlab.cli.screen import Shown, print_table, print_tests, print_warnings, with_error
 from frictionlab.cli.work import MEASURED, Judged, Work
 from frictionlab.schema import FREE_VIBRATIONS, MEASUREMENTS
 from frictionlab.tables import Row

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from frictionlab.cli.inputs import Rows, exit_status, opened, report_rows, tables_in
+from frictionlab.cli.arguments import Rows, exit_status, opened, report_rows, tables_in
 from frictionlab.cli.options import ANALYSIS, check_law, scene_of, takes
-from frictionlab.cli.output import complain, print_table, print_tests, print_warnings, printable, track
+from frictionlab.cli.screen import complain, print_table, print_tests, print_warnings, printable, track
 from frictionlab.cli.work import COMPARED, MEASURED, assumed, headline
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.schema import COMPARISONS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, MEASUREMENTS, RANKING

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from frictionlab.cli.inputs import Figures, Files, exit_status, expanded
+from frictionlab.cli.arguments import Figures, Files, exit_status, expanded
 from frictionlab.cli.options import ANALYSIS, check_law, takes
-from frictionlab.cli.output import complain, print_table, printable
+from frictionlab.cli.screen import complain, print_table, printable
 from frictionlab.cli.work import COMPARED, HIDDEN, Judged
 from frictionlab.schema import COMPARISONS, LAWS, RECORD_LAWS
 from frictionlab.tables import Row

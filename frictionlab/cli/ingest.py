@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from frictionlab.cli.inputs import STANDARD_INPUT, Files, exit_status, expanded, on_disk, report_rows, result_names
+from frictionlab.cli.arguments import STANDARD_INPUT, Files, exit_status, expanded, on_disk, report_rows, result_names
 from frictionlab.cli.options import LOG, number_of, scene_of, takes
-from frictionlab.cli.output import Shown, count, paragraph, print_tests, print_warnings, printable, track, with_error
+from frictionlab.cli.screen import Shown, count, paragraph, print_tests, print_warnings, printable, track, with_error
 from frictionlab.errors import UsageError
 from frictionlab.files import refuse_inputs
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from frictionlab.cli.options import scene_of
-from frictionlab.cli.output import count, kinds_of, print_table, printable, track, warnings_of
+from frictionlab.cli.screen import count, kinds_of, print_table, printable, track, warnings_of
 from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.files import make_folder
 from frictionlab.schema import TRADES, table_of

@@ -202,7 +202,7 @@ def _checked_outputs(to: Results, *, every: bool) -> Path | None:
             raise UsageError(f"{to.output}: --all gives rows without motions; expected .csv, .jsonl, .xlsx or .parquet")
     if to.plot is None:
         return None
-    from frictionlab.cli.inputs import figure_file
+    from frictionlab.cli.arguments import figure_file
 
     return figure_file(to.plot, "coexisting" if every else "motion", force=to.force)
 
@@ -230,7 +230,7 @@ def _print_states(
     rows: Sequence[Row], states: "Sequence[SteadyState]", shares: Sequence[float], *, quiet: bool
 ) -> None:
     """Each row turned, its verdict, and the numbers in mm, mJ and N as far as they are known; then the warnings."""
-    from frictionlab.cli.output import print_turned, print_warnings
+    from frictionlab.cli.screen import print_turned, print_warnings
     from frictionlab.schema import MOTIONS
 
     print_turned(map(_numbers_of, rows), MOTIONS)
@@ -281,8 +281,8 @@ def _follow(
     to: Results,
 ) -> None:
     """Simulate the response to a file's base motion; print, write and draw it."""
-    from frictionlab.cli.inputs import exit_status, figure_file, report_rows
-    from frictionlab.cli.output import complain, print_turned, print_warnings
+    from frictionlab.cli.arguments import exit_status, figure_file, report_rows
+    from frictionlab.cli.screen import complain, print_turned, print_warnings
     from frictionlab.schema import RESPONSES
     from frictionlab.verbs.inputs import row_of
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from frictionlab.cli.inputs import STOPPED, figure_file
+from frictionlab.cli.arguments import STOPPED, figure_file
 from frictionlab.cli.options import named_values, values_of
-from frictionlab.cli.output import complain, count
+from frictionlab.cli.screen import complain, count
 from frictionlab.cli.standard_output import LostOutputError
 from frictionlab.errors import UsageError
 from frictionlab.schema import STEADY_STATES

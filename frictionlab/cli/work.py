@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
-from frictionlab.cli.inputs import Figures, Rows, figure_places, on_disk, report_rows
+from frictionlab.cli.arguments import Figures, Rows, figure_places, on_disk, report_rows
 from frictionlab.cli.options import Results, scene_of
-from frictionlab.cli.output import Shown, print_table, print_tests, print_warnings, track, with_error
+from frictionlab.cli.screen import Shown, print_table, print_tests, print_warnings, track, with_error
 from frictionlab.tables import Row, check_output, write_rows
 
 if TYPE_CHECKING:

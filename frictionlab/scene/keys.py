@@ -15,8 +15,8 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from frictionlab.cycle_rule import window_of
 from frictionlab.log_options import LogOptions, faults_of
+from frictionlab.scene.faults import LawName, NonNegative, Positive, Table, check_held, check_hidden, refusal
 from frictionlab.scene.rig import Rig
-from frictionlab.scene.table import LawName, NonNegative, Positive, Table, check_held, check_hidden, refusal
 from frictionlab.scene.virtual import Synthetic
 
 CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from frictionlab.scene.table import LawName, NonNegative, Positive, Table, check_held
+from frictionlab.scene.faults import LawName, NonNegative, Positive, Table, check_held
 
 
 class RigMass(Table):

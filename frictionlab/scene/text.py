@@ -11,8 +11,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
+from frictionlab.scene.faults import HIDDEN, tables_in
 from frictionlab.scene.keys import Scene
-from frictionlab.scene.table import HIDDEN, tables_in
 
 HEAD = """\
 # A scene for frictionlab: what rig, material, sensors and model a job is about.

@@ -4,12 +4,12 @@ From here follow the files (CSV, JSON Lines, Excel, Parquet, HDF5 with ``units``
 the commands print, and the list of columns in this folder's README. Nothing but the standard library is imported.
 
 - here: the kinds of tables: which columns stand in each, in their order, and which of them a screen shows
-- ``columns``: the one list, a line a column; what a column and a table are
+- ``column_list``: the one list, a line a column; what a column and a table are
 """
 
 from collections.abc import Sequence
 
-from frictionlab.schema.columns import Column, Table, Type, column_named, number, text, thing, whole
+from frictionlab.schema.column_list import Column, Table, Type, column_named, number, text, thing, whole
 
 __all__ = ["Column", "Table", "Type", "column_of", "is_marked", "table_of"]  # beside the kinds below
 

@@ -3,26 +3,18 @@
 A virtual rig runs each test of ``[[synthetic.tests]]``; two virtual optoNCDT sensors add noise and round to their step.
 Nothing here is measured, and every log says so in its first lines.
 
-- ``rig``: what each test is
-- ``base``: how the base moves: sine, sweep, random, as recorded; a motor that starts up and wanders
-- ``motion``: how the mass moves, what changes while a test runs, and channels beyond the two displacements
-- ``truth``: what is true of it; ``write``: logs and truth into files
+- ``virtual_rig``: what each test is
+- ``virtual_motion``: how base and mass move, what changes while a test runs, channels beyond the two displacements
+- ``write``: logs, and what is true of them, into files
 """
 
-from frictionlab.synthetic.motion import cycle_friction_ratios, driven, motion
-from frictionlab.synthetic.rig import VirtualTest, virtual_tests
-from frictionlab.synthetic.truth import truth
-from frictionlab.synthetic.write import is_synthetic, is_truth, log_text, synthesize
-
-__all__ = [
-    "VirtualTest",
-    "cycle_friction_ratios",
-    "driven",
-    "is_synthetic",
-    "is_truth",
-    "log_text",
-    "motion",
-    "synthesize",
-    "truth",
-    "virtual_tests",
-]
+from frictionlab.synthetic.virtual_motion import cycle_friction_ratios as cycle_friction_ratios
+from frictionlab.synthetic.virtual_motion import driven as driven
+from frictionlab.synthetic.virtual_motion import motion as motion
+from frictionlab.synthetic.virtual_rig import VirtualTest as VirtualTest
+from frictionlab.synthetic.virtual_rig import virtual_tests as virtual_tests
+from frictionlab.synthetic.write import is_synthetic as is_synthetic
+from frictionlab.synthetic.write import is_truth as is_truth
+from frictionlab.synthetic.write import log_text as log_text
+from frictionlab.synthetic.write import synthesize as synthesize
+from frictionlab.synthetic.write import truth as truth

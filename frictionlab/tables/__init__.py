@@ -18,8 +18,8 @@ from pathlib import Path
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs, refuse_protected, write_whole
 from frictionlab.schema import TABLES, Table, is_marked, table_of
-from frictionlab.tables import lines
-from frictionlab.tables.lines import SENTENCES, Row, encodable, json_line, plain
+from frictionlab.tables import texts
+from frictionlab.tables.texts import SENTENCES, Row, encodable, json_line, plain
 
 __all__ = [
     "SENTENCES",
@@ -90,10 +90,10 @@ def write_rows(
 
 def _encoded(rows: Iterable[Row], path: Path, table: Table | None) -> bytes | Iterator[bytes]:
     if _kind(path) == ".jsonl":
-        return lines.in_pieces(lines.json_lines(rows))
+        return texts.in_pieces(texts.json_lines(rows))
     names, rows = _columns(rows, table)
     if _kind(path) == ".csv":
-        return lines.in_pieces(lines.csv_lines(rows, names))
+        return texts.in_pieces(texts.csv_lines(rows, names))
     from frictionlab.tables import frames
 
     return frames.excel_bytes(rows, names) if _kind(path) == ".xlsx" else frames.parquet_bytes(rows, names, table)
@@ -173,14 +173,14 @@ def is_table(path: Path, table: Table | None = None) -> bool:
         if _kind(path) == ".h5":
             return _format_of(path) in {kind.format for kind in kinds}
         if _kind(path) in TEXTS:
-            names = lines.names_in_csv(path) if _kind(path) == ".csv" else lines.names_in_json(path)
+            names = texts.names_in_csv(path) if _kind(path) == ".csv" else texts.names_in_json(path)
         else:
             from frictionlab.tables import frames
 
             names = frames.names_in_frame(path)
     except (OSError, ValueError, KeyError, RecursionError, csv.Error):
         return False
-    if names == lines.FAILED:
+    if names == texts.FAILED:
         return True
     nearest = table_of(names)  # a map begins as a single state does: the kind with most of the columns counts
     return any(is_marked(names, kind) and (table is None or nearest is kind) for kind in kinds)
@@ -219,7 +219,7 @@ def read_rows(path: str | PathLike[str], table: Table | None = None) -> list[dic
         raise UsageError(f"{path}: expected a result ending in {_either(SUFFIXES)}; got {path.suffix or 'no suffix'}")
     try:
         if _kind(path) in TEXTS:
-            return list((lines.read_csv if _kind(path) == ".csv" else lines.read_json_lines)(path, table))
+            return list((texts.read_csv if _kind(path) == ".csv" else texts.read_json_lines)(path, table))
         from frictionlab.tables import frames
 
         return list(frames.read_frame(path, table))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from frictionlab.errors import RecordingError, UsageError
 from frictionlab.schema import MOTIONS, STEADY_STATES, Column, Table, Type, column_of, table_of
 from frictionlab.tables import SHEET_ROWS
-from frictionlab.tables.lines import CellError, Row, checked, flat, harmless, unquoted
+from frictionlab.tables.texts import CellError, Row, checked, flat, harmless, unquoted
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from frictionlab.campaign import Campaign
     from frictionlab.figures.plates import Plate
     from frictionlab.recording import Recording
-    from frictionlab.report.sheet import Sheet
+    from frictionlab.report.page_of_test import Sheet
 
 FIGURES = {
     "Measurement": "recorded.measurement_figure",
@@ -119,7 +119,7 @@ def sheet(
         The file cannot be written or replaced.
     """
     from frictionlab.campaign import trial_of
-    from frictionlab.report.sheet import Sheet, write_sheet
+    from frictionlab.report.page_of_test import Sheet, write_sheet
 
     known, place = scene_given(scene, {}, ()), Path(path)
     trial = replace(trial_of(measurement.row()), reason=None)  # a page needs no facts that a campaign needs
@@ -172,7 +172,7 @@ def publish(
 
 def _write_sheets(campaign: "Campaign", folder: Path, *, force: bool) -> None:
     """A page per test, with what its recording shows where that is at hand."""
-    from frictionlab.report.sheet import sheet_name, sheets_of, write_sheet
+    from frictionlab.report.page_of_test import sheet_name, sheets_of, write_sheet
 
     make_folder(folder)
     fitted = {} if campaign.joint is None else campaign.joint.problems()

@@ -3,7 +3,432 @@
 cases --batches--> workers (this process | processes here | Dask) --in order--> results
 """
 
-from frictionlab.workers.run import Batch as Batch
-from frictionlab.workers.run import Lost as Lost
-from frictionlab.workers.run import run_batches as run_batches
-from frictionlab.workers.run import run_each as run_each
+import contextlib
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence, Sized
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
+from dataclasses import dataclass, field
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from typing import Any, Generic, Protocol, TypeVar
+
+from frictionlab import __version__
+from frictionlab.errors import ClusterError, UsageError
+from frictionlab.process import keep_freed_memory, use_one_thread
+
+C = TypeVar("C")
+R = TypeVar("R")
+S = TypeVar("S", bound=Sized)
+WORTH_S = 5.0  # work that lasts longer than this is worth starting processes for: they need one or two seconds
+START_S = 2.0  # what the first case may owe to imports
+MOST_PER_CORE = 32  # processes, of some 100 MB each
+HOLD = 8  # batches per worker that may be out or wait for an earlier one: this bounds the memory
+AHEAD = 2  # batches per worker: one in work, one waiting, so that no worker waits for this process
+LOOK_S = 1.0  # how often to look whether anybody is still there
+GIVEN_UP = 3  # a single case over which so many workers died is reported and left
+GROWTH = 8  # a batch is at most so many times the largest that was measured: the first ones carry imports
+SHORTEST_S = 0.02  # below that a batch is not worth its way: 0.4 ms to a process here, 3 ms through Dask
+
+
+def cores() -> int:
+    """Cores that this process may use; a batch system or ``taskset`` may grant fewer than the machine has."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@dataclass(frozen=True)
+class Lost:
+    """What stands in place of a result when the case killed every worker that tried it; ``reason``: a sentence."""
+
+    reason: str
+
+
+@dataclass(frozen=True)
+class Batch(Generic[S]):
+    """Some neighbouring cases and what came of them.
+
+    Attributes
+    ----------
+    start, stop
+        The cases are those from ``start`` up to, not including, ``stop``.
+    results
+        What the job returned, one result per case; None if the case was lost.
+    lost
+        Why there are no results, as a sentence; empty if there are. A lost batch holds a single case.
+    """
+
+    start: int
+    stop: int
+    results: S | None
+    lost: str = ""
+
+    def __len__(self) -> int:
+        return self.stop - self.start
+
+
+def run_batches(
+    job: Callable[[Sequence[C]], S],
+    cases: Sequence[C],
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    seconds_per_batch: float = 1.0,
+) -> Iterator[Batch[S]]:
+    """Do a job on slices of the cases and yield what came of them, in the order of the cases.
+
+    The results are the same, bit for bit and in the same order, whatever does the work and however it is grouped, as
+    long as the job gives each case a result that does not depend on its neighbours (and all machines are of a kind).
+    A worker that dies costs its batch, which is done again; a case over which workers die again and again is found by
+    halving its batch and yielded as lost, and the others finish. An error raised by the job is raised here, when its
+    turn comes. Memory holds at most eight batches of results per worker.
+
+    Parameters
+    ----------
+    job
+        Takes a slice of ``cases`` and returns one result per case: a list, or an array along its first axis. Workers
+        get it by pickle: a function of a module, or a `functools.partial` or frozen dataclass around one.
+    cases
+        What it is done on; a ``range`` costs nothing to send.
+    workers
+        Processes of this machine. 1: none but this one. By default this process starts, and hands over to one process
+        per core when more than five seconds of work are left.
+    scheduler
+        Address of a Dask scheduler whose workers do it instead, like ``tcp://host:8786``.
+    seconds_per_batch
+        How long a batch shall take a worker [s]; its size follows from what the last ones took.
+
+    Raises
+    ------
+    UsageError
+        Both workers and scheduler are given, or fewer than one worker, or Dask is not installed.
+    ClusterError
+        The scheduler does not answer, has no workers, went away, or its workers hold another version.
+
+    Examples
+    --------
+    >>> def squares(numbers):
+    ...     return [n * n for n in numbers]
+    >>> [batch.results for batch in run_batches(squares, range(4), workers=1, seconds_per_batch=0)]
+    [[0], [1], [4], [9]]
+    """
+    _check(workers, scheduler)
+    ledger: Ledger[S] = Ledger(len(cases), seconds_per_batch)
+    if scheduler is None and workers in (None, 1):
+        while not ledger.finished:
+            task = ledger.take(workers=1)
+            results, seconds = work(job, cases[task.start : task.stop], __version__)
+            ledger.book(task, results, seconds if task.start else seconds - START_S)
+            yield from ledger.in_order()
+            if workers is None and ledger.seconds_left > WORTH_S and cores() > 1:
+                break
+    if not ledger.finished:
+        sites: list[Site] = []
+        try:
+            if scheduler is not None:
+                from frictionlab.workers.cluster import Cluster  # noqa: PLC0415  # asyncio, for a cluster only
+
+                sites.append(Cluster(scheduler))
+            else:
+                sites += [OneProcess() for _ in range(min(workers or cores(), len(cases)))]
+            yield from _run_there(sites, job, cases, ledger)
+        finally:
+            for site in sites:
+                site.stop()
+
+
+def run_each(
+    function: Callable[[C], R],
+    cases: Sequence[C],
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    seconds_per_batch: float = 1.0,
+) -> Iterator[R | Lost]:
+    """Call a function on each case and yield what it returns, in order; see `run_batches`.
+
+    Examples
+    --------
+    >>> list(run_each(abs, [-1, 2, -3]))
+    [1, 2, 3]
+    """
+    job = Each(function)
+    for batch in run_batches(job, cases, workers=workers, scheduler=scheduler, seconds_per_batch=seconds_per_batch):
+        if batch.results is None:
+            yield Lost(batch.lost)
+        else:
+            yield from batch.results
+
+
+@dataclass(frozen=True)
+class Each(Generic[C, R]):
+    """A job that calls a function on each case."""
+
+    function: Callable[[C], R]
+
+    def __call__(self, cases: Sequence[C]) -> list[R]:
+        """The results of a slice of the cases."""
+        return [self.function(case) for case in cases]
+
+
+def _check(workers: int | None, scheduler: str | None) -> None:
+    if workers is not None and scheduler is not None:
+        raise UsageError("workers and scheduler: expected one of the two; got both: the scheduler has its own workers")
+    if workers is not None and not 1 <= workers <= MOST_PER_CORE * cores():
+        raise UsageError(
+            f"workers: expected at least 1; got {workers}"
+            if workers < 1
+            else f"workers: expected at most {MOST_PER_CORE * cores()}, {MOST_PER_CORE} for each core; got {workers}"
+        )
+
+
+def work(job: Callable[[Sequence[C]], S], cases: Sequence[C], version: str) -> tuple[S, float]:
+    """Do one batch where the worker is; return the results and the seconds they took."""
+    if version != __version__:
+        raise ClusterError(
+            f"a worker holds frictionlab {__version__}: expected {version}, as here; do: install the same version there"
+        )
+    start = time.perf_counter()
+    results = job(cases)
+    if len(results) != len(cases):
+        raise UsageError(f"job: expected one result per case, {len(cases)}; got {len(results)}")
+    return results, time.perf_counter() - start
+
+
+def work_there(job: Callable[[Sequence[C]], S], cases: Sequence[C], version: str) -> tuple[S, float]:
+    """Do one batch in a process that is there for the work."""
+    keep_freed_memory()
+    return work(job, cases, version)
+
+
+@dataclass(frozen=True)
+class Task:
+    """Cases ``start`` up to ``stop``, and how many workers died over them."""
+
+    start: int
+    stop: int
+    deaths: int = 0
+
+    @property
+    def alone(self) -> bool:
+        """Whether nothing else may be in work meanwhile, so that it is known who kills: a single case under doubt."""
+        return self.deaths > 0
+
+
+@dataclass
+class Ledger(Generic[S]):
+    """What is out, what came back, and what comes next in order: kept by the process that hands the work out.
+
+    Batches are as long as ``seconds_per_batch`` allows by what the last ones took; their size never changes results.
+
+    Examples
+    --------
+    >>> ledger = Ledger(1_000_000, 0.25)
+    >>> first = ledger.take(workers=2)
+    >>> ledger.book(first, ["result"], 1e-5)
+    >>> second = ledger.take(workers=2)
+    >>> (first.stop, second.stop, round(ledger.seconds_left, 1))
+    (1, 9, 10.0)
+    """
+
+    total: int
+    seconds_per_batch: float
+    _cost: float = float("inf")  # s per case
+    _largest: int = 0  # cases of the largest batch that was timed
+    _fresh: int = 0
+    _next: int = 0
+    _out: set[Task] = field(default_factory=set)
+    _due: list[Task] = field(default_factory=list)  # again, the first of them last
+    _back: dict[int, Batch[S] | BaseException] = field(default_factory=dict)
+
+    @property
+    def finished(self) -> bool:
+        """Whether every case has been handed on."""
+        return self._next >= self.total
+
+    @property
+    def seconds_left(self) -> float:
+        """Work that is left for one worker [s]; infinite before anything is known."""
+        return (self.total - self._next) * self._cost
+
+    def may_take(self, *, workers: int) -> bool:
+        """Whether a batch may be handed out now."""
+        if any(task.alone for task in self._out) or (self._due and self._due[-1].alone and self._out):
+            return False
+        fresh = self._fresh < self.total and len(self._out) + len(self._back) < HOLD * workers
+        return bool(self._due) or fresh
+
+    def take(self, *, workers: int) -> Task:
+        """The next batch: what is due again goes first, for all later ones wait for it."""
+        if self._due:
+            task = self._due.pop()
+        else:
+            task = Task(self._fresh, self._fresh + self._size(workers))
+            self._fresh = task.stop
+        self._out.add(task)
+        return task
+
+    def _size(self, workers: int) -> int:
+        """Cases of the next batch: near the end smaller ones, so that all finish together."""
+        left = self.total - self._fresh
+        if not self._largest:
+            return min(1, left)
+        share = max(left / (2 * workers), SHORTEST_S / self._cost)
+        wanted = min(self.seconds_per_batch / self._cost, share, GROWTH * self._largest)
+        return min(max(int(wanted), 1), left)
+
+    def book(self, task: Task, outcome: S | BaseException, seconds: float = 0.0) -> None:
+        """Note what came back; an error is raised when its turn comes, as it would be without workers."""
+        self._out.remove(task)
+        if isinstance(outcome, BaseException):
+            self._back[task.start] = outcome
+            return
+        cases = task.stop - task.start
+        self._cost = max(seconds, 1e-9) / cases
+        self._largest = max(self._largest, cases)
+        self._back[task.start] = Batch(task.start, task.stop, outcome)
+
+    def book_death(self, task: Task, deaths: int) -> None:
+        """Note that so many workers died over this batch (0: while it waited): it is due again, halved, given up."""
+        self._out.remove(task)
+        middle = (task.start + task.stop) // 2
+        total = task.deaths + deaths
+        if deaths and task.stop - task.start > 1:
+            again = [Task(task.start, middle), Task(middle, task.stop)]
+        elif total < GIVEN_UP:
+            again = [Task(task.start, task.stop, total)]
+        else:
+            reason = f"its worker died each time, {total} times: out of memory, or a crash in a library"
+            self._back[task.start] = Batch(task.start, task.stop, None, lost=reason)
+            return
+        self._due = sorted([*self._due, *again], key=lambda one: -one.start)
+
+    def in_order(self) -> Iterator[Batch[S]]:
+        """Hand on the batches whose turn has come."""
+        while self._next in self._back:
+            batch = self._back.pop(self._next)
+            if isinstance(batch, BaseException):
+                raise batch
+            self._next = batch.stop
+            yield batch
+
+
+class Site(Protocol):
+    """A place where batches are done, and what it means when that fails: `OneProcess`, or a cluster."""
+
+    def workers(self) -> int:
+        """How many batches it works on at a time."""
+
+    def submit(self, function: Callable[..., Any], *arguments: object) -> "Future[Any]":
+        """Let a worker call the function."""
+
+    def deaths(self, error: BaseException) -> int:
+        """How many workers died over the batch that ended in this error; 0 where the error is the job's own."""
+
+    def mend(self) -> None:
+        """Replace workers that died, or raise if nobody is left."""
+
+    def stop(self) -> None:
+        """Drop what is still in work and let the workers go."""
+
+
+class OneProcess:
+    """A pool of one process, so that a death breaks nobody else's work and it is known over which batch it died.
+
+    The process is spawned, not forked: it inherits no threads, locks or open files. It ignores Ctrl-C, which a
+    terminal sends to all, and leaves when `stop` is called or when this process is gone, whatever it is doing.
+    """
+
+    def __init__(self) -> None:
+        self._start()
+
+    def _start(self) -> None:
+        context = get_context("spawn")
+        self._cut, self._lifeline = context.Pipe(duplex=False)
+        self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=_settle, initargs=(self._cut,))
+        self._broken = False
+
+    def workers(self) -> int:
+        """One."""
+        return 1
+
+    def submit(self, function: Callable[..., Any], *arguments: object) -> "Future[Any]":
+        """Let the process call the function; if it has died meanwhile, the future says so."""
+        try:
+            return self._pool.submit(function, *arguments)
+        except BrokenExecutor as error:
+            failed: Future[Any] = Future()
+            failed.set_exception(error)
+            return failed
+
+    def deaths(self, error: BaseException) -> int:
+        """One, if the process has died."""
+        self._broken = self._broken or isinstance(error, BrokenExecutor)
+        return int(isinstance(error, BrokenExecutor))
+
+    def mend(self) -> None:
+        """Start a new process in place of the dead one."""
+        if self._broken:
+            self.stop()
+            self._start()
+
+    def stop(self) -> None:
+        """End the process at once and wait until it is gone."""
+        self._lifeline.close()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+        self._cut.close()
+
+
+def _settle(lifeline: Connection) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    use_one_thread()
+    threading.Thread(target=_leave_with, args=(lifeline,), daemon=True).start()
+
+
+def _leave_with(lifeline: Connection) -> None:
+    """Wait for the other end to be closed, by `OneProcess.stop` or by the kernel when its process has died."""
+    with contextlib.suppress(EOFError, OSError):
+        lifeline.recv()
+    os._exit(1)
+
+
+def _run_there(sites: Sequence[Site], job: Any, cases: Sequence[Any], ledger: Ledger[S]) -> Iterator[Batch[S]]:
+    held: dict[Future[Any], tuple[Site, Task]] = {}  # in the order in which they were given
+    while not ledger.finished:
+        workers = sum(site.workers() for site in sites)
+        while len(held) < AHEAD * workers and ledger.may_take(workers=workers):
+            task = ledger.take(workers=workers)
+            site = max(sites, key=lambda one: AHEAD * one.workers() - sum(at is one for at, _ in held.values()))
+            held[site.submit(work_there, job, cases[task.start : task.stop], __version__)] = site, task
+        if held:
+            wait(held, timeout=LOOK_S, return_when=FIRST_COMPLETED)
+        else:  # a cluster that has no workers yet
+            time.sleep(LOOK_S)
+        broken = [site for future, (site, _) in held.items() if _is_broken(future)]
+        wait([future for future, (site, _) in held.items() if site in broken])
+        blamed: list[Site] = []
+        for future in [one for one in held if one.done()]:
+            site, task = held.pop(future)
+            _book(ledger, site, task, future, innocent=site in blamed)
+            blamed += [site] if _is_broken(future) else []
+        for site in sites:
+            site.mend()
+        yield from ledger.in_order()
+
+
+def _is_broken(future: "Future[Any]") -> bool:
+    return future.done() and not future.cancelled() and isinstance(future.exception(), BrokenExecutor)
+
+
+def _book(ledger: Ledger[Any], site: Site, task: Task, future: "Future[Any]", *, innocent: bool) -> None:
+    """Note what came back; ``innocent``: of the batches in a broken pool the oldest was in work, the others waited."""
+    try:
+        results, seconds = future.result()
+    except Exception as error:  # noqa: BLE001 - raised by the ledger when the turn of this batch comes
+        if deaths := site.deaths(error):
+            ledger.book_death(task, 0 if innocent else deaths)
+        else:
+            ledger.book(task, error)
+    else:
+        ledger.book(task, results, seconds)

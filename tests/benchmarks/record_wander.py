@@ -17,8 +17,7 @@ import frictionlab as fl
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.simulator import Problem
-from frictionlab.synthetic.base import ramp, wander
-from frictionlab.synthetic.motion import drive
+from frictionlab.synthetic.virtual_motion import drive, ramp, wander
 
 FN, Y, RATE, NOISE, BETA = 3.0, 2e-3, 250.0, 1e-6, 0.35
 SIZE, CORRELATION_S, SETTLED = 0.03, 60.0, 10  # relative rms; s; periods left out at the start

@@ -11,8 +11,7 @@ from frictionlab.campaign import Campaign, evaluate, trial_of
 from frictionlab.cli import app
 from frictionlab.hdf5 import write_recording
 from frictionlab.report import page
-from frictionlab.report.chart import Line, chart
-from frictionlab.report.sheet import Sheet, sheet_name, sheet_page, sheets_of, write_sheet
+from frictionlab.report.page_of_test import Line, Sheet, chart, sheet_name, sheet_page, sheets_of, write_sheet
 from frictionlab.scene import Scene
 from tests.campaign.fabricate import row
 from tests.campaign.recorded import steady_recording

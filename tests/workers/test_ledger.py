@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionlab.workers.run import Batch, Ledger, Task
+from frictionlab.workers import Batch, Ledger, Task
 
 
 def naive(total: int, deadly: set[int]) -> list[int | None]:

@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from frictionlab import workers as run
 from frictionlab.errors import ClusterError, UsageError
-from frictionlab.workers import Lost, run, run_batches, run_each
+from frictionlab.workers import Lost, run_batches, run_each
 from tests.workers import jobs
 
 CASES = range(300)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import typer
 
-from frictionlab.cli.output import complain
+from frictionlab.cli.screen import complain
 from frictionlab.cli.standard_output import LostOutputError, standard_output
 from frictionlab.errors import UsageError
 from frictionlab.tables import Row, json_line

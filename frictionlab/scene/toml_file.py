@@ -9,8 +9,8 @@ from pydantic import ValidationError
 
 from frictionlab.errors import SceneError
 from frictionlab.files import check_regular
+from frictionlab.scene.faults import Lines, check_hidden, lines_of, refusal
 from frictionlab.scene.keys import Origin, Scene
-from frictionlab.scene.table import Lines, check_hidden, lines_of, refusal
 
 SCENE_NAME = "frictionlab.toml"
 
