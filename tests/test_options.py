@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 import frictionlab as fl
 from frictionlab.cli import app
 from frictionlab.cli.options import ANALYSIS, LOG, Settings
+from frictionlab.simulator.laws import TERMS
 
 LINES = "\n".join(f"{4000 * i}|{1.5 + 0.001 * (i % 7):.3f}|{2.25 + 0.001 * (i % 5):.3f}" for i in range(100))
 LOG_TEXT = f"t|mass|base\n{LINES}\n"
@@ -69,3 +70,16 @@ def test_a_wrong_option_is_one_line_that_names_it(log: Path) -> None:
     first, second = done.stderr.splitlines()
     assert first.startswith("frictionlab: setting: log.unit: expected a unit of displacement, one of m, mm")
     assert second.startswith("frictionlab: setting: log.time_unit: expected a unit of time, one of s, ms")
+
+
+def test_laws_are_listed_with_parameters_and_one_is_drawn(tmp_path: Path) -> None:
+    every = [json.loads(line) for line in CliRunner().invoke(app, ["laws", "--json"]).stdout.splitlines()]
+    assert [row["law"] for row in every] == list(TERMS)
+    assert all(
+        set(parameter) > {"words", "low", "high", "usual"} for row in every for parameter in row["parameters"].values()
+    )
+    figure = tmp_path / "loop.svg"
+    done = CliRunner().invoke(app, ["laws", "place", "--plot", str(figure)])
+    assert (done.exit_code, figure.exists()) == (0, True)
+    assert done.stdout.splitlines()[2].startswith("place: friction varying along the path: ")
+    assert CliRunner().invoke(app, ["laws", "coulomb+nothing"]).exit_code == 2

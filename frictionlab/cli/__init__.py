@@ -27,7 +27,7 @@ P = ParamSpec("P")
 GROUPS = {
     "measure": ("init", "ingest", "analyze", "free-vibration"),
     "judge": ("compare-numeric", "explain", "campaign", "batch"),
-    "simulate": ("simulate", "sweep", "predict"),
+    "simulate": ("simulate", "sweep", "predict", "laws"),
     "plan": ("plan",),
     "look after": ("show", "synthesize", "tradeoff"),
 }
@@ -39,6 +39,7 @@ MODULES = {
     "compare-numeric": "compare_numeric",
     "explain": "compare_numeric",
     "campaign": "batch",
+    "laws": "show",
     "plan": "predict",
     "synthesize": "show",
     "tradeoff": "show",

@@ -92,6 +92,8 @@ WORDS = {
     "sweep.beta": "--beta START:STOP:STEP | Friction ratios.",
     "sweep.mu": "--mu START:STOP:STEP | Static over kinetic friction, in both directions (1).",
     "sweep.zeta": "--zeta START:STOP:STEP | Damping ratios of a dashpot beside the contact (0).",
+    "laws.name": "[NAME] | A law, like coulomb+place, or one of its terms.",
+    "laws.plot": "--plot PLACE | Draw the loop of the law named, at the middle of the usual ranges.",
     "file": "FILE | A recording, scene or result.",
     "folder": "[FOLDER] | A folder of logs; the scene goes there (made if not there).",
     "inputs": "LOG_OR_RECORDING... | Free decays of the mass; folders, patterns; - is standard input.",

@@ -1,14 +1,15 @@
-"""To look after: ``frictionlab show`` a file, ``synthesize`` logs whose truth is known, ``tradeoff`` of accuracy."""
+"""To look up: ``frictionlab show`` a file, ``laws`` of contact; ``synthesize`` logs, ``tradeoff`` of accuracy."""
 
 import sys
 from collections import defaultdict
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
 from frictionlab.cli.options import scene_of
-from frictionlab.cli.screen import count, kinds_of, print_table, printable, track, warnings_of
+from frictionlab.cli.screen import count, kinds_of, paragraph, print_table, printable, track, warnings_of
 from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.files import make_folder
 from frictionlab.schema import TRADES, table_of
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from frictionlab.tradeoff.setting import Setting
 
 MOST = 100  # rows on a terminal
+LOOP = (0.3, 0.6)  # frequency and friction ratio of the loop of a law
 TABLES = (".csv", ".jsonl", ".xlsx", ".parquet")
 
 
@@ -92,6 +94,44 @@ def _print_remarks(rows: list[dict[str, object]]) -> None:
     for sentence, sources in kinds_of(found):
         more = f" and {len(sources) - 1} more" if len(sources) > 1 else ""
         typer.echo(f"{sources[0]}{more}: {printable(sentence)}")
+
+
+def laws(
+    name: str | None = None,
+    *,
+    plot: Path | None = None,
+    as_json: bool = False,
+    force: bool = False,
+) -> None:
+    """List the contact laws: terms, parameters with their domains and usual ranges, and what excludes what.
+
+    A law is coulomb, or a sum that begins with it: coulomb+place+speed. NAME lists the terms of one law.
+
+    Example: frictionlab laws coulomb+place --plot loop.png
+    """
+    from frictionlab.simulator.laws import TERMS, law_of
+
+    known = None if name is None else law_of(f"coulomb+{name}" if name in TERMS and name != "coulomb" else name)
+    if plot is not None and known is None:
+        raise UsageError("--plot: expected the name of a law whose loop is drawn; got none")
+    for term in TERMS.values() if known is None else known.terms:
+        about = {"law": term.name, "words": term.words, "equation": term.equation, "excludes": sorted(term.excludes)}
+        if as_json:
+            typer.echo(json_line({**about, "parameters": {p.name: asdict(p) for p in term.parameters}}))
+            continue
+        excludes = f"; not with {', '.join(sorted(term.excludes))}" if term.excludes else ""
+        paragraph(f"{term.name}: {term.words}: {term.equation}{excludes}", indent="    ")
+        for p in term.parameters:
+            usual = f"usually {p.usual[0]:g} to {p.usual[1]:g}"
+            paragraph(f"    {p.name}: {p.words}; {p.domain}, {usual}", indent="        ")
+    if plot is not None and known is not None:
+        from frictionlab.cli.arguments import figure_file
+        from frictionlab.simulator import Problem, steady_state
+        from frictionlab.verbs.presenting import plot as draw
+
+        own = {p.name: 0.5 * sum(p.usual) for p in known.parameters if p.name != "beta"}
+        state = steady_state(Problem(*LOOP, law=known.name, parameters=own))
+        draw(state, figure_file(plot, "loop", force=force) or plot, force=force)
 
 
 def synthesize(
