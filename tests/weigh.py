@@ -4,14 +4,13 @@ The budgets stand in `tests/budgets.toml`; they only fall.
 """
 
 import ast
-import io
 import subprocess
 import sys
 import tempfile
-import tokenize
 import tomllib
 from collections import Counter
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -43,7 +42,6 @@ sys.setprofile(None)
 print(len(called), file=sys.stderr)
 """
 """Runs a command and counts the files with a function that was called; module and class bodies do not count."""
-SILENT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
 
 
 def budgets(table: str = "package") -> dict[str, int]:
@@ -94,30 +92,28 @@ def lines_of(path: Path) -> int:
 def code_of(path: Path) -> int:
     """Lines of a file that hold code: neither blank nor comment nor docstring."""
     text = path.read_text(encoding="utf-8")
-    tree = ast.parse(text)
     strings: set[int] = set()
-    for node in ast.walk(tree):
-        body = getattr(node, "body", None)
-        for statement in body if isinstance(body, list) else []:
-            if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
-                strings.update(range(statement.lineno, (statement.end_lineno or 0) + 1))
-    code: set[int] = set()
-    for token in tokenize.generate_tokens(io.StringIO(text).readline):
-        if token.type not in SILENT:
-            code.update(range(token.start[0], token.end[0] + 1))
-    return len(code - strings)
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            strings.update(range(node.lineno, (node.end_lineno or 0) + 1))
+    lines = enumerate(map(str.strip, text.splitlines()), 1)
+    return sum(bool(line) and not line.startswith("#") and number not in strings for number, line in lines)
+
+
+@cache
+def _recording() -> Path:
+    """The log, ingested once."""
+    recording = Path(tempfile.mkdtemp()) / "steel.h5"
+    ingest = [sys.executable, "-m", "frictionlab", "ingest", LOG, *SCENE, "-o", str(recording), "--quiet"]
+    subprocess.run(ingest, check=True, cwd=ROOT, capture_output=True)
+    return recording
 
 
 def modules_executed(command: str, arguments: tuple[str, ...]) -> int:
     """How many modules of the package have a function that a command calls."""
-    with tempfile.TemporaryDirectory() as folder:
-        recording = f"{folder}/steel.h5"
-        if "RECORDING" in arguments:
-            ingest = [sys.executable, "-m", "frictionlab", "ingest", LOG, *SCENE, "-o", recording, "--quiet"]
-            subprocess.run(ingest, check=True, cwd=ROOT, capture_output=True)
-        given = [recording if word == "RECORDING" else word for word in arguments]
-        run = [sys.executable, "-c", COUNT, str(PACKAGE), command, *given]
-        done = subprocess.run(run, capture_output=True, text=True, check=True, cwd=ROOT)
+    given = [str(_recording()) if word == "RECORDING" else word for word in arguments]
+    run = [sys.executable, "-c", COUNT, str(PACKAGE), command, *given]
+    done = subprocess.run(run, capture_output=True, text=True, check=True, cwd=ROOT)
     return int(done.stderr.split()[-1])
 
 
