@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -23,3 +24,19 @@ def pytest_configure(config: pytest.Config) -> None:
     if getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput"):
         for started in [subprocess.Popen([sys.executable, "-c", COMPILE.format(*each)]) for each in KERNELS]:
             started.wait()
+
+
+FAST = """
+    test_cli test_contract test_estimate test_experiment test_inputs test_options test_output test_recording test_scene
+    test_schema test_tables analysis/test_cycles analysis/test_energy analysis/test_spectrum campaign/test_ranking
+    campaign/test_trials inference/test_evidence logs/test_dialects logs/test_numbers simulator/test_events
+    simulator/test_laws simulator/test_steady_state
+"""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests of the files that `make test-fast` runs: some of each room."""
+    here = Path(__file__).parent
+    for item in items:
+        if item.path.is_relative_to(here) and item.path.relative_to(here).with_suffix("").as_posix() in FAST.split():
+            item.add_marker(pytest.mark.fast)

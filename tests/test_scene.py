@@ -150,7 +150,10 @@ def test_a_scene_is_frozen() -> None:
         Scene().analysis.transient_s = 1.0
 
 
-@pytest.mark.parametrize("path", sorted(CONFIGS.glob("*.toml")), ids=lambda path: path.name)
+SCENES = sorted({*CONFIGS.glob("*.toml")} - {CONFIGS / "all_keys.toml"})
+
+
+@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.name)
 def test_the_scenes_of_the_house_are_valid(path: Path) -> None:
     assert read_scene(path).rig.natural_frequency is not None
 

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from frictionlab.schema import (
 )
 from frictionlab.simulator.state import KEYS
 from frictionlab.tradeoff.setting import Setting
-from tests.documents import LISTS, written
+from tests.documents import MADE
 
 EACH = pytest.mark.parametrize("table", TABLES, ids=lambda t: t.kind)
 
@@ -79,9 +80,9 @@ def test_nobody_elses_table_is_taken_for_one() -> None:
     assert column_of("my own") is None
 
 
-@pytest.mark.parametrize("document", LISTS, ids=lambda path: path.parent.name)
-def test_the_documents_list_every_column_and_every_key(document: Path) -> None:
-    assert document.read_text(encoding="utf-8") == written(document), "run: python -m tests.documents"
+@pytest.mark.parametrize(("document", "text"), MADE.items(), ids=lambda x: getattr(x, "name", ""))
+def test_what_is_made_from_the_program_is_in_step(document: Path, text: Callable[[], str]) -> None:
+    assert document.read_text(encoding="utf-8") == text(), "run: python -m tests.documents"
 
 
 def test_the_schema_is_light() -> None:
