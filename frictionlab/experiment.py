@@ -11,12 +11,10 @@ from functools import cache
 from pathlib import Path
 
 from frictionlab.errors import SceneError
-from frictionlab.files import check_regular
+from frictionlab.files import check_regular, stem_of
 from frictionlab.scene import Experiment, Scene
 
 Fact = str | float
-PACKED = (".gz", ".bz2", ".xz", ".zip")
-"""Suffixes of packed logs: the log's own stands before."""
 _SOURCES = ("name_pattern", "sheet", "taps")
 WEIGHTS = {"normal_force_g": 9.80665e-3, "normal_force_kg": 9.80665}
 """Keys of names and sheets that give the normal force as a weight, and what makes newtons of them."""
@@ -68,17 +66,6 @@ def facts_of(scene: Scene, log: Path) -> Facts:
     if scene.experiment.name_pattern is not None or scene.experiment.sheet is not None:
         warnings += [f"{key} of this test is not known" for key in ("material", "normal_force_n") if key not in found]
     return Facts(found, tuple(warnings))
-
-
-def stem_of(log: Path) -> str:
-    """Give the log's name without its suffix, that of a packed one (``.gz``) included.
-
-    Examples
-    --------
-    >>> stem_of(Path("a/steel_N1.25_r0.3.csv.gz"))
-    'steel_N1.25_r0.3'
-    """
-    return (log.with_suffix("") if log.suffix.lower() in PACKED else log).stem
 
 
 def _add(

@@ -17,6 +17,8 @@ from frictionlab.errors import OutputError, UsageError
 
 Bytes = bytes | bytearray | memoryview
 SUFFIX = ".frictionlab-part"
+PACKED = (".gz", ".bz2", ".xz", ".zip")
+"""Suffixes of packed logs: the log's own stands before."""
 PROTECTED = "{}: is write-protected: choose another output, or give --force"
 _BLOCK = 1 << 23  # bytes of one write
 _sync, _rename = os.fsync, os.replace
@@ -193,6 +195,17 @@ def as_disks_see(name: str) -> str:
     True
     """
     return unicodedata.normalize("NFC", name).casefold()
+
+
+def stem_of(log: Path) -> str:
+    """Give the log's name without its suffix, that of a packed one (``.gz``) included.
+
+    Examples
+    --------
+    >>> stem_of(Path("a/steel_N1.25_r0.3.csv.gz"))
+    'steel_N1.25_r0.3'
+    """
+    return (log.with_suffix("") if log.suffix.lower() in PACKED else log).stem
 
 
 def remove_part(file: BinaryIO, part: Path) -> None:

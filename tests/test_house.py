@@ -31,27 +31,26 @@ MAY_IMPORT: dict[str, set[str]] = {
     "units": set(),
     "log_options": {"errors", "units"},
     "scene": {"cycle_rule", "errors", "files", "log_options", "simulator"},
-    "accuracy": {"errors", "scene"},
     "experiment": {"errors", "files", "scene"},
     "hdf5": {"__init__", "errors", "files", "recording", "schema", "units"},
     "maps": {"errors", "files", "hdf5", "schema", "simulator", "tables", "workers"},
     "logs": {"errors", "recording", "hdf5", "log_options", "sampling", "units"},
     "analysis": {
-        *("accuracy", "cycle_rule", "errors", "estimate", "recording", "sampling", "scene", "schema", "uncertainty"),
+        *("cycle_rule", "errors", "estimate", "recording", "sampling", "scene", "schema", "uncertainty"),
     },
     "uncertainty": {"scene"},
     "planning": {"analysis", "errors", "inference", "scene", "schema", "simulator", "uncertainty"},
     "inference": {
         *("base_motion", "files"),
-        *("accuracy", "errors", "estimate", "recording", "scene", "schema", "analysis", "simulator", "uncertainty"),
+        *("errors", "estimate", "recording", "scene", "schema", "analysis", "simulator", "uncertainty"),
     },
     "synthetic": {"base_motion", "errors", "files", "hdf5", "logs", "recording", "scene", "simulator"},
     "campaign": {
         *("tables", "errors", "files", "scene", "analysis", "simulator", "hdf5", "recording", "schema"),
-        *("accuracy", "cycle_rule", "estimate", "inference", "uncertainty"),
+        *("cycle_rule", "estimate", "inference", "uncertainty"),
     },
     "tradeoff": {
-        *("accuracy", "analysis", "files", "hdf5", "inference", "logs", "recording", "scene", "simulator"),
+        *("analysis", "files", "hdf5", "inference", "logs", "recording", "scene", "simulator"),
     },
     "base_motion": {"analysis", "errors", "recording", "simulator"},
     "figures": {

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.accuracy import accuracy_of
 from frictionlab.analysis import (
     channels,
     cycles,
@@ -158,7 +157,7 @@ def _facts(recording: Recording, scene: Scene, layout: Layout, rate: float) -> d
         "energy_rule": scene.analysis.cycles,
         "mass_noise_m": layout.mass_noise * layout.drive.amplitude,
         "base_noise_m": layout.base_noise * layout.drive.amplitude,
-        "accuracy": accuracy_of(scene),
+        "accuracy": scene.accuracy,
     }
 
 

@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.accuracy import accuracy_of
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.campaign.amontons import AmontonsTest, amontons
@@ -196,7 +195,7 @@ def evaluate(
     prepare(20 * len(tests) + CURVE_POINTS * len(groups))
     fits = tuple(_fit(groups[group], first, scene) for group in watch(sorted(groups)))
     laws = _laws(fits, comparisons, find_law=find_law)
-    joint, unfitted = fit_together(fits, observations, laws, accuracy_of(scene))
+    joint, unfitted = fit_together(fits, observations, laws, scene.accuracy)
     if joint is not None:
         rows = (joint, {f.material: model_under(joint, f.material, model) for f in fits})
         fits = tuple(_joined(fit, *rows, first, scene) for fit in fits)

@@ -99,10 +99,8 @@ class Judged(Work):
 
     def scene_for(self, first: Path, settings: Mapping[str, object], tables: tuple[str, ...]) -> "Scene":
         """The scene, its knobs set to the level of accuracy."""
-        from frictionlab.accuracy import with_accuracy
-
         scene = super().scene_for(first, settings, tables)
-        return scene if self.accuracy is None else with_accuracy(scene, self.accuracy)
+        return scene if self.accuracy is None else scene.with_accuracy(self.accuracy)
 
     def show(
         self, rows: Sequence[Row], table: "Table", columns: Sequence[Shown], scene: "Scene", *, noun: str

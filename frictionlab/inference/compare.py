@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.accuracy import accuracy_of
 from frictionlab.analysis.filters import in_band
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
@@ -126,7 +125,7 @@ def identified(
     """
     observation = observe(measurement, scene, None if law == AUTO else law)
     if law == AUTO:
-        ladder = climb([observation.under(law_of("coulomb"))], accuracy=accuracy_of(scene))
+        ladder = climb([observation.under(law_of("coulomb"))], accuracy=scene.accuracy)
         return ladder.posterior, ladder
     if friction_ratio is not None:
         observation = replace(observation, held={**observation.held, "beta": friction_ratio})
@@ -268,7 +267,7 @@ def compared(
         nuisances=found.nuisances(),
         levels=found.levels(),
         laws=rows,
-        accuracy=accuracy_of(scene),
+        accuracy=scene.accuracy,
         material=measurement.material,
         normal_force_n=measurement.normal_force_n,
         tau=cycle.tau,

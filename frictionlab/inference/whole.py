@@ -13,7 +13,6 @@ from dataclasses import asdict, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.accuracy import accuracy_of
 from frictionlab.analysis.measure import material_of, measure, normal_force_of, source_of, sources_of_test
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
@@ -211,7 +210,7 @@ def _without_cycle(
         closure_error=motion.closure_error,
         nuisances={name: n for name, n in found.nuisances().items() if found.levels()[name] == "rig"},
         levels=found.levels(),
-        accuracy=accuracy_of(scene),
+        accuracy=scene.accuracy,
         material=material_of(recording, scene),
         normal_force_n=normal_force,
         record_nrmse=record.nrmse,

@@ -8,12 +8,14 @@ What a scene does not name is neither simulated nor paid for: ``[model]`` switch
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Literal, Self, get_type_hints
 
 from pydantic import Field, ValidationError, create_model, field_validator, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from frictionlab.cycle_rule import window_of
+from frictionlab.errors import UsageError
 from frictionlab.log_options import LogOptions, faults_of
 from frictionlab.scene.faults import LawName, NonNegative, Positive, Table, check_held, check_hidden, refusal
 from frictionlab.scene.rig import Rig
@@ -23,6 +25,14 @@ CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
 Pair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 Level = Literal["rig", "material", "test"]
+LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
+    {
+        "fast": {"padding": 1, "least_points": 64, "most_points": 64},
+        "balanced": {"padding": 4, "least_points": 64, "most_points": None},
+        "exact": {"padding": 16, "least_points": 1024, "most_points": None},
+    }
+)
+"""Levels of ``--accuracy``: names for settings of ``[analysis]``; `tradeoff` measures what each costs and brings."""
 _HINTS = get_type_hints(LogOptions)
 _KEYS: dict[str, Any] = {f.name: (_HINTS[f.name], f.default) for f in fields(LogOptions)}
 _LogTypes = create_model("_LogTypes", __base__=Table, **_KEYS)
@@ -237,6 +247,31 @@ class Scene(Table):
     def frame_damping_ratio(self) -> float:
         """Damping ratio of the frame that is simulated: the rig's, unless ``[model] damping = false``."""
         return 0.0 if self.model.damping is False else self.rig.damping or 0.0
+
+    @property
+    def accuracy(self) -> str:
+        """The level whose knobs this scene has: ``fast``, ``balanced``, ``exact``, or ``own`` for other settings."""
+        own = self.analysis
+        return next(
+            (name for name, set_to in LEVELS.items() if all(getattr(own, k) == set_to[k] for k in set_to)), "own"
+        )
+
+    def with_accuracy(self, level: str) -> Self:
+        """The scene with the knobs of a level in place of its own.
+
+        Raises
+        ------
+        UsageError
+            There is no such level.
+
+        Examples
+        --------
+        >>> Scene().accuracy, Scene().with_accuracy("fast").analysis.padding
+        ('balanced', 1)
+        """
+        if level not in LEVELS:
+            raise UsageError(f"accuracy: expected one of {', '.join(LEVELS)}; got {level!r}")
+        return self.model_copy(update={"analysis": self.analysis.model_copy(update=dict(LEVELS[level]))})
 
     @field_validator("log", mode="before")
     @classmethod

@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.accuracy import LEVELS, with_accuracy
 from frictionlab.analysis import cycles, energy, spectrum
 from frictionlab.analysis.measure import measure
 from frictionlab.files import write_whole
@@ -26,6 +25,7 @@ from frictionlab.inference import compare
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
+from frictionlab.scene.keys import LEVELS
 from frictionlab.simulator import Base, Motion, Problem, Solver, SteadyState, last_cycle, steady_state, thesis_run
 from frictionlab.simulator.numeric import RTOL, steady
 from frictionlab.tradeoff.setting import Setting, Trial, run_trials
@@ -237,7 +237,7 @@ def sampling_rate() -> tuple[Setting, ...]:
 def accuracy_of_analyze() -> tuple[Setting, ...]:
     """The three levels of ``analyze --accuracy``."""
     settings: list[Measured] = [
-        (level, partial(_cycle_energies, scene=with_accuracy(SCENE, level)), level == "balanced", RATE_HZ)
+        (level, partial(_cycle_energies, scene=SCENE.with_accuracy(level)), level == "balanced", RATE_HZ)
         for level in LEVELS
     ]
     return _each("analyze --accuracy", f"{ENERGY} of one cycle", orbit()[1], *settings)
@@ -246,7 +246,7 @@ def accuracy_of_analyze() -> tuple[Setting, ...]:
 def accuracy_of_compare_numeric() -> tuple[Setting, ...]:
     """The three levels of ``compare-numeric --accuracy``."""
     settings: list[Measured] = [
-        (level, partial(_friction, scene=with_accuracy(SCENE, level)), level == "balanced", RATE_HZ) for level in LEVELS
+        (level, partial(_friction, scene=SCENE.with_accuracy(level)), level == "balanced", RATE_HZ) for level in LEVELS
     ]
     return _each("compare-numeric --accuracy", "friction_ratio", BETA, *settings)
 

@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
-from frictionlab.experiment import PACKED, stem_of
-from frictionlab.files import as_disks_see
+from frictionlab.files import PACKED, as_disks_see, stem_of
 from frictionlab.scene import Scene, keys_of, read_scene
 from frictionlab.tables import Row
 from frictionlab.workers import Lost, run_each

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictionlab.errors import FrictionlabError, UsageError
-from frictionlab.experiment import stem_of
-from frictionlab.files import make_folder, write_whole
+from frictionlab.files import make_folder, stem_of, write_whole
 from frictionlab.scene import SCENE_NAME, Scene
 from frictionlab.scene.text import template, value_text
 from frictionlab.verbs.inputs import FilePath, is_log_name

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from frictionlab.experiment import stem_of
+from frictionlab.files import stem_of
 from frictionlab.tables import read_rows
 
 Triple = tuple[float, float, float, float]

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from frictionlab.accuracy import LEVELS, accuracy_of, with_accuracy
 from frictionlab.cli import app
 from frictionlab.errors import UsageError
 from frictionlab.figures.planned import falling
 from frictionlab.scene import Scene
+from frictionlab.scene.keys import LEVELS
 from frictionlab.simulator import Problem
 from frictionlab.simulator.numeric import NumericMotion, steady
 from frictionlab.tradeoff import knobs, setting
@@ -109,13 +109,13 @@ def test_the_front_that_is_drawn_falls() -> None:
 
 
 def test_a_level_of_accuracy_is_its_knobs() -> None:
-    assert accuracy_of(Scene()) == "balanced"
+    assert Scene().accuracy == "balanced"
     for level in LEVELS:
-        assert accuracy_of(with_accuracy(Scene(), level)) == level
+        assert Scene().with_accuracy(level).accuracy == level
     own = Scene.model_validate({"analysis": {"padding": 7}})
-    assert accuracy_of(own) == "own"
+    assert own.accuracy == "own"
     with pytest.raises(UsageError, match="accuracy: expected one of fast, balanced, exact; got 'sloppy'"):
-        with_accuracy(Scene(), "sloppy")
+        Scene().with_accuracy("sloppy")
 
 
 @pytest.mark.parametrize(
