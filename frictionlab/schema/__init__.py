@@ -4,7 +4,7 @@ From here follow the files (CSV, JSON Lines, Excel, Parquet, HDF5 with ``units``
 the commands print, and the list of columns in this folder's README. Nothing but the standard library is imported.
 
 - here: the kinds of tables: which columns stand in each, in their order, and which of them a screen shows
-- ``column_list``: the one list, a line a column; what a column and a table are
+- ``columns.csv``: the one list, a line a column; ``column_list``: what a column and a table are
 """
 
 from collections.abc import Sequence
