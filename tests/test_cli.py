@@ -91,17 +91,6 @@ def test_a_log_that_is_no_log_fails_with_its_name_and_reason(run: Run, tmp_path:
     assert not (tmp_path / "log.h5").exists()
 
 
-def test_a_failed_input_is_a_json_line_and_the_others_go_on(run: Run, tmp_path: Path, recording: Path) -> None:
-    bad = log_of(tmp_path, "not a recording", "bad.h5")
-    done = run("analyze", bad, recording, tmp_path / "none.h5", "--scene", SCENE, "--json")
-    assert done.returncode == 1
-    first, second, third = (json.loads(line) for line in done.stdout.splitlines())
-    assert (first["status"], second["status"], third["status"]) == ("failed", "ok", "failed")
-    assert set(first) == {"source", "status", "reason"}
-    assert second["energy_per_cycle"] > 0
-    assert "none.h5" in third["source"]
-
-
 STILL = [f"{i / 100:.2f},1.000,{1.0 + 0.001 * (i % 2):.3f}" for i in range(6000)]
 
 

@@ -216,13 +216,6 @@ def test_a_maps_own_axes_are_shown(tmp_path: Path) -> None:
     assert CliRunner().invoke(app, ["show", path]).stdout.split()[0] == "gradient"
 
 
-@pytest.mark.parametrize("name", ["nothing.h5", "nothing.csv", "nothing.toml"])
-def test_a_file_that_is_not_there_is_said_so(name: str) -> None:
-    done = CliRunner().invoke(app, ["show", name])
-    assert "there is no such file" in done.stderr
-    assert done.exit_code == 2
-
-
 def test_a_log_that_is_shown_is_answered_with_what_reads_it() -> None:
     done = CliRunner().invoke(app, ["show", str(LOG)])
     assert done.exit_code == 2

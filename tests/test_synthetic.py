@@ -246,9 +246,10 @@ def test_the_scene_of_mixed_laws_says_the_law_of_each_material(tmp_path: Path) -
     }
     assert {test.material: test.law for test in virtual_tests(scene)} == laws
     one = {"normal_forces_n": [1.25], "frequency_ratios": [0.6]}
-    tests = [group.model_dump(exclude_unset=True) | one for group in scene.synthetic.tests]
+    groups = [group for group in scene.synthetic.tests if group.material in ("steel", "felt")]
+    tests = [group.model_dump(exclude_unset=True) | one for group in groups]
     few = scene.changed(synthetic={"tests": tests, "duration_s": 1.0})
-    assert len(list(synthesize(few, tmp_path))) == len(laws)
+    assert len(list(synthesize(few, tmp_path))) == len(groups)
     for line in (tmp_path / "truth.jsonl").read_text().splitlines():
         known = json.loads(line)
         assert known["law"] == laws[known["material"]]
