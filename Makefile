@@ -26,7 +26,7 @@ export N SEED LOGS SCENE OUT CAMPAIGN CAMPAIGN_SCENE CAMPAIGN_LOGS LAW
 WORKERS = $(patsubst -j%,--workers=%,$(filter-out -j,$(filter -j%,$(MAKEFLAGS))))
 
 .DEFAULT_GOAL := all
-.PHONY: all campaign chapter3 help sample-data tradeoff test fuzz adversary check format clean
+.PHONY: all campaign chapter3 help sample-data tradeoff test test-fast fuzz adversary check format clean
 
 all: $(FRICTIONLAB)  ## ingest, analyze and compare all logs, then print the table (the default)
 	@case "$$LOGS" in sample_data|sample_data/|./sample_data|./sample_data/) own=configs/sample_data.toml;; *) own=;; esac; \
