@@ -40,7 +40,7 @@ BATCH_S = 1.0  # seconds of work in a batch
 BLOCK = 20_000  # points read back at a time
 Floats = NDArray[np.float64]
 
-__all__ = ["FAILED", "KINDS", "Grid", "Solve", "Step", "Warned", "faults", "make_map", "rows"]
+__all__ = ["FAILED", "KINDS", "Grid", "MapWarnings", "Solve", "Step", "faults", "make_map", "rows"]
 
 
 @dataclass(frozen=True)
@@ -240,12 +240,12 @@ def faults(grid: Grid, step: Step) -> list[str]:
 
 
 @dataclass
-class Warned:
+class MapWarnings:
     """What is to be said of a map's points beside their numbers, gathered step by step.
 
     Examples
     --------
-    >>> warned, grid = Warned(), Grid((0.5,), (0.2, 0.4))
+    >>> warned, grid = MapWarnings(), Grid((0.5,), (0.2, 0.4))
     >>> for number, notes in enumerate((Note.CONTINUUM, Note(0))):
     ...     warned.add(grid, number, np.array([notes]))
     >>> list(warned.sentences())

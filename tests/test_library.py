@@ -48,7 +48,7 @@ def test_results_of_logs_and_plans_tell_what_they_are_in_a_line(tmp_path: Path) 
             "plan": {"normal_forces_n": [1.0], "friction_coefficient": [0.5, 0.1], "frequency_ratios": [0.3, 0.5]},
         }
     )
-    assert repr(scene).startswith("Scene(rig=Rig(natural_frequency_hz=3.13, stiffness_n_per_m=1191.0), plan=Plan(")
+    assert repr(scene).startswith("Scene(rig=Rig(natural_frequency_hz=3.13, stiffness_n_per_m=1191.0), plan=PlanTable(")
     assert repr(fl.plan(scene, tests=1)).startswith("<Plan coulomb: 1 tests, r = 0.")
     response = fl.respond(ROOT / "sample_data" / "steel_N1.25_r0.3.csv", problem(), natural_frequency_hz=3.13)
     assert repr(response).startswith("<RecordResponse to ")

@@ -12,7 +12,7 @@ import typer
 from frictionlab.cli.arguments import Figures, Files, exit_status, expanded, report_rows, result_names
 from frictionlab.cli.options import ANALYSIS, takes
 from frictionlab.cli.screen import Shown, print_table, print_tests, print_warnings, with_error
-from frictionlab.cli.work import MEASURED, Judged, Work
+from frictionlab.cli.work import MEASURED, Judged, ManyInputs
 from frictionlab.schema import FREE_VIBRATIONS, MEASUREMENTS
 from frictionlab.tables import Row
 
@@ -98,7 +98,7 @@ def _series(measurement: "Measurement") -> dict[str, object]:
     return tree
 
 
-def free_vibration(inputs: list[Path], *, work: Work) -> None:
+def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
     """Natural frequency, damping ratio and friction of each free decay, their average, and the lines of a scene.
 
     Several taps in one file are found; a log of the mass alone is enough. Of several masses `modes` are given, each

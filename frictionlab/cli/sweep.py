@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from frictionlab.maps import Grid, Step, Warned
+    from frictionlab.maps import Grid, MapWarnings, Step
 
 AXES = ("r", "beta", "mu", "zeta")
 MOST_AXES = 2  # of a figure
@@ -80,12 +80,12 @@ def _follow(
     *,
     as_json: bool,
     quiet: bool,
-) -> "tuple[Counter[str], Warned]":
+) -> "tuple[Counter[str], MapWarnings]":
     """Print each step as it comes and keep what is drawn; return how many points have which outcome, and warnings."""
     from frictionlab import maps
 
     outcomes: Counter[str] = Counter()
-    warned = maps.Warned()
+    warned = maps.MapWarnings()
     done = 0
     try:
         with count("sweep", quiet=quiet) as progress:
@@ -133,7 +133,7 @@ def _columns(grid: "Grid", figure: Path) -> "dict[str, np.ndarray]":
     return {key: np.full(len(grid), np.nan) for key in PANELS} | {"outcome": np.zeros(len(grid), dtype="S10")}
 
 
-def _draw(grid: "Grid", columns: "dict[str, np.ndarray]", warned: "Warned", place: Path, *, force: bool) -> None:
+def _draw(grid: "Grid", columns: "dict[str, np.ndarray]", warned: "MapWarnings", place: Path, *, force: bool) -> None:
     from frictionlab.figures.grids import PANELS, STOPS, StateMapDrawing, varying
     from frictionlab.figures.style import AT_REST
     from frictionlab.verbs.presenting import plot

@@ -26,7 +26,7 @@ BUDGET = {"quantity": "quantity", "cause": "cause", "uncertainty": "standard unc
 
 
 @dataclass(frozen=True, kw_only=True)
-class Work(Results):
+class ManyInputs(Results):
     """The options that commands over recordings share, and what they do with the rows."""
 
     scene: Path | None = None
@@ -91,7 +91,7 @@ class Work(Results):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Judged(Work):
+class Judged(ManyInputs):
     """The options of analyze, compare-numeric and explain."""
 
     budget: bool = False

@@ -24,7 +24,7 @@ from frictionlab.campaign.trials import short_name
 from frictionlab.campaign.warned import kinds_of
 from frictionlab.figures.plates import Plate
 from frictionlab.files import write_whole
-from frictionlab.report.page_of_test import Point, scatter, sheet_name
+from frictionlab.report.page_of_test import Dot, scatter, sheet_name
 from frictionlab.scene.text import value_text
 from frictionlab.schema import DRIFTS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING, TESTS, Table
 from frictionlab.tables import Row
@@ -67,7 +67,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Head:
+class ListingHead:
     """The head of a column; ``title``: its sentence."""
 
     text: str
@@ -76,10 +76,10 @@ class Head:
 
 
 @dataclass(frozen=True)
-class Grid:
+class Listing:
     """A table of a page: heads and rows of cells; ``failed``: the numbers of the rows that are failures."""
 
-    heads: Sequence[Head]
+    heads: Sequence[ListingHead]
     rows: Sequence[Sequence[Cell]]
     failed: frozenset[int] = frozenset()
 
@@ -114,7 +114,7 @@ def words(value: object, title: str = "") -> Cell:
     return Cell(UNKNOWN if value in (None, "") else str(value), title=title)
 
 
-def grid(table: Table, rows: Iterable[Row], names: Sequence[str]) -> Grid:
+def grid(table: Table, rows: Iterable[Row], names: Sequence[str]) -> Listing:
     """Some columns of a table; a number stands with its combined uncertainty, else its standard error, in one cell.
 
     Columns that no row knows are left out.
@@ -122,9 +122,9 @@ def grid(table: Table, rows: Iterable[Row], names: Sequence[str]) -> Grid:
     listed = list(rows)
     shown = [name for name in names if any(row.get(name) not in (None, "") for row in listed)]
     columns = [column for name in shown if (column := table.column(name)) is not None]
-    heads = [Head(column.head, column.sentence, column.type.is_number) for column in columns]
+    heads = [ListingHead(column.head, column.sentence, column.type.is_number) for column in columns]
     cells = [[_cell(row, column.name, is_number=column.type.is_number) for column in columns] for row in listed]
-    return Grid(heads, cells)
+    return Listing(heads, cells)
 
 
 def _cell(row: Row, name: str, *, is_number: bool) -> Cell:
@@ -157,7 +157,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Image:
+class Picture:
     """A figure in the page."""
 
     number: int
@@ -284,7 +284,7 @@ def _warnings(campaign: Campaign) -> Mapping[str, Sequence[str]]:
 def _overview(campaign: Campaign) -> str:
     """The energy of every test over its frequency ratio; a point names its test and opens its page."""
     points = [
-        Point(
+        Dot(
             trial.r,
             trial.mean[0],
             f"{short_name(trial.source)}: r {trial.r:.4g}, E {with_error(trial.mean[0], trial.mean_se[0])} kY²",
@@ -297,13 +297,13 @@ def _overview(campaign: Campaign) -> str:
     return scatter(points, "frequency ratio r", "energy per cycle [kY²]", campaign.materials)
 
 
-def _image(place: int, plate: Plate, svg: bytes) -> Image:
+def _image(place: int, plate: Plate, svg: bytes) -> Picture:
     width = re.search(rb'width="([0-9.]+)pt"', svg)
     source = f"data:image/svg+xml;base64,{base64.b64encode(svg).decode()}"
-    return Image(place, plate, source, round(SCALE * float(width[1])) if width else 880)
+    return Picture(place, plate, source, round(SCALE * float(width[1])) if width else 880)
 
 
-def _rankings(campaign: Campaign, rows: Sequence[Row]) -> Iterator[tuple[str, str, Grid]]:
+def _rankings(campaign: Campaign, rows: Sequence[Row]) -> Iterator[tuple[str, str, Listing]]:
     """Title, evidence and table of each criterion; nothing where there is one material to rank."""
     if len(campaign.materials) < 2:
         return
@@ -313,7 +313,7 @@ def _rankings(campaign: Campaign, rows: Sequence[Row]) -> Iterator[tuple[str, st
             yield f"By {criterion}", str(own[0]["evidence"]), grid(RANKING, own, COLUMNS["ranking"])
 
 
-def _grids(tables: Mapping[str, Sequence[Row]]) -> Iterator[tuple[str, Grid]]:
+def _grids(tables: Mapping[str, Sequence[Row]]) -> Iterator[tuple[str, Listing]]:
     """Title and table of what the campaign's tables hold; an empty table is left out."""
     for title, name, table in (
         ("Friction", "friction", FRICTION),
@@ -326,7 +326,7 @@ def _grids(tables: Mapping[str, Sequence[Row]]) -> Iterator[tuple[str, Grid]]:
             yield title, grid(table, rows, COLUMNS[name])
 
 
-def _tests(campaign: Campaign) -> Grid:
+def _tests(campaign: Campaign) -> Listing:
     """All tests, failed ones too, one line each: name, status, what was measured, remark."""
     rows = list(measurement_rows(campaign))
     known = grid(TESTS, rows, COLUMNS["tests"])
@@ -336,7 +336,7 @@ def _tests(campaign: Campaign) -> Grid:
         name = Cell(short_name(trial.source), title=trial.source, link=f"tests/{sheet_name(place, trial)}")
         cells.append([name, words(_status(row)), *own, words(remark, title=remark)])
     failed = frozenset(place for place, trial in enumerate(campaign.trials) if trial.failed)
-    return Grid([Head("test"), Head("status"), *known.heads, Head("remark")], cells, failed)
+    return Listing([ListingHead("test"), ListingHead("status"), *known.heads, ListingHead("remark")], cells, failed)
 
 
 def _status(row: Row) -> str:

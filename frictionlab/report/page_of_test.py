@@ -47,7 +47,7 @@ AS_FITTED = "Lag, frequency and damping are those that the fit of its material's
 
 
 @dataclass(frozen=True)
-class Line:
+class Curve:
     """One line (n,) of a chart; ``kind``: its class in the page's style; dots instead of a line with ``dots``."""
 
     x: FloatArray
@@ -58,7 +58,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Point:
+class Dot:
     """One point of a scatter plot: what it says when it is pointed at, the page it opens, and its group's number."""
 
     x: float
@@ -96,7 +96,7 @@ class _Axis:
         )
 
 
-def chart(lines: Sequence[Line], x_label: str, y_label: str) -> str:
+def chart(lines: Sequence[Curve], x_label: str, y_label: str) -> str:
     """Return lines as an SVG element; empty if no line has two finite points.
 
     Examples
@@ -111,12 +111,12 @@ def chart(lines: Sequence[Line], x_label: str, y_label: str) -> str:
     return _sheet((_drawn(line, x, y) for line in shown), x, y, x_label, y_label, WIDTH)
 
 
-def scatter(points: Sequence[Point], x_label: str, y_label: str, groups: Sequence[str]) -> str:
+def scatter(points: Sequence[Dot], x_label: str, y_label: str, groups: Sequence[str]) -> str:
     """Return points as an SVG element, each a link to its page; the groups' names stand above. Empty without points.
 
     Examples
     --------
-    >>> '<a href="tests/a.html">' in scatter([Point(0.3, 1.2, "a", "tests/a.html")], "r", "E", ["steel"])
+    >>> '<a href="tests/a.html">' in scatter([Dot(0.3, 1.2, "a", "tests/a.html")], "r", "E", ["steel"])
     True
     """
     known = [p for p in points if math.isfinite(p.x) and math.isfinite(p.y)]
@@ -171,14 +171,14 @@ def _places(axis: _Axis) -> Iterator[tuple[float, str]]:
         yield float(axis.at(value)), f"{round(value, 12):.6g}".replace("-", "\N{MINUS SIGN}")
 
 
-def _finite(line: Line) -> Line:
+def _finite(line: Curve) -> Curve:
     good = np.isfinite(line.x) & np.isfinite(line.y)
     x, y = line.x[good], line.y[good]
     step = max(1, math.ceil(len(x) / MOST_POINTS))
-    return Line(x[::step], y[::step], line.label, line.kind, line.dots)
+    return Curve(x[::step], y[::step], line.label, line.kind, line.dots)
 
 
-def _drawn(line: Line, x: _Axis, y: _Axis) -> str:
+def _drawn(line: Curve, x: _Axis, y: _Axis) -> str:
     pairs = list(zip(x.at(line.x), y.at(line.y), strict=True))
     title = f"<title>{escape(line.label)}</title>"
     if line.dots:
@@ -188,7 +188,7 @@ def _drawn(line: Line, x: _Axis, y: _Axis) -> str:
 
 
 @dataclass(frozen=True)
-class Sheet:
+class PageOfTest:
     """What a page of one test shows; ``measurement``, ``recording``: where the recording is at hand.
 
     ``verdict``: what the campaign's fit says of it; ``comparison``: the row of `compare-numeric`, where it is given;
@@ -230,7 +230,7 @@ def sheet_name(number: int, trial: Trial) -> str:
     return f"test-{number:04d}-{stem or 'test'}.html"
 
 
-def write_sheet(sheet: Sheet, path: Path, *, back: str | None = None, force: bool = False) -> None:
+def write_sheet(sheet: PageOfTest, path: Path, *, back: str | None = None, force: bool = False) -> None:
     """Write a page into an existing folder; ``back``: link to the page of all tests.
 
     Raises
@@ -246,7 +246,7 @@ def _is_sheet(path: Path) -> bool:
         return b'<meta name="generator" content="frictionlab' in file.read(4000)
 
 
-def sheet_page(sheet: Sheet, *, back: str | None = None) -> str:
+def sheet_page(sheet: PageOfTest, *, back: str | None = None) -> str:
     """The page's text; whatever stood in a log is escaped by the template."""
     templates = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
     return templates.get_template("sheet.html").render(
@@ -265,7 +265,7 @@ def sheet_page(sheet: Sheet, *, back: str | None = None) -> str:
     )
 
 
-def _facts(sheet: Sheet) -> Iterator[tuple[str, str]]:
+def _facts(sheet: PageOfTest) -> Iterator[tuple[str, str]]:
     """Names and values of what was measured; energies in joules too where stiffness and amplitude are known."""
     trial = sheet.trial
     energy, amplitude = trial.means
@@ -287,13 +287,13 @@ def _with_unit(number: Estimate, unit: str) -> str:
     return f"{number} {unit}" if number.known else "not known"
 
 
-def _energy_unit(sheet: Sheet) -> float | None:
+def _energy_unit(sheet: PageOfTest) -> float | None:
     """``k Y²`` in J."""
     stiffness, amplitude = sheet.scene.rig.stiffness, sheet.trial.base_amplitude_m
     return None if stiffness is None or not np.isfinite(amplitude) else stiffness * amplitude**2
 
 
-def _verdicts(sheet: Sheet) -> Iterator[tuple[str, str]]:
+def _verdicts(sheet: PageOfTest) -> Iterator[tuple[str, str]]:
     verdict, row = sheet.verdict, sheet.comparison or {}
     if verdict is not None:
         yield "friction ratio of this test alone", str(verdict.alone)
@@ -316,7 +316,7 @@ def _verdicts(sheet: Sheet) -> Iterator[tuple[str, str]]:
             yield words, f"{number:.3g}"
 
 
-def _charts(sheet: Sheet) -> Iterator[tuple[str, str, str]]:
+def _charts(sheet: PageOfTest) -> Iterator[tuple[str, str, str]]:
     """Title, chart and caption."""
     measured = sheet.measurement
     if measured is None:
@@ -325,7 +325,7 @@ def _charts(sheet: Sheet) -> Iterator[tuple[str, str, str]]:
     if sheet.recording is not None:
         yield "Time response", _response(sheet.recording, measured), f"The last {CYCLES} cycles, about their means."
     cycle = measured.cycle
-    loop = [Line(_closed(unit * cycle.mass), _closed(unit * cycle.base), "mean cycle")]
+    loop = [Curve(_closed(unit * cycle.mass), _closed(unit * cycle.base), "mean cycle")]
     yield (
         "Loop",
         chart(loop, "mass displacement x [mm]", "base displacement y [mm]"),
@@ -334,13 +334,13 @@ def _charts(sheet: Sheet) -> Iterator[tuple[str, str, str]]:
     if measured.frequency_ratio is not None:
         yield from _forces(sheet, measured, unit)
     series = measured.series
-    used = Line(series.time[series.used], series.energy[series.used], "used", dots=True)
-    other = Line(series.time[~series.used], series.energy[~series.used], "not used", "other", dots=True)
+    used = Curve(series.time[series.used], series.energy[series.used], "used", dots=True)
+    other = Curve(series.time[~series.used], series.energy[~series.used], "not used", "other", dots=True)
     words = "Each full steady cycle; in colour those that the energy is the mean of."
     yield "Cycles", chart([other, used], "time [s]", "energy per cycle [k Y²]"), words
 
 
-def _forces(sheet: Sheet, measured: Measurement, unit: float) -> Iterator[tuple[str, str, str]]:
+def _forces(sheet: PageOfTest, measured: Measurement, unit: float) -> Iterator[tuple[str, str, str]]:
     stiffness = sheet.scene.rig.stiffness
     newtons, name = (1.0, "k Y") if stiffness is None else (stiffness * unit * 1e-3, "N")
     problem, late = (None, 0.0) if sheet.fitted is None else sheet.fitted
@@ -349,10 +349,10 @@ def _forces(sheet: Sheet, measured: Measurement, unit: float) -> Iterator[tuple[
     place, speed = _closed(unit * cycle.mass_smooth), _closed(unit * turn * cycle.mass_velocity)
     label = f"friction force [{name}]"
     words = FORCE if sheet.fitted is None else f"{FORCE} {AS_FITTED}"
-    yield "Force over displacement", chart([Line(place, force, "force")], "mass displacement x [mm]", label), words
+    yield "Force over displacement", chart([Curve(place, force, "force")], "mass displacement x [mm]", label), words
     yield (
         "Force over speed",
-        chart([Line(speed, force, "force")], "mass speed [mm/s]", label),
+        chart([Curve(speed, force, "force")], "mass speed [mm/s]", label),
         SPEED,
     )
 
@@ -367,8 +367,8 @@ def _response(recording: Recording, measured: Measurement) -> str:
     time = recording.time[inside]
     mass, base = (1e3 * s[inside] for s in (recording.mass_displacement, recording.base_displacement))
     lines = [
-        Line(time, base - np.nanmean(base), "base", "other"),
-        Line(time, mass - np.nanmean(mass), "mass"),
+        Curve(time, base - np.nanmean(base), "base", "other"),
+        Curve(time, mass - np.nanmean(mass), "mass"),
     ]
     return chart(lines, "time [s]", "displacement [mm]: mass, base")
 
@@ -379,7 +379,7 @@ def sheets_of(
     comparisons: Mapping[str, Row],
     scene: Scene,
     fitted: Mapping[str, tuple[Problem, float]],
-) -> list[Sheet]:
+) -> list[PageOfTest]:
     """The pages of a campaign, in the order of its tests, without what their recordings would add."""
     sources = ((t, t.source) for t in trials)
-    return [Sheet(t, scene, verdicts.get(name), comparisons.get(name), fitted.get(name)) for t, name in sources]
+    return [PageOfTest(t, scene, verdicts.get(name), comparisons.get(name), fitted.get(name)) for t, name in sources]

@@ -92,7 +92,7 @@ def check_held(values: Mapping[str, float], law: str | None, *, breaks_away: boo
 LawName = Annotated[str, AfterValidator(_is_law)]
 
 
-class Table(BaseModel):
+class SceneTable(BaseModel):
     """One table of a scene: frozen, strict, no unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, defer_build=True)

@@ -17,7 +17,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from frictionlab.cycle_rule import window_of
 from frictionlab.errors import UsageError
 from frictionlab.log_options import LogOptions, faults_of
-from frictionlab.scene.faults import LawName, NonNegative, Positive, Table, check_held, check_hidden, refusal
+from frictionlab.scene.faults import LawName, NonNegative, Positive, SceneTable, check_held, check_hidden, refusal
 from frictionlab.scene.rig import Rig
 from frictionlab.scene.virtual import Synthetic
 
@@ -35,10 +35,10 @@ LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 """Levels of ``--accuracy``: names for settings of ``[analysis]``; `tradeoff` measures what each costs and brings."""
 _HINTS = get_type_hints(LogOptions)
 _KEYS: dict[str, Any] = {f.name: (_HINTS[f.name], f.default) for f in fields(LogOptions)}
-_LogTypes = create_model("_LogTypes", __base__=Table, **_KEYS)
+_LogTypes = create_model("_LogTypes", __base__=SceneTable, **_KEYS)
 
 
-class Experiment(Table):
+class Experiment(SceneTable):
     """``[experiment]``: the facts of one test, or where the facts of many tests come from."""
 
     material: str | None = None
@@ -67,7 +67,7 @@ class Experiment(Table):
     """Free decays among the logs, which are no tests: names or patterns like "tap*.csv"."""
 
 
-class Analysis(Table):
+class Analysis(SceneTable):
     """``[analysis]``: which part of a recording is measured, and how finely."""
 
     transient_s: NonNegative | None = None
@@ -93,7 +93,7 @@ class Analysis(Table):
         return 20.0 if self.transient_s is None else self.transient_s
 
 
-class Model(Table):
+class Model(SceneTable):
     """``[model]``: the physics a prediction pays for; each key switches one thing on."""
 
     wall: Literal["fixed", "base"] = "fixed"
@@ -118,7 +118,7 @@ class Model(Table):
         return self
 
 
-class Sensors(Table):
+class Sensors(SceneTable):
     """``[sensors]``: what the laboratory knows of its two sensors; what is left out gets its stated default."""
 
     gain_error: NonNegative = 0.001
@@ -147,7 +147,7 @@ class Sensors(Table):
     """Mass between the contact and the load cell: its inertia is taken off the measured force."""
 
 
-class Infer(Table):
+class Infer(SceneTable):
     """``[infer]``: what is fitted at which level, and what is known of it before; laws and sensors give the rest."""
 
     levels: dict[str, Level] = Field(default={})
@@ -158,7 +158,7 @@ class Infer(Table):
     """Material's unknown -> relative scatter from test to test to expect; 0: the same in all tests."""
 
 
-class Plan(Table):
+class PlanTable(SceneTable):
     """``[plan]``: the tests that a laboratory could run next, and how well it measures them."""
 
     frequency_ratios: list[Positive] = Field(default=[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.2, 1.4, 1.7, 2.0])
@@ -210,7 +210,7 @@ class Origin:
     file: Path | None = field(default=None, compare=False)
 
 
-class Scene(Table):
+class Scene(SceneTable):
     """Everything a job needs to know that is not in its logs.
 
     Examples
@@ -228,7 +228,7 @@ class Scene(Table):
     model: Model = Model()
     sensors: Sensors = Sensors()
     infer: Infer = Infer()
-    plan: Plan = Plan()
+    plan: PlanTable = PlanTable()
     synthetic: Synthetic = Synthetic()
     folder: Path = Field(default=Path(), exclude=True)  # where the scene stands; a sheet is looked for there
     origin: Origin = Field(default=Origin(), exclude=True)

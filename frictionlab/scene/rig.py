@@ -5,10 +5,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from frictionlab.scene.faults import LawName, NonNegative, Positive, Table, check_held
+from frictionlab.scene.faults import LawName, NonNegative, Positive, SceneTable, check_held
 
 
-class RigMass(Table):
+class RigMass(SceneTable):
     """``[[rig.masses]]``: one mass and the storey below it; a frame of several, from the base up."""
 
     mass_kg: Positive
@@ -19,7 +19,7 @@ class RigMass(Table):
     """Viscous damping ratio of that storey, as if it stood alone."""
 
 
-class RigContact(Table):
+class RigContact(SceneTable):
     """``[[rig.contacts]]``: a place that rubs; beside the keys below, parameters of its law by their names."""
 
     mass: Annotated[int, Field(ge=1)] = 1
@@ -61,7 +61,7 @@ class RigContact(Table):
         return self
 
 
-class Rig(Table):
+class Rig(SceneTable):
     """``[rig]``: the frame without its contact."""
 
     natural_frequency_hz: Positive | None = None

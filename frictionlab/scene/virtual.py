@@ -4,10 +4,10 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from frictionlab.scene.faults import LawName, NonNegative, Positive, Table, check_held
+from frictionlab.scene.faults import LawName, NonNegative, Positive, SceneTable, check_held
 
 
-class VirtualBase(Table):
+class VirtualBase(SceneTable):
     """``[[synthetic.bases]]``: a motion of the virtual base; a group of tests takes it by its name."""
 
     name: str
@@ -72,7 +72,7 @@ class VirtualBase(Table):
         return self.motion == "sine" and not (self.ramp_s or self.amplitude_wander or self.frequency_wander)
 
 
-class VirtualTests(Table):
+class VirtualTests(SceneTable):
     """``[[synthetic.tests]]``: one material over normal forces x frequency ratios, and how it behaves.
 
     The friction force is ``friction_coefficient * normal_force``; the behaviours below default to plain Coulomb.
@@ -122,7 +122,7 @@ VirtualChannel = Literal[
 ]
 
 
-class Synthetic(Table):
+class Synthetic(SceneTable):
     """``[synthetic]``: a virtual rig watched by two virtual lasers."""
 
     seed: Annotated[int, Field(ge=0)] = 0

@@ -28,7 +28,7 @@ from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.scene.keys import LEVELS
 from frictionlab.simulator import Base, Motion, Problem, Solver, SteadyState, last_cycle, steady_state, thesis_run
 from frictionlab.simulator.numeric import RTOL, steady
-from frictionlab.tradeoff.setting import Setting, Trial, run_trials
+from frictionlab.tradeoff.setting import Run, Setting, run_trials
 
 Floats = NDArray[np.float64]
 Knob = Callable[[], tuple[Setting, ...]]
@@ -82,8 +82,8 @@ def _off(truth: float) -> Callable[[object], float]:
 def solver_of(name: str, problem: Problem, truth: float, tolerances: tuple[float, ...]) -> tuple[Setting, ...]:
     """The exact orbit, and the thesis's RK45 over 100 cycles from rest."""
     solvers: tuple[Solver, ...] = ("auto", "closed-form", "exact") if problem is CONTINUOUS else ("auto", "exact")
-    trials = [Trial(one, partial(steady_state, problem, solver=one), _off(truth), one == "auto") for one in solvers]
-    trials += [Trial(f"thesis, rtol {rtol:.0e}", partial(_thesis, problem, rtol), _off(truth)) for rtol in tolerances]
+    trials = [Run(one, partial(steady_state, problem, solver=one), _off(truth), one == "auto") for one in solvers]
+    trials += [Run(f"thesis, rtol {rtol:.0e}", partial(_thesis, problem, rtol), _off(truth)) for rtol in tolerances]
     return run_trials(f"solver, {name}", ENERGY, DIGITS, trials)
 
 
@@ -94,9 +94,9 @@ def _thesis(problem: Problem, rtol: float) -> float:
 def cycles_waited() -> tuple[Setting, ...]:
     """Cycles run from rest before the last is read, against the orbit solved for (r = 0.95, beta = 0.1)."""
     waited = (10, 100, 1000, 3000)
-    trials = [Trial(f"{n} cycles waited", partial(last_cycle, SLOW, cycles=n), _off(SLOW_ENERGY)) for n in waited]
+    trials = [Run(f"{n} cycles waited", partial(last_cycle, SLOW, cycles=n), _off(SLOW_ENERGY)) for n in waited]
     solved = partial(steady_state, SLOW, solver="exact")
-    trials.append(Trial("orbit solved for", solved, _off(SLOW_ENERGY), default=True))
+    trials.append(Run("orbit solved for", solved, _off(SLOW_ENERGY), default=True))
     return run_trials("cycles waited", ENERGY, DIGITS, trials)
 
 
@@ -113,7 +113,7 @@ def physics() -> tuple[Setting, ...]:
         "+ all three": full,
     }
     trials = [
-        Trial(name, partial(steady_state, problem), _off(truth), default=name == "Coulomb friction")
+        Run(name, partial(steady_state, problem), _off(truth), default=name == "Coulomb friction")
         for name, problem in settings.items()
     ]
     return run_trials("physics switched on", ENERGY, "a rig that has all three, exact orbit", trials)
@@ -124,7 +124,7 @@ def tolerance_of(name: str) -> tuple[Setting, ...]:
     problem, truth = CONTACTS[name]
     steady(problem)  # what loading and compiling costs is no matter of the tolerance
     trials = [
-        Trial(f"rtol {rtol:.0e}", partial(steady, problem, rtol=rtol), _off(truth), default=rtol == RTOL)
+        Run(f"rtol {rtol:.0e}", partial(steady, problem, rtol=rtol), _off(truth), default=rtol == RTOL)
         for rtol in (1e-4, 1e-6, 1e-8, 1e-10)
     ]
     return run_trials(f"tolerance, {name}", ENERGY, "scipy's DOP853 at rtol 1e-13 on its own orbit", trials)
@@ -154,7 +154,7 @@ def _each(knob: str, quantity: str, truth: float, *settings: Measured, count: in
     trials = []
     for name, run, default, rate in settings:
         those = [recording(rate, seed) for seed in range(count)]
-        trials.append(Trial(name, partial(_all, run, those), _off(truth), default))
+        trials.append(Run(name, partial(_all, run, those), _off(truth), default))
     return tuple(replace(s, seconds=s.seconds / count) for s in run_trials(knob, quantity, TRUTH, trials))
 
 
@@ -278,7 +278,7 @@ def storage() -> tuple[Setting, ...]:
             write_whole(path, pieces_of(original, precision=precision, compression=compression))
             return read_recording(path)
 
-        trials = [Trial(name, partial(stored, p, c), error, name == "doubles") for name, (p, c) in STORED.items()]
+        trials = [Run(name, partial(stored, p, c), error, name == "doubles") for name, (p, c) in STORED.items()]
         found = run_trials("recording stored as", "mass_displacement", "the recording before it was stored", trials)
     return tuple(replace(s, size_bytes=sizes[s.setting]) for s in found)
 
@@ -303,7 +303,7 @@ def csv_reader() -> tuple[Setting, ...]:
 
         ours = "frictionlab, checked"
         readers = {ours: lambda: read_log(path, LogOptions()).mass_displacement, "pandas, unchecked": by_pandas}
-        trials = [Trial(name, read, error, name == ours) for name, read in readers.items()]
+        trials = [Run(name, read, error, name == ours) for name, read in readers.items()]
         found = run_trials("log read by", "mass_displacement", "Python's float of each text", trials)
     return tuple(replace(s, size_bytes=sum(map(len, lines)) + len(lines)) for s in found)
 

@@ -40,7 +40,7 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Trial:
+class Run:
     """A setting before it is run: ``run`` does the work, ``error_of`` judges what it returned."""
 
     setting: str
@@ -73,7 +73,7 @@ def pareto_front(settings: Iterable[Setting]) -> tuple[Setting, ...]:
     return tuple(sorted(kept, key=lambda s: (s.seconds, s.error)))
 
 
-def run_trials(knob: str, quantity: str, reference: str, trials: Sequence[Trial]) -> tuple[Setting, ...]:
+def run_trials(knob: str, quantity: str, reference: str, trials: Sequence[Run]) -> tuple[Setting, ...]:
     """Run all settings of a knob in turn, several rounds of them, and judge each by its result and its shortest time.
 
     Going round keeps a slow minute of the machine from being one setting's bad luck.

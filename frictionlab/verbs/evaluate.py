@@ -102,13 +102,13 @@ def observations_of(
     """
     wanted = [t for t in trials if not t.failed and not t.is_long and t.regime != "stuck" and t.material]
     tests = {path: trial for trial in wanted if (path := recording_path(trial, folders)) is not None}
-    rows = rows_of(list(tests), _Reading(scene, tests), workers=workers)
+    rows = rows_of(list(tests), _Observing(scene, tests), workers=workers)
     found = [observation for row in rows if isinstance(observation := row.get("observation"), CycleObservation)]
     return {observation.measurement.source: observation for observation in found}
 
 
 @dataclass(frozen=True)
-class _Reading:
+class _Observing:
     """What is done to each recording, here or where a worker is."""
 
     scene: Scene

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from frictionlab.campaign import Campaign
     from frictionlab.figures.plates import Plate
     from frictionlab.recording import Recording
-    from frictionlab.report.page_of_test import Sheet
+    from frictionlab.report.page_of_test import PageOfTest
 
 FIGURES = {
     "Measurement": "recorded.measurement_figure",
@@ -119,12 +119,12 @@ def sheet(
         The file cannot be written or replaced.
     """
     from frictionlab.campaign import trial_of
-    from frictionlab.report.page_of_test import Sheet, write_sheet
+    from frictionlab.report.page_of_test import PageOfTest, write_sheet
 
     known, place = scene_given(scene, {}, ()), Path(path)
     trial = replace(trial_of(measurement.row()), reason=None)  # a page needs no facts that a campaign needs
     make_folder(place.parent)
-    page = Sheet(trial, known, measurement=measurement, recording=recording_given(what, known))
+    page = PageOfTest(trial, known, measurement=measurement, recording=recording_given(what, known))
     write_sheet(page, place, force=force)
     return place
 
@@ -182,7 +182,7 @@ def _write_sheets(campaign: "Campaign", folder: Path, *, force: bool) -> None:
         write_sheet(_with_recording(sheet, campaign), path, back="../report.html#tests", force=force)
 
 
-def _with_recording(sheet: "Sheet", campaign: "Campaign") -> "Sheet":
+def _with_recording(sheet: "PageOfTest", campaign: "Campaign") -> "PageOfTest":
     from frictionlab.analysis.measure import measure
     from frictionlab.campaign.responses import recording_of
 

@@ -96,7 +96,7 @@ def look(folder: FilePath) -> Found:
 
 
 @dataclass(frozen=True)
-class _Seen:
+class _Log:
     """What one log is: a test with the time at which it settled, a tap with its decays, or neither, with the reason."""
 
     is_test: bool = False
@@ -115,7 +115,7 @@ def _is_sheet(path: Path) -> bool:
     return "log" in [cell.strip() for cell in next(csv.reader([head], delimiter=separator), [])]
 
 
-def _seen(log: Path) -> _Seen:
+def _seen(log: Path) -> _Log:
     from frictionlab.verbs.measuring import free_vibration, ingest
 
     scene, reason = Scene(), ""
@@ -123,13 +123,13 @@ def _seen(log: Path) -> _Seen:
         recording = ingest(log, scene)
         base, mass = recording.base_displacement, recording.mass_displacement
         if np.ptp(base) > MOVES * np.ptp(mass):
-            return _Seen(is_test=True, settled_s=_settled(recording, scene))
+            return _Log(is_test=True, settled_s=_settled(recording, scene))
     except FrictionlabError as error:
         reason = str(error)
     try:
-        return _Seen(decays=tuple(free_vibration(log, scene)))
+        return _Log(decays=tuple(free_vibration(log, scene)))
     except FrictionlabError as error:
-        return _Seen(reason=(reason or str(error)).removeprefix(f"{log}: ").removeprefix(f"{log.name}: "))
+        return _Log(reason=(reason or str(error)).removeprefix(f"{log}: ").removeprefix(f"{log.name}: "))
 
 
 def _settled(recording: "Recording", scene: Scene) -> float | None:

@@ -46,7 +46,7 @@ class Lost:
 
 
 @dataclass(frozen=True)
-class Batch(Generic[S]):
+class Portion(Generic[S]):
     """Some neighbouring cases and what came of them.
 
     Attributes
@@ -75,7 +75,7 @@ def run_batches(
     workers: int | None = None,
     scheduler: str | None = None,
     seconds_per_batch: float = 1.0,
-) -> Iterator[Batch[S]]:
+) -> Iterator[Portion[S]]:
     """Do a job on slices of the cases and yield what came of them, in the order of the cases.
 
     The results are the same, bit for bit and in the same order, whatever does the work and however it is grouped, as
@@ -240,7 +240,7 @@ class Ledger(Generic[S]):
     _next: int = 0
     _out: set[Task] = field(default_factory=set)
     _due: list[Task] = field(default_factory=list)  # again, the first of them last
-    _back: dict[int, Batch[S] | BaseException] = field(default_factory=dict)
+    _back: dict[int, Portion[S] | BaseException] = field(default_factory=dict)
 
     @property
     def finished(self) -> bool:
@@ -287,7 +287,7 @@ class Ledger(Generic[S]):
         cases = task.stop - task.start
         self._cost = max(seconds, 1e-9) / cases
         self._largest = max(self._largest, cases)
-        self._back[task.start] = Batch(task.start, task.stop, outcome)
+        self._back[task.start] = Portion(task.start, task.stop, outcome)
 
     def book_death(self, task: Task, deaths: int) -> None:
         """Note that so many workers died over this batch (0: while it waited): it is due again, halved, given up."""
@@ -300,11 +300,11 @@ class Ledger(Generic[S]):
             again = [Task(task.start, task.stop, total)]
         else:
             reason = f"its worker died each time, {total} times: out of memory, or a crash in a library"
-            self._back[task.start] = Batch(task.start, task.stop, None, lost=reason)
+            self._back[task.start] = Portion(task.start, task.stop, None, lost=reason)
             return
         self._due = sorted([*self._due, *again], key=lambda one: -one.start)
 
-    def in_order(self) -> Iterator[Batch[S]]:
+    def in_order(self) -> Iterator[Portion[S]]:
         """Hand on the batches whose turn has come."""
         while self._next in self._back:
             batch = self._back.pop(self._next)
@@ -393,7 +393,7 @@ def _leave_with(lifeline: Connection) -> None:
     os._exit(1)
 
 
-def _run_there(sites: Sequence[Site], job: Any, cases: Sequence[Any], ledger: Ledger[S]) -> Iterator[Batch[S]]:
+def _run_there(sites: Sequence[Site], job: Any, cases: Sequence[Any], ledger: Ledger[S]) -> Iterator[Portion[S]]:
     held: dict[Future[Any], tuple[Site, Task]] = {}  # in the order in which they were given
     while not ledger.finished:
         workers = sum(site.workers() for site in sites)

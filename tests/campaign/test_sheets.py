@@ -11,7 +11,7 @@ from frictionlab.campaign import Campaign, evaluate, trial_of
 from frictionlab.cli import app
 from frictionlab.hdf5 import write_recording
 from frictionlab.report import page
-from frictionlab.report.page_of_test import Line, Sheet, chart, sheet_name, sheet_page, sheets_of, write_sheet
+from frictionlab.report.page_of_test import Curve, PageOfTest, chart, sheet_name, sheet_page, sheets_of, write_sheet
 from frictionlab.scene import Scene
 from tests.campaign.fabricate import row
 from tests.campaign.recorded import steady_recording
@@ -41,7 +41,7 @@ def test_a_page_without_a_recording_tells_numbers_and_joules(campaign: Campaign)
 
 def test_what_stood_in_a_log_is_escaped(scene: Scene) -> None:
     trial = trial_of({**row("steel", 1.5, 0.5, 0.6), "material": EVIL, "source": f"{EVIL}.h5", "warnings": [EVIL]})
-    text = sheet_page(Sheet(trial, scene, comparison={"law": EVIL, "warnings": [EVIL + "2"]}))
+    text = sheet_page(PageOfTest(trial, scene, comparison={"law": EVIL, "warnings": [EVIL + "2"]}))
     assert "<img" not in text
     assert text.count("&lt;img") >= 5
     assert "default-src 'none'" in text
@@ -49,7 +49,7 @@ def test_what_stood_in_a_log_is_escaped(scene: Scene) -> None:
 
 
 def test_a_page_replaces_its_own_kind_alone(scene: Scene, tmp_path: Path) -> None:
-    sheet = Sheet(trial_of(row("steel", 1.5, 0.5, 0.6)), scene)
+    sheet = PageOfTest(trial_of(row("steel", 1.5, 0.5, 0.6)), scene)
     write_sheet(sheet, tmp_path / "a.html")
     write_sheet(sheet, tmp_path / "a.html")
     (tmp_path / "b.html").write_text("mine")
@@ -59,14 +59,14 @@ def test_a_page_replaces_its_own_kind_alone(scene: Scene, tmp_path: Path) -> Non
 
 def test_a_chart_shows_its_lines_between_round_ticks() -> None:
     x = np.linspace(0.0, 1.0, 5001)
-    text = chart([Line(x, 10.0 * x - 5.0, "a < b")], "time [s]", "x & y")
+    text = chart([Curve(x, 10.0 * x - 5.0, "a < b")], "time [s]", "x & y")
     assert "a &lt; b" in text
     assert "x &amp; y" in text
     for tick in (">0.2<", ">0.8<", ">\N{MINUS SIGN}4<", ">4<"):
         assert tick in text
     assert text.count("L") < 2000
-    assert chart([Line(x, np.full_like(x, np.nan), "nothing")], "x", "y") == ""
-    assert "NaN" not in chart([Line(x, np.zeros_like(x), "level")], "x", "y")
+    assert chart([Curve(x, np.full_like(x, np.nan), "nothing")], "x", "y") == ""
+    assert "NaN" not in chart([Curve(x, np.zeros_like(x), "level")], "x", "y")
 
 
 def test_the_recording_is_drawn(scene: Scene) -> None:
@@ -74,7 +74,7 @@ def test_the_recording_is_drawn(scene: Scene) -> None:
     measured = measure(recording, scene)
     trial = trial_of({**measured.row(), "material": "steel", "normal_force_n": 1.5})
     verdict = evaluate([trial], scene).verdicts[trial.source]
-    text = sheet_page(Sheet(trial, scene, verdict, measurement=measured, recording=recording))
+    text = sheet_page(PageOfTest(trial, scene, verdict, measurement=measured, recording=recording))
     assert text.count("<svg") == 5
     for words in (
         "Time response",

@@ -5,14 +5,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionlab.workers import Batch, Ledger, Task
+from frictionlab.workers import Ledger, Portion, Task
 
 
 def naive(total: int, deadly: set[int]) -> list[int | None]:
     return [None if case in deadly else case for case in range(total)]
 
 
-def flat(batch: Batch[list[int]]) -> list[int | None]:
+def flat(batch: Portion[list[int]]) -> list[int | None]:
     return [None] if batch.results is None else [*batch.results]
 
 
