@@ -374,6 +374,6 @@ def test_sensors_move_a_record_as_its_fit_thinks() -> None:
 
 def test_the_table_of_a_record_tells_the_lag_in_milliseconds(tmp_path: Path) -> None:
     write_recording(virtual(0.4, 20.0, Problem(1.0, 0.4, frame_damping_ratio=0.01)), tmp_path / "a.h5")
-    settings = ["--natural-frequency", "3.0", "--transient", "8", "--whole"]
+    settings = ["--natural-frequency", "3.0", "--transient", "8", "--whole", "--wide"]
     done = CliRunner().invoke(app, ["compare-numeric", str(tmp_path / "a.h5"), *settings])
     assert "lag [ms]" in done.stdout
