@@ -325,6 +325,19 @@ def test_a_gradient_that_makes_friction_a_pull_is_refused_by_name() -> None:
         run(runaway, cycles=1)
 
 
+@pytest.mark.parametrize(
+    ("r", "beta", "kappa", "up", "down"), [(0.6, 0.65, 30.0, 1.3, 1.8), (0.5986, 0.735, 87.2, 1.29, 1.47)]
+)
+def test_uneven_break_away_may_hold_yet_rest_settles_on_a_motion_that_slips(
+    r: float, beta: float, kappa: float, up: float, down: float
+) -> None:
+    parameters = {"static_ratio_up": up, "static_ratio_down": down}
+    problem = jenkins(r, beta, kappa, "+breakaway", parameters=parameters)
+    state, run = steady_state(problem), last_cycle(problem, cycles=500)
+    assert (state.outcome, run.outcome) == ("periodic", "periodic")
+    assert state.energy_per_cycle == pytest.approx(run.energy_per_cycle, rel=1e-9)
+
+
 def test_bad_input_is_refused_by_name() -> None:
     with pytest.raises(SimulationError, match="law coulomb: the elastic solver does not know it"):
         steady(Problem(0.5, 0.4))

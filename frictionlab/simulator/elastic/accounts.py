@@ -166,10 +166,16 @@ def steady_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, 
     outcome, leg, miss = at_once_elastic(rig, sliders, force, room), Leg(0.0, TURN, 1.0, 1.0), 0.0
     most = most_looks(rig, force)
     given = begin_search(most, room.meter)
-    if outcome == PERIODIC:
+    may_slip = outcome == STUCK and max(rig.contact.static_up, rig.contact.static_down) > 1.0
+    if outcome == PERIODIC or may_slip:  # with break-away rest may settle on a motion beside the one that never slips
         leg, miss, code = search_elastic(rig, sliders, force, room)
         outcome = verdict(rig, room, miss, code)
     costly, left = end_search(most, given, room.meter)
+    slipping = 0.0
+    for i in range(len(sliders.force)):
+        slipping += sliders.slips[i]
+    if may_slip and (costly or outcome != PERIODIC or slipping == 0.0):
+        outcome, leg, miss, costly = at_once_elastic(rig, sliders, force, room), Leg(0.0, TURN, 1.0, 1.0), 0.0, False
     tell_elastic(rig, sliders, force, (COSTLY if costly else outcome, leg, miss), room, row)
     room.meter[0] = left
 
