@@ -171,7 +171,7 @@ def test_a_buffer_that_nobody_counts_is_not_handed_back(names: ModuleType, modul
 @pytest.fixture
 def quiet_again() -> Iterator[None]:
     yield
-    logger = logging.getLogger(engine.__name__)
+    logger = logging.getLogger("frictionlab.simulator")
     logger.handlers[:] = []
     logger.setLevel(logging.NOTSET)
 
