@@ -59,7 +59,7 @@ test: .venv/.test  ## install what is needed to test, then run all tests
 	$(BIN)/python -m pytest
 
 test-fast: .venv/.test  ## what to run at each change: the tests of each room that take moments, in under 45 s
-	$(BIN)/python -m pytest -q -m fast
+	$(BIN)/python -m pytest -q -m fast tests
 
 adversary: .venv/.test  ## recordings drawn to mislead the identification, judged by their truth: N=300 SEED=7
 	$(BIN)/python -m tests.benchmarks.adversary --count "$${N:-300}" --seed "$${SEED:-7}"

@@ -27,16 +27,26 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 FAST = """
-    test_cli test_contract test_estimate test_experiment test_inputs test_options test_output test_recording test_scene
+    test_cli test_estimate test_experiment test_inputs test_options test_output test_recording test_scene
     test_schema test_tables analysis/test_cycles analysis/test_energy analysis/test_spectrum campaign/test_ranking
     campaign/test_trials inference/test_evidence logs/test_dialects logs/test_numbers simulator/test_events
     simulator/test_laws simulator/test_steady_state
 """
 
 
+def _is_fast(path: Path) -> bool:
+    here = Path(__file__).parent
+    return path.is_relative_to(here) and path.relative_to(here).with_suffix("").as_posix() in FAST.split()
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Pass over the files that hold nothing fast, where nothing else is wanted: to collect them takes as long."""
+    wanted = config.getoption("markexpr") != "fast" or collection_path.is_dir() or _is_fast(collection_path)
+    return None if wanted else True
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests of the files that `make test-fast` runs: some of each room."""
-    here = Path(__file__).parent
     for item in items:
-        if item.path.is_relative_to(here) and item.path.relative_to(here).with_suffix("").as_posix() in FAST.split():
+        if _is_fast(item.path):
             item.add_marker(pytest.mark.fast)
