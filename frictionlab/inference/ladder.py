@@ -27,7 +27,7 @@ from frictionlab.inference.fit import (
     scatter_scale,
     with_scatter,
 )
-from frictionlab.inference.observations import CycleObservation, Work, WorkError, cycle_of
+from frictionlab.inference.observations import STATES, CycleObservation, Work, WorkError, cycle_of, prepare
 from frictionlab.inference.posterior import (
     Posterior,
     infer,
@@ -210,7 +210,9 @@ class _Climb:
         known = next((rung for rung in self.rungs if rung.law.name == name), None)
         if known is not None:
             return replace(known, required=False)
-        law, begin = law_of(name), time.perf_counter()
+        law = law_of(name)
+        prepare(law, self.observations[0].r, 10.0 * STATES * len(self.observations))
+        begin = time.perf_counter()
         self.watch(name)
         if self.work.left < 0.0 and law.kind != "rigid":
             made = Rung(law, said="not tried: the work of a ladder was used up; give --law to fit it alone")

@@ -40,6 +40,7 @@ MOST_RAISED = 4.0  # of a covariance by autocorrelation: a drift is no noise
 ROUNDING = 1e-6  # of the response: interpolation between samples is no better
 SEEN = 1e-3  # of Y: smaller harmonics of the base are left out, for each makes a steady state dearer
 LEAST_POINTS = 128  # of a simulated cycle: what folds back from beyond is below 1e-6 of it
+STATES = 150.0  # steady states of one fit, about
 STEP = 1e-4  # of a prior's standard deviation: finite differences of the simulated cycle
 BENDS = {"parabola": 2, "cubic": 3}  # powers of its place by which the mass's sensor bends a cycle
 SENSORS = ("gain", "lag_s", "base_in_mass", *BENDS)  # what is done to a motion that stays the same
@@ -86,6 +87,21 @@ class Work:
 
 class WorkError(FrictionlabError, RuntimeError):
     """The work that a search may do is used up; no fault of what was asked last."""
+
+
+def prepare(law: Law, r: float, states: float) -> None:
+    """Load the compiled simulator if so many steady states are worth it; it changes nothing but their time."""
+    from frictionlab.simulator.engine import choose  # noqa: PLC0415 - a measurement alone has no use for it
+
+    choose(states * (20.0 if law.has("breakaway") else 1.0) * (10.0 + 4.0 / r))
+    if law.kind == "elastic":
+        from frictionlab.simulator.elastic import engine as elastic_engine  # noqa: PLC0415 - for such laws alone
+
+        elastic_engine.choose(states * 200.0 / r)
+    elif law.kind != "rigid" and states >= STATES:
+        from frictionlab.simulator.numeric import machine  # noqa: PLC0415 - as above
+
+        machine.compiled()  # in plain Python a state of these takes a quarter of a second
 
 
 def steady(problem: Problem, work: Work, near: SteadyState | None = None) -> SteadyState | None:

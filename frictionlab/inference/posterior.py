@@ -29,7 +29,7 @@ from frictionlab.inference.fit import (
     tempered,
     with_scatter,
 )
-from frictionlab.inference.observations import CycleObservation, Reached
+from frictionlab.inference.observations import STATES, CycleObservation, Reached, prepare
 from frictionlab.inference.starts import starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown, factor, of_law
 from frictionlab.simulator.laws import Law, Parameter
@@ -432,6 +432,8 @@ def infer(
     AnalysisError
         The mass stands still, the loop takes in no energy, or no value tried has a steady state.
     """
+    for observation in observations:
+        prepare(observation.law, observation.r, STATES * len(observations))
     model = model_of(observations, amontons=amontons)
     model = model if most is None else replace(model, most=most)
     plain = model_of(observations, amontons=amontons, rig=False)

@@ -24,7 +24,7 @@ from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law
 from frictionlab.simulator.problem import Wall
-from frictionlab.simulator.record import BaseRecord, Response, respond
+from frictionlab.simulator.record import BaseRecord, Response, prepare, respond
 from frictionlab.uncertainty import Sources
 
 FloatArray = NDArray[np.float64]
@@ -36,6 +36,7 @@ REST = 5.0  # times its sensor's noise from its first value: the base moves
 MOVES = 5.0  # times its sensor's noise is a motion
 ROUNDS = 3  # of weighing the residual by what it is
 MOST_STEPS = 40
+RUNS = 150  # simulated for one fit, about
 SHAKES, FEW_SHAKES = 30, 6  # simulated with noise on the base: errors are known to a seventh
 FEW_PERIODS = 4  # below so many they say nothing of their scatter
 SMALLEST = 1e-9  # of the record's rms: no sensor is better
@@ -490,6 +491,8 @@ def fit_record(observation: RecordObservation, starts: Sequence[Mapping[str, flo
     test = Test(observation, np.arange(len(unknowns)), np.ones(len(unknowns)))
     model = Model((test,), unknowns, np.zeros(len(unknowns)), most=MOST_STEPS)
     points = [_point(model, start) for start in starts]
+    values = model.values(0, points[0])
+    prepare(observation.problem(values).in_frame_time(), observation.base(values), RUNS)
     gaps = [_gap(model, point) for point in points]
     costs = np.array([math.inf if gap is None else float(np.var(gap)) for gap in gaps])  # the offset is free
     if not np.isfinite(costs).any():
