@@ -25,6 +25,7 @@ from frictionlab.inference.ladder import EXACT, NUMERIC, REQUIRED, laws_above
 from frictionlab.inference.observations import CycleObservation, cycle_of, law_and_held
 from frictionlab.inference.posterior import ParameterEstimate, Posterior, posterior_of
 from frictionlab.inference.record import (
+    RUNS,
     RecordObservation,
     Track,
     fit_record,
@@ -39,6 +40,7 @@ from frictionlab.inference.whole_record import Fitted, WholeRecord
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.record import prepare
 
 FloatArray = NDArray[np.float64]
 LEAVES = 2.0  # times the usual misfit of a period at which the prediction has left the measurement
@@ -359,6 +361,7 @@ def follow(observation: RecordObservation, values: Mapping[str, float], *, fits_
         The law has no motion under the measured base at these values.
     """
     track = observation.track
+    prepare(observation.problem(values).in_frame_time(), observation.base(values), RUNS)
     if fits_start:
         values = {**values, **_fitted_start(observation, values)}
     predicted = observation.predict(values)
