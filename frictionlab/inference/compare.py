@@ -18,7 +18,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import Comparison, Verdict
-from frictionlab.inference.contact import contact_of
+from frictionlab.inference.contact import ContactForce, contact_of
 from frictionlab.inference.diagnose import EXPLAINED, Diagnosis, diagnose
 from frictionlab.inference.fit import Fit, start_place
 from frictionlab.inference.ladder import Ladder, Rung, climb
@@ -199,6 +199,13 @@ def state_of(observation: CycleObservation, values: Mapping[str, float], solver:
     return steady_state(observation.problem(kept), solver=solver)
 
 
+MEASURED = (
+    *("source", "status", "reason", "frequency_ratio", "energy_per_cycle", "response_amplitude", "stops_per_cycle"),
+    *("regime", "material", "normal_force_n"),
+)
+"""What a comparison repeats of its measurement."""
+
+
 def compared(
     measurement: Measurement, scene: Scene, found: Posterior, ladder: Ladder | None, solver: Solver
 ) -> Comparison:
@@ -223,33 +230,16 @@ def compared(
     rows, points = _rows(ladder, nrmse)
     amplitude, normal_force = measurement.base_amplitude, measurement.normal_force_n
     friction = friction_of(found, scene, measurement.sources, amplitude=amplitude, normal_force=normal_force)
-    late = observation.gain_and_phase(0.0, found.values())[1]
-    contact = contact_of(
-        measurement,
-        state,
-        predicted=prediction.cycle,
-        late=late,
-        floor=floor * math.sqrt(observation.cycles.power),
-        laws=points,
-    )
-    stiffness = scene.rig.stiffness
-    words = _judged_words(nrmse, misfit, verdict)
+    contact = _contact(found, measurement, state, prediction, points)
     contact = replace(
         contact,
-        unit_n=None if stiffness is None else stiffness * measurement.base_amplitude_m,
-        said=f"{observation.law.name}{words}",
+        unit_n=None if scene.rig.stiffness is None else scene.rig.stiffness * measurement.base_amplitude_m,
+        said=f"{observation.law.name}{_judged_words(nrmse, misfit, verdict)}",
         warnings=tuple(said),
     )
     return Comparison(
-        source=measurement.source,
-        status=measurement.status,
-        reason=measurement.reason,
+        **{key: getattr(measurement, key) for key in MEASURED},
         warnings=tuple(said),
-        frequency_ratio=measurement.frequency_ratio,
-        energy_per_cycle=measurement.energy_per_cycle,
-        response_amplitude=measurement.response_amplitude,
-        stops_per_cycle=measurement.stops_per_cycle,
-        regime=measurement.regime,
         law=observation.law.name,
         predicted_energy_per_cycle=prediction.energy,
         predicted_response_amplitude=prediction.amplitude,
@@ -268,8 +258,6 @@ def compared(
         levels=found.levels(),
         laws=rows,
         accuracy=scene.accuracy,
-        material=measurement.material,
-        normal_force_n=measurement.normal_force_n,
         tau=cycle.tau,
         base=cycle.base,
         measured=cycle.mass,
@@ -277,6 +265,25 @@ def compared(
         contact=contact,
         budget={**measurement.budget, **friction.pop("budget")},
         **friction,
+    )
+
+
+def _contact(
+    found: Posterior,
+    measurement: Measurement,
+    state: SteadyState,
+    prediction: Prediction,
+    laws: Mapping[str, tuple[int, float, float]],
+) -> ContactForce:
+    """Measured friction force over the predicted one."""
+    observation = cycle_of(found.tests[0])
+    return contact_of(
+        measurement,
+        state,
+        predicted=prediction.cycle,
+        late=observation.gain_and_phase(0.0, found.values())[1],
+        floor=observation.cycles.floor * math.sqrt(observation.cycles.power),
+        laws=laws,
     )
 
 

@@ -160,17 +160,22 @@ def _not_periodic(measurement: Measurement) -> str:
     return ""
 
 
-def _without_cycle(
-    recording: Recording, scene: Scene, why: str, law: str | None, friction_ratio: float | None
-) -> Comparison:
-    """A whole record without a steady cycle over its prediction."""
+def _natural_frequency(scene: Scene) -> float:
+    """The declared natural frequency (Hz), where a fit begins."""
     natural = scene.rig.natural_frequency
     if natural is None:
         raise AnalysisError(
             "record: the natural frequency is not known: give rig.natural_frequency_hz in the scene, or mass_kg and"
             " stiffness_n_per_m (--natural-frequency); the fit corrects it, `frictionlab free-vibration` measures it"
         )
-    track, said = unsteady_track(recording, scene, natural)
+    return natural
+
+
+def _without_cycle(
+    recording: Recording, scene: Scene, why: str, law: str | None, friction_ratio: float | None
+) -> Comparison:
+    """A whole record without a steady cycle over its prediction."""
+    track, said = unsteady_track(recording, scene, _natural_frequency(scene))
     sources = sources_of_test(recording, scene, recording.sampling_rate_hz)
     chosen, held = law_and_held(scene, "coulomb" if law == AUTO else law)
     held |= {} if friction_ratio is None else {"beta": friction_ratio}
@@ -192,14 +197,15 @@ def _without_cycle(
     parameters = {name: _widened(e, track.scale_u * abs(e.value)) for name, e in found.parameters().items()}
     beta = parameters["beta"]
     shares = found.shares("beta")
-    shares = shares | {"largest displacement of the base": track.scale_u * beta.value} if shares else {}
+    forces["budget"]["friction_ratio"] = (
+        shares | {"largest displacement of the base": track.scale_u * beta.value} if shares else {}
+    )
     no_cycle = (
         f"record: no steady cycle ({why}), so what is said of a cycle is left out; the law is fitted to the whole"
         f" record, its numbers over Y = {1e3 * track.scale:.4g} mm, the largest displacement of the base from its first"
         " value, and speeds over omega_n Y"
     )
     told = (*scene.rig.doubts, *recording.source.warnings, no_cycle, *said, *strained_facts(found, scene))
-    words = [observation.law.words, f"{observation.wall} wall", "measured base"]
     return Comparison(
         source=source_of(recording),
         status="ok",
@@ -207,7 +213,7 @@ def _without_cycle(
         warnings=(*told, *found.warnings, *record.warnings, *_of_the_climb(rows)),
         law=observation.law.name,
         parameters={name: asdict(e) for name, e in parameters.items()},
-        model=", ".join(words),
+        model=f"{observation.law.words}, {observation.wall} wall, measured base",
         solver=motion.solver,
         closure_error=motion.closure_error,
         nuisances={name: n for name, n in found.nuisances().items() if found.levels()[name] == "rig"},
@@ -219,13 +225,7 @@ def _without_cycle(
         record_energy_difference=record.energy_difference,
         record=record,
         record_laws=rows,
-        **(
-            forces
-            | {
-                "friction": Estimate(beta.value, beta.se, beta.u),
-                "budget": forces["budget"] | {"friction_ratio": shares},
-            }
-        ),
+        **{**forces, "friction": Estimate(beta.value, beta.se, beta.u)},
     )
 
 
