@@ -167,13 +167,17 @@ def respond_to(
             f"base: its motion between the samples is not known and may change the response by {error:.2g}"
             f" Y rms; do: sample faster than {part.sampling_rate_hz:.4g} Hz, or smooth its noise"
         )
-    made_by = {"made_by": "frictionlab simulate --base-motion", "law": problem.law.name, **problem.parameters}
+    made_by: dict[str, str | float] = {
+        "made_by": "frictionlab simulate --base-motion",
+        "law": problem.law.name,
+        **problem.parameters,
+    }
     made = replace(
         part,
         mass_displacement=response.displacement * base.scale,
         source=Source(
             files=part.source.files,
-            dialect=made_by,
+            dialect={**made_by, **problem.parameters},
             options={"natural_frequency_hz": natural_frequency_hz, "wall": problem.wall},
             warnings=tuple(warnings),
         ),

@@ -17,6 +17,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -202,7 +203,8 @@ def fit_decay(time: FloatArray, displacement: FloatArray, guess: Decay) -> Decay
     held: tuple[str, ...] = ()
     straight = () if free.cubic else ("cubic",)
     for held in _to_hold(free):
-        start = replace(free, **dict.fromkeys(held, 0.0))
+        nothing: dict[str, Any] = dict.fromkeys(held, 0.0)
+        start = replace(free, **nothing)
         fitted, error, residual = _solve(time, displacement, start, (*held, *straight))
         if fitted.zeta >= 0.0 and fitted.friction >= 0.0:
             break

@@ -151,10 +151,10 @@ def lay_out(
     at = next(i for i, s in enumerate(stretches) if s is longest)
     cut = cuts[at]
     driven = hum.Drive.of(longest, cut)
-    of_base, shown = driven.foreign(longest.base, base_lines), SHOWN * driven.frequency
+    lines_of_base, shown = driven.foreign(longest.base, base_lines), SHOWN * driven.frequency
     base_lines = spectrum.up_to(base_lines, shown)  # the rest of a long recording's is dear
     mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=1)
-    found = driven.foreign(longest.mass, mass_lines), of_base
+    found = driven.foreign(longest.mass, mass_lines), lines_of_base
     stretches, foreign = hum.cleaned(stretches, cuts, driven, mass_lines, found)
     mass_lines = spectrum.up_to(mass_lines, shown)
     if foreign.period > 1 and cut.drifts:  # what it follows is the motion's own change from cycle to cycle

@@ -10,7 +10,7 @@
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -193,7 +193,7 @@ def _friction(
     )
 
 
-def _of_the_force(friction: force.Friction | None, stiffness: float | None, unit: float) -> dict[str, Estimate]:
+def _of_the_force(friction: force.Friction | None, stiffness: float | None, unit: float) -> dict[str, Any]:
     """Fields of a measurement that a load cell gives."""
     if friction is None:
         return dict.fromkeys(("force_energy", "force_energy_j", "measured_force", "measured_coefficient"), Estimate())
@@ -212,7 +212,9 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], l
     """The recording's sound parts, evenly sampled, lags and filters taken back, and what had to be said about them."""
     step, prescribed = 1.0 / recording.sampling_rate_hz, scene.rig.kind == "prescribed"
     warnings = list(recording.source.warnings)
-    parts, strays, said = [], 0.0, ()
+    parts: list[Stretch] = []
+    strays = 0.0
+    said: tuple[str, ...] = ()
     for part in recording.stretches():
         is_even = signals.stray(part.time, step) < signals.EVEN
         breaks = np.zeros(0, dtype=np.intp) if is_even else clock_breaks(part.time, step)
@@ -220,7 +222,7 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], l
         edges = [0, *breaks.tolist(), len(part)]
         for some in (slice(a, b) for a, b in pairwise(edges) if b - a > 1):
             time = part.time[some]
-            seen = {name: values[some] for name, values in part.measured().items()}
+            seen: Mapping[str, FloatArray] = {name: values[some] for name, values in part.measured().items()}
             if not is_even:
                 seen, off = signals.evenly(time, step, seen)
                 strays = max(strays, off)
@@ -304,9 +306,7 @@ def _first_settled(layout: Layout, recording: Recording, settled: float | None) 
 # 4, 5. Cycles, their means, and their errors -------------------------------------------------------------------------
 
 
-def _estimates(
-    layout: Layout, answer: Response, used: slice, steady: slice, natural: float | None
-) -> dict[str, Estimate]:
+def _estimates(layout: Layout, answer: Response, used: slice, steady: slice, natural: float | None) -> dict[str, Any]:
     """All numbers that have errors, by the names of the measurement's fields; ``steady``: all settled cycles."""
     frequency = Estimate(layout.drive.frequency, layout.drive.frequency_se)
     return {

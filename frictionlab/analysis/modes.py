@@ -87,6 +87,7 @@ def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
     start = np.array([value for f in guess for value in (f, DAMPING)])
     found = least_squares(left, start, x_scale=np.array([value for f in guess for value in (0.01 * f, DAMPING)]))
     share, *_ = np.linalg.lstsq(columns(found.x), x.T, rcond=None)
+    slopes = np.asarray(found.jac)
     misfit = float(np.std(found.fun)) * float(size[first]) / float(np.std(x))
     if misfit > ODD:
         raise AnalysisError(
@@ -94,7 +95,7 @@ def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
             " of as many masses as there are columns: displace, let go, touch nothing"
         )
     variance = float(found.fun @ found.fun) / max(1, len(found.fun) - len(start))
-    error = np.sqrt(np.diag(np.linalg.inv(found.jac.T @ found.jac)) * variance)
+    error = np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)) * variance)
     return tuple(
         Mode(float(f), float(f_se), float(zeta), float(zeta_se), _shape(share[k] - 1j * share[k + len(guess)]))
         for k, ((f, zeta), (f_se, zeta_se)) in enumerate(zip(found.x.reshape(-1, 2), error.reshape(-1, 2), strict=True))

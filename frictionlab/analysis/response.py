@@ -10,7 +10,7 @@ from frictionlab.analysis import energy, stops
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.noise import white_noise
 from frictionlab.analysis.smoothing import Smoother, smoothed, smoother
-from frictionlab.analysis.stops import Stops
+from frictionlab.analysis.stops import Move, Stops
 
 FloatArray = NDArray[np.float64]
 FEW = 5  # cycles whose mean tells a slip within a stop
@@ -49,7 +49,7 @@ class Response:
     doubtful: tuple[float, float]
     slowest_slip: float
     smallest_slip: float
-    unclear: stops.Move | None
+    unclear: Move | None
     how: Smoother
 
     @property

@@ -245,7 +245,7 @@ def _read(file: h5py.File, size: int) -> Recording:
     wanted = [name for name in ("time", *DISPLACEMENTS) if name not in absent]
     arrays: dict[str, Any] = {name: array_inside(file, name, np.float64, size) for name in wanted}
     return Recording(
-        **dict.fromkeys(absent) | arrays,
+        **dict[str, Any](dict.fromkeys(absent)) | arrays,
         quality=array_inside(file, "quality", np.uint8, size),
         source=_read_source(group_inside(file, "source"), size),
         experiment=_read_experiment(group_inside(file, "experiment")),

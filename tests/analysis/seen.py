@@ -1,6 +1,7 @@
 """Motions whose truth is known, seen through the optoNCDT's noise and step."""
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +47,7 @@ def recording_of(
     return Recording(t, through_laser(mass, generator, noise), through_laser(base, generator, noise))
 
 
-def scene(cycles: str = "all", transient: float = 20.0, **rig: float) -> Scene:
+def scene(cycles: str = "all", transient: float = 20.0, **rig: Any) -> Scene:
     return Scene(
         rig=Rig(**{"natural_frequency_hz": NATURAL_HZ, **rig}), analysis=Analysis(transient_s=transient, cycles=cycles)
     )

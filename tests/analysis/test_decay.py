@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -155,7 +156,8 @@ def test_a_spring_that_is_not_linear_by_an_independent_integration(cubic: float,
             return float(y[1]) if time > since + 1e-3 else before
 
         event.terminal = True  # type: ignore[attr-defined]
-        run = solve_ivp(rates, (t, t + 1.0), state, args=(side,), events=event, rtol=1e-11, atol=1e-13, max_step=2e-3)
+        turn: Any = event
+        run = solve_ivp(rates, (t, t + 1.0), state, args=(side,), events=turn, rtol=1e-11, atol=1e-13, max_step=2e-3)
         times += run.t[:-1].tolist()
         places += run.y[0][:-1].tolist()
         t, state, side = float(run.t[-1]), [float(run.y[0][-1]), 0.0], -side

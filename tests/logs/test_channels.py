@@ -70,7 +70,7 @@ def test_columns_are_named_by_options_and_their_units_said(tmp_path: Path) -> No
     options = LogOptions(
         mass_velocity="Velocity",
         normal_force=3,
-        contact_force="Friction",  # type: ignore[arg-type]
+        contact_force="Friction",
         units="mass_velocity=mm/s, force=50 N/V, normal_force=kN",
     )
     recording = read_log(path, options)
