@@ -75,7 +75,7 @@ def test_half_a_sampling_interval_of_lag_is_assumed_where_nothing_is_declared() 
 
 def test_a_lag_that_is_declared_is_taken_back() -> None:
     still = measured()
-    corrected = measured(lag_s=0.0012, what={"sensors": {"lag_s": -0.0012}})
+    corrected = measured(lag_s=0.0012, what={"sensors": {"lag_s": 0.0012}})
     assert corrected.energy_per_cycle == pytest.approx(still.energy_per_cycle, rel=2e-4)
     assert measured(lag_s=0.0012).energy_per_cycle != pytest.approx(still.energy_per_cycle, rel=5e-3)
 
@@ -158,7 +158,7 @@ def test_a_cubic_sensor_moves_the_numbers_by_their_share() -> None:
 def test_sensors_move_the_cycle_as_the_fit_thinks() -> None:
     """Slopes of what sensors do are taken from one cycle; differences of whole predictions say the same."""
     m = measured()
-    m = replace(m, sources=sources_of(scene(sensors={"crosstalk": 0.002}, log={"measuring_range_m": 0.006}), 500.0))
+    m = replace(m, sources=sources_of(scene(sensors={"crosstalk": 0.002}, log={"measuring_range_m": 0.012}), 500.0))
     observation = observe(m, scene())
     unknowns = (*of_law(observation.law, observation.held), *observation.rig_unknowns)
     here = {u.name: u.value(0.0) for u in unknowns} | {"beta": 0.35}
@@ -197,7 +197,7 @@ SHARES: dict[tuple[str, str], dict[str, tuple[str, ...]]] = {
         "base_amplitude_m": ("linearity of the sensors",),
         "friction_ratio": ("cubic",),
     },
-    ("sensors", "lag_s_u"): {"energy_per_cycle": ("lag between the channels",), "friction_ratio": ("lag",)},
+    ("sensors", "lag_s_u"): {"energy_per_cycle": ("lag between the channels",), "friction_ratio": ("lag_s",)},
     ("sensors", "crosstalk"): {
         "energy_per_cycle": ("crosstalk",),
         "response_amplitude": ("crosstalk",),

@@ -24,7 +24,7 @@ MATTERS = 0.002  # of the amplitude: from so much on it is said
 class SensorChannel:
     """One sensor's way into the log.
 
-    ``late`` s: its samples are taken so much later than their stamps; ``cutoff`` Hz (None: no filter) and ``order`` of
+    ``late`` s: its sample at t shows the motion at t - late; ``cutoff`` Hz (None: no filter) and ``order`` of
     its low-pass filter (Butterworth).
     """
 
@@ -52,7 +52,7 @@ def restored(signal: FloatArray, step: float, channel: SensorChannel) -> FloatAr
     Examples
     --------
     >>> t = np.arange(2000) * 0.004
-    >>> seen = np.sin(2 * np.pi * 1.3 * (t + 0.001))
+    >>> seen = np.sin(2 * np.pi * 1.3 * (t - 0.001))
     >>> motion = restored(seen, 0.004, SensorChannel(late=0.001))
     >>> float(np.abs(motion - np.sin(2 * np.pi * 1.3 * t))[300:-300].max()) < 2e-4
     True
@@ -63,7 +63,7 @@ def restored(signal: FloatArray, step: float, channel: SensorChannel) -> FloatAr
     about = signal - line
     mirrored = np.concatenate([-about[:0:-1], about, -about[-2::-1]])
     frequency = np.asarray(np.fft.rfftfreq(len(mirrored), step), dtype=np.float64)
-    lines = np.fft.rfft(mirrored) * np.exp(-2j * math.pi * frequency * channel.late)
+    lines = np.fft.rfft(mirrored) * np.exp(2j * math.pi * frequency * channel.late)
     if channel.cutoff is not None:
         lines = lines / _limited(low_pass(frequency, channel.cutoff, channel.order))
     first = len(signal) - 1

@@ -54,6 +54,7 @@ FOLLOWED = 4  # starts, at most, without a cycle
 PERIODIC, EVEN = 0.1, 0.02  # irregularity of the base, scatter of its cycles' lengths, up to which it has a cycle
 SURE = 3.5  # errors from where a term does nothing: half its square is an evidence of 6
 MOST_RUNGS = 24
+OVER_TIME = "friction over time"
 
 
 def compare_whole(
@@ -91,19 +92,13 @@ def compare_whole(
             best, rows = climb_whole(observation, starts)
         else:
             best = fit_record(observation, starts)
-        posterior = posterior_of(best)
         values, observation = best.values(), record_of(best.model.tests[0])
-        whole = compared(
-            measurement, scene, as_cycle(cycle.under(observation.law), posterior), None, solver or scene.model.solver
-        )
-        facts = tuple(strained_facts(posterior, scene))
-        comparison = replace(
-            whole,
-            laws=comparison.laws,
-            warnings=(*whole.warnings, *facts),
-            cycle_law=cycle.law.name if law == AUTO else None,
-        )
-    record = follow(observation, values, fits_start=fit != "whole")
+        record = follow(observation, values, fits_start=False)
+        posterior = _over_time(as_cycle(cycle.under(observation.law), posterior_of(best)), record)
+        whole = compared(measurement, scene, posterior, None, solver or scene.model.solver)
+        comparison = replace(whole, laws=comparison.laws, cycle_law=cycle.law.name if law == AUTO else None)
+    else:
+        record = follow(observation, values, fits_start=True)
     warnings = (*comparison.warnings, *said, *record.warnings, *_of_the_climb(rows))
     if comparison.contact is not None:
         comparison = replace(comparison, contact=replace(comparison.contact, warnings=warnings))
@@ -134,6 +129,16 @@ def as_cycle(observation: CycleObservation, record: Posterior) -> Posterior:
     doubt = np.diag(model.holds(record.fit.point))[np.ix_(keep, keep)]
     information = np.linalg.inv(covariance) - doubt
     return Posterior(Fit(cycle, place), (information,), np.zeros(len(keep)), warnings=record.warnings)
+
+
+def _over_time(found: Posterior, record: WholeRecord) -> Posterior:
+    """The posterior whose errors hold what friction does during the record, where that is not one friction ratio."""
+    k, values = found.fit.find("beta"), found.values()
+    if k is None or not record.friction_wanders:
+        return found
+    shift, beta = np.zeros(len(found.unknowns)), found.unknowns[k]
+    shift[k] = beta.at(values["beta"] + float(np.std(record.cycle_friction))) - beta.at(values["beta"])
+    return found.with_shift(OVER_TIME, shift)
 
 
 def _measured(recording: Recording, scene: Scene, *, fit: Fitted) -> tuple[Measurement | None, str]:
@@ -190,6 +195,7 @@ def _without_cycle(
         best = fit_record(observation, starts, tries=FOLLOWED)
     found, observation = posterior_of(best), record_of(best.model.tests[0])
     record, motion = follow(observation, best.values(), fits_start=False), observation.response(best.values())
+    found = _over_time(found, record)
     if motion is None:
         raise AnalysisError(f"record: law {observation.law.name} has no motion at the values found")
     normal_force = normal_force_of(recording, scene)

@@ -75,9 +75,16 @@ class WholeRecord:
     def _wanders(self) -> Iterator[str]:
         """Say between which values friction wanders, where that is sure."""
         friction, error, time = self.cycle_friction, self.cycle_friction_se, self.cycle_time
-        if len(friction) < 2 or self.wanders < LIKELY:
-            return
-        low, high = int(np.argmin(friction)), int(np.argmax(friction))
-        if friction[high] - friction[low] > SURE * math.hypot(float(error[low]), float(error[high])):
-            least, most = (f"{friction[i]:.4g} +- {error[i]:.1g} at {time[i]:.4g} s" for i in (low, high))
+        if self.friction_wanders:
+            ends = int(np.argmin(friction)), int(np.argmax(friction))
+            least, most = (f"{friction[i]:.4g} +- {error[i]:.1g} at {time[i]:.4g} s" for i in ends)
             yield f"record: friction wanders between {least} and {most}"
+
+    @property
+    def friction_wanders(self) -> bool:
+        """Whether it is beyond doubt that friction was not the same all the time."""
+        friction, error = self.cycle_friction, self.cycle_friction_se
+        if len(friction) < 2 or self.wanders < LIKELY:
+            return False
+        low, high = int(np.argmin(friction)), int(np.argmax(friction))
+        return bool(friction[high] - friction[low] > SURE * math.hypot(float(error[low]), float(error[high])))

@@ -126,7 +126,7 @@ class Sensors(SceneTable):
     linearity: NonNegative = 0.0005
     """Standard uncertainty by a sensor's curvature, as a share of its measuring range."""
     lag_s: float = 0.0
-    """The base's sample comes this much later than the mass's."""
+    """The base's channel is behind the mass's by this: its sample at t shows the base at t - lag_s."""
     lag_s_u: NonNegative | None = None
     """Standard uncertainty of that lag; by default half a sampling interval either way; fits allow three times that."""
     filter_hz: Positive | None = None
