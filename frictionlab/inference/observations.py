@@ -432,14 +432,14 @@ class CycleObservation:
             each = np.concatenate(moved)
             freedom = len(each) - 1.0
             grown = each * np.sqrt(variance_inflation(each) * student(freedom) / freedom / cycles.used)
-            shown = at_least(grown.T @ grown, np.diag(sensor)) + white @ cycles.of_base @ white.T
+            shown = at_least(of_few(grown, assumed), np.diag(sensor)) + white @ cycles.of_base @ white.T
         else:
             shown = assumed
         if at.is_noise:
             return shown
         leverage = np.clip(np.diag(at.slopes @ at.gain), 0.0, 0.9)
         missed = at.gain * (at.residual / (1.0 - leverage))
-        by_misfit = missed @ missed.T
+        by_misfit = of_few(missed.T, assumed)
         larger, other = sorted((shown, by_misfit), key=lambda c: -float(np.log(np.diag(c) + 1e-300).sum()))
         return at_least(larger, np.maximum(np.diag(other), np.diag(assumed)))
 
@@ -447,6 +447,18 @@ class CycleObservation:
         """Return the rms of a whitened residual (2 K,) over the rms of the measured mean cycle."""
         gap = self.gap(residual)
         return math.sqrt(0.5 * float(gap @ gap) / self.cycles.power)
+
+
+def of_few(each: FloatArray, assumed: FloatArray) -> FloatArray:
+    """Return the covariance (n, n) that samples (m, n) sum up to; few samples say little of its correlations.
+
+    These are drawn to those of an assumed covariance (n, n), the more the fewer samples there are for each coordinate:
+    the inverse of a covariance from few samples promises too much [Hartlap et al., A&A 464 (2007) 399].
+    """
+    shown = each.T @ each
+    share = min(1.0, (each.shape[1] + 2.0) / len(each))
+    times = np.sqrt(np.diag(shown) / np.maximum(np.diag(assumed), 1e-300))
+    return np.asarray((1.0 - share) * shown + share * assumed * np.outer(times, times))
 
 
 def at_least(covariance: FloatArray, variance: FloatArray) -> FloatArray:

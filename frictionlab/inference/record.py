@@ -17,7 +17,7 @@ from frictionlab.analysis.noise import white_noise
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import AnalysisError, FrictionlabError
 from frictionlab.inference.fit import Fit, Model, Test, fit_from, reweighed
-from frictionlab.inference.observations import BENDS, SENSORS, Reached, Values, at_least
+from frictionlab.inference.observations import BENDS, SENSORS, Reached, Values, at_least, of_few
 from frictionlab.inference.unknowns import Unknown, of_law, of_rig
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
@@ -449,7 +449,7 @@ class RecordObservation:
                 each = (over[:, :whole] * gap[:whole]).reshape(-1, blocks, per_period).sum(axis=2).T
                 few = blocks / max(blocks - 3.0, 1.0)
                 grown = each * np.sqrt(few * np.maximum(variance_inflation(each) * student(blocks - 1.0), 1.0))
-                covariance = at_least(grown.T @ grown, np.diag(covariance))
+                covariance = at_least(of_few(grown, covariance), np.diag(covariance))
         shakes = self.shaken(at.values, SHAKES) @ over.T
         return np.asarray(covariance + shakes.T @ shakes / max(len(shakes), 1))
 
