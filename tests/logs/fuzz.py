@@ -180,8 +180,9 @@ def _read(path: Path, options: LogOptions) -> Recording | str:
 
 
 def _compare(one: Recording, other: Recording) -> None:
-    for name in ("time", "mass_displacement", "base_displacement", "quality"):
-        np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    np.testing.assert_array_equal(one.time, other.time)
+    np.testing.assert_array_equal(one.quality, other.quality)
+    np.testing.assert_equal(dict(one.measured()), dict(other.measured()))
     for name in ("files", "dialect", "quarantined", "warnings", "evidence"):
         if getattr(one.source, name) != getattr(other.source, name):
             raise AssertionError(f"two ways to read, two kinds of {name}")
