@@ -131,7 +131,7 @@ def main() -> None:
 
 
 def _measure(log: Path, options: str, bound: int, given: argparse.Namespace) -> None:
-    path, out = str(log), str(given.folder / "out.h5")
+    path, out = str(log), str(given.folder / f"{log.stem}.h5")
     python = (sys.executable, "-c")
     command = str(Path(sys.executable).with_name("frictionlab"))
     jobs = {
