@@ -119,22 +119,7 @@ def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
 def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
     """Read the motion of a base: from a log of both channels, or from one column of any table; the mass stands at 0.
 
-    Raises
-    ------
-    LogError
-        As `read_log`; or the base is given as an acceleration (`read_base_acceleration`).
-    """
-    options = options or LogOptions()
-    if options.base is None and len(displacements(path, options)) > 1:
-        return read_log(path, options)
-    sensors = _examined(read_table(path, options, ("base",)), options)
-    return _recording(_with_still_one(sensors, "mass"), options)
-
-
-def read_base_acceleration(path: Path, options: LogOptions | None = None) -> Recording | None:
-    """Read the motion of a base that is given as an acceleration; None where it is a displacement.
-
-    The recording's ``base_displacement`` then holds m/s^2: it is for whoever integrates it, and for nobody else.
+    Where it is an acceleration, it is the channel ``base_acceleration``, and no displacement of the base is there.
 
     Raises
     ------
@@ -143,21 +128,14 @@ def read_base_acceleration(path: Path, options: LogOptions | None = None) -> Rec
     """
     options = options or LogOptions()
     column = _acceleration_in(path, options)
-    if column is None:
-        return None
-    options = replace(options, base=column.index + 1, base_acceleration=None)
-    table = read_table(path, options, ("base",))
-    unit = options.unit or options.unit_of("base_acceleration")[0] or column.unit
-    if unit not in ACCELERATION:
-        raise LogError(
-            f"{table.name}: column {column} is an acceleration by its name; expected its unit, one of"
-            f" {', '.join(ACCELERATION)}; got {unit or 'none'}: give --unit, such as --unit m/s^2"
-        )
-    table.columns["base_acceleration"] = replace(column, unit=unit)
-    table.values["base_acceleration"] = table.values.pop("base")
-    sensors = _examined(table, replace(options, unit=None, units=None))
-    sensors.channels["base"] = sensors.channels.pop("base_acceleration")
-    sensors.replaced["base"] = sensors.replaced.pop("base_acceleration")
+    if column is not None:
+        units = f"base_acceleration={options.unit}" if options.unit in ACCELERATION else options.units
+        alone = replace(options, base=None, base_acceleration=column.index + 1, unit=None, units=units)
+        sensors = _examined(read_table(path, alone, (), further=True), alone)
+    elif options.base is None and len(displacements(path, options)) > 1:
+        return read_log(path, options)
+    else:
+        sensors = _examined(read_table(path, options, ("base",)), options)
     return _recording(_with_still_one(sensors, "mass"), options)
 
 

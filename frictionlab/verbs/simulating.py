@@ -92,7 +92,7 @@ def respond(
     """
     from frictionlab.base_motion import respond_to
     from frictionlab.hdf5 import read_recording
-    from frictionlab.logs import read_base_acceleration, read_base_log
+    from frictionlab.logs import read_base_log
     from frictionlab.recording import Recording
     from frictionlab.verbs.inputs import is_recording_name, scene_given
 
@@ -108,19 +108,19 @@ def respond(
     if isinstance(what, Recording):
         return respond_to(what, problem, natural_frequency_hz=frequency, stiffness_n_per_m=known.rig.stiffness)
     path = Path(what)
-    acceleration = None if is_recording_name(path) else read_base_acceleration(path, known.log)
-    if acceleration is None and highpass_hz is not None:
+    recording = read_recording(path) if is_recording_name(path) else read_base_log(path, known.log)
+    is_acceleration = "base_acceleration" in recording.measured() and "base_displacement" not in recording.measured()
+    if is_acceleration:
+        recording = recording.changed(base_displacement=recording.base_acceleration, channels=())
+    elif highpass_hz is not None:
         raise UsageError(f"{path}: --highpass belongs to a base that is an acceleration; got a displacement")
-    recording = acceleration
-    if recording is None:
-        recording = read_recording(path) if is_recording_name(path) else read_base_log(path, known.log)
     return respond_to(
         recording,
         problem,
         natural_frequency_hz=frequency,
         stiffness_n_per_m=known.rig.stiffness,
         source=str(what),
-        is_acceleration=acceleration is not None,
+        is_acceleration=is_acceleration,
         highpass_hz=highpass_hz,
     )
 
