@@ -139,7 +139,7 @@ def test_what_an_acceleration_needs_is_asked_for(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"integrated twice; expected --highpass HZ.*or --wall base"):
         fl.respond(alone, PLAIN, natural_frequency_hz=FN)
     named = log_of(tmp_path / "b.csv", {"time [s]": t, "x [mm]": y, "shaker acceleration": y})
-    with pytest.raises(LogError, match=r"an acceleration by its name; expected its unit, one of m/s.* got m:"):
+    with pytest.raises(LogError, match=r"is in m \(displacement\): expected an acceleration, one of m/s"):
         fl.respond(named, PLAIN, natural_frequency_hz=FN, base="3", unit="m")
     assert fl.respond(named, PLAIN, natural_frequency_hz=FN, base="3", unit="g", highpass_hz=0.2).base_u_m is not None
     with pytest.raises(UsageError, match="belongs to a base that is an acceleration"):

@@ -129,7 +129,7 @@ def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
     options = options or LogOptions()
     column = _acceleration_in(path, options)
     if column is not None:
-        units = f"base_acceleration={options.unit}" if options.unit in ACCELERATION else options.units
+        units = f"base_acceleration={options.unit}" if options.unit else options.units
         alone = replace(options, base=None, base_acceleration=column.index + 1, unit=None, units=units)
         sensors = _examined(read_table(path, alone, (), further=True), alone)
     elif options.base is None and len(displacements(path, options)) > 1:
@@ -332,12 +332,12 @@ def _further(table: LogTable, name: str, options: LogOptions) -> Sensed:
     unit = said or column.unit or (options.unit or "" if quantity == "displacement" else "")
     if not unit:
         raise LogError(
-            f"{table.name}: the unit of column {column} is not said: expected one of a {quantity}; got none: give "
+            f"{table.name}: the unit of column {column} is not said: expected one of {_a(quantity)}; got none: give "
             f'--units {name}={UNIT[quantity]}, or [log.units] {name} = "{UNIT[quantity]}"'
         )
     if quantity_of(unit) != quantity:
         raise LogError(
-            f"{table.name}: column {column} is in {_named(unit)}: expected a {quantity}, one of "
+            f"{table.name}: column {column} is in {_named(unit)}: expected {_a(quantity)}, one of "
             f"{', '.join(QUANTITIES[quantity])}: take another column"
             + (f', or give what a volt is, such as {name} = "50 {UNIT[quantity]}/V"' if unit in VOLTS else "")
         )
@@ -354,6 +354,10 @@ def _further(table: LogTable, name: str, options: LogOptions) -> Sensed:
     if said and per_volt is None and column.unit and column.unit != said:
         sensed.warnings.append(f"{name}: the log says {column.unit}, the options say {said}: {said} is taken")
     return sensed
+
+
+def _a(quantity: str) -> str:
+    return f"an {quantity}" if quantity[0] == "a" else f"a {quantity}"
 
 
 def _with_still_one(sensors: SensorLog, role: str) -> SensorLog:

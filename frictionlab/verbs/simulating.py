@@ -318,11 +318,12 @@ def _positive(law: "MaterialLaw", name: str, value: float | None) -> float:
 
 def _base_of(path: Path) -> "Recording":
     from frictionlab.hdf5 import read_recording
-    from frictionlab.logs import read_base_acceleration, read_base_log
+    from frictionlab.logs import read_base_log
     from frictionlab.verbs.inputs import is_recording_name
 
     if is_recording_name(path):
         return read_recording(path)
-    if read_base_acceleration(path) is not None:
+    recording = read_base_log(path)
+    if "base_displacement" not in recording.measured():
         raise UsageError(f"{path}: expected the base's displacement; got its acceleration: integrate it first")
-    return read_base_log(path)
+    return recording
