@@ -1,0 +1,148 @@
+"""How long the package's public functions take, of this build or of another one, with their errors where known.
+
+    python -m tests.benchmarks.speed [TASK ...]
+    OTHER_BUILD/.venv/bin/python tests/benchmarks/speed.py    # the same tasks by another build, to compare
+
+Processor time of one core, the shortest of several runs, after loading or compiling (printed apart). Start-up of a
+command is by the clock.
+"""
+
+import math
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from scipy import fft
+
+import frictionlab as fl
+from frictionlab.simulator import steady_state, sweep
+from frictionlab.simulator.record import BaseRecord, respond
+from frictionlab.simulator.sweep import warm_up
+
+ROOT = Path(__file__).parents[2]
+LOG, SCENE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv", ROOT / "configs" / "sample_data.toml"
+NATURAL_HZ, BASE_M = 3.13, 1.8e-3
+RATIOS, BETAS = [round(0.02 + 0.01 * i, 2) for i in range(249)], [round(0.1 * i, 1) for i in range(1, 10)]
+CONTACT = {"stiffness_ratio": 50.0}
+STRIBECK = {"static_ratio": 1.4, "stribeck_speed": 0.2}
+SLIDERS = {"stiffness_ratio": 12.0, "sliders": 8, "chi": -0.4}
+RATE_STATE = CONTACT | {
+    "direct_effect": 0.06,
+    "evolution_effect": 0.03,
+    "slip_distance": 0.02,
+    "reference_speed": 0.1,
+}
+STATES = {
+    "coulomb": fl.Problem(0.5, 0.4),
+    "coulomb+compliance": fl.Problem(0.5, 0.4, law="coulomb+compliance", parameters=CONTACT),
+    "coulomb+iwan, 8 sliders": fl.Problem(0.5, 0.4, law="coulomb+iwan", parameters=SLIDERS),
+    "coulomb+stribeck": fl.Problem(0.3, 0.6, law="coulomb+stribeck", parameters=STRIBECK),
+    "coulomb+dahl": fl.Problem(0.3, 0.6, law="coulomb+dahl", parameters=CONTACT),
+    "coulomb+lugre": fl.Problem(
+        0.3, 0.6, law="coulomb+lugre", parameters=CONTACT | STRIBECK | {"bristle_damping": 0.1}
+    ),
+    "coulomb+rate-state": fl.Problem(0.3, 0.6, law="coulomb+rate-state", parameters=RATE_STATE),
+}
+
+
+def seconds(work: Callable[[], object], repeats: int = 5, clock: Callable[[], float] = time.process_time) -> float:
+    """Shortest of some runs, after one that loads or compiles."""
+    times = []
+    work()
+    for _ in range(repeats):
+        begun = clock()
+        work()
+        times.append(clock() - begun)
+    return min(times)
+
+
+def tell(what: str, taken: float, note: str = "") -> None:
+    """Print one line."""
+    sys.stdout.write(f"{what:46s} {1e3 * taken:10.3f} ms  {note}\n")
+    sys.stdout.flush()
+
+
+def start_up() -> None:
+    """Commands by the clock, of a process of their own."""
+    for words in (["--version"], ["analyze", "--help"], ["compare-numeric", str(LOG), "--scene", str(SCENE)]):
+        command = [sys.executable, "-m", "frictionlab", *words]
+        run = partial(subprocess.run, command, cwd=ROOT, check=True, capture_output=True)
+        tell(f"frictionlab {words[0]}", seconds(run, 3, time.perf_counter))
+
+
+def states() -> None:
+    """Steady states one by one, by default settings."""
+    for name, problem in STATES.items():
+        count = 100 if problem.r == 0.5 else 3
+
+        def many(problem: fl.Problem = problem, count: int = count) -> None:
+            for _ in range(count):
+                steady_state(problem)
+
+        tell(f"steady state, {name}", seconds(many) / count)
+
+
+def maps() -> None:
+    """The thesis's map, and the largest error of 100 of its energies against orbits solved by shooting alone."""
+    energies, worst, rng = sweep(RATIOS, BETAS).datasets()["energy_per_cycle"], 0.0, np.random.default_rng(1)
+    for i, j in zip(rng.integers(0, len(RATIOS), 100), rng.integers(0, len(BETAS), 100), strict=True):
+        exact = steady_state(fl.Problem(RATIOS[i], BETAS[j]), solver="exact").energy_per_cycle
+        worst = max(worst, abs(float(energies[i, j].squeeze()) / exact - 1.0)) if exact else worst
+    taken = seconds(lambda: sweep(RATIOS, BETAS))
+    tell(f"map of {len(RATIOS) * len(BETAS)} rigid steady states", taken, f"relative error {worst:.0e}")
+
+
+def records() -> None:
+    """A base sampled 24,000 times: twelve tones between 0.2 and 2 Hz at 1 kHz."""
+    tones = np.random.default_rng(7).uniform([0.3, 0.2, 0.0], [1.0, 2.0, 2 * math.pi], (12, 3))
+    t = np.arange(24_000) / 1000.0
+    base = BaseRecord(2 * math.pi * t, np.sin(np.outer(t, 2 * math.pi * tones[:, 1]) + tones[:, 2]) @ tones[:, 0])
+    for law, parameters in (("coulomb", {}), ("coulomb+compliance", CONTACT), ("coulomb+stribeck", STRIBECK)):
+        problem = fl.Problem(1.0, 0.12, law=law, parameters=parameters)
+        tell(f"response to 24,000 samples, {law}", seconds(partial(respond, problem, base), 3))
+
+
+def analyses() -> None:
+    """A recording of 90 s at 4 kHz, beside the FFT of one of its channels (Hann's window, four times as long)."""
+    rng, t = np.random.default_rng(4), np.arange(360_000) / 4000.0
+    scene = fl.scene_from_tables({"rig": {"natural_frequency_hz": NATURAL_HZ}, "analysis": {"transient_s": 20.0}})
+    for r in (0.1, 0.5, 2.0):
+        state, tau = steady_state(fl.Problem(r, 0.4)), 2 * math.pi * r * NATURAL_HZ * t
+        assert state.orbit is not None
+        assert state.energy_per_cycle is not None
+        shapes = state.orbit.at(np.mod(tau, 2 * math.pi))[0], np.cos(tau)
+        mass, base = (BASE_M * shape + 0.8e-6 * rng.standard_normal(len(t)) for shape in shapes)
+        recording = fl.Recording(t, mass, base)
+        error = (fl.analyze(recording, scene).energy_per_cycle or math.nan) / state.energy_per_cycle - 1.0
+        padded = seconds(partial(fft.rfft, base * np.hanning(len(t)), 4 * len(t)))
+        taken = seconds(partial(fl.analyze, recording, scene))
+        tell(f"analyze 90 s at 4 kHz, r = {r}", taken, f"{taken / padded:.1f} FFTs; energy off by {error:+.0e}")
+
+
+def fits() -> None:
+    """A cycle's fit of a sample log, and of its laws one after the other."""
+    recording = fl.ingest(LOG, scene=SCENE)
+    tell("compare, coulomb", seconds(lambda: fl.compare(recording, SCENE), 3))
+    tell("compare, coulomb+place+speed", seconds(lambda: fl.compare(recording, SCENE, law="coulomb+place+speed"), 3))
+    tell("compare, law auto", seconds(lambda: fl.compare(recording, SCENE, law="auto"), 1))
+
+
+TASKS = {task.__name__: task for task in (start_up, states, maps, records, analyses, fits)}
+
+
+def main() -> None:
+    """Time the tasks named, or all."""
+    begun = time.perf_counter()
+    for law in ("coulomb", "coulomb+compliance", "coulomb+stribeck"):
+        warm_up(law)
+    tell("loading, or compiling once", time.perf_counter() - begun, f"frictionlab {fl.__version__} of {fl.__path__[0]}")
+    for name in sys.argv[1:] or TASKS:
+        TASKS[name]()
+
+
+if __name__ == "__main__":
+    main()
