@@ -131,6 +131,8 @@ def test_a_scene_is_found_by_its_name(tmp_path: Path, monkeypatch: pytest.Monkey
     fl.init("logs")
     assert find_scene(log) == Path("logs") / "frictionlab.toml"
     assert find_scene(Path("logs")) == Path("logs") / "frictionlab.toml"
+    recording = Path("logs_results") / "recordings" / "a.h5"
+    assert find_scene(recording) == tmp_path / "logs" / "frictionlab.toml", "results belong to their logs' scene"
     assert find_scene() is None
     fl.init()
     assert find_scene(log) == Path("frictionlab.toml")

@@ -150,7 +150,7 @@ def _words(
     exponent: float | None,
     exponent_error: float | None,
 ) -> str:
-    about = f"mean coefficient {mean:.4g} ± {error:.2g}"
+    about = f"mean coefficient {Estimate(mean, error)}"
     if p is None or exponent is None or exponent_error is None:
         return f"{material}: measured under one normal force only, so Amontons' law is not tested; {about}."
     proof = f"chi-square {square:.3g} on {freedom} degrees of freedom, p = {_p(p)}"

@@ -1,6 +1,7 @@
 """``frictionlab batch``: a folder of logs through the whole chain; ``frictionlab campaign``: many tests, one report."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,11 +9,21 @@ import typer
 
 from frictionlab.cli.arguments import Rows, exit_status, opened, report_rows, tables_in
 from frictionlab.cli.options import ANALYSIS, check_law, scene_of, takes
-from frictionlab.cli.screen import complain, print_table, print_tests, print_warnings, printable, track
+from frictionlab.cli.screen import (
+    complain,
+    paragraph,
+    print_table,
+    print_tests,
+    print_warnings,
+    printable,
+    track,
+    with_error,
+)
 from frictionlab.cli.work import COMPARED, MEASURED, assumed, headline
 from frictionlab.errors import AnalysisError, UsageError
-from frictionlab.schema import COMPARISONS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, MEASUREMENTS, RANKING
+from frictionlab.schema import COMPARISONS, MATERIAL_LAWS, MEASUREMENTS
 from frictionlab.tables import Row, check_output, read_rows, write_rows
+from frictionlab.tables.texts import GRAVE, kinds_of
 from frictionlab.verbs.inputs import FAILED, failure
 
 if TYPE_CHECKING:
@@ -21,6 +32,17 @@ if TYPE_CHECKING:
     from frictionlab.verbs.chain import Batch
 
 TABLE = "comparisons.jsonl"
+FITTED: Mapping[str, Callable[[Row], object]] = {
+    "material": lambda row: row.get("material"),
+    "N [N]": lambda row: with_error(row.get("normal_force_n"), None),
+    "tests": lambda row: row.get("tests"),
+    **{
+        title: partial(lambda row, key: with_error(row.get(key), row.get(f"{key}_u")), key=key)
+        for title, key in (("beta", "friction_ratio"), ("F [N]", "friction_force_n"), ("mu", "friction_coefficient"))
+    },
+    "law": lambda row: row.get("law"),
+}
+"""What the screen shows of a row of ``friction.csv``."""
 NO_SCENE = (
     "no scene: there is no frictionlab.toml in the working folder or beside the logs, and none is given (--scene FILE;"
     " make: SCENE=FILE): all settings are defaults and the rig is not known; `frictionlab init` writes one to fill in"
@@ -52,6 +74,7 @@ def batch(
     Example: frictionlab batch my_logs --scene my_scene.toml -o my_results
     """
     from frictionlab.scene import find_scene
+    from frictionlab.scene.toml_file import RESULTS
     from frictionlab.verbs.chain import batch as plan
 
     check_law(law)
@@ -59,8 +82,8 @@ def batch(
     if scene is None and find_scene(logs[0]) is None and not quiet:
         complain(NO_SCENE)
     if output is None:  # beside the raw data, not among them
-        first = logs[0].resolve()
-        output = Path(f"{first.name if first.is_dir() else first.parent.name}_results")
+        raw = logs[0].resolve() if logs[0].is_dir() else logs[0].resolve().parent
+        output = Path(".." if raw == Path.cwd() else "") / f"{raw.name}{RESULTS}"
     single = None if campaign else law
     work = plan(opened(logs), what, output=output, compare=not campaign, law=single, again=again, **settings)
     _check(work, output, campaign=campaign)
@@ -73,7 +96,8 @@ def batch(
     else:
         write_rows([row for row in work.rows() if row.get("status") == "ok"], output / TABLE)
     if not as_json:
-        _show(work, rows, output, campaign=campaign, wide=wide)
+        if not campaign:
+            _show(work, rows, output, wide=wide)
         if not quiet:
             print_warnings(work.rows(), verbose=verbose, notes=assumed(work.chain.scene, work.rows()))
     exit_status(rows)
@@ -108,11 +132,8 @@ def _in_order(work: "Batch", made: Iterator[Row]) -> Iterator[Row]:
             yield row
 
 
-def _show(work: "Batch", made: Rows, output: Path, *, campaign: bool, wide: bool) -> None:
+def _show(work: "Batch", made: Rows, output: Path, *, wide: bool) -> None:
     """Print the table of all logs, those that had not changed too, and where the results are."""
-    if campaign:
-        typer.echo(printable(f"the report is {output / 'report.html'}"))
-        return
     failed = {str(row["source"]): row for row in made if row.get("status") != "ok"}
     rows: list[Row] = []
     for log in work.logs:
@@ -142,6 +163,8 @@ def _evaluate(work: "Batch", output: Path, *, law: str | None, workers: int | No
     }
     report, mark = output / "report.html", output / "made.json"
     if is_fresh(mark, stamp, [report]):
+        if not quiet:
+            typer.echo(printable(f"the report is {report}"))
         return
     refuse_failures(rows)
     if not quiet:
@@ -167,6 +190,7 @@ def campaign(
     Example: frictionlab campaign build/measurements/*.jsonl --scene configs/campaign.toml -o build/campaign
     """
     from frictionlab.campaign.output import check_folder
+    from frictionlab.verbs.evaluate import recordings_beside
 
     what = scene_of(scene, beside=measurements[0], quiet=quiet)
     measurements = tables_in(measurements)
@@ -178,7 +202,7 @@ def campaign(
         rows,
         what,
         output,
-        folders=[path.parent for path in measurements],
+        folders=[place for path in measurements for place in recordings_beside(path)],
         law=law,
         workers=workers,
         force=force,
@@ -229,6 +253,10 @@ def write_campaign(
         return lambda items: track(items, total=len(items), title=title, quiet=quiet)
 
     result = evaluate(rows, scene, folders=folders, law=law, workers=workers, watch=watch("fit"))
+    if len(result.failures) == len(result.trials):
+        kinds = kinds_of((trial.source, str(trial.reason)) for trial in result.failures)
+        reasons = "; ".join(f"{reason} ({len(where)} tests)" for reason, where in kinds)
+        raise AnalysisError(f"campaign: all {len(result.trials)} tests failed: {reasons}: no report is written")
     publish(result, output, force=force, watch=watch("draw"))
     if not quiet:
         _print_campaign(result, output)
@@ -262,18 +290,21 @@ def _rows_of(paths: Sequence[Path]) -> tuple[list[Row], list[Row]]:
 
 
 def _print_campaign(result: "Campaign", folder: Path) -> None:
-    from frictionlab.campaign.output import friction_row, law_row, parameter_row, ranking_row
+    """Print friction by material and force, who ranks where if there are several, and what is doubtful."""
+    from frictionlab.campaign.output import friction_row, law_row
 
-    elsewhere = f"the tables in {printable(str(folder))} have"
-    for table, rows in (
-        (FRICTION, [friction_row(fit) for fit in result.fits]),
-        (RANKING, [ranking_row(rank) for rank in result.ranking]),
-        (MATERIAL_LAWS, [law_row(law) for law in result.laws]),
-        (LAW_PARAMETERS, [parameter_row(parameter) for parameter in result.parameters]),
-    ):
-        if rows or table in (FRICTION, RANKING):
-            print_table(rows, table, elsewhere=elsewhere)
-            typer.echo()
-    for sentence in (*(test.verdict for test in result.amontons), *result.notes):
-        typer.echo(printable(sentence))
-    typer.echo(f"{folder / 'report.html'} shows all results")
+    rows = [friction_row(fit) for fit in result.fits]
+    print_table([{title: show(row) for title, show in FITTED.items()} for row in rows], tuple(FITTED))
+    if result.laws:
+        typer.echo()
+        print_table([law_row(law) for law in result.laws], MATERIAL_LAWS, elsewhere="laws.csv has")
+    placed = [rank for rank in result.ranking if rank.rank is not None] if len(result.materials) > 1 else []
+    for criterion in dict.fromkeys(rank.criterion for rank in placed):
+        names = [f"{rank.rank} {rank.material}" for rank in placed if rank.criterion == criterion]
+        paragraph(printable(f"by {criterion}: {', '.join(names)}"), indent="  ")
+    said = [(fit.material, str(fit.note)) for fit in result.fits if fit.note]
+    doubts = [f"{note} ({', '.join(where)})" for note, where in kinds_of(said)]
+    doubts += [note for note in result.notes if GRAVE.search(note)]
+    for sentence in (*(test.verdict for test in result.amontons), *(f"! {note}" for note in doubts)):
+        paragraph(printable(sentence), indent="  ")
+    typer.echo(printable(f"the report is {folder / 'report.html'}"))

@@ -5,7 +5,6 @@ Text that stood in a log or a file name is never trusted: control characters are
 
 import math
 import os
-import re
 import shutil
 import sys
 import textwrap
@@ -19,16 +18,13 @@ import typer
 
 from frictionlab.schema import Table, column_of
 from frictionlab.tables import Row, plain
+from frictionlab.tables.texts import kinds_of
 
 WIDTH = 80  # letters in a line, where no terminal says another number
 GAP = 2  # blanks between columns
 LEAST_TEXT = 16  # letters that a text keeps in one line before it is folded
 FEW = 3  # rows that are rather turned than robbed of columns
 MOST_WARNINGS = 10  # lines
-GRAVE = re.compile(
-    r"strained|not settled|would give it|contradict|wrong|damag|does not explain|misfit|stands still|gap"
-)
-_NUMBER = re.compile(r"\d[\d.]*(?:e[+-]?\d+)?")
 T = TypeVar("T")
 Count = Callable[[int, int], None]
 """Called with what is done and what there is in all."""
@@ -143,21 +139,6 @@ def short_names(sources: Sequence[str]) -> list[str]:
     stems = [printable(Path(source).name.removesuffix(".gz")) for source in sources]
     stems = [Path(stem).stem if Path(stem).suffix else stem for stem in stems]
     return stems if len(set(stems)) == len(set(sources)) else [printable(source) for source in sources]
-
-
-def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, ...]]]:
-    """Group warnings (source, sentence) by cause: sentences that differ in their numbers alone are one; grave first.
-
-    Examples
-    --------
-    >>> kinds_of([("a", "lag: 3 s"), ("b", "no unit"), ("c", "lag: 4.5e-3 s")])
-    [('lag: 3 s', ('a', 'c')), ('no unit', ('b',))]
-    """
-    found: dict[str, list[tuple[str, str]]] = {}
-    for source, sentence in warnings:
-        found.setdefault(_NUMBER.sub("0", sentence), []).append((source, sentence))
-    kinds = [(alike[0][1], tuple(dict.fromkeys(source for source, _ in alike))) for alike in found.values()]
-    return sorted(kinds, key=lambda kind: (not GRAVE.search(kind[0]), -len(kind[1])))
 
 
 def print_warnings(rows: Iterable[Row], *, verbose: bool = False, notes: Sequence[str] = ()) -> None:

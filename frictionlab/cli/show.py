@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 import typer
 
 from frictionlab.cli.options import scene_of
-from frictionlab.cli.screen import count, kinds_of, paragraph, print_table, printable, track, warnings_of
+from frictionlab.cli.screen import count, paragraph, print_table, printable, track, warnings_of
 from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.files import make_folder
 from frictionlab.schema import TRADES, table_of
 from frictionlab.tables import check_output, has_rows, json_line, read_rows, write_rows
+from frictionlab.tables.texts import kinds_of
 
 if TYPE_CHECKING:
     from frictionlab.tradeoff.setting import Setting

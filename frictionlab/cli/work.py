@@ -147,7 +147,7 @@ def _causes(budget: Mapping[str, Mapping[str, float]]) -> Iterable[Row]:
 
 def _ratio(row: Row) -> str:
     value = row.get("frequency_ratio")
-    return f"{value:.4f}"[:5] if isinstance(value, float) else "-"
+    return f"{value:.3f}" if isinstance(value, float) else "-"
 
 
 def _scaled(unit: str, title: str, key: str, factor: Callable[[Row], float | None], keep: int) -> tuple[Shown, Shown]:

@@ -21,13 +21,13 @@ from frictionlab import __version__
 from frictionlab.campaign import CRITERIA, Campaign
 from frictionlab.campaign.output import measurement_rows, rows_of
 from frictionlab.campaign.trials import short_name
-from frictionlab.campaign.warned import kinds_of
 from frictionlab.figures.plates import Plate
 from frictionlab.files import write_whole
 from frictionlab.report.page_of_test import Dot, scatter, sheet_name
 from frictionlab.scene.text import value_text
 from frictionlab.schema import DRIFTS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING, TESTS, Table
 from frictionlab.tables import Row
+from frictionlab.tables.texts import GRAVE, kinds_of
 
 HERE = Path(__file__).parent
 SCALE = 1.7  # pixels on the screen per point in print
@@ -267,9 +267,11 @@ def _sentences(campaign: Campaign, material: str, tables: Mapping[str, Sequence[
 
 
 def _doubts(campaign: Campaign) -> list[str]:
-    """The warnings of most tests, and how many failed: what a person should know before believing the numbers."""
+    """What to know before believing the numbers: failures, strained rig or law, the warnings of most tests."""
     failed = len(campaign.failures)
     said = [f"{failed} of {len(campaign.trials)} tests failed; see Failures."] if failed else []
+    said += [note for note in campaign.notes if GRAVE.search(note)]
+    said += grouped(dict(kinds_of((fit.material, fit.note) for fit in campaign.fits if fit.note)))
     said += grouped(_warnings(campaign))
     rest = len(said) - MOST_DOUBTS
     return said[:MOST_DOUBTS] + ([f"{rest} more kinds of warnings; see Warnings."] if rest > 0 else [])
@@ -278,7 +280,7 @@ def _doubts(campaign: Campaign) -> list[str]:
 def _warnings(campaign: Campaign) -> Mapping[str, Sequence[str]]:
     """The tests of each warning; warnings that differ in their numbers alone are one."""
     found = kinds_of((short_name(t.source), text) for t in campaign.trials for text in t.warnings)
-    return {kind.sentence: kind.sources for kind in found}
+    return dict(found)
 
 
 def _overview(campaign: Campaign) -> str:

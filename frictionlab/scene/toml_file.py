@@ -13,6 +13,7 @@ from frictionlab.scene.faults import Lines, check_hidden, lines_of, refusal
 from frictionlab.scene.keys import Origin, Scene
 
 SCENE_NAME = "frictionlab.toml"
+RESULTS = "_results"  # behind the name of a folder of logs: that of its results
 
 
 def read_scene(path: str | PathLike[str]) -> Scene:
@@ -53,12 +54,20 @@ def read_scene(path: str | PathLike[str]) -> Scene:
 def find_scene(beside: Path | None = None) -> Path | None:
     """The scene that stands where a command is called, or beside its first input; None where there is none.
 
+    Results in ``LOGS_results`` belong to the scene in ``LOGS``.
+
     Parameters
     ----------
     beside
         The first input: a file, or a folder of inputs.
     """
-    places = [Path()] if beside is None else [Path(), beside if beside.is_dir() else beside.parent]
+    places = [Path()]
+    if beside is not None:
+        places.append(beside if beside.is_dir() else beside.parent)
+        above = (places[-1].absolute(), *places[-1].absolute().parents[:1])
+        places += [
+            folder.with_name(folder.name.removesuffix(RESULTS)) for folder in above if folder.name.endswith(RESULTS)
+        ]
     return next((place / SCENE_NAME for place in places if (place / SCENE_NAME).is_file()), None)
 
 

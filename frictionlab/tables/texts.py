@@ -26,6 +26,11 @@ _DEEPEST = 100  # objects and lists inside each other, of a row
 FAILED = tuple(column.name for column in OUTCOME)
 FIRST_BYTES = 1 << 20  # of a file, in which its mark must be found
 MOST_DIGITS = 15  # of a whole number; beyond, not even a float tells two of them apart
+GRAVE = re.compile(
+    r"strained|not settled|would give it|contradict|wrong|damag|does not explain|misfit|stands still|gap"
+    r"|times what|gives no stiffness|not at hand"
+)
+_DIGITS = re.compile(r"\d[\d.]*(?:e[+-]?\d+)?")
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 _FORMULA = re.compile(r"'*[=+\-@\t\r\uff1d\uff0b\uff0d\uff20]")  # full-width forms as well
 _QUOTED_FORMULA = re.compile(r"'+[=+\-@\t\r\uff1d\uff0b\uff0d\uff20]")
@@ -376,3 +381,18 @@ def names_in_json(path: Path) -> tuple[str, ...]:
             if found and found != FAILED:
                 break
     return found
+
+
+def kinds_of(warnings: Iterable[tuple[str, str]]) -> list[tuple[str, tuple[str, ...]]]:
+    """Group warnings (source, sentence) by cause: sentences that differ in their numbers alone are one; grave first.
+
+    Examples
+    --------
+    >>> kinds_of([("a", "lag: 3 s"), ("b", "no unit"), ("c", "lag: 4.5e-3 s")])
+    [('lag: 3 s', ('a', 'c')), ('no unit', ('b',))]
+    """
+    found: dict[str, list[tuple[str, str]]] = {}
+    for source, sentence in warnings:
+        found.setdefault(_DIGITS.sub("0", sentence), []).append((source, sentence))
+    kinds = [(alike[0][1], tuple(dict.fromkeys(source for source, _ in alike))) for alike in found.values()]
+    return sorted(kinds, key=lambda kind: (not GRAVE.search(kind[0]), -len(kind[1])))

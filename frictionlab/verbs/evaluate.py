@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ NO_TRACES = Traces(*[np.zeros(0)] * 10)  # what figures show of a measurement; a
 
 
 def evaluate(
-    measurements: Iterable[Measurement | Row | FilePath],
+    measurements: Iterable[Measurement | Row | FilePath] | FilePath,
     scene: AnyScene = None,
     *,
     folders: Iterable[FilePath] = (),
@@ -37,14 +38,14 @@ def evaluate(
 
     Parameters
     ----------
-    measurements : iterable
-        Measurements, rows of measurements (failed ones too), or files that `frictionlab analyze` wrote, in any mixture;
+    measurements : iterable, str or Path
+        A file, or measurements, rows of them (failed ones too) and files that `frictionlab analyze` wrote, mixed;
         comparisons or files of them too: their ``laws`` tell which law each material requires.
     scene : Scene, str, Path or None
         ``[rig]`` stiffness turns friction ratios into forces and coefficients; ``[model]`` is what predictions hold;
         ``[experiment]`` gives the facts of each test by the name of its source.
     folders : iterable of str or Path
-        Where recordings are looked for too, beside where the measurements stand.
+        Where recordings are looked for too, beside the measurements and where `frictionlab batch` puts them.
     law : str, optional
         In place of the scene's; "auto" finds the one that the tests of each material require together.
     workers : int, optional
@@ -64,12 +65,12 @@ def evaluate(
     known = _under(scene_given(scene, settings, TABLES), law)
     rows: list[Row] = []
     places = {Path(folder) for folder in folders}
-    for what in measurements:
+    for what in [measurements] if isinstance(measurements, (str, PathLike)) else measurements:
         if isinstance(what, (Measurement, Mapping)):
             rows.append(what.row() if isinstance(what, Measurement) else what)
         else:
             rows += read_measurements(Path(what))
-            places.add(Path(what).parent)
+            places |= set(recordings_beside(Path(what)))
     comparisons = [row for row in rows if is_comparison(row)]
     measured = [row for row in rows if not is_comparison(row)]
     sources = {str(row["source"]) for row in measured}
@@ -84,6 +85,12 @@ def evaluate(
         find_law=law == AUTO,
         watch=watch,
     )
+
+
+def recordings_beside(table: Path) -> list[Path]:
+    """Folders in which the recordings of a table of measurements may stand: its own, and where `batch` puts them."""
+    here = table.parent
+    return [here, *(place for place in (here / "recordings", here.parent / "recordings") if place.is_dir())]
 
 
 def _under(scene: Scene, law: str | None) -> Scene:

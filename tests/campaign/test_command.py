@@ -11,6 +11,7 @@ import pytest
 
 from frictionlab.hdf5 import write_tree
 from frictionlab.tables import write_rows
+from frictionlab.verbs.evaluate import recordings_beside
 from tests.campaign.fabricate import COEFFICIENTS, small_campaign
 
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -123,3 +124,35 @@ def test_when_all_tests_failed_the_status_is_1(run: Run, tmp_path: Path) -> None
     write_rows([{"source": "a.csv", "status": "failed", "reason": "no drive"}], tmp_path / "m.jsonl")
     assert run("campaign", "m.jsonl", "-o", "out").returncode == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_tests_without_a_frequency_ratio_are_no_campaign_and_the_reason_is_said(run: Run, tmp_path: Path) -> None:
+    write_rows([{**row, "frequency_ratio": None} for row in small_campaign()], tmp_path / "a.csv")
+    done = run("campaign", "a.csv", "-o", "out")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "tests failed: no frequency_ratio: give [rig] natural_frequency_hz" in done.stderr
+    assert not (tmp_path / "out" / "report.html").exists()
+
+
+def test_the_screen_of_a_campaign_fits_80_columns_and_ranks_no_material_against_itself(
+    run: Run, tmp_path: Path
+) -> None:
+    rows = small_campaign()
+    write_rows(rows, tmp_path / "a.csv")
+    write_rows([row for row in rows if row.get("material") == "rubber"], tmp_path / "one.csv")
+    (tmp_path / "scene.toml").write_text(TOML)
+    many, one = (
+        run("campaign", name, "--scene", "scene.toml", "-o", name.removesuffix(".csv")).stdout.splitlines()
+        for name in ("a.csv", "one.csv")
+    )
+    assert max(map(len, many[:10])) <= 80
+    assert many[0].split() == ["material", "N", "[N]", "tests", "beta", "F", "[N]", "mu", "law"]
+    assert any(line.startswith("by energy: 1 ") for line in many)
+    assert not any(line.startswith("by ") for line in one)
+
+
+def test_recordings_are_found_where_batch_puts_them(tmp_path: Path) -> None:
+    (tmp_path / "recordings").mkdir()
+    assert recordings_beside(tmp_path / "measurements.csv") == [tmp_path, tmp_path / "recordings"]
+    deeper = tmp_path / "measurements" / "a.jsonl"
+    assert recordings_beside(deeper) == [deeper.parent, tmp_path / "recordings"]

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
-from frictionlab.campaign.warned import kinds_of
 from frictionlab.cli import app
 from frictionlab.tables import write_rows
+from frictionlab.tables.texts import kinds_of
 from tests.campaign.fabricate import row
 from tests.desk import ROOT
 
@@ -19,9 +19,9 @@ SAID = st.tuples(st.sampled_from("abcd"), st.sampled_from(["lag: 3 s", "lag: 0.4
 @given(st.lists(SAID))
 def test_every_warning_of_every_test_is_in_exactly_one_kind(said: list[tuple[str, str]]) -> None:
     kinds = kinds_of(said)
-    told = {(source, re.sub(r"[\d.e-]+ s", "# s", kind.sentence)) for kind in kinds for source in kind.sources}
+    told = {(source, re.sub(r"[\d.e-]+ s", "# s", sentence)) for sentence, sources in kinds for source in sources}
     assert told == {(source, re.sub(r"[\d.e-]+ s", "# s", sentence)) for source, sentence in said}
-    assert len(told) == sum(len(kind.sources) for kind in kinds)
+    assert len(told) == sum(len(sources) for _, sources in kinds)
 
 
 def test_a_campaign_tells_a_kind_once_on_screen_and_in_its_report(tmp_path: Path) -> None:
