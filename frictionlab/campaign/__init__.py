@@ -8,7 +8,7 @@
 - ``responses``: examples from the recordings; ``output``: the tables as files
 """
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -31,6 +31,7 @@ from frictionlab.campaign.laws import (
     loops_of,
     parameters_of,
 )
+from frictionlab.campaign.left_out import LeftOutTest, left_out
 from frictionlab.campaign.prediction import Curve, Model, curve, model_of, prepare
 from frictionlab.campaign.ranking import CRITERIA, Rank, rank_all
 from frictionlab.campaign.reading import read_measurements
@@ -44,7 +45,9 @@ from frictionlab.campaign.responses import (
     recording_path,
 )
 from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order, trial_of
+from frictionlab.campaign.verdicts import Cause
 from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.inference.material_law import MaterialLaw, material_law_of
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.scene import Scene
 from frictionlab.schema.result import Result
@@ -61,6 +64,7 @@ __all__ = [
     "FrictionFit",
     "LawEvidence",
     "LawParameter",
+    "LeftOutTest",
     "Loop",
     "Model",
     "Rank",
@@ -106,7 +110,8 @@ class Campaign(Result):
     sentences about the campaign as a whole; ``laws``: the joint evidence of the laws tried, one per material and law;
     ``comparisons``: the row of `compare-numeric` by source, where it is given; ``folders``: where recordings stand;
     ``joint``: the fit of all tests together, where recordings are at hand; ``parameters``: of the materials' laws;
-    ``loops``: of their contacts.
+    ``loops``: of their contacts; ``material_laws``: each material's law in physical units; ``left_out``: each test as
+    the law of all others predicts it.
     """
 
     trials: tuple[Trial, ...]
@@ -125,6 +130,8 @@ class Campaign(Result):
     joint: JointFit | None = field(default=None, repr=False)
     parameters: tuple[LawParameter, ...] = ()
     loops: tuple[Loop, ...] = ()
+    material_laws: tuple[MaterialLaw, ...] = ()
+    left_out: tuple[LeftOutTest, ...] = ()
 
     def rows(self) -> list[dict[str, object]]:
         """One row for each material and normal force, as in ``friction.csv``."""
@@ -208,12 +215,11 @@ def evaluate(
         if t.is_long and not t.failed
     )
     responses = _responses(tests, folders)
+    tested = tuple(amontons(m, [f for f in fits if f.material == m], joint, scene.rig.stiffness) for m in materials)
     return Campaign(
         trials=tests,
         fits=fits,
-        amontons=tuple(
-            amontons(m, [f for f in fits if f.material == m], joint, scene.rig.stiffness) for m in materials
-        ),
+        amontons=tested,
         ranking=rank_all(fits, drifts, materials),
         drifts=drifts,
         curves=_curves(fits, first, models),
@@ -235,7 +241,36 @@ def evaluate(
         joint=joint,
         parameters=() if joint is None else parameters_of(joint, scene),
         loops=() if joint is None else loops_of(joint, scene.rig.stiffness),
+        material_laws=() if joint is None else tuple(_material_laws(joint, tested, scene)),
+        left_out=() if joint is None else _left_out(joint, tests, fits),
     )
+
+
+def _left_out(joint: JointFit, tests: Sequence[Trial], fits: Sequence[FrictionFit]) -> tuple[LeftOutTest, ...]:
+    """Each test as the law of all others predicts it; one that no fit takes is there with the reason."""
+    excluded = {v.trial.source: v.excluded.sentence for fit in fits for v in fit.verdicts if v.excluded}
+    found = {test.source: test for test in left_out(joint.posterior)}
+    return tuple(
+        found.get(t.source)
+        or LeftOutTest(t.source, t.material, reason=t.reason or excluded.get(t.source, Cause.NO_CYCLE.sentence))
+        for t in tests
+    )
+
+
+def _material_laws(joint: JointFit, tested: Sequence[AmontonsTest], scene: Scene) -> Iterator[MaterialLaw]:
+    """The law of each material whose coefficient (or, where Amontons' law fails, force) is known."""
+    stiffness, frequency = scene.rig.stiffness, scene.rig.natural_frequency
+    for test in tested if stiffness and frequency else ():
+        posterior = joint.by_force if test.holds is False else joint.posterior
+        law = material_law_of(
+            posterior,
+            test.material,
+            stiffness_n_per_m=stiffness or 0.0,
+            natural_frequency_hz=frequency or 0.0,
+            lag_s=scene.sensors.lag_s,
+        )
+        if law is not None:
+            yield law
 
 
 def _not_opened(trials: Sequence[Trial], folders: Sequence[Path]) -> Sequence[str]:

@@ -1,12 +1,14 @@
 """The tables of a campaign as files: the contract's columns first, then what else helps."""
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from frictionlab.campaign import Campaign, Drift, FrictionFit, LawEvidence, LawParameter, Rank, Trial, Verdict
 from frictionlab.errors import OutputError
 from frictionlab.files import make_folder, refuse_inputs, refuse_protected
-from frictionlab.schema import DRIFTS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING, TESTS, Table
+from frictionlab.inference.material_law import is_material_law
+from frictionlab.schema import DRIFTS, FRICTION, LAW_PARAMETERS, LEFT_OUT, MATERIAL_LAWS, RANKING, TESTS, Table
 from frictionlab.tables import Row, is_table, write_rows
 
 TABLES: Mapping[str, Table] = {
@@ -16,6 +18,7 @@ TABLES: Mapping[str, Table] = {
     "drift.csv": DRIFTS,
     "laws.csv": MATERIAL_LAWS,
     "parameters.csv": LAW_PARAMETERS,
+    "left_out.csv": LEFT_OUT,
 }
 REPORT = "report.html"
 MARK = '<meta name="generator" content="frictionlab'
@@ -54,7 +57,7 @@ def _is_ours(path: Path) -> bool:
 
 
 def write_tables(campaign: Campaign, folder: Path) -> tuple[Path, ...]:
-    """Write ``measurements.csv``, ``friction.csv``, ``ranking.csv``, ``drift.csv``, ``laws.csv``, ``parameters.csv``.
+    """Write `TABLES`, and the law of each material, ``law_MATERIAL.toml``; laws of an earlier campaign go.
 
     Raises
     ------
@@ -64,7 +67,25 @@ def write_tables(campaign: Campaign, folder: Path) -> tuple[Path, ...]:
     rows = rows_of(campaign)
     for name, table in TABLES.items():
         write_rows(rows[name], folder / name, table, force=True)
-    return tuple(folder / name for name in TABLES)
+    laws = {law_file(law.material): law for law in campaign.material_laws}
+    for old in set(folder.glob("law_*.toml")) - {folder / name for name in laws}:
+        if is_material_law(old):
+            old.unlink()
+    for name, law in laws.items():
+        law.write(folder / name)
+    return (*(folder / name for name in TABLES), *(folder / name for name in laws))
+
+
+def law_file(material: str) -> str:
+    """Return the name of a material's law; what stands badly in a file's name is an underscore.
+
+    Examples
+    --------
+    >>> law_file("brass on steel/2")
+    'law_brass_on_steel_2.toml'
+    """
+    plain = re.sub(r"[^\w.+-]", "_", material)
+    return f"law_{plain}.toml"
 
 
 def rows_of(campaign: Campaign) -> Mapping[str, list[Row]]:
@@ -77,6 +98,7 @@ def rows_of(campaign: Campaign) -> Mapping[str, list[Row]]:
         "drift.csv": [drift_row(drift) for drift in campaign.drifts],
         "laws.csv": [law_row(law) for law in campaign.laws],
         "parameters.csv": [parameter_row(parameter) for parameter in campaign.parameters],
+        "left_out.csv": [{key: getattr(test, key) for key in LEFT_OUT.names} for test in campaign.left_out],
     }
 
 

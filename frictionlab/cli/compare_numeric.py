@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
@@ -35,6 +35,7 @@ def compare_numeric(
     recordings: list[Path],
     *,
     law: str | None = None,
+    law_file: Path | None = None,
     beta: float | None = None,
     whole: bool = False,
     fit: Literal["cycle", "whole"] = "cycle",
@@ -51,7 +52,8 @@ def compare_numeric(
     inputs = expanded(recordings, recordings=True)
     kinds = ("record", "comparison", "contact") if fit == "whole" else ("comparison", "contact", *("record",) * whole)
     plots = work.places(inputs, scene, COMPARISONS, kinds)
-    job = partial(_compared, scene=scene, law=law, beta=beta, plots=plots, whole=whole, fit=fit, force=work.force)
+    asked = {"law": law, "law_file": law_file, "friction_ratio": beta, "whole": whole, "fit": fit}
+    job = partial(_compared, scene=scene, asked=asked, plots=plots, force=work.force)
     rows, shown = work.rows(inputs, job, "compare")
     work.write(rows, inputs, scene, COMPARISONS)
     good = work.show(shown, COMPARISONS, COMPARED, scene, noun="recordings compared")
@@ -91,23 +93,20 @@ def _compared(
     path: Path,
     *,
     scene: "Scene",
-    law: str | None,
-    beta: float | None,
+    asked: Mapping[str, Any],
     plots: Figures | None,
     files: Files,
-    whole: bool,
-    fit: Literal["cycle", "whole"],
     force: bool,
 ) -> Row:
     from frictionlab.verbs.judging import compare
     from frictionlab.verbs.measuring import analyze
 
     file, shown = files.get(path, path), {}
-    if whole or fit == "whole":
-        comparison = compare(file, scene, law=law, friction_ratio=beta, whole=whole, fit=fit)
+    if asked["whole"] or asked["fit"] == "whole":
+        comparison = compare(file, scene, **asked)
     else:
         measurement = analyze(file, scene)
-        comparison = compare(measurement, scene, law=law, friction_ratio=beta)
+        comparison = compare(measurement, scene, **asked)
         row = measurement.row()
         shown = {HIDDEN: {key: row[key] for key in ("energy_per_cycle_j", "energy_per_cycle_u", "base_amplitude_m")}}
     if plots is not None:

@@ -50,7 +50,7 @@ WORDS = {
     "batch.law": "--law LAW | Contact law like coulomb+speed, or auto: the simplest that the data require.",
     "campaign.law": "--law LAW | Contact law like coulomb+speed, or auto: the one that each material requires.",
     "compare-numeric.law": "--law LAW | Contact law like coulomb+speed, or auto: the simplest that is required.",
-    "law_file": "--law-file TOML | The law of a material, law_MATERIAL.toml, that a campaign wrote.",
+    "law_file": "--law-file TOML | The law of a material, law_MATERIAL.toml of a campaign.",
     "mass_log": "--mass-log FILE | Log of the mass alone, or -.",
     "measured": "--measured FILE | Comparisons at hand (compare-numeric -o): they are known.",
     "mu": "--mu | Static over kinetic friction, in both directions (1).",

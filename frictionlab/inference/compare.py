@@ -20,8 +20,9 @@ from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import Comparison, Verdict
 from frictionlab.inference.contact import ContactForce, contact_of
 from frictionlab.inference.diagnose import EXPLAINED, Diagnosis, diagnose
-from frictionlab.inference.fit import Fit, start_place
+from frictionlab.inference.fit import Fit, Model, Test, fit_from, start_place
 from frictionlab.inference.ladder import Ladder, Rung, climb
+from frictionlab.inference.material_law import MaterialLaw
 from frictionlab.inference.observations import BENDS, CycleObservation, bent, cycle_of, observe
 from frictionlab.inference.posterior import (
     ParameterEstimate,
@@ -31,6 +32,7 @@ from frictionlab.inference.posterior import (
     model_of,
     posterior_of,
 )
+from frictionlab.inference.unknowns import STRONGEST, Unknown
 from frictionlab.inference.whole_record import Fitted
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, Solver
@@ -43,6 +45,7 @@ FloatArray = NDArray[np.float64]
 UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
 FAINT = 0.1  # error of the measured cycle over its size from which nearly any law explains it
 VAGUE = 0.1  # relative uncertainty from which a friction ratio is called vague
+HELD = 1e-9  # standard deviation of what a law was found with
 AUTO = "auto"  # the law that the recording requires
 
 
@@ -104,6 +107,46 @@ def predict(
     _check_given(law, friction_ratio)
     found, ladder = identified(measurement, scene, law, friction_ratio)
     return compared(measurement, scene, found, ladder, solver or scene.model.solver)
+
+
+def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Comparison:
+    """Compare a measured test with the law of its material, found elsewhere.
+
+    Fitted are only the values that scatter from test to test, each held by its scatter: the other values, the natural
+    frequency, the frame's damping and an undeclared lag are those that the law was found with.
+
+    Raises
+    ------
+    AnalysisError
+        The law has no steady state in this test.
+    UsageError
+        The test's normal force or frequency ratio is not known.
+    """
+    if measurement.normal_force_n is None or measurement.frequency_ratio is None:
+        raise UsageError(
+            f"{measurement.source}: a law of a material needs the test's normal force and frequency ratio: give"
+            " normal_force_n in [experiment] and natural_frequency_hz in [rig] of the scene"
+        )
+    observation = replace(observe(measurement, scene, law.law), wall=law.wall)
+    drive = measurement.drive_frequency_hz
+    test = (measurement.normal_force_n, measurement.base_amplitude_m, drive / law.rig["natural_frequency_hz"])
+    middle = law.problem(*test)
+    moved = law.problem(*test, values={n: v + law.scatter.get(n, (0.0,))[0] for n, v in law.values.items()}).parameters
+    own = []
+    for p in law_of(law.law).own:
+        mean, sd = middle.parameters[p.name], moved[p.name] - middle.parameters[p.name]
+        if sd > 0.0:
+            low = max(-STRONGEST, (p.low - mean) / sd)
+            own.append(Unknown(p.name, p.words, "test", mean=mean, sd=sd, low=low, law=True))
+    tuned = drive / middle.r / (drive / measurement.frequency_ratio) - 1.0
+    lag = law.rig.get("lag_s", 0.0) - scene.sensors.lag_s if scene.sensors.lag_s_u is None else 0.0
+    own += [Unknown(n, n, mean=v, sd=HELD) for n, v in (("natural_frequency", tuned), ("lag_s", lag))]
+    names = {u.name for u in own}
+    held = {name: value for name, value in middle.parameters.items() if name not in names}
+    one = Test(observation.under(observation.law, held), np.arange(len(own)), np.ones(len(own)))
+    starts = [np.array([start * (u.level == "test") for u in own]) for start in (0.0, 1.0, -1.0)]
+    found = posterior_of(fit_from(Model((one,), tuple(own), np.zeros(len(own))), starts))
+    return compared(measurement, scene, found, None, scene.model.solver)
 
 
 def _check_given(law: str | None, friction_ratio: float | None) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,9 @@ from frictionlab.scene.physical import factor_of
 from frictionlab.simulator import COSINE, Base, Problem
 from frictionlab.simulator.laws import Law, Parameter, law_of
 from frictionlab.simulator.problem import Wall
+
+if TYPE_CHECKING:
+    from frictionlab.inference.posterior import Posterior
 
 FloatArray = NDArray[np.float64]
 
@@ -79,7 +82,8 @@ class MaterialLaw:
     test_level : tuple of str
         Values that are another in each test: their mean is what stands in `values`.
     rig : mapping of str to float
-        ``natural_frequency_hz``, ``stiffness_n_per_m``, ``frame_damping_ratio``.
+        ``natural_frequency_hz``, ``stiffness_n_per_m``, ``frame_damping_ratio``, and ``lag_s``: by how much the base's
+        channel is behind, as the tests have found it (0 where that is not known).
     conditions : mapping of str to (float, float)
         Lowest and highest ``normal_force_n``, ``base_amplitude_m`` and ``frequency_ratio`` of the tests.
     tests : int
@@ -195,9 +199,10 @@ class MaterialLaw:
         return float(np.interp(normal_force_n, forces, [friction for _, friction in known]))
 
     def draws(self, n: int, seed: int = 0) -> list[dict[str, float]]:
-        """Return values of so many tests not made: errors and scatter from test to test are drawn together.
+        """Return values of so many tests not made: errors, and scatter from test to test by Student's t.
 
-        A value that is positive by its law is drawn on a logarithmic scale, others are kept inside their domain.
+        The scatter is known from the law's tests: they less one are its degrees of freedom. A value that is positive by
+        its law is drawn on a logarithmic scale, others are kept inside their domain.
 
         Parameters
         ----------
@@ -206,11 +211,11 @@ class MaterialLaw:
             The same seed gives the same draws.
         """
         names, best = list(self.values), np.array(list(self.values.values()))
-        spread = np.array([math.hypot(*self.scatter.get(name, (0.0, 0.0))) for name in names])
-        covariance = self.covariance + np.diag(spread**2)
-        values, vectors = np.linalg.eigh(covariance)
-        random = np.random.default_rng(seed).standard_normal((n, len(names)))
-        steps = random * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
+        spread = np.array([self.scatter.get(name, (0.0,))[0] for name in names])
+        values, vectors = np.linalg.eigh(self.covariance)
+        generator = np.random.default_rng(seed)
+        steps = generator.standard_normal((n, len(names))) * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
+        steps += generator.standard_t(max(self.tests - 1, 1), (n, len(names))) * spread
         low, high, logs = self._domains(names)
         logs &= best > 0.0
         drawn = best + steps
@@ -262,7 +267,8 @@ class MaterialLaw:
             if name in self.scatter:
                 spread, error = self.scatter[name]
                 lines += [f"scatter = {_said(spread)}", f"scatter_u = {_said(error)}"]
-            lines += [f'level = "{"test" if name in self.test_level else "material"}"']
+            level = "test" if name in self.test_level else "rig" if name in (FRAME, DETUNING) else "material"
+            lines += [f'level = "{level}"']
         lines += ["", "[rig]", *(f"{key} = {_said(value)}" for key, value in self.rig.items())]
         lines += ["", "[conditions]", *(f"{key} = {_said(list(pair))}" for key, pair in self.conditions.items()), ""]
         return "\n".join(lines)
@@ -285,6 +291,80 @@ def _said(value: object) -> str:
 
 def _key(name: str) -> str:
     return name if name.replace("_", "").isalnum() else _said(name)
+
+
+def material_law_of(
+    posterior: "Posterior",
+    material: str,
+    *,
+    stiffness_n_per_m: float,
+    natural_frequency_hz: float,
+    lag_s: float = 0.0,
+) -> MaterialLaw | None:
+    """Return what a joint fit says of one material, in physical units; None where a normal force is not known.
+
+    A fit with a friction ratio at each normal force gives a friction force at each, one with a single ratio (Amontons'
+    law) a coefficient. Values that the scene holds have no error. ``lag_s``: that the scene declares.
+    """
+    places = [i for i, o in enumerate(posterior.observations) if o.material == material]
+    tests, seen = [posterior.tests[i] for i in places], [posterior.observations[i] for i in places]
+    forces = [o.normal_force for o in seen if o.normal_force is not None]
+    if len(forces) < len(seen) or not seen:
+        return None
+    first, point = tests[0], posterior.fit.point
+    betas = list(dict.fromkeys(int(k) for t in tests for k in t.index if posterior.unknowns[k].name == "beta"))
+    found: dict[str, tuple[float, int | None, float]] = {}  # value; its unknown, and the change of the value with that
+    known = seen[0].problem(posterior.values(places[0])).parameters
+    for test, o in zip(tests, seen, strict=True) if len(betas) > 1 else [(tests[0], seen[0])]:
+        turn = 2.0 * math.pi * natural_frequency_hz * o.r
+        for parameter in o.law.own:
+            k = next((int(k) for k in test.index if posterior.unknowns[k].name == parameter.name), None)
+            unit, _ = factor_of(parameter, stiffness_n_per_m, natural_frequency_hz, amplitude=o.unit, turn=turn)
+            name, times = physical_name(parameter), unit or 1.0
+            if name == COEFFICIENT and len(betas) > 1:
+                name = f"{AT_FORCE}{o.normal_force!r}"
+            elif name == COEFFICIENT:
+                times /= o.normal_force or 1.0
+            if name not in found and k is None:
+                found[name] = (known[parameter.name] * times, None, 0.0)
+            elif name not in found and k is not None:
+                u = posterior.unknowns[k]
+                times *= float(test.factors[test.index.tolist().index(k)])
+                found[name] = (u.value(float(point[k])) * times, k, u.slope(float(point[k])) * times)
+    for k in first.index.tolist():
+        u, c = posterior.unknowns[k], float(point[k])
+        if u.name == FRAME:
+            found[FRAME] = (u.value(c), k, u.slope(c))
+        elif u.name == "natural_frequency":
+            found[DETUNING] = (1.0 + u.value(c), k, u.slope(c))
+    index = [0 if k is None else k for _, k, _ in found.values()]
+    slopes = np.array([slope for _, _, slope in found.values()])
+    scatter, error = posterior.fit.model.scatter, posterior.scatter_u
+    amplitudes, ratios = [o.unit for o in seen], [o.r for o in seen]
+    ranges = {"normal_force_n": forces, "base_amplitude_m": amplitudes, "frequency_ratio": ratios}
+    return MaterialLaw(
+        material=material,
+        law=seen[0].law.name,
+        values={name: value for name, (value, _, _) in found.items()},
+        covariance=posterior.covariance[np.ix_(index, index)] * np.outer(slopes, slopes),
+        scatter={
+            name: (float(scatter[k]) * abs(slope), float(error[k]) * abs(slope))
+            for name, (_, k, slope) in found.items()
+            if k is not None and scatter[k] > 0.0
+        },
+        test_level=tuple(
+            n for n, (_, k, _) in found.items() if k is not None and posterior.unknowns[k].level == "test"
+        ),
+        rig={
+            "natural_frequency_hz": natural_frequency_hz,
+            "stiffness_n_per_m": stiffness_n_per_m,
+            FRAME: known[FRAME],
+            "lag_s": lag_s + posterior.values(places[0]).get("lag_s", 0.0),
+        },
+        conditions={name: (min(values), max(values)) for name, values in ranges.items()},
+        tests=len(seen),
+        wall=seen[0].wall,
+    )
 
 
 def is_material_law(path: Path) -> bool:
@@ -367,6 +447,7 @@ def _law_from(file: _Table) -> MaterialLaw:
     values = {name: file.table("values").table(name) for name in file.table("values").items}
     matrix = file.rows("covariance")
     rig = file.table("rig")
+    needed = {"natural_frequency_hz", "stiffness_n_per_m", FRAME, *rig.items}
     wall = file.text("wall")
     if wall not in ("fixed", "base"):
         raise UsageError(f'wall: expected "fixed" or "base"; got {wall!r}')
@@ -387,7 +468,7 @@ def _law_from(file: _Table) -> MaterialLaw:
             if "scatter" in value.items
         },
         test_level=tuple(name for name, value in values.items() if value.text("level") == "test"),
-        rig={name: rig.number(name) for name in ("natural_frequency_hz", "stiffness_n_per_m", FRAME)},
+        rig={n: rig.number(n) for n in ("natural_frequency_hz", "stiffness_n_per_m", FRAME, "lag_s") if n in needed},
         conditions={name: (pair[0], pair[1]) for name, pair in ranges.items()},
         tests=file.whole("tests"),
         wall=wall,  # type: ignore[arg-type]

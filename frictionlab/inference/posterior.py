@@ -336,14 +336,23 @@ def model_of(observations: Sequence[CycleObservation], *, amontons: bool = True,
     return Model(tuple(tests), tuple(unknowns), np.zeros(len(unknowns)))
 
 
+WIDER = 4.0  # times: prior of a lag that nobody has declared, where several tests tell it
+
+
 def rig_unknowns(
     observations: Sequence[CycleObservation],
 ) -> tuple[tuple[Unknown, ...], list[dict[str, float]]]:
     """Return the rig's unknowns of some tests, and for each test how large a sensor's bend is over the largest one's.
 
-    How far a sensor bends a cycle follows from how much of its range the cycle fills.
+    How far a sensor bends a cycle follows from how much of its range the cycle fills. A lag that nobody has declared is
+    known less than a single test assumes (which cannot tell it from a detuned frame): several tests say what it is, and
+    two of few would be pulled off by the narrow prior.
     """
     each = [{u.name: u for u in observation.rig_unknowns} for observation in observations]
+    for known in each if len(observations) > 1 else ():
+        lag = known.get("lag_s")
+        if lag is not None and math.isfinite(lag.tail):
+            known["lag_s"] = replace(lag, sd=WIDER * lag.sd, known_to=lag.known_to / WIDER)
     largest: dict[str, Unknown] = {}
     for known in each:
         for name, u in known.items():

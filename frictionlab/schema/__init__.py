@@ -144,6 +144,21 @@ LAW_PARAMETERS = _table(
         number("scatter", "", "scatter", "Standard deviation of `value` from test to test beyond each test's error."),
     ),
 )
+LEFT_OUT = _table(
+    "left out",
+    "One test predicted by the law of all others (`left_out.csv`).",
+    """source material predicted_energy_per_cycle measured_energy_per_cycle predicted_response_amplitude response_nrmse
+        response_nrmse_own band_holds measured_response_amplitude predicted_energy_per_cycle_low
+        predicted_energy_per_cycle_high predicted_response_amplitude_low predicted_response_amplitude_high reason""",
+    own=(
+        text("reason", "reason", "Why it cannot be predicted; empty where it is."),
+        number("predicted_response_amplitude_low", "Y", "amplitude low", "Lower end of its 95 % band."),
+        number("predicted_response_amplitude_high", "Y", "amplitude high", "Upper end of its 95 % band."),
+    ),
+    lead=4,
+    shown="""source material predicted_energy_per_cycle measured_energy_per_cycle response_nrmse response_nrmse_own
+        band_holds""",
+)
 RANKING = _table(
     "ranking",
     "One material by one criterion, best first (`ranking.csv`).",
@@ -224,7 +239,19 @@ TRADES = _table(
     shown="knob setting quantity error seconds default dominated over_bound size_bytes",
 )
 TABLES = (
-    *(MEASUREMENTS, COMPARISONS, LAWS, RECORD_LAWS, FREE_VIBRATIONS, TESTS, FRICTION, RANKING, DRIFTS, MATERIAL_LAWS),
+    *(
+        MEASUREMENTS,
+        COMPARISONS,
+        LAWS,
+        RECORD_LAWS,
+        FREE_VIBRATIONS,
+        TESTS,
+        FRICTION,
+        RANKING,
+        DRIFTS,
+        MATERIAL_LAWS,
+        LEFT_OUT,
+    ),
     *(LAW_PARAMETERS, STEADY_STATES, MOTIONS, PREDICTIONS, RESPONSES, PLANS, TRADES),
 )
 

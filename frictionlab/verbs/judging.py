@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from frictionlab.analysis.measurement import Measurement
     from frictionlab.inference import Comparison, Fitted
     from frictionlab.inference.explain import Explanation
+    from frictionlab.inference.material_law import MaterialLaw
     from frictionlab.recording import Recording
 
 JUDGED = ("model", "analysis", "rig")
@@ -21,6 +22,7 @@ def compare(
     *,
     law: str | None = None,
     friction_ratio: float | None = None,
+    law_file: "MaterialLaw | FilePath | None" = None,
     whole: bool = False,
     fit: "Fitted" = "cycle",
     **settings: object,
@@ -37,6 +39,8 @@ def compare(
         In place of the scene's: ``"coulomb+place+speed"``; ``"auto"`` finds the simplest law that explains the test.
     friction_ratio : float, optional
         Predict with this friction ratio (beta, eq. 2.8) instead of identifying it.
+    law_file : MaterialLaw, str or Path, optional
+        Judge the test by the law of its material, found elsewhere: fitted are only values that scatter between tests.
     whole : bool
         Compare the whole record too, from its first sample, driven by the measured base: `record_nrmse`,
         `record_energy_difference` and ``record``.
@@ -55,8 +59,15 @@ def compare(
     from frictionlab.analysis.measurement import Measurement
     from frictionlab.inference import compare as compare_recording
     from frictionlab.inference import predict
+    from frictionlab.inference.compare import judge
+    from frictionlab.inference.material_law import MaterialLaw, read_material_law
 
     known = scene_given(scene, settings, JUDGED)
+    if law_file is not None:
+        if law is not None or friction_ratio is not None or whole or fit == "whole":
+            raise UsageError("law_file: a given law leaves nothing to find: give neither law, beta, whole nor fit")
+        known_law = law_file if isinstance(law_file, MaterialLaw) else read_material_law(law_file)
+        return judge(measurement_given(what, known), known, known_law)
     if not whole and fit == "cycle":
         return predict(measurement_given(what, known), known, law=law, friction_ratio=friction_ratio)
     if isinstance(what, Measurement):
