@@ -171,9 +171,14 @@ def test_quiet_leaves_the_table(log: Path) -> None:
     assert (result.exit_code, result.stdout.splitlines()[0], result.stderr) == (0, "1 of 1 logs ingested", "")
 
 
-def test_the_recording_of_another_log_is_not_replaced_without_force(log: Path, tmp_path: Path) -> None:
-    place, other = tmp_path / "a.h5", log.with_name("other.csv")
-    other.write_bytes(log.read_bytes())
+@pytest.mark.parametrize(("name", "more"), [("other.csv", b""), ("again/{}", b"\n")])
+def test_the_recording_of_another_log_is_not_replaced_without_force(
+    log: Path, tmp_path: Path, name: str, more: bytes
+) -> None:
+    """Another log has another name or other bytes: two folders may hold logs of one name."""
+    place, other = tmp_path / "a.h5", log.parent / name.format(log.name)
+    other.parent.mkdir(exist_ok=True)
+    other.write_bytes(log.read_bytes() + more)
     assert [run(log, "-o", place).exit_code for _ in range(2)] == [0, 0]
     refused = run(other, "-o", place)
     assert refused.exit_code == 1

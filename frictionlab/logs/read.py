@@ -317,7 +317,7 @@ def _without_sentinels(values: NDArray[np.float64], role: str) -> list[str]:
             continue
         none = values == extreme
         rest = values[~none & np.isfinite(values)]
-        if len(rest) and np.abs(rest).max() < 0.5 * abs(extreme):
+        if len(rest) and np.abs(rest - extreme).min() > 0.5 * abs(extreme):
             values[none] = np.nan
             said.append(f"{role}: {np.count_nonzero(none)} values of {extreme:g} say that there is none")
     return said

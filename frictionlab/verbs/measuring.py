@@ -39,7 +39,7 @@ def ingest(
     output : str or Path, optional
         Write the recording here too (HDF5), whole or not at all.
     force : bool
-        Replace whatever file stands there; else only a recording.
+        Replace whatever file stands there; else only a recording of the same log.
     progress : callable, optional
         Called with bytes read and bytes in all.
     **settings
@@ -70,22 +70,26 @@ def ingest(
     if output is not None:
         refuse_inputs([Path(output)], [*(Path(part) for part in (log, base_log) if part is not None), *known.files])
         check_writable(Path(output), force=force)
-        _refuse_another(Path(output), Path(log), force=force)
     recording = _read(Path(log), None if base_log is None else Path(base_log), known, progress)
     if output is not None:
+        if not force:
+            _refuse_another(Path(output), recording)
         write_recording(recording, Path(output), force=force)
     return recording
 
 
-def _refuse_another(output: Path, log: Path, *, force: bool) -> None:
-    """Refuse to replace the recording of another log: the same one may be read again."""
+def _refuse_another(output: Path, recording: "Recording") -> None:
+    """Refuse to replace the recording of another log, one of the same name too: the same bytes may be read again."""
     from frictionlab.hdf5 import is_recording, read_recording
 
-    if force or not output.exists() or not is_recording(output):
+    if not output.exists() or not is_recording(output):
         return
-    names = [Path(file.name).name for file in read_recording(output).source.files]
-    if names and log.name not in names:
-        raise OutputError(f"{output}: holds the recording of {names[0]}: choose another output, or give --force")
+    there, new = ([(f.name, f.sha256) for f in r.source.files] for r in (read_recording(output), recording))
+    if there and there != new:
+        what = "of other bytes" if there[0][0] == new[0][0] else f"got {new[0][0]}"
+        raise OutputError(
+            f"{output}: holds the recording of {there[0][0]}; {what}: choose another output, or give --force"
+        )
 
 
 def _read(log: Path, base_log: Path | None, scene: "Scene", progress: "Progress | None") -> "Recording":

@@ -103,6 +103,20 @@ def test_error_codes_are_flagged_bridged_and_kept_aside(code: str, read: Callabl
     assert len(recording.stretches()) == 1
 
 
+@pytest.mark.parametrize("offset", [0.0, 20000.0])
+@pytest.mark.parametrize("none", ["9999", "-9999", "99999"])
+def test_numbers_that_loggers_write_for_no_value_are_none(
+    none: str, offset: float, read: Callable[..., Recording]
+) -> None:
+    rows = [f"{t},{1e3 * float(x) + offset:.6f},{1e3 * float(y):.6f}" for t, x, y in DATA.rows]
+    rows[50] = ",".join((rows[50].split(",")[0], none, rows[50].split(",")[2]))
+    recording = read(["time [s],mass [um],base [um]", *rows])
+    assert flags(recording, Quality.NO_VALUE) == flags(recording, Quality.INTERPOLATED) == [50]
+    assert any(f"1 values of {none} say that there is none" in w for w in recording.source.warnings)
+    moving = read(["time [s],mass [um],base [um]", *(f"{0.004 * i:.3f},{9999 - i % 500},{i % 7}" for i in range(1000))])
+    assert not flags(moving, Quality.NO_VALUE)
+
+
 def test_a_long_run_of_error_codes_cuts_the_recording(read: Callable[..., Recording]) -> None:
     lines = list(GOOD)
     for i in range(400, 440):
