@@ -9,9 +9,10 @@ import pytest
 
 from frictionlab.cli import COMMANDS
 from tests.desk import BIN, MAKE, ROOT, run_in, set_up
+from tests.weigh import documents
 
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")
-DOCUMENTS = sorted(p for p in [ROOT / "README.md", *ROOT.glob("*/**/README.md")] if ".venv" not in p.parts)
+DOCUMENTS = list(documents())
 
 
 @dataclass(frozen=True)

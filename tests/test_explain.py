@@ -2,15 +2,15 @@
 
 import json
 import math
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import frictionlab as fl
+from frictionlab.cli import app
 from frictionlab.figures.judged import contact_figure
 from frictionlab.inference.explain import Explanation, missed
 from frictionlab.simulator import Problem
@@ -106,12 +106,12 @@ def test_the_figure_has_newtons_and_millimetres_every_law_tried_the_verdict_and_
 
 
 def test_the_command_prints_the_text_draws_the_figure_and_tells_the_same_in_json(tmp_path: Path) -> None:
-    command = [str(Path(sys.executable).parent / "frictionlab"), "explain", str(SAMPLE), "--scene", str(SCENE)]
+    scened = ["--scene", str(SCENE)]
     shown, told, lost = (
-        subprocess.run(words, capture_output=True, text=True, check=False, cwd=tmp_path, timeout=100)
-        for words in ([*command, "--plot", "figures"], [*command, "--json"], [*command[:2], "nothing.h5", *command[3:]])
+        CliRunner().invoke(app, ["explain", *words, *scened])
+        for words in ([str(SAMPLE), "--plot", f"{tmp_path}/figures"], [str(SAMPLE), "--json"], ["nothing.h5"])
     )
-    assert (shown.returncode, told.returncode, lost.returncode) == (0, 0, 1)
+    assert (shown.exit_code, told.exit_code, lost.exit_code) == (0, 0, 1)
     (row,) = [json.loads(line) for line in told.stdout.splitlines()]
     assert shown.stdout.splitlines() == row["text"]
     assert row["law"] == "coulomb"

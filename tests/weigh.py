@@ -78,10 +78,9 @@ def totals() -> dict[str, int]:
 
 def documents() -> Iterator[Path]:
     """The READMEs: what a person reads of the house."""
-    for path in ROOT.rglob("*.md"):
-        parts = path.relative_to(ROOT).parts
-        if not (set(parts) & {".venv", ".pytest_cache", "build", "results"} or path.name == "CHANGELOG.md"):
-            yield path
+    yield ROOT / "README.md"
+    for folder in ("frictionlab", "tests", "configs", "sample_data"):
+        yield from (path for path in sorted((ROOT / folder).rglob("*.md")) if path.parent.name != "results")
 
 
 def lines_of(path: Path) -> int:

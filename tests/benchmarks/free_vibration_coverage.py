@@ -1,6 +1,6 @@
 """How often the truth lies within two standard errors of a fitted free decay: prints the committed table.
 
-`python -m tests.benchmarks.free_vibration_coverage > tests/benchmarks/results/free_vibration_coverage.txt`, a minute.
+`python -m tests.benchmarks.free_vibration_coverage > FILE`, twenty minutes; the file is results/free_vibration_coverage.txt.
 """
 
 import sys

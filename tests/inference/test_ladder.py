@@ -67,9 +67,13 @@ def test_a_ladder_without_work_left_names_the_laws_that_it_did_not_try(monkeypat
 
 
 @pytest.mark.parametrize(
-    "fault", [SimulationError("no motion"), np.linalg.LinAlgError("Singular matrix"), ValueError("math domain error")]
+    ("law", "fault"),
+    [
+        ("coulomb+place", SimulationError("no motion")),
+        ("coulomb+speed", np.linalg.LinAlgError("Singular matrix")),
+        ("coulomb+breakaway", ValueError("math domain error")),
+    ],
 )
-@pytest.mark.parametrize("law", ["coulomb+place", "coulomb+speed", "coulomb+breakaway"])
 def test_a_fault_of_one_rung_is_said_in_its_row_and_ends_nothing(
     law: str, fault: Exception, monkeypatch: pytest.MonkeyPatch
 ) -> None:
