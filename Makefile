@@ -64,9 +64,10 @@ test-fast: .venv/.test  ## what to run at each change: the tests of each room th
 adversary: .venv/.test  ## recordings drawn to mislead the identification, judged by their truth: N=300 SEED=7
 	$(BIN)/python -m tests.benchmarks.adversary --count "$${N:-300}" --seed "$${SEED:-7}"
 
-fuzz: .venv/.test  ## read damaged files: 100,000 logs, 20,000 of every other kind: no traceback, no hang (more than an hour on two cores)
+fuzz: .venv/.test  ## read damaged files (100,000 logs, 20,000 of every other kind) and kill commands: no traceback, no hang, no half a file (more than an hour on two cores)
 	$(BIN)/python -m tests.logs.fuzz --count 100000
 	$(BIN)/python -m tests.armour.fuzz --count 20000
+	$(BIN)/python -m tests.benchmarks.kills
 
 check: .venv/.test  ## lint, format, types, import rules, docs in step
 	$(BIN)/ruff check .

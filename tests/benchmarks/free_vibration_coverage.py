@@ -1,6 +1,6 @@
 """How often the truth lies within two standard errors of a fitted free decay: prints the committed table.
 
-`python -m tests.benchmarks.free_vibration_coverage > FILE`, twenty minutes; the file is results/free_vibration_coverage.txt.
+`python -m tests.benchmarks.free_vibration_coverage > results/free_vibration_coverage.txt` takes twenty minutes.
 """
 
 import sys
