@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from itertools import pairwise
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,9 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.errors import RecordingError
 from frictionlab.sampling import sampling_interval, step_range
 from frictionlab.units import UNIT
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 T = TypeVar("T", bound=np.generic)
 Fact = str | float
@@ -272,6 +275,13 @@ class Recording:
         _check_time(self.time, self.quality)
         for name, values in measured.items():
             _check_finite(values, self.quality, name)
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """Return the channels and the quality of each sample as a frame, its index the time in seconds."""
+        import pandas as pd  # noqa: PLC0415 - a recording that nobody turns into a frame does not wait for pandas
+
+        index = pd.Index(self.time, name="time")
+        return pd.DataFrame({**self.measured(), "quality": self.quality}, index=index)
 
     def __getattr__(self, name: str) -> NDArray[np.float64]:
         """A further channel by its name, or the sentence that it was not measured."""

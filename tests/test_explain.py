@@ -42,6 +42,26 @@ def test_an_explanation_is_short_and_tells_what_the_comparison_found(told: Expla
     assert told.simpler.law == "coulomb"
 
 
+def test_a_dozen_lines_keep_law_values_doubts_and_what_to_do_next(told: Explanation) -> None:
+    said = (
+        "friction_ratio: the fit moved the lag by 12 ms: measure it and declare it",
+        *(f"odd {n}" for n in "abcdef"),
+    )
+    much = replace(told, comparison=replace(told.comparison, warnings=said))
+    lines = much.short(11)
+    assert 8 <= len(lines) <= 11
+    assert all(line in much.text.splitlines() for line in lines)
+    short = "\n".join(lines)
+    for words in (
+        "coulomb+speed at r = 0.35",
+        "friction force:",
+        "Next: tests at another",
+        "! friction_ratio: the fit",
+    ):
+        assert words in short
+    assert "Not tried" not in short
+
+
 def test_values_in_newtons_are_those_of_the_contact_that_made_the_recording(told: Explanation) -> None:
     force, force_u, unit, _ = told.physical["beta"]
     assert unit == "N"
@@ -113,7 +133,10 @@ def test_the_command_prints_the_text_draws_the_figure_and_tells_the_same_in_json
     )
     assert (shown.exit_code, told.exit_code, lost.exit_code) == (0, 0, 1)
     (row,) = [json.loads(line) for line in told.stdout.splitlines()]
-    assert shown.stdout.splitlines() == row["text"]
+    *lines, rest = shown.stdout.splitlines()
+    assert len(lines) <= 11
+    assert set(lines) < set(row["text"])
+    assert rest == f"... {len(row['text']) - len(lines)} more lines: --wide"
     assert row["law"] == "coulomb"
     assert row["simpler_law"] is None
     assert (tmp_path / "figures" / f"{SAMPLE.stem}.contact.png").is_file()

@@ -78,6 +78,9 @@ def test_laws_are_listed_with_parameters_and_one_is_drawn(tmp_path: Path) -> Non
     assert all(
         set(parameter) > {"words", "low", "high", "usual"} for row in every for parameter in row["parameters"].values()
     )
+    listed = CliRunner().invoke(app, ["laws"]).stdout.splitlines()
+    assert [line.split()[0] for line in listed[1:-1]] == list(TERMS)
+    assert max(map(len, listed)) <= 80
     figure = tmp_path / "loop.svg"
     done = CliRunner().invoke(app, ["laws", "place", "--plot", str(figure)])
     assert (done.exit_code, figure.exists()) == (0, True)

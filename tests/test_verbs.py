@@ -114,8 +114,11 @@ def test_a_notebook_gets_frames_pages_and_figures(tmp_path: Path) -> None:
         page = result._repr_html_()
         assert page.startswith("<p>&lt;")
         assert "<table" in page
-    assert "<svg" in measurement._repr_html_()
-    assert fl.plot(comparison).get_axes()
+        assert "<svg" in page
+    assert len(recording.to_pandas()) == len(recording)
+    assert all(fl.plot(result).get_axes() for result in (recording, comparison))
+    fl.write_rows([measurement.row()], tmp_path / "m.jsonl")
+    assert fl.evaluate(tmp_path / "m.jsonl", SCENE).materials == campaign.materials
     told = fl.explain(comparison)
     assert told.comparison is comparison
     assert told.text.startswith("steel_N1.25_r0.3.csv: coulomb at r = 0.3")

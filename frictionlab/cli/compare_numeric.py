@@ -132,18 +132,17 @@ def explain(recordings: list[Path], *, settings: Mapping[str, object], work: Jud
     scene = work.scene_for(recordings[0], settings, ("model", "analysis", "rig"))
     inputs = expanded(recordings, recordings=True)
     plots = work.places(inputs, scene, COMPARISONS, ("contact",))
-    rows, _ = work.rows(inputs, partial(_explained, scene=scene, plots=plots, force=work.force), "explain")
+    rows, shown = work.rows(inputs, partial(_explained, scene=scene, plots=plots, force=work.force), "explain")
     work.write(rows, inputs, scene, COMPARISONS)
-    for number, row in enumerate(() if work.as_json else rows):
-        text = row.get("text")
-        if not isinstance(text, list):
+    for number, row in enumerate(() if work.as_json else shown):
+        text, short = row.get("text"), row.get("short")
+        if not isinstance(text, list) or not isinstance(short, list):
             complain(f"{row['source']}: {row['reason']}")
             continue
-        lines = [printable(str(line)) for line in text]
-        shown = lines if work.wide or len(lines) <= MOST else lines[: MOST - 1]
-        typer.echo("\n".join([*([""] if number else []), *shown]))
-        if len(shown) < len(lines):
-            typer.echo(f"... {len(lines) - len(shown)} more lines: --wide")
+        lines = text if work.wide else short
+        typer.echo("\n".join([*([""] if number else []), *(printable(str(line)) for line in lines)]))
+        if len(lines) < len(text):
+            typer.echo(f"... {len(text) - len(lines)} more lines: --wide")
     exit_status(rows)
 
 
@@ -155,4 +154,4 @@ def _explained(path: Path, *, scene: "Scene", plots: Figures | None, files: File
         from frictionlab.verbs.presenting import plot
 
         plot(told.contact, plots[path]["contact"], title=path.name, force=force)
-    return {**told.row(), "source": str(path)}
+    return {**told.row(), "source": str(path), HIDDEN: {"short": told.short(MOST - 1)}}

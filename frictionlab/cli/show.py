@@ -54,7 +54,12 @@ def _show_scene(file: Path) -> None:
     from frictionlab.scene import read_scene
     from frictionlab.scene.text import to_toml
 
-    typer.echo(to_toml(read_scene(file)).rstrip("\n"))
+    lines = to_toml(read_scene(file)).rstrip("\n").splitlines()
+    given = [line for line in lines if not line.endswith("is not given")]
+    typer.echo("\n".join(given))
+    typer.echo(
+        f"# {len(lines) - len(given)} keys are not given; configs/README.md and `frictionlab init --all` list them"
+    )
 
 
 def _show_tree(file: Path) -> None:
@@ -115,6 +120,10 @@ def laws(
     known = None if name is None else law_of(f"coulomb+{name}" if name in TERMS and name != "coulomb" else name)
     if plot is not None and known is None:
         raise UsageError("--plot: expected the name of a law whose loop is drawn; got none")
+    if known is None and not as_json:
+        print_table([{"term": t.name, "": t.words} for t in TERMS.values()], ("term", ""))
+        paragraph("A law is coulomb, or a sum: coulomb+place. More: frictionlab laws NAME")
+        return
     for term in TERMS.values() if known is None else known.terms:
         about = {"law": term.name, "words": term.words, "equation": term.equation, "excludes": sorted(term.excludes)}
         if as_json:

@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -11,9 +11,11 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from frictionlab.campaign import Campaign
+from frictionlab.errors import UsageError
 from frictionlab.figures import grids, materials
 from frictionlab.figures.style import look, save
 
+FIRST = ("friction", "law_", "energy_")
 SUFFIXES = (".svg", ".pdf", ".png")
 MOST = 16
 """Materials in the figures: 150 of them had taken 217 s, 1.3 GB, and a report of 23 MB."""
@@ -33,6 +35,11 @@ class Plate:
         """Where its files stand in a folder."""
         return tuple(folder / f"{self.name}{suffix}" for suffix in SUFFIXES)
 
+    def drawn(self) -> Figure:
+        """The figure, in the look of all figures."""
+        with look(), rc_context({"text.parse_math": False}):  # a material may well be called "$5"
+            return self.draw()
+
     def save(self, folder: Path, *, force: bool = False) -> tuple[Path, ...]:
         """Draw it and write it as vector (SVG, PDF) and PNG.
 
@@ -41,8 +48,7 @@ class Plate:
         OutputError
             A file cannot be written.
         """
-        with look(), rc_context({"text.parse_math": False}):  # a material may well be called "$5"
-            figure = self.draw()
+        figure = self.drawn()
         return tuple(save(figure, path, force=force) for path in self.files(folder))
 
 
@@ -55,6 +61,25 @@ def plates(campaign: Campaign) -> tuple[Plate, ...]:
     some = "" if drawn is campaign else f" The {MOST} best of {known} materials; all are in the tables."
     found = (plate for kind in KINDS if kind.when(drawn) for plate in kind.plates(drawn))
     return tuple(replace(plate, caption=plate.caption + some) for plate in _apart(found))
+
+
+def first_of(drawn: Sequence[Plate]) -> Plate | None:
+    """The figure that says most: coefficients where forces are known, else a law, else energies."""
+    return next((plate for plate in drawn if plate.name.startswith(FIRST)), None)
+
+
+def campaign_figure(campaign: Campaign) -> Figure:
+    """The one figure of a campaign that says most.
+
+    Raises
+    ------
+    UsageError
+        No test of it could be evaluated.
+    """
+    first = first_of(plates(campaign))
+    if first is None:
+        raise UsageError("plot: no test of the campaign could be evaluated: there is nothing to draw")
+    return first.drawn()
 
 
 def _apart(found: Iterable[Plate]) -> Iterator[Plate]:

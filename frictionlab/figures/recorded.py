@@ -25,10 +25,12 @@ from frictionlab.figures.style import (
     thinned,
 )
 from frictionlab.inference import WholeRecord
+from frictionlab.recording import Recording
 
 ZOOM = 3  # periods of the drive that the zoom shows
 FLAT = 0.01  # relative: friction is drawn over at least so much up and down
 MANY = 200  # periods, beyond which points are drawn small
+LAST_S = 5.0  # of a recording, shown by themselves
 
 
 def draw_response(measurement: Measurement, ax: Axes) -> Axes:
@@ -104,6 +106,24 @@ def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
             draw_measured_force(measurement, figure.add_subplot(grid[2, 1]), over_speed=False)
         headline(figure, name or measurement.source)
         caution(figure, measurement.warnings)
+        return figure
+
+
+def recording_figure(recording: Recording, name: str = "") -> Figure:
+    """Mass and base over the whole record, and over its last seconds, in mm about their means."""
+    with look():
+        figure = new_figure(PAGE, 4.0)
+        for ax, seconds in zip(figure.subplots(2, 1), (recording.time[-1] - recording.time[0], LAST_S), strict=True):
+            part = recording.time >= recording.time[-1] - seconds
+            for label, color in (("base", BASE), ("mass", MEASURED)):
+                values = recording.measured().get(f"{label}_displacement")
+                if values is not None:
+                    shown = 1e3 * (values[part] - np.nanmean(values))
+                    some = thinned(shown)
+                    ax.plot(recording.time[part][some], shown[some], color=color, lw=0.8, label=label)
+            ax.set(xlabel="time [s]", ylabel="displacement [mm]")
+        ax.legend(loc="upper right", ncols=2)
+        headline(figure, name or ", ".join(file.name for file in recording.source.files))
         return figure
 
 

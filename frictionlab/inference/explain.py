@@ -48,7 +48,7 @@ SOURCES = {
     NOISE: "noise, and what the law misses",
     AS_KNOWN: "sensors and rig, which the fit finds unlike what is known of them",
     NOT_TOLD_APART: "other laws, which the recording does not tell apart",
-    MISSED: "the law, which does not explain the recording",
+    MISSED: "the law: found in another way, beta is another",
     OTHER_CAUSE: "another cause than the law",
     "natural_frequency": "the natural frequency (rig.natural_frequency_hz)",
     "gain": "the gain of a sensor (sensors.gain_error)",
@@ -88,8 +88,33 @@ class Explanation:
     @property
     def text(self) -> str:
         """The explanation, in lines of at most 80 letters."""
-        parts = (_law(self), _values(self), _simpler(self), _untold(self), _warned(self))
-        return "\n".join(line for part in parts for line in part)
+        return "\n".join(said for _, said in self._sentences())
+
+    def short(self, most: int) -> list[str]:
+        """So many lines of the text, those of what matters most: law, values, what decides, what is doubtful, next."""
+        kept: dict[int, list[str]] = {}
+        for place, (_, said) in sorted(enumerate(self._sentences()), key=lambda sentence: sentence[1][0]):
+            if sum(map(len, kept.values())) + len(lines := said.splitlines()) <= most:
+                kept[place] = lines
+        return [line for place in sorted(kept) for line in kept[place]]
+
+    def _sentences(self) -> list[tuple[int, str]]:
+        """Each sentence in lines; before it its rank, 0 for what matters most."""
+        parts = (
+            (0, _law),
+            (3, _energy),
+            (1, _values),
+            (4, _cause),
+            (3, _simpler),
+            (6, _details),
+            (2, _next),
+            (5, _warned),
+        )
+        told = [(rank, said) for rank, part in parts for said in part(self)]
+        own = {"declare it": 1, "not told by": 3}
+        return [
+            (next((own[part] for part in own if part in " ".join(said.split())), rank), said) for rank, said in told
+        ]
 
     def row(self) -> dict[str, object]:
         """The comparison's row, with the text and what the simpler law misses."""
@@ -182,26 +207,30 @@ def physical(
     return found
 
 
-def _wrapped(text: str, *, indent: str = "") -> Iterator[str]:
-    yield from textwrap.wrap(text, WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+def _wrapped(text: str, *, indent: str = "") -> str:
+    return textwrap.fill(text, WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
 
 
 def _law(told: Explanation) -> Iterator[str]:
     c = told.comparison
-    yield from _wrapped(f"{c.source}: {c.law} at r = {c.frequency_ratio:.4g} ({law_of(c.law).words})")
+    yield _wrapped(f"{c.source}: {c.law} at r = {c.frequency_ratio:.4g} ({law_of(c.law).words})")
     if c.response_nrmse is None or c.response_floor is None:
         yield "No prediction: this law has no steady state here."
         return
     verdict = {
         "explained": "It explains the cycle: it",
-        "strained": "It explains the cycle only with sensors or rig unlike what the scene says (see below): it",
+        "strained": "It explains the cycle only with sensors or rig unlike the scene (below): it",
     }.get(c.verdict or "", "No law that was tried explains the cycle. The best one")
     noise = f"the measurement's own error is {100 * c.response_floor:.2g} %"
-    yield from _wrapped(f"{verdict} leaves {100 * c.response_nrmse:.2g} % of the motion unexplained; {noise}.")
+    yield _wrapped(f"{verdict} leaves {100 * c.response_nrmse:.2g} % of the motion unexplained; {noise}.")
+
+
+def _energy(told: Explanation) -> Iterator[str]:
+    c = told.comparison
     if c.energy_difference is not None:
         joules = "" if told.energy_j is None else f" = {1e3 * told.energy_j:.4g} mJ"
         more = f"predicted {abs(100 * c.energy_difference):.2g} % {'more' if c.energy_difference > 0 else 'less'}"
-        yield from _wrapped(f"Energy per cycle: {c.energy_per_cycle:.4g} k Y^2{joules} measured, {more}.")
+        yield _wrapped(f"Energy per cycle: {c.energy_per_cycle:.4g} k Y^2{joules} measured, {more}.")
 
 
 def _values(told: Explanation) -> Iterator[str]:
@@ -218,11 +247,14 @@ def _values(told: Explanation) -> Iterator[str]:
             value = f"{words}: {_with_error(size, error)} {unit} ({own})"
         else:
             value = f"{law.parameter(name).words}: {_with_error(e['value'], e['u'])} ({name})"
-        yield from _wrapped(value, indent="  ")
+        yield _wrapped(value, indent="  ")
+
+
+def _cause(told: Explanation) -> Iterator[str]:
     shares = told.comparison.budget.get("friction_ratio", {})
     if shares:
         most = max(shares, key=lambda name: shares[name])
-        yield from _wrapped(f"What adds most to the error of beta: {SOURCES.get(most, most)}.")
+        yield _wrapped(f"What adds most to the error of beta: {SOURCES.get(most, most)}.")
 
 
 def _with_error(value: float, error: float | None) -> str:
@@ -244,24 +276,24 @@ def _simpler(told: Explanation) -> Iterator[str]:
     if simpler is not None and simpler.response_nrmse is not None:
         where = missed(simpler.contact)
         most = max(where, key=lambda name: where[name], default="")
-        yield from _wrapped(
+        yield _wrapped(
             f"A simpler law, {simpler.law}, leaves {100 * simpler.response_nrmse:.2g} %, most of it"
             f" {PARTS.get(most, '')}. Its log evidence is {_gain(c, simpler):.0f} lower; {REQUIRED:.0f} is enough."
         )
+
+
+def _details(told: Explanation) -> Iterator[str]:
+    """What the law misses, which other laws were tried, and which were not."""
+    c = told.comparison
     here = ", ".join(f"{1e6 * told.unit_m * size:.2g} um {PARTS[name]}" for name, size in missed(c.contact).items())
     if here:
-        yield from _wrapped(f"{c.law} misses (rms): {here}.")
-    yield from _others(c)
-
-
-def _others(c: Comparison) -> Iterator[str]:
-    """Which other laws were tried, and which were not."""
+        yield _wrapped(f"{c.law} misses (rms): {here}.")
     tried = [str(rung["law"]) for rung in c.laws or ()]
     if spare := [str(rung["law"]) for rung in c.laws or () if not rung["required"]]:
-        yield from _wrapped(f"Tried, not needed: {', '.join(spare)}.")
+        yield _wrapped(f"Tried, not needed: {', '.join(spare)}.")
     seen = {term.name for name in tried for term in law_of(name).terms} | _said_of(c)
     if c.verdict == "explained" and (rest := [term for term in (*EXACT, *NUMERIC, *DEAR) if term not in seen]):
-        yield from _wrapped(f"Not tried, because only noise is left to explain: {', '.join(rest)}.")
+        yield _wrapped(f"Not tried, because only noise is left to explain: {', '.join(rest)}.")
 
 
 def _said_of(c: Comparison) -> set[str]:
@@ -275,13 +307,16 @@ def _gain(c: Comparison, simpler: Comparison) -> float:
     return evidence[c.law] - evidence[simpler.law]
 
 
-def _untold(told: Explanation) -> Iterator[str]:
-    for name, e in told.comparison.parameters.items():
-        if e["u"] is not None and not e["told"]:
-            yield from _wrapped(f"To measure {name}: {TELLS.get(name, ANY)}.")
+def _next(told: Explanation) -> Iterator[str]:
+    """What to measure next."""
+    untold = [name for name, e in told.comparison.parameters.items() if e["u"] is not None and not e["told"]]
+    for name in untold:
+        yield _wrapped(f"To measure {name}: {TELLS.get(name, ANY)}.")
+    if not untold:
+        yield _wrapped(f"Next: {ANY}.")
 
 
 def _warned(told: Explanation) -> Iterator[str]:
     for sentence in told.comparison.warnings:
         if "does not tell it" not in sentence:
-            yield from _wrapped(f"! {sentence}")
+            yield _wrapped(f"! {sentence}")

@@ -21,7 +21,7 @@ from frictionlab import __version__
 from frictionlab.campaign import CRITERIA, Campaign
 from frictionlab.campaign.output import measurement_rows, rows_of
 from frictionlab.campaign.trials import short_name
-from frictionlab.figures.plates import Plate
+from frictionlab.figures.plates import Plate, first_of
 from frictionlab.files import write_whole
 from frictionlab.report.page_of_test import Dot, scatter, sheet_name
 from frictionlab.scene.text import value_text
@@ -50,7 +50,6 @@ COLUMNS: Mapping[str, Sequence[str]] = {
         "response_amplitude", "stops_per_cycle", "regime", "test_friction_ratio", "energy_residual", "test_misfit",
     ),
 }  # fmt: skip
-FIRST = ("friction", "law_", "energy_")  # figures of which the first one there stands on the first screen
 LEFT_OUT = "left out"
 UNKNOWN = "\N{EN DASH}"
 
@@ -183,7 +182,7 @@ def write_report(campaign: Campaign, plates: Sequence[Plate], folder: Path) -> P
 def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes]) -> str:
     """The page's text; ``images``: the SVG of each plate by its name. Same campaign, same text."""
     script = (HERE / "page.js").read_text(encoding="utf-8")
-    first = next((plate for plate in plates if plate.name.startswith(FIRST)), None)
+    first = first_of(plates)
     ordered = [plate for plate in plates if plate is first] + [plate for plate in plates if plate is not first]
     drawn = [_image(place, plate, images[plate.name]) for place, plate in enumerate(ordered, 1)]
     tables = rows_of(campaign)

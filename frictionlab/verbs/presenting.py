@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from frictionlab.report.page_of_test import PageOfTest
 
 FIGURES = {
+    "Recording": "recorded.recording_figure",
     "Measurement": "recorded.measurement_figure",
     "Comparison": "judged.comparison_figure",
     "ContactForce": "judged.contact_figure",
@@ -32,9 +33,10 @@ FIGURES = {
     "FreeVibration": "recorded.free_vibration_figure",
     "Attractor": "simulated.coexisting_figure",
     "StateMapDrawing": "grids.map_figure",
+    "Campaign": "plates.campaign_figure",
 }
 """Kind of result, or of those in a sequence -> the function of `frictionlab.figures` that draws it."""
-TITLED = ("Measurement", "ContactForce", "WholeRecord", "FreeVibration")
+TITLED = ("Recording", "Measurement", "ContactForce", "WholeRecord", "FreeVibration")
 """Those whose figure takes a title."""
 SUFFIXES = (".pdf", ".svg", ".png")
 
@@ -50,7 +52,7 @@ def plot(
 
     Parameters
     ----------
-    result : Measurement, Comparison, ContactForce, WholeRecord, SteadyState, RecordResponse, Plan or Prediction
+    result : Recording, Measurement, Comparison, Campaign, SteadyState, RecordResponse, Plan, Prediction, ...
     path : str or Path, optional
         Ends in ``.pdf``, ``.svg`` or ``.png``; its folder is made if it is not there.
     title : str, optional
