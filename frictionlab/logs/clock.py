@@ -1,17 +1,27 @@
-"""Stamps -> one time base: restarts, stray and repeated stamps, missing samples, sampling rate.
+"""The time column of a log in seconds, and the one time base made of it.
 
-No stamp is moved unless the clock forces it (it restarted, or it is too coarse to tell samples apart), and then a
+Unit found or said, what the log states about its clock; restarts, stray and repeated stamps, missing samples, sampling
+rate. No stamp is moved unless the clock forces it (it restarted, or it is too coarse to tell samples apart), and then a
 warning says so.
 """
 
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
-from frictionlab.recording import LATEST_S, Quality
+from frictionlab.log_options import LogOptions
+from frictionlab.logs.cells import date, month_or_day, plain
+from frictionlab.logs.columns import candidates
+from frictionlab.logs.dialect import split
+from frictionlab.logs.table import LogTable
+from frictionlab.recording import LATEST_S, Fact, Quality
 from frictionlab.sampling import sampling_interval, step_range
+from frictionlab.units import TIME, to_si
 
 _MOST_STRAY = 0.05
 _STATED_TOLERANCE = 1e-4
@@ -183,3 +193,179 @@ def _recount(base: TimeBase, resolution: float) -> None:
         f"time stamps are {resolution:.3g} s coarse, samples {base.interval:.6g} s apart: samples are counted along a "
         "straight line through the stamps"
     )
+
+
+_LOW_HZ, _HIGH_HZ = 10.0, 10_000.0
+"""Sampling rates that a rig of this kind is logged at; three decades, so that of s, ms and us one fits."""
+_EPOCH_S = (1e8, 1e10)
+"""Stamps between these [s] count from 1970 (1973 to 2286)."""
+
+
+_SAME_RATE = 1e-3
+_FRACTION = re.compile(r"[.,](\d+)\s*(?:Z|[AaPp]\.?[Mm]\.?)?$")
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Stamps in seconds, or none; the interval that is counted then; what is known of the clock.
+
+    Parameters
+    ----------
+    stamps
+        (n,) s, or ``None`` if the log has none.
+    interval
+        Sampling interval to count with [s] where there are no stamps.
+    stated_s
+        The sampling interval that the log states [s].
+    start_s
+        What to add to the stamps to get seconds since 1970 UTC (or local midnight); ``None`` if not known.
+    resolution_s
+        How fine absolute time is known [s].
+    """
+
+    stamps: NDArray[np.float64] | None
+    interval: float = 0.0
+    stated_s: float | None = None
+    start_s: float | None = None
+    resolution_s: float = 0.0
+    facts: Mapping[str, Fact] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    evidence: tuple[str, ...] = ()
+
+
+def timing_of(table: LogTable, options: LogOptions) -> Timing:
+    """Read the clock of a log.
+
+    Raises
+    ------
+    LogError
+        If there is neither a time column nor a sampling rate, or the unit of time cannot be told.
+    """
+    stated = table.layout.facts.get("interval_s")
+    stated_s = float(stated) if stated is not None else None
+    if "time" not in table.values:
+        return _counted(table, options, stated_s)
+    values = table.values.pop("time")
+    start = table.layout.facts.get("start_s")
+    start_s = float(start) if start is not None else None
+    if table.layout.dialect.kinds[table.columns["time"].index] == "m":
+        return _clock_times(table, values, stated_s)
+    unit, evidence, warnings = _unit(table, values, options)
+    first, facts = float(values[0]), {"time_unit": unit}
+    if _EPOCH_S[0] < first / TIME[unit] < _EPOCH_S[1]:
+        stamps = to_si(values - first, unit)
+        start_s, resolution = first / TIME[unit], _last_digit(table) / TIME[unit]
+        evidence.append("stamps count from 1970: the first one is 0 in the recording")
+    else:
+        stamps, resolution = to_si(values, unit), 1e-3
+    return Timing(
+        stamps,
+        stated_s=stated_s,
+        start_s=start_s,
+        resolution_s=resolution,
+        facts=facts | _start_fact(start_s),
+        warnings=tuple(warnings),
+        evidence=tuple(evidence),
+    )
+
+
+def _start_fact(start_s: float | None) -> dict[str, Fact]:
+    if start_s is None or start_s < _EPOCH_S[0]:
+        return {}
+    return {"start_time": datetime.fromtimestamp(start_s, UTC).isoformat(timespec="milliseconds")}
+
+
+def _two_ways(cells: Sequence[str]) -> tuple[str, ...]:
+    """Say so where a date could be read with its day or its month first."""
+    for cell in filter(month_or_day, cells):
+        return (f"the date in {plain(cell)!r} may have its day or its month first: the month is taken",)
+    return ()
+
+
+def _last_digit(table: LogTable) -> float:
+    """What one more in the last digit of a stamp means, in the unit it is written in: 0.001 for 12.345 and 1:02:03.456.
+
+    A log without text holds doubles, which show seconds since 1970 to less than a microsecond.
+    """
+    dialect, column = table.layout.dialect, table.columns["time"].index
+    rows = (split(line, dialect.separator) for line in table.head.lines[dialect.first :][:50])
+    cells = [plain(cells[column]) for cells in rows if len(cells) == dialect.fields]
+    digits = [len(match[1]) for cell in cells if (match := _FRACTION.search(cell))]
+    return 10.0 ** -max(digits, default=0) if cells else 1e-6
+
+
+def _clock_times(table: LogTable, values: NDArray[np.float64], stated_s: float | None) -> Timing:
+    """Clock times as stamps from the first; where they show no date, it may stand in a column, and midnight passes."""
+    wraps = np.cumsum(np.concatenate([[False], np.diff(values) < -43200.0]))
+    values = values + 86400.0 * wraps if values[0] < 86400.0 * 2 else values
+    first = float(values[0])
+    cells = table.layout.dialect.example
+    start = first + (next(filter(None, map(date, cells)), 0.0) if first < 86400.0 * 2 else 0.0)
+    return Timing(
+        values - first,
+        stated_s=stated_s,
+        start_s=start,
+        resolution_s=_last_digit(table),
+        warnings=_two_ways(cells),
+        facts={"time_unit": "clock time", **_start_fact(start)},
+        evidence=("the time column holds clock times: the first one is 0 in the recording",),
+    )
+
+
+def _unit(table: LogTable, values: NDArray[np.float64], options: LogOptions) -> tuple[str, list[str], list[str]]:
+    """Find the unit of a numeric time column, as said or by the sampling rate it would mean."""
+    column = table.columns["time"]
+    if options.time_unit is not None:
+        differs = column.unit and column.unit != options.time_unit
+        said = f"time: the log says {column.unit}, --time-unit says {options.time_unit}: {options.time_unit} is taken"
+        return options.time_unit, [], [said] if differs else []
+    if column.unit:
+        if column.unit not in TIME:
+            raise LogError(f"{table.name}: time column {column} is in {column.unit}: give --time, or --time-unit")
+        return column.unit, [], []
+    steps = np.diff(values[:200_000])
+    step = float(np.median(steps)) or float(np.mean(steps))
+    for unit in ("s", "ms", "us", "ns"):
+        if step > 0.0 and _LOW_HZ <= TIME[unit] / step < _HIGH_HZ:
+            why = f"time: no unit is said; in {unit} the sampling rate is {TIME[unit] / step:.6g} Hz"
+            return unit, [why], [] if unit == "s" else [why]
+    raise LogError(
+        f"{table.name}: the unit of time column {column} is not said and its steps of {step:g} fit none: "
+        "give --time-unit"
+    )
+
+
+def _counted(table: LogTable, options: LogOptions, stated_s: float | None) -> Timing:
+    rate = options.sampling_rate_hz
+    if rate is None and stated_s is None:
+        raise LogError(f"{table.name}: no time column found: give --time, or --sampling-rate")
+    warnings = _contradicting(table, rate) if rate is not None else ()
+    interval = 1.0 / rate if rate is not None else stated_s or 0.0
+    said = f"{rate:g} Hz as given" if rate is not None else f"{stated_s:.9g} s apart as the log states"
+    start = table.layout.facts.get("start_s")
+    return Timing(
+        None,
+        interval=interval,
+        start_s=float(start) if start is not None else None,
+        facts={"time_unit": "counted"},
+        warnings=warnings,
+        evidence=(f"time is counted: samples {said}",),
+    )
+
+
+def _contradicting(table: LogTable, rate: float) -> tuple[str, ...]:
+    """Say so where a time column tells another rate than the one given; in the unit said, or in any that could be."""
+    numbers = [c for c in table.layout.columns if table.layout.dialect.kinds[c.index] == "n"]
+    for column in candidates(numbers, "time"):
+        values = table.beginning(column.index)
+        step = float(np.median(np.diff(values))) if len(values) > 1 else 0.0
+        units = [column.unit] if column.unit in TIME else ["s", "ms", "us", "ns"]
+        rates = [TIME[unit] / step for unit in units] if step > 0.0 else []
+        if rates and all(abs(found / rate - 1.0) > _SAME_RATE for found in rates):
+            told = min(rates, key=lambda found: abs(np.log(found / rate)))
+            said = (
+                f"the time column {column} says {told:.6g} Hz, --sampling-rate says {rate:g} Hz: {rate:g} Hz is taken; "
+                "leave the option out if the column is right"
+            )
+            return (said,)
+    return ()

@@ -17,7 +17,7 @@ from frictionlab.log_options import FURTHER, LogOptions
 from frictionlab.units import LENGTH, TIME, VOLTS, known_unit, quantity_of, split_unit
 
 if TYPE_CHECKING:
-    from frictionlab.logs.layouts.layout import Layout
+    from frictionlab.logs.header import Layout
 
 Beginning = Callable[[int], NDArray[np.float64]]
 """Gives the first numbers of a column, by its index."""

@@ -13,12 +13,11 @@ from frictionlab.errors import LogError, RecordingError
 from frictionlab.log_options import FURTHER, LogOptions
 from frictionlab.logs.align import Aligned, align
 from frictionlab.logs.body import KEEP
-from frictionlab.logs.clock import TimeBase, counted, time_base
+from frictionlab.logs.clock import TimeBase, Timing, counted, time_base, timing_of
 from frictionlab.logs.columns import LogColumn, by_option
 from frictionlab.logs.lines import Progress, texts_of
 from frictionlab.logs.sensor import Sensed, bridge, examine, unit_by_step
 from frictionlab.logs.table import LogTable, displacements, layout_in, read_table
-from frictionlab.logs.timing import Timing, timing_of
 from frictionlab.recording import Channel, Fact, Quality, QuarantinedLine, Recording, Replaced, Source, quantity_named
 from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 

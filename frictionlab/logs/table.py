@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
-from frictionlab.logs.binary import read_binary
-from frictionlab.logs.binary.sheet import Sheet
 from frictionlab.logs.body import KEEP, Body, Lines, Reader, Shape, runs
 from frictionlab.logs.cells import decimals, number
 from frictionlab.logs.columns import Beginning, LogColumn, assign, columns_of, possible
+from frictionlab.logs.containers import read_binary
 from frictionlab.logs.dialect import Dialect, is_comment, split
+from frictionlab.logs.header import Layout
 from frictionlab.logs.layouts import find_layout
-from frictionlab.logs.layouts.layout import Layout
 from frictionlab.logs.lines import NUMBERS, Blocks, Head, Progress, read_head
+from frictionlab.logs.sheet import Sheet
 from frictionlab.recording import LineCount, QuarantinedLine, SourceFile
 from frictionlab.units import known_unit
 

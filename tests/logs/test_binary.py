@@ -240,7 +240,7 @@ def test_tdms_without_its_library_says_what_to_install(tmp_path: Path, monkeypat
     (tmp_path / "log.tdms").write_bytes(b"TDSm" + bytes(100))
     with pytest.raises(LogError, match="a damaged tdms file"):
         read_log(tmp_path / "log.tdms")
-    monkeypatch.setattr("frictionlab.logs.binary.tables.find_spec", lambda _: None)
+    monkeypatch.setattr("frictionlab.logs.containers.find_spec", lambda _: None)
     with pytest.raises(LogError, match=r"needs npTDMS: pip install npTDMS"):
         read_log(tmp_path / "log.tdms")
 

@@ -1,4 +1,4 @@
-"""What every binary log is read into: named columns of doubles of one length, of whatever container."""
+"""What every log that is no text is read into: named columns of doubles of one length, of whatever container."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
