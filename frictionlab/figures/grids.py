@@ -125,7 +125,7 @@ def _draw(ax: Axes, drawn: _Map, colours: dict[str, Any], quantity: str) -> Quad
         for edge in (left[-1], right[0]):
             ax.axvline(edge, color=VERMILION, linestyle=":", linewidth=1.2)
     ax.set_xlim(left=0)
-    ax.set_yticks(range(len(drawn.forces)), [f"{force:g}" for force in drawn.forces])
+    ax.set_yticks(range(len(drawn.forces)), [f"{force:.4g}" for force in drawn.forces])
     ax.set(ylabel="normal force [N]", xlabel="frequency ratio r")
     return meshes[0]
 

@@ -1,6 +1,7 @@
 """A campaign's materials: friction over force, rankings, laws, energy over frequency, responses and drift over time."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from textwrap import fill
 
 import numpy as np
@@ -17,6 +18,7 @@ from frictionlab.campaign import (
     Loop,
     Rank,
     Response,
+    Trial,
     Verdict,
 )
 from frictionlab.campaign.trials import levels, nearest
@@ -141,7 +143,7 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
 
 def _draw_contact_loop(ax: Axes, loop: Loop, colour: str, *, over_speed: bool) -> None:
     seen, law = (loop.speed, loop.law_speed) if over_speed else (loop.place, loop.law_place)
-    name = f"{loop.normal_force_n:g} N, r = {loop.r:.2g}"
+    name = f"{loop.normal_force_n:.4g} N, r = {loop.r:.2g}"
     ax.plot(closed(1e3 * seen), closed(loop.force), color=colour, lw=2.0, alpha=0.5, label=name)
     ax.plot(closed(1e3 * law), closed(loop.law_force), color="black", lw=0.7)
 
@@ -174,7 +176,7 @@ def energy(campaign: Campaign, material: str) -> Figure:
     for i, (fit, colour) in enumerate(zip(fits, shades(len(fits)), strict=True)):
         marker = MARKERS[i % len(MARKERS)]
         beta = "no fit" if fit.friction_ratio is None else f"β = {fit.friction_ratio:.3f}"
-        _points(ax, fit, colour, marker, f"{fit.normal_force_n:g} N, {beta}")
+        _points(ax, fit, colour, marker, f"{fit.normal_force_n:.4g} N, {beta}", across=_across(campaign))
         _prediction(ax, campaign, fit, colour)
     _finish(ax, campaign, fits)
     ax.set_title(f"{material}: points measured, lines Coulomb's law with one friction ratio β per force")
@@ -196,9 +198,10 @@ def comparison(campaign: Campaign) -> Figure:
         for i, material in enumerate(campaign.materials):
             fits = [f for f in campaign.fits if f.material == material and f.normal_force_n == force]
             for fit in fits:
-                _points(ax, fit, PALETTE[i % len(PALETTE)], MARKERS[i % len(MARKERS)], fill(material, 30), joined=True)
+                colour, marker = PALETTE[i % len(PALETTE)], MARKERS[i % len(MARKERS)]
+                _points(ax, fit, colour, marker, fill(material, 30), across=_across(campaign), joined=True)
         _finish(ax, campaign, [f for f in campaign.fits if f.normal_force_n == force])
-        ax.set_title(f"{force:g} N")
+        ax.set_title(f"{force:.4g} N")
         ax.legend()
     for above, ax in zip(axes[-4:-2], axes[-2:], strict=False):
         if ax in axes[len(forces) :]:
@@ -222,13 +225,13 @@ def residuals(campaign: Campaign) -> Figure:
         reach = _reach(campaign, material)
         fits = _by_force(campaign, material)
         for i, (fit, colour) in enumerate(zip(fits, shades(len(fits)), strict=True)):
-            _residuals_of(ax, fit, colour, MARKERS[i % len(MARKERS)], reach)
+            _residuals_of(ax, fit, colour, MARKERS[i % len(MARKERS)], reach, _across(campaign))
         ax.set_title(material)
         ax.set_ylabel("residual [%]")
         ax.set_ylim(-reach, reach)
-        ax.set_xlim(0, _end(campaign))
+        ax.set_xlim(0, _across(campaign).end)
         ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), ncols=_columns(campaign, material))
-    axes[-1].set_xlabel("frequency ratio r")
+    axes[-1].set_xlabel(_across(campaign).label)
     return figure
 
 
@@ -236,9 +239,22 @@ def _columns(campaign: Campaign, material: str) -> int:
     return 1 + (len(_by_force(campaign, material)) - 1) // HIGH
 
 
-def _end(campaign: Campaign) -> float:
-    """The right end of frequency ratios: the same in all panels, from 0, for a few tests lie close together."""
-    return 1.03 * max((t.r for t in campaign.trials if not t.failed), default=1.0)
+@dataclass(frozen=True)
+class _Across:
+    """What tests are drawn over, from 0 to ``end``: frequency ratio, or normal force where all have one ratio."""
+
+    label: str
+    end: float
+    at: Callable[[Trial], float]
+
+
+def _across(campaign: Campaign) -> _Across:
+    """The same for all panels of a figure."""
+    tests = [t for t in campaign.trials if not t.failed]
+    if len(levels([t.r for t in tests])) < 2 < 1 + len({t.normal_force_n for t in tests}):
+        most = max(t.normal_force_n or 0.0 for t in tests)
+        return _Across("normal force [N]", 1.1 * most, lambda trial: trial.normal_force_n or 0.0)
+    return _Across("frequency ratio r", 1.03 * max((t.r for t in tests), default=1.0), lambda trial: trial.r)
 
 
 def _reach(campaign: Campaign, material: str) -> float:
@@ -253,31 +269,35 @@ def _confidence(verdict: Verdict) -> float:
     return 196.0 * (1.0 + (verdict.residual or 0.0)) * se / mean if mean > 0.0 else 0.0
 
 
-def _residuals_of(ax: Axes, fit: FrictionFit, colour: str, marker: str, reach: float) -> None:
+def _residuals_of(ax: Axes, fit: FrictionFit, colour: str, marker: str, reach: float, across: _Across) -> None:
     short = [v for v in fit.verdicts if not v.trial.is_long and v.residual is not None]
-    for used, sign, label in ((True, marker, f"{fit.normal_force_n:g} N"), (False, "x", None)):
+    for used, sign, label in ((True, marker, f"{fit.normal_force_n:.4g} N"), (False, "x", None)):
         chosen = [v for v in short if (v.excluded is None) == used]
         values = np.clip([100 * (v.residual or 0.0) for v in chosen], -0.97 * reach, 0.97 * reach)
         bars = [_confidence(v) for v in chosen] if used else None
-        ratios = [v.trial.r for v in chosen]
-        ax.errorbar(ratios, values, yerr=bars, fmt=sign, color=colour, markersize=3, label=label, elinewidth=0.6)
+        places = [across.at(v.trial) for v in chosen]
+        ax.errorbar(places, values, yerr=bars, fmt=sign, color=colour, markersize=3, label=label, elinewidth=0.6)
 
 
-def _points(ax: Axes, fit: FrictionFit, colour: str, marker: str, label: str, *, joined: bool = False) -> None:
+def _points(
+    ax: Axes, fit: FrictionFit, colour: str, marker: str, label: str, *, across: _Across, joined: bool = False
+) -> None:
     short = sorted((v for v in fit.verdicts if not v.trial.is_long), key=lambda v: v.trial.r)
     used = [v for v in short if v.excluded is None]
     left = [v for v in short if v.excluded is not None]
-    _bars(ax, used, colour, marker, filled=True, label=label)
-    _bars(ax, left, colour, marker, filled=False, label=None if used else label)
+    _bars(ax, used, colour, marker, filled=True, label=label, across=across)
+    _bars(ax, left, colour, marker, filled=False, label=None if used else label, across=across)
     if joined:
         _join(ax, short, colour)
 
 
-def _bars(ax: Axes, verdicts: Sequence[Verdict], colour: str, marker: str, *, filled: bool, label: str | None) -> None:
+def _bars(
+    ax: Axes, verdicts: Sequence[Verdict], colour: str, marker: str, *, filled: bool, label: str | None, across: _Across
+) -> None:
     if not verdicts:
         return
     ax.errorbar(
-        [v.trial.r for v in verdicts],
+        [across.at(v.trial) for v in verdicts],
         [v.trial.mean[0] for v in verdicts],
         yerr=[1.96 * v.trial.mean_se[0] for v in verdicts],
         fmt=marker,
@@ -299,6 +319,12 @@ def _join(ax: Axes, short: Sequence[Verdict], colour: str) -> None:
 
 
 def _prediction(ax: Axes, campaign: Campaign, fit: FrictionFit, colour: str) -> None:
+    across = _across(campaign)
+    if across.label != "frequency ratio r":
+        known = [v for v in fit.used if v.predicted is not None]
+        foretold = [v.predicted.energy for v in known if v.predicted is not None]
+        ax.plot([across.at(v.trial) for v in known], foretold, "_", color=colour, markersize=14)
+        return
     for curve in campaign.curves:
         if (curve.material, curve.normal_force_n) == (fit.material, fit.normal_force_n):
             ax.plot(curve.r, curve.energy, color=colour, linewidth=0.9)
@@ -308,8 +334,8 @@ def _finish(ax: Axes, campaign: Campaign, fits: Sequence[FrictionFit]) -> None:
     """Axes that show all that was measured; a prediction near resonance may leave them at the top."""
     energies = [v.trial.mean[0] for f in fits for v in f.verdicts if not v.trial.is_long]
     ax.set_ylim(0, 1.12 * max(energies, default=1.0) or 1.0)
-    ax.set_xlim(0, _end(campaign))
-    ax.set_xlabel("frequency ratio r")
+    ax.set_xlim(0, _across(campaign).end)
+    ax.set_xlabel(_across(campaign).label)
     ax.set_ylabel("energy per cycle / kY²")
 
 
@@ -360,7 +386,7 @@ def _trace(ax: Axes, response: Response) -> None:
 
 def _title(response: Response) -> str:
     trial = response.trial
-    return f"{response.label}: {trial.material}, {trial.normal_force_n:g} N, r = {trial.r:.3g}"
+    return f"{response.label}: {trial.material}, {trial.normal_force_n:.4g} N, r = {trial.r:.3g}"
 
 
 def drift(campaign: Campaign, level: float) -> Figure:
@@ -399,7 +425,7 @@ def _trend(ax: Axes, test: Drift, colour: str) -> None:
     level_error = trend.slope_se * float(np.sqrt(np.mean(about**2)))
     band = reach / max(trend.slope_se, 1e-300) * np.hypot(level_error, trend.slope_se * about)
     percent = 100 * (test.relative_per_hour or 0.0)
-    label = f"{test.trial.material}, {test.trial.normal_force_n:g} N: {percent:+.1f} %/h, {test.verdict}"
+    label = f"{test.trial.material}, {test.trial.normal_force_n:.4g} N: {percent:+.1f} %/h, {test.verdict}"
     ax.plot(time / 60, trend.value, ".", color=colour, markersize=2.5, alpha=0.6)
     ax.plot(time / 60, line, ":", color=colour, linewidth=1.4, label=label)
     ax.fill_between(time / 60, line - band, line + band, color=colour, alpha=0.25, linewidth=0)

@@ -20,7 +20,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from frictionlab import __version__
 from frictionlab.campaign import CRITERIA, Campaign
 from frictionlab.campaign.output import measurement_rows, rows_of
-from frictionlab.campaign.trials import short_name
+from frictionlab.campaign.trials import levels, short_name
 from frictionlab.figures.plates import Plate, first_of
 from frictionlab.files import write_whole
 from frictionlab.report.page_of_test import Dot, scatter, sheet_name
@@ -283,10 +283,15 @@ def _warnings(campaign: Campaign) -> Mapping[str, Sequence[str]]:
 
 
 def _overview(campaign: Campaign) -> str:
-    """The energy of every test over its frequency ratio; a point names its test and opens its page."""
+    """The energy of every test over its frequency ratio, or over the normal force where the ratio is one.
+
+    A point names its test and opens its page.
+    """
+    measured = [trial for trial in campaign.trials if not trial.failed]
+    over_force = len(levels([trial.r for trial in measured])) < 2 and all(trial.normal_force_n for trial in measured)
     points = [
         Dot(
-            trial.r,
+            (trial.normal_force_n or 0.0) if over_force else trial.r,
             trial.mean[0],
             f"{short_name(trial.source)}: r {trial.r:.4g}, E {with_error(trial.mean[0], trial.mean_se[0])} kY²",
             f"tests/{sheet_name(place, trial)}",
@@ -295,7 +300,8 @@ def _overview(campaign: Campaign) -> str:
         for place, trial in enumerate(campaign.trials, 1)
         if not trial.failed
     ]
-    return scatter(points, "frequency ratio r", "energy per cycle [kY²]", campaign.materials)
+    axis = "normal force [N]" if over_force else "frequency ratio r"
+    return scatter(points, axis, "energy per cycle [kY²]", campaign.materials)
 
 
 def _image(place: int, plate: Plate, svg: bytes) -> Picture:

@@ -32,6 +32,8 @@ LEFT, RIGHT, TOP, BOTTOM = 62.0, 12.0, 12.0, 44.0
 MOST_POINTS = 1500  # of a line: more than its pixels
 TICKS = 5
 FEWER = 0.75  # of the step asked for is near enough
+LEAST = 0.02  # of a value: a scatter plot is not drawn tighter, for measurements differ by so much
+LEGEND = 22.0  # above the points of a scatter plot
 COLOURS = 6  # of groups in the page's style; further groups begin again
 HERE = Path(__file__).parent
 CYCLES = 8  # of the time response, the last ones
@@ -79,9 +81,9 @@ class _Axis:
     ticks: tuple[float, ...]
 
     @classmethod
-    def over(cls, values: Sequence[FloatArray], start: float, end: float) -> "_Axis":
+    def over(cls, values: Sequence[FloatArray], start: float, end: float, least: float = 0.0) -> "_Axis":
         low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
-        margin = 0.04 * (high - low) or 0.05 * abs(high) or 1.0
+        margin = max(0.04 * (high - low), least * abs(high)) or 0.05 * abs(high) or 1.0
         low, high = low - margin, high + margin
         about = (high - low) / TICKS
         ten = 10.0 ** math.floor(math.log10(about))
@@ -122,7 +124,8 @@ def scatter(points: Sequence[Dot], x_label: str, y_label: str, groups: Sequence[
     known = [p for p in points if math.isfinite(p.x) and math.isfinite(p.y)]
     if not known:
         return ""
-    x, y = _axes([np.array([p.x for p in known])], [np.array([p.y for p in known])], WIDE)
+    x = _Axis.over([np.array([p.x for p in known])], LEFT, WIDE - RIGHT, LEAST)
+    y = _Axis.over([np.array([0.0, *(p.y for p in known)])], HEIGHT - BOTTOM, TOP + LEGEND)
     legend = (
         f'<text class="legend group{n % COLOURS}" x="{LEFT + 8 + 130 * n:.0f}" y="{TOP + 14:.0f}">\N{BLACK CIRCLE}'
         f" {escape(name)}</text>"

@@ -1,5 +1,6 @@
 """The figures: all there, vector and PNG, the resonance band blank, the same bytes each time."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from frictionlab.figures import grids
 from frictionlab.figures.grids import colour_limit, resonance_band
 from frictionlab.figures.plates import Plate, plates, safe
 from frictionlab.figures.style import AT_REST, stop_colours
+from frictionlab.report import page
 from frictionlab.scene import Scene
 from tests.campaign.fabricate import row
 
@@ -92,3 +94,16 @@ def test_a_campaign_of_one_force_has_lines_in_place_of_maps_and_no_caption_of_ab
 
 def test_words_of_logs_are_safe_in_file_names() -> None:
     assert safe("../../etc/passwd") == ".._.._etc_passwd"
+
+
+def test_tests_of_one_frequency_ratio_are_drawn_over_normal_force_with_space_around(scene: Scene) -> None:
+    rows = [row("steel", force, 0.31978 + 1e-5 * force, 0.6) for force in (1.0, 1.5, 2.0)]
+    campaign = evaluate([trial_of(one) for one in rows], scene)
+    drawn = {plate.name: plate.drawn().axes[0] for plate in plates(campaign)}
+    for name in ("energy_steel", "residuals"):
+        assert drawn[name].get_xlabel() == "normal force [N]"
+        assert drawn[name].get_xlim() == pytest.approx((0.0, 2.2))
+    text = page(campaign, [], {})
+    assert "energy per cycle [kY²] over normal force [N]" in text
+    low, *_, high = re.findall(r'<circle class="group0" cx="([0-9.]+)"', text)
+    assert 62.0 + 10.0 < float(low) < float(high) < 908.0 - 10.0
