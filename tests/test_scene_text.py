@@ -1,7 +1,6 @@
 """Scenes as text: every key documented, one to fill in, one that is read back; found by its name."""
 
 import re
-import subprocess
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -10,24 +9,24 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from typer.testing import CliRunner, Result
 
 import frictionlab as fl
+from frictionlab.cli import app
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.scene import Scene, find_scene, read_scene, scene_from_tables
 from frictionlab.scene.text import tables_of_keys, template, to_toml, value_text
-from tests.desk import BIN, ROOT
+from tests.desk import ROOT
 
 CONFIGS = ROOT / "configs"
-Run = Callable[..., "subprocess.CompletedProcess[str]"]
+Run = Callable[..., Result]
 
 
 @pytest.fixture
-def run(tmp_path: Path) -> Run:
-    def command(*words: str | Path) -> "subprocess.CompletedProcess[str]":
-        line = [str(BIN / "frictionlab"), *map(str, words)]
-        return subprocess.run(line, capture_output=True, text=True, check=False, cwd=tmp_path, timeout=100)
-
-    return command
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """A command in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return lambda *words: CliRunner().invoke(app, [str(word) for word in words])
 
 
 def test_every_key_has_its_sentence() -> None:
@@ -77,13 +76,13 @@ def test_show_prints_a_scene_that_can_be_pasted(run: Run, tmp_path: Path) -> Non
 
 def test_init_writes_a_scene_once(run: Run, tmp_path: Path) -> None:
     first = run("init", "my tests")
-    assert first.returncode == 0, first.stderr
+    assert first.exit_code == 0, first.stderr
     assert "next: frictionlab batch my tests" in first.stdout
     path = tmp_path / "my tests" / "frictionlab.toml"
     assert read_scene(path) == Scene(folder=path.parent)
     path.write_text("[rig]\nmass_kg = 2.0\n")
     refused = run("init", "my tests")
-    assert refused.returncode == 2
+    assert refused.exit_code == 2
     assert "give --force" in refused.stderr
     assert run("init", "my tests", "--force", "--all", "--quiet").stdout == ""
     assert path.read_text(encoding="utf-8") == template()
@@ -105,7 +104,7 @@ def test_init_finds_taps_names_sheet_and_transient(run: Run, tmp_path: Path) -> 
     (logs / "tap1.csv").write_text(tap(0.0))
     (logs / "broken.csv").write_text("nothing")
     done = run("init", "logs")
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     assert done.stdout.splitlines()[0] == "2 tests, 1 taps, 1 not read"
     assert "natural frequency 3.13" in done.stdout
     assert done.stdout.splitlines()[-1] == "next: frictionlab batch logs --campaign"
@@ -145,13 +144,13 @@ def test_commands_use_the_scene_they_find_and_say_so(run: Run, tmp_path: Path) -
     assert "natural frequency is not known" in run("analyze", f"logs/{sample.name}").stderr
     (tmp_path / "logs" / "frictionlab.toml").write_text("[rig]\nnatural_frequency_hz = 3.13\n")
     done = run("analyze", f"logs/{sample.name}")
-    assert done.returncode == 0, done.stderr
+    assert done.exit_code == 0, done.stderr
     assert done.stderr.splitlines()[0].startswith("frictionlab: scene: logs/frictionlab.toml is used")
     assert "natural frequency" not in done.stderr
     assert run("analyze", f"logs/{sample.name}", "--quiet").stderr == ""
     (tmp_path / "frictionlab.toml").write_text("[rig]\nmass = 1\n[analysis]\ncycle = 1\n")
     refused = run("ingest", f"logs/{sample.name}")
-    assert refused.returncode == 2
+    assert refused.exit_code == 2
     first, second = refused.stderr.splitlines()[1:]
     assert "scene frictionlab.toml, line 2: rig.mass: unknown key; did you mean mass_kg? expected one of" in first
     assert "scene frictionlab.toml, line 4: analysis.cycle: unknown key; did you mean cycles? expected" in second
