@@ -7,23 +7,32 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from frictionlab.simulator.sweep import warm_up
+
 settings.register_profile("house", derandomize=True)
 settings.load_profile("house")
 
 COMPILE = """
-from frictionlab.simulator import sweep
-from frictionlab.simulator.{}engine import compiled
-compiled()
-sweep([0.5, 0.7], [0.2, 0.4], {})
+from frictionlab.simulator.sweep import sweep, warm_up
+warm_up({0!r})
+sweep([0.5, 0.7], [0.2, 0.4], law={0!r}, parameters={1!r})
 """
-KERNELS = ("", ""), ("elastic.", "law='coulomb+compliance', parameters={'stiffness_ratio': 20.0}")
+KERNELS = {
+    "coulomb": {},
+    "coulomb+compliance": {"stiffness_ratio": 20.0},
+    "coulomb+stribeck": {"static_ratio": 1.2, "stribeck_speed": 0.2},
+}
+"""A law of each kernel, with its parameters."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Have the kernels compiled side by side before several processes test: each would compile both by itself."""
+    """Have the kernels compiled side by side before several processes test: each would compile all by itself."""
     if getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput"):
-        for started in [subprocess.Popen([sys.executable, "-c", COMPILE.format(*each)]) for each in KERNELS]:
+        for started in [subprocess.Popen([sys.executable, "-c", COMPILE.format(*law)]) for law in KERNELS.items()]:
             started.wait()
+    if hasattr(config, "workerinput"):  # what each process of the tests solves, it solves compiled
+        for law in KERNELS:
+            warm_up(law)
 
 
 FAST = """

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, reweighed
-from frictionlab.inference.observations import CycleObservation, Work, cycle_of
+from frictionlab.inference.observations import STATES, CycleObservation, Work, cycle_of, prepare
 from frictionlab.inference.posterior import MISSED, Posterior, misfit_is_noise, model_of
 from frictionlab.inference.starts import loop_friction_ratio, point_at
 from frictionlab.inference.unknowns import Unknown
@@ -160,7 +160,9 @@ def _other_causes(found: Posterior, scene: Scene, *, explained: bool) -> tuple[P
         return found, False, []
     own = found.fit
     likely: list[tuple[float, Cause, Fit]] = []
-    for cause in _causes(observation):
+    causes = _causes(observation)
+    prepare(observation.law, observation.r, 4.0 * STATES * len(causes))
+    for cause in causes:
         try:
             other = _freed(main.model, main, cause)
             gain = _gain(main, other)
