@@ -34,6 +34,7 @@ GROUPS = {
 """The commands in the groups of ``--help``: each is the function of its name."""
 COMMANDS = tuple(name for group in GROUPS.values() for name in group)
 MODULES = {
+    "sweep": "sweeping",
     "init": "ingest",
     "free-vibration": "analyze",
     "compare-numeric": "compare_numeric",

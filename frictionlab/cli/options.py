@@ -72,7 +72,7 @@ WORDS = {
     "scene": "--scene TOML | Scene (default: a frictionlab.toml here or beside the first input).",
     "scheduler": "--scheduler ADDRESS | Let a Dask cluster do it, like tcp://host:8786.",
     "solver": "--solver | auto: the closed form where valid, else exact phases, else numeric. thesis: RK45.",
-    "tests": "--tests N >=1 | How many tests to plan at most.",
+    "tests": "--tests N >=1 | How many tests to plan at most (default: ten, between two laws until they are decided).",
     "verbose": "--verbose -v | All warnings in full; else ten lines, one a cause.",
     "wall": "--wall | What the mass rubs against: a fixed wall, or the base.",
     "whole": "--whole | Compare the whole record too, from its first sample, under the measured base.",

@@ -12,13 +12,14 @@ from frictionlab.schema import PREDICTIONS
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from frictionlab.inference.predictive import PredictedTest
     from frictionlab.planning import Plan, PlannedTest
 
 MINUTE = 60.0
 DECIDES, CERTAIN = 5.0, 1000.0  # logarithm of a Bayes factor
+SETTING = ("frequency_ratio", "normal_force_n", "base_amplitude_m", "duration_s")
 SEVERAL = 5  # predictions from which progress is shown
 HEADS = {"r": "r", "amplitude": "amplitude mm", "energy": "energy mJ", "stops": "stops", "regime": "regime"}
 
@@ -29,7 +30,7 @@ def plan(
     law: str | None = None,
     against: str | None = None,
     aim: list[str] | None = None,
-    tests: int = 10,
+    tests: int | None = None,
     hours: float | None = None,
     measured: list[Path] | None = None,
     every: bool = False,
@@ -85,7 +86,7 @@ def _print(found: "Plan", told: "Sequence[PlannedTest]", output: Path | None) ->
     typer.echo(
         f"law {found.law}{apart}: {len(found.tests)} tests, of {count + len(found.others)} candidates, best first"
     )
-    print_table([_flat(test) for test in told], _heads(found, told))
+    print_table(_merged(map(_flat, told)), _heads(found, told))
     paragraph(_meaning(found))
     typer.echo("\nIn the laboratory, in the order that saves changes:")
     for line in steps(found):
@@ -93,6 +94,16 @@ def _print(found: "Plan", told: "Sequence[PlannedTest]", output: Path | None) ->
     if output is not None:
         typer.echo("")
         paragraph(f"the sheet is {output}: name the logs as it says, then give it as [experiment] sheet")
+
+
+def _merged(rows: "Iterable[Row]") -> list[Row]:
+    """Rows for the screen: repeats of a setting one after the other are one row, with what is known after the last."""
+    found: list[Row] = []
+    for row in rows:
+        again = found and row["rank"] is not None and all(row[key] == found[-1][key] for key in SETTING)
+        first = str(found.pop()["rank"]).partition("-")[0] if again else ""
+        found.append({**row, "rank": f"{first}-{row['rank']}"} if again else row)
+    return found
 
 
 def _heads(found: "Plan", told: "Sequence[PlannedTest]") -> dict[str, str]:

@@ -26,6 +26,7 @@ from frictionlab.scene import Scene
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+MOST = 10  # tests, where nobody says how many
 SWEEPS = 2  # through the tests chosen, each compared with all others again
 SLOW = 1.0  # s that a law without exact slides takes for one candidate, roughly
 AGAIN = 1e-9  # of what a test tells: a tie goes to one not chosen yet
@@ -38,7 +39,7 @@ def plan_tests(
     *,
     law: str | None = None,
     against: str | None = None,
-    tests: int = 10,
+    tests: int | None = None,
     hours: float | None = None,
     aim: Sequence[str] = (),
     measured: Sequence[Mapping[str, object]] = (),
@@ -59,7 +60,7 @@ def plan_tests(
     against : str, optional
         Another law: tests are chosen to tell the two apart.
     tests : int
-        How many at most.
+        How many at most; by default ten, between two laws no more than are expected to decide.
     hours : float, optional
         Laboratory time there is.
     aim : sequence of str
@@ -77,7 +78,7 @@ def plan_tests(
     UsageError
         The law cannot be, no candidate tells anything about it, or no test fits the time.
     """
-    if tests < 1:
+    if tests is not None and tests < 1:
         raise UsageError(f"tests: expected at least 1; got {tests}")
     lab = laboratory(scene, law, measured)
     check_free(lab, aim)
@@ -85,7 +86,7 @@ def plan_tests(
     reference = reference_of(lab, possible)
     virtual = [virtual_test(lab, reference, candidate) for candidate in possible]
     allowed = _allowed(lab, virtual)
-    limits = Limits(laboratory_time(scene, possible), allowed, tests, math.inf, scene.plan.most_repeats)
+    limits = Limits(laboratory_time(scene, possible), allowed, tests or MOST, math.inf, scene.plan.most_repeats)
     limits = limits if hours is None else limits.within(hours * HOUR)
     unknowns = next(v.posterior.unknowns for v in virtual if v.posterior is not None)
     if against is None:
@@ -98,7 +99,9 @@ def plan_tests(
         between = between.judged(np.flatnonzero(between.limits.allowed) if everything else np.unique(order))
     rows = _Rows(lab, reference, virtual, limits.time, between, over, measured)
     chosen = tuple(rows.test(i, order[: rank + 1]) for rank, i in enumerate(order))
-    rest = [int(i) for i in np.flatnonzero(allowed) if i not in set(order)]
+    decided = [rank for rank, test in enumerate(chosen, 1) if (test.log_bayes_after or 0.0) >= REQUIRED]
+    chosen = chosen[: decided[0]] if decided and tests is None else chosen
+    rest = [int(i) for i in np.flatnonzero(allowed) if i not in set(order[: len(chosen)])]
     law_name = lab.law.name
     return Plan(law_name, against, chosen, tuple(rows.test(i) for i in rest), _notes(lab, chosen, against))
 

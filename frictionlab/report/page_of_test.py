@@ -49,7 +49,7 @@ AS_FITTED = "Lag, frequency and damping are those that the fit of its material's
 
 
 @dataclass(frozen=True)
-class Curve:
+class ChartLine:
     """One line (n,) of a chart; ``kind``: its class in the page's style; dots instead of a line with ``dots``."""
 
     x: FloatArray
@@ -98,7 +98,7 @@ class _Axis:
         )
 
 
-def chart(lines: Sequence[Curve], x_label: str, y_label: str) -> str:
+def chart(lines: Sequence[ChartLine], x_label: str, y_label: str) -> str:
     """Return lines as an SVG element; empty if no line has two finite points.
 
     Examples
@@ -174,14 +174,14 @@ def _places(axis: _Axis) -> Iterator[tuple[float, str]]:
         yield float(axis.at(value)), f"{round(value, 12):.6g}".replace("-", "\N{MINUS SIGN}")
 
 
-def _finite(line: Curve) -> Curve:
+def _finite(line: ChartLine) -> ChartLine:
     good = np.isfinite(line.x) & np.isfinite(line.y)
     x, y = line.x[good], line.y[good]
     step = max(1, math.ceil(len(x) / MOST_POINTS))
-    return Curve(x[::step], y[::step], line.label, line.kind, line.dots)
+    return ChartLine(x[::step], y[::step], line.label, line.kind, line.dots)
 
 
-def _drawn(line: Curve, x: _Axis, y: _Axis) -> str:
+def _drawn(line: ChartLine, x: _Axis, y: _Axis) -> str:
     pairs = list(zip(x.at(line.x), y.at(line.y), strict=True))
     title = f"<title>{escape(line.label)}</title>"
     if line.dots:
@@ -328,7 +328,7 @@ def _charts(sheet: PageOfTest) -> Iterator[tuple[str, str, str]]:
     if sheet.recording is not None:
         yield "Time response", _response(sheet.recording, measured), f"The last {CYCLES} cycles, about their means."
     cycle = measured.cycle
-    loop = [Curve(_closed(unit * cycle.mass), _closed(unit * cycle.base), "mean cycle")]
+    loop = [ChartLine(_closed(unit * cycle.mass), _closed(unit * cycle.base), "mean cycle")]
     yield (
         "Loop",
         chart(loop, "mass displacement x [mm]", "base displacement y [mm]"),
@@ -337,8 +337,8 @@ def _charts(sheet: PageOfTest) -> Iterator[tuple[str, str, str]]:
     if measured.frequency_ratio is not None:
         yield from _forces(sheet, measured, unit)
     series = measured.series
-    used = Curve(series.time[series.used], series.energy[series.used], "used", dots=True)
-    other = Curve(series.time[~series.used], series.energy[~series.used], "not used", "other", dots=True)
+    used = ChartLine(series.time[series.used], series.energy[series.used], "used", dots=True)
+    other = ChartLine(series.time[~series.used], series.energy[~series.used], "not used", "other", dots=True)
     words = "Each full steady cycle; in colour those that the energy is the mean of."
     yield "Cycles", chart([other, used], "time [s]", "energy per cycle [k Y²]"), words
 
@@ -352,10 +352,10 @@ def _forces(sheet: PageOfTest, measured: Measurement, unit: float) -> Iterator[t
     place, speed = _closed(unit * cycle.mass_smooth), _closed(unit * turn * cycle.mass_velocity)
     label = f"friction force [{name}]"
     words = FORCE if sheet.fitted is None else f"{FORCE} {AS_FITTED}"
-    yield "Force over displacement", chart([Curve(place, force, "force")], "mass displacement x [mm]", label), words
+    yield "Force over displacement", chart([ChartLine(place, force, "force")], "mass displacement x [mm]", label), words
     yield (
         "Force over speed",
-        chart([Curve(speed, force, "force")], "mass speed [mm/s]", label),
+        chart([ChartLine(speed, force, "force")], "mass speed [mm/s]", label),
         SPEED,
     )
 
@@ -370,8 +370,8 @@ def _response(recording: Recording, measured: Measurement) -> str:
     time = recording.time[inside]
     mass, base = (1e3 * s[inside] for s in (recording.mass_displacement, recording.base_displacement))
     lines = [
-        Curve(time, base - np.nanmean(base), "base", "other"),
-        Curve(time, mass - np.nanmean(mass), "mass"),
+        ChartLine(time, base - np.nanmean(base), "base", "other"),
+        ChartLine(time, mass - np.nanmean(mass), "mass"),
     ]
     return chart(lines, "time [s]", "displacement [mm]: mass, base")
 

@@ -11,7 +11,7 @@ Nothing here is measured, and every log says so in its first lines.
 from frictionlab.synthetic.virtual_motion import cycle_friction_ratios as cycle_friction_ratios
 from frictionlab.synthetic.virtual_motion import driven as driven
 from frictionlab.synthetic.virtual_motion import motion as motion
-from frictionlab.synthetic.virtual_rig import VirtualTest as VirtualTest
+from frictionlab.synthetic.virtual_rig import SyntheticTest as SyntheticTest
 from frictionlab.synthetic.virtual_rig import virtual_tests as virtual_tests
 from frictionlab.synthetic.write import is_synthetic as is_synthetic
 from frictionlab.synthetic.write import is_truth as is_truth

@@ -21,7 +21,7 @@ from frictionlab.recording import Recording
 from frictionlab.scene import Scene, VirtualBase
 from frictionlab.simulator import Motion, Problem, simulate, steady_state
 from frictionlab.simulator.record import BaseRecord, Response, respond
-from frictionlab.synthetic.virtual_rig import VirtualTest
+from frictionlab.synthetic.virtual_rig import SyntheticTest
 
 FloatArray = NDArray[np.float64]
 Draws = Callable[[str], np.random.Generator]
@@ -180,7 +180,7 @@ def _read(path: Path, base: VirtualBase, scene: Scene) -> Recording:
     return sound_base(read_base_log(path, scene.changed(log=given).log))[0]
 
 
-def cycle_friction_ratios(test: VirtualTest, scene: Scene) -> FloatArray:
+def cycle_friction_ratios(test: SyntheticTest, scene: Scene) -> FloatArray:
     """Friction ratio of each cycle: drift, jump, scatter and wandering as the test's material has them; (cycles,)."""
     cycles = math.ceil(test.duration_s * test.drive_frequency_hz)
     start = np.arange(cycles) / test.drive_frequency_hz
@@ -195,18 +195,18 @@ def cycle_friction_ratios(test: VirtualTest, scene: Scene) -> FloatArray:
     return test.friction_ratio * np.maximum(factor, 0.0)
 
 
-def sample_times(test: VirtualTest, scene: Scene) -> FloatArray:
+def sample_times(test: SyntheticTest, scene: Scene) -> FloatArray:
     """Times of the log's samples (n,), s."""
     rate = scene.synthetic.sampling_rate_hz
     return np.asarray(np.arange(round(test.duration_s * rate)) / rate)
 
 
-def plain_base(test: VirtualTest, time: FloatArray) -> FloatArray:
+def plain_base(test: SyntheticTest, time: FloatArray) -> FloatArray:
     """Displacement (m) of a base that is a plain sine."""
     return np.asarray(test.base_amplitude_m * np.cos(2 * math.pi * test.drive_frequency_hz * time))
 
 
-def motion(test: VirtualTest, time: FloatArray, scene: Scene) -> FloatArray:
+def motion(test: SyntheticTest, time: FloatArray, scene: Scene) -> FloatArray:
     """Displacement of the mass (m) at the given times (s), before any sensor."""
     tau = 2 * math.pi * test.drive_frequency_hz * time
     x = v = 0.0
@@ -227,7 +227,7 @@ def motion(test: VirtualTest, time: FloatArray, scene: Scene) -> FloatArray:
     return test.base_amplitude_m * displacement
 
 
-def _steady_orbit(test: VirtualTest) -> tuple[Motion, float]:
+def _steady_orbit(test: SyntheticTest) -> tuple[Motion, float]:
     """The steady orbit of a test and its period (rad)."""
     state = steady_state(test.problem())
     if state.orbit is None or state.period_cycles is None:
@@ -297,7 +297,7 @@ def drive(
     return Driven(tau, base, motion[0], motion[1], motion[2], tuple(parts))
 
 
-def driven(test: VirtualTest, scene: Scene) -> tuple[Driven, int, FloatArray]:
+def driven(test: SyntheticTest, scene: Scene) -> tuple[Driven, int, FloatArray]:
     """The motion under a base that is no plain sine; which of its times are the log's; the base (m) at all of them.
 
     Raises
@@ -329,7 +329,7 @@ def driven(test: VirtualTest, scene: Scene) -> tuple[Driven, int, FloatArray]:
     return run, every, base
 
 
-def channels(test: VirtualTest, scene: Scene, run: Driven) -> dict[str, FloatArray]:
+def channels(test: SyntheticTest, scene: Scene, run: Driven) -> dict[str, FloatArray]:
     """The further channels of a log, in SI, at all times of a motion, before any sensor.
 
     The mass's acceleration is that of its equation of motion, (2.9) in the frame's time:
@@ -350,7 +350,7 @@ def channels(test: VirtualTest, scene: Scene, run: Driven) -> dict[str, FloatArr
     return {name: known[name] for name in scene.synthetic.channels}
 
 
-def phase_times(test: VirtualTest, transient: float) -> FloatArray:
+def phase_times(test: SyntheticTest, transient: float) -> FloatArray:
     """Times (s) of 64 phases in each full cycle after the transient, cut where the base rises through zero."""
     first = math.ceil(transient * test.drive_frequency_hz + 0.25)
     last = math.floor(test.duration_s * test.drive_frequency_hz + 0.25)
@@ -358,7 +358,7 @@ def phase_times(test: VirtualTest, transient: float) -> FloatArray:
     return np.asarray((cycles + np.arange(PHASES) / PHASES) / test.drive_frequency_hz)
 
 
-def motion_at(test: VirtualTest, scene: Scene, *times: FloatArray) -> list[FloatArray]:
+def motion_at(test: SyntheticTest, scene: Scene, *times: FloatArray) -> list[FloatArray]:
     """The motion at several sets of times, simulated once."""
     every = np.concatenate(times)
     order = np.argsort(every, kind="stable")

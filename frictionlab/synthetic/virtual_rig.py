@@ -22,7 +22,7 @@ _NAME = re.compile(r'[^/\\:*?"<>|\x00-\x1f\x7f-\x9f\ud800-\udfff]{1,100}')
 
 
 @dataclass(frozen=True)
-class VirtualTest:
+class SyntheticTest:
     """One test of the virtual rig, all numbers known.
 
     A base that is no sine has no frequency ratio: 1 stands for it, and what its law says of speeds is over omega_n Y.
@@ -88,7 +88,7 @@ class VirtualTest:
         )
 
 
-def virtual_tests(scene: Scene) -> tuple[VirtualTest, ...]:
+def virtual_tests(scene: Scene) -> tuple[SyntheticTest, ...]:
     """All tests that a scene's ``[[synthetic.tests]]`` asks for, in its order.
 
     Raises
@@ -168,13 +168,13 @@ def _check_length(duration_s: float, rate: float, number: int) -> None:
         )
 
 
-def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float) -> VirtualTest:
+def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float) -> SyntheticTest:
     rig, model, synthetic = scene.rig, scene.model, scene.synthetic
     stiffness, natural_frequency = rig.stiffness or 0.0, rig.natural_frequency or 0.0
     beta = group.friction_coefficient * force / (stiffness * synthetic.base_amplitude_m)
     duration = group.duration_s or synthetic.duration_s
     law = _law_of(scene, group)
-    return VirtualTest(
+    return SyntheticTest(
         log=f"{group.material}_N{force:g}{_of_motion(group, ratio)}{_label(group)}.csv",
         material=group.material,
         normal_force_n=force,
@@ -220,7 +220,7 @@ def _of_motion(group: VirtualTests, ratio: float) -> str:
     return (f"_r{ratio:g}" if group.frequency_ratios else "") + (f"_{group.base}" if group.base else "")
 
 
-def _checked(test: VirtualTest, group: VirtualTests, number: int) -> VirtualTest:
+def _checked(test: SyntheticTest, group: VirtualTests, number: int) -> SyntheticTest:
     """The test, if its law and parameters make sense and its friction may change as it is said to."""
     place = f"synthetic.tests.{number}.{'law' if group.law else 'parameters'}"
     place = place if group.law or group.parameters else "model.law"

@@ -23,7 +23,7 @@ from frictionlab.synthetic.virtual_motion import (
     plain_base,
     sample_times,
 )
-from frictionlab.synthetic.virtual_rig import VirtualTest, virtual_tests
+from frictionlab.synthetic.virtual_rig import SyntheticTest, virtual_tests
 
 FloatArray = NDArray[np.float64]
 MILLIMETRES = 1e3  # the logs are written in the sensor's unit
@@ -45,7 +45,7 @@ HEADS = {
 """Channel -> the head of its column."""
 
 
-def synthesize(scene: Scene, folder: Path) -> Iterator[VirtualTest]:
+def synthesize(scene: Scene, folder: Path) -> Iterator[SyntheticTest]:
     """Write one log per virtual test into a folder, and their truth beside them (``truth.jsonl``, last).
 
     Parameters
@@ -57,7 +57,7 @@ def synthesize(scene: Scene, folder: Path) -> Iterator[VirtualTest]:
 
     Yields
     ------
-    VirtualTest
+    SyntheticTest
         Each test when its log stands.
 
     Raises
@@ -98,7 +98,7 @@ def is_synthetic(log: Path) -> bool:
         return file.readline(len(MARK) + 1).startswith(MARK)
 
 
-def log_text(test: VirtualTest, scene: Scene) -> str:
+def log_text(test: SyntheticTest, scene: Scene) -> str:
     """The log of one test: preamble, header, one line per sample; time in s, displacements in mm."""
     if _needs_record(test, scene):
         return _driven_log(test, scene)[0]
@@ -106,12 +106,12 @@ def log_text(test: VirtualTest, scene: Scene) -> str:
     return _lines(test, scene, time, motion(test, time, scene), plain_base(test, time))
 
 
-def _needs_record(test: VirtualTest, scene: Scene) -> bool:
+def _needs_record(test: SyntheticTest, scene: Scene) -> bool:
     """Whether a test is simulated as a response to a sampled base: that is no sine, or more than lasers watch it."""
     return bool(scene.synthetic.channels) or not test.base.is_plain
 
 
-def _log_and_behaviour(test: VirtualTest, scene: Scene) -> tuple[str, dict[str, object]]:
+def _log_and_behaviour(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
     """The log of one test, and what is true of it beyond `truth` where its friction or its base changes."""
     if _needs_record(test, scene):
         return _driven_log(test, scene)
@@ -127,14 +127,14 @@ def _log_and_behaviour(test: VirtualTest, scene: Scene) -> tuple[str, dict[str, 
     return _lines(test, scene, time, mass, plain_base(test, time)), behaviour | _over_time(test, scene)
 
 
-def _over_time(test: VirtualTest, scene: Scene) -> dict[str, object]:
+def _over_time(test: SyntheticTest, scene: Scene) -> dict[str, object]:
     """The friction ratio of each cycle, where it wanders."""
     if not test.friction_wander:
         return {}
     return {"friction_ratio_of_cycles": [float(f"{beta:.8g}") for beta in cycle_friction_ratios(test, scene)]}
 
 
-def _driven_log(test: VirtualTest, scene: Scene) -> tuple[str, dict[str, object]]:
+def _driven_log(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
     """The log of a test whose base is no plain sine, and the totals of its motion."""
     run, every, base = driven(test, scene)
     time, mass = sample_times(test, scene), test.base_amplitude_m * run.displacement[::every]
@@ -146,7 +146,7 @@ def _driven_log(test: VirtualTest, scene: Scene) -> tuple[str, dict[str, object]
 
 
 def _lines(
-    test: VirtualTest,
+    test: SyntheticTest,
     scene: Scene,
     time: FloatArray,
     mass: FloatArray,
@@ -173,7 +173,7 @@ def _through_laser(signal: FloatArray, noise: float, step: float, generator: np.
     return np.round(noisy / step) * step if step else noisy
 
 
-def truth(test: VirtualTest) -> dict[str, object]:
+def truth(test: SyntheticTest) -> dict[str, object]:
     """What is known of a test: its parameters and the steady state of its (undisturbed) problem, as sensors show it.
 
     ``energy_per_cycle`` is the loop's (2.18); where the wall moves with the base, or the frame has a dashpot, the
@@ -194,7 +194,7 @@ def truth(test: VirtualTest) -> dict[str, object]:
     return {key: twelve_digits(value) for key, value in known.items()}
 
 
-def _steady_truth(test: VirtualTest) -> dict[str, object]:
+def _steady_truth(test: SyntheticTest) -> dict[str, object]:
     state = steady_state(test.problem())
     seen = observe(state)
     return {
@@ -223,7 +223,7 @@ def irregularity_index(cycles: FloatArray) -> float | None:
     return float(np.mean(np.abs(np.diff(about, axis=0)).sum(axis=1) / np.abs(about[:-1]).sum(axis=1)))
 
 
-def energy_slope(test: VirtualTest, transient: float) -> float | None:
+def energy_slope(test: SyntheticTest, transient: float) -> float | None:
     """Change of the steady energy per cycle (k Y^2 per hour) from the end of the transient to the end of the test."""
     if test.jump_s is not None or test.duration_s <= transient:
         return None

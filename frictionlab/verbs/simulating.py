@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from frictionlab.planning import Plan
     from frictionlab.recording import Recording
     from frictionlab.simulator import Problem, Solver, SteadyState
-    from frictionlab.synthetic import VirtualTest
+    from frictionlab.synthetic import SyntheticTest
     from frictionlab.verbs.inputs import AnyScene, FilePath
 
 PLANNED = ("plan", "model", "rig", "sensors")
@@ -127,7 +127,7 @@ def respond(
 
 def synthesize(
     scene: "AnyScene", folder: "FilePath", *, progress: Callable[[int, int], None] | None = None, **settings: object
-) -> "tuple[VirtualTest, ...]":
+) -> "tuple[SyntheticTest, ...]":
     """Write one log per virtual test of a scene into a folder, and their truth beside them (``truth.jsonl``).
 
     Parameters
@@ -166,7 +166,7 @@ def plan(
     *,
     law: str | None = None,
     against: str | None = None,
-    tests: int = 10,
+    tests: int | None = None,
     hours: float | None = None,
     aim: Sequence[str] = (),
     measured: "Sequence[FilePath]" = (),

@@ -11,7 +11,7 @@ from frictionlab.campaign import Campaign, evaluate, trial_of
 from frictionlab.cli import app
 from frictionlab.hdf5 import write_recording
 from frictionlab.report import page
-from frictionlab.report.page_of_test import Curve, PageOfTest, chart, sheet_name, sheet_page, sheets_of, write_sheet
+from frictionlab.report.page_of_test import ChartLine, PageOfTest, chart, sheet_name, sheet_page, sheets_of, write_sheet
 from frictionlab.scene import Scene
 from tests.campaign.fabricate import row
 from tests.campaign.recorded import steady_recording
@@ -59,14 +59,14 @@ def test_a_page_replaces_its_own_kind_alone(scene: Scene, tmp_path: Path) -> Non
 
 def test_a_chart_shows_its_lines_between_round_ticks() -> None:
     x = np.linspace(0.0, 1.0, 5001)
-    text = chart([Curve(x, 10.0 * x - 5.0, "a < b")], "time [s]", "x & y")
+    text = chart([ChartLine(x, 10.0 * x - 5.0, "a < b")], "time [s]", "x & y")
     assert "a &lt; b" in text
     assert "x &amp; y" in text
     for tick in (">0.2<", ">0.8<", ">\N{MINUS SIGN}4<", ">4<"):
         assert tick in text
     assert text.count("L") < 2000
-    assert chart([Curve(x, np.full_like(x, np.nan), "nothing")], "x", "y") == ""
-    assert "NaN" not in chart([Curve(x, np.zeros_like(x), "level")], "x", "y")
+    assert chart([ChartLine(x, np.full_like(x, np.nan), "nothing")], "x", "y") == ""
+    assert "NaN" not in chart([ChartLine(x, np.zeros_like(x), "level")], "x", "y")
 
 
 def test_the_recording_is_drawn(scene: Scene) -> None:

@@ -136,6 +136,9 @@ def test_tests_between_two_laws_tell_more_than_those_for_small_errors() -> None:
     assert min(first.log_bayes or 0.0, first.log_bayes_against or 0.0) > 0.3 * best
     after = [t.log_bayes_after or 0.0 for t in apart.tests]
     assert after[1] > after[0] > 5.0
+    decides = plan_tests(what, law=PLACE, against=SPEED)
+    assert len(decides.tests) == 1, "without a number of tests the one that decides is the last"
+    assert len(decides.others) == len(apart.others) + len({t.frequency_ratio for t in apart.tests}) - 1
 
 
 def test_a_law_inside_another_gains_only_what_its_simplicity_is_worth() -> None:
