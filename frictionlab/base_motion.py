@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.integration import denoised, integrated, integrated_noise
-from frictionlab.analysis.noise import white_noise
+from frictionlab.analysis.channels import denoised, integrated, integrated_noise
+from frictionlab.analysis.signals import white_noise
 from frictionlab.errors import RecordingError
 from frictionlab.recording import Quality, Recording, Source
 from frictionlab.simulator import Problem

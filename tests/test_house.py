@@ -62,6 +62,7 @@ MAY_IMPORT: dict[str, set[str]] = {
             "planning",
             "__init__",
             "analysis",
+            "estimate",
             "base_motion",
             "campaign",
             "inference",

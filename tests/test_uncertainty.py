@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from frictionlab.analysis.filters import SensorChannel, low_pass, restored
+from frictionlab.analysis.channels import SensorChannel, low_pass, restored
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.inference import compare

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 import frictionlab as fl
-from frictionlab.analysis.integration import denoised
-from frictionlab.analysis.noise import white_noise
+from frictionlab.analysis.channels import denoised
+from frictionlab.analysis.signals import white_noise
 from frictionlab.base_motion import respond_to
 from frictionlab.cli import app
 from frictionlab.errors import AnalysisError, RecordingError, UsageError

@@ -1,21 +1,303 @@
-"""From what is measured to what is needed: displacements of mass and base from whatever channels a recording has.
+"""From what is measured to what is needed: lag and filters taken back, displacements of whatever channels there are.
+
+A filter is taken back where it leaves enough to take back. What it cuts away beyond is gone: `kept` says how much of
+each harmonic is still there, for whoever compares a motion with it, and `cut_away` how much that may be of an
+amplitude.
 
 A velocity is integrated once, an acceleration twice, in the frequency domain: what moves slower than a fifth of the
 motion's strongest line is taken off, and with it drift and any static offset. The ends, where a record's past and
 future are missing, are cut.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solveh_banded
 
-from frictionlab.analysis import integration, spectrum
-from frictionlab.analysis.noise import white_noise
+from frictionlab.analysis import spectrum
+from frictionlab.analysis.signals import white_noise
 from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+LEAST_GAIN = 0.3  # a filter is taken back up to here: beyond, noise would grow more than the signal
+NARROWER = 2.0  # times: a cycle through so much narrower a filter shows how much this one may have cut away
+MATTERS = 0.002  # of the amplitude: from so much on it is said
+
+
+@dataclass(frozen=True)
+class SensorChannel:
+    """One sensor's way into the log.
+
+    ``late`` s: its sample at t shows the motion at t - late; ``cutoff`` Hz (None: no filter) and ``order`` of
+    its low-pass filter (Butterworth).
+    """
+
+    late: float = 0.0
+    cutoff: float | None = None
+    order: int = 1
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether there is nothing to take back."""
+        return self.late == 0.0 and self.cutoff is None
+
+
+def restored(signal: FloatArray, step: float, channel: SensorChannel) -> FloatArray:
+    """Return the motion behind evenly spaced samples: through the inverse of filter and lag, by its spectrum.
+
+    Parameters
+    ----------
+    signal : ndarray of shape (n,)
+        Samples; the ends are mirrored, so that within a few time constants of them the result is less good.
+    step : float
+        Sampling interval, s.
+    channel : SensorChannel
+
+    Examples
+    --------
+    >>> t = np.arange(2000) * 0.004
+    >>> seen = np.sin(2 * np.pi * 1.3 * (t - 0.001))
+    >>> motion = restored(seen, 0.004, SensorChannel(late=0.001))
+    >>> float(np.abs(motion - np.sin(2 * np.pi * 1.3 * t))[300:-300].max()) < 2e-4
+    True
+    """
+    if channel.is_plain:
+        return signal
+    line = np.linspace(signal[0], signal[-1], len(signal))
+    about = signal - line
+    mirrored = np.concatenate([-about[:0:-1], about, -about[-2::-1]])
+    frequency = np.asarray(np.fft.rfftfreq(len(mirrored), step), dtype=np.float64)
+    lines = np.fft.rfft(mirrored) * np.exp(2j * math.pi * frequency * channel.late)
+    if channel.cutoff is not None:
+        lines = lines / _limited(low_pass(frequency, channel.cutoff, channel.order))
+    first = len(signal) - 1
+    return np.asarray(np.fft.irfft(lines, len(mirrored))[first : first + len(signal)] + line)
+
+
+def low_pass(frequency: FloatArray, cutoff: float, order: int) -> ComplexArray:
+    """Transfer function (n,) of a Butterworth low-pass filter at frequencies in Hz."""
+    s = 1j * frequency / cutoff
+    angles = math.pi * (2.0 * np.arange(1, order + 1) + order - 1.0) / (2.0 * order)
+    poles = np.exp(1j * angles)
+    return np.asarray(np.prod([-pole / (s - pole) for pole in poles], axis=0))
+
+
+def _limited(transfer: ComplexArray) -> ComplexArray:
+    size = np.abs(transfer)
+    return np.asarray(transfer / size * np.maximum(size, LEAST_GAIN))
+
+
+def kept(frequency: FloatArray, channel: SensorChannel) -> FloatArray:
+    """Return how much of a motion at frequencies in Hz (n,) is there once a channel's filter is taken back.
+
+    Examples
+    --------
+    >>> kept(np.array([5.0, 10.0, 30.0]), SensorChannel(cutoff=10.0, order=4)).round(3)
+    array([1.   , 1.   , 0.041])
+    """
+    if channel.cutoff is None:
+        return np.ones_like(frequency)
+    size = np.abs(low_pass(frequency, channel.cutoff, channel.order))
+    return np.asarray(size / np.maximum(size, LEAST_GAIN))
+
+
+def cut_away(cycle: FloatArray, drive: float, channel: SensorChannel) -> float:
+    """Return how much of the amplitude of a restored mean cycle (p,) its channel's filter may have cut away.
+
+    The estimate is what a filter of half the cut-off would cut away; the drive itself is not cut (`check_drive`). With
+    `third_lost`, in 80 tests with cut-offs of 0.6 to 2 natural frequencies, the error was at most 1.4 times the
+    combined uncertainty (rms 0.52).
+    """
+    lines = np.fft.rfft(cycle)
+    share = kept(np.arange(0.0, len(lines)) * (NARROWER * drive), channel)
+    share[:2] = 1.0
+    return 0.5 * abs(float(np.ptp(np.fft.irfft(lines * share, len(cycle))) - np.ptp(cycle)))
+
+
+def third_lost(friction: float, r: float, drive: float, channel: SensorChannel) -> float:
+    """Return how much of an amplitude (Y) the third harmonic is that a filter takes away from a mass that slides.
+
+    Where only the drive is left, the cycle tells nothing of the rest. Friction of a ratio ``friction`` against the
+    motion has a third harmonic of ``4 friction / (3 pi)`` kY, and the frame answers it by ``1 / |1 - 9 r^2|``.
+
+    Examples
+    --------
+    >>> round(third_lost(0.4, 0.5, 1.565, SensorChannel(cutoff=2.6, order=8)), 3)
+    0.132
+    """
+    share = float(kept(np.array([3.0 * drive]), channel)[0])
+    return (1.0 - share) * 4.0 * friction / (3.0 * math.pi) / max(abs(1.0 - 9.0 * r * r), LEAST_GAIN)
+
+
+def in_band(cycle: FloatArray, share: FloatArray) -> FloatArray:
+    """Return a cycle (p,) with so much of each of its harmonics 1 to p // 2 as is kept."""
+    if bool(np.all(share == 1.0)):
+        return cycle
+    return np.asarray(np.fft.irfft(np.fft.rfft(cycle) * np.concatenate([[1.0], share]), len(cycle)))
+
+
+def check_drive(drive: float, channels: tuple[SensorChannel, SensorChannel]) -> None:
+    """Refuse a channel, of mass or base, whose filter leaves too little of the drive itself (Hz) to take it back.
+
+    Raises
+    ------
+    AnalysisError
+        Less than `LEAST_GAIN` of it is left.
+    """
+    for role, channel in zip(("mass", "base"), channels, strict=True):
+        if channel.cutoff is None:
+            continue
+        left = float(np.abs(low_pass(np.array([drive]), channel.cutoff, channel.order))[0])
+        if left < LEAST_GAIN:
+            raise AnalysisError(
+                f"analysis: the {role}'s low-pass filter of {channel.cutoff:.4g} Hz and order {channel.order} would"
+                f" leave {100.0 * left:.2g} % of the drive at {drive:.4g} Hz, too little to take the motion back from:"
+                f" check filter_hz and filter_order, or {role}_filter_hz and {role}_filter_order, in [sensors]; a test"
+                " needs filters well above the drive and the natural frequency"
+            )
+
+
+def said_of(cut: float, amplitude: float, channel: SensorChannel) -> tuple[str, ...]:
+    """Say that a filter cuts what an answer needs, if it does; ``cut``: by `cut_away`, like the amplitude over Y."""
+    if channel.cutoff is None or cut < MATTERS * amplitude:
+        return ()
+    said = (
+        f"response_amplitude: the mass's low-pass filter ({channel.cutoff:.4g} Hz, order {channel.order}: filter_hz,"
+        f" mass_filter_hz in [sensors]) cuts away the fast part of the motion: amplitude (by some {cut:.1g} Y, which"
+        " its error holds), stops_per_cycle and regime may be wrong by it: record with a filter of a higher cut-off"
+    )
+    return (said,)
+
+
+SMOOTHEST, ROUGHEST = 1e10, 1e-3  # penalties between which the best is looked for: beyond, doubles do not do
+COARSE, FINE = 8.0, 2.0  # factors between the penalties tried, first and then beside the best
+HIGH_PASS = 8  # of the high-pass: |H| = 1 / (1 + (f_c / f)^8), without a shift of phase
+AROUND = 6.0  # periods of the slowest motion kept: so much rest is put before and after the record
+ORDER = 4  # of the differences that a spline keeps small
+
+
+def denoised(signal: FloatArray, noise: float) -> FloatArray:
+    """Return the smooth curve behind evenly sampled values: a discrete smoothing spline of seventh degree.
+
+    It minimises ``sum (y - s)^2 + p sum (fourth difference of s)^2`` [Whittaker 1923; Eilers 2003], with the penalty of
+    `best_penalty`.
+
+    Parameters
+    ----------
+    signal : ndarray of shape (n,)
+    noise : float
+        Rms of the sensor's white noise; 0: the signal is returned as it is.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> truth = np.cos(2 * np.pi * np.arange(5000) / 250)
+    >>> curve = denoised(truth + 1e-3 * rng.standard_normal(5000), 1e-3)
+    >>> bool(np.std(curve - truth) < 3e-4)
+    True
+    """
+    penalty = best_penalty(signal, noise)
+    return spline(signal, penalty) if penalty else signal
+
+
+def best_penalty(signal: FloatArray, noise: float) -> float:
+    """Return the penalty whose curve is expected to be nearest to the truth; 0 where no smoothing helps.
+
+    The expected square of its error is ``mean (y - s)^2 - noise^2 + 2 noise^2 mean H`` (Stein 1981), with
+    ``H = 1 / (1 + p (2 sin(w / 2))^8)`` the curve's gain at frequency w; noise^2 without any smoothing.
+    """
+    if not noise > 0.0 or len(signal) < 8:
+        return 0.0
+
+    def risk(penalty: float) -> float:
+        return float(np.mean((signal - spline(signal, penalty)) ** 2)) / noise**2 - 1.0 + 2.0 * gain_kept(penalty)
+
+    least, best, penalty = 1.0, 0.0, SMOOTHEST
+    while penalty > ROUGHEST:
+        here = risk(penalty)
+        if here < least:
+            least, best = here, penalty
+        elif best:
+            break
+        penalty /= COARSE
+    beside = [best * FINE**k for k in (-2, -1, 1, 2)] if best else []
+    return min(((least, best), *((risk(p), p) for p in beside)))[1]
+
+
+def spline(signal: FloatArray, penalty: float) -> FloatArray:
+    """Return the curve of a penalty: the normal equations, unit plus penalty times D'D, as a band of seven."""
+    n = len(signal)
+    weights = np.array([(-1) ** k * math.comb(ORDER, k) for k in range(ORDER + 1)], dtype=np.float64)
+    bands = np.zeros((ORDER + 1, n))
+    for lag in range(ORDER + 1):
+        for k in range(ORDER + 1 - lag):
+            first = k + lag  # row of the upper band, column j = i + lag, i = k, k + 1, ..., k + n - 1 - ORDER
+            bands[ORDER - lag, first : first + n - ORDER] += penalty * weights[k] * weights[k + lag]
+    bands[ORDER] += 1.0
+    return np.asarray(solveh_banded(bands, signal, overwrite_ab=True, check_finite=False))
+
+
+def gain_kept(penalty: float) -> float:
+    """Mean of the curve's gain over all frequencies: the share of white noise's freedom that it keeps."""
+    w = np.pi * (np.arange(4096) + 0.5) / 4096
+    # the cut-off may be far below the grid: frequencies are taken evenly in the logarithm there
+    w = np.concatenate([np.geomspace(1e-6, w[0], 2000), w[1:]])
+    gain = 1.0 / (1.0 + penalty * (2.0 * np.sin(0.5 * w)) ** (2 * ORDER))
+    return float(np.trapezoid(gain, w) / np.pi)
+
+
+def integrated(signal: FloatArray, rate: float, highpass_hz: float, *, times: int = 2) -> FloatArray:
+    """Return an evenly sampled signal (n,) integrated over time, without what is slower than a frequency.
+
+    Mean and straight line are taken off first; then each frequency is divided by ``2 pi i f`` once or twice and
+    multiplied by the high-pass. What a record holds before its start and after its end is not known: rest is put there,
+    and the first and last period of the slowest motion kept are doubtful.
+
+    Parameters
+    ----------
+    signal : ndarray of shape (n,)
+        Such as an acceleration, m/s^2.
+    rate : float
+        Samples per second.
+    highpass_hz : float
+    times : int
+        1: a displacement from a velocity; 2: from an acceleration.
+
+    Examples
+    --------
+    >>> t = np.arange(4000) / 200.0
+    >>> size = np.clip(t / 4, 0, 1) * np.clip((20 - t) / 4, 0, 1)
+    >>> y = 1e-3 * size**3 * np.sin(2 * np.pi * 2.0 * t)
+    >>> acceleration = np.gradient(np.gradient(y, t), t)
+    >>> bool(np.abs(integrated(acceleration, 200.0, 0.3) - y).max() < 1e-5)
+    True
+    """
+    n = len(signal)
+    line = np.polynomial.Polynomial.fit(np.arange(n), signal, 1)
+    around = math.ceil(AROUND * rate / highpass_hz)
+    padded = np.zeros(n + 2 * around)
+    padded[around : around + n] = signal - line(np.arange(n))
+    f = np.asarray(np.fft.rfftfreq(len(padded), 1.0 / rate), dtype=np.float64)
+    moved = np.fft.irfft(np.fft.rfft(padded) * (-1j) ** times * gain(f, highpass_hz, times), len(padded))
+    return np.asarray(moved[around : around + n])
+
+
+def gain(f: FloatArray, highpass_hz: float, times: int = 2) -> FloatArray:
+    """Size of the integral over that of the signal at frequencies f [Hz]: ``|H| / (2 pi f)^times``."""
+    share = f / highpass_hz
+    return np.asarray(share ** (HIGH_PASS - times) / (1.0 + share**HIGH_PASS) / (2.0 * np.pi * highpass_hz) ** times)
+
+
+def integrated_noise(noise: float, rate: float, highpass_hz: float, *, times: int = 2) -> float:
+    """Return the rms that white noise of a sensor (rms of a sample) is integrated to."""
+    f = np.geomspace(1e-2 * highpass_hz, 0.5 * rate, 4000)
+    return math.sqrt(2.0 * noise**2 / rate * float(np.trapezoid(gain(f, highpass_hz, times) ** 2, f)))
+
+
 SLOWEST = 0.2  # of the strongest line: slower motions are not integrated
 RATES = {"velocity": 1, "acceleration": 2}  # quantity -> integrations
 FORCES = ("contact_force", "torque")
@@ -85,8 +367,8 @@ def _displacement(
         )
     signal, rate, times = measured[name], 1.0 / step, rates[name]
     slowest = SLOWEST * spectrum.strongest_tone(signal, step).frequency
-    moved = integration.integrated(signal, rate, slowest, times=times)
-    u = integration.integrated_noise(white_noise(signal), rate, slowest, times=times)
+    moved = integrated(signal, rate, slowest, times=times)
+    u = integrated_noise(white_noise(signal), rate, slowest, times=times)
     edge = min(round(rate / slowest), len(signal) // 4)
     share = 100.0 * u / max(float(np.std(moved)), 1e-300)
     said = (

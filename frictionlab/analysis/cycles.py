@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.autocorrelation import variance_inflation
+from frictionlab.analysis.signals import variance_inflation
 from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]

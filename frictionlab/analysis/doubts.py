@@ -12,7 +12,7 @@ from frictionlab.analysis.hum import LEAST
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.mistakes import is_clipped
 from frictionlab.analysis.response import Response
-from frictionlab.analysis.smoothing import Smoother
+from frictionlab.analysis.spectrum import Smoother
 from frictionlab.estimate import Estimate
 
 FloatArray = NDArray[np.float64]

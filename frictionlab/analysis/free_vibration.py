@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.decay import DecayFit, first_guess, fit_decay, misfit_of
 from frictionlab.analysis.hum import without_high_lines
-from frictionlab.analysis.pooling import Average, average
 from frictionlab.analysis.signals import EVEN, stray
 from frictionlab.analysis.taps import Turnings, find_taps
 from frictionlab.errors import AnalysisError
-from frictionlab.estimate import Estimate
+from frictionlab.estimate import Average, Estimate, average
 
 FloatArray = NDArray[np.float64]
 _PER_HALF_CYCLE = 40  # samples that a fit needs; more are averaged

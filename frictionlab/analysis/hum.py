@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis import cycles
-from frictionlab.analysis.noise import sensor_step
-from frictionlab.analysis.signals import Stretch
+from frictionlab.analysis.signals import Stretch, sensor_step
 from frictionlab.analysis.spectrum import Spectrum, amplitude_spectrum, refined
 
 FloatArray = NDArray[np.float64]

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis import cycles, hum, noise, spectrum, steadiness
+from frictionlab.analysis import cycles, hum, signals, spectrum, steadiness
 from frictionlab.analysis.hum import Foreign
 from frictionlab.analysis.signals import Stretch
 from frictionlab.errors import AnalysisError
@@ -144,7 +144,7 @@ def lay_out(
     longest = max(stretches, key=lambda s: len(s.base), default=None)
     if longest is None or len(longest.base) < 32:
         raise AnalysisError("analysis: expected at least 32 samples after the transient: shorten transient_s")
-    base_noise = noise.white_noise(longest.base)
+    base_noise = signals.white_noise(longest.base)
     base_lines = spectrum.amplitude_spectrum(longest.base, longest.step, padding=padding)
     guess = _drive_frequency(longest, base_lines)
     cuts = _cuts(stretches, longest, guess, base_noise)
@@ -166,8 +166,8 @@ def lay_out(
     mass = _folded_all([s.mass for s in stretches], cuts, points)
     blocks = _blocks(cuts)
     if foreign.base:
-        base_noise = noise.white_noise(longest.base)
-    of_mass = _sensor(longest.mass, mass, noise.white_noise(longest.mass), 1.0 / cut.frequency)
+        base_noise = signals.white_noise(longest.base)
+    of_mass = _sensor(longest.mass, mass, signals.white_noise(longest.mass), 1.0 / cut.frequency)
     of_base = _sensor(longest.base, base, base_noise, 1.0 / cut.frequency)
     drive, wander = _driven(base, blocks, cut, longest.step, of_base, foreign.period)
     time = np.concatenate([s.time + c.start * s.step for s, c in zip(stretches, cuts, strict=True)])
@@ -234,9 +234,9 @@ class _Sensor:
 
 
 def _sensor(signal: FloatArray, rows: FloatArray, white: float, samples: float) -> _Sensor:
-    step = noise.sensor_step(signal)
-    rounding = noise.rounding_left(white, step)
-    shared = noise.as_white(rounding, step, float(np.ptp(rows.mean(axis=0))), samples)
+    step = signals.sensor_step(signal)
+    rounding = signals.rounding_left(white, step)
+    shared = signals.as_white(rounding, step, float(np.ptp(rows.mean(axis=0))), samples)
     return _Sensor(white, step, rounding, shared)
 
 

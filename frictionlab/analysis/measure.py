@@ -18,19 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis import (
-    channels,
-    cycles,
-    doubts,
-    energy,
-    filters,
-    force,
-    irregularity,
-    response,
-    signals,
-    steadiness,
-)
-from frictionlab.analysis.filters import SensorChannel
+from frictionlab.analysis import channels, cycles, doubts, energy, response, signals, steadiness
+from frictionlab.analysis.channels import SensorChannel
 from frictionlab.analysis.layout import Layout, approach, lay_out, wander_of
 from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement, traces
 from frictionlab.analysis.response import Response
@@ -91,7 +80,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     transient = found[0] if given is None else given
     layout = _laid_out(parts, transient, recording, scene)
     of_mass = channels_of(scene)[0]
-    filters.check_drive(layout.drive.frequency, channels_of(scene))
+    channels.check_drive(layout.drive.frequency, channels_of(scene))
 
     wall_moves, natural = scene.model.wall == "base", scene.rig.natural_frequency
     answer = response.response(layout, wall_moves=wall_moves)
@@ -117,11 +106,11 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     )
     friction = _friction(layout, answer, used, sources, recording, scene)
     if friction is not None:
-        taken = force.taken_by_the_frame(cycle, scene.rig.damping or 0.0, r or 0.0)
-        warnings += force.doubts_of(friction, loop, scene.rig.stiffness, layout.drive.amplitude, taken)
+        taken = energy.taken_by_the_frame(cycle, scene.rig.damping or 0.0, r or 0.0)
+        warnings += energy.doubts_of(friction, loop, scene.rig.stiffness, layout.drive.amplitude, taken)
         cycle = replace(cycle, force=friction.cycle)
     warnings += () if natural or prescribed else (NO_NATURAL_FREQUENCY,)
-    warnings += filters.said_of(cut, size, of_mass)
+    warnings += channels.said_of(cut, size, of_mass)
     return Measurement(
         **_facts(recording, scene, layout, 1.0 / parts[0].step),
         **_of_the_answer(layout, answer, used),
@@ -164,11 +153,11 @@ def _facts(recording: Recording, scene: Scene, layout: Layout, rate: float) -> d
 def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, Any]:
     """Fields of a measurement that say how the mass answers, those without an error."""
     noise = layout.mass_noise * math.sqrt(cycles.interpolated_noise_share())
-    index = None if answer.is_stuck else irregularity.irregularity_index(layout.mass, layout.blocks)
+    index = None if answer.is_stuck else steadiness.irregularity_index(layout.mass, layout.blocks)
     return {
         "irregularity_index": index,
-        "irregularity_floor": None if index is None else irregularity.irregularity_floor(layout.mass, noise),
-        "base_irregularity_index": irregularity.irregularity_index(layout.base, layout.blocks),
+        "irregularity_floor": None if index is None else steadiness.irregularity_floor(layout.mass, noise),
+        "base_irregularity_index": steadiness.irregularity_index(layout.base, layout.blocks),
         "stops_per_cycle": answer.stops_per_cycle,
         "stuck_fraction": answer.stuck_fraction,
         "regime": answer.regime,
@@ -181,8 +170,8 @@ def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, A
 
 def _friction(
     layout: Layout, answer: Response, used: slice, sources: Sources, recording: Recording, scene: Scene
-) -> force.Friction | None:
-    return force.by_load_cell(
+) -> energy.Friction | None:
+    return energy.by_load_cell(
         layout,
         answer,
         used,
@@ -193,7 +182,7 @@ def _friction(
     )
 
 
-def _of_the_force(friction: force.Friction | None, stiffness: float | None, unit: float) -> dict[str, Any]:
+def _of_the_force(friction: energy.Friction | None, stiffness: float | None, unit: float) -> dict[str, Any]:
     """Fields of a measurement that a load cell gives."""
     if friction is None:
         return dict.fromkeys(("force_energy", "force_energy_j", "measured_force", "measured_coefficient"), Estimate())
@@ -228,7 +217,7 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], l
                 strays = max(strays, off)
             found = channels.motions(seen, step, prescribed=prescribed)
             mass, base = (
-                filters.restored(motion, step, way)
+                channels.restored(motion, step, way)
                 for motion, way in zip((found.mass, found.base), channels_of(scene), strict=True)
             )
             more = {name: seen[name] for name in channels.KEPT if name in seen}
@@ -376,7 +365,7 @@ def _mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: SensorCh
         base_cosine=layout.drive.harmonics.real.copy(),
         base_sine=-layout.drive.harmonics.imag,
         each=np.asarray(each * 1j ** np.arange(1, each.shape[1] + 1)),  # counted from the top of the base's motion
-        kept=filters.kept(layout.drive.frequency * np.arange(1, points // 2 + 1), of_mass),
+        kept=channels.kept(layout.drive.frequency * np.arange(1, points // 2 + 1), of_mass),
     )
 
 
@@ -386,8 +375,8 @@ def _cut_away(
     """How much of the amplitude the mass's filter may have cut away, Y; ``size``: that amplitude."""
     drive = layout.drive.frequency
     friction, r = abs(loop.value or 0.0) / (4.0 * max(size, 1e-12)), drive / natural if natural else 1.0
-    third = filters.third_lost(friction, r, drive, of_mass)
-    return max(filters.cut_away(cycle.mass_smooth, drive, of_mass), third)
+    third = channels.third_lost(friction, r, drive, of_mass)
+    return max(channels.cut_away(cycle.mass_smooth, drive, of_mass), third)
 
 
 def _budget(

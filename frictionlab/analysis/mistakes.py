@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis import stops
-from frictionlab.analysis.smoothing import smoothed, smoother
+from frictionlab.analysis.spectrum import smoothed, smoother
 
 FloatArray = NDArray[np.float64]
 ALIKE = 0.005  # rms of mass minus base over the base's: no frame with a contact follows its base so closely

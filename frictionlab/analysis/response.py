@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis import energy, stops
 from frictionlab.analysis.layout import Layout
-from frictionlab.analysis.noise import white_noise
-from frictionlab.analysis.smoothing import Smoother, smoothed, smoother
+from frictionlab.analysis.signals import white_noise
+from frictionlab.analysis.spectrum import Smoother, smoothed, smoother
 from frictionlab.analysis.stops import Move, Stops
 
 FloatArray = NDArray[np.float64]

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from frictionlab.analysis.pooling import welch
 from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.joint_fit import JointFit
 from frictionlab.campaign.sharing import RIG
-from frictionlab.estimate import Estimate
+from frictionlab.estimate import Estimate, welch
 
 SIGNIFICANT = 0.05
 

@@ -17,12 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from frictionlab.analysis.pooling import scatter_beyond, weighted_mean
 from frictionlab.campaign.prediction import Local, Model, Prediction, local
 from frictionlab.campaign.sharing import Own, own_estimate, pooled_shifts
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
 from frictionlab.campaign.verdicts import JUDGED_ANEW, SCREENED, SOFT, Cause, LeftOut
-from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
+from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, scatter_beyond, weighted_mean
 from frictionlab.uncertainty import Sources, unit_uncertainty
 
 FloatArray = NDArray[np.float64]

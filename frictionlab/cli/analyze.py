@@ -19,7 +19,7 @@ from frictionlab.tables import Row
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration
     from frictionlab.analysis.measurement import Measurement
-    from frictionlab.analysis.pooling import Average
+    from frictionlab.estimate import Average
     from frictionlab.scene import Scene
 
 SERIES = "series"  # travels with a row from its worker and is taken off before anybody sees the row

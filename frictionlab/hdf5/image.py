@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab import __version__
-from frictionlab.hdf5.seal import seal_of
+from frictionlab.hdf5.opening import seal_of
 
 _BYTES = 1 << 28
 """For all but the arrays; memory that is not written to costs nothing."""

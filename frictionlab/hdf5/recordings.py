@@ -21,7 +21,7 @@ The tree, format version 1::
     /experiment           attrs: material, normal_force (N), and whatever else is known of this test
     /entry                NXentry with hard links to the arrays in /entry/data (NXdata), for NeXus readers
 
-Behind the HDF5 part, where other programs do not look, stands its seal (`frictionlab.hdf5.seal`).
+Behind the HDF5 part, where other programs do not look, stands its seal (`frictionlab.hdf5.opening`).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -38,18 +38,20 @@ from numpy.typing import NDArray
 from frictionlab.errors import RecordingError
 from frictionlab.files import check_replaceable, write_whole
 from frictionlab.hdf5.image import Image
-from frictionlab.hdf5.nodes import (
+from frictionlab.hdf5.opening import (
+    FORMAT_VERSION,
     TEXT,
     array_inside,
     facts_of,
     group_inside,
+    opened,
+    root_attribute,
     storable,
     text,
     texts_inside,
     write_dataset,
     write_facts,
 )
-from frictionlab.hdf5.opening import FORMAT_VERSION, opened, root_attribute
 from frictionlab.recording import (
     DISPLACEMENTS,
     Channel,

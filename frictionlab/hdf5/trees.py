@@ -11,16 +11,20 @@ from numpy.typing import NDArray
 from frictionlab.errors import FrictionlabError, RecordingError
 from frictionlab.files import write_whole
 from frictionlab.hdf5.image import Image
-from frictionlab.hdf5.nodes import (
+from frictionlab.hdf5.opening import (
+    FORMAT_VERSION,
+    NO_FILE,
     dataset_inside,
     facts_of,
     group_inside,
     node_inside,
+    opened,
+    root_attribute,
     text,
+    to_read,
     write_dataset,
     write_facts,
 )
-from frictionlab.hdf5.opening import FORMAT_VERSION, NO_FILE, opened, root_attribute, to_read
 from frictionlab.schema import Column
 
 Describe = Callable[[str], Column | None]

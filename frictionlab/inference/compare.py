@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.filters import in_band
+from frictionlab.analysis.channels import in_band
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError, UsageError

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from frictionlab.analysis.autocorrelation import student, variance_inflation
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.errors import AnalysisError, FrictionlabError, UsageError
 from frictionlab.inference.unknowns import Unknown, of_rig
 from frictionlab.scene import Scene

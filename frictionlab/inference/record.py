@@ -8,12 +8,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.autocorrelation import student, variance_inflation
-from frictionlab.analysis.filters import restored
-from frictionlab.analysis.integration import best_penalty, gain_kept, spline
+from frictionlab.analysis.channels import best_penalty, gain_kept, restored, spline
 from frictionlab.analysis.measure import channels_of
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.analysis.noise import white_noise
+from frictionlab.analysis.signals import student, variance_inflation, white_noise
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import AnalysisError, FrictionlabError
 from frictionlab.inference.fit import Fit, Model, Test, fit_from, reweighed

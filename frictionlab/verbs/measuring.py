@@ -10,7 +10,7 @@ from frictionlab.verbs.inputs import AnyScene, FilePath, is_recording_name, reco
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration
     from frictionlab.analysis.measurement import Measurement
-    from frictionlab.analysis.modes import Mode
+    from frictionlab.analysis.taps import Mode
     from frictionlab.logs.lines import Progress
     from frictionlab.recording import Recording
     from frictionlab.scene import Scene
@@ -194,7 +194,7 @@ def free_vibration_modes(
     """
     import numpy as np
 
-    from frictionlab.analysis.modes import modes
+    from frictionlab.analysis.taps import modes
     from frictionlab.recording import Recording
 
     known = scene_given(scene, settings, ("log",))

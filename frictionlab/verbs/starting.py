@@ -18,7 +18,7 @@ from frictionlab.verbs.inputs import FilePath, is_log_name
 
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration
-    from frictionlab.analysis.pooling import Average
+    from frictionlab.estimate import Average
     from frictionlab.recording import Recording
 
 MOST_READ = 12  # logs that are read; the names of all are

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.stats import multivariate_normal
 
-from frictionlab.analysis.autocorrelation import PAIRS, SHARES, WANDERS, student, variance_inflation
+from frictionlab.analysis.signals import PAIRS, SHARES, WANDERS, student, variance_inflation
 
 FloatArray = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from frictionlab.analysis.filters import SensorChannel, cut_away, in_band, kept, low_pass, third_lost
+from frictionlab.analysis.channels import SensorChannel, cut_away, in_band, kept, low_pass, third_lost
 from frictionlab.analysis.measure import measure
 from frictionlab.errors import AnalysisError
 from frictionlab.inference import compare, predict

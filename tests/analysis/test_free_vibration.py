@@ -9,9 +9,9 @@ import pytest
 
 from frictionlab.analysis.decay import Decay
 from frictionlab.analysis.free_vibration import averages, free_vibrations, scene_snippet
-from frictionlab.analysis.pooling import Average, average
 from frictionlab.analysis.taps import find_taps
 from frictionlab.errors import AnalysisError
+from frictionlab.estimate import Average, average
 from frictionlab.scene import scene_from_tables
 from tests.analysis.seen import through_laser
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionlab.analysis.irregularity import irregularity_floor, irregularity_index
+from frictionlab.analysis.steadiness import irregularity_floor, irregularity_index
 from tests.analysis import naive
 
 WAVE = np.sin(2 * math.pi * np.arange(200) / 200)

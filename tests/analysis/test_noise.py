@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionlab.analysis.noise import sensor_step, white_noise
+from frictionlab.analysis.signals import sensor_step, white_noise
 
 
 @settings(max_examples=20, deadline=None)

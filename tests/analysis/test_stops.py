@@ -6,7 +6,7 @@ import pytest
 from frictionlab.analysis import stops
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.response import half_range, levelled
-from frictionlab.analysis.smoothing import smoothed, smoother
+from frictionlab.analysis.spectrum import smoothed, smoother
 from tests.analysis import naive
 from tests.analysis.seen import recording_of, scene, steady
 

@@ -13,7 +13,7 @@ import pytest
 from frictionlab.errors import RecordingError
 from frictionlab.files import take_lock
 from frictionlab.hdf5 import arrays_inside, describe, is_recording, read_recording, trial
-from frictionlab.hdf5.seal import is_whole
+from frictionlab.hdf5.opening import is_whole
 from frictionlab.recording import Recording
 from tests.armour.sound import case, sound
 

@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from frictionlab.hdf5 import read_recording
-from frictionlab.hdf5.seal import is_whole
+from frictionlab.hdf5.opening import is_whole
 from frictionlab.schema import MEASUREMENTS
 from frictionlab.tables import write_rows
 from tests.armour.sound import case, sound

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.filters import low_pass
+from frictionlab.analysis.channels import low_pass
 from frictionlab.analysis.measure import measure
 from frictionlab.inference import predict
 from frictionlab.recording import Recording

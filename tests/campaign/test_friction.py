@@ -7,10 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictionlab.analysis.pooling import scatter_beyond
 from frictionlab.campaign import FrictionFit, Model, Trial, trial_of
 from frictionlab.campaign.friction import fit_group
-from frictionlab.estimate import Estimate
+from frictionlab.estimate import Estimate, scatter_beyond
 from tests.campaign import naive
 from tests.campaign.fabricate import AMPLITUDE, STIFFNESS, row
 
