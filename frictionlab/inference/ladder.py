@@ -27,7 +27,7 @@ from frictionlab.inference.fit import (
     scatter_scale,
     with_scatter,
 )
-from frictionlab.inference.observations import STATES, CycleObservation, Work, WorkError, cycle_of, prepare
+from frictionlab.inference.observations import STATES, CycleObservation, cycle_of, prepare
 from frictionlab.inference.posterior import (
     Posterior,
     infer,
@@ -37,14 +37,15 @@ from frictionlab.inference.posterior import (
 )
 from frictionlab.inference.starts import FIRST_GUESSES, starting_points
 from frictionlab.simulator.laws import TERMS, Law, law_of
+from frictionlab.simulator.meter import Meter, OverspentError
 
 FloatArray = NDArray[np.float64]
 EXACT = ("place", "speed", "breakaway", "compliance")
 CHEAP = EXACT[:3]  # a rigid contact: a fraction of a millisecond a steady state
 NUMERIC = ("logarithm", "stribeck", "dahl", "bouc-wen")  # milliseconds a steady state ...
 DEAR = ("lugre", "rate-state")  # ... and up to a second
-WORK = 1e5  # rigid steady states, or as much work, for all laws of one test
-RESERVE = 1e4  # the same for the values of the one that is required, found once more from all starts
+WORK = 1e6  # steps of integration, or as much work, for all laws of one test: some ten seconds
+RESERVE = 1e5  # the same for the values of the one that is required, found once more from all starts
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
 PUSHED = 3.0  # standard deviations from which what is known of sensors and rig is not where a richer law begins
@@ -143,7 +144,7 @@ class _Climb:
         accuracy: str,
         watch: Callable[[str], None] | None,
     ) -> None:
-        work = Work(WORK * len(observations))
+        work = Meter(WORK * len(observations))
         self.observations = [replace(o.missing(0.0), work=work) for o in observations]
         self.amontons, self.accuracy, self.work = amontons, accuracy, work
         self.watch = watch or (lambda _: None)
@@ -187,12 +188,12 @@ class _Climb:
 
     def found_again(self, top: Rung) -> Posterior:
         """The required law as it is found when it is given; where that cannot be done, as on the ladder."""
-        again = [replace(o.under(top.law), work=Work(RESERVE * len(self.observations))) for o in self.observations]
+        again = [replace(o.under(top.law), work=Meter(RESERVE * len(self.observations))) for o in self.observations]
         try:
             found = infer(again, amontons=self.amontons)
             if top.fit is not None and found.fit.chi_square > top.fit.chi_square + DEEPER * excess_of(top.fit):
                 found = infer(again, amontons=self.amontons, near=top.fit.values())
-        except (AnalysisError, WorkError, ArithmeticError, np.linalg.LinAlgError) as fault:
+        except (AnalysisError, OverspentError, ArithmeticError, np.linalg.LinAlgError) as fault:
             own = top.posterior
             if own is None:
                 raise AnalysisError(f"law {top.law.name}: {fault}") from fault
@@ -214,12 +215,12 @@ class _Climb:
         prepare(law, self.observations[0].r, 10.0 * STATES * len(self.observations))
         begin = time.perf_counter()
         self.watch(name)
-        if self.work.left < 0.0 and law.kind != "rigid":
+        if self.work.is_spent and law.kind != "rigid":
             made = Rung(law, said="not tried: the work of a ladder was used up; give --law to fit it alone")
         else:
             try:
                 made = self._rung(law, below)
-            except WorkError:
+            except OverspentError:
                 made = Rung(law, said="not fitted to the end: the work of a ladder was used up; give --law to fit it")
             except AnalysisError as fault:
                 if below is None:
@@ -265,7 +266,7 @@ class _Climb:
             except AnalysisError as fault:
                 missed = fault  # no steady state there; another start may have one
                 continue
-            except WorkError:
+            except OverspentError:
                 if best is None:
                     raise
                 break
@@ -287,7 +288,7 @@ class _Climb:
         model, point, local = _carried(here.fit.model, best.fit, {})
         try:
             again = _scattered(_from(model, point, local)) if names else here.fit
-        except (AnalysisError, WorkError, ArithmeticError, np.linalg.LinAlgError):
+        except (AnalysisError, OverspentError, ArithmeticError, np.linalg.LinAlgError):
             return here, good  # the simpler law has no steady state there, so no minimum either
         if again.cost > here.fit.cost - DEEPER:
             return here, good

@@ -25,6 +25,7 @@ from frictionlab.inference.unknowns import Unknown, of_rig
 from frictionlab.scene import Scene
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
+from frictionlab.simulator.meter import Meter, OverspentError
 from frictionlab.simulator.problem import Wall
 
 FloatArray = NDArray[np.float64]
@@ -41,6 +42,7 @@ ROUNDING = 1e-6  # of the response: interpolation between samples is no better
 SEEN = 1e-3  # of Y: smaller harmonics of the base are left out, for each makes a steady state dearer
 LEAST_POINTS = 128  # of a simulated cycle: what folds back from beyond is below 1e-6 of it
 STATES = 150.0  # steady states of one fit, about
+COST = {"rigid": 5.0, "elastic": 100.0}  # steps of integration that an exact steady state costs, about
 STEP = 1e-4  # of a prior's standard deviation: finite differences of the simulated cycle
 BENDS = {"parabola": 2, "cubic": 3}  # powers of its place by which the mass's sensor bends a cycle
 SENSORS = ("gain", "lag_s", "base_in_mass", *BENDS)  # what is done to a motion that stays the same
@@ -64,31 +66,6 @@ class Reached:
     is_noise: bool
 
 
-class Work:
-    """Work left to a search, in rigid steady states: the same search ends at the same place on every machine."""
-
-    COST: Mapping[str, float] = {"rigid": 1.0, "elastic": 20.0, "smooth": 40.0, "inner": 80.0}
-
-    def __init__(self, left: float = math.inf) -> None:
-        self.left = left
-
-    def take(self, problem: Problem) -> None:
-        """Book one steady state.
-
-        Raises
-        ------
-        WorkError
-            Nothing is left.
-        """
-        self.left -= self.COST[problem.law.kind] * max(1.0, 0.3 / problem.r)
-        if self.left < 0.0:
-            raise WorkError("the work that the search may do is used up")
-
-
-class WorkError(FrictionlabError, RuntimeError):
-    """The work that a search may do is used up; no fault of what was asked last."""
-
-
 def prepare(law: Law, r: float, states: float) -> None:
     """Load the compiled simulator if so many steady states are worth it; it changes nothing but their time."""
     from frictionlab.simulator.engine import choose  # noqa: PLC0415 - a measurement alone has no use for it
@@ -104,18 +81,24 @@ def prepare(law: Law, r: float, states: float) -> None:
         machine.compiled()  # in plain Python a state of these takes a quarter of a second
 
 
-def steady(problem: Problem, work: Work, near: SteadyState | None = None) -> SteadyState | None:
-    """Return the steady state of a problem; None where the simulator has none: these values are no candidate."""
-    work.take(problem)
-    try:
-        if near is not None and not problem.law.is_exact:
-            from frictionlab.simulator import numeric  # noqa: PLC0415 - 10 ms, for such laws alone
+def steady(problem: Problem, meter: Meter, near: SteadyState | None = None) -> SteadyState | None:
+    """Return the steady state of a problem; None where the simulator has none: these values are no candidate.
 
-            return numeric.steady(problem, near=near)
-        return steady_state(problem)
-    except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError, ValueError) as fault:
-        if isinstance(fault, WorkError):
-            raise
+    Raises
+    ------
+    OverspentError
+        The work that the search may do is used up: the same search ends at the same place on every machine.
+    """
+    meter.take(COST.get(problem.law.kind, 0.0))
+    try:
+        if problem.law.kind in COST:
+            return steady_state(problem)
+        from frictionlab.simulator import numeric  # noqa: PLC0415 - 10 ms, for such laws alone
+
+        return numeric.steady(problem, near=near, meter=meter if math.isfinite(meter.left) else None)
+    except OverspentError:
+        raise
+    except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError, ValueError):
         return None
 
 
@@ -206,7 +189,7 @@ class CycleObservation:
         How much of each harmonic the mass's filter leaves.
     missed : float
         Variance of one part of a harmonic that the law cannot explain: it counts beside the noise.
-    work : Work
+    work : Meter
         What steady states may still cost.
     """
 
@@ -218,7 +201,7 @@ class CycleObservation:
     base: Base
     kept: FloatArray
     missed: float = 0.0
-    work: Work = field(default_factory=Work, compare=False)
+    work: Meter = field(default_factory=lambda: Meter(math.inf), compare=False)
 
     @property
     def r(self) -> float:
@@ -450,13 +433,16 @@ class CycleObservation:
 
 
 def of_few(each: FloatArray, assumed: FloatArray) -> FloatArray:
-    """Return the covariance (n, n) that samples (m, n) sum up to; few samples say little of its correlations.
+    """Return the covariance (n, n) that samples (m, n) sum up to, so large that its inverse does not promise too much.
 
-    These are drawn to those of an assumed covariance (n, n), the more the fewer samples there are for each coordinate:
-    the inverse of a covariance from few samples promises too much [Hartlap et al., A&A 464 (2007) 399].
+    The inverse of a covariance from m samples is too large by ``(m - 1) / (m - n - 2)`` [Hartlap et al., A&A 464 (2007)
+    399]. Where they are fewer than ``2 n + 4`` they say little of correlations: these are drawn to those of an assumed
+    covariance (n, n).
     """
-    shown = each.T @ each
-    share = min(1.0, (each.shape[1] + 2.0) / len(each))
+    (samples, size), shown = each.shape, each.T @ each
+    if samples > 2 * size + 3:
+        return np.asarray(shown * (samples - 1.0) / (samples - size - 2.0))
+    share = min(1.0, (size + 2.0) / samples)
     times = np.sqrt(np.diag(shown) / np.maximum(np.diag(assumed), 1e-300))
     return np.asarray((1.0 - share) * shown + share * assumed * np.outer(times, times))
 
