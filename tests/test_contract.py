@@ -301,3 +301,4 @@ def test_the_trade_is_a_line_per_setting_with_the_contracts_keys(
         assert all(isinstance(row[key], kind) for key, kind in {**kinds, "dominated": bool}.items())
     assert [row["default"] for row in rows] == [False, True]
     assert len(read_rows(tmp_path / "new" / "folder" / "tradeoff.csv")) == 2
+    assert (tmp_path / "new" / "folder" / "tradeoff_analysis.png").exists()

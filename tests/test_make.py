@@ -17,7 +17,7 @@ from tests.desk import MAKE, ROOT, run_in, set_up
 if TYPE_CHECKING:
     from subprocess import CompletedProcess
 
-LOGS = ("steel_N1.25_r0.3.csv", "aramid_N1.25_r1.2.csv")
+LOGS = ("steel_N1.25_r0.3.csv", "rubber_N1.25_r0.3.csv")
 HOSTILE = (
     "`touch PWNED`.csv", "a&b.csv", "$(touch PWNED).csv", "$$(touch PWNED).csv", ";touch PWNED;.csv", "Test 1.csv",
     "steel (2).csv", "12:30.csv", "a.csv", "a.txt", "A.csv", "B.CSV", "it's \"so\".csv", "-rf.csv", "%s.csv",
@@ -137,7 +137,7 @@ def test_a_virtual_campaign_is_made_from_its_scene_and_not_made_again(desk: Path
     assert "evaluate the campaign: 3 tests" in first.stdout
     assert first.stdout.splitlines()[-1] == "the report is my `touch PWNED`/report.html"
     assert {p.name for p in logs.parent.glob("*.csv")} == {
-        f"{name}.csv" for name in ("measurements", "friction", "laws", "parameters", "ranking", "drift")
+        f"{name}.csv" for name in ("measurements", "friction", "laws", "left_out", "parameters", "ranking", "drift")
     }
     assert "2 of 3 logs measured" in first.stdout
     assert "$(touch PWNED).csv" in (logs.parent / "measurements.csv").read_text()

@@ -186,6 +186,8 @@ def test_the_command_gives_the_keys_and_the_figure(tmp_path: Path) -> None:
     assert 0.0 < row["record_nrmse"] < 5e-3
     assert abs(row["record_energy_difference"]) < 5e-3
     assert (tmp_path / "a.record.png").stat().st_size > 20_000
+    wide = CliRunner().invoke(app, ["compare-numeric", str(tmp_path / "a.h5"), *settings[:5], "--wide"])
+    assert "lag [ms]" in wide.stdout
 
 
 def test_the_loop_area_of_a_lagging_cosine_is_pi_times_its_sine() -> None:
@@ -378,10 +380,3 @@ def test_sensors_move_a_record_as_its_fit_thinks() -> None:
     mixed = observation.predict(here | {"mass_in_base": 1e-3})
     assert mixed is not None
     assert 1e-5 < float(np.std(mixed - plain)) < 1e-2
-
-
-def test_the_table_of_a_record_tells_the_lag_in_milliseconds(tmp_path: Path) -> None:
-    write_recording(virtual(0.4, 20.0, Problem(1.0, 0.4, frame_damping_ratio=0.01)), tmp_path / "a.h5")
-    settings = ["--natural-frequency", "3.0", "--transient", "8", "--whole", "--wide"]
-    done = CliRunner().invoke(app, ["compare-numeric", str(tmp_path / "a.h5"), *settings])
-    assert "lag [ms]" in done.stdout

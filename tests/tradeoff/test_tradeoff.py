@@ -9,9 +9,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from typer.testing import CliRunner
 
-from frictionlab.cli import app
 from frictionlab.errors import UsageError
 from frictionlab.figures.planned import falling
 from frictionlab.scene import Scene
@@ -25,7 +23,6 @@ from tests.simulator.numeric_oracle import cycle
 ROOT = Path(__file__).parents[2]
 README = ROOT / "frictionlab" / "tradeoff" / "README.md"
 ORBITS = json.loads((ROOT / "tests" / "extremes" / "reference" / "orbits.json").read_text(encoding="utf-8"))
-CONTRACT = ["knob", "setting", "quantity", "error", "seconds", "default", "dominated"]
 QUICK = (knobs.physics, knobs.padding, knobs.points_per_cycle, knobs.accuracy_of_analyze, knobs.storage)
 Knob = Callable[[], tuple[Setting, ...]]
 
@@ -73,16 +70,6 @@ def test_a_knob_has_one_default_a_reference_and_the_same_errors_each_time(knob: 
     assert [s.default for s in first].count(True) == 1
     assert all(s.reference and math.isfinite(s.error) and s.seconds > 0 for s in first)
     assert [(s.setting, s.error) for s in first] == [(s.setting, s.error) for s in second]
-
-
-def test_the_command_prints_the_contracts_keys(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(knobs, "FAMILIES", {"files": (knobs.storage,)})
-    done = CliRunner().invoke(app, ["tradeoff", "--json", "-o", str(tmp_path)])
-    assert done.exit_code == 0, done.output
-    rows = [json.loads(line) for line in done.stdout.splitlines()]
-    assert len(rows) == len(knobs.STORED)
-    assert all(list(row)[:7] == CONTRACT for row in rows)
-    assert {path.name for path in tmp_path.iterdir()} == {"tradeoff.csv", "tradeoff_files.png"}
 
 
 POSITIVE = st.floats(1e-12, 1e3)
