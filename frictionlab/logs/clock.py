@@ -24,6 +24,7 @@ from frictionlab.sampling import sampling_interval, step_range
 from frictionlab.units import TIME, to_si
 
 _MOST_STRAY = 0.05
+_DOUBTED_HZ = 20_000.0  # of a log shorter than a second: the unit of its time may be wrong
 _STATED_TOLERANCE = 1e-4
 _SHORTEST_BRIDGE = 3.5
 """Steps: a hole of up to three missing samples is always short."""
@@ -319,12 +320,12 @@ def _unit(table: LogTable, values: NDArray[np.float64], options: LogOptions) -> 
         differs = column.unit and column.unit != options.time_unit
         said = f"time: the log says {column.unit}, --time-unit says {options.time_unit}: {options.time_unit} is taken"
         return options.time_unit, [], [said] if differs else []
+    steps = np.diff(values[:200_000])
+    step = float(np.median(steps)) or float(np.mean(steps))
     if column.unit:
         if column.unit not in TIME:
             raise LogError(f"{table.name}: time column {column} is in {column.unit}: give --time, or --time-unit")
-        return column.unit, [], []
-    steps = np.diff(values[:200_000])
-    step = float(np.median(steps)) or float(np.mean(steps))
+        return column.unit, [], _doubted(str(column), column.unit, step, float(values[-1] - values[0]))
     for unit in ("s", "ms", "us", "ns"):
         if step > 0.0 and _LOW_HZ <= TIME[unit] / step < _HIGH_HZ:
             why = f"time: no unit is said; in {unit} the sampling rate is {TIME[unit] / step:.6g} Hz"
@@ -333,6 +334,15 @@ def _unit(table: LogTable, values: NDArray[np.float64], options: LogOptions) -> 
         f"{table.name}: the unit of time column {column} is not said and its steps of {step:g} fit none: "
         "give --time-unit"
     )
+
+
+def _doubted(column: str, unit: str, step: float, length: float) -> list[str]:
+    """Doubt a unit that makes a log far faster and shorter than one of a machine, where seconds would not."""
+    scale = TIME[unit]
+    if step <= 0.0 or scale / step < _DOUBTED_HZ or length > scale or not _LOW_HZ <= 1.0 / step < _HIGH_HZ:
+        return []
+    said = f"time: column {column} says {unit}: {scale / step:.6g} samples a second for {length / scale:.3g} s"
+    return [f"{said}; in s it would be {1.0 / step:.6g} for {length:.3g} s: if that is so, do: --time-unit s"]
 
 
 def _counted(table: LogTable, options: LogOptions, stated_s: float | None) -> Timing:

@@ -78,6 +78,14 @@ def test_time_units(unit: str, factor: float, tmp_path: Path) -> None:
     np.testing.assert_allclose(recording.time, DATA.time, atol=1e-12)
 
 
+def test_seconds_that_are_labelled_milliseconds_are_doubted(tmp_path: Path) -> None:
+    rows = Truth(tuple((f"{n * 0.004:.3f}", x, y) for n, (_, x, y) in enumerate(DATA.rows)))
+    path = write(tmp_path / "log.csv", table(rows, "t_ms,mass [mm],base [mm]", ","))
+    (said,) = [said for said in read_log(path).source.warnings if said.startswith("time")]
+    assert "says ms: 250000 samples a second" in said
+    assert said.endswith("do: --time-unit s")
+
+
 def test_clock_times_are_read(tmp_path: Path) -> None:
     rows = [
         f"2024-05-01 23:59:{59 + float(t):06.3f}" if float(t) < 1 else f"2024-05-02 00:00:{float(t) - 1:06.3f}"
