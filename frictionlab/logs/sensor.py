@@ -167,7 +167,7 @@ def _flag_held(channel: Sensed, role: str) -> None:
             return
     held = 0
     for end in (np.nanmax(values), np.nanmin(values)):
-        runs = [run for run in _runs(values == end) if run[1] - run[0] >= _SHORTEST_HOLD]
+        runs = [run for run in _runs(np.flatnonzero(values == end)) if run[1] - run[0] >= _SHORTEST_HOLD]
         some = runs[:: max(1, len(runs) // _MOST_RUNS)]
         if 2 * sum(_cut_off(values, *run, channel.step or 0.0) for run in some) <= len(some):
             continue
@@ -181,13 +181,10 @@ def _flag_held(channel: Sensed, role: str) -> None:
         )
 
 
-def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Start and end of each run of true; quick where there are none."""
-    where = np.flatnonzero(mask)
-    if len(where) < _SHORTEST_HOLD:
-        return []
+def _runs(where: NDArray[np.int64]) -> list[tuple[int, int]]:
+    """Start and end of each run of neighbours among these indices."""
     breaks = np.flatnonzero(np.diff(where) > 1) + 1
-    return [(int(part[0]), int(part[-1]) + 1) for part in np.split(where, breaks)]
+    return [(int(part[0]), int(part[-1]) + 1) for part in np.split(where, breaks) if len(part)]
 
 
 def _cut_off(values: NDArray[np.float64], start: int, stop: int, step: float) -> bool:
@@ -245,7 +242,7 @@ def bridge(
     channel.values = channel.values.copy()
     good = np.flatnonzero(~bad)
     lost = 0
-    for start, stop in _all_runs(where):
+    for start, stop in _runs(where):
         inside = start > 0 and stop < len(time)
         if len(good) and inside and time[stop] - time[start - 1] <= longest:
             ends = [start - 1, stop]
@@ -263,8 +260,3 @@ def bridge(
             "cycle is cut across them"
         )
     return where, before
-
-
-def _all_runs(where: NDArray[np.int64]) -> list[tuple[int, int]]:
-    breaks = np.flatnonzero(np.diff(where) > 1) + 1
-    return [(int(part[0]), int(part[-1]) + 1) for part in np.split(where, breaks)]

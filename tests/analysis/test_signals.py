@@ -1,14 +1,26 @@
-"""Errors of means of a few cycles that are correlated."""
+"""Means of a few correlated cycles, noise and step of a sensor, stamps that jump."""
 
 import math
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.linalg import toeplitz
 from scipy.stats import multivariate_normal
 
-from frictionlab.analysis.signals import PAIRS, SHARES, WANDERS, student, variance_inflation
+from frictionlab.analysis.signals import (
+    PAIRS,
+    SHARES,
+    WANDERS,
+    evenly,
+    sensor_step,
+    student,
+    variance_inflation,
+    white_noise,
+)
+from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
 
@@ -78,3 +90,36 @@ def test_a_series_that_does_not_vary_is_not_inflated() -> None:
     assert variance_inflation(np.ones((6, 2))).tolist() == [1.0, 1.0]
     rounded: FloatArray = 0.7 + 1e-16 * np.arange(6.0)[:, None]
     assert variance_inflation(rounded).tolist() == [1.0]
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(1e-7, 1.0), st.integers(0, 1000))
+def test_noise_is_found_under_a_motion(noise: float, seed: int) -> None:
+    t = np.arange(30_000) / 500
+    signal = np.cos(2 * math.pi * 2 * t) + noise * np.random.default_rng(seed).standard_normal(len(t))
+    assert white_noise(signal) == pytest.approx(math.hypot(noise, 1e-9), rel=0.03)
+
+
+def test_quantisation_counts_as_noise() -> None:
+    signal = np.random.default_rng(1).normal(0, 0.8, 50_000)
+    assert white_noise(np.round(signal)) == pytest.approx(math.sqrt(0.64 + 1 / 12), rel=0.02)
+
+
+def test_shocks_and_kinks_stay_out() -> None:
+    generator = np.random.default_rng(2)
+    signal = np.abs(np.sin(np.arange(20_000) / 100)) + 1e-4 * generator.standard_normal(20_000)
+    signal[::2000] += 1.0
+    assert white_noise(signal) == pytest.approx(1e-4, rel=0.15)
+
+
+def test_the_sensors_step_is_read_off_its_levels() -> None:
+    signal = np.cumsum(np.random.default_rng(3).normal(0, 1, 5000))
+    assert sensor_step(np.round(signal / 0.778) * 0.778) == pytest.approx(0.778)
+    assert sensor_step(signal) == 0.0
+
+
+def test_unflagged_jumps_are_refused_by_size() -> None:
+    t = np.arange(2000) / 250
+    t[1000:] += 1.7e9
+    with pytest.raises(AnalysisError, match=r"jump from 3.996 to 1.7e\+09 s, unflagged: 2000 samples would become"):
+        evenly(t, 0.004, {"mass": t})
