@@ -1,7 +1,8 @@
-"""Do the stated standard errors cover the truth? 1,000 noise realisations of two motions.
+"""Do the stated standard errors cover the truth? Noise realisations of two motions.
 
-Run: ``python -m tests.benchmarks.analysis_coverage``; the result goes to results/analysis_coverage.txt. Every draw is
-one test of 20 s at 250 Hz through the optoNCDT's noise and step, measured over all its cycles and identified.
+Run: ``python -m tests.benchmarks.analysis_coverage [DRAWS]`` (1,000 if not said); the result goes to
+results/analysis_coverage.txt. Every draw is one test of 20 s at 250 Hz through the optoNCDT's noise and step, measured
+over all its cycles and identified.
 """
 
 import math
@@ -43,10 +44,11 @@ def errors_over_stated(r: float, beta: float, draws: int) -> np.ndarray:
 
 def main() -> None:
     """Write the table."""
-    lines = [f"{DRAWS} draws of {SECONDS:g} s at {RATE:g} Hz; share of truths within 1 and 1.96 stated standard errors"]
+    draws = int(sys.argv[1]) if len(sys.argv) > 1 else DRAWS
+    lines = [f"{draws} draws of {SECONDS:g} s at {RATE:g} Hz; share of truths within 1 and 1.96 stated standard errors"]
     lines.append(f"{'motion':34s}{'quantity':18s}{'68.3 %':>8s}{'95.0 %':>8s}{'rms':>7s}{'mean':>7s}")
     for r, beta, words in CASES:
-        scores = errors_over_stated(r, beta, DRAWS)
+        scores = errors_over_stated(r, beta, draws)
         for name, score in zip(QUANTITIES, scores.T, strict=True):
             inside = [100 * float(np.mean(np.abs(score) < limit)) for limit in (1.0, 1.96)]
             title = f"r = {r}, beta = {beta}, {words}"
