@@ -11,10 +11,11 @@ import typer
 
 from frictionlab.cli.arguments import Figures, Files, exit_status, expanded, report_rows, result_names
 from frictionlab.cli.options import ANALYSIS, takes
-from frictionlab.cli.screen import Shown, print_table, print_tests, print_warnings, with_error
+from frictionlab.cli.screen import Shown, print_table, print_tests, print_warnings
 from frictionlab.cli.work import MEASURED, Judged, ManyInputs
 from frictionlab.schema import FREE_VIBRATIONS, MEASUREMENTS
 from frictionlab.tables import Row
+from frictionlab.tables.texts import with_error
 
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration

@@ -17,13 +17,12 @@ from frictionlab.cli.screen import (
     print_warnings,
     printable,
     track,
-    with_error,
 )
 from frictionlab.cli.work import COMPARED, MEASURED, assumed, headline
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.schema import COMPARISONS, MATERIAL_LAWS, MEASUREMENTS
 from frictionlab.tables import Row, check_output, read_rows, write_rows
-from frictionlab.tables.texts import GRAVE, kinds_of
+from frictionlab.tables.texts import GRAVE, kinds_of, with_error
 from frictionlab.verbs.inputs import FAILED, failure
 
 if TYPE_CHECKING:

@@ -11,9 +11,10 @@ import typer
 
 from frictionlab.cli.arguments import STANDARD_INPUT, Files, exit_status, expanded, on_disk, report_rows, result_names
 from frictionlab.cli.options import LOG, number_of, scene_of, takes
-from frictionlab.cli.screen import Shown, count, paragraph, print_tests, print_warnings, printable, track, with_error
+from frictionlab.cli.screen import Shown, count, paragraph, print_tests, print_warnings, printable, track
 from frictionlab.errors import UsageError
 from frictionlab.files import refuse_inputs
+from frictionlab.tables.texts import with_error
 
 if TYPE_CHECKING:
     from frictionlab.recording import Recording

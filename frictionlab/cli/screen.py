@@ -3,7 +3,6 @@
 Text that stood in a log or a file name is never trusted: control characters are shown, not sent to the terminal.
 """
 
-import math
 import os
 import shutil
 import sys
@@ -67,25 +66,6 @@ def cell(value: object) -> str:
     if isinstance(value, dict):
         return ", ".join(f"{printable(str(key))} = {cell(item)}" for key, item in value.items()) or "-"
     return printable(str(value))
-
-
-def with_error(value: object, error: object, times: float = 1.0) -> str:
-    """A number with its uncertainty: as many digits as the uncertainty has a right to, two where it begins with 1 or 2.
-
-    Examples
-    --------
-    >>> with_error(4.4712e-3, 2.1e-5, 1e3), with_error(0.7721, 0.0771), with_error(0.35, None), with_error(None, 1.0)
-    ('4.471 +- 0.021', '0.77 +- 0.08', '0.35', '-')
-    """
-    if not isinstance(value, (int, float)) or not math.isfinite(value):
-        return "-"
-    number = times * value
-    size = times * error if isinstance(error, (int, float)) and math.isfinite(error) else 0.0
-    if size <= 0.0:
-        return f"{number:.4g}"
-    place = math.floor(math.log10(float(f"{size:.1e}")))
-    digits = max(0, (1 if f"{size:.1e}"[0] in "12" else 0) - place)
-    return f"{number:.{digits}f} +- {size:.{digits}f}"
 
 
 @dataclass(frozen=True)

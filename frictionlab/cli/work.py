@@ -10,8 +10,9 @@ import typer
 
 from frictionlab.cli.arguments import Figures, Rows, figure_places, on_disk, report_rows
 from frictionlab.cli.options import Results, scene_of
-from frictionlab.cli.screen import Shown, print_table, print_tests, print_warnings, track, with_error
+from frictionlab.cli.screen import Shown, print_table, print_tests, print_warnings, track
 from frictionlab.tables import Row, check_output, write_rows
+from frictionlab.tables.texts import with_error
 
 if TYPE_CHECKING:
     from frictionlab.scene import Scene

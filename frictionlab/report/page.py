@@ -27,7 +27,7 @@ from frictionlab.report.page_of_test import Dot, scatter, sheet_name
 from frictionlab.scene.text import value_text
 from frictionlab.schema import DRIFTS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING, TESTS, Table
 from frictionlab.tables import Row
-from frictionlab.tables.texts import GRAVE, kinds_of
+from frictionlab.tables.texts import GRAVE, kinds_of, with_error
 
 HERE = Path(__file__).parent
 SCALE = 1.7  # pixels on the screen per point in print
@@ -83,29 +83,15 @@ class Listing:
     failed: frozenset[int] = frozenset()
 
 
-def with_error(value: float | None, error: float | None = None, digits: int = 4) -> str:
-    """A number whose digits follow its error, two of them; without an error, so many digits.
-
-    Examples
-    --------
-    >>> with_error(0.123456, 0.0021), with_error(0.123456), with_error(None), with_error(1234.5, 120.0)
-    ('0.1235 ± 0.0021', '0.1235', '–', '1230 ± 120')
-    """
-    if value is None or not math.isfinite(value):
-        return UNKNOWN
-    if error is None or not 0.0 < error < math.inf:
-        return f"{value:.{digits}g}"
-    places = 1 - math.floor(math.log10(error))
-    if places < 0:
-        value, error, places = round(value, places), round(error, places), 0
-    return f"{value:.{places}f} ± {error:.{places}f}"
-
-
-def number(value: object, error: object = None, digits: int = 4) -> Cell:
+def number(value: object, error: object = None) -> Cell:
     """A cell with a number and, where it is known, its error."""
     known = float(value) if isinstance(value, (int, float)) and math.isfinite(value) else None
-    own = float(error) if isinstance(error, (int, float)) else None
-    return Cell(with_error(known, own, digits), known, is_number=True)
+    return Cell(UNKNOWN if known is None else _told(known, error), known, is_number=True)
+
+
+def _told(value: object, error: object) -> str:
+    """A number with its error, held together in one line."""
+    return with_error(value, error, sign="±").replace(" ", "\N{NO-BREAK SPACE}")
 
 
 def words(value: object, title: str = "") -> Cell:
@@ -243,8 +229,7 @@ def _headline(campaign: Campaign, material: str, rows: Sequence[Row]) -> str:
     """The coefficient where forces are known, else the friction ratio of each group."""
     test = next((test for test in campaign.amontons if test.material == material), None)
     if test is not None and test.coefficient is not None:
-        value = with_error(test.coefficient, test.coefficient_se)
-        return f"coefficient of friction {value}".replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}")
+        return f"coefficient of friction {_told(test.coefficient, test.coefficient_se)}"
     ratios = [number(row["friction_ratio"], row.get("friction_ratio_u")).text for row in rows]
     return f"friction ratio {', '.join(ratios)}" if ratios else "friction not known"
 
@@ -293,7 +278,7 @@ def _overview(campaign: Campaign) -> str:
         Dot(
             (trial.normal_force_n or 0.0) if over_force else trial.r,
             trial.mean[0],
-            f"{short_name(trial.source)}: r {trial.r:.4g}, E {with_error(trial.mean[0], trial.mean_se[0])} kY²",
+            f"{short_name(trial.source)}: r {trial.r:.4g}, E {_told(trial.mean[0], trial.mean_se[0])} kY²",
             f"tests/{sheet_name(place, trial)}",
             campaign.materials.index(trial.material) if trial.material in campaign.materials else 0,
         )
