@@ -1,11 +1,11 @@
 """Many measurements become friction, Amontons' test, ranking and drift of a whole campaign (thesis chapter 4).
 
 - ``trials``: one row of measurements, one `Trial`, failed ones too
-- ``prediction``: what the model says of a test; ``sharing``: what tests share in error
+- ``prediction``: what the model says of a test, and what tests share in error
 - ``friction``: all tests of a material and normal force, one `FrictionFit`
 - ``amontons``: is a material's coefficient the same under every force?
 - ``drift``: long tests; ``ranking``: which material is best, and how sure that is
-- ``responses``: examples from the recordings; ``output``: the tables as files
+- ``reading``: tables of measurements, examples from the recordings; ``output``: the tables as files
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -26,7 +26,6 @@ from frictionlab.campaign.laws import (
     LawParameter,
     Loop,
     is_comparison,
-    laws_of,
     laws_together,
     loops_of,
     parameters_of,
@@ -34,13 +33,13 @@ from frictionlab.campaign.laws import (
 from frictionlab.campaign.left_out import LeftOutTest, left_out
 from frictionlab.campaign.prediction import Curve, Model, curve, model_of, prepare
 from frictionlab.campaign.ranking import CRITERIA, Rank, rank_all
-from frictionlab.campaign.reading import read_measurements
-from frictionlab.campaign.responses import (
+from frictionlab.campaign.reading import (
     Response,
     elsewhere,
     envelope,
     examples,
     last_cycles,
+    read_measurements,
     recording_of,
     recording_path,
 )
@@ -180,7 +179,7 @@ def evaluate(
     folders : sequence of Path
         Where recordings are looked for beside their ``source``: they give the long tests' points and the examples.
     comparisons : sequence of rows
-        Of `compare-numeric`; those with ``laws`` tell which law each material requires.
+        Of `compare-numeric`: shown beside their tests.
     observations : mapping
         The mean cycle of each test whose recording is at hand, by source: these are fitted together on one rig.
     find_law : bool
@@ -232,10 +231,7 @@ def evaluate(
         ),
         model=model,
         scene=scene,
-        laws=laws_together(
-            {} if joint is None else joint.ladders,
-            laws_of(comparisons, {t.source: t.material for t in tests if t.material}),
-        ),
+        laws=laws_together({} if joint is None else joint.ladders),
         folders=tuple(folders),
         comparisons={str(row.get("source")): row for row in comparisons},
         joint=joint,

@@ -9,7 +9,7 @@ from scipy import stats
 
 from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.joint_fit import JointFit
-from frictionlab.campaign.sharing import RIG
+from frictionlab.campaign.prediction import RIG
 from frictionlab.estimate import Estimate, welch
 
 SIGNIFICANT = 0.05

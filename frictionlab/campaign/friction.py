@@ -6,7 +6,7 @@ and by the scatter from test to test, ``s_i^2 + scatter^2``, where the scatter m
 freedom [Paule and Mandel 1982]. A test's own error comes from its measured errors, from that of its r (so that the
 neighbourhood of resonance counts by its *shape*, the ratio E / X, rather than by its level), from a floor of model
 error, and from what energy and amplitude say against each other. The group's standard error is never below what the
-scatter of its tests says [Hartung and Knapp 2001]; its combined uncertainty holds what all tests share (``sharing``).
+scatter of its tests says [Hartung and Knapp 2001]; its combined uncertainty holds what all tests share.
 """
 
 import math
@@ -17,8 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from frictionlab.campaign.prediction import Local, Model, Prediction, local
-from frictionlab.campaign.sharing import Own, own_estimate, pooled_shifts
+from frictionlab.campaign.prediction import Local, Model, Own, Prediction, local, own_estimate, pooled_shifts
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
 from frictionlab.campaign.verdicts import JUDGED_ANEW, SCREENED, SOFT, Cause, LeftOut
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, scatter_beyond, weighted_mean

@@ -12,10 +12,10 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr, stdtrit
 
 from frictionlab.campaign.friction import FrictionFit, Known, Verdict, in_newtons, reach_of
-from frictionlab.campaign.prediction import Model, local, prepare
-from frictionlab.campaign.sharing import FREQUENCY, GAIN, LAG
+from frictionlab.campaign.prediction import FREQUENCY, GAIN, LAG, Model, local, prepare
 from frictionlab.campaign.verdicts import Cause, LeftOut
 from frictionlab.errors import FrictionlabError
 from frictionlab.estimate import Estimate
@@ -303,7 +303,8 @@ def _standing_out(joint: JointFit) -> dict[str, tuple[float, float]]:
         gap = np.array([math.log((e.value or 1.0) / joint.shared_beta(i)) for i, e in zip(tests, own, strict=True)])
         error = np.array([(e.se or 0.0) / (e.value or 1.0) for e in own])
         width = 1.4826 * float(np.median(np.abs(gap - np.median(gap))))
-        far = np.abs(gap - np.median(gap)) > OUTLIER * np.sqrt(error**2 + max(width, SLIGHT) ** 2)
+        limit = float(stdtrit(len(tests) - 1, ndtr(OUTLIER)))  # of few tests the width is known badly
+        far = np.abs(gap - np.median(gap)) > limit * np.sqrt(error**2 + max(width, SLIGHT) ** 2)
         for i, e, is_far in zip(tests, own, far, strict=True):
             if is_far:
                 source = joint.posterior.observations[i].measurement.source

@@ -1,7 +1,7 @@
 """The law of each material: evidence of the laws tried, parameters in physical units, and the loops of its contact."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from frictionlab.campaign.joint_fit import JointFit
 from frictionlab.estimate import Estimate, Flat
 from frictionlab.inference.contact import contact_force
-from frictionlab.inference.ladder import REQUIRED, Ladder
+from frictionlab.inference.ladder import Ladder
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
 from frictionlab.tables import Row
@@ -23,10 +23,8 @@ SHOWN = 3  # loops of a material
 class LawEvidence:
     """One law for one material.
 
-    ``tests``: that it was tried in; ``log_evidence``: sum over them; ``gain``: the same less plain Coulomb's;
-    ``response_nrmse``: rms over the tests; ``chosen_in``: tests that require it on their own; ``required``: whether it
-    is the simplest law within `REQUIRED` of the best, joint evidence decides; ``screened``: whether its evidence is of
-    straight lines about a simpler law's fit, None where single ladders were climbed.
+    ``tests``: that it was tried in; ``log_evidence``: of all of them; ``gain``: the same less plain Coulomb's;
+    ``response_nrmse``: rms over the tests; ``required``: whether it is the law that the ladder of all tests ends at.
     """
 
     material: str
@@ -35,9 +33,7 @@ class LawEvidence:
     log_evidence: float
     gain: float | None
     response_nrmse: float | None
-    chosen_in: int | None
     required: bool
-    screened: bool | None = None
 
 
 @dataclass(frozen=True)
@@ -86,11 +82,9 @@ class Loop:
     law_force: FloatArray
 
 
-def laws_together(ladders: Mapping[str, Ladder], single: Sequence[LawEvidence]) -> tuple[LawEvidence, ...]:
-    """Return the laws tried on the tests of each material together, best first; else what single ladders say of it."""
-    lines = [line for material, ladder in ladders.items() for line in _of_rungs(material, ladder)]
-    known = {line.material for line in lines}
-    return tuple(sorted([*lines, *(line for line in single if line.material not in known)], key=lambda e: e.material))
+def laws_together(ladders: Mapping[str, Ladder]) -> tuple[LawEvidence, ...]:
+    """Return the laws tried on the tests of each material together, best first."""
+    return tuple(line for material in sorted(ladders) for line in _of_rungs(material, ladders[material]))
 
 
 def _of_rungs(material: str, ladder: Ladder) -> list[LawEvidence]:
@@ -109,8 +103,7 @@ def _of_rungs(material: str, ladder: Ladder) -> list[LawEvidence]:
                 tests=len(tests),
                 log_evidence=rung.log_evidence,
                 gain=None if plain is None else rung.log_evidence - plain,
-                response_nrmse=_rms(nrmse),
-                chosen_in=None,
+                response_nrmse=math.sqrt(math.fsum(v * v for v in nrmse) / len(nrmse)) if nrmse else None,
                 required=rung.law.name == ladder.chosen.law.name,
             )
         )
@@ -187,64 +180,3 @@ def _loop(joint: JointFit, i: int, material: str, stiffness: float | None) -> Lo
 def is_comparison(row: Row) -> bool:
     """Whether a row tells a comparison (or its failure), no measurement."""
     return "law" in row or "laws" in row
-
-
-def laws_of(comparisons: Sequence[Row], materials: Mapping[str, str]) -> tuple[LawEvidence, ...]:
-    """Return the joint evidence of each material, best law first.
-
-    Parameters
-    ----------
-    comparisons : sequence of rows
-        Of `compare-numeric --law auto`, with ``laws``; rows without are passed over.
-    materials : mapping
-        Material by source.
-    """
-    by_material: dict[str, list[Row]] = {}
-    for row in comparisons:
-        material = materials.get(str(row.get("source")))
-        if material is not None and _ladder(row):
-            by_material.setdefault(material, []).append(row)
-    return tuple(line for m in sorted(by_material) for line in _of_material(m, by_material[m]))
-
-
-def _ladder(row: Row) -> dict[str, Mapping[str, object]]:
-    """Rungs by law; empty where the row has none."""
-    laws = row.get("laws")
-    rungs = laws if isinstance(laws, (list, tuple)) else ()
-    known = [rung for rung in rungs if isinstance(rung, Mapping) and _number(rung.get("log_evidence")) is not None]
-    return {str(rung["law"]): rung for rung in known if rung.get("law")}
-
-
-def _number(value: object) -> float | None:
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-    return float(value) if is_number and isinstance(value, (int, float)) else None
-
-
-def _of_material(material: str, rows: Sequence[Row]) -> list[LawEvidence]:
-    ladders = [_ladder(row) for row in rows]
-    common = sorted(set.intersection(*(set(ladder) for ladder in ladders)))
-    total = {law: math.fsum(_number(ladder[law]["log_evidence"]) or 0.0 for ladder in ladders) for law in common}
-    if not total:
-        return []
-    best = max(total.values())
-    near = [law for law in common if total[law] >= best - REQUIRED]
-    required = min(near, key=lambda law: (law.count("+"), -total[law]))
-    lines = [
-        LawEvidence(
-            material=material,
-            law=law,
-            tests=len(rows),
-            log_evidence=total[law],
-            gain=total[law] - total["coulomb"] if "coulomb" in total else None,
-            response_nrmse=_rms([_number(ladder[law].get("response_nrmse")) for ladder in ladders]),
-            chosen_in=sum(row.get("law") == law for row in rows),
-            required=law == required,
-        )
-        for law in common
-    ]
-    return sorted(lines, key=lambda line: -line.log_evidence)
-
-
-def _rms(values: Sequence[float | None]) -> float | None:
-    known = [value for value in values if value is not None]
-    return math.sqrt(math.fsum(v * v for v in known) / len(known)) if known else None

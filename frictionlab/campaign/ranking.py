@@ -15,7 +15,7 @@ from scipy import stats
 
 from frictionlab.campaign.drift import Drift
 from frictionlab.campaign.friction import FrictionFit, Verdict
-from frictionlab.campaign.sharing import GAIN, LAG, RIG
+from frictionlab.campaign.prediction import GAIN, LAG, RIG
 from frictionlab.campaign.trials import levels, nearest
 from frictionlab.campaign.verdicts import TRANSIENT
 

@@ -149,14 +149,13 @@ def _draw_contact_loop(ax: Axes, loop: Loop, colour: str, *, over_speed: bool) -
 
 
 def _ladder(ax: Axes, laws: list[LawEvidence]) -> None:
-    """Log evidence of each law below the best; filled: fitted, open: screened; the required one large."""
+    """Log evidence of each law below the best; the required one large."""
     best = sorted(laws, key=lambda law: -law.log_evidence)
     shown = [law for n, law in enumerate(best) if n < SHOWN or law.required or law.law == "coulomb"]
     for place, law in enumerate(reversed(shown)):
         colour = PREDICTED if law.required else MEASURED
         below = best[0].log_evidence - law.log_evidence
-        size, inside = 6 if law.required else 4, "none" if law.screened else colour
-        ax.plot(below, place, "o", ms=size, mec=colour, mfc=inside, clip_on=False, zorder=3)
+        ax.plot(below, place, "o", ms=6 if law.required else 4, color=colour, clip_on=False, zorder=3)
     ax.set_xscale("symlog", linthresh=STEP)
     most = max(best[0].log_evidence - law.log_evidence for law in shown)
     ticks = [tick for tick in TICKS if tick <= 10.0 * most]

@@ -158,7 +158,7 @@ def _law_caption(campaign: Campaign, material: str) -> str:
     )
     if not any(law.material == material for law in campaign.laws):
         return f"The {loops}"
-    ladder = " Right: log evidence of each law tried below the best, all tests; orange: required; open: screened only."
+    ladder = " Right: log evidence of each law tried below the best, all tests; orange: required."
     return f"Left, middle: {loops}{ladder}"
 
 

@@ -4,7 +4,6 @@ scene --laboratory, candidates--> Candidate --virtual_test--> what a fit of it w
 """
 
 from frictionlab.planning.choose import plan_tests, waiting
-from frictionlab.planning.plan import Plan, PlannedTest
-from frictionlab.planning.sheet import running_order, sheet_rows, steps
+from frictionlab.planning.plan import Plan, PlannedTest, running_order, sheet_rows, steps
 
 __all__ = ["Plan", "PlannedTest", "plan_tests", "running_order", "sheet_rows", "steps", "waiting"]

@@ -128,9 +128,9 @@ FRICTION = _table(
 MATERIAL_LAWS = _table(
     "material laws",
     "One contact law for one material, by the evidence of all its tests (`laws.csv`).",
-    "material law tests log_evidence required gain response_nrmse chosen_in screened",
+    "material law tests log_evidence required gain response_nrmse",
     lead=5,
-    shown="material law tests gain response_nrmse chosen_in required",
+    shown="material law tests gain response_nrmse required",
 )
 LAW_PARAMETERS = _table(
     "law parameters",

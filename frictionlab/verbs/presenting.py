@@ -186,7 +186,7 @@ def _write_sheets(campaign: "Campaign", folder: Path, *, force: bool) -> None:
 
 def _with_recording(sheet: "PageOfTest", campaign: "Campaign") -> "PageOfTest":
     from frictionlab.analysis.measure import measure
-    from frictionlab.campaign.responses import recording_of
+    from frictionlab.campaign.reading import recording_of
 
     recording = None if sheet.trial.failed else recording_of(sheet.trial, campaign.folders)
     if recording is None:

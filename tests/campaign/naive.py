@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.campaign.sharing import MODEL_FLOOR, RATIO_FLOOR
+from frictionlab.campaign.prediction import MODEL_FLOOR, RATIO_FLOOR
 from frictionlab.campaign.trials import Trial
 from frictionlab.simulator import Problem, steady_state
 
