@@ -19,12 +19,13 @@ from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import Comparison, Verdict
 from frictionlab.inference.contact import ContactForce, contact_of
-from frictionlab.inference.diagnose import EXPLAINED, Diagnosis, diagnose
+from frictionlab.inference.diagnose import Diagnosis, diagnose
 from frictionlab.inference.fit import Fit, Model, Test, fit_from, start_place
 from frictionlab.inference.ladder import Ladder, Rung, climb
 from frictionlab.inference.material_law import MaterialLaw
 from frictionlab.inference.observations import BENDS, CycleObservation, bent, cycle_of, observe
 from frictionlab.inference.posterior import (
+    EXPLAINED,
     ParameterEstimate,
     Posterior,
     infer,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, reweighed
 from frictionlab.inference.observations import STATES, CycleObservation, cycle_of, prepare
-from frictionlab.inference.posterior import MISSED, Posterior, misfit_is_noise, model_of
+from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, model_of
 from frictionlab.inference.starts import loop_friction_ratio, point_at, starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown
 from frictionlab.scene import Scene
@@ -23,7 +23,6 @@ from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.meter import Meter
 
 FloatArray = NDArray[np.float64]
-EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own scatter is known to a factor of 2 at most
 NEAR_RESONANCE = 0.8  # frequency ratio from which other causes are tried whatever the fit says
 ANSWERS = 5.0  # logarithm of the Bayes factor from which a cause is named
 BY_FAR = 50.0  # the same of a cause that leaves a misfit, but strains nothing else
@@ -357,8 +356,3 @@ def _under_richer(found: Posterior, observation: CycleObservation) -> tuple[floa
     except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError):
         return None
     return fit.values()["beta"], fit.model.tests[0].observation.nrmse(fit.residual())
-
-
-def is_noise(found: Posterior) -> bool:
-    """Whether a posterior of one test leaves no more than noise."""
-    return misfit_is_noise(found.fit)

@@ -37,6 +37,7 @@ LEAST_REACH = 1e-9
 MOST_STEPS = 60
 NODES = 40  # of an integral over one coordinate that may only grow from a bound
 ROUNDS = 4  # of weighing down what the law cannot explain
+FARTHEST = 3.0  # scales of its prior beyond which a scatter is no scatter but a misfit of the law
 SCATTERS = np.concatenate([[0.0], np.geomspace(0.05, 40.0, 22)])  # over its prior's scale, that are tried
 
 
@@ -538,7 +539,7 @@ def _likeliest(found: Fit, scatter: FloatArray, k: int, scale: float) -> tuple[f
     """The mean of one scatter under its posterior on the grid, where it is clearly above zero, and its error."""
     tried = SCATTERS * scale
     score = np.array([log_marginal(found, np.where(np.arange(len(scatter)) == k, s, scatter)) for s in tried])
-    score -= np.log1p(SCATTERS**2)
+    score -= np.log1p(SCATTERS**2) + 0.5 * (SCATTERS / FARTHEST) ** 2
     edges = np.concatenate([[0.0], 0.5 * (tried[1:] + tried[:-1]), tried[-1:]])
     weight = np.exp(score - score.max()) * np.diff(edges)
     weight /= weight.sum()

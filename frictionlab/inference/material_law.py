@@ -169,9 +169,10 @@ class MaterialLaw:
         0.395
         """
         given = dict(self.values if values is None else values)
-        stiffness, frequency = self.rig["stiffness_n_per_m"], self.rig["natural_frequency_hz"]
+        stiffness = self.rig["stiffness_n_per_m"]
+        frequency = self.rig["natural_frequency_hz"] * given.get(DETUNING, 1.0)
         parameters = {FRAME: given.get(FRAME, self.rig.get(FRAME, 0.0))}
-        turn = 2.0 * math.pi * frequency * r
+        turn = 2.0 * math.pi * self.rig["natural_frequency_hz"] * r
         for parameter in self._law.own:
             factor, _ = factor_of(parameter, stiffness, frequency, amplitude=base_amplitude_m, turn=turn)
             name = physical_name(parameter)
@@ -315,11 +316,12 @@ def material_law_of(
     betas = list(dict.fromkeys(int(k) for t in tests for k in t.index if posterior.unknowns[k].name == "beta"))
     found: dict[str, tuple[float, int | None, float]] = {}  # value; its unknown, and the change of the value with that
     known = seen[0].problem(posterior.values(places[0])).parameters
+    tuned = natural_frequency_hz * (1.0 + posterior.values(places[0]).get("natural_frequency", 0.0))
     for test, o in zip(tests, seen, strict=True) if len(betas) > 1 else [(tests[0], seen[0])]:
         turn = 2.0 * math.pi * natural_frequency_hz * o.r
         for parameter in o.law.own:
             k = next((int(k) for k in test.index if posterior.unknowns[k].name == parameter.name), None)
-            unit, _ = factor_of(parameter, stiffness_n_per_m, natural_frequency_hz, amplitude=o.unit, turn=turn)
+            unit, _ = factor_of(parameter, stiffness_n_per_m, tuned, amplitude=o.unit, turn=turn)
             name, times = physical_name(parameter), unit or 1.0
             if name == COEFFICIENT and len(betas) > 1:
                 name = f"{AT_FORCE}{o.normal_force!r}"

@@ -14,13 +14,12 @@ from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaincinv, ndtr, ndtri
+from scipy.special import gammaincinv, ndtr, ndtri, stdtrit
 
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.fit import (
     Fit,
     Model,
-    Place,
     Test,
     eliminate,
     excess_of,
@@ -29,13 +28,14 @@ from frictionlab.inference.fit import (
     tempered,
     with_scatter,
 )
-from frictionlab.inference.observations import STATES, CycleObservation, Reached, prepare
+from frictionlab.inference.observations import STATES, CycleObservation, Reached, cycle_of, prepare
 from frictionlab.inference.starts import starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown, factor, of_law
 from frictionlab.simulator.laws import Law, Parameter
 
 FloatArray = NDArray[np.float64]
 LEVEL = 0.95  # of a limit
+EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own scatter is known to a factor of 2 at most
 NOISE_LEVEL = 0.01  # of chi-square, beyond which a misfit is no noise
 TOLD = 0.5  # a parameter is told if its variance has fallen below this share of its prior's ...
 SURE = 2.0  # ... and it lies so many errors from where its term does nothing
@@ -113,12 +113,23 @@ class Posterior:
         return self.fit.values(i)
 
     @cached_property
+    def scatter(self) -> FloatArray:
+        """Scatter (m,) from test to test that errors count: so much larger as few tests tell it badly.
+
+        By its own error, or so that 1.96 errors hold what Student's t of the tests less one would.
+        """
+        found = self.fit.model.scatter
+        tests = np.bincount(np.concatenate([test.index for test in self.tests]), minlength=len(found))
+        times = stdtrit(np.maximum(tests - 1.0, 1.0), 0.5 + 0.5 * LEVEL) / stdtrit(1e9, 0.5 + 0.5 * LEVEL)
+        return np.where(self.scatter_u > 0.0, np.maximum(np.hypot(found, self.scatter_u), times * found), found)
+
+    @cached_property
     def _eliminated(self) -> tuple[FloatArray, tuple[FloatArray, ...]]:
         """Information of all tests on the unknowns (m, m), deviations from test to test integrated over, and each's."""
         m = len(self.unknowns)
         total, each = np.zeros((m, m)), []
         for test, information in zip(self.tests, self.information, strict=True):
-            s = self.fit.model.scatter[test.index]
+            s = self.scatter[test.index]
             inner = np.eye(len(s)) + s[:, None] * information * s
             left = information - (information * s) @ np.linalg.solve(inner, s[:, None] * information)
             total[np.ix_(test.index, test.index)] += left
@@ -226,11 +237,6 @@ class Posterior:
         """Unknowns of sensors and rig that the fit had to move over three standard uncertainties."""
         law = self.fit.point
         return tuple(k for k, u in enumerate(self.unknowns) if not u.law and abs(float(law[k])) > STRAINED * u.known_to)
-
-    @property
-    def is_noise(self) -> bool:
-        """Whether what is left is no more than noise would leave, at the 1 % level of chi-square, in every test."""
-        return all(misfit_is_noise(self.fit, i) for i in range(len(self.tests)))
 
     def with_shift(self, source: str, shift: FloatArray) -> "Posterior":
         """Return the posterior with one more systematic distance (m,) in its errors."""
@@ -453,8 +459,7 @@ def infer(
         raise AnalysisError("no value tried has a steady state")
     best = moved[0]
     if len(observations) > 1:
-        best, scatter_u = with_scatter(best)
-        return posterior_of(best, scatter_u)
+        return posterior_of(*_of_several(best))
     found = posterior_of(best)
     if held is not None and misfit_is_noise(held) and _gained(held, best) < CORRECTED:
         return _as_known(held, found, law)
@@ -464,6 +469,19 @@ def infer(
     apart = np.zeros(len(model.unknowns))  # what is declared, or the law, is wrong: data do not say which
     apart[law] = _suspicion(found) * (best.point[law] - held.point)
     return found.with_shift(AS_KNOWN, apart)
+
+
+def _of_several(found: Fit) -> tuple[Fit, FloatArray]:
+    """The fit with the likeliest scatter from test to test, and the standard errors of the scatters.
+
+    What differs from test to test was counted as misfit of the law at first. Where the law with its scatter explains
+    every test, it was none, and the weights are found anew.
+    """
+    first = with_scatter(found)
+    again = with_scatter(tempered(first[0]))
+    each = zip(again[0].model.tests, again[0].place.residual, strict=True)
+    explained = all(t.observation.nrmse(r) <= EXPLAINED * cycle_of(t).cycles.floor for t, r in each)
+    return again if explained else first
 
 
 def _suspicion(found: Posterior) -> float:
@@ -563,8 +581,3 @@ def _with_rivals(found: Posterior, others: Sequence[Fit]) -> Posterior:
         said = f"friction_ratio: not unique: {told} fits nearly as well as {own}; its error spans them"
         found = replace(found, warnings=(*found.warnings, said))
     return found
-
-
-def same_place(fit: Fit, place: Place) -> Fit:
-    """Return a fit at another place of the same model."""
-    return Fit(fit.model, place)
