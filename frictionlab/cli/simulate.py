@@ -214,7 +214,8 @@ def _row(state: "SteadyState", units: Units | None, seconds: float) -> Row:
         "mass": 1,
         "against": "base" if problem.wall == "base" else "wall",
         "law": problem.law.name,
-        **{key: row[key] for key in ("energy_per_cycle", "stops_per_cycle", "stuck_fraction")},
+        "energy_per_cycle": row["contact_energy_per_cycle"],
+        **{key: row[key] for key in ("stops_per_cycle", "stuck_fraction")},
     }
     more: Row = {
         "wall_s": seconds,
@@ -249,6 +250,7 @@ def _numbers_of(row: Row) -> Row:
     """The row of a state as it stands on a screen: warnings stand below it, and growth where it is known."""
     hidden = {"warnings", "response_amplitudes", "contacts"}
     hidden |= {"growth_per_cycle"} if row.get("growth_per_cycle") is None else set()
+    hidden |= set() if row.get("frame_energy_per_cycle") else {"contact_energy_per_cycle", "frame_energy_per_cycle"}
     return {key: value for key, value in row.items() if key not in hidden}
 
 

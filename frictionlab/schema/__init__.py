@@ -178,7 +178,8 @@ DRIFTS = _table(
     own=(text("verdict", "verdict", "`rises`, `falls`, `no drift shown` or `not known`."),),
 )
 _STATE = """r beta mu zeta wall solver outcome energy_per_cycle response_amplitude stops_per_cycle stuck_fraction regime
-    symmetric period_cycles floquet_multiplier closure_error residual growth_per_cycle warnings"""
+    symmetric period_cycles floquet_multiplier closure_error residual growth_per_cycle
+    contact_energy_per_cycle frame_energy_per_cycle warnings"""
 _STATE_SHOWN = "r beta mu zeta energy_per_cycle response_amplitude stops_per_cycle outcome"
 STEADY_STATES = _table("map", "One steady state of a map (`sweep`).", _STATE, lead=7, shown=_STATE_SHOWN)
 MOTIONS = _table(

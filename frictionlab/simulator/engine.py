@@ -26,12 +26,12 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator.kernel import (
     accounts,
     continuous,
-    cycles,
     events,
     layout,
     motion,
     orbits,
     outlook,
+    points,
     resonance,
     settle,
     shooting,
@@ -56,7 +56,7 @@ __all__ = [
 ]
 
 # Each uses only those before it.
-MODULES = (motion, events, outlook, continuous, shooting, resonance, settle, orbits, accounts, cycles)
+MODULES = (motion, events, outlook, continuous, shooting, resonance, settle, orbits, accounts, points)
 LOOKS = 6.0  # at a slide, while its end is looked for
 INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # what only other compiled functions call
 WORTH_LOADING = 2e4  # slides; in plain Python they take about as long (1 s) as loading the compiled kernel

@@ -251,7 +251,7 @@ def _may_coexist(state: "SteadyState") -> str:
 
 
 def _fewer_digits(state: "SteadyState") -> str:
-    off, energy = state.closure_error or 0.0, state.energy_per_cycle or np.nan
+    off, energy = state.closure_error or 0.0, state.energy_taken or np.nan
     if not state.problem.law.is_exact:
         return (
             f"Numbers are good to about {off / energy:.0e} only: energies in and out differ so. Friction this weak, or "

@@ -5,7 +5,7 @@ from math import isfinite, nan
 from typing import Any, Literal
 
 from frictionlab.simulator.kernel import layout
-from frictionlab.simulator.motion import Motion
+from frictionlab.simulator.motion import Motion, energies_of
 from frictionlab.simulator.notes import Note, asked_of, notes_of, sentences
 from frictionlab.simulator.problem import Problem
 
@@ -40,6 +40,8 @@ NUMBERS = (
     "closure_error",
     "residual",
     "growth_per_cycle",
+    "contact_energy_per_cycle",
+    "frame_energy_per_cycle",
     "warnings",
 )
 PLACES = {  # number of a state: its place in a kernel's row
@@ -53,6 +55,8 @@ PLACES = {  # number of a state: its place in a kernel's row
     "closure_error": layout.CLOSURE,
     "residual": layout.MISS,
     "growth_per_cycle": layout.GROWTH,
+    "contact_energy_per_cycle": layout.CONTACT_ENERGY,
+    "frame_energy_per_cycle": layout.FRAME_ENERGY,
 }
 KEYS = (*PARAMETERS, "solver", "outcome", *NUMBERS)
 
@@ -70,8 +74,7 @@ class SteadyState:
     outcome : str
         "periodic", "stuck" (the contact never slips), "unbounded" (no steady state), "not settled" or "not found".
     energy_per_cycle : float or None
-        Energy per cycle over k Y^2: friction beta * path, plus the dashpot's (2.18, 3.7); of a motion that has not
-        settled, the energy put in (2.18).
+        Area of the loop of base over mass displacement per cycle, over k Y^2: the integral of f dx, eq. (2.18).
     response_amplitude : float or None
         (max - min) / 2 of the displacement of the mass over Y.
     stops_per_cycle : float or None
@@ -96,6 +99,8 @@ class SteadyState:
         What the numbers do not say: `notes.Note` as bits; `warnings` are their sentences.
     orbit : Motion or None
         The motion over one period.
+    contact_energy_per_cycle, frame_energy_per_cycle : float or None
+        What the contact and the frame's dashpot take per cycle, over k Y^2.
     """
 
     problem: Problem
@@ -114,6 +119,8 @@ class SteadyState:
     growth_per_cycle: float | None = None
     notes: int = 0
     orbit: Motion | None = None
+    contact_energy_per_cycle: float | None = None
+    frame_energy_per_cycle: float | None = None
 
     def __repr__(self) -> str:
         return f"<SteadyState r = {self.problem.r:g}, {self.problem.law.name}: {self.verdict}>"
@@ -147,6 +154,12 @@ class SteadyState:
         told = "1 stop" if self.stops_per_cycle == 1.0 else f"{self.stops_per_cycle:g} stops"
         stops = f" with {told} per cycle" if self.stops_per_cycle else ""
         return f"The motion {kept}: {self.regime}{stops}, {self.energy_per_cycle:.10g} k Y^2 per cycle ({self.solver})."
+
+    @property
+    def energy_taken(self) -> float | None:
+        """What contact and frame take per cycle, over k Y^2."""
+        both = self.contact_energy_per_cycle, self.frame_energy_per_cycle
+        return None if both[0] is None or both[1] is None else both[0] + both[1]
 
     def row(self) -> dict[str, object]:
         """Return the contract's keys of a steady state with their values; what does not exist is None."""
@@ -188,11 +201,14 @@ def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyStat
         residual = miss if given_up and isfinite(miss) else None
         growth = miss if parts else None
         return SteadyState(problem, "exact", outcome, residual=residual, growth_per_cycle=growth, notes=said)
+    energies = energies_of(problem, float(row[layout.ENERGY]), orbit)
     return SteadyState(
         problem=problem,
         solver=SOLVERS[int(row[layout.CLOSED_FORM])],
         outcome=outcome,
-        energy_per_cycle=float(row[layout.ENERGY]),
+        energy_per_cycle=energies.loop,
+        contact_energy_per_cycle=energies.contact,
+        frame_energy_per_cycle=energies.frame,
         response_amplitude=float(row[layout.AMPLITUDE]),
         stops_per_cycle=float(row[layout.STOPS]),
         stuck_fraction=float(row[layout.STUCK_SHARE]),

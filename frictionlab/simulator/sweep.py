@@ -309,7 +309,7 @@ def warm_up(law: str) -> None:
 
 def sweep_points(points: Floats, family: Family, *, fast: bool) -> Floats:
     """Return the kernel's rows of points given as (n, coordinates). What a worker does."""
-    if law_of(family.law).kind != "rigid":
+    if law_of(family.law).kind != "rigid" or _needs_motion(points, family):
         if fast:
             warm_up(family.law)
         return np.array([to_numbers(steady_state(family.problem(point))) for point in points.tolist()])
@@ -325,6 +325,11 @@ def sweep_points(points: Floats, family: Family, *, fast: bool) -> Floats:
             raise SimulationError(f"sweep: r = {r!r}, beta = {beta!r}; expected at most {MOST_PHASES} phases; got more")
         numbers[full] = _call(engine, points[full], family, phases)
     return numbers
+
+
+def _needs_motion(points: Floats, family: Family) -> bool:
+    """Whether the area of the loop does not follow from what is taken (`energies_of`)."""
+    return bool(family.contacts(points)[:, -1].any()) or (family.wall == "base" and family.base.harmonics > 1)
 
 
 def _call(engine: engines.Engine, points: Floats, family: Family, phases: int) -> Floats:
@@ -345,4 +350,7 @@ def _with_notes(rows: Floats, points: Floats, family: Family) -> Floats:
     known = np.isin(rows[:, layout.OUTCOME], kept) & np.isfinite(rows[:, layout.MISS])
     rows[:, layout.MISS] = np.where(known, rows[:, layout.MISS], np.nan)
     rows[:, layout.NOTES] = notes_of(family.asked(family.contacts(points)), rows.T)
+    rows[:, layout.CONTACT_ENERGY], rows[:, layout.FRAME_ENERGY] = rows[:, layout.ENERGY], 0.0 * rows[:, layout.ENERGY]
+    if family.wall == "base":
+        rows[:, layout.ENERGY] /= points[:, 0] ** 2
     return rows

@@ -200,7 +200,7 @@ def _steady_truth(test: SyntheticTest) -> dict[str, object]:
     return {
         "outcome": state.outcome,
         "energy_per_cycle": seen.energy_per_cycle,
-        "energy_dissipated_per_cycle": state.energy_per_cycle,
+        "energy_dissipated_per_cycle": state.energy_taken,
         "response_amplitude": seen.response_amplitude,
         "stops_per_cycle": seen.stops_per_cycle,
         "stuck_fraction": state.stuck_fraction,

@@ -201,7 +201,7 @@ def test_with_break_away_and_gradient_the_orbit_holds_what_rest_leaves() -> None
     law = "coulomb+iwan+place+speed+breakaway"
     problem = Problem(1.9966684304040216, 0.21153953529101732, law=law, parameters=parameters, wall="base")
     late, state = shifted(problem, 600, x0=1.0)
-    assert state.energy_per_cycle == pytest.approx(0.41380151358, abs=1e-10)
+    assert state.energy_taken == pytest.approx(0.41380151358, abs=1e-10)
     assert state.orbit is not None
     tau = np.linspace(0.0, 2 * pi, 50)
     np.testing.assert_allclose(late.at(late.start + tau)[0], state.orbit.at(tau)[0], atol=1e-9)

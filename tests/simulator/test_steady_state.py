@@ -146,7 +146,7 @@ def test_a_moving_wall_is_a_fixed_one_in_other_numbers() -> None:
     moving, fixed = steady_state(Problem(r, beta, wall="base")), steady_state(Problem(r, beta / r**2))
     assert moving.orbit is not None
     assert fixed.orbit is not None
-    assert moving.energy_per_cycle == pytest.approx(r**4 * (fixed.energy_per_cycle or 0.0), rel=1e-13)
+    assert moving.contact_energy_per_cycle == pytest.approx(r**4 * (fixed.energy_per_cycle or 0.0), rel=1e-13)
     tau = np.linspace(0.0, 2 * pi, 4001)
     x = moving.orbit.at(tau)[0]
     np.testing.assert_allclose(x, r**2 * fixed.orbit.at(tau)[0] + np.cos(tau), atol=1e-13)

@@ -7,11 +7,11 @@ TURN = 2.0 * pi
 
 # The kernel's functions that Python calls.
 ENTRIES = (
-    *("make_rig", "carry", "steady", "steady_from", "sweep", "cycles"),
+    *("make_rig", "carry", "steady", "steady_from", "sweep"),
     *("evaluate", "account", "fill_row", "mirrored"),
 )
 
-OWNERS = ("resonance", "settle", "cycles")  # modules that make buffers of their own, or are handed such
+OWNERS = ("resonance", "settle", "points")  # modules that make buffers of their own, or are handed such
 # A call hands over a hundred numbers: a fifth of the time of a steady state, for a fifth more to compile.
 INLINED = (
     *("gap", "free_motion", "forced_motion", "pace_at", "slide_at", "push_at", "local_force"),
@@ -127,7 +127,8 @@ OUTCOME, ENERGY, AMPLITUDE, STOPS, STUCK_SHARE, SYMMETRIC, PERIOD, MULTIPLIER, C
 START, SPAN, TURNS, SIGN, START_Z, START_V = range(11, 17)
 UNAWAITED = 17  # 1: an orbit from which the run from rest was still far when it was left
 GROWTH, NOTES = 18, 19  # written by Python: of a motion that does not repeat, what MISS says; `notes.Note` as bits
-ROW = 20
+CONTACT_ENERGY, FRAME_ENERGY = 20, 21  # written by Python; in a kernel's row ENERGY is what both take
+ROW = 22
 
 # Outcomes; RUNAWAY: a slide's stiffness is not positive, PULLING: friction would turn into a pull on the orbit,
 # PARTING: the motion does not repeat, and its MISS is the factor by which a neighbour's distance grows in a cycle;

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator.meter import STATE, Meter
+from frictionlab.simulator.motion import energies_of
 from frictionlab.simulator.notes import COARSE, SLOW, Note
 from frictionlab.simulator.numeric import layout, machine, shooting
 from frictionlab.simulator.numeric.machine import Machine, machine_of
@@ -163,7 +164,7 @@ def _answer(problem: Problem, means: _Means, found: shooting.Orbit | None) -> St
         return SteadyState(problem, "numeric", "not found", notes=Note.UNSETTLED | gives)
     for _ in range(TIGHTER + 1):
         told = _told(problem, found, *_recorded(problem, means, (found.state, 0.0, found.cycles), periodic=True))
-        off, size = told.closure_error or 0.0, told.energy_per_cycle or 0.0
+        off, size = told.closure_error or 0.0, told.energy_taken or 0.0
         closed = off <= max(means.rtol, CLOSED) * size or off < SMALLEST
         dear = REFINING * len(told.orbit.begin) > MOST if isinstance(told.orbit, NumericMotion) else True
         in_vain = off * TIGHTEN**TIGHTER > HIDDEN * size
@@ -222,12 +223,15 @@ def _told(problem: Problem, found: shooting.Orbit, motion: NumericMotion, tally:
     stuck = resting == 1.0
     dissipated = float(tally[layout.WORK] + tally[layout.FRAME]) / cycles
     put_in = float(tally[layout.INPUT]) / cycles + _carried(problem)
+    energies = energies_of(problem, dissipated, motion)
     regime: Regime = "stuck" if stuck else "stick-slip" if len(stops) else "continuous"
     return SteadyState(
         problem=problem,
         solver="numeric",
         outcome="stuck" if stuck else "periodic",
-        energy_per_cycle=dissipated,
+        energy_per_cycle=energies.loop,
+        contact_energy_per_cycle=energies.contact,
+        frame_energy_per_cycle=energies.frame,
         response_amplitude=0.5 * float(tally[layout.HIGH] - tally[layout.LOW]),
         stops_per_cycle=0.0 if stuck else len(stops) / cycles,
         stuck_fraction=resting,
