@@ -16,7 +16,10 @@ from frictionlab.tables import Row, check_output, json_line, write_rows
 if TYPE_CHECKING:
     from frictionlab.base_motion import RecordResponse
     from frictionlab.scene import Scene
-    from frictionlab.simulator import Problem, SteadyState
+    from frictionlab.simulator import Problem, SteadyState, Structure
+    from frictionlab.simulator.several import StructureState
+
+    AnyState = SteadyState | StructureState
 
 SAMPLES = 1000  # per cycle, of the motion in an .h5
 READ = ("time", "base", "unit", "time_unit", "sampling_rate_hz", "separator", "decimal")
@@ -86,8 +89,8 @@ def simulate(
         raise UsageError("expected --r R (a steady state) or --base-motion FILE (the response to it); got neither")
     if every and len(given) > 1:
         raise UsageError(f"--all: expected neither --cycles nor --solver; got {', '.join(given[:1] + given[2:])}")
-    problem, units = _posed(r, rubbing, scene, dimensionless=False)
-    _settle(problem, units, to, every=every, solver=solver, cycles=cycles)
+    what, units = _structure(r, rubbing, scene, given) or _posed(r, rubbing, scene, dimensionless=False)
+    _settle(what, units, to, every=every, solver=solver, cycles=cycles)
 
 
 @dataclass(frozen=True)
@@ -106,6 +109,28 @@ class Units:
             found["energy_per_cycle_j"] = energy * k * y**2 if isinstance(energy, float) else None
             found["friction_force_n"] = beta * k * y
         return found
+
+
+def _structure(r: float, rubs: Rubbing, file: Path | None, given: Sequence[str]) -> "tuple[Structure, Units] | None":
+    """The frame of several masses or contacts that the scene has, and its units; None: one mass, one contact."""
+    if file is None:
+        return None
+    from frictionlab.scene import read_scene
+    from frictionlab.scene.frame import has_several, structure_of
+
+    scene = read_scene(file)
+    if not has_several(scene):
+        return None
+    named = {"beta", "law", "parameter", "mu", "zeta", "wall"}
+    said = [f"--{name}" for name in sorted(named) if getattr(rubs, name) is not None] + list(given)
+    if said:
+        raise UsageError(
+            f"{said[0]}: belongs to one mass with one contact; {file} has [[rig.masses]] or [[rig.contacts]]: say it"
+            " there"
+        )
+    amplitude = rubs.base_amplitude or scene.plan.base_amplitudes_m[0]
+    structure = structure_of(scene, r, amplitude, coefficient=rubs.coefficient, normal_force_n=rubs.normal_force)
+    return structure, Units(amplitude, scene.rig.stiffness)
 
 
 def _posed(r: float, rubs: Rubbing, file: Path | None, *, dimensionless: bool) -> "tuple[Problem, Units | None]":
@@ -161,16 +186,26 @@ def _beta(rubs: Rubbing, scene: "Scene | None", units: Units | None) -> float:
 
 
 def _settle(
-    problem: "Problem", units: Units | None, to: Results, *, every: bool, solver: SolverName, cycles: int | None
+    problem: "Problem | Structure",
+    units: Units | None,
+    to: Results,
+    *,
+    every: bool,
+    solver: SolverName,
+    cycles: int | None,
 ) -> None:
     """Solve the steady state, run some cycles from rest, or find all states: one row each, the most visited first."""
-    from frictionlab.simulator import coexisting
+    from frictionlab.simulator import Problem, coexisting
     from frictionlab.verbs.simulating import simulate
 
     figure = _checked_outputs(to, every=every)
     start = time.perf_counter()
-    found = coexisting(problem) if every else ()
-    states = [each.state for each in found] or [simulate(problem, cycles=cycles, solver=solver)]
+    found = coexisting(problem) if every and isinstance(problem, Problem) else ()
+    states: list[AnyState] = [each.state for each in found]
+    if not isinstance(problem, Problem):
+        states = [simulate(problem)]
+    elif not found:
+        states = [simulate(problem, cycles=cycles, solver=solver)]
     shares = [each.share for each in found]
     seconds = time.perf_counter() - start
     rows: list[Row] = [_row(state, units, seconds) for state in states]
@@ -207,9 +242,16 @@ def _checked_outputs(to: Results, *, every: bool) -> Path | None:
     return figure_file(to.plot, "coexisting" if every else "motion", force=to.force)
 
 
-def _row(state: "SteadyState", units: Units | None, seconds: float) -> Row:
+def _row(state: "AnyState", units: Units | None, seconds: float) -> Row:
     """The row of a state with the contract's lists over masses and contacts, and in SI units where it can be."""
-    problem, row = state.problem, state.row()
+    from frictionlab.simulator import SteadyState
+
+    row = state.row()
+    if not isinstance(state, SteadyState):
+        beta = row["beta"]
+        si = {} if units is None or not isinstance(beta, float) else units.of(row, beta)
+        return {**row, "wall_s": seconds, **si}
+    problem = state.problem
     contact = {
         "mass": 1,
         "against": "base" if problem.wall == "base" else "wall",
@@ -227,9 +269,7 @@ def _row(state: "SteadyState", units: Units | None, seconds: float) -> Row:
     return {**row, **more, **({} if units is None else units.of(row, problem.beta))}
 
 
-def _print_states(
-    rows: Sequence[Row], states: "Sequence[SteadyState]", shares: Sequence[float], *, quiet: bool
-) -> None:
+def _print_states(rows: Sequence[Row], states: "Sequence[AnyState]", shares: Sequence[float], *, quiet: bool) -> None:
     """Each row turned, its verdict, and the numbers in mm, mJ and N as far as they are known; then the warnings."""
     from frictionlab.cli.screen import print_turned, print_warnings
     from frictionlab.schema import MOTIONS
@@ -237,6 +277,8 @@ def _print_states(
     print_turned(map(_numbers_of, rows), MOTIONS)
     for number, state in enumerate(states):
         typer.echo(f"{shares[number]:.3g} of the starts: {state.verdict}" if shares else state.verdict)
+    for row in rows:
+        _print_parts(row)
     if len(rows) == 1 and "response_amplitude_m" in rows[0]:
         known = {name: (rows[0].get(key), times, unit) for name, (key, times, unit) in SI.items()}
         said = (f"{name} {times * v:.4g} {unit}" for name, (v, times, unit) in known.items() if isinstance(v, float))
@@ -244,6 +286,21 @@ def _print_states(
     if not quiet:
         warnings = (said for state in states for said in state.warnings if said not in state.verdict)
         print_warnings([{"warnings": list(dict.fromkeys(warnings))}])
+
+
+def _print_parts(row: Row) -> None:
+    """Of several masses or contacts a line each."""
+    amplitudes, contacts = row.get("response_amplitudes"), row.get("contacts")
+    if not isinstance(amplitudes, list) or not isinstance(contacts, list) or max(len(amplitudes), len(contacts)) < 2:
+        return
+    typer.echo("amplitude of each mass: " + ", ".join(f"{amplitude:.6g} Y" for amplitude in amplitudes))
+    for number, contact in enumerate(contacts, 1):
+        against = f"mass {contact['against']}" if isinstance(contact["against"], int) else f"the {contact['against']}"
+        energy, stops, stuck = (contact[key] for key in ("energy_per_cycle", "stops_per_cycle", "stuck_fraction"))
+        typer.echo(
+            f"contact {number}, mass {contact['mass']} against {against} ({contact['law']}): {energy:.6g} k Y^2 and"
+            f" {stops:g} stops per cycle, stuck {100 * stuck:.3g} % of the time"
+        )
 
 
 def _numbers_of(row: Row) -> Row:
@@ -254,17 +311,25 @@ def _numbers_of(row: Row) -> Row:
     return {key: value for key, value in row.items() if key not in hidden}
 
 
-def _write_motion(state: "SteadyState", row: Row, output: Path, *, force: bool) -> None:
+def _write_motion(state: "AnyState", row: Row, output: Path, *, force: bool) -> None:
     """Write a state with its motion over a period."""
     import numpy as np
 
     from frictionlab.files import make_folder
     from frictionlab.hdf5 import write_tree
     from frictionlab.schema import MOTIONS
+    from frictionlab.simulator import SteadyState
 
     timeless = {key: value for key, value in row.items() if key != "wall_s"}  # the same input gives the same bytes
     tree: dict[str, object] = {key: value for key, value in timeless.items() if value is not None}
-    if state.orbit is not None:
+    if not isinstance(state, SteadyState):
+        if state.motion is not None:
+            tau = np.linspace(state.motion.start, state.motion.end, SAMPLES * (state.period_cycles or 1) + 1)
+            q, v = state.motion.at(tau)
+            masses = {f"displacement_{i + 1}": q[:, i] for i in range(q.shape[1])}
+            speeds = {f"velocity_{i + 1}": v[:, i] for i in range(q.shape[1])}
+            tree["motion"] = {"tau": tau, **masses, **speeds, "base": state.structure.base.at(tau)}
+    elif state.orbit is not None:
         begin = state.orbit.start
         tau = np.linspace(begin, state.orbit.end, SAMPLES * (state.period_cycles or 1) + 1)
         x, v = state.orbit.at(np.minimum(tau, state.orbit.end))

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from frictionlab.base_motion import RecordResponse
     from frictionlab.simulator import Attractor, SteadyState
+    from frictionlab.simulator.several import StructureState
 
 SAMPLES = 2000  # per cycle: smooth in print
 PER_CYCLE = 1000  # per cycle
@@ -42,6 +43,36 @@ def motion_figure(state: "SteadyState") -> Figure:
         draw_loop(state, figure.add_subplot(grid[0, 3]))
         force_over_displacement(state, figure.add_subplot(grid[1, :2]))
         force_over_speed(state, figure.add_subplot(grid[1, 2:]))
+        figure.suptitle(state.verdict, fontsize=8.0)
+        caution(figure, state.warnings)
+    return figure
+
+
+def structure_figure(state: "StructureState") -> Figure:
+    """Displacements of base and masses over the period, and each contact's force over its displacement."""
+    structure, motion = state.structure, state.motion
+    if motion is None:
+        raise ValueError("this steady state has no motion to draw")
+    tau = np.linspace(motion.start, motion.end, SAMPLES * (state.period_cycles or 1))
+    q, _ = motion.at(tau)
+    base, force = structure.base.at(tau), motion.force(tau)
+    with look():
+        figure = new_figure(height=5.0)
+        grid = figure.add_gridspec(2, max(1, len(structure.contacts)))
+        ax = figure.add_subplot(grid[0, :])
+        ax.plot(tau / np.pi, base, color=BASE, linewidth=0.8, label="base $y/Y$")
+        for mass in range(structure.masses):
+            ax.plot(tau / np.pi, q[:, mass], color=PALETTE[mass % len(PALETTE)], label=f"mass {mass + 1}")
+        ax.set(xlabel=r"phase of the drive $\tau/\pi$", ylabel="displacement over $Y$")
+        ax.margins(y=0.18)
+        ax.legend(loc="upper right", ncols=1 + structure.masses)
+        for number, contact in enumerate(structure.contacts):
+            against = f"mass {contact.against}" if isinstance(contact.against, int) else f"the {contact.against}"
+            place = q @ structure.row(contact) - (base if contact.against == "base" else 0.0)
+            below = figure.add_subplot(grid[1, number])
+            below.plot(place, force[:, number], color=PREDICTED)
+            below.set_title(f"mass {contact.mass} against {against}", fontsize=7.0)
+            below.set(xlabel="relative displacement over $Y$", ylabel="contact's force over $k_1Y$")
         figure.suptitle(state.verdict, fontsize=8.0)
         caution(figure, state.warnings)
     return figure

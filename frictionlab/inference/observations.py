@@ -507,9 +507,14 @@ def law_and_held(scene: Scene, law: str | Law | None = None) -> tuple[Law, dict[
     Raises
     ------
     UsageError
-        The scene holds a parameter that the law lacks.
+        The scene holds a parameter that the law lacks, or has several masses or contacts.
     """
-    model = scene.model
+    model, masses, contacts = scene.model, len(scene.rig.masses), len(scene.rig.contacts)
+    if masses or contacts:
+        raise UsageError(
+            f"rig: a law is fitted to one mass with one contact, as [rig] and [model] say; got {masses} [[rig.masses]]"
+            f" and {contacts} [[rig.contacts]]; simulate, synthesize, analyze and free-vibration know several"
+        )
     chosen = law_of(model.law if law is None else law)
     held = dict(model.parameters) if law is None or law_of(law).name == law_of(model.law).name else {}
     names = {p.name for p in chosen.own}

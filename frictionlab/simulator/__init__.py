@@ -3,6 +3,7 @@
     Problem --steady_state--> SteadyState (its orbit: one period, phase by phase)
     Problem --simulate-----> Trajectory  (a motion from initial conditions)
     r, beta, mu, zeta --sweep--> StateMap (steady states over up to four axes)
+    Structure --several.steady--> StructureState (several masses, contacts anywhere)
 
 The mathematics stands in the README of this folder.
 """
@@ -20,6 +21,7 @@ from frictionlab.simulator.observe import Observation, observe
 from frictionlab.simulator.problem import COSINE, Base, Problem
 from frictionlab.simulator.solve import last_cycle, simulate, steady_state
 from frictionlab.simulator.state import Solver, SteadyState
+from frictionlab.simulator.structure import Contact, Structure
 from frictionlab.simulator.sweep import StateMap, sweep
 from frictionlab.simulator.thesis import ThesisRun, thesis_run
 from frictionlab.simulator.trajectory import Trajectory
@@ -28,12 +30,14 @@ __all__ = [
     "COSINE",
     "Attractor",
     "Base",
+    "Contact",
     "Motion",
     "Observation",
     "Problem",
     "Solver",
     "StateMap",
     "SteadyState",
+    "Structure",
     "ThesisRun",
     "Trajectory",
     "coexisting",

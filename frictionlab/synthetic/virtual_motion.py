@@ -21,6 +21,7 @@ from frictionlab.recording import Recording
 from frictionlab.scene import Scene, VirtualBase
 from frictionlab.simulator import Motion, Problem, simulate, steady_state
 from frictionlab.simulator.record import BaseRecord, Response, respond
+from frictionlab.simulator.several import follow, steady
 from frictionlab.synthetic.virtual_rig import SyntheticTest
 
 FloatArray = NDArray[np.float64]
@@ -225,6 +226,21 @@ def motion(test: SyntheticTest, time: FloatArray, scene: Scene) -> FloatArray:
         displacement[inside] = trajectory.at(tau[inside] - 2 * math.pi * cycle)[0]
         x, v = (float(state[0]) for state in trajectory.at(np.array([2 * math.pi])))
     return test.base_amplitude_m * displacement
+
+
+def motion_of_masses(test: SyntheticTest, time: FloatArray, scene: Scene) -> FloatArray:
+    """Displacements (n, masses) in m of a frame of several masses, from rest or steadily, before any sensor."""
+    frame = test.frame
+    if frame is None:
+        raise SceneError(f"synthetic.tests: {test.log}: expected [[rig.masses]] or [[rig.contacts]]; got none")
+    tau = 2 * math.pi * test.drive_frequency_hz * time
+    if scene.synthetic.start == "steady":
+        found = steady(frame)
+        if found.motion is None:
+            raise SceneError(f"synthetic.tests: {test.log}: start = 'steady' needs a steady state; got {found.outcome}")
+        return np.asarray(test.base_amplitude_m * found.motion.at(tau)[0])
+    cycles = max(1, math.ceil(test.duration_s * test.drive_frequency_hz))
+    return np.asarray(test.base_amplitude_m * follow(frame, cycles).at(tau)[0])
 
 
 def _steady_orbit(test: SyntheticTest) -> tuple[Motion, float]:

@@ -13,8 +13,9 @@ import numpy as np
 from frictionlab.errors import ParameterError, SceneError
 from frictionlab.files import as_disks_see
 from frictionlab.scene import Scene, VirtualBase, VirtualTests
+from frictionlab.scene.frame import has_several, structure_of
 from frictionlab.scene.physical import to_physical
-from frictionlab.simulator import Problem
+from frictionlab.simulator import Problem, Structure
 from frictionlab.simulator.laws import law_of
 
 MOST_SAMPLES = 100_000_000  # of a log: some 3 GB of text
@@ -28,7 +29,7 @@ class SyntheticTest:
     A base that is no sine has no frequency ratio: 1 stands for it, and what its law says of speeds is over omega_n Y.
 
     ``friction_ratio`` (beta), ``frequency_ratio`` (r), ``damping_ratio`` (the frame's own) and the law's ``parameters``
-    dimensionless; the behaviours as in ``[[synthetic.tests]]``.
+    dimensionless; the behaviours as in ``[[synthetic.tests]]``; ``frame``: of several masses or contacts.
     """
 
     log: str
@@ -53,6 +54,7 @@ class SyntheticTest:
     friction_wander: float | None = None
     friction_wander_s: float | None = None
     base: VirtualBase = field(default=VirtualBase(name=""))
+    frame: Structure | None = None
 
     @property
     def drive_frequency_hz(self) -> float:
@@ -174,6 +176,7 @@ def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float)
     beta = group.friction_coefficient * force / (stiffness * synthetic.base_amplitude_m)
     duration = group.duration_s or synthetic.duration_s
     law = _law_of(scene, group)
+    frame = structure_of(scene, ratio, synthetic.base_amplitude_m, beta=beta) if has_several(scene) else None
     return SyntheticTest(
         log=f"{group.material}_N{force:g}{_of_motion(group, ratio)}{_label(group)}.csv",
         material=group.material,
@@ -197,6 +200,7 @@ def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float)
         friction_wander=group.friction_wander or None,
         friction_wander_s=group.friction_wander_s if group.friction_wander else None,
         base=synthetic.base_of(group),
+        frame=frame,
     )
 
 
@@ -222,6 +226,8 @@ def _of_motion(group: VirtualTests, ratio: float) -> str:
 
 def _checked(test: SyntheticTest, group: VirtualTests, number: int) -> SyntheticTest:
     """The test, if its law and parameters make sense and its friction may change as it is said to."""
+    if test.frame is not None:
+        return _checked_frame(test, group, number)
     place = f"synthetic.tests.{number}.{'law' if group.law else 'parameters'}"
     place = place if group.law or group.parameters else "model.law"
     try:
@@ -233,6 +239,22 @@ def _checked(test: SyntheticTest, group: VirtualTests, number: int) -> Synthetic
             f"{place}: law {law.name} remembers more than where the mass is: its friction cannot drift, scatter,"
             " wander or jump here; expected a law without memory, or friction that stays the same"
         )
+    return test
+
+
+def _checked_frame(test: SyntheticTest, group: VirtualTests, number: int) -> SyntheticTest:
+    """The test of several masses or contacts, if it asks for nothing that only one mass with one contact can do."""
+    asked = {
+        "law, parameters or physical (they stand in [[rig.contacts]])": group.law or group.parameters or group.physical,
+        "friction that drifts, scatters, wanders or jumps": not test.is_plain_coulomb,
+        "a base that is no plain sine": not test.base.is_plain,
+    }
+    for what, is_asked in asked.items():
+        if is_asked:
+            raise SceneError(
+                f"synthetic.tests.{number}: a frame with [[rig.masses]] or [[rig.contacts]] has a plain sine and"
+                f" friction that stays the same; got {what}: leave it out"
+            )
     return test
 
 

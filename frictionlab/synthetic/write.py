@@ -3,15 +3,17 @@
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.errors import SceneError
 from frictionlab.files import check_replaceable, make_folder, write_whole
 from frictionlab.scene import Scene
-from frictionlab.simulator import observe, steady_state
+from frictionlab.simulator import Structure, observe, steady_state
+from frictionlab.simulator.several import steady
 from frictionlab.synthetic.virtual_motion import (
     HOUR,
     channels,
@@ -19,6 +21,7 @@ from frictionlab.synthetic.virtual_motion import (
     driven,
     motion,
     motion_at,
+    motion_of_masses,
     phase_times,
     plain_base,
     sample_times,
@@ -103,6 +106,8 @@ def log_text(test: SyntheticTest, scene: Scene) -> str:
     if _needs_record(test, scene):
         return _driven_log(test, scene)[0]
     time = sample_times(test, scene)
+    if test.frame is not None:
+        return _lines(test, scene, time, motion_of_masses(test, time, scene), plain_base(test, time))
     return _lines(test, scene, time, motion(test, time, scene), plain_base(test, time))
 
 
@@ -113,6 +118,11 @@ def _needs_record(test: SyntheticTest, scene: Scene) -> bool:
 
 def _log_and_behaviour(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
     """The log of one test, and what is true of it beyond `truth` where its friction or its base changes."""
+    if test.frame is not None and scene.synthetic.channels:
+        raise SceneError(
+            f"synthetic.channels: expected none for a frame with [[rig.masses]] or [[rig.contacts]]; got"
+            f" {', '.join(scene.synthetic.channels)}"
+        )
     if _needs_record(test, scene):
         return _driven_log(test, scene)
     if test.is_plain_coulomb:
@@ -153,17 +163,20 @@ def _lines(
     base: FloatArray,
     more: Mapping[str, FloatArray] | None = None,
 ) -> str:
-    """The text of a log: ``time`` (n,) s, ``mass`` and ``base`` (n,) m and further channels before any sensor."""
+    """The text of a log: ``time`` (n,) s, ``mass`` (n,) or (n, masses), ``base`` (n,) m and more, before any sensor."""
     synthetic, others = scene.synthetic, more or {}
     noise, further = test.draws(scene, "noise"), test.draws(scene, "channels")
-    seen = [MILLIMETRES * _through_laser(one, synthetic.noise_m, synthetic.step_m, noise) for one in (mass, base)]
+    masses = [mass] if mass.ndim == 1 else list(mass.T)
+    heads = ["mass [mm]"] if len(masses) == 1 else [f"mass {number} [mm]" for number in range(1, len(masses) + 1)]
+    lasers = [*masses, base]
+    seen = [MILLIMETRES * _through_laser(one, synthetic.noise_m, synthetic.step_m, noise) for one in lasers]
     for values in others.values():
         rms = synthetic.channel_noise * float(np.sqrt(np.mean(values**2)))
         seen.append(values + rms * further.standard_normal(len(values)))
     words = f"r {test.frequency_ratio:g}" if test.is_periodic else f"base {test.base.motion}"
-    columns = ",".join(["time [s]", "mass [mm]", "base [mm]", *(HEADS[name] for name in others)])
+    columns = ",".join(["time [s]", *heads, "base [mm]", *(HEADS[name] for name in others)])
     head = PREAMBLE.format(material=test.material, force=test.normal_force_n, motion=words, columns=columns)
-    line = "%.6f,%.6f,%.6f" + ",%.9g" * len(others) + "\n"
+    line = "%.6f" + ",%.6f" * len(lasers) + ",%.9g" * len(others) + "\n"
     return head + (line * len(time)) % tuple(np.column_stack([time, *seen]).ravel().tolist())
 
 
@@ -180,7 +193,8 @@ def truth(test: SyntheticTest) -> dict[str, object]:
     energy dissipated is another number and stands beside it. Numbers have twelve digits, which are the same on every
     machine; the last four of a double are not.
     """
-    given = {key: value for key, value in asdict(test).items() if value is not None and key != "base"}
+    given = {key: value for key, value in asdict(replace(test, frame=None)).items() if value is not None}
+    del given["base"]
     known = given | {
         "drive_frequency_hz": test.drive_frequency_hz,
         "friction_force_n": test.friction_coefficient * test.normal_force_n,
@@ -195,6 +209,8 @@ def truth(test: SyntheticTest) -> dict[str, object]:
 
 
 def _steady_truth(test: SyntheticTest) -> dict[str, object]:
+    if test.frame is not None:
+        return _truth_of_masses(test.frame, test.natural_frequency_hz)
     state = steady_state(test.problem())
     seen = observe(state)
     return {
@@ -208,10 +224,24 @@ def _steady_truth(test: SyntheticTest) -> dict[str, object]:
     }
 
 
+def _truth_of_masses(frame: Structure, first_hz: float) -> dict[str, object]:
+    state = steady(frame)
+    keys = ("outcome", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "stuck_fraction", "regime")
+    row, taken = state.row(), (state.contact_energy_per_cycle, state.frame_energy_per_cycle)
+    return {key: row[key] for key in keys} | {
+        "energy_dissipated_per_cycle": None if None in taken else sum(each or 0.0 for each in taken),
+        "response_amplitudes": row["response_amplitudes"],
+        "contacts": row["contacts"],
+        "natural_frequencies_hz": [first_hz * float(ratio) for ratio in frame.natural_frequencies],
+    }
+
+
 def twelve_digits(value: object) -> object:
-    """A number, or those of a table, with the digits that are the same on every machine."""
+    """A number, or those of a table or list, with the digits that are the same on every machine."""
     if isinstance(value, dict):
         return {key: twelve_digits(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [twelve_digits(each) for each in value]
     return float(f"{value:.12g}") if isinstance(value, float) else value
 
 

@@ -27,6 +27,7 @@ FIGURES = {
     "ContactForce": "judged.contact_figure",
     "WholeRecord": "recorded.record_figure",
     "SteadyState": "simulated.motion_figure",
+    "StructureState": "simulated.structure_figure",
     "RecordResponse": "simulated.response_figure",
     "Plan": "planned.plan_figure",
     "Prediction": "planned.prediction_figure",
@@ -84,6 +85,8 @@ def _figure_of(result: Any, title: str | None) -> "Figure":
     kind = type(result[0] if isinstance(result, (list, tuple)) and result else result).__name__
     if kind not in FIGURES:
         raise UsageError(f"plot: expected one of {', '.join(FIGURES)}; got a {kind}")
+    if kind == "StructureState" and result.motion is None:
+        raise UsageError(f"plot: there is no motion to draw (outcome {result.outcome})")
     if kind == "SteadyState" and result.orbit is None:
         raise UsageError(f"plot: there is no motion to draw (outcome {result.outcome}, solver {result.solver})")
     if kind == "Comparison" and not len(result.tau):

@@ -6,7 +6,7 @@ Whatever needs a scene or files is imported where it is used: a steady state is 
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 from frictionlab.errors import UsageError
 
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from frictionlab.inference.predictive import Prediction
     from frictionlab.planning import Plan
     from frictionlab.recording import Recording
-    from frictionlab.simulator import Problem, Solver, SteadyState
+    from frictionlab.simulator import Problem, Solver, SteadyState, Structure
+    from frictionlab.simulator.several import StructureState
     from frictionlab.synthetic import SyntheticTest
     from frictionlab.verbs.inputs import AnyScene, FilePath
 
@@ -24,13 +25,19 @@ PLANNED = ("plan", "model", "rig", "sensors")
 """Tables of a scene whose keys `plan` takes as settings."""
 
 
-def simulate(problem: "Problem", *, cycles: int | None = None, solver: "Solver" = "auto") -> "SteadyState":
+@overload
+def simulate(problem: "Problem", *, cycles: int | None = None, solver: "Solver" = "auto") -> "SteadyState": ...
+@overload
+def simulate(problem: "Structure", *, cycles: None = None, solver: "Solver" = "auto") -> "StructureState": ...
+def simulate(
+    problem: "Problem | Structure", *, cycles: int | None = None, solver: "Solver" = "auto"
+) -> "SteadyState | StructureState":
     """Solve one steady state of the friction oscillator, or run so many cycles from rest.
 
     Parameters
     ----------
-    problem : Problem
-        Frequency ratio, contact law and base motion, dimensionless.
+    problem : Problem or Structure
+        Frequency ratio, contact law and base motion, dimensionless; or several masses with their contacts.
     cycles : int, optional
         The last of so many cycles from rest, instead of the steady state that is solved for.
     solver : str
@@ -47,8 +54,14 @@ def simulate(problem: "Problem", *, cycles: int | None = None, solver: "Solver" 
     >>> print(f"{simulate(Problem(r=0.5, beta=0.4)).energy_per_cycle:.10f}")
     2.1260422664
     """
-    from frictionlab.simulator import last_cycle, steady_state
+    from frictionlab.simulator import Problem, last_cycle, steady_state
 
+    if not isinstance(problem, Problem):
+        if cycles is not None or solver not in ("auto", "exact"):
+            raise UsageError("simulate: of several masses the steady state is solved for exactly: leave cycles, solver")
+        from frictionlab.simulator.several import steady
+
+        return steady(problem)
     if cycles is None:
         return steady_state(problem, solver=solver)
     return last_cycle(problem, cycles=cycles, solver=solver)

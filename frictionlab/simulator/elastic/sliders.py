@@ -2,6 +2,7 @@
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.structure import Contact
 
 __all__ = ["iwan_sliders", "sliders_of"]
 
@@ -43,8 +44,8 @@ def iwan_sliders(stiffness: float, beta: float, count: int, chi: float) -> tuple
     )
 
 
-def sliders_of(problem: Problem) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return stiffness and strength of a problem's sliders.
+def sliders_of(problem: Problem | Contact) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return stiffness and strength of the sliders of a problem, or of a contact of a structure.
 
     Raises
     ------

@@ -1,0 +1,93 @@
+"""The frame of a scene as the simulator sees it: masses, storeys and contacts, dimensionless by the first storey."""
+
+import math
+
+from frictionlab.errors import ParameterError, SceneError
+from frictionlab.scene.keys import Scene
+from frictionlab.scene.rig import RigContact
+from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.structure import Contact, Structure
+
+__all__ = ["has_several", "structure_of"]
+
+
+def has_several(scene: Scene) -> bool:
+    """Whether the scene has several masses, or says its contacts itself."""
+    return bool(scene.rig.masses or scene.rig.contacts)
+
+
+def structure_of(
+    scene: Scene,
+    r: float,
+    base_amplitude_m: float,
+    *,
+    beta: float | None = None,
+    coefficient: float | None = None,
+    normal_force_n: float | None = None,
+) -> Structure:
+    """Return the scene's frame at a frequency ratio; friction over k_1 Y, eq. (2.8).
+
+    Parameters
+    ----------
+    scene : Scene
+        ``[[rig.masses]]``, ``[[rig.contacts]]``; without contacts mass 1 rubs as ``[model]`` says.
+    r : float
+        Drive over the natural frequency of the first storey alone.
+    base_amplitude_m : float
+        Y.
+    beta, coefficient : float, optional
+        Of the first contact, in place of the scene's.
+    normal_force_n : float, optional
+        Of the contacts that do not say their own; by default that of ``[experiment]``.
+
+    Raises
+    ------
+    SceneError
+        A contact whose friction is not known, or that cannot be simulated.
+    """
+    rig, model = scene.rig, scene.model
+    contacts = rig.contacts or [
+        RigContact(
+            against="base" if model.wall == "base" else "wall",
+            law="coulomb" if model.law == "auto" else model.law,
+            parameters={name: value for name, value in model.parameters.items() if name != "beta"},
+        )
+    ]
+    load = normal_force_n or scene.experiment.normal_force_n
+    found = []
+    for number, contact in enumerate(contacts):
+        given = coefficient if number == 0 else None
+        ratio = beta if number == 0 else None
+        if ratio is None:
+            ratio = _friction_ratio(scene, contact, number, base_amplitude_m, given, load)
+        try:
+            law = law_of(contact.law)
+            found.append(
+                Contact(contact.mass, contact.against, law, law.complete({"beta": ratio, **contact.parameters}))
+            )
+        except ParameterError as error:
+            raise SceneError(f"rig.contacts.{number}: {error}") from error
+    storeys = [(m.mass_kg, m.stiffness_n_per_m, m.damping_ratio or 0.0) for m in rig.masses] or [
+        (1.0, 1.0, scene.frame_damping_ratio)
+    ]
+    masses, stiffness, damping = zip(*storeys, strict=True)
+    return Structure.of_storeys(r, masses, stiffness, damping, found)
+
+
+def _friction_ratio(
+    scene: Scene, contact: RigContact, number: int, amplitude: float, coefficient: float | None, load: float | None
+) -> float:
+    """Friction of a contact over k_1 Y, from what is known of it."""
+    if contact.beta is not None and coefficient is None:
+        return contact.beta
+    force, stiffness = contact.friction_n, scene.rig.stiffness
+    friction = coefficient if coefficient is not None else contact.coefficient
+    if coefficient is not None or force is None:
+        load = contact.normal_force_n or load
+        force = None if friction is None or load is None else friction * load
+    if force is None or stiffness is None or not 0.0 < stiffness * amplitude < math.inf:
+        raise SceneError(
+            f"rig.contacts.{number}: expected its friction: beta, or friction_n, or coefficient with normal_force_n (or"
+            " --coefficient and --normal-force), the last two with a stiffness in [rig]; got neither"
+        )
+    return force / (stiffness * amplitude)

@@ -1,0 +1,183 @@
+"""The slow twin of several masses: scipy's integrator from event to event, with forces as the laws say them.
+
+It shares nothing with the flow but the structure. A held contact's force comes from the constraint, solved anew at each
+call; which contacts hold after an event is tried out one by one.
+"""
+
+from itertools import product
+from math import inf, pi
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from frictionlab.simulator.elastic.sliders import sliders_of
+from frictionlab.simulator.structure import Contact, Structure
+
+Floats = np.ndarray
+RTOL = 1e-12
+
+
+class Twin:
+    """A structure whose contacts are each rigid, or one elastic slider."""
+
+    def __init__(self, structure: Structure) -> None:
+        self.s, self.n = structure, structure.masses
+        self.inertia = structure.r**2 * structure.mass
+        self.springs = [sliders_of(c)[0][0] if c.law.kind == "elastic" else inf for c in structure.contacts]
+        self.modes = [0] * len(structure.contacts)
+        self.anchors = np.zeros(len(structure.contacts))
+
+    def base(self, tau: float) -> tuple[float, float, float]:
+        """f, f', f''."""
+        f, rate = float(self.s.base.at(tau)), float(self.s.base.rate_at(tau))
+        k = np.arange(1, self.s.base.harmonics + 1)
+        wave = np.cos(k * tau) * self.s.base.cosine + np.sin(k * tau) * self.s.base.sine
+        return f, rate, -float(np.sum(k**2 * wave))
+
+    def place(self, c: Contact, tau: float, z: Floats) -> tuple[float, float]:
+        """Displacement and speed of a contact."""
+        row, moves = self.s.row(c), float(c.against == "base")
+        f, rate, _ = self.base(tau)
+        return float(row @ z[: self.n]) - moves * f, float(row @ z[self.n : 2 * self.n]) - moves * rate
+
+    def limit(self, c: Contact, s: float) -> float:
+        """Kinetic friction force."""
+        return c.beta * (1.0 + c.parameter("gradient") * s)
+
+    def solved(self, tau: float, z: Floats) -> tuple[Floats, Floats]:
+        """Accelerations and contact forces."""
+        q, v = z[: self.n], z[self.n : 2 * self.n]
+        f, rate, bend = self.base(tau)
+        push = self.s.stiffness @ (f - q) + self.s.r * self.s.damping @ (rate - v)
+        forces, held = np.zeros(len(self.modes)), []
+        for i, c in enumerate(self.s.contacts):
+            s, speed = self.place(c, tau, z)
+            if self.modes[i] == 0 and self.springs[i] == inf:
+                held.append(i)
+                continue
+            forces[i] = self.modes[i] * self.limit(c, s) if self.modes[i] else self.springs[i] * (s - self.anchors[i])
+            forces[i] += 2.0 * self.s.r * c.parameter("contact_damping_ratio") * speed
+            push = push - self.s.row(c) * forces[i]
+        inverse = np.linalg.inv(self.inertia)
+        if held:
+            rows = np.array([self.s.row(self.s.contacts[i]) for i in held])
+            asked = np.array([bend * (self.s.contacts[i].against == "base") for i in held])
+            forces[held] = np.linalg.lstsq(rows @ inverse @ rows.T, rows @ inverse @ push - asked, rcond=None)[0]
+            push = push - rows.T @ forces[held]
+        return inverse @ push, forces
+
+    def slope(self, tau: float, z: Floats) -> Floats:
+        """Right-hand side, with the work of the base on the loop f dx_1 and of the contacts."""
+        acceleration, forces = self.solved(tau, z)
+        speeds = [self.place(c, tau, z)[1] for c in self.s.contacts]
+        return np.concatenate((z[self.n : 2 * self.n], acceleration, [self.base(tau)[0] * z[self.n], forces @ speeds]))
+
+    def events(self) -> list[Any]:
+        """What may end a phase, each positive until then."""
+        found = []
+        for i, c in enumerate(self.s.contacts):
+            if self.modes[i]:
+                found.append((i, 0, lambda t, z, c=c, m=self.modes[i]: m * self.place(c, t, z)[1]))
+                continue
+            for side, ratio in zip((1, -1), c.static_ratios, strict=True):
+
+                def reserve(t: float, z: Floats, i: int = i, side: int = side, k: float = ratio) -> float:
+                    contact = self.s.contacts[i]
+                    s, _ = self.place(contact, t, z)
+                    yields = self.springs[i] < inf
+                    pull = self.springs[i] * (s - self.anchors[i]) if yields else self.solved(t, z)[1][i]
+                    return float(k * self.limit(contact, s) - side * pull)
+
+                found.append((i, side, reserve))
+        return found
+
+    def settle(self, tau: float, z: Floats, resting: list[int], breaking: int | None = None) -> None:
+        """Hold as many rigid contacts at rest as can."""
+        for sides in sorted(product((0, 1, -1), repeat=len(resting)), key=lambda each: sum(map(abs, each))):
+            chosen = dict(zip(resting, sides, strict=True))
+            if breaking is not None and chosen.get(breaking, self.modes[breaking]) == 0:
+                continue
+            before = list(self.modes)
+            for i, side in chosen.items():
+                self.modes[i] = side
+            acceleration, forces = self.solved(tau, z)
+            fine = True
+            for i, side in chosen.items():
+                c = self.s.contacts[i]
+                limit, ahead = self.limit(c, self.place(c, tau, z)[0]), float(self.s.row(c) @ acceleration)
+                ahead -= self.base(tau)[2] * (c.against == "base")
+                up, down = c.static_ratios
+                fine &= (-down * limit <= forces[i] <= up * limit) if side == 0 else side * ahead > -1e-9
+            if fine:
+                return
+            self.modes = before
+        raise AssertionError("the twin finds no consistent set of held contacts")
+
+    def run(self, z: Floats, span: float) -> Floats:
+        """Carry (q, v) over a span from tau = 0; return (q, v, loop, contacts' work)."""
+        z, tau = np.concatenate((z, [0.0, 0.0])), 0.0
+        resting = []
+        for i, c in enumerate(self.s.contacts):
+            s, speed = self.place(c, tau, z)
+            if self.springs[i] == inf:
+                self.modes[i] = 0 if abs(speed) < 1e-12 else int(np.sign(speed))
+                resting += [i] if self.modes[i] == 0 else []
+                continue
+            pull, limit = self.springs[i] * (s - self.anchors[i]), self.limit(c, s)
+            slips = abs(pull) >= limit * (1.0 - 1e-9) and pull * speed > 0.0
+            self.modes[i] = int(np.sign(speed)) if slips else 0
+        self.settle(tau, z, resting)
+        while tau < span:
+            events = self.events()
+            step: Any = solve_ivp(
+                self.slope, (tau, span), z, "DOP853", rtol=RTOL, atol=1e-14, max_step=0.05, dense_output=True
+            )
+            end, which = self.first(step, events, tau, span)
+            z, tau = step.sol(end), end
+            if which is None:
+                return z
+            i, side, _ = which
+            resting = [j for j, spring in enumerate(self.springs) if spring == inf and self.modes[j] == 0]
+            if side:
+                self.modes[i] = side
+                if self.springs[i] == inf:
+                    self.settle(tau, z, [j for j in resting if j != i])
+            else:
+                s, _ = self.place(self.s.contacts[i], tau, z)
+                if self.springs[i] < inf:
+                    self.anchors[i] = s - self.modes[i] * self.limit(self.s.contacts[i], s) / self.springs[i]
+                self.modes[i] = 0
+                self.settle(tau, z, [*resting, i] if self.springs[i] == inf else resting)
+        return z
+
+    def first(self, step: Any, events: list[Any], tau: float, span: float) -> tuple[float, Any]:
+        """The first change of sign of an event function: looked for at 120 places a radian, then by brentq."""
+        times = np.linspace(tau, span, 2 + int(120 * (span - tau)))[1:]
+        best, which = span, None
+        for event in events:
+            values = np.array([event[2](t, step.sol(t)) for t in times])
+            below = np.flatnonzero(values < 0.0)
+            if len(below):
+                k = below[0]
+                low = times[k - 1] if k else tau
+                if event[2](low, step.sol(low)) <= 0.0:
+                    low = low + 1e-9
+                t = brentq(lambda t, e=event: e[2](t, step.sol(t)), low, times[k], xtol=1e-15) if k else times[k]
+                if t < best:
+                    best, which = t, event
+        return best, which
+
+
+def cycles_from_rest(structure: Structure, count: int) -> Floats:
+    """State (q, v) after a number of cycles from rest, then loop and contacts' work of the last one."""
+    twin = Twin(structure)
+    z = np.zeros(2 * structure.masses)
+    f = float(structure.base.at(0.0))
+    twin.anchors = np.array([-f * (c.against == "base") for c in structure.contacts])
+    found = z
+    for _ in range(count):
+        found = twin.run(z, 2 * pi)
+        z = found[: 2 * structure.masses]
+    return found

@@ -1,0 +1,159 @@
+"""Several masses, contacts anywhere: against the engines of one mass, a slow twin, and closed forms."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from frictionlab.errors import ParameterError, SimulationError
+from frictionlab.simulator import Base, Contact, Problem, Structure, steady_state
+from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.several import follow, steady
+from frictionlab.simulator.several.answer import energies
+from frictionlab.simulator.several.flow import Flow
+from tests.simulator.several_twin import cycles_from_rest
+
+
+def rubs(law: str, mass: int = 1, against: int | str = "wall", /, **values: float) -> Contact:
+    return contact_of(law, mass, against, values)
+
+
+def contact_of(law: str, mass: int, against: int | str, values: Mapping[str, float]) -> Contact:
+    chosen = law_of(law)
+    return Contact(mass, against, chosen, chosen.complete(values))
+
+
+@pytest.mark.parametrize("wall", ["fixed", "base"])
+@pytest.mark.parametrize(("r", "beta"), [(0.5, 0.4), (0.95, 0.3), (0.1, 0.3), (1.0, 0.3), (1.5, 2.0)])
+@pytest.mark.parametrize(
+    ("law", "values"),
+    [
+        ("coulomb", {}),
+        ("coulomb+place", {"gradient": 0.05}),
+        ("coulomb+speed", {"contact_damping_ratio": 0.05}),
+        ("coulomb+breakaway", {"static_ratio_up": 1.3, "static_ratio_down": 1.3}),
+        ("coulomb+compliance", {"stiffness_ratio": 20.0}),
+        ("coulomb+iwan", {"stiffness_ratio": 20.0, "sliders": 10, "chi": -0.3}),
+    ],
+)
+def test_one_mass_is_what_the_engines_of_one_mass_say(
+    law: str, values: dict[str, float], r: float, beta: float, wall: str
+) -> None:
+    one = steady_state(Problem(r, beta, law=law, parameters=values, frame_damping_ratio=0.02, wall=wall))  # type: ignore[arg-type]
+    contact = contact_of(law, 1, "wall" if wall == "fixed" else "base", {"beta": beta, **values})
+    found = steady(Structure.of_storeys(r, [3.0], [700.0], [0.02], [contact]))
+    assert found.outcome == one.outcome
+    assert found.response_amplitudes[0] == pytest.approx(one.response_amplitude, abs=1e-12)
+    near = 1e-7 if "iwan" in law else 1e-12  # quadrature over the kinks of ten sliders, in the engine of one mass
+    assert found.energy_per_cycle == pytest.approx(one.energy_per_cycle, abs=near)
+    assert found.contact_energy_per_cycle == pytest.approx(one.contact_energy_per_cycle, abs=near)
+    assert found.contacts[0].stops_per_cycle == one.stops_per_cycle
+    assert found.contacts[0].stuck_fraction == pytest.approx(one.stuck_fraction, abs=1e-12)
+    if one.outcome == "periodic":
+        assert found.floquet_multiplier == pytest.approx(one.floquet_multiplier, abs=1e-9)
+
+
+def test_without_contacts_it_is_the_linear_response() -> None:
+    frame = Structure.of_storeys(0.7, [2.0, 1.0], [800.0, 400.0], [0.01, 0.02])
+    dynamic = frame.stiffness + 1j * 0.7 * frame.damping - 0.7**2 * frame.mass
+    driven = np.linalg.solve(dynamic, (frame.stiffness + 1j * 0.7 * frame.damping) @ np.ones(2))
+    found = steady(frame)
+    assert found.response_amplitudes == pytest.approx(np.abs(driven), rel=1e-12)
+    assert found.energy_per_cycle == pytest.approx(-math.pi * driven[0].imag, rel=1e-11)
+    assert found.closure_error == pytest.approx(0.0, abs=1e-10)
+
+
+UNEVEN = {"static_ratio_up": 1.3, "static_ratio_down": 1.1}
+TWO = [
+    [rubs("coulomb", 1, beta=0.3), rubs("coulomb", 2, 1, beta=0.2)],
+    [rubs("coulomb+speed", 2, "base", beta=0.3, contact_damping_ratio=0.05)],
+    [rubs("coulomb+compliance", 1, beta=0.3, stiffness_ratio=5.0), rubs("coulomb+place", 2, 1, beta=0.2, gradient=0.1)],
+    [rubs("coulomb+breakaway", 2, beta=0.3, static_ratio_up=1.4, static_ratio_down=1.2)],
+    [
+        rubs("coulomb+compliance+breakaway", 1, 2, beta=0.2, stiffness_ratio=9.0, **UNEVEN),
+        rubs("coulomb", 2, beta=0.2),
+    ],
+]
+
+
+@pytest.mark.parametrize("contacts", TWO)
+def test_two_masses_move_as_the_slow_twin_does(contacts: list[Contact]) -> None:
+    base = Base(cosine=(1.0, 0.1), sine=(0.0, 0.05))
+    frame = Structure.of_storeys(0.6, [1.0, 0.7], [1.0, 1.3], [0.02, 0.01], contacts, base)
+    motion = follow(frame, 1)
+    q, v = motion.at([2 * math.pi])
+    slow = cycles_from_rest(frame, 1)
+    assert np.concatenate((q[0], v[0])) == pytest.approx(slow[:4], abs=3e-10)
+    spent = energies(motion.flow, motion.pieces)
+    assert spent["loop"] == pytest.approx(slow[4], abs=1e-9)
+    assert np.sum(spent["contacts"]) == pytest.approx(slow[5], abs=1e-9)
+
+
+@settings(max_examples=25, deadline=None, derandomize=True)
+@given(
+    r=st.floats(0.15, 1.8),
+    betas=st.lists(st.floats(0.02, 0.6), min_size=3, max_size=3),
+    masses=st.lists(st.floats(0.5, 2.0), min_size=3, max_size=3),
+    zeta=st.floats(0.003, 0.05),
+    stiffness=st.floats(2.0, 60.0),
+)
+def test_what_goes_in_is_what_is_taken(
+    r: float, betas: list[float], masses: list[float], zeta: float, stiffness: float
+) -> None:
+    contacts = [
+        rubs("coulomb", 1, beta=betas[0]),
+        rubs("coulomb+compliance", 2, 1, beta=betas[1], stiffness_ratio=stiffness),
+        rubs("coulomb", 3, "base", beta=betas[2]),
+    ]
+    found = steady(Structure.of_storeys(r, masses, [1.0, 1.2, 0.8], [zeta] * 3, contacts))
+    assert found.outcome in ("periodic", "stuck")
+    assert found.closure_error is not None
+    assert found.closure_error < 1e-10
+    assert found.residual is not None
+    assert found.residual < 1e-10
+    assert abs(found.floquet_multiplier or 0.0) <= 1.0
+
+
+def test_the_derivative_of_a_run_is_its_difference_quotient() -> None:
+    contacts = [rubs("coulomb+place", 2, "base", beta=0.2, gradient=0.1), rubs("coulomb", 1, 2, beta=0.2)]
+    flow = Flow(Structure.of_storeys(0.6, [1.0, 0.7], [1.0, 1.3], [0.02, 0.01], contacts))
+    at = flow.run(flow.at_rest(), 7.0).end
+    state = np.concatenate((at.q, at.v, at.anchors))
+    exact, h = flow.run(flow.station(0.7, state), 5.0, tangent=True).jacobian, 1e-6
+    assert exact is not None
+    for k in range(4):
+        step = h * np.eye(6)[k]
+        ends = [flow.run(flow.station(0.7, state + sign * step), 5.0).end for sign in (1.0, -1.0)]
+        quotient = (np.concatenate((ends[0].q, ends[0].v)) - np.concatenate((ends[1].q, ends[1].v))) / (2 * h)
+        assert exact[:4, k] == pytest.approx(quotient, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("contacts", "match"),
+    [
+        ([rubs("coulomb", 1, beta=0.2), rubs("coulomb", 1, beta=0.2)], "rigid contacts hold a mass twice over"),
+        ([rubs("coulomb+place", 2, 1, beta=0.1, gradient=0.9)], "contact 1: gradient; expected 1 . gradient z > 0"),
+    ],
+)
+def test_what_cannot_move_is_refused_by_name(contacts: list[Contact], match: str) -> None:
+    frame = Structure.of_storeys(0.6, [1.0, 1.0], [1.0, 1.0], [0.001, 0.001], contacts)
+    with pytest.raises(SimulationError, match=match):
+        steady(frame)
+
+
+def test_structures_that_cannot_be_are_refused_by_name() -> None:
+    with pytest.raises(ParameterError, match="contact 1: expected a mass from 1 to 2; got 3"):
+        Structure.of_storeys(0.5, [1.0, 1.0], [1.0, 1.0], [0.0, 0.0], [rubs("coulomb", 3, beta=0.1)])
+    with pytest.raises(ParameterError, match=r"storeys: stiffness; expected finite numbers > 0 .* got \[1\.0, -1\.0\]"):
+        Structure.of_storeys(0.5, [1.0, 1.0], [1.0, -1.0], [0.0, 0.0])
+    law = law_of("coulomb+lugre")
+    with pytest.raises(ParameterError, match="the phases of lugre are not linear, and are solved for one mass"):
+        Contact(1, "wall", law, tuple(0.1 for _ in law.parameters))
+
+
+def test_an_undamped_mode_at_resonance_has_no_steady_state() -> None:
+    slowest = float(Structure.of_storeys(1.0, [1.0, 1.0], [1.0, 1.0], [0.0, 0.0]).natural_frequencies[0])
+    assert steady(Structure.of_storeys(slowest, [1.0, 1.0], [1.0, 1.0], [0.0, 0.0])).outcome == "unbounded"
