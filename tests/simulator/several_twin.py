@@ -99,6 +99,9 @@ class Twin:
             chosen = dict(zip(resting, sides, strict=True))
             if breaking is not None and chosen.get(breaking, self.modes[breaking]) == 0:
                 continue
+            held = [self.s.row(self.s.contacts[i]) for i, side in chosen.items() if side == 0]
+            if len(held) > 1 and np.linalg.matrix_rank(held) < len(held):
+                continue
             before = list(self.modes)
             for i, side in chosen.items():
                 self.modes[i] = side
@@ -161,10 +164,9 @@ class Twin:
             below = np.flatnonzero(values < 0.0)
             if len(below):
                 k = below[0]
-                low = times[k - 1] if k else tau
-                if event[2](low, step.sol(low)) <= 0.0:
-                    low = low + 1e-9
-                t = brentq(lambda t, e=event: e[2](t, step.sol(t)), low, times[k], xtol=1e-15) if k else times[k]
+                low = times[k - 1] if k else tau + 1e-9  # at the begin of a phase an event's function may be zero
+                same = event[2](low, step.sol(low)) <= 0.0
+                t = low if same else brentq(lambda t, e=event: e[2](t, step.sol(t)), low, times[k], xtol=1e-15)
                 if t < best:
                     best, which = t, event
         return best, which

@@ -193,7 +193,7 @@ def first_event(
                 least, which = step, e
         if which < 0:
             return span, -1
-        if least <= 2e-15 * (1.0 + t):
+        if least < end - t and least <= 2e-15 * (1.0 + t):
             return t, which
         begun, t = 1, end if least >= end - t else t + least
         modes_at(t, rates, drive, w)
