@@ -180,6 +180,12 @@ class Structure:
         return row
 
     @cached_property
+    def harmonics(self) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """Exponents i k (h,) of the base's harmonics, and their lines (4, h): of f and its first three derivatives."""
+        k = np.asarray(1j * np.arange(1, self.base.harmonics + 1), np.complex128)
+        return k, np.array([k**order * self.base.lines for order in range(4)])
+
+    @cached_property
     def natural_frequencies(self) -> Floats:
         """Natural frequencies (n,) without contacts, over that of the first storey alone."""
         root = np.linalg.inv(np.linalg.cholesky(self.mass))

@@ -301,7 +301,7 @@ def test_damaged_binary_logs_are_read_or_refused_in_words(kind: str, tmp_path: P
     else:
         path = matlab(path.with_suffix(".mat"), kind, t=T, x=X, y=Y)  # type: ignore[arg-type]  # one of its three
     raw, generator = path.read_bytes(), np.random.default_rng(7)
-    for _ in range(25):
+    for _ in range(10):
         path.write_bytes(damaged(raw, generator))
         with contextlib.suppress(LogError):
             assert len(read_log(path, LogOptions(unit="mm"))) > 1

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["first_event"]
+__all__ = ["first_event", "held_over", "modes_over"]
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -48,6 +48,24 @@ def quotient(a: complex, b: complex, t: float) -> complex:
         series = 1.0 + square / 6.0 * (1.0 + square / 20.0 * (1.0 + square / 42.0 * (1.0 + square / 72.0)))
         return t * middle * series
     return complex((np.exp(a * t) - np.exp(b * t)) / (a - b))
+
+
+@compiled
+def modes_over(times: Floats, rates: Complexes, drive: tuple[Any, ...]) -> Complexes:
+    """Return the modes (k, d) at times (k,)."""
+    w = np.empty((len(times), len(rates)), np.complex128)
+    for i in range(len(times)):
+        modes_at(times[i], rates, drive, w[i])
+    return w
+
+
+@compiled
+def held_over(span: float, rates: Complexes) -> Complexes:
+    """Return what a constant push of 1 makes of each mode (d,) in a span."""
+    found = np.empty(len(rates), np.complex128)
+    for j in range(len(rates)):
+        found[j] = quotient(rates[j], 0.0j, span)
+    return found
 
 
 @compiled

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.elastic.sliders import sliders_of
+from frictionlab.simulator.several.first_event import held_over, modes_over
 from frictionlab.simulator.structure import Structure
 
 __all__ = ["Phase", "Slider", "Station", "drive_of", "sliders_in"]
@@ -88,9 +89,8 @@ class Station(NamedTuple):
 
 def drive_of(structure: Structure, tau: float) -> Floats:
     """Return the base's displacement f and its first three derivatives (4,)."""
-    k = 1j * np.arange(1, structure.base.harmonics + 1)
-    waves = structure.base.lines * np.exp(k * tau)
-    return np.array([float((k**order * waves).sum().real) for order in range(4)])
+    k, lines = structure.harmonics
+    return np.asarray((lines @ np.exp(k * tau)).real)
 
 
 class Phase:
@@ -192,6 +192,7 @@ class Phase:
             )
         self.excited = self.inverse[:, p:] @ np.linalg.solve(inertia, free.T)
         self.both = np.kron(np.eye(2), free)
+        self.outward = self.both @ self.shapes
 
     def _push(self, k: float) -> Complexes:
         """The force (n,) of a harmonic e^(i k tau) of the base, what it carries along taken into account."""
@@ -247,14 +248,11 @@ class Motion(NamedTuple):
 
     def after(self, times: Floats) -> tuple[Floats, Floats]:
         """Return displacements and velocities (k, n) at times (k,) after the motion's begin."""
-        t = np.asarray(times, dtype=np.float64)[:, None]
-        rates, phase = self.phase.rates, self.phase
-        w = np.exp(rates * t) * self.start + self.constant * _quotient(rates, 0.0, t)
-        for line, turn in zip(self.lines.T, self.turns, strict=True):
-            w = w + line * _quotient(rates, 1j * turn, t)
-        both = (w @ (phase.both @ phase.shapes).T).real
+        phase, times = self.phase, np.ascontiguousarray(times, dtype=np.float64)
+        w = modes_over(times, phase.rates, self.drive)
+        both = (w @ phase.outward.T).real
         n, base = phase.structure.masses, phase.structure.base
-        along, tau = phase.carried @ phase.follow, self.at.tau + t[:, 0]
+        along, tau = phase.carried @ phase.follow, self.at.tau + times
         q, v = both[:, :n] + self.rest, both[:, n:]
         if along.any():
             q, v = q + np.outer(base.at(tau), along), v + np.outer(base.rate_at(tau), along)
@@ -263,7 +261,7 @@ class Motion(NamedTuple):
     def tangent(self, span: float) -> Floats:
         """Return the derivative of (q, v, anchors) after a span by those at the begin."""
         phase, n, count = self.phase, self.phase.structure.masses, len(self.phase.sliders)
-        grown, held = np.exp(phase.rates * span), _quotient(phase.rates, 0.0, np.array([[span]]))[0]
+        grown, held = np.exp(phase.rates * span), held_over(span, phase.rates)
         carried = phase.carried @ phase.rows
         start = phase.inverse @ phase.both.T
         constant = phase.excited @ np.hstack((-phase.stiffness @ carried, phase.by_anchor))
@@ -272,18 +270,7 @@ class Motion(NamedTuple):
         ways[:, :n] += held[:, None] * constant[:, :n]
         ways[:, 2 * n :] += held[:, None] * constant[:, n:]
         whole = np.zeros((2 * n + count, 2 * n + count))
-        whole[: 2 * n] = (phase.both @ phase.shapes @ ways).real
+        whole[: 2 * n] = (phase.outward @ ways).real
         whole[:n, :n] += carried
         whole[2 * n :, 2 * n :] = np.eye(count)
         return whole
-
-
-def _quotient(rates: Complexes, other: complex, t: Floats) -> Complexes:
-    """Return (e^(a t) - e^(b t)) / (a - b) for rates a (d,) and times (k, 1), also where a and b meet."""
-    x = 0.5 * (rates - other) * t
-    near = np.abs(x) < 0.03
-    square = np.where(near, x, 0.0) ** 2
-    series = 1.0 + square / 6.0 * (1.0 + square / 20.0 * (1.0 + square / 42.0 * (1.0 + square / 72.0)))
-    apart = np.where(rates == other, 1.0, rates - other)
-    middle = np.exp(0.5 * (rates + other) * t)
-    return np.where(near, t * middle * series, (np.exp(rates * t) - np.exp(other * t)) / apart)
