@@ -129,7 +129,7 @@ class Twin:
                 resting += [i] if self.modes[i] == 0 else []
                 continue
             pull, limit = self.springs[i] * (s - self.anchors[i]), self.limit(c, s)
-            slips = abs(pull) >= limit * (1.0 - 1e-9) and pull * speed > 0.0
+            slips = abs(abs(pull) / limit - 1.0) < 1e-9 and pull * speed > 0.0  # more: held by static friction
             self.modes[i] = int(np.sign(speed)) if slips else 0
         self.settle(tau, z, resting)
         while tau < span:
