@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import ClusterError, SimulationError
 from frictionlab.files import check_replaceable, make_folder
-from frictionlab.hdf5.maps import FinishedMap, GrowingMap, finished_map, growing_map, is_map
+from frictionlab.hdf5.map_file import FinishedMap, GrowingMap, finished_map, growing_map, is_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.laws import law_of

@@ -15,7 +15,7 @@ import pytest
 
 from frictionlab import maps
 from frictionlab.errors import ClusterError, OutputError, SimulationError, UsageError
-from frictionlab.hdf5.maps import growing_map, is_map, part_of
+from frictionlab.hdf5.map_file import growing_map, is_map, part_of
 from frictionlab.maps import Grid, make_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator import sweep

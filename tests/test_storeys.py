@@ -12,7 +12,7 @@ import frictionlab as fl
 from frictionlab.cli import app
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.scene import read_scene
-from frictionlab.scene.frame import structure_of
+from frictionlab.scene.storeys import structure_of
 from frictionlab.simulator.state import KEYS
 
 SCENE = """

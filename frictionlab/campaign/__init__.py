@@ -34,7 +34,7 @@ from frictionlab.campaign.left_out import LeftOutTest, left_out
 from frictionlab.campaign.prediction import Curve, Model, curve, model_of, prepare
 from frictionlab.campaign.ranking import CRITERIA, Rank, rank_all
 from frictionlab.campaign.reading import (
-    Response,
+    MeasuredResponse,
     elsewhere,
     envelope,
     examples,
@@ -65,9 +65,9 @@ __all__ = [
     "LawParameter",
     "LeftOutTest",
     "Loop",
+    "MeasuredResponse",
     "Model",
     "Rank",
-    "Response",
     "Trial",
     "Verdict",
     "evaluate",
@@ -119,7 +119,7 @@ class Campaign(Result):
     ranking: tuple[Rank, ...]
     drifts: tuple[Drift, ...]
     curves: tuple[Curve, ...]
-    responses: tuple[Response, ...]
+    responses: tuple[MeasuredResponse, ...]
     notes: tuple[str, ...]
     model: Model
     scene: Scene
@@ -327,7 +327,7 @@ def _by_two_numbers(fit: FrictionFit) -> FrictionFit:
     return fit if fit.law else replace(fit, note="; ".join(filter(None, (fit.note, PLAIN))))
 
 
-def _responses(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[Response, ...]:
+def _responses(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[MeasuredResponse, ...]:
     found = []
     for label, trial in examples(trials):
         recording = recording_of(trial, folders)
@@ -362,7 +362,7 @@ def _notes(
     trials: Sequence[Trial],
     fits: Sequence[FrictionFit],
     drifts: Sequence[Drift],
-    responses: Sequence[Response],
+    responses: Sequence[MeasuredResponse],
     scene: Scene,
 ) -> tuple[str, ...]:
     failed = sum(t.failed for t in trials)

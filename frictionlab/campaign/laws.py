@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from frictionlab.campaign.joint_fit import JointFit
 from frictionlab.estimate import Estimate, Flat
-from frictionlab.inference.contact import contact_force
+from frictionlab.inference.contact_force import contact_force
 from frictionlab.inference.ladder import Ladder
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical

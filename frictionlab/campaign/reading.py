@@ -87,7 +87,7 @@ BINS = 800  # an envelope has so many pairs of lowest and highest
 
 
 @dataclass(frozen=True)
-class Response:
+class MeasuredResponse:
     """A piece of one test's time response.
 
     ``label``: what it is an example of; ``time`` (n,) s; ``mass``, ``base`` (n,): x/Y and y/Y about their means.
@@ -163,7 +163,7 @@ def examples(trials: Sequence[Trial]) -> tuple[tuple[str, Trial], ...]:
     return (*chosen, *unsteady[:2])
 
 
-def last_cycles(trial: Trial, recording: Recording, label: str) -> Response:
+def last_cycles(trial: Trial, recording: Recording, label: str) -> MeasuredResponse:
     """The last cycles of a test."""
     span = CYCLES / trial.drive_frequency_hz if math.isfinite(trial.drive_frequency_hz) else math.inf
     inside = recording.time >= recording.time[-1] - span
@@ -174,10 +174,10 @@ def last_cycles(trial: Trial, recording: Recording, label: str) -> Response:
         (signal[inside] - np.nanmean(signal[steady])) / scale
         for signal in (recording.mass_displacement, recording.base_displacement)
     )
-    return Response(trial, label, recording.time[inside], mass, base)
+    return MeasuredResponse(trial, label, recording.time[inside], mass, base)
 
 
-def envelope(trial: Trial, recording: Recording) -> Response:
+def envelope(trial: Trial, recording: Recording) -> MeasuredResponse:
     """The whole of a long test as lowest and highest displacement per bin: what a plot of all samples would show."""
     bins = min(BINS, max(len(recording) // 4, 1))
     edges = np.linspace(0, len(recording), bins + 1).astype(int)[:-1]
@@ -188,4 +188,4 @@ def envelope(trial: Trial, recording: Recording) -> Response:
             for signal in (recording.mass_displacement, recording.base_displacement)
         )
     )
-    return Response(trial, "long", np.repeat(recording.time[edges], 2), mass, base, is_envelope=True)
+    return MeasuredResponse(trial, "long", np.repeat(recording.time[edges], 2), mass, base, is_envelope=True)

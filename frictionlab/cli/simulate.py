@@ -116,7 +116,7 @@ def _structure(r: float, rubs: Rubbing, file: Path | None, given: Sequence[str])
     if file is None:
         return None
     from frictionlab.scene import read_scene
-    from frictionlab.scene.frame import has_several, structure_of
+    from frictionlab.scene.storeys import has_several, structure_of
 
     scene = read_scene(file)
     if not has_several(scene):

@@ -16,8 +16,8 @@ from frictionlab.campaign import (
     FrictionFit,
     LawEvidence,
     Loop,
+    MeasuredResponse,
     Rank,
-    Response,
     Trial,
     Verdict,
 )
@@ -375,7 +375,7 @@ def _side(pairs: FloatArray, which: int) -> FloatArray:
     return np.repeat(pairs[which::2], 2)
 
 
-def _trace(ax: Axes, response: Response) -> None:
+def _trace(ax: Axes, response: MeasuredResponse) -> None:
     ax.plot(response.time, response.mass, color=MEASURED, linewidth=1.1, label="mass x / Y")
     ax.plot(response.time, response.base, color=BASE, linewidth=0.8, linestyle="--", label="base y / Y")
     ax.set_title(_title(response))
@@ -383,7 +383,7 @@ def _trace(ax: Axes, response: Response) -> None:
     ax.margins(x=0)
 
 
-def _title(response: Response) -> str:
+def _title(response: MeasuredResponse) -> str:
     trial = response.trial
     return f"{response.label}: {trial.material}, {trial.normal_force_n:.4g} N, r = {trial.r:.3g}"
 

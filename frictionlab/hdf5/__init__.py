@@ -1,4 +1,4 @@
-"""HDF5 files: recordings, results and, in `frictionlab.hdf5.maps`, maps that grow. h5py appears only in this folder."""
+"""HDF5 files: recordings, results and, in `frictionlab.hdf5.map_file`, maps that grow; h5py is only in this folder."""
 
 from frictionlab.hdf5.recordings import check_writable as check_writable
 from frictionlab.hdf5.recordings import is_recording as is_recording

@@ -5,7 +5,7 @@ measurement -> observe -> CycleObservation --infer--> Posterior --climb--> Ladde
 
 from frictionlab.inference.compare import AUTO, compare, predict
 from frictionlab.inference.comparison import Comparison
-from frictionlab.inference.contact import ContactForce
+from frictionlab.inference.contact_force import ContactForce
 from frictionlab.inference.whole_record import Fitted, WholeRecord
 
 __all__ = ["AUTO", "Comparison", "ContactForce", "Fitted", "WholeRecord", "compare", "predict"]

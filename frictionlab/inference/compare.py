@@ -18,7 +18,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import Comparison, Verdict
-from frictionlab.inference.contact import ContactForce, contact_of
+from frictionlab.inference.contact_force import ContactForce, contact_of
 from frictionlab.inference.diagnose import Diagnosis, diagnose
 from frictionlab.inference.fit import Fit, Model, Test, fit_from, start_place
 from frictionlab.inference.ladder import Ladder, Rung, climb
@@ -191,7 +191,7 @@ def unfitted(observation: CycleObservation) -> Posterior:
 
 
 @dataclass(frozen=True)
-class Prediction:
+class ShownState:
     """What two sensors would show of a state: the cycle (p,) about its mean, energy and amplitude; None: no motion."""
 
     cycle: FloatArray | None
@@ -199,11 +199,11 @@ class Prediction:
     amplitude: float | None
 
 
-def seen(observation: CycleObservation, values: Mapping[str, float], state: SteadyState) -> Prediction:
+def seen(observation: CycleObservation, values: Mapping[str, float], state: SteadyState) -> ShownState:
     """Return a state as the sensors would show it: through the gain and the lag that the fit found."""
     shown, measurement = observe_state(state), observation.measurement
     if state.orbit is None:
-        return Prediction(None, shown.energy_per_cycle, shown.response_amplitude)
+        return ShownState(None, shown.energy_per_cycle, shown.response_amplitude)
     tau, periods, orbit = measurement.cycle.tau, state.period_cycles or 1, state.orbit
 
     def mean_cycle(late: float) -> FloatArray:
@@ -219,7 +219,7 @@ def seen(observation: CycleObservation, values: Mapping[str, float], state: Stea
     energy = shown.energy_per_cycle
     if energy is not None and (gain != 1.0 or late != 0.0):
         energy += _area(cycle, state.problem) - _area(plain, state.problem)
-    return Prediction(in_band(cycle - cycle.mean(), measurement.cycle.kept), energy, amplitude)
+    return ShownState(in_band(cycle - cycle.mean(), measurement.cycle.kept), energy, amplitude)
 
 
 def _area(cycle: FloatArray, problem: Problem) -> float:
@@ -316,7 +316,7 @@ def _contact(
     found: Posterior,
     measurement: Measurement,
     state: SteadyState,
-    prediction: Prediction,
+    prediction: ShownState,
     laws: Mapping[str, tuple[int, float, float]],
 ) -> ContactForce:
     """Measured friction force over the predicted one."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.estimate import Estimate, Flat, FlatKnown
-from frictionlab.inference.contact import ContactForce
+from frictionlab.inference.contact_force import ContactForce
 from frictionlab.inference.whole_record import WholeRecord
 from frictionlab.schema import COMPARISONS
 from frictionlab.schema.result import Result

@@ -31,7 +31,7 @@ _LONGEST = 20  # times its samples that a record may last before it has a jump
 
 
 @dataclass(frozen=True)
-class Drift:
+class ClockDrift:
     """By how much the base's clock gains on the mass's (share) where that is to be taken off, and what is known of it.
 
     ``lag_s_u``: what the drift's own uncertainty does to the lag, at an end of the record whose middle is right [s].
@@ -43,7 +43,7 @@ class Drift:
     warnings: tuple[str, ...] = ()
 
 
-def find_drift(mass: Series, base: Series, step: float, *, absolute: bool) -> Drift:
+def find_drift(mass: Series, base: Series, step: float, *, absolute: bool) -> ClockDrift:
     """Find the relative drift of two clocks.
 
     The phase between the drive's fundamental in both motions is followed window by window; a straight line through it,
@@ -60,11 +60,11 @@ def find_drift(mass: Series, base: Series, step: float, *, absolute: bool) -> Dr
     """
     start, end = max(mass[0][0], base[0][0]), min(mass[0][-1], base[0][-1])
     if end <= start:
-        return Drift(0.0)
+        return ClockDrift(0.0)
     frequency = _frequency(base, step)
     windows = min(_WINDOWS[1], int((end - start) * frequency / _CYCLES))
     if windows < _WINDOWS[0]:
-        return Drift(0.0, {"clock_drift_applied": "no: too few cycles to find it"})
+        return ClockDrift(0.0, {"clock_drift_applied": "no: too few cycles to find it"})
     edges = np.linspace(start, end, windows + 1)
     apart = np.unwrap(_phases(*base, edges, frequency) - _phases(*mass, edges, frequency))
     slope, spread = _robust_slope(0.5 * (edges[1:] + edges[:-1]), apart)
@@ -72,23 +72,23 @@ def find_drift(mass: Series, base: Series, step: float, *, absolute: bool) -> Dr
     return _judged(drift, uncertainty, end - start, step, absolute=absolute)
 
 
-def _judged(drift: float, uncertainty: float, duration: float, step: float, *, absolute: bool) -> Drift:
+def _judged(drift: float, uncertainty: float, duration: float, step: float, *, absolute: bool) -> ClockDrift:
     facts: dict[str, Fact] = {"clock_drift": drift, "clock_drift_u": uncertainty}
     felt = abs(drift) > _CERTAIN * uncertainty and abs(drift) * duration > 0.25 * step
     unsure = 0.5 * uncertainty * duration
     if not felt:
-        return Drift(0.0, facts | {"clock_drift_applied": "no"}, unsure)
+        return ClockDrift(0.0, facts | {"clock_drift_applied": "no"}, unsure)
     if abs(drift) <= (_MOST_OF_CLOCKS if absolute else _MOST_DRIFT):
         said = (
             f"the clocks drift apart by {drift * 1e6:.3g} parts in a million (+- {uncertainty * 1e6:.2g}), found from "
             "the drive in both logs: the base's stamps are stretched accordingly; clock_drift = 0 in [log] leaves them"
         )
-        return Drift(drift, facts | {"clock_drift_applied": "yes"}, unsure, (said,))
+        return ClockDrift(drift, facts | {"clock_drift_applied": "yes"}, unsure, (said,))
     said = (
         f"the phase between mass and base moves as if the clocks drifted apart by {drift * 1e6:.3g} parts in a "
         "million, more than clocks do: the stamps are left; if it is the clocks, give clock_drift in [log]"
     )
-    return Drift(0.0, facts | {"clock_drift_applied": "no"}, 0.5 * abs(drift) * duration, (said,))
+    return ClockDrift(0.0, facts | {"clock_drift_applied": "no"}, 0.5 * abs(drift) * duration, (said,))
 
 
 def _frequency(series: Series, step: float) -> float:
@@ -244,10 +244,12 @@ def _same_stamps(mass: Sensor, base: Sensor, options: LogOptions) -> bool:
     return written and no_start and np.array_equal(mass[0].time, base[0].time)
 
 
-def _drift(mass: Sensor, moved: NDArray[np.float64], base: Sensed, known: float | None, *, absolute: bool) -> Drift:
+def _drift(
+    mass: Sensor, moved: NDArray[np.float64], base: Sensed, known: float | None, *, absolute: bool
+) -> ClockDrift:
     """Find the drift of the base's clock, or take the one that is known."""
     if known is not None:
-        return Drift(known, {"clock_drift": known, "clock_drift_applied": "as given"} if known else {})
+        return ClockDrift(known, {"clock_drift": known, "clock_drift_applied": "as given"} if known else {})
     one, two = (mass[0].time, mass[2].values), (moved, base.values)
     return find_drift(one, two, mass[0].interval, absolute=absolute)
 

@@ -262,7 +262,7 @@ def make_room(engine: Engine, problem: Problem, phases: int) -> layout.Room:
     return layout.Room(jacobian, tally, record, wall, engine.buffer((inf,)))
 
 
-def contact_of(problem: Problem) -> layout.Contact:
+def contact_of(problem: Problem) -> layout.RigidContact:
     """Return the numbers of a rigid contact law, in the kernel's order.
 
     Raises
@@ -274,7 +274,7 @@ def contact_of(problem: Problem) -> layout.Contact:
         raise SimulationError(f"simulation: law {problem.law.name}: rigid exact phases do not know it")
     up, down = problem.static_ratios
     gradient = problem.parameter("gradient")
-    return layout.Contact(problem.beta, gradient, up, down, problem.zeta, problem.frame_damping_ratio)
+    return layout.RigidContact(problem.beta, gradient, up, down, problem.zeta, problem.frame_damping_ratio)
 
 
 def set_up(engine: Engine, problem: Problem) -> tuple[layout.Rig, layout.Force]:

@@ -66,7 +66,7 @@ class ThesisRun:
 
 
 @dataclass
-class _Run:
+class _RestRun:
     """A run in progress: state, and what the present cycle has collected."""
 
     problem: Problem
@@ -109,7 +109,7 @@ def thesis_run(problem: Problem, *, cycles: int = 100, rtol: float = 1e-3, atol:
     if cycles < 1:
         raise SimulationError(f"thesis run: cycles; expected >= 1; got {cycles}")
     _check_law(problem)
-    run = _Run(problem, rtol, atol)
+    run = _RestRun(problem, rtol, atol)
     start = run.state.copy()
     for _ in range(cycles):
         start = run.state.copy()
@@ -142,7 +142,7 @@ def _check_law(problem: Problem) -> None:
         )
 
 
-def _one_cycle(run: _Run) -> None:
+def _one_cycle(run: _RestRun) -> None:
     """Carry the run over one cycle of the drive, phase by phase."""
     hold = run.problem.mu * run.problem.beta
     for _ in range(MOST_EVENTS):
@@ -161,7 +161,7 @@ def _one_cycle(run: _Run) -> None:
     )
 
 
-def _slide(run: _Run, side: float, pull: float) -> None:
+def _slide(run: _RestRun, side: float, pull: float) -> None:
     """Integrate a slide until the velocity is zero or the cycle ends; from rest it starts epsilon later, moving."""
     from scipy.integrate import solve_ivp  # noqa: PLC0415 - 0.6 s that the exact solver does not need
 
@@ -192,7 +192,7 @@ def _slide(run: _Run, side: float, pull: float) -> None:
         run.state[1] = 0.0
 
 
-def _stick(run: _Run, hold: float) -> None:
+def _stick(run: _RestRun, hold: float) -> None:
     """Hold the mass until the force overcomes static friction (3.2): a scan for the bracket, then brentq."""
     from scipy.optimize import brentq  # noqa: PLC0415 - heavy, needed by this method alone
 

@@ -13,8 +13,8 @@ import numpy as np
 from frictionlab.errors import ParameterError, SceneError
 from frictionlab.files import as_disks_see
 from frictionlab.scene import Scene, VirtualBase, VirtualTests
-from frictionlab.scene.frame import has_several, structure_of
 from frictionlab.scene.physical import to_physical
+from frictionlab.scene.storeys import has_several, structure_of
 from frictionlab.simulator import Problem, Structure
 from frictionlab.simulator.laws import law_of
 

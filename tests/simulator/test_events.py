@@ -11,7 +11,7 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator import Base, Problem, simulate
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.kernel.events import release, slide_end
-from frictionlab.simulator.kernel.layout import Contact, Force, State
+from frictionlab.simulator.kernel.layout import Force, RigidContact, State
 from frictionlab.simulator.kernel.motion import local_force, make_oscillator, make_rig, slide_at
 from frictionlab.simulator.trajectory import refuse_chatter
 from tests.simulator import naive
@@ -86,7 +86,7 @@ def test_a_release_is_the_first_time_the_pull_passes_the_limit(
         push, _ = local_force(tau, force)
         if abs(push - z) > hold * (1 - 1e-9):
             continue
-        rig = make_rig(0.5, Contact(hold, 0.0, 1.0, 1.0, 0.0, 0.0), force)
+        rig = make_rig(0.5, RigidContact(hold, 0.0, 1.0, 1.0, 0.0, 0.0), force)
         t, side = release(rig, force, z, 2 * pi)
         times = np.linspace(0.0, t, 4000)
         n = np.arange(1, len(force.cosine) + 1)[:, None]

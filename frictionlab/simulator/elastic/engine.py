@@ -21,7 +21,7 @@ from frictionlab.simulator.elastic import (
 )
 from frictionlab.simulator.elastic.sliders import sliders_of
 from frictionlab.simulator.engine import LOOKS, Engine
-from frictionlab.simulator.kernel.layout import Contact, Force, Rig
+from frictionlab.simulator.kernel.layout import Force, Rig, RigidContact
 from frictionlab.simulator.problem import Problem
 
 __all__ = [
@@ -67,7 +67,7 @@ def set_up(engine: Engine, problem: Problem) -> tuple[Rig, layout.Sliders, Force
     sliders = layout.Sliders(*(engine.buffer(values) for values in (stiffness, strength, none, none, none, none)))
     up, down = problem.static_ratios
     damping = problem.zeta, problem.frame_damping_ratio
-    contact = Contact(problem.beta, problem.parameter("gradient"), up, down, *damping)
+    contact = RigidContact(problem.beta, problem.parameter("gradient"), up, down, *damping)
     force = engines.make_force(engine, *problem.force)
     return engines.plain().kernel.make_rig(problem.r, contact, force), sliders, force
 

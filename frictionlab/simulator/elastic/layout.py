@@ -22,8 +22,8 @@ __all__ = [
     "REACHED",
     "SLIDING",
     "TURNED",
-    "Candidate",
     "ElasticRoom",
+    "OrbitGuess",
     "Point",
     "Ring",
     "Sliders",
@@ -88,7 +88,7 @@ class ElasticRoom(NamedTuple):
     matrix: Buffer  # of Newton's equations, with the right side
 
 
-class Candidate(NamedTuple):
+class OrbitGuess(NamedTuple):
     """An orbit that a motion may settle on, at the section of whole cycles."""
 
     state: list[float]  # as the room's start

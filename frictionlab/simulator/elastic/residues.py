@@ -7,7 +7,7 @@ one it changes friction too, and it is what the motion from rest leaves in them.
 from math import inf, sqrt
 
 from frictionlab.simulator.elastic.holding import held_offset
-from frictionlab.simulator.elastic.layout import FREE, OUTER, Candidate, ElasticRoom, Sliders
+from frictionlab.simulator.elastic.layout import FREE, OUTER, ElasticRoom, OrbitGuess, Sliders
 from frictionlab.simulator.kernel.layout import HIGH, LOW, Buffer, Leg, Rig
 
 __all__ = ["away", "has_slipped_out", "is_idle", "keeps_some", "unstrain"]
@@ -74,7 +74,7 @@ def away(rig: Rig, sliders: Sliders, state: list[float], other: Buffer) -> float
     return sqrt(total)
 
 
-def has_slipped_out(rig: Rig, sliders: Sliders, orbit: Candidate, beside: Buffer, state: Buffer) -> bool:
+def has_slipped_out(rig: Rig, sliders: Sliders, orbit: OrbitGuess, beside: Buffer, state: Buffer) -> bool:
     """Tell whether a motion in a state holds for good what it holds now; the orbit that holds the same is `beside` it.
 
     It never comes farther from the orbit than it is now. So a slider that holds on the orbit with so much to spare

@@ -12,8 +12,8 @@ from frictionlab.simulator.elastic.layout import (
     PATIENT,
     PLAIN,
     SLIDING,
-    Candidate,
     ElasticRoom,
+    OrbitGuess,
     Sliders,
 )
 from frictionlab.simulator.elastic.residues import away, has_slipped_out
@@ -79,7 +79,7 @@ def is_stable(rig: Rig, sliders: Sliders, room: ElasticRoom, miss: float, code: 
 
 
 def settle(
-    rig: Rig, sliders: Sliders, force: Force, tau: float, likely: Candidate, room: ElasticRoom
+    rig: Rig, sliders: Sliders, force: Force, tau: float, likely: OrbitGuess, room: ElasticRoom
 ) -> tuple[Leg, float, int]:
     """Return the orbit of up to LONGEST_ORBIT cycles that the motion from the room's start settles on, if it is stable.
 
@@ -125,7 +125,7 @@ def keep(state: Buffer, copy: Buffer) -> None:
         copy[i] = state[i]
 
 
-def cycles_waited(rig: Rig, likely: Candidate) -> tuple[float, float]:
+def cycles_waited(rig: Rig, likely: OrbitGuess) -> tuple[float, float]:
     """Return the cycles after which Newton is tried wherever the motion is, and those after which it is left.
 
     Without break-away there is one orbit but for what its sliders hold: it takes long only to settle that.
@@ -249,13 +249,13 @@ def any_stable(
     return leg, inf, DONE
 
 
-def no_candidate() -> Candidate:
+def no_candidate() -> OrbitGuess:
     """Return that no orbit is likelier than another."""
     nothing, nowhere = [0.0], [0]
-    return Candidate(nothing, nothing, nowhere, nothing, -1.0, 0.0, 0.0)
+    return OrbitGuess(nothing, nothing, nowhere, nothing, -1.0, 0.0, 0.0)
 
 
-def candidate_of(sliders: Sliders, room: ElasticRoom) -> Candidate:
+def candidate_of(sliders: Sliders, room: ElasticRoom) -> OrbitGuess:
     """Return the orbit just carried over whole cycles with its derivative, as one that a motion may settle on."""
     count, size = len(sliders.force), int(room.tally[COLUMNS])
     state = [0.0] * (2 + 2 * count)
@@ -267,10 +267,10 @@ def candidate_of(sliders: Sliders, room: ElasticRoom) -> Candidate:
         for j in range(size):
             jacobian[i * size + j] = room.jacobian[rows[i] * size + j]
     contraction, tally = 1.0 - abs(elastic_multiplier(sliders, room)), room.tally
-    return Candidate(state, passed_in(sliders), rows, jacobian, contraction, tally[HIGH], tally[LOW])
+    return OrbitGuess(state, passed_in(sliders), rows, jacobian, contraction, tally[HIGH], tally[LOW])
 
 
-def put_beside(rig: Rig, sliders: Sliders, orbit: Candidate, now: Buffer) -> list[float]:
+def put_beside(rig: Rig, sliders: Sliders, orbit: OrbitGuess, now: Buffer) -> list[float]:
     """Return the state of an orbit with what a motion's sliders hold that never slip in it.
 
     Without a gradient it is on an orbit again, shifted in z.
@@ -297,7 +297,7 @@ def arrives(
     sliders: Sliders,
     force: Force,
     leg: Leg,
-    likely: Candidate,
+    likely: OrbitGuess,
     now: Buffer,
     cycle: float,
     room: ElasticRoom,
@@ -324,7 +324,7 @@ def arrives(
     return inf, False
 
 
-def is_for_good(rig: Rig, sliders: Sliders, orbit: Candidate, beside: Buffer, later: Buffer, cycle: float) -> bool:
+def is_for_good(rig: Rig, sliders: Sliders, orbit: OrbitGuess, beside: Buffer, later: Buffer, cycle: float) -> bool:
     """Tell whether what a motion's sliders hold that never slip in an orbit will not change any more.
 
     `beside` is the orbit that holds the same. After LONGEST_WAIT it may: only without break-away is it waited for so.
@@ -356,7 +356,7 @@ def passed_in(sliders: Sliders) -> list[float]:
     return passed
 
 
-def slips_alike(passed: list[float], orbit: Candidate) -> bool:
+def slips_alike(passed: list[float], orbit: OrbitGuess) -> bool:
     """Tell whether each slider slips as often, to either side, in a leg of a motion as in an orbit."""
     other = 0.0
     for i in range(len(passed)):
@@ -364,7 +364,7 @@ def slips_alike(passed: list[float], orbit: Candidate) -> bool:
     return other == 0.0
 
 
-def draws(rig: Rig, sliders: Sliders, orbit: Candidate, now: Buffer, later: Buffer) -> bool:
+def draws(rig: Rig, sliders: Sliders, orbit: OrbitGuess, now: Buffer, later: Buffer) -> bool:
     """Tell whether an orbit draws a motion near that is `later` a cycle after `now`.
 
     It does if the map is nearly linear between the two: what it brings the motion nearer by is more than twice what it

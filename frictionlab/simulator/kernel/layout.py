@@ -22,7 +22,7 @@ INLINED = (
 Buffer = list[float]  # or an array: anything indexed
 
 
-class Contact(NamedTuple):
+class RigidContact(NamedTuple):
     """The numbers of a rigid contact law, and the frame's own dashpot."""
 
     beta: float
@@ -47,7 +47,7 @@ class Oscillator(NamedTuple):
 class Rig(NamedTuple):
     """A contact and its slides: without a gradient (also what holds in a stop), upwards and downwards."""
 
-    contact: Contact
+    contact: RigidContact
     plain: Oscillator
     rising: Oscillator
     falling: Oscillator

@@ -2,7 +2,7 @@
 
 from math import cos, exp, expm1, hypot, sin, sqrt
 
-from frictionlab.simulator.kernel.layout import Contact, Force, Oscillator, Rig, State
+from frictionlab.simulator.kernel.layout import Force, Oscillator, Rig, RigidContact, State
 
 __all__ = [
     "cosine_defect",
@@ -36,7 +36,7 @@ def make_oscillator(r: float, zeta: float, stiffness: float, force: Force) -> Os
     return Oscillator(r, zeta, omega, rate, rate2, 1.0 / stiffness)
 
 
-def make_rig(r: float, contact: Contact, force: Force) -> Rig:
+def make_rig(r: float, contact: RigidContact, force: Force) -> Rig:
     """Return the rig; under friction beta (1 + q z) a slide up has the stiffness 1 + beta q, one down 1 - beta q.
 
     A stiffness that is not positive is replaced by 1: `find_orbit` answers RUNAWAY then.

@@ -19,12 +19,12 @@ from frictionlab.simulator.kernel.layout import (
     TURN,
     UPCOMING,
     WANDERS,
-    Contact,
     Force,
     Found,
     Home,
     Leg,
     Rig,
+    RigidContact,
     Room,
 )
 from frictionlab.simulator.kernel.outlook import at_once, even_handed
@@ -76,11 +76,11 @@ def continued(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
     the mass stops: more friction is on that side.
     """
     contact, more = rig.contact, 0.03 * rig.contact.beta
-    stiff = Contact(contact.beta + more, 0.0, 1.0, 1.0, contact.damping, contact.frame)
+    stiff = RigidContact(contact.beta + more, 0.0, 1.0, 1.0, contact.damping, contact.frame)
     _, z, v, miss, code = orbit_from(Rig(stiff, rig.plain, rig.plain, rig.plain), force, leg, room)
     while more > 0.0:
         more = 0.2 * more if more > 1e-17 * contact.beta else 0.0
-        stiff = Contact(contact.beta + more, 0.0, 1.0, 1.0, contact.damping, contact.frame)
+        stiff = RigidContact(contact.beta + more, 0.0, 1.0, 1.0, contact.damping, contact.frame)
         z, v, miss, code = shoot(Rig(stiff, rig.plain, rig.plain, rig.plain), force, leg, z, v, room, 2.0 * FEW_STEPS)
     return leg, z, v, miss, code
 

@@ -1,7 +1,7 @@
 """Many steady states in one call: a map."""
 
 from frictionlab.simulator.kernel.accounts import set_force, steady
-from frictionlab.simulator.kernel.layout import POINT, ROW, Buffer, Contact, Force, Room
+from frictionlab.simulator.kernel.layout import POINT, ROW, Buffer, Force, RigidContact, Room
 from frictionlab.simulator.kernel.motion import make_rig
 
 __all__ = ["sweep"]
@@ -13,7 +13,7 @@ def sweep(points: Buffer, cosine: Buffer, sine: Buffer, force: Force, closed: in
     for i in range(len(points) // POINT):
         at = POINT * i
         r, beta, gradient, up, down = points[at], points[at + 1], points[at + 2], points[at + 3], points[at + 4]
-        contact = Contact(beta, gradient, up, down, points[at + 5], points[at + 6])
+        contact = RigidContact(beta, gradient, up, down, points[at + 5], points[at + 6])
         set_force(r, contact.frame, cosine, sine, force, room.wall)
         steady(make_rig(r, contact, force), force, closed, room, row)
         for j in range(ROW):

@@ -20,8 +20,8 @@ from frictionlab.simulator.record.layout import (
     YIELD,
     Buffer,
     Cubic,
-    Rig,
-    Sliders,
+    RecordRig,
+    RecordSliders,
     V,
     Z,
 )
@@ -47,7 +47,7 @@ __all__ = [
 STILL = 1e-13  # rad: a shorter stick is a touch, not a stop
 
 
-def set_phase(rig: Rig, sliders: Sliders, state: Buffer) -> None:
+def set_phase(rig: RecordRig, sliders: RecordSliders, state: Buffer) -> None:
     """Write the stiffness, the constant force and the thresholds of the phase that the state is in.
 
     A slipping slider's force is ``s beta_i (1 + q z)``, a holding one's ``k_i (z - a_i)``: both linear in z.
@@ -94,7 +94,7 @@ def begin_slide(state: Buffer, tally: Buffer, events: Buffer, tau: float, side: 
     state[SIDE], state[HELD] = side, 0.0
 
 
-def hold(rig: Rig, sliders: Sliders, state: Buffer, tau: float) -> None:
+def hold(rig: RecordRig, sliders: RecordSliders, state: Buffer, tau: float) -> None:
     """Let every slipping slider hold where it is: its spring stays as stretched as friction has it."""
     q = rig.gradient
     stiff, limit, anchor, slips = sliders
@@ -105,7 +105,9 @@ def hold(rig: Rig, sliders: Sliders, state: Buffer, tau: float) -> None:
     begin_stop(state, tau)
 
 
-def give_way(rig: Rig, sliders: Sliders, state: Buffer, tally: Buffer, events: Buffer, tau: float, side: float) -> None:
+def give_way(
+    rig: RecordRig, sliders: RecordSliders, state: Buffer, tally: Buffer, events: Buffer, tau: float, side: float
+) -> None:
     """Let those holding sliders slip whose threshold has been reached."""
     q = rig.gradient
     ratio = rig.up if side > 0.0 else rig.down
@@ -119,7 +121,9 @@ def give_way(rig: Rig, sliders: Sliders, state: Buffer, tally: Buffer, events: B
         begin_slide(state, tally, events, tau, side)
 
 
-def decide(rig: Rig, sliders: Sliders, state: Buffer, tally: Buffer, events: Buffer, tau: float, push: float) -> None:
+def decide(
+    rig: RecordRig, sliders: RecordSliders, state: Buffer, tally: Buffer, events: Buffer, tau: float, push: float
+) -> None:
     """Say what follows when the mass comes to rest under a force: it sticks, or slides towards the force."""
     state[V] = 0.0
     if len(sliders.stiff) > 0:
@@ -175,7 +179,7 @@ def crossing(cubic: Cubic, span: float) -> float:
     return -1.0
 
 
-def release(rig: Rig, force: Cubic, z: float, span: float) -> tuple[float, float, float]:
+def release(rig: RecordRig, force: Cubic, z: float, span: float) -> tuple[float, float, float]:
     """Return when within a span a rigid contact breaks loose, to which side, the acceleration then; or span, 0, 0."""
     most = rig.beta * (1.0 + rig.gradient * z)
     c0, c1, c2, c3 = force

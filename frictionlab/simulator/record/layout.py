@@ -9,7 +9,7 @@ OWNERS = ()
 INLINED = ()  # functions worth a copy at each call
 
 
-class Rig(NamedTuple):
+class RecordRig(NamedTuple):
     """The numbers of a problem: damping ratios of frame and contact, the law's parameters; wall as `piece.force_of`."""
 
     frame: float
@@ -21,7 +21,7 @@ class Rig(NamedTuple):
     wall: float
 
 
-class Sliders(NamedTuple):
+class RecordSliders(NamedTuple):
     """Elastic sliders, one entry each: stiffness, slip force, where its spring is relaxed, 1 while it slips."""
 
     stiff: Buffer

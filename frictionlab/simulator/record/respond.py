@@ -127,7 +127,7 @@ class _Run:
     """What the kernel has left in its buffers; `start`: z and v at the first sample."""
 
     start: tuple[float, float]
-    sliders: layout.Sliders
+    sliders: layout.RecordSliders
     state: Any
     tally: Any
     motion: tuple[Any, Any, Any]
@@ -141,7 +141,7 @@ class _Run:
 def _run(
     engine: Engine,
     problem: Problem,
-    rig: layout.Rig,
+    rig: layout.RecordRig,
     base: BaseRecord,
     fine: float,
     start: tuple[float, float],
@@ -150,7 +150,7 @@ def _run(
     """Let the kernel travel through the record, with room for a number of events."""
     kernel, n = engine.kernel, len(base.time)
     times, values, slopes, first = _samples(engine, base)
-    sliders = layout.Sliders(*(_column(engine, np.array(column)) for column in _sliders_of(problem)))
+    sliders = layout.RecordSliders(*(_column(engine, np.array(column)) for column in _sliders_of(problem)))
     state, tally, free, record = (
         _column(engine, np.zeros(size)) for size in (layout.STATE, layout.TALLY, layout.FREE, layout.EVENT * room)
     )
@@ -204,12 +204,12 @@ def _is_exact(law: Law) -> bool:
     return all(term.name in FOLLOWED for term in law.terms)
 
 
-def _rig_of(problem: Problem, base: BaseRecord) -> layout.Rig:
+def _rig_of(problem: Problem, base: BaseRecord) -> layout.RecordRig:
     """Return the exact kernel's numbers."""
     up, down = problem.static_ratios
     wall = wall_of(problem, base)
     gradient = problem.parameter("gradient")
-    return layout.Rig(problem.frame_damping_ratio, problem.zeta, problem.beta, gradient, up, down, wall)
+    return layout.RecordRig(problem.frame_damping_ratio, problem.zeta, problem.beta, gradient, up, down, wall)
 
 
 def _stiffest(problem: Problem) -> float:
@@ -249,7 +249,7 @@ def _stored(problem: Problem, run: _Run) -> float:
     return total
 
 
-def _response(problem: Problem, base: BaseRecord, rig: layout.Rig, run: _Run) -> Response:
+def _response(problem: Problem, base: BaseRecord, rig: layout.RecordRig, run: _Run) -> Response:
     tally, state = run.tally, run.state
     x, v, n = (np.asarray(column, dtype=np.float64) for column in run.motion)
     friction = float(tally[layout.FRICTION_WORK]) - _stored(problem, run)

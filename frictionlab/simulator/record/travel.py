@@ -33,8 +33,8 @@ from frictionlab.simulator.record.layout import (
     UPPER,
     Buffer,
     Cubic,
-    Rig,
-    Sliders,
+    RecordRig,
+    RecordSliders,
     V,
     Z,
 )
@@ -53,7 +53,9 @@ __all__ = ["advance", "begin", "book", "close", "contact_force", "glides", "rest
 MOST_EVENTS = 2000  # within one step
 
 
-def begin(rig: Rig, sliders: Sliders, state: Buffer, tally: Buffer, events: Buffer, tau: float, push: float) -> None:
+def begin(
+    rig: RecordRig, sliders: RecordSliders, state: Buffer, tally: Buffer, events: Buffer, tau: float, push: float
+) -> None:
     """Say how the motion starts: a rigid contact at rest decides, elastic sliders hold without a force."""
     for i in range(len(sliders.stiff)):
         sliders.anchor[i], sliders.slips[i] = state[Z], 0.0
@@ -68,7 +70,7 @@ def begin(rig: Rig, sliders: Sliders, state: Buffer, tally: Buffer, events: Buff
 
 
 def book(
-    rig: Rig, state: Buffer, tally: Buffer, base: Cubic, span: float, way: float, a0: float, v: float, a: float
+    rig: RecordRig, state: Buffer, tally: Buffer, base: Cubic, span: float, way: float, a0: float, v: float, a: float
 ) -> None:
     """Add one part of a step to the accounts: works by their closed form, squares of speeds by end values."""
     zeta = rig.frame + rig.contact
@@ -106,7 +108,7 @@ def glides(state: Buffer, zeta: float, force: Cubic, span: float, way: float, a0
     return state[Z] + high < state[UPPER] and state[Z] + low > state[LOWER]
 
 
-def rests(rig: Rig, state: Buffer, force: Cubic, span: float) -> bool:
+def rests(rig: RecordRig, state: Buffer, force: Cubic, span: float) -> bool:
     """Tell whether a rigid contact surely holds through a step: the force leaves its chord by at most |F''| h^2 / 8."""
     z = state[Z]
     bulge = 0.25 * (abs(force[2]) + 3.0 * abs(force[3]) * span) * span * span
@@ -117,7 +119,14 @@ def rests(rig: Rig, state: Buffer, force: Cubic, span: float) -> bool:
 
 
 def through(
-    rig: Rig, sliders: Sliders, state: Buffer, tally: Buffer, events: Buffer, tau: float, base: Cubic, span: float
+    rig: RecordRig,
+    sliders: RecordSliders,
+    state: Buffer,
+    tally: Buffer,
+    events: Buffer,
+    tau: float,
+    base: Cubic,
+    span: float,
 ) -> int:
     """Carry the state through a step in which something may happen; return DONE or CHATTER."""
     zeta, t = rig.frame + rig.contact, 0.0
@@ -156,7 +165,7 @@ def through(
     return CHATTER
 
 
-def contact_force(rig: Rig, state: Buffer, push: float) -> float:
+def contact_force(rig: RecordRig, state: Buffer, push: float) -> float:
     """Return the force of the contact on the mass now, under a force F."""
     if state[HELD] != 0.0:
         return push - state[Z]
@@ -172,8 +181,8 @@ def close(state: Buffer, tally: Buffer, events: Buffer, tau: float) -> None:
 
 
 def advance(
-    rig: Rig,
-    sliders: Sliders,
+    rig: RecordRig,
+    sliders: RecordSliders,
     state: Buffer,
     tally: Buffer,
     events: Buffer,
@@ -206,8 +215,8 @@ def advance(
 
 
 def travel(
-    rig: Rig,
-    sliders: Sliders,
+    rig: RecordRig,
+    sliders: RecordSliders,
     state: Buffer,
     tally: Buffer,
     events: Buffer,

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.several.first_event import first_event
-from frictionlab.simulator.several.linear_phase import Motion, Phase, Slider, Station, drive_of, sliders_in
+from frictionlab.simulator.several.linear_phase import ModalMotion, Phase, Slider, Station, drive_of, sliders_in
 from frictionlab.simulator.structure import Structure
 
-__all__ = ["Flow", "Piece", "Run"]
+__all__ = ["Flow", "FlowRun", "Piece"]
 
 Floats = NDArray[np.float64]
 Modes = tuple[int, ...]
@@ -37,13 +37,13 @@ class Event(NamedTuple):
 class Piece:
     """A part of a motion within one phase: its modes, and how long it lasts (rad)."""
 
-    motion: Motion
+    motion: ModalMotion
     length: float
     modes: Modes
 
 
 @dataclass(frozen=True)
-class Run:
+class FlowRun:
     """A motion over a span: its end, the derivative of its end by its start (if asked), its pieces."""
 
     end: Station
@@ -99,7 +99,7 @@ class Flow:
         anchors = np.array([-slider.follow * f for slider in self.sliders])
         return Station(0.0, np.zeros(self.structure.masses), np.zeros(self.structure.masses), anchors)
 
-    def run(self, at: Station, span: float, *, tangent: bool = False) -> Run:
+    def run(self, at: Station, span: float, *, tangent: bool = False) -> FlowRun:
         """Carry a moment over a span (rad).
 
         Raises
@@ -134,7 +134,7 @@ class Flow:
             if jacobian is not None:
                 jacobian = self._saltation(event, earlier, before, modes, at) @ jacobian
 
-    def _ended(self, modes: Modes, at: Station, end: float, jacobian: Floats | None, pieces: list[Piece]) -> Run:
+    def _ended(self, modes: Modes, at: Station, end: float, jacobian: Floats | None, pieces: list[Piece]) -> FlowRun:
         """The run at its end: the anchors of what slips follow their contact."""
         anchors, n = at.anchors.copy(), self.structure.masses
         for e, (slider, mode) in enumerate(zip(self.sliders, modes, strict=True)):
@@ -145,7 +145,7 @@ class Flow:
                 jacobian[2 * n + e] = (1.0 - mode * slider.limit * slider.gradient / slider.spring) * (
                     slider.row @ jacobian[:n]
                 )
-        return Run(at._replace(tau=end, anchors=anchors), jacobian, tuple(pieces))
+        return FlowRun(at._replace(tau=end, anchors=anchors), jacobian, tuple(pieces))
 
     def refuse_pull(self, at: Station) -> None:
         """Refuse a moment at which friction has fallen along the path to a pull.
@@ -296,7 +296,7 @@ class Flow:
                 found.append(Event(e, side, limit - side * force))
         return found
 
-    def _next(self, modes: Modes, motion: Motion, lead: Lead, span: float) -> tuple[float, Event | None]:
+    def _next(self, modes: Modes, motion: ModalMotion, lead: Lead, span: float) -> tuple[float, Event | None]:
         """Return how long a phase lasts within a span, and what ends it."""
         if modes not in self.events:
             events = self._forms(modes)

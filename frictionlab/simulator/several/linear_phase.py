@@ -201,7 +201,7 @@ class Phase:
         force += (k * k * self.inertia - 1j * k * self.damping - self.stiffness) @ along
         return np.asarray(force)
 
-    def motion_from(self, at: Station) -> "Motion":
+    def motion_from(self, at: Station) -> "ModalMotion":
         """Return the motion from a moment on."""
         base = self.structure.base
         turns = np.arange(1, base.harmonics + 1)
@@ -213,7 +213,7 @@ class Phase:
         start = np.asarray(self.inverse @ np.concatenate((self.free.T @ at.q, self.free.T @ at.v)))
         both = self.pushes * waves
         lines = 0.5 * self.excited @ np.hstack((both, both.conj()))
-        return Motion(self, at, start, constant, lines, np.concatenate((turns, -turns)).astype(np.float64), rest)
+        return ModalMotion(self, at, start, constant, lines, np.concatenate((turns, -turns)).astype(np.float64), rest)
 
     def in_modes(self, forms: Floats) -> tuple[Complexes, Complexes, Floats]:
         """Return linear forms over (q, v, anchors, f, f', f'', 1) as rows over the modes, over harmonics, and the rest.
@@ -230,7 +230,7 @@ class Phase:
         return rows, waves, np.column_stack((forms[:, :n], forms[:, 2 * n : 2 * n + count], forms[:, -1]))
 
 
-class Motion(NamedTuple):
+class ModalMotion(NamedTuple):
     """The motion of a phase from a moment on: its modes' start, constant and harmonic excitation."""
 
     phase: Phase
