@@ -80,7 +80,7 @@ class Foreign:
 
 
 @dataclass(frozen=True)
-class Drive:
+class DriveLine:
     """The drive as the search for lines needs it.
 
     ``frequency`` [Hz], ``unit``: the base's amplitude [m], ``spread``: relative width of the drive's line.
@@ -91,7 +91,7 @@ class Drive:
     spread: float
 
     @classmethod
-    def of(cls, stretch: Stretch, cut: cycles.Cut) -> "Drive":
+    def of(cls, stretch: Stretch, cut: cycles.Cut) -> "DriveLine":
         """Of a stretch and where its cycles lie."""
         spread = float(np.std(cut.end - cut.start)) * cut.frequency if len(cut) else 0.0
         return cls(cut.frequency / stretch.step, float(np.std(stretch.base)) * math.sqrt(2.0), spread)
@@ -112,7 +112,7 @@ class Drive:
 def cleaned(
     stretches: list[Stretch],
     cuts: list[cycles.Cut],
-    drive: Drive,
+    drive: DriveLine,
     of_mass: Spectrum,
     found: tuple[tuple[Line, ...], tuple[Line, ...]],
 ) -> tuple[list[Stretch], Foreign]:

@@ -150,7 +150,7 @@ def lay_out(
     cuts = _cuts(stretches, longest, guess, base_noise)
     at = next(i for i, s in enumerate(stretches) if s is longest)
     cut = cuts[at]
-    driven = hum.Drive.of(longest, cut)
+    driven = hum.DriveLine.of(longest, cut)
     lines_of_base, shown = driven.foreign(longest.base, base_lines), SHOWN * driven.frequency
     base_lines = spectrum.up_to(base_lines, shown)  # the rest of a long recording's is dear
     mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=1)

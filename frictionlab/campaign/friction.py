@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from frictionlab.campaign.prediction import Local, Model, Own, Prediction, local, own_estimate, pooled_shifts
+from frictionlab.campaign.prediction import Local, Model, Own, PredictedState, local, own_estimate, pooled_shifts
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
 from frictionlab.campaign.verdicts import JUDGED_ANEW, SCREENED, SOFT, Cause, LeftOut
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, scatter_beyond, weighted_mean
@@ -48,7 +48,7 @@ class Verdict:
     trial: Trial
     excluded: LeftOut | None
     alone: Estimate = NOT_KNOWN
-    predicted: Prediction | None = None
+    predicted: PredictedState | None = None
     elasticity: float = 0.0
     misfit: float | None = None
     nrmse: float | None = None

@@ -113,7 +113,7 @@ def model_of(scene: Scene, *, recorded: bool = False) -> Model:
 
 
 @dataclass(frozen=True)
-class Prediction:
+class PredictedState:
     """A predicted steady state: ``energy`` (k Y^2 per cycle), ``amplitude`` (Y), ``stops`` per cycle.
 
     ``memory``: what is left of a disturbance after one cycle, the modulus of the Floquet multiplier (1: it never dies).
@@ -126,7 +126,7 @@ class Prediction:
 
 
 @lru_cache(maxsize=65536)
-def predict(model: Model, r: float, beta: float, base: Base = COSINE) -> Prediction | None:
+def predict(model: Model, r: float, beta: float, base: Base = COSINE) -> PredictedState | None:
     """The steady state at (r, beta), or None where there is none (unbounded, or not found)."""
     try:
         state = steady_state(model.problem(r, beta, base), solver=model.solver)
@@ -137,14 +137,14 @@ def predict(model: Model, r: float, beta: float, base: Base = COSINE) -> Predict
         return None
     multiplier = state.floquet_multiplier
     memory = abs(multiplier) ** (1.0 / max(state.period_cycles or 1, 1)) if multiplier is not None else 0.0
-    return Prediction(seen.energy_per_cycle, seen.response_amplitude, seen.stops_per_cycle or 0.0, memory)
+    return PredictedState(seen.energy_per_cycle, seen.response_amplitude, seen.stops_per_cycle or 0.0, memory)
 
 
 @dataclass(frozen=True)
 class Local:
     """A prediction with its slopes: ``by_beta`` and ``by_r``, each (2,) for energy and amplitude."""
 
-    here: Prediction
+    here: PredictedState
     by_beta: FloatArray
     by_r: FloatArray
 
@@ -159,7 +159,7 @@ def local(model: Model, r: float, beta: float, base: Base = COSINE) -> Local | N
     return Local(here, (_pair(high) - _pair(low)) / (2 * h), (_pair(fast) - _pair(slow)) / (2 * g))
 
 
-def _pair(prediction: Prediction) -> FloatArray:
+def _pair(prediction: PredictedState) -> FloatArray:
     return np.array([prediction.energy, prediction.amplitude])
 
 

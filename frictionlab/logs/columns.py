@@ -17,7 +17,7 @@ from frictionlab.log_options import FURTHER, LogOptions
 from frictionlab.units import LENGTH, TIME, VOLTS, known_unit, quantity_of, split_unit
 
 if TYPE_CHECKING:
-    from frictionlab.logs.header import Layout
+    from frictionlab.logs.header import LogLayout
 
 Beginning = Callable[[int], NDArray[np.float64]]
 """Gives the first numbers of a column, by its index."""
@@ -156,7 +156,7 @@ def unassigned(columns: Sequence[LogColumn], file: str, time: LogColumn | None) 
 
 
 def assign(
-    layout: "Layout",
+    layout: "LogLayout",
     options: LogOptions,
     roles: Sequence[str],
     file: str,
@@ -200,7 +200,7 @@ def assign(
 
 
 def _further(
-    layout: "Layout", columns: Sequence[LogColumn], found: dict[str, LogColumn], options: LogOptions, file: str
+    layout: "LogLayout", columns: Sequence[LogColumn], found: dict[str, LogColumn], options: LogOptions, file: str
 ) -> tuple[dict[str, LogColumn], list[str]]:
     """The columns of further channels: named by an option, or by name and unit; what fits twice is left out."""
     said = {role: getattr(options, role) for role in FURTHER}
@@ -252,7 +252,7 @@ def _mass_number(column: LogColumn) -> str:
     return str(int(match[1])) if match and int(match[1]) else ""
 
 
-def possible(layout: "Layout", options: LogOptions, beginning: Beginning, file: str) -> list[LogColumn]:
+def possible(layout: "LogLayout", options: LogOptions, beginning: Beginning, file: str) -> list[LogColumn]:
     """Columns that may hold a displacement: in a length or in no unit (any, where one is given), no time."""
     columns = _numeric(layout, options)
     times = {c.index for c in candidates(columns, "time")} | set(layout.time_of.values())
@@ -263,7 +263,7 @@ def possible(layout: "Layout", options: LogOptions, beginning: Beginning, file: 
     return [c for c in columns if c.index not in times and is_displacement(c)]
 
 
-def _numeric(layout: "Layout", options: LogOptions) -> list[LogColumn]:
+def _numeric(layout: "LogLayout", options: LogOptions) -> list[LogColumn]:
     """The columns of numbers; volts count as bare numbers where a calibration says what they mean."""
     columns = [c for c in layout.columns if layout.dialect.kinds[c.index] in "nm"]
     if options.mass_metres_per_volt is options.base_metres_per_volt is None:
@@ -272,7 +272,7 @@ def _numeric(layout: "Layout", options: LogOptions) -> list[LogColumn]:
 
 
 def _time(
-    columns: Sequence[LogColumn], found: dict[str, LogColumn], layout: "Layout", beginning: Beginning, file: str
+    columns: Sequence[LogColumn], found: dict[str, LogColumn], layout: "LogLayout", beginning: Beginning, file: str
 ) -> LogColumn | None:
     """The column of time by its name or unit, else by its numbers where nothing else says the rate."""
     time = pick(_left(columns, found), "time", file)
@@ -294,7 +294,7 @@ def _rises(values: NDArray[np.float64]) -> bool:
     return bool(np.ptp(steps) <= _EVEN * np.median(steps))
 
 
-def _with_own_times(layout: "Layout", found: dict[str, LogColumn], roles: Sequence[str]) -> dict[str, LogColumn]:
+def _with_own_times(layout: "LogLayout", found: dict[str, LogColumn], roles: Sequence[str]) -> dict[str, LogColumn]:
     """Give each channel its own time column, where the user named none: ``time`` is the first channel's."""
     if "time" in found:
         return found

@@ -15,7 +15,7 @@ _DAMAGED_ABOVE = 5
 
 
 @dataclass(frozen=True)
-class Layout:
+class LogLayout:
     """Where things stand in a log.
 
     Parameters

@@ -26,7 +26,7 @@ from frictionlab.logs.columns import LogColumn, columns_of, roles_named
 from frictionlab.logs.dialect import Dialect, find_dialect, split
 from frictionlab.logs.header import (
     Header,
-    Layout,
+    LogLayout,
     as_time,
     believable,
     find_header,
@@ -41,7 +41,7 @@ _BRACKETED = re.compile(r'\s*"?\([^()]*\)"?(\s*[,;\t]\s*"?\([^()]*\)"?)+\s*')
 _MANY = 8
 
 
-def optoncdt(head: Head, options: LogOptions) -> Layout | None:
+def optoncdt(head: Head, options: LogOptions) -> LogLayout | None:
     """A column of epoch time beside a column of distance."""
     if not any("epoch time" in line.lower() and "distance" in line.lower() for line in head.lines[:200]):
         return None
@@ -57,7 +57,7 @@ def optoncdt(head: Head, options: LogOptions) -> Layout | None:
     return replace(layout, prefer={"time": epoch[0]}, evidence=(*evidence, *layout.evidence))
 
 
-def picoscope(head: Head, options: LogOptions) -> Layout | None:
+def picoscope(head: Head, options: LogOptions) -> LogLayout | None:
     """Units in brackets on line 2, then a blank line."""
     if len(head.lines) < 4 or not _BRACKETED.fullmatch(head.lines[1]) or head.lines[2].strip():
         return None
@@ -68,7 +68,7 @@ def picoscope(head: Head, options: LogOptions) -> Layout | None:
     return replace(layout, evidence=("line 1 names channels, line 2 holds units in brackets, line 3 is blank",))
 
 
-def catman(head: Head, options: LogOptions) -> Layout | None:
+def catman(head: Head, options: LogOptions) -> LogLayout | None:
     """The word catman in the first lines, or many rows of words as wide as the data above tabbed numbers."""
     dialect = find_dialect(head.lines, options, head.path.name)
     above = head.lines[: dialect.first]
@@ -81,14 +81,14 @@ def catman(head: Head, options: LogOptions) -> Layout | None:
     return replace(layout, evidence=(said, *layout.evidence))
 
 
-def units_row(head: Head, options: LogOptions) -> Layout | None:
+def units_row(head: Head, options: LogOptions) -> LogLayout | None:
     """A row as wide as the data that holds nothing but units."""
     dialect = find_dialect(head.lines, options, head.path.name)
     header = find_header(head.lines, dialect)
     return layout_of("units-row", head, dialect, header) if header.units else None
 
 
-def columns_of_text(head: Head, options: LogOptions) -> Layout | None:
+def columns_of_text(head: Head, options: LogOptions) -> LogLayout | None:
     """Read any log that has lines of numbers; the last resort, so it raises where nothing is found."""
     dialect = find_dialect(head.lines, options, head.path.name)
     header = find_header(head.lines, dialect)
@@ -109,11 +109,11 @@ def _check_names(head: Head, dialect: Dialect) -> None:
         )
 
 
-def layout_of(name: str, head: Head, dialect: Dialect, header: Header) -> Layout:
+def layout_of(name: str, head: Head, dialect: Dialect, header: Header) -> LogLayout:
     """Put dialect and header together; other layouts start from this and say what they know better."""
     units = "with a units row" if header.units else "without units row"
     named = f"line {header.lines[0] + 1} names the columns, {units}" if header.titles else "no line names the columns"
-    return Layout(
+    return LogLayout(
         name=name,
         dialect=dialect,
         columns=columns_of(header.titles, header.units, dialect.fields),
@@ -135,7 +135,7 @@ _KEYS = frozenset(
 )
 
 
-def labview(head: Head, options: LogOptions) -> Layout | None:
+def labview(head: Head, options: LogOptions) -> LogLayout | None:
     """Begins with ``LabVIEW Measurement`` or holds the end-of-header mark."""
     if not any(line.startswith((_END, "LabVIEW Measurement")) for line in head.lines[:100]):
         return None
@@ -149,7 +149,7 @@ def labview(head: Head, options: LogOptions) -> Layout | None:
     titles = [plain(c) for c in head.lines[names].split(dialect.separator)]
     units = [known_unit(c) for c in said.get("Y_Unit_Label", "").split(dialect.separator)[1:]]
     columns = _labview_columns(titles, units, dialect.fields)
-    return Layout(
+    return LogLayout(
         name="LabVIEW lvm",
         dialect=dialect,
         columns=columns,
@@ -210,7 +210,7 @@ def _labview_facts(said: Mapping[str, str], separator: str, decimal: str) -> dic
 _LABELS = ("timestamp", "interval", "channel name", "unit")
 
 
-def ni(head: Head, options: LogOptions) -> Layout | None:
+def ni(head: Head, options: LogOptions) -> LogLayout | None:
     """Rows labelled ``Channel name`` and ``Interval``."""
     first = [plain(line.split(",")[0].split(";")[0].split("\t")[0]).lower() for line in head.lines[:60]]
     if "channel name" not in first or "interval" not in first:
@@ -226,7 +226,7 @@ def ni(head: Head, options: LogOptions) -> Layout | None:
     names, units = rows["channel name"], rows.get("unit", (0, []))
     columns = _ni_columns(names[1], units[1], dialect.fields)
     header = tuple(sorted({names[0], units[0]} if "unit" in rows else {names[0]}))
-    return Layout(
+    return LogLayout(
         name="NI",
         dialect=dialect,
         columns=columns,
@@ -271,7 +271,7 @@ def _ni_facts(rows: dict[str, tuple[int, list[str]]], decimal: str) -> dict[str,
     return facts
 
 
-LAYOUTS: tuple[Callable[[Head, LogOptions], Layout | None], ...] = (
+LAYOUTS: tuple[Callable[[Head, LogOptions], LogLayout | None], ...] = (
     optoncdt,
     labview,
     ni,
@@ -282,7 +282,7 @@ LAYOUTS: tuple[Callable[[Head, LogOptions], Layout | None], ...] = (
 )
 
 
-def find_layout(head: Head, options: LogOptions) -> Layout:
+def find_layout(head: Head, options: LogOptions) -> LogLayout:
     """Give the first layout that recognises a log."""
     for recognise in LAYOUTS:
         layout = recognise(head, options)

@@ -16,7 +16,7 @@ from frictionlab.logs.cells import decimals, number
 from frictionlab.logs.columns import Beginning, LogColumn, assign, columns_of, possible
 from frictionlab.logs.containers import read_binary
 from frictionlab.logs.dialect import Dialect, is_comment, split
-from frictionlab.logs.header import Layout
+from frictionlab.logs.header import LogLayout
 from frictionlab.logs.layouts import find_layout
 from frictionlab.logs.lines import NUMBERS, Blocks, Head, Progress, read_head
 from frictionlab.logs.sheet import Sheet
@@ -54,7 +54,7 @@ class LogTable:
 
     file: SourceFile
     head: Head
-    layout: Layout
+    layout: LogLayout
     columns: dict[str, LogColumn]
     values: dict[str, NDArray[np.float64]]
     samples: int
@@ -71,7 +71,7 @@ class LogTable:
         return self.file.name
 
 
-def _beginning_of_text(head: Head, layout: Layout) -> Beginning:
+def _beginning_of_text(head: Head, layout: LogLayout) -> Beginning:
     dialect = layout.dialect
 
     def beginning(index: int) -> NDArray[np.float64]:
@@ -177,12 +177,12 @@ def _finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where(np.isfinite(values), values, np.nan)
 
 
-def layout_of_sheet(sheet: Sheet) -> Layout:
+def layout_of_sheet(sheet: Sheet) -> LogLayout:
     """Say of a binary log's columns what a layout says of a text's."""
     fields = len(sheet.titles)
     kinds = "".join("m" if i in sheet.moments else "n" for i in range(fields))
     units = [known_unit(unit) for unit in sheet.units]
-    return Layout(
+    return LogLayout(
         name=sheet.layout,
         dialect=Dialect("", "", fields, kinds, 0, ()),
         columns=columns_of(sheet.titles, units, fields),
@@ -197,7 +197,7 @@ def _roles(columns: dict[str, LogColumn]) -> list[str]:
     return [f"{role} is column {column}, in {column.unit or 'a unit not said'}" for role, column in columns.items()]
 
 
-def layout_in(path: Path, options: LogOptions) -> Layout:
+def layout_in(path: Path, options: LogOptions) -> LogLayout:
     """Say where things stand in a log, text or binary."""
     sheet = read_binary(path, options)
     return find_layout(read_head(path, options.encoding), options) if sheet is None else layout_of_sheet(sheet)
@@ -213,7 +213,7 @@ def displacements(path: Path, options: LogOptions) -> list[LogColumn]:
     return possible(layout, options, _beginning_of_text(head, layout), path.name)
 
 
-def _shape(head: Head, layout: Layout, columns: dict[str, LogColumn]) -> Shape:
+def _shape(head: Head, layout: LogLayout, columns: dict[str, LogColumn]) -> Shape:
     dialect = layout.dialect
     wanted = tuple(c.index for c in columns.values())
     return Shape(
@@ -230,7 +230,7 @@ def _shape(head: Head, layout: Layout, columns: dict[str, LogColumn]) -> Shape:
     )
 
 
-def _last_decimals(head: Head, layout: Layout) -> int:
+def _last_decimals(head: Head, layout: LogLayout) -> int:
     """Decimals of the last number of a line, if (nearly) all lines at hand agree; else 0.
 
     Where trailing zeros are left out, a tenth of the lines have fewer; where they are not, only a cut line has.
@@ -245,7 +245,7 @@ def _last_decimals(head: Head, layout: Layout) -> int:
     return usual or 0 if times >= 0.97 * found.total() else 0
 
 
-def _read_body(blocks: Blocks, layout: Layout, shape: Shape) -> Body:
+def _read_body(blocks: Blocks, layout: LogLayout, shape: Shape) -> Body:
     reader = Reader(shape, layout.body + 1, blocks.head.state[0])
     for text, unended in _below_header(blocks, layout.body):
         if unended:
@@ -266,7 +266,7 @@ def _below_header(blocks: Blocks, skip: int) -> Iterator[tuple[bytes, bool]]:
             yield (block[at:] if at else block), unended
 
 
-def _count(head: Head, layout: Layout, body: Body) -> LineCount:
+def _count(head: Head, layout: LogLayout, body: Body) -> LineCount:
     counts = dict(body.counts)
     counts["header"] += len(layout.header)
     preamble = 0
