@@ -44,6 +44,7 @@ friction_coefficient = 0.3
 normal_forces_n = [2.0]
 frequency_ratios = [0.4]
 """
+CONTACTS = [(1, "wall", "coulomb"), (2, 1, "coulomb")]
 
 
 @pytest.fixture
@@ -60,20 +61,15 @@ def test_the_command_gives_a_list_over_masses_and_contacts(desk: Path) -> None:
     words = ("simulate", "--scene", desk / "two.toml", "--r", "0.4", "--base-amplitude", "2e-3")
     row = json.loads(run(*words, "--json").stdout)
     assert set(KEYS) | {"law", "parameters"} <= set(row)
-    assert row["outcome"] == "periodic"
-    assert len(row["response_amplitudes"]) == 2
+    assert (row["outcome"], len(row["response_amplitudes"])) == ("periodic", 2)
     assert row["response_amplitude"] == row["response_amplitudes"][0]
-    assert [(each["mass"], each["against"], each["law"]) for each in row["contacts"]] == [
-        (1, "wall", "coulomb"),
-        (2, 1, "coulomb"),
-    ]
+    assert [(each["mass"], each["against"], each["law"]) for each in row["contacts"]] == CONTACTS
     assert row["friction_force_n"] == pytest.approx(0.6)
     assert sum(each["energy_per_cycle"] for each in row["contacts"]) == pytest.approx(row["contact_energy_per_cycle"])
     taken = row["contact_energy_per_cycle"] + row["frame_energy_per_cycle"]
     assert taken == pytest.approx(row["energy_per_cycle"], rel=0.01)  # the frame's dashpots pull at the base too
     assert row["energy_per_cycle_j"] == pytest.approx(row["energy_per_cycle"] * 800.0 * 4e-6)
-    shown = run(*words).stdout
-    assert "amplitude of each mass: 1.09" in shown
+    assert "amplitude of each mass: 1.09" in (shown := run(*words).stdout)
     assert "contact 2, mass 2 against mass 1 (coulomb)" in shown
 
 

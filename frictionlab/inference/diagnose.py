@@ -23,9 +23,10 @@ from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.meter import Meter
 
 FloatArray = NDArray[np.float64]
-NEAR_RESONANCE = 0.8  # frequency ratio from which other causes are tried whatever the fit says
+NEAR_RESONANCE = 0.8  # frequency ratio from which all other causes are tried whatever the fit says
+OF_THE_SPRING = ("spring_cubic", "play")  # always tried: friction bends to them and explains as well
 ANSWERS = 5.0  # logarithm of the Bayes factor from which a cause is named
-BY_FAR = 50.0  # the same of a cause that leaves a misfit, but strains nothing else
+BY_FAR = 50.0  # the same of a cause that leaves a misfit, or where the law explains as well and nothing strains
 AS_LIKELY = -3.0  # the same from which what it moves belongs to u
 RICHER = ("place", "speed")  # what a rigid law that leaves a misfit is held against
 OTHER_CAUSE = "another cause than the law"
@@ -76,10 +77,11 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
     if (strained or not explained) and observation.law.kind == "rigid":
         found, more = _richer(found)
         said += more
-    named = False
-    if strained or not explained or observation.r > NEAR_RESONANCE:
-        found, named, more = _other_causes(found, scene, explained=explained)
-        said += more
+    causes, enough = _causes(observation), ANSWERS
+    if explained and not strained and observation.r <= NEAR_RESONANCE:
+        causes, enough = tuple(cause for cause in causes if cause.unknown.name in OF_THE_SPRING), BY_FAR
+    found, named, more = _other_causes(found, scene, causes, enough, explained=explained)
+    said += more
     return Diagnosis(found, strained or named, tuple(said), named and not explained)
 
 
@@ -148,8 +150,10 @@ def _causes(observation: CycleObservation) -> tuple[Cause, ...]:
     return tuple(causes)
 
 
-def _other_causes(found: Posterior, scene: Scene, *, explained: bool) -> tuple[Posterior, bool, list[str]]:
-    """The posterior whose errors hold what other causes move, whether one is named, and what is said of it."""
+def _other_causes(
+    found: Posterior, scene: Scene, causes: tuple[Cause, ...], enough: float, *, explained: bool
+) -> tuple[Posterior, bool, list[str]]:
+    """The posterior whose errors hold what causes move, whether one is named (`enough`: from which gain), the words."""
     test = found.tests[0]
     observation = cycle_of(test)
     bare = Test(replace(observation.missing(0.0), work=Meter(6e4)), test.index, test.factors)
@@ -158,7 +162,6 @@ def _other_causes(found: Posterior, scene: Scene, *, explained: bool) -> tuple[P
         return found, False, []
     own = found.fit
     likely: list[tuple[float, Cause, Fit]] = []
-    causes = _causes(observation)
     prepare(observation.law, observation.r, 4.0 * STATES * len(causes))
     for cause in causes:
         try:
@@ -176,9 +179,9 @@ def _other_causes(found: Posterior, scene: Scene, *, explained: bool) -> tuple[P
         shift = np.maximum(shift, math.exp(0.5 * min(0.0, gain)) * np.abs(moved))
         error = math.sqrt(float(found.covariance[beta, beta])) if beta is not None else math.inf
         far = beta is not None and abs(float(moved[beta])) > error
-        answers = gain > max(ANSWERS, best - ANSWERS) and (explained or _explains(other) or gain > BY_FAR)
+        answers = gain > max(enough, best - ANSWERS) and (explained or _explains(other) or gain > BY_FAR)
         eases = _strain(other, cause) < max(STRAINED, _strain(own, cause))
-        if eases and (answers or (explained and gain > 0.0 and far)):
+        if eases and (answers or (enough == ANSWERS and explained and gain > 0.0 and far)):
             named = True
             said.append(_named(cause, other, found, scene))
     if shift.any() and (np.abs(shift) > 0.3 * np.sqrt(np.diag(found.covariance))).any():

@@ -1,7 +1,6 @@
 """Several masses, contacts anywhere: against the engines of one mass, a slow twin, and closed forms."""
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 import pytest
@@ -18,10 +17,6 @@ from tests.simulator.several_twin import cycles_from_rest
 
 
 def rubs(law: str, mass: int = 1, against: int | str = "wall", /, **values: float) -> Contact:
-    return contact_of(law, mass, against, values)
-
-
-def contact_of(law: str, mass: int, against: int | str, values: Mapping[str, float]) -> Contact:
     chosen = law_of(law)
     return Contact(mass, against, chosen, chosen.complete(values))
 
@@ -43,7 +38,7 @@ def test_one_mass_is_what_the_engines_of_one_mass_say(
     law: str, values: dict[str, float], r: float, beta: float, wall: str
 ) -> None:
     one = steady_state(Problem(r, beta, law=law, parameters=values, frame_damping_ratio=0.02, wall=wall))  # type: ignore[arg-type]
-    contact = contact_of(law, 1, "wall" if wall == "fixed" else "base", {"beta": beta, **values})
+    contact = rubs(law, 1, "wall" if wall == "fixed" else "base", beta=beta, **values)
     found = steady(Structure.of_storeys(r, [3.0], [700.0], [0.02], [contact]))
     assert found.outcome == one.outcome
     assert found.response_amplitudes[0] == pytest.approx(one.response_amplitude, abs=1e-12)

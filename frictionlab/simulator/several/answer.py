@@ -33,10 +33,6 @@ class ContactNumbers:
     stops_per_cycle: float
     stuck_fraction: float
 
-    def row(self) -> dict[str, object]:
-        """Return the contract's keys of a contact."""
-        return dict(vars(self))
-
 
 @dataclass(frozen=True)
 class StructureMotion:
@@ -213,7 +209,7 @@ class StructureState:
             "law": rubs.law.name if rubs else None,
             "parameters": dict(zip((p.name for p in rubs.law.parameters), rubs.numbers, strict=True)) if rubs else {},
             "response_amplitudes": list(self.response_amplitudes),
-            "contacts": [contact.row() for contact in self.contacts],
+            "contacts": [dict(vars(contact)) for contact in self.contacts],
         }
 
 

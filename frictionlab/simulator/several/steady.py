@@ -188,12 +188,10 @@ def _largest(jacobian: Floats, flow: Flow, pieces: tuple[Piece, ...]) -> float:
 
 
 def _warnings(structure: Structure, multiplier: float) -> tuple[str, ...]:
-    found = []
-    if abs(multiplier) > 1.0 - 1e-6:
-        found.append("a motion beside this one does not draw nearer: a mode has neither damping nor friction")
-    if not structure.has_one_motion:
-        found.append("this is the motion that rest settles on; other starts may settle on others")
-    return tuple(found)
+    lasting = "a motion beside this one does not draw nearer: a mode has neither damping nor friction"
+    others = "this is the motion that rest settles on; other starts may settle on others"
+    found = {lasting: abs(multiplier) > 1.0 - 1e-6, others: not structure.has_one_motion}
+    return tuple(said for said, is_so in found.items() if is_so)
 
 
 def _motion(flow: Flow, cycles: list[tuple[Piece, ...]], *, periodic: bool) -> StructureMotion:
