@@ -259,8 +259,7 @@ def test_a_full_disk_is_a_clean_error(path: Path, monkeypatch: pytest.MonkeyPatc
     assert path.read_bytes() == before
 
 
-def test_a_result_of_many_texts_has_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("frictionlab.hdf5.image._BYTES", 1 << 16)
+def test_a_result_of_many_texts_has_room(tmp_path: Path) -> None:
     tree = {"rows": {"source": [f"a recording, Übung {k}" for k in range(20_000)], "energy": np.arange(20_000.0)}}
     write_tree(tree, tmp_path / "a.h5", kind="frictionlab example")
     assert read_tree(tmp_path / "a.h5", kind="frictionlab example")["rows"]["source"] == tree["rows"]["source"]

@@ -126,7 +126,7 @@ class _Layout:
     def pieces(self, records: NDArray[np.void]) -> Iterator[memoryview]:
         """The bytes of the file of these results."""
         shape = tuple(len(values) for values in self.axes.values())
-        image = Image(records.nbytes)
+        image = Image()
         with image.new_file(format=FORMAT, format_version=FORMAT_VERSION) as tree:
             tree.attrs.update({**self.attributes, "identity": self.identity})
             scales = []

@@ -123,8 +123,7 @@ def pieces_of(
     ``precision`` and ``compression`` of the displacements are knobs of the trade (`frictionlab tradeoff`): commands
     write doubles as they are, which is fastest and loses nothing. gzip shuffles its bytes first.
     """
-    replaced = recording.source.replaced
-    image = Image((9 + 8 * len(recording.measured())) * len(recording) + (24 * len(replaced.index) if replaced else 0))
+    image = Image()
     with image.new_file(format=FORMAT, format_version=FORMAT_VERSION) as file:
         _write_root(file, recording, created or datetime.now(UTC))
         _write_arrays(image, file, recording, precision, compression)

@@ -64,7 +64,7 @@ def write_tree(
     >>> read_tree(path, kind="frictionlab example")["series"]
     {'rule': 'all', 'energy': array([1., 1., 1.])}
     """
-    image = Image(_bytes_of(tree))
+    image = Image()
     with image.new_file(format=kind, format_version=FORMAT_VERSION) as file:
         _write_branch(file, tree, columns)
     write_whole(path, image.pieces(), replace=force or (lambda old: root_attribute(old, "format") == kind))
@@ -85,19 +85,6 @@ def read_tree(path: Path, *, kind: str) -> dict[str, Any]:
     """
     with opened(path, kind, "make it again") as (file, size):
         return _read_branch(file, size, set())
-
-
-def _bytes_of(tree: Mapping[str, object]) -> int:
-    """At most so many bytes; a text has up to four a character, and what HDF5 notes about each."""
-    size = 0
-    for value in tree.values():
-        if isinstance(value, Mapping):
-            size += _bytes_of(value)
-        elif isinstance(value, (list, tuple)):
-            size += sum(4 * len(str(words)) + 64 for words in value)
-        else:
-            size += getattr(value, "nbytes", 0)
-    return size
 
 
 def _write_branch(group: h5py.Group, tree: Mapping[str, object], columns: Describe) -> None:

@@ -7,8 +7,10 @@ whether that ends. What Python can say of the damage the next reader will find a
 
 import os
 import signal
+import struct
 import subprocess
 import sys
+import zlib
 from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache
@@ -24,6 +26,11 @@ _MEMORY = 1 << 30  # bytes, beside what the file has
 _FULLY = 1 << 26  # bytes of packed numbers that are read; of more, only where they lie
 _NO_MEMORY = 3
 """Exit status of a process that met the limit of its memory."""
+_UNKNOWN_TYPE = 4
+"""Exit status of a process that found a type of element that there is not."""
+_MATRIX, _COMPRESSED = 14, 15
+_TYPES = frozenset({*range(1, 8), 9, *range(12, 19)})
+"""Types of elements of MATLAB 5 files (MAT-File Format, table 1-1)."""
 _BY_NAME = (
     *("units", "format", "format_version", "identity", "MATLAB_class", "MATLAB_empty"),
     *("files", "sha256", "size_bytes"),
@@ -60,6 +67,8 @@ def main(path: str) -> int:
         read = _read_hdf5 if b"\x89HDF\r\n\x1a\n" in file.read(1024) else _read_matlab
     _set_limits(Path(path).stat().st_size)
     try:
+        if read is _read_matlab and _has_unknown_type(Path(path).read_bytes()):
+            return _UNKNOWN_TYPE
         _attempt(lambda: read(path))
     except MemoryError:
         return _NO_MEMORY
@@ -91,6 +100,31 @@ def _attempt(step: Callable[[], object]) -> None:
     except Exception as error:
         if "alloc" in str(error):
             raise MemoryError from error
+
+
+def _has_unknown_type(content: bytes) -> bool:
+    """Whether an element of a MATLAB 5 file has a type that is none: SciPy looks it up behind the end of its table."""
+    if 0 in content[:4]:  # version 4 has no such types
+        return False
+    order = ">" if content[126:128] == b"MI" else "<"
+    parts = [content[128:]]
+    while parts:
+        part, at = parts.pop(), 0
+        while at + 8 <= len(part):
+            kind, size = struct.unpack_from(order + "2I", part, at)
+            if kind >> 16:  # type, size and content in eight bytes
+                kind, at = kind & 0xFFFF, at + 8
+            else:
+                inside, at = part[at + 8 : at + 8 + size], at + 8 + size
+                if kind == _COMPRESSED:
+                    with suppress(zlib.error):  # SciPy's own reader says so
+                        parts.append(zlib.decompress(inside))
+                    continue
+                parts += [inside] if kind == _MATRIX else []
+                at += -size % 8
+            if kind not in _TYPES:
+                return True
+    return False
 
 
 def _read_matlab(path: str) -> None:

@@ -1,5 +1,6 @@
 """When the phases of a motion are: the one thing that all motions made of phases tell alike."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["Timeline", "absolute", "cycles_of"]
+__all__ = ["PhasedMotion", "Timeline", "absolute", "cycles_of"]
 
 TURN = 2.0 * np.pi
 Floats = NDArray[np.float64]
@@ -103,6 +104,64 @@ class Timeline:
                 f"{earliest:.6g} to {latest:.6g}; do: ask within the motion, or simulate longer"
             )
         return local, turns
+
+
+class PhasedMotion(ABC):
+    """What every motion made of phases offers: its times, and its displacement and velocity at any of them."""
+
+    problem: Problem
+
+    @property
+    @abstractmethod
+    def timeline(self) -> Timeline:
+        """When its phases are."""
+
+    @abstractmethod
+    def _evaluate(self, index: NDArray[np.intp], within: Floats) -> Floats:
+        """Return z, v and what else the motion has, a row each, at the given times within the given phases."""
+
+    @property
+    def start(self) -> float:
+        """Begin of the motion, rad."""
+        return self.timeline.start
+
+    @property
+    def end(self) -> float:
+        """End of the motion (or of its first period), rad."""
+        return self.timeline.end
+
+    def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[Floats, Floats]:
+        """Return displacement x and velocity x' of the mass at any times, to rounding.
+
+        Parameters
+        ----------
+        tau : array_like
+            Times, rad; counted from the start of `cycle` if that is given.
+        cycle : array_like of int, optional
+            Cycle that each time is counted from; keeps the phase exact in late cycles.
+
+        Returns
+        -------
+        x, v : ndarray of the shape of tau
+            Displacement over Y (absolute, also with a moving wall), and its derivative with respect to tau.
+
+        Raises
+        ------
+        SimulationError
+            If a time lies outside the motion.
+
+        Examples
+        --------
+        >>> from frictionlab.simulator import Problem, simulate
+        >>> run = simulate(Problem(r=0.5, beta=0.4), cycles=2)
+        >>> x, v = run.at([0.0, 1.0])
+        >>> float(x[0]), float(v[0])
+        (0.0, 0.0)
+        """
+        shape, local, index, within = self.timeline.place(tau, cycle)
+        z, v = self._evaluate(index, within)[:, :2].T
+        x, v = absolute(self.problem, local, z, v)
+        return x.reshape(shape), v.reshape(shape)
 
 
 def cycles_of(tau: Floats, duration: Floats) -> NDArray[np.int64]:

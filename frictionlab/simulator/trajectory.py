@@ -11,7 +11,7 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel.layout import DONE, PHASE, PHASES, Leg
 from frictionlab.simulator.problem import Base, Problem
-from frictionlab.simulator.timeline import Timeline, absolute, cycles_of
+from frictionlab.simulator.timeline import PhasedMotion, Timeline, cycles_of
 
 __all__ = ["Trajectory", "from_record", "refuse_chatter", "simulate_exactly"]
 
@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Trajectory:
+class Trajectory(PhasedMotion):
     """A motion of one problem, phase by phase; a phase is one slide, or one stick, within one cycle of the drive.
 
     The phase of the drive is kept apart from the count of cycles, so that the millionth cycle is as exact as the first.
@@ -61,16 +61,6 @@ class Trajectory:
         return Timeline(self.cycle, self.tau, self.duration, self.periodic)
 
     @property
-    def start(self) -> float:
-        """Begin of the motion, rad."""
-        return self.timeline.start
-
-    @property
-    def end(self) -> float:
-        """End of the motion (or of its first period), rad."""
-        return self.timeline.end
-
-    @property
     def stops(self) -> Floats:
         """Begin and end of each stop, rad, shape (m, 2); sticks that continue across a cut are one stop."""
         return self.timeline.spans(self.side == 0.0)
@@ -81,38 +71,6 @@ class Trajectory:
         at_rest = (self.velocity == 0.0) & np.concatenate(([True], np.diff(self.displacement) != 0.0))
         times = self.timeline.begins[at_rest]
         return times, self.at(times)[0]
-
-    def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[Floats, Floats]:
-        """Return displacement x and velocity x' of the mass at any times, to rounding.
-
-        Parameters
-        ----------
-        tau : array_like
-            Times, rad; counted from the start of `cycle` if that is given.
-        cycle : array_like of int, optional
-            Cycle that each time is counted from; keeps the phase exact in late cycles.
-
-        Returns
-        -------
-        x, v : ndarray of the shape of tau
-            Displacement over Y (absolute, also with a moving wall), and its derivative with respect to tau.
-
-        Raises
-        ------
-        SimulationError
-            If a time lies outside the motion.
-
-        Examples
-        --------
-        >>> from frictionlab.simulator import Problem, simulate
-        >>> run = simulate(Problem(r=0.5, beta=0.4), cycles=2)
-        >>> x, v = run.at([0.0, 1.0])
-        >>> float(x[0]), float(v[0])
-        (0.0, 0.0)
-        """
-        shape, local, index, within = self.timeline.place(tau, cycle)
-        x, v = absolute(self.problem, local, *self._evaluate(index, within))
-        return x.reshape(shape), v.reshape(shape)
 
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> Floats:
         """Return the force of the contact on the mass, against the motion, over k Y, at any times.
@@ -131,20 +89,20 @@ class Trajectory:
         [0.5, -0.5]
         """
         shape, local, index, within = self.timeline.place(tau, cycle)
-        (z, v), side, problem = self._evaluate(index, within), self.side[index], self.problem
+        (z, v), side, problem = self._evaluate(index, within).T, self.side[index], self.problem
         sliding = side * problem.beta * (1.0 + problem.parameter("gradient") * z) + 2.0 * problem.zeta * problem.r * v
-        return np.where(side == 0.0, Base(*problem.force).at(local) - z, sliding).reshape(shape)
+        found: Floats = np.where(side == 0.0, Base(*problem.force).at(local) - z, sliding)
+        return found.reshape(shape)
 
-    def _evaluate(self, index: NDArray[np.intp], within: Floats) -> tuple[Floats, Floats]:
-        """Return z and v at the given times within the given phases."""
+    def _evaluate(self, index: NDArray[np.intp], within: Floats) -> Floats:
+        """Return z and v at the given times within the given phases, a row each."""
         engine = engines.choose(0.05 * len(index))
         rig, force = engines.set_up(engine, self.problem)
         columns = (self.side, self.tau, self.duration, self.displacement, self.velocity, self.acceleration)
         states = engine.zeros(2 * len(index))
         phases, times = engine.flat(np.stack(columns, axis=1)[index]), engine.flat(within)
         engine.kernel.evaluate(rig, force, phases, times, states)
-        both = np.asarray(states, dtype=np.float64).reshape(-1, 2)
-        return both[:, 0], both[:, 1]
+        return np.asarray(states, dtype=np.float64).reshape(-1, 2)
 
 
 def from_record(problem: Problem, record: Any, count: int, *, periodic: bool, mirror: bool) -> Trajectory:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.simulator.elastic import engine as engines
 from frictionlab.simulator.elastic.layout import ELASTIC_PHASE
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.timeline import Timeline, absolute, cycles_of
+from frictionlab.simulator.timeline import PhasedMotion, Timeline, cycles_of
 
 __all__ = ["ElasticMotion", "from_phases"]
 
@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class ElasticMotion:
+class ElasticMotion(PhasedMotion):
     """A motion of one problem, phase by phase: in each the same sliders slip; the mass moves one way, or none slips.
 
     Parameters
@@ -51,16 +51,6 @@ class ElasticMotion:
     def timeline(self) -> Timeline:
         """When its phases are."""
         return Timeline(self.cycle, self.phases[:, 1], self.phases[:, 2], self.periodic)
-
-    @property
-    def start(self) -> float:
-        """Begin of the motion, rad."""
-        return self.timeline.start
-
-    @property
-    def end(self) -> float:
-        """End of the motion (or of its first period), rad."""
-        return self.timeline.end
 
     @property
     def stops(self) -> Floats:
@@ -104,40 +94,6 @@ class ElasticMotion:
         thick = 2.0 * (problem.zeta + problem.frame_damping_ratio) * problem.r
         slope = (push - z - pull - thick * v) / problem.r**2
         return np.asarray(np.divide(v, slope, out=np.zeros_like(v), where=slope != 0.0), dtype=np.float64)
-
-    def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[Floats, Floats]:
-        """Return displacement x and velocity x' of the mass at any times, to rounding.
-
-        Parameters
-        ----------
-        tau : array_like
-            Times, rad; counted from the start of `cycle` if that is given.
-        cycle : array_like of int, optional
-            Cycle that each time is counted from; keeps the phase exact in late cycles.
-
-        Returns
-        -------
-        x, v : ndarray of the shape of tau
-            Displacement over Y (absolute, also with a moving wall), and its derivative with respect to tau.
-
-        Raises
-        ------
-        SimulationError
-            If a time lies outside the motion.
-
-        Examples
-        --------
-        >>> from frictionlab.simulator.elastic import steady
-        >>> law = {"law": "coulomb+compliance", "parameters": {"stiffness_ratio": 50.0}}
-        >>> state = steady(Problem(r=0.5, beta=0.4, **law))
-        >>> x, v = state.orbit.at([0.0, 1.0])
-        >>> x.round(3).tolist()
-        [1.311, 1.161]
-        """
-        shape, local, index, within = self.timeline.place(tau, cycle)
-        z, v, _ = self._evaluate(index, within).T
-        x, v = absolute(self.problem, local, z, v)
-        return x.reshape(shape), v.reshape(shape)
 
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> Floats:
         """Return the force n of the contact on the mass over k Y: its sliders and its dashpot; times as for `at`."""
