@@ -13,7 +13,7 @@ from mpmath import mpf
 
 from frictionlab.errors import ParameterError, SimulationError
 from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_state
-from frictionlab.simulator.elastic import engine, iwan_sliders, ringing, run, sliders_of, steady, works
+from frictionlab.simulator.elastic import engine, iwan_sliders, run, sliders_of, steady
 from frictionlab.simulator.elastic.motion import ElasticMotion
 from tests.simulator import elastic_twin
 
@@ -385,17 +385,6 @@ def test_a_slider_too_weak_to_be_relaxed_at_the_section_is_not_forced_to_be() ->
     state, late = steady(problem), last_cycle(problem, cycles=40)
     assert state.outcome == late.outcome == "periodic"
     assert state.energy_per_cycle == pytest.approx(late.energy_per_cycle, rel=1e-8)
-
-
-def test_leaps_over_rings_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    problems = [jenkins(0.3, 0.6, 500.0), jenkins(0.1, 0.4, 200.0, zeta=0.01), jenkins(0.3, 0.03, 400.0, wall="base")]
-    leapt = [steady(problem) for problem in problems]
-    monkeypatch.setattr(ringing, "rings", lambda *_: False)
-    monkeypatch.setattr(works, "rings", lambda *_: False)
-    for problem, fast in zip(problems, leapt, strict=True):
-        slow = steady(problem)
-        for key in ("energy_per_cycle", "response_amplitude", "stuck_fraction", "stops_per_cycle"):
-            assert getattr(fast, key) == pytest.approx(getattr(slow, key), rel=1e-11)
 
 
 def test_sliders_of_a_law() -> None:

@@ -8,7 +8,6 @@ from frictionlab.simulator.elastic.orbits import at_once_elastic, is_even_handed
 from frictionlab.simulator.elastic.phases import stiffened
 from frictionlab.simulator.elastic.settling import no_candidate, settle
 from frictionlab.simulator.elastic.shooting import elastic_multiplier, span_of
-from frictionlab.simulator.elastic.works import is_long_ring, ring_range, ring_work
 from frictionlab.simulator.kernel.accounts import (
     begin_search,
     end_search,
@@ -85,16 +84,8 @@ def account_elastic(rig: Rig, force: Force, room: ElasticRoom) -> None:
         slide = stiffened(rig.plain, phases[at + 6])
         local_force(tau, force)
         local_force(tau, room.wall)
-        long = is_long_ring(slide, force, phases[at], span)
-        if long:
-            ring_work(rig, slide, (force, room.slow), start, span, tally)
-        else:
-            slide_work(Rig(rig.contact, rig.plain, slide, slide), force, start, 1.0, span, tally)
-        if not moving and phases[at + 8] == 0.0:
-            continue  # it goes one way: both ends are known
-        if long:
-            ring_range(slide, (force, room.slow, room.wall), start, span, tally)
-        else:
+        slide_work(Rig(rig.contact, rig.plain, slide, slide), force, start, 1.0, span, tally)
+        if moving:  # else it goes one way: both ends are known
             slide_range(slide, force, plain_room, start, 1.0, span)
 
 

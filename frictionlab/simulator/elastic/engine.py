@@ -13,11 +13,9 @@ from frictionlab.simulator.elastic import (
     orbits,
     phases,
     residues,
-    ringing,
     settling,
     shooting,
     starts,
-    works,
 )
 from frictionlab.simulator.elastic.sliders import sliders_of
 from frictionlab.simulator.engine import LOOKS, Engine
@@ -36,7 +34,7 @@ __all__ = [
 ]
 
 # Each uses only those before it, and the rigid kernel.
-MODULES = (phases, ringing, events, holding, residues, shooting, starts, settling, orbits, works, accounts)
+MODULES = (phases, events, holding, residues, shooting, starts, settling, orbits, accounts)
 COMPILED = (*engines.MODULES, *MODULES)
 WORTH_LOADING = 2e4  # phases; in plain Python they take about as long (1 s) as loading the compiled kernel
 WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version

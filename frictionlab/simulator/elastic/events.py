@@ -18,7 +18,6 @@ from frictionlab.simulator.elastic.layout import (
     Sliders,
 )
 from frictionlab.simulator.elastic.phases import phase_end, stiffened
-from frictionlab.simulator.elastic.ringing import held_end
 from frictionlab.simulator.kernel.layout import (
     CHATTER,
     DONE,
@@ -38,7 +37,6 @@ from frictionlab.simulator.kernel.layout import (
 from frictionlab.simulator.kernel.motion import free_motion, local_force
 
 __all__ = [
-    "all_hold",
     "begin",
     "begin_jacobian",
     "book",
@@ -158,14 +156,6 @@ def hold_all(sliders: Sliders) -> None:
         sliders.side[i] = 0.0
 
 
-def all_hold(sliders: Sliders) -> bool:
-    """Tell whether every slider holds."""
-    slipping = 0.0
-    for i in range(len(sliders.side)):
-        slipping += abs(sliders.side[i])
-    return slipping == 0.0
-
-
 def yield_along(rig: Rig, sliders: Sliders, z: float, way: float) -> None:
     """Move the sliders' forces along a way that ends at z: springs stretch, limits rise or sink."""
     load = 1.0 + rig.contact.gradient * z
@@ -205,7 +195,6 @@ def book(
     time: tuple[float, float],
     start: State,
     spring: tuple[float, float],
-    turned: float,
     room: ElasticRoom,
 ) -> None:
     """Write one phase into the record, if it has room, and into the tally.
@@ -226,7 +215,6 @@ def book(
         phases[at], phases[at + 1], phases[at + 2] = slipping, tau, span
         phases[at + 3], phases[at + 4], phases[at + 5] = start.z, start.v, start.a
         phases[at + 6], phases[at + 7] = spring
-        phases[at + 8] = turned
 
 
 def phases_allowed(rig: Rig, sliders: Sliders, force: Force, span: float) -> float:
@@ -267,19 +255,10 @@ def run_on(
         added = contact_stiffness(rig, sliders)
         slide, start, rest = stiffened(rig.plain, 1.0 + added), State(z, v, a), end - tau
         looks = tally[EVALUATIONS]
-        if all_hold(sliders):
-            back, other, behind = nearest(rig, sliders, z, -way)
-            limits = (left, -max(0.0, back)) if way > 0.0 else (max(0.0, back), -left)
-            span, made, v, what, last, turned = held_end(
-                slide, (force, room.slow), start, way, rate, limits, rest, tally
-            )
-            which, side = (which, side) if last == way else (other, behind)
-        else:
-            span, made, v, what = phase_end(slide, force, start, way, rate, left, rest, tally)
-            turned = 0.0
+        span, made, v, what = phase_end(slide, force, start, way, rate, left, rest, tally)
         room.meter[0] -= len(force.p) * (tally[EVALUATIONS] - looks + 1.0) + len(sliders.force)
         z += made
-        book(sliders, (tau, span), start, (1.0 + added, pull), turned, room)
+        book(sliders, (tau, span), start, (1.0 + added, pull), room)
         tally[CONTACT] += (pull + 0.5 * added * made) * made
         tally[HIGH], tally[LOW] = max(tally[HIGH], start.z, z), min(tally[LOW], start.z, z)
         propagate_elastic(rig, sliders, slide, span, room)

@@ -1,10 +1,9 @@
 """What never slips: the periodic motion with every slider held, and the forces with which they hold."""
 
-from math import hypot, inf
+from math import cos, hypot, inf, sin
 
 from frictionlab.simulator.elastic.layout import OUTER, ElasticRoom, Sliders
 from frictionlab.simulator.elastic.phases import stiffened
-from frictionlab.simulator.elastic.ringing import forced_part, slow_motion
 from frictionlab.simulator.kernel.layout import (
     TURN,
     Force,
@@ -14,6 +13,7 @@ from frictionlab.simulator.kernel.layout import (
 from frictionlab.simulator.kernel.motion import gap, local_force
 
 __all__ = [
+    "forced_part",
     "held_offset",
     "held_range",
     "held_stiffness",
@@ -22,10 +22,31 @@ __all__ = [
     "never_slips",
     "resonates_held",
     "slips_soon",
+    "slow_motion",
     "start_at_rest",
 ]
 
 FEW, MANY = 4, 64  # looks at the held motion, for each harmonic: to see that it slips, to find each crest
+
+
+def forced_part(slide: Oscillator, force: Force, slow: Force) -> None:
+    """Write the forced motion's coefficients, about the time about which the force is written."""
+    for i in range(len(force.p)):
+        k = i + 1.0
+        stiffness = complex(gap(slide.r, k) * (1.0 + k * slide.r), 2.0 * slide.zeta * k * slide.r)
+        part = complex(slide.share * force.p[i], -slide.share * force.q[i]) / stiffness
+        slow.p[i], slow.q[i] = part.real, -part.imag
+
+
+def slow_motion(t: float, slow: Force) -> tuple[float, float]:
+    """Return the forced motion of a held contact, and its velocity, at t."""
+    z, v = 0.0, 0.0
+    for i in range(len(slow.p)):
+        k = i + 1.0
+        c, s = cos(k * t), sin(k * t)
+        z += slow.p[i] * c + slow.q[i] * s
+        v += k * (slow.q[i] * c - slow.p[i] * s)
+    return z, v
 
 
 def start_at_rest(sliders: Sliders, room: ElasticRoom) -> None:

@@ -25,7 +25,6 @@ __all__ = [
     "ElasticRoom",
     "OrbitGuess",
     "Point",
-    "Ring",
     "Sliders",
 ]
 
@@ -41,9 +40,8 @@ INLINED = ()  # functions worth a copy at each call
 LIMIT, TURNED, REACHED = 0, 1, 2  # what ended a phase: the time, a zero of the velocity, a slider's limit
 PULLED = 3  # how a motion ended (beside DONE, CHATTER, WANDERS): where friction would turn into a pull
 
-# A recorded phase: how many sliders slip, tau, duration, z, v, a, stiffness, force of the sliders at its start; and
-# whether (1.0 or 0.0) the mass may have turned within.
-ELASTIC_PHASE = 9
+# A recorded phase: how many sliders slip, tau, duration, z, v, a, stiffness, force of the sliders at its start.
+ELASTIC_PHASE = 8
 
 # The tally of a motion, beyond the rigid kernel's: integral of the sliders' force over the way, time since the last
 # slip ended, columns of the jacobian.
@@ -79,7 +77,7 @@ class ElasticRoom(NamedTuple):
     phases: Buffer  # recorded
     wall: Force  # motion of the wall; empty: it stands
     meter: Buffer  # 1: looks at a phase left, each as many as the force has harmonics
-    slow: Force  # what a held, ringing contact moves about
+    slow: Force  # the forced motion of a held contact
     kinds: Buffer  # of the sliders at the section
     start: Buffer  # z, v, then force and side of each slider
     image: Buffer
@@ -107,10 +105,3 @@ class Point(NamedTuple):
     v: float
     a: float
     bend: float
-
-
-class Ring(NamedTuple):
-    """What is constant while every slider holds: see `frictionlab.simulator.elastic.ringing`."""
-
-    offset: float
-    curve: float  # bound of the forced motion's acceleration

@@ -14,9 +14,6 @@ from frictionlab.simulator.timeline import PhasedMotion, Timeline, cycles_of
 
 __all__ = ["ElasticMotion", "from_phases"]
 
-TURN = 2.0 * pi
-GRID = 16
-NEWTON_STEPS = 6
 Floats = NDArray[np.float64]
 
 
@@ -59,41 +56,9 @@ class ElasticMotion(PhasedMotion):
 
     @property
     def turning_points(self) -> tuple[Floats, Floats]:
-        """Times (rad) at which the mass is at rest relative to the wall, and the displacement x there.
-
-        A held contact that rings turns within its phase: its turns are found on a grid of GRID points a ring.
-        """
-        times = np.sort(
-            np.concatenate((self.timeline.begins[self.phases[:, 4] == 0.0], *map(self._turns_of, self._held)))
-        )
+        """Times (rad) at which the mass is at rest relative to the wall, and the displacement x there."""
+        times = self.timeline.begins[self.phases[:, 4] == 0.0]
         return times, self.at(times)[0]
-
-    @property
-    def _held(self) -> NDArray[np.intp]:
-        return np.flatnonzero(self.slipping == 0.0)
-
-    def _turns_of(self, phase: int) -> Floats:
-        """Return the times within a phase at which the velocity changes sign: bracketed, then Newton."""
-        span, stiffness = self.phases[phase, [2, 6]]
-        count = int(GRID * span * np.sqrt(stiffness) / (TURN * self.problem.r)) + 3
-        within = np.linspace(0.0, span, count)[(1 if self.phases[phase, 4] == 0.0 else 0) :]
-        v = self._evaluate(np.full(len(within), phase), within)[:, 1]
-        low = np.flatnonzero(v[:-1] * v[1:] < 0.0)
-        first, last = within[low], within[low + 1]
-        times = first + (last - first) * v[low] / (v[low] - v[low + 1])
-        for _ in range(NEWTON_STEPS if len(times) else 0):
-            times = np.clip(times - self._velocity_over_slope(phase, times), first, last)
-        return np.asarray(self.timeline.begins[phase] + times, dtype=np.float64)
-
-    def _velocity_over_slope(self, phase: int, within: Floats) -> Floats:
-        """Return v / v' at times within a phase, the slope from the equation of motion."""
-        problem = self.problem
-        z, v, pull = self._evaluate(np.full(len(within), phase), within).T
-        tau = (self.phases[phase, 1] + within)[:, None] * np.arange(1, len(problem.force[0]) + 1)
-        push = np.cos(tau) @ np.array(problem.force[0]) + np.sin(tau) @ np.array(problem.force[1])
-        thick = 2.0 * (problem.zeta + problem.frame_damping_ratio) * problem.r
-        slope = (push - z - pull - thick * v) / problem.r**2
-        return np.asarray(np.divide(v, slope, out=np.zeros_like(v), where=slope != 0.0), dtype=np.float64)
 
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> Floats:
         """Return the force n of the contact on the mass over k Y: its sliders and its dashpot; times as for `at`."""
@@ -119,7 +84,7 @@ def from_phases(
     """
     rows = np.array(record[: ELASTIC_PHASE * count], dtype=np.float64).reshape(count, ELASTIC_PHASE)
     if mirror:
-        flip, later = np.array([1.0, 1, 1, -1, -1, -1, 1, -1, 1]), np.array([0.0, pi, 0, 0, 0, 0, 0, 0, 0])
+        flip, later = np.array([1.0, 1, 1, -1, -1, -1, 1, -1]), np.array([0.0, pi, 0, 0, 0, 0, 0, 0])
         rows = np.vstack((rows, rows * flip + later))
     rows += 0.0
     cycle = first + cycles_of(rows[:, 1], rows[:, 2])

@@ -11,14 +11,15 @@ from math import acos, atan2, cos, hypot, inf, pi, sin
 from frictionlab.simulator.elastic.holding import (
     FEW,
     MANY,
+    forced_part,
     held_offset,
     held_range,
     held_stiffness,
     looked_at,
+    slow_motion,
 )
 from frictionlab.simulator.elastic.layout import FREE, OUTER, SLIDING, ElasticRoom, Sliders
 from frictionlab.simulator.elastic.phases import stiffened
-from frictionlab.simulator.elastic.ringing import forced_part, slow_motion
 from frictionlab.simulator.kernel.events import carry
 from frictionlab.simulator.kernel.layout import DONE, HIGH, LOW, PATH, PHASE, PHASES, TURN, Force, Leg, Rig, Room, State
 from frictionlab.simulator.kernel.motion import local_force, slide_at
