@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
 from frictionlab.errors import FrictionlabError
-from frictionlab.inference.fit import Model
+from frictionlab.inference.fit import Model, scatter_scale
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import Posterior, infer, model_of
 
@@ -124,6 +124,8 @@ def _made_again(posterior: Posterior, i: int, others: int) -> Expected:
             mean[m], place[m] = other.at(u.value(float(rest.fit.point[k]))), k
             scatter[m] = rest.fit.model.scatter[k] * scale[m]
     index = model.tests[-1].index
+    if others == 1:  # one test tells no scatter: what is assumed of it before any
+        scatter[index] = [scatter_scale(model.unknowns[k], float(mean[k])) for k in index]
     covariance = np.eye(len(index))
     known = place[index] >= 0
     covariance[np.ix_(known, known)] = rest.covariance[np.ix_(place[index][known], place[index][known])]
