@@ -18,7 +18,7 @@ Fact = str | float
 _SOURCES = ("name_pattern", "sheet", "taps")
 WEIGHTS = {"normal_force_g": 9.80665e-3, "normal_force_kg": 9.80665}
 """Keys of names and sheets that give the normal force as a weight, and what makes newtons of them."""
-_NUMERIC = ("normal_force_n", *WEIGHTS, "nominal_frequency_ratio", "duration_s")
+_NUMERIC = ("normal_force_n", *WEIGHTS, "base_amplitude_m", "nominal_frequency_ratio", "duration_s")
 _KNOWN = (*(name for name in Experiment.model_fields if name not in _SOURCES), *WEIGHTS)
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 _SHEET_LIMIT = 1 << 24

@@ -372,6 +372,31 @@ class Recording:
         )
 
 
+@dataclass(frozen=True, eq=False)
+class FrequencyTable:
+    """A steady motion over frequency, one row a drive; arrays (n,), NaN where a row or the whole table lacks it.
+
+    ``drive``: r, or Hz where not `is_ratio`; ``amplitude``: half the swing of the mass in Y, or in m where `in_metres`;
+    ``phase``: rad, by which the mass's fundamental is behind the base; ``base_amplitude``: Y in m; ``_u``: standard
+    uncertainties; ``said``: what the reader must know of how it was read.
+    """
+
+    source: str
+    is_ratio: bool
+    in_metres: bool
+    drive: NDArray[np.float64]
+    drive_u: NDArray[np.float64]
+    amplitude: NDArray[np.float64]
+    amplitude_u: NDArray[np.float64]
+    phase: NDArray[np.float64]
+    phase_u: NDArray[np.float64]
+    base_amplitude: NDArray[np.float64]
+    said: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.drive)
+
+
 def _column(values: ArrayLike, name: str) -> NDArray[np.float64]:
     array = np.asarray(values, dtype=np.float64)
     if array.ndim != 1:

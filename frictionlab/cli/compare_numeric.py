@@ -98,11 +98,12 @@ def _compared(
     files: Files,
     force: bool,
 ) -> Row:
+    from frictionlab.verbs.inputs import frequency_table_given
     from frictionlab.verbs.judging import compare
     from frictionlab.verbs.measuring import analyze
 
     file, shown = files.get(path, path), {}
-    if asked["whole"] or asked["fit"] == "whole":
+    if asked["whole"] or asked["fit"] == "whole" or frequency_table_given(file, scene) is not None:
         comparison = compare(file, scene, **asked)
     else:
         measurement = analyze(file, scene)
@@ -113,7 +114,7 @@ def _compared(
         from frictionlab.verbs.presenting import plot
 
         drawn = {
-            "comparison": comparison if len(comparison.tau) else None,
+            "comparison": comparison if len(comparison.tau) or comparison.over_frequency else None,
             "contact": comparison.contact,
             "record": comparison.record,
         }

@@ -135,7 +135,9 @@ def headline(rows: Sequence[Row], noun: str) -> str:
 
 def assumed(scene: "Scene", good: Sequence[Row]) -> list[str]:
     """What the uncertainties assume that nobody declared."""
-    return [LAG] if good and scene.sensors.lag_s_u is None else []
+    moved = [row.get("nuisances") or {"lag_s": None} for row in good]
+    lags = any(isinstance(names, Mapping) and "lag_s" in names for names in moved)  # a table over frequency has none
+    return [LAG] if lags and scene.sensors.lag_s_u is None else []
 
 
 def _causes(budget: Mapping[str, Mapping[str, float]]) -> Iterable[Row]:

@@ -23,6 +23,7 @@ from frictionlab.figures.style import (
     new_figure,
 )
 from frictionlab.inference import Comparison, ContactForce
+from frictionlab.inference.comparison import OverFrequency
 
 STILL = 1e-9  # of omega Y: a contact that is slower stands
 SHORTEST = 0.1  # of a cycle: a slide that has room for its name
@@ -61,7 +62,9 @@ def draw_compared_loop(comparison: Comparison, ax: Axes) -> Axes:
 
 
 def comparison_figure(comparison: Comparison) -> Figure:
-    """Both of them, with the numbers in a line above each."""
+    """Both of them, with the numbers in a line above each; of a table over frequency, amplitude and phase."""
+    if comparison.over_frequency is not None:
+        return _frequency_figure(comparison, comparison.over_frequency)
     with look():
         figure = new_figure(PAGE, 3.1)
         response, loop = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
@@ -69,6 +72,34 @@ def comparison_figure(comparison: Comparison) -> Figure:
         draw_compared_loop(comparison, loop).set_title(_loop_title(comparison))
         name = comparison.source.replace("\\", "/").rsplit("/", 1)[-1]
         headline(figure, f"{name}: {comparison.model}{_verdict(comparison)}")
+        caution(figure, comparison.warnings)
+        return figure
+
+
+def draw_over_frequency(drawn: OverFrequency, ax: Axes, *, phase: bool) -> Axes:
+    """Amplitude (Y) or phase (degrees behind the base) over the frequency ratio, measured over predicted."""
+    measured, u, curve = drawn.amplitude, drawn.amplitude_u, drawn.curve_amplitude
+    if phase:
+        turned = np.unwrap(np.nan_to_num(drawn.curve_phase)) + 0.0 * drawn.curve_phase
+        measured, u, curve = (np.rad2deg(values) for values in (drawn.phase, drawn.phase_u, turned))
+    there = np.isfinite(measured)
+    error = 1.96 * u[there] if np.isfinite(u[there]).all() else None
+    ax.errorbar(drawn.r[there], measured[there], yerr=error, fmt="o", ms=4, color=MEASURED, label="measured")
+    ax.plot(drawn.curve_r, curve, color=PREDICTED, lw=1.0, label=drawn.law)
+    ax.set(xlabel="frequency ratio r", ylabel="phase behind the base [deg]" if phase else "amplitude, X / Y")
+    ax.legend()
+    return ax
+
+
+def _frequency_figure(comparison: Comparison, drawn: OverFrequency) -> Figure:
+    """Amplitude and phase, whichever was measured."""
+    kinds = [phase for phase, values in ((False, drawn.amplitude), (True, drawn.phase)) if np.isfinite(values).any()]
+    with look():
+        figure = new_figure(PAGE, 3.1)
+        for ax, phase in zip(np.atleast_1d(figure.subplots(1, len(kinds))), kinds, strict=True):
+            draw_over_frequency(drawn, ax, phase=phase)
+        left = f"   what is left: {100 * comparison.response_nrmse:.2g} %" if comparison.response_nrmse else ""
+        headline(figure, f"{drawn.source}: {drawn.law}   beta {comparison.friction}{left}{_verdict(comparison)}")
         caution(figure, comparison.warnings)
         return figure
 

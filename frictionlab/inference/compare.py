@@ -264,7 +264,7 @@ def compared(
     diagnosis = diagnose(found, scene, explained=explained)
     found, verdict = diagnosis.posterior, _verdict(misfit, diagnosis)
     parameters = found.parameters()
-    said = [*measurement.warnings, *found.warnings, *diagnosis.said, *_caveats(found, parameters), *state.warnings]
+    said = [*measurement.warnings, *found.warnings, *diagnosis.said, *caveats(found, parameters), *state.warnings]
     said += _of_verdict(observation, floor, verdict, misfit, ladder)
     if ladder is not None:
         said += _required_untold(observation, parameters)
@@ -407,7 +407,7 @@ def base_words(count: int) -> str:
     return f"{count} base harmonics" if count > 1 else "cosine base"
 
 
-def _caveats(found: Posterior, parameters: Mapping[str, ParameterEstimate]) -> list[str]:
+def caveats(found: Posterior, parameters: Mapping[str, ParameterEstimate]) -> list[str]:
     """Say which parameters are not known."""
     beta, said = parameters["beta"], []
     if beta.u is not None and beta.u > VAGUE * beta.value:

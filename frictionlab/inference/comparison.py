@@ -22,6 +22,27 @@ def _nothing() -> FloatArray:
     return np.zeros(0)
 
 
+@dataclass(frozen=True)
+class OverFrequency:
+    """A table over frequency and the law's curve: r, amplitude (Y) and phase (rad behind the base), as seen.
+
+    ``r``, ``amplitude``, ``amplitude_u``, ``phase``, ``phase_u`` (n,), NaN where not measured; ``curve_r``,
+    ``curve_amplitude``, ``curve_phase`` (m,), NaN where there is no steady state.
+    """
+
+    source: str
+    law: str
+    r: FloatArray
+    amplitude: FloatArray
+    amplitude_u: FloatArray
+    phase: FloatArray
+    phase_u: FloatArray
+    curve_r: FloatArray
+    curve_amplitude: FloatArray
+    curve_phase: FloatArray
+    warnings: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, repr=False, kw_only=True)
 class Comparison(Result):
     """A measured steady cycle and its prediction; the contract's keys, ``None`` is not known.
@@ -41,6 +62,7 @@ class Comparison(Result):
     climbed (fit "whole"): ``law`` is then its top.
     A record without a steady cycle (a sweep, a start-up) has None for all that is a cycle's, and empty arrays: its law
     is told over the largest displacement of the base from its first value and, of speeds, over omega_n times that.
+    Of a table over frequency (``over_frequency``) the nrmse is of amplitudes relative, of phases in radians.
     """
 
     source: str
@@ -83,6 +105,7 @@ class Comparison(Result):
     predicted: FloatArray | None = None
     contact: ContactForce | None = None
 
+    over_frequency: OverFrequency | None = None
     record_nrmse: float | None = None
     record_energy_difference: float | None = None
     record: WholeRecord | None = None
@@ -109,5 +132,6 @@ class Comparison(Result):
             left = f"record nrmse {self.record_nrmse:.2g}"
         said = f", {len(self.warnings)} warnings" if self.warnings else ""
         ratio = "no steady cycle" if self.frequency_ratio is None else f"r = {self.frequency_ratio:.4g}"
+        ratio = "over frequency" if self.over_frequency else ratio
         named = f"{self.source}: {ratio}, {self.law}"
         return f"<Comparison {named}, beta {self.friction}, {left}{said}>"

@@ -457,16 +457,24 @@ def infer(
     fits = [f for f in (held, *moved) if f is not None]
     if not fits:
         raise AnalysisError("no value tried has a steady state")
-    best = moved[0]
     if len(observations) > 1:
-        return posterior_of(*_of_several(best))
+        return posterior_of(*_of_several(moved[0]))
+    return of_one_test(held, moved, law)
+
+
+def of_one_test(held: Fit | None, moved: Sequence[Fit], law: list[int]) -> Posterior:
+    """Return the posterior of one test: from its fit with sensors and rig as known, and from those that move them.
+
+    ``moved``: the best first; ``law``: places of the unknowns of ``held`` among those of the others.
+    """
+    best = moved[0]
     found = posterior_of(best)
     if held is not None and misfit_is_noise(held) and _gained(held, best) < CORRECTED:
         return _as_known(held, found, law)
     found = _with_rivals(found, moved[1:])
     if held is None or not found.strained:
         return found
-    apart = np.zeros(len(model.unknowns))  # what is declared, or the law, is wrong: data do not say which
+    apart = np.zeros(len(best.point))  # what is declared, or the law, is wrong: data do not say which
     apart[law] = _suspicion(found) * (best.point[law] - held.point)
     return found.with_shift(AS_KNOWN, apart)
 

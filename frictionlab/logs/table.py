@@ -203,6 +203,27 @@ def layout_in(path: Path, options: LogOptions) -> LogLayout:
     return find_layout(read_head(path, options.encoding), options) if sheet is None else layout_of_sheet(sheet)
 
 
+def read_beginning(path: Path, options: LogOptions) -> tuple[tuple[LogColumn, ...], NDArray[np.float64] | None]:
+    """Return a file's columns and all of its numbers (rows, columns), NaN where a cell is none; None for a long text.
+
+    Raises
+    ------
+    LogError
+        No table of numbers is found in it.
+    """
+    sheet = read_binary(path, options)
+    if sheet is not None:
+        return layout_of_sheet(sheet).columns, np.stack([_finite(column) for column in sheet.values], axis=1)
+    head = read_head(path, options.encoding)
+    layout = find_layout(head, options)
+    dialect = layout.dialect
+    if not head.whole:
+        return layout.columns, None
+    rows = [split(line, dialect.separator) for line in head.lines[dialect.first :]]
+    cells = [[number(cell, dialect.decimal) for cell in row] for row in rows if len(row) == dialect.fields]
+    return layout.columns, np.array([[np.nan if n is None else n for n in row] for row in cells])
+
+
 def displacements(path: Path, options: LogOptions) -> list[LogColumn]:
     """Columns of a log that may hold a displacement: in a length or in no unit (any, where one is given), no time."""
     sheet = read_binary(path, options)

@@ -47,6 +47,8 @@ class Experiment(SceneTable):
     """Force that presses the contact together."""
     normal_force_n_u: NonNegative | None = None
     """Standard uncertainty of the normal force."""
+    base_amplitude_m: Positive | None = None
+    """Amplitude of the base, for a table over frequency that has no such column."""
     nominal_frequency_ratio: Positive | None = None
     """Frequency ratio that was asked of the drive."""
     duration_s: Positive | None = None

@@ -22,7 +22,7 @@ from frictionlab.workers import Lost, run_each
 
 if TYPE_CHECKING:
     from frictionlab.analysis.measurement import Measurement
-    from frictionlab.recording import Recording
+    from frictionlab.recording import FrequencyTable, Recording
 
 FilePath = str | PathLike[str]
 AnyScene = Scene | FilePath | None
@@ -100,6 +100,19 @@ def recording_given(what: "Recording | FilePath", scene: Scene) -> "Recording":
     from frictionlab.verbs.measuring import ingest
 
     return ingest(path, scene)
+
+
+def frequency_table_given(what: object, scene: Scene) -> "FrequencyTable | None":
+    """The table over frequency that is meant: one as it is, or that of a file; None for anything else."""
+    from frictionlab.recording import FrequencyTable
+
+    if isinstance(what, FrequencyTable):
+        return what
+    if not isinstance(what, str | PathLike) or is_recording_name(path := Path(what)) or not path.is_file():
+        return None
+    from frictionlab.logs.frequency_table import read_frequency_table
+
+    return read_frequency_table(path, scene.log)
 
 
 def measurement_given(what: "Measurement | Recording | FilePath", scene: Scene) -> "Measurement":

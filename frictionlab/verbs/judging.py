@@ -1,23 +1,32 @@
 """What a test says of friction: the law that is identified, its prediction, and a short text about both."""
 
+from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictionlab.errors import UsageError
-from frictionlab.verbs.inputs import AnyScene, FilePath, measurement_given, recording_given, scene_given
+from frictionlab.verbs.inputs import (
+    AnyScene,
+    FilePath,
+    frequency_table_given,
+    measurement_given,
+    recording_given,
+    scene_given,
+)
 
 if TYPE_CHECKING:
     from frictionlab.analysis.measurement import Measurement
     from frictionlab.inference import Comparison, Fitted
     from frictionlab.inference.explain import Explanation
     from frictionlab.inference.material_law import MaterialLaw
-    from frictionlab.recording import Recording
+    from frictionlab.recording import FrequencyTable, Recording
 
 JUDGED = ("model", "analysis", "rig")
 """Tables of a scene whose keys these verbs take as settings."""
 
 
 def compare(
-    what: "Measurement | Recording | FilePath",
+    what: "Measurement | Recording | FrequencyTable | FilePath",
     scene: AnyScene = None,
     *,
     law: str | None = None,
@@ -32,7 +41,8 @@ def compare(
     Parameters
     ----------
     what : Measurement, Recording, str or Path
-        What is measured already, a recording, its file, or a log.
+        What is measured already, a recording, its file, a log, or a table over frequency (columns ``r`` or ``frequency
+        [Hz]``, ``amplitude [Y]`` or ``[mm]``, ``phase [deg]``, each with its standard uncertainty as ``NAME_u``).
     scene : Scene, str, Path or None
         ``[rig]`` gives the natural frequency (and stiffness, for newtons), ``[model]`` the physics.
     law : str, optional
@@ -63,6 +73,17 @@ def compare(
     from frictionlab.inference.material_law import MaterialLaw, read_material_law
 
     known = scene_given(scene, settings, JUDGED)
+    table = frequency_table_given(what, known)
+    if table is not None:
+        if law_file is not None or whole or fit == "whole":
+            raise UsageError(f"{table.source}: a table over frequency: expected neither law_file, whole nor fit")
+        from frictionlab.experiment import facts_of
+        from frictionlab.inference.over_frequency import compare_table
+
+        facts = facts_of(known, Path(what if isinstance(what, str | PathLike) else table.source)).values
+        return compare_table(table, known, facts, law=law, friction_ratio=friction_ratio)
+    if TYPE_CHECKING:
+        assert not isinstance(what, FrequencyTable)
     if law_file is not None:
         if law is not None or friction_ratio is not None or whole or fit == "whole":
             raise UsageError("law_file: a given law leaves nothing to find: give neither law, beta, whole nor fit")

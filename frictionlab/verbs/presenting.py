@@ -89,7 +89,7 @@ def _figure_of(result: Any, title: str | None) -> "Figure":
         raise UsageError(f"plot: there is no motion to draw (outcome {result.outcome})")
     if kind == "SteadyState" and result.orbit is None:
         raise UsageError(f"plot: there is no motion to draw (outcome {result.outcome}, solver {result.solver})")
-    if kind == "Comparison" and not len(result.tau):
+    if kind == "Comparison" and not len(result.tau) and not result.over_frequency:
         raise UsageError("plot: there is no steady cycle to draw; do: plot its whole record (comparison.record)")
     module, _, name = FIGURES[kind].partition(".")
     draw: Callable[..., Figure] = getattr(import_module(f"frictionlab.figures.{module}"), name)
