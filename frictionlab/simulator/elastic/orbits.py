@@ -8,7 +8,7 @@ from frictionlab.simulator.elastic.layout import DERIVED, HASTY, PATIENT, PLAIN,
 from frictionlab.simulator.elastic.residues import keeps_some, unstrain
 from frictionlab.simulator.elastic.settling import NEAR_STEPS, candidate_of, is_stable, no_candidate, settle
 from frictionlab.simulator.elastic.shooting import back_to_start, shoot_elastic, span_of, spread
-from frictionlab.simulator.elastic.starts import NEARLY, rings_often, start_balanced, start_held, start_rigid
+from frictionlab.simulator.elastic.starts import NEARLY, start_balanced, start_held
 from frictionlab.simulator.kernel.layout import (
     CHATTERED,
     DONE,
@@ -49,10 +49,7 @@ def only_elastic(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: Elast
     ahead, near = leg, False
     if len(force.cosine) > 1:
         ahead, near = start_held(rig, sliders, force, leg, room, NEARLY)
-    there = near
-    if not there and rings_often(rig, sliders):
-        ahead, there = start_rigid(rig, sliders, force, leg, room)
-    if not there:
+    if not near:
         ahead = start_balanced(rig, sliders, force, leg, room)
     miss, code = shoot_elastic(rig, sliders, force, ahead, room, ENOUGH_STEPS, FAIR)
     if code == DONE and not spread(rig, room, miss):

@@ -1,4 +1,4 @@
-"""Where a search starts: near what never slips, or where drive and contact balance, or on the rigid contact's orbit.
+"""Where a search starts: near what never slips, or where drive and contact balance.
 
 A slider that yields by phi = beta / kappa under ``z = A cos(theta)`` slips, on the way down, from
 ``cos(theta_s) = 1 - 2 phi / A`` on. To its own harmonic it is a spring and a loss,
@@ -20,28 +20,21 @@ from frictionlab.simulator.elastic.holding import (
 )
 from frictionlab.simulator.elastic.layout import FREE, OUTER, SLIDING, ElasticRoom, Sliders
 from frictionlab.simulator.elastic.phases import stiffened
-from frictionlab.simulator.kernel.events import carry
-from frictionlab.simulator.kernel.layout import DONE, HIGH, LOW, PATH, PHASE, PHASES, TURN, Force, Leg, Rig, Room, State
-from frictionlab.simulator.kernel.motion import local_force, slide_at
-from frictionlab.simulator.kernel.orbits import only_orbit
+from frictionlab.simulator.kernel.layout import TURN, Force, Leg, Rig
+from frictionlab.simulator.kernel.motion import local_force
 
 __all__ = [
     "balanced_size",
-    "rings_often",
     "secant",
     "slip_angle",
     "start_balanced",
     "start_held",
-    "start_rigid",
     "stiffness_to",
     "strain",
 ]
 
 HALVINGS = 8  # of the bracket about the size of the motion: to half a per cent
 DOUBLINGS = 40
-RIGID_SHARE = 0.2  # of what a search may cost, to find the rigid contact's orbit
-OFTEN = 100.0  # rings of a held contact in a cycle, from which the rigid orbit is a cheap start
-YIELDING = 3.0  # times a slider's own yield: a motion that small is not like the rigid contact's
 NEARLY = 1.05  # times a slider's limit: a contact that would hold with so little more hardly slips
 SURELY = 1.3  # times a slider's own yield: a motion of that size makes it slip for a while
 
@@ -161,44 +154,3 @@ def start_held(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: Elastic
         room.start[at], room.start[at + 1] = max(-beta, min(beta, kappa * z + offset)), 0.0
         room.start[0] -= offset
     return Leg(tau, leg.span, leg.turns, leg.sign), True
-
-
-def rings_often(rig: Rig, sliders: Sliders) -> bool:
-    """Tell whether the held contact is so stiff that a motion of it costs more than the rigid contact's orbit."""
-    return held_stiffness(sliders) > (OFTEN * rig.plain.r) ** 2
-
-
-def start_rigid(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, bool]:
-    """Start on the orbit of the rigid contact, in the middle of its longest slide; False where it is of no help."""
-    plain, phases, beta = (
-        Room(room.jacobian, room.tally, room.phases, room.wall, room.meter),
-        room.phases,
-        rig.contact.beta,
-    )
-    if beta == 0.0:
-        return leg, False
-    left = room.meter[0]  # of which a part may be spent here
-    room.meter[0] = RIGID_SHARE * left
-    own, z, v, _, code = only_orbit(rig, force, plain)
-    room.meter[0] += left - RIGID_SHARE * left if left < inf else 0.0
-    if code != DONE or room.tally[PATH] == 0.0:
-        return leg, False
-    carry(rig, force, own, z, v, plain)
-    longest, at = 0.0, 0
-    for i in range(0, PHASE * min(int(room.tally[PHASES]), len(phases) // PHASE), PHASE):
-        if phases[i] != 0.0 and phases[i + 2] > longest:
-            longest, at = phases[i + 2], i
-    side, tau = phases[at], phases[at + 1]
-    local_force(tau, force)
-    start, slide = State(phases[at + 3], phases[at + 4], phases[at + 5]), rig.rising if side > 0.0 else rig.falling
-    way, speed, _ = slide_at(0.5 * longest, slide, force, start)
-    moved = 0.5 * (room.tally[HIGH] - room.tally[LOW]) if own.sign > 0.0 else max(room.tally[HIGH], -room.tally[LOW])
-    z = start.z + way
-    room.start[0], room.start[1] = z, speed
-    load = 1.0 + rig.contact.gradient * z
-    for i in range(len(sliders.force)):
-        room.start[2 + 2 * i], room.start[3 + 2 * i] = side * sliders.strength[i] * load, side
-        room.kinds[i] = SLIDING
-        if moved * sliders.stiffness[i] < YIELDING * sliders.strength[i]:
-            return leg, False
-    return Leg(tau + 0.5 * longest, leg.span, leg.turns, leg.sign), longest > 0.0 and load > 0.0
