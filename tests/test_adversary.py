@@ -47,3 +47,10 @@ def test_a_cubic_spring_that_a_law_explains_as_well_is_in_the_error() -> None:
     found = fl.compare(draw.recording(), draw.scene(), law="coulomb+place")
     assert found.friction_ratio == pytest.approx(draw.values["beta"], abs=3.0 * (found.friction_ratio_u or 0.0))
     assert found.friction_ratio == pytest.approx(draw.values["beta"], rel=0.01)
+
+
+def test_play_that_friction_cannot_be_told_from_is_said() -> None:
+    """7 um of play at r = 0.12: the ratio is off by the play over Y, 70 stated errors, and nothing shows it."""
+    found = fl.compare((draw := drawn(2026, 10)).recording(), draw.scene(), law="coulomb+place+speed")
+    assert found.friction_ratio - draw.values["beta"] == pytest.approx(draw.values["play"], rel=0.05)
+    assert any("10 um of play in the frame to either side would look like friction" in s for s in found.warnings)

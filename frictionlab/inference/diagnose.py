@@ -24,13 +24,15 @@ from frictionlab.simulator.meter import Meter
 
 FloatArray = NDArray[np.float64]
 NEAR_RESONANCE = 0.8  # frequency ratio from which all other causes are tried whatever the fit says
-OF_THE_SPRING = ("spring_cubic", "play")  # always tried: friction bends to them and explains as well
+OF_THE_SPRING = ("spring_cubic",)  # always tried: friction bends to it and explains as well
 ANSWERS = 5.0  # logarithm of the Bayes factor from which a cause is named
 BY_FAR = 50.0  # the same of a cause that leaves a misfit, or where the law explains as well and nothing strains
 AS_LIKELY = -3.0  # the same from which what it moves belongs to u
 RICHER = ("place", "speed")  # what a rigid law that leaves a misfit is held against
 OTHER_CAUSE = "another cause than the law"
 STEPS = 25
+USUAL_PLAY, LITTLE_PLAY = 1e-5, 1e-6  # m to either side: what a bolted frame may have; by which slopes are taken
+SHARP = 64  # harmonics of the force of a play, which turns round as fast as the mass
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,7 @@ def diagnose(found: Posterior, scene: Scene, *, explained: bool) -> Diagnosis:
     if explained and not strained and observation.r <= NEAR_RESONANCE:
         causes, enough = tuple(cause for cause in causes if cause.unknown.name in OF_THE_SPRING), BY_FAR
     found, named, more = _other_causes(found, scene, causes, enough, explained=explained)
-    said += more
+    said += [*more, *(_untold_play(found) if explained and not named else ())]
     return Diagnosis(found, strained or named, tuple(said), named and not explained)
 
 
@@ -290,6 +292,33 @@ def _moved(found: Posterior, own: Fit, other: Fit) -> FloatArray:
         if u.law and u.name in there:
             far[k] = other.point[there[u.name]] - own.point[k]
     return far
+
+
+def _untold_play(found: Posterior) -> Iterator[str]:
+    """Say what a usual play would do to the friction ratio, where the recording does not tell the two apart.
+
+    At low frequency ratios a play p moves the ends of a stop as friction of ``k p`` does. One linear step from the fit:
+    what the other unknowns make of the change that such a play brings, and whether the noise would hide the rest.
+    """
+    observation, beta, values = cycle_of(found.tests[0]), found.fit.find("beta"), found.values()
+    if beta is None or observation.wall != "fixed":
+        return
+    sharp = replace(observation, spring_harmonics=SHARP, work=Meter(math.inf))
+    small, times = LITTLE_PLAY / observation.unit, USUAL_PLAY / LITTLE_PLAY
+    plain, played = observation.predict(values), sharp.predict(values | {"play": small})
+    if plain is None or played is None:
+        return
+    change, slopes = times * observation.white(played - plain), found.fit.place.slopes[0]
+    held = slopes.T @ slopes + np.diag(found.fit.model.holds(found.fit.point))
+    pull = slopes.T @ change
+    moved = np.linalg.solve(held, pull)
+    left = float(change @ change - pull @ moved)  # of the sum of squares
+    moves, error = abs(found.slope(beta) * float(moved[beta])), found.parameters()["beta"].u or math.inf
+    if left < STRAINED**2 and moves > error:
+        yield (
+            f"friction_ratio: {1e6 * USUAL_PLAY:.0f} um of play in the frame to either side would look like friction"
+            f" here and move the ratio by {moves:.2g}; its error of {error:.1g} assumes none"
+        )
 
 
 def _named(cause: Cause, other: Fit, found: Posterior, scene: Scene) -> str:

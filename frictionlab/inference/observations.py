@@ -47,6 +47,7 @@ STEP = 1e-4  # of a prior's standard deviation: finite differences of the simula
 BENDS = {"parabola": 2, "cubic": 3}  # powers of its place by which the mass's sensor bends a cycle
 SENSORS = ("gain", "lag_s", "base_in_mass", *BENDS)  # what is done to a motion that stays the same
 SEEN_SENSORS = (*SENSORS, "mass_in_base")
+STRETCHES = 512  # points of a cycle, at least, at which the stretch of the spring is known
 SPRING_HARMONICS = 16  # of the force of a spring that is not linear
 
 
@@ -189,6 +190,8 @@ class CycleObservation:
         How much of each harmonic the mass's filter leaves.
     missed : float
         Variance of one part of a harmonic that the law cannot explain: it counts beside the noise.
+    spring_harmonics : int
+        Of the force of a spring that is not linear.
     work : Meter
         What steady states may still cost.
     """
@@ -201,6 +204,7 @@ class CycleObservation:
     base: Base
     kept: FloatArray
     missed: float = 0.0
+    spring_harmonics: int = SPRING_HARMONICS
     work: Meter = field(default_factory=lambda: Meter(math.inf), compare=False)
 
     @property
@@ -302,7 +306,7 @@ class CycleObservation:
         cubic, play = values.get("spring_cubic", 0.0), values.get("play", 0.0)
         if not any(bent.values()) and not cubic and not play:
             return self.base
-        count = max(self.base.harmonics, SPRING_HARMONICS if cubic or play else 3)
+        count = max(self.base.harmonics, self.spring_harmonics if cubic or play else 3)
         lines = np.zeros(count, dtype=np.complex128)
         lines[: self.base.harmonics] = self.base.lines
         for order, size in bent.items():
@@ -317,9 +321,10 @@ class CycleObservation:
     def stretch(self) -> FloatArray:
         """Measured motion of the mass over the base (p,), Y: what the frame's spring is stretched by."""
         cycle = self.measurement.cycle
-        order = np.arange(1, len(cycle.base_cosine) + 1)
-        phase = np.outer(cycle.tau, order)
-        return np.asarray(cycle.mass_smooth - np.cos(phase) @ cycle.base_cosine - np.sin(phase) @ cycle.base_sine)
+        order, points = np.arange(1, len(cycle.base_cosine) + 1), max(len(cycle.tau), STRETCHES)
+        phase = np.outer(2.0 * np.pi * np.arange(points) / points, order)
+        mass = np.fft.irfft(np.fft.rfft(cycle.mass_smooth), points) * (points / len(cycle.tau))
+        return np.asarray(mass - np.cos(phase) @ cycle.base_cosine - np.sin(phase) @ cycle.base_sine)
 
     def state(self, values: Values, near: SteadyState | None = None) -> SteadyState | None:
         """Return the steady state at some values; None where there is none."""

@@ -44,8 +44,7 @@ def table(made: np.ndarray, *, stated: bool = True) -> FrequencyTable:
 
 
 def written(path: Path, head: str, made: np.ndarray, separator: str = ",") -> Path:
-    lines = [separator.join(f"{value:.10g}" for value in row) for row in made]
-    text = "\n".join([head, *lines]) + "\n"
+    text = "\n".join([head, *(separator.join(f"{value:.10g}" for value in row) for row in made), ""])
     path.write_text(text.replace(".", ",") if separator == ";" else text)
     return path
 
@@ -71,8 +70,7 @@ def test_errors_cover_the_truth(stated: bool) -> None:
     scores = []
     for seed in range(30):
         found = fl.compare(table(rows(0.4, seed), stated=stated), scene())
-        assert found.friction_ratio_u
-        scores.append(abs(found.friction_ratio - 0.4) / found.friction_ratio_u)
+        scores.append(abs(found.friction_ratio - 0.4) / (found.friction_ratio_u or 1e-9))
         assert found.verdict == ("explained" if stated else None)
     assert 0.5 <= np.mean(np.array(scores) < 1.0) <= 0.85
     assert np.mean(np.array(scores) < 1.96) >= 0.9
@@ -87,8 +85,7 @@ def test_millimetres_and_hertz_give_newtons(known: bool, tmp_path: Path) -> None
     given = scene(**({"base_amplitude_m": 1.8e-3} if known else {}), normal_force_n=3.6)
     found = fl.compare(log, given)
     assert (found.friction_force_n, found.friction_coefficient) == pytest.approx((1.44, 0.4), rel=1e-3)
-    assert found.friction_force_n_u is not None
-    assert found.friction_force_n_u < 0.05
+    assert 0.0 < (found.friction_force_n_u or 0.0) < 0.05
     assert ("base_amplitude" in found.nuisances) is not known
 
 
@@ -112,17 +109,14 @@ def test_a_law_that_is_too_simple_is_said() -> None:
 def test_an_error_of_r_is_an_error_of_friction() -> None:
     exact = table(rows(0.4, 3) * (1.0, 1.0, np.nan))
     vague = FrequencyTable(**{**vars(exact), "drive_u": 0.02 * exact.drive})
-    plain, doubted = (fl.compare(one, scene()).friction_ratio_u for one in (exact, vague))
-    assert plain is not None
-    assert doubted is not None
-    assert doubted > 1.2 * plain
+    plain, doubted = (fl.compare(one, scene()).friction_ratio_u or 0.0 for one in (exact, vague))
+    assert doubted > 1.2 * plain > 0.0
 
 
 def test_phases_of_x_over_y_and_unused_columns_are_said(tmp_path: Path) -> None:
     made = np.column_stack([rows()[:, [0, 2]] * (1.0, -1.0), RATIOS])
     found = read_frequency_table(written(tmp_path / "t.csv", "r,phase [deg],load", made))
     assert found is not None
-    assert len(found) == len(RATIOS)
     assert np.rad2deg(found.phase) == pytest.approx(rows()[:, 2])
     assert "column 3 ('load') is not used" in found.said
     assert "phase: every one is below 0" in found.said[-1]
@@ -170,5 +164,4 @@ def test_the_published_phases_of_the_rig_give_its_friction_force(force: int) -> 
     r, phase = found["r_exp"][:, force], np.deg2rad(found["phi"][:, force])
     seen = fl.compare(FrequencyTable("phases", True, False, r, none, none, none, phase, none, none))
     assert 2.5 * seen.friction_ratio == pytest.approx(FORCES[force], abs=2e-4)
-    assert seen.friction_ratio_u is not None
-    assert abs(seen.friction_ratio - found["coulomb_friction"][force] / 2.5) < 1.96 * seen.friction_ratio_u
+    assert abs(seen.friction_ratio - found["coulomb_friction"][force] / 2.5) < 1.96 * (seen.friction_ratio_u or 0.0)
