@@ -8,7 +8,6 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.last import SETTLED
-from frictionlab.simulator.motion import energies_of
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import Regime, SteadyState, from_numbers
 from frictionlab.simulator.thesis import ThesisRun, thesis_run
@@ -95,14 +94,11 @@ def _from_thesis(run: ThesisRun) -> SteadyState:
     moved = bool(amplitude > 0.0)
     settled = run.drift <= SETTLED * (1.0 + amplitude)
     regime: Regime = ("stick-slip" if run.stops else "continuous") if moved else "stuck"
-    energies = energies_of(run.problem, run.energy_input, None)
     return SteadyState(
         problem=run.problem,
         solver="thesis",
         outcome=("periodic" if settled else "not settled") if moved else "stuck",
-        energy_per_cycle=energies.loop,
-        contact_energy_per_cycle=energies.contact,
-        frame_energy_per_cycle=energies.frame,
+        energy_taken=run.energy_input,
         response_amplitude=amplitude,
         stops_per_cycle=float(run.stops),
         stuck_fraction=run.stuck_time / (2.0 * pi),

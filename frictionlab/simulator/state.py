@@ -1,11 +1,12 @@
 """A steady state: its numbers, its verdict as a sentence, and what the numbers alone would not say."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import isfinite, nan
 from typing import Any, Literal
 
 from frictionlab.simulator.kernel import layout
-from frictionlab.simulator.motion import Motion, energies_of
+from frictionlab.simulator.motion import Energies, Motion, energies_of
 from frictionlab.simulator.notes import Note, asked_of, notes_of, sentences
 from frictionlab.simulator.problem import Problem
 
@@ -73,8 +74,8 @@ class SteadyState:
         What answered: "closed-form", "exact", "numeric" or "thesis".
     outcome : str
         "periodic", "stuck" (the contact never slips), "unbounded" (no steady state), "not settled" or "not found".
-    energy_per_cycle : float or None
-        Area of the loop of base over mass displacement per cycle, over k Y^2: the integral of f dx, eq. (2.18).
+    energy_taken : float or None
+        What the contact and both dashpots take per cycle, over k Y^2: the energies follow from it when asked for.
     response_amplitude : float or None
         (max - min) / 2 of the displacement of the mass over Y.
     stops_per_cycle : float or None
@@ -99,14 +100,12 @@ class SteadyState:
         What the numbers do not say: `notes.Note` as bits; `warnings` are their sentences.
     orbit : Motion or None
         The motion over one period.
-    contact_energy_per_cycle, frame_energy_per_cycle : float or None
-        What the contact and the frame's dashpot take per cycle, over k Y^2.
     """
 
     problem: Problem
     solver: str
     outcome: Outcome
-    energy_per_cycle: float | None = None
+    energy_taken: float | None = None
     response_amplitude: float | None = None
     stops_per_cycle: float | None = None
     stuck_fraction: float | None = None
@@ -119,8 +118,25 @@ class SteadyState:
     growth_per_cycle: float | None = None
     notes: int = 0
     orbit: Motion | None = None
-    contact_energy_per_cycle: float | None = None
-    frame_energy_per_cycle: float | None = None
+
+    @cached_property
+    def _energies(self) -> Energies:
+        return energies_of(self.problem, self.energy_taken, self.orbit)
+
+    @property
+    def energy_per_cycle(self) -> float | None:
+        """Area of the loop of base over mass displacement per cycle, over k Y^2: the integral of f dx, eq. (2.18)."""
+        return self._energies.loop
+
+    @property
+    def contact_energy_per_cycle(self) -> float | None:
+        """What the contact takes per cycle, over k Y^2."""
+        return self._energies.contact
+
+    @property
+    def frame_energy_per_cycle(self) -> float | None:
+        """What the frame's dashpot takes per cycle, over k Y^2."""
+        return self._energies.frame
 
     def __repr__(self) -> str:
         return f"<SteadyState r = {self.problem.r:g}, {self.problem.law.name}: {self.verdict}>"
@@ -154,12 +170,6 @@ class SteadyState:
         told = "1 stop" if self.stops_per_cycle == 1.0 else f"{self.stops_per_cycle:g} stops"
         stops = f" with {told} per cycle" if self.stops_per_cycle else ""
         return f"The motion {kept}: {self.regime}{stops}, {self.energy_per_cycle:.10g} k Y^2 per cycle ({self.solver})."
-
-    @property
-    def energy_taken(self) -> float | None:
-        """What contact and frame take per cycle, over k Y^2."""
-        both = self.contact_energy_per_cycle, self.frame_energy_per_cycle
-        return None if both[0] is None or both[1] is None else both[0] + both[1]
 
     def row(self) -> dict[str, object]:
         """Return the contract's keys of a steady state with their values; what does not exist is None."""
@@ -201,14 +211,11 @@ def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyStat
         residual = miss if given_up and isfinite(miss) else None
         growth = miss if parts else None
         return SteadyState(problem, "exact", outcome, residual=residual, growth_per_cycle=growth, notes=said)
-    energies = energies_of(problem, float(row[layout.ENERGY]), orbit)
     return SteadyState(
         problem=problem,
         solver=SOLVERS[int(row[layout.CLOSED_FORM])],
         outcome=outcome,
-        energy_per_cycle=energies.loop,
-        contact_energy_per_cycle=energies.contact,
-        frame_energy_per_cycle=energies.frame,
+        energy_taken=float(row[layout.ENERGY]),
         response_amplitude=float(row[layout.AMPLITUDE]),
         stops_per_cycle=float(row[layout.STOPS]),
         stuck_fraction=float(row[layout.STUCK_SHARE]),

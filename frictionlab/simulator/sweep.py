@@ -190,8 +190,10 @@ def _said(row: Mapping[str, Any], family: Family, point: Floats) -> list[str]:
     """Return the sentences of a point's notes, with its numbers."""
     if row["outcome"] == FAILED:
         return [f"{WORDS[Note.FAILED]}."]
-    numbers = {key: row[key] for key in (*PLACES, "solver", "outcome")}
-    return list(SteadyState(family.problem(point.tolist()), **numbers, notes=row["warnings"]).warnings)
+    numbers = {key: row[key] for key in (*PLACES, "solver", "outcome") if not key.endswith("energy_per_cycle")}
+    taken = (row["contact_energy_per_cycle"] or 0.0) + (row["frame_energy_per_cycle"] or 0.0)
+    problem = family.problem(point.tolist())
+    return list(SteadyState(problem, **numbers, energy_taken=taken, notes=row["warnings"]).warnings)
 
 
 def _listed(key: str, values: NDArray[Any]) -> list[object]:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator.meter import STATE, Meter
-from frictionlab.simulator.motion import energies_of
 from frictionlab.simulator.notes import COARSE, SLOW, Note
 from frictionlab.simulator.numeric import layout, machine, shooting
 from frictionlab.simulator.numeric.machine import Machine, machine_of
@@ -223,15 +222,12 @@ def _told(problem: Problem, found: shooting.Orbit, motion: NumericMotion, tally:
     stuck = resting == 1.0
     dissipated = float(tally[layout.WORK] + tally[layout.FRAME]) / cycles
     put_in = float(tally[layout.INPUT]) / cycles + _carried(problem)
-    energies = energies_of(problem, dissipated, motion)
     regime: Regime = "stuck" if stuck else "stick-slip" if len(stops) else "continuous"
     return SteadyState(
         problem=problem,
         solver="numeric",
         outcome="stuck" if stuck else "periodic",
-        energy_per_cycle=energies.loop,
-        contact_energy_per_cycle=energies.contact,
-        frame_energy_per_cycle=energies.frame,
+        energy_taken=dissipated,
         response_amplitude=0.5 * float(tally[layout.HIGH] - tally[layout.LOW]),
         stops_per_cycle=0.0 if stuck else len(stops) / cycles,
         stuck_fraction=resting,
