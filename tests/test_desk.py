@@ -10,7 +10,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from frictionlab.cli import app
-from frictionlab.cli.arguments import tables_in
+from frictionlab.cli.work import tables_in
 from tests.desk import ROOT
 
 SCENE = ROOT / "configs" / "sample_data.toml"

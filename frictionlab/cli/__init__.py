@@ -4,7 +4,10 @@ Each command is a function of a module of this folder. Heavy imports (pandas, sc
 inside the functions, so that ``frictionlab --help`` answers at once.
 """
 
+import contextlib
+import io
 import logging
+import os
 import re
 import sys
 from collections.abc import Callable, Sequence
@@ -18,7 +21,6 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command as click_command
 
 from frictionlab import __version__
-from frictionlab.cli.standard_output import LostOutputError, guard_standard_output, standard_output
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
 from frictionlab.process import collect_rarely, keep_freed_memory, use_one_thread
 
@@ -46,13 +48,6 @@ MODULES = {
     "tradeoff": "show",
 }
 """The module of a command that has not its own name."""
-OLD_NAMES = {
-    "compare": "compare-numeric",
-    "--friction-ratio": "--beta",
-    "--static-ratio": "--mu",
-    "--contact-damping-ratio": "--zeta",
-}
-"""Names of commands and options that are still taken, for one version, and those to give instead."""
 MORE = frozenset(
     (
         "--workers", "--scheduler", "--accuracy", "--force", "--quiet", "--verbose", "--padding",
@@ -64,7 +59,7 @@ MORE = frozenset(
     )
 )  # fmt: skip
 """Options that the short help of a command leaves to ``--help-all``."""
-INTERRUPTED = 128 + 2  # the exit status that shells give to what Ctrl-C has stopped
+STOPPED, CLOSED = 128 + 2, 128 + 13  # the exit status that shells give to what Ctrl-C, or a closed pipe, has stopped
 PLAIN: dict[str, Any] = {
     "rich_markup_mode": None,
     "pretty_exceptions_enable": False,
@@ -93,7 +88,7 @@ class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> Any:
         """Read the options; refuse what stands for nothing, and what is no number to a person."""
         ctx.meta[_ALL] = "--help-all" in args
-        args = ["--help" if word == "--help-all" else _new_name(word) for word in args]
+        args = ["--help" if word == "--help-all" else word for word in args]
         if any("--contact-force" in param.opts for param in self.get_params(ctx)):
             args = _with_force_column(args)
         if "" in args and not ctx.resilient_parsing:
@@ -131,15 +126,6 @@ def _with_force_column(args: list[str]) -> list[str]:
     return found
 
 
-def _new_name(word: str) -> str:
-    """The name that has taken the place of an old one, with a line that says it."""
-    name, equals, value = word.partition("=")
-    if name not in OLD_NAMES or not name.startswith("--"):
-        return word
-    complain(f"note: {name} is now {OLD_NAMES[name]}; the old name is taken until the next version")
-    return f"{OLD_NAMES[name]}{equals}{value}"
-
-
 def _in_words(error: typer.BadParameter) -> str:
     """What a library found wrong with a value, with the value."""
     faults: list[Any] = getattr(error.__cause__, "errors", list)()
@@ -167,9 +153,6 @@ class Commands(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
         """The command of a name; None where there is none."""
-        if cmd_name in OLD_NAMES and not cmd_name.startswith("-"):
-            complain(f"note: {cmd_name} is now {OLD_NAMES[cmd_name]}; the old name is taken until the next version")
-            cmd_name = OLD_NAMES[cmd_name]
         if cmd_name not in COMMANDS:
             return None
         from frictionlab.cli.options import with_options
@@ -222,11 +205,79 @@ def frictionlab(
     """
 
 
-def complain(text: str) -> None:
-    """As `screen.complain`, which is loaded only where there is something to complain of."""
-    from frictionlab.cli import screen
+def printable(text: str) -> str:
+    r"""Show control characters instead of sending them to the terminal.
 
-    screen.complain(text)
+    Examples
+    --------
+    >>> printable("steel\x1b[31m")
+    'steel\\x1b[31m'
+    """
+    return "".join(c if c.isprintable() or c == " " else c.encode("unicode_escape").decode() for c in text)
+
+
+def complain(text: str) -> None:
+    """Print one line of complaint on stderr."""
+    typer.echo(f"frictionlab: {printable(text)}", err=True)
+
+
+class LostOutputError(Exception):
+    """Standard output takes no more: its disk is full, or who read it has gone (``| head``)."""
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether its reader has gone: nobody is to be told, and it is no fault."""
+        return isinstance(self.__cause__, BrokenPipeError)
+
+    @property
+    def status(self) -> int:
+        """The exit status that follows."""
+        return CLOSED if self.is_closed else 1
+
+
+class _Guarded(io.TextIOWrapper):
+    """A standard stream whose faults cannot be taken for those of a file.
+
+    Standard output raises `LostOutputError`; standard error drops what it cannot tell, and nothing else is lost.
+    """
+
+    def write(self, text: str, /) -> int:
+        """Write; a fault is one of the stream."""
+        try:
+            return super().write(text)
+        except OSError as error:
+            self._give_up(error)
+            return len(text)
+
+    def flush(self) -> None:
+        """Flush; a fault is one of the stream."""
+        try:
+            super().flush()
+        except OSError as error:
+            self._give_up(error)
+
+    def _give_up(self, error: OSError) -> None:
+        with contextlib.suppress(OSError, ValueError):  # what is still to be printed goes nowhere, also at the exit
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self.fileno())
+        if self is sys.stdout:
+            raise LostOutputError(f"standard output: {error.strerror or error}") from error
+
+
+def guard_standard_streams() -> None:
+    """Let standard output raise nothing but `LostOutputError`; a file's name need not be text that it can print."""
+    for name in ("stdout", "stderr"):
+        plain, is_error = getattr(sys, name), name == "stderr"
+        if plain is None:  # closed by who started this: what is printed goes nowhere
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - open to the end
+        elif isinstance(plain, io.TextIOWrapper):
+            guarded = _Guarded(
+                plain.buffer,
+                plain.encoding,
+                "backslashreplace",
+                line_buffering=is_error or plain.line_buffering,
+                write_through=is_error,
+            )
+            setattr(sys, name, guarded)
 
 
 def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
@@ -239,8 +290,7 @@ def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
     def run(*args: P.args, **kwargs: P.kwargs) -> None:
         try:
             command(*args, **kwargs)
-            with standard_output():
-                pass  # what was printed reaches its place now, or is told to be lost
+            sys.stdout.flush()  # what was printed reaches its place now, or is told to be lost
         except LostOutputError as error:
             _tell_lost(error)
             raise typer.Exit(error.status) from error
@@ -248,7 +298,7 @@ def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
             raise
         except KeyboardInterrupt as error:
             complain("stopped")
-            raise typer.Exit(INTERRUPTED) from error
+            raise typer.Exit(STOPPED) from error
         except (SceneError, UsageError) as error:
             for line in str(error).split("\n"):
                 complain(line)
@@ -275,25 +325,19 @@ def _reason(error: Exception) -> str:
     return f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else reason_of(error)
 
 
-class _ToStderr(logging.Handler):
-    """Prints to stderr as it is now: a progress bar may have taken it over."""
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Print one line."""
-        print(record.getMessage(), file=sys.stderr, flush=True)
-
-
 def announce_compiling(arguments: Sequence[str]) -> None:
     """Let the simulator's compiler say that it begins, if stderr is a terminal and nobody asked for silence."""
     if sys.stderr.isatty() and not {"--json", "--quiet", "-q"}.intersection(arguments):
         logger = logging.getLogger("frictionlab.simulator")
         logger.setLevel(logging.INFO)
-        logger.handlers[:] = [_ToStderr()]
+        handler = logging.Handler()
+        handler.emit = lambda record: typer.echo(record.getMessage(), err=True)  # type: ignore[method-assign]
+        logger.handlers[:] = [handler]
 
 
 def main() -> None:
     """Entry point of the ``frictionlab`` command."""
-    guard_standard_output()
+    guard_standard_streams()
     use_one_thread()
     keep_freed_memory()
     collect_rarely()

@@ -1,7 +1,7 @@
 """``frictionlab analyze``: recording -> measurement; ``frictionlab free-vibration``: a free decay -> the frame."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, fields, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, fields
 from functools import partial
 from math import pi
 from pathlib import Path
@@ -9,10 +9,19 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from frictionlab.cli.arguments import Figures, Files, exit_status, expanded, report_rows, result_names
 from frictionlab.cli.options import ANALYSIS, takes
 from frictionlab.cli.screen import Shown, print_table, print_tests, print_warnings
-from frictionlab.cli.work import MEASURED, Judged, ManyInputs
+from frictionlab.cli.work import (
+    HIDDEN,
+    MEASURED,
+    Figures,
+    Judged,
+    ManyInputs,
+    exit_status,
+    expanded,
+    report_rows,
+    result_names,
+)
 from frictionlab.schema import FREE_VIBRATIONS, MEASUREMENTS
 from frictionlab.tables import Row
 from frictionlab.tables.texts import with_error
@@ -23,10 +32,9 @@ if TYPE_CHECKING:
     from frictionlab.estimate import Average
     from frictionlab.scene import Scene
 
-SERIES = "series"  # travels with a row from its worker and is taken off before anybody sees the row
+SERIES = "series"
 FIGURE = "free_vibration"
-TAPS, MODES = "taps", "modes"
-Means = dict[str, "Average"]
+TAPS, MODES, FOUND = "taps", "modes", "taps with their samples"
 
 
 @takes(ANALYSIS)
@@ -45,10 +53,10 @@ def analyze(
     inputs = expanded(recordings, recordings=True)
     plots = work.places(inputs, scene, MEASUREMENTS, ("measurement",))
     pages = {} if report is None else {path: report / f"{name}.html" for path, name in result_names(inputs).items()}
-    series: dict[str, object] = {}
     is_tree = work.output is not None and work.output.suffix == ".h5"
     job = partial(_measured, scene=scene, plots=plots, pages=pages, force=work.force, with_series=is_tree)
-    rows, shown = work.rows(inputs, job, "analyze", sifted=partial(_put_apart, series=series))
+    rows, shown = work.rows(inputs, job, "analyze")
+    series = {str(number): row[SERIES] for number, row in enumerate(shown) if SERIES in row}
     work.write(rows, inputs, scene, MEASUREMENTS, series=series)
     work.show(shown, MEASUREMENTS, MEASURED, scene, noun="recordings measured")
     exit_status(rows)
@@ -56,17 +64,16 @@ def analyze(
 
 def _measured(
     path: Path,
+    file: Path,
     *,
     scene: "Scene",
     plots: Figures | None,
     pages: Mapping[Path, Path],
-    files: Files,
     force: bool,
     with_series: bool,
 ) -> Row:
     from frictionlab.verbs.measuring import analyze
 
-    file = files.get(path, path)
     measurement = analyze(file, scene)
     if plots is not None:
         from frictionlab.verbs.presenting import plot
@@ -76,16 +83,8 @@ def _measured(
         from frictionlab.verbs.presenting import sheet
 
         sheet(measurement, file, pages[path], scene, force=force)
-    series = {SERIES: _series(measurement)} if with_series else {}
-    return {**measurement.row(), "source": str(path), **series}
-
-
-def _put_apart(rows: Iterable[Row], series: dict[str, object]) -> Iterator[Row]:
-    """The rows without their series, which go into the other place under the number of the row."""
-    for number, row in enumerate(rows):
-        if SERIES in row:
-            series[str(number)] = row[SERIES]
-        yield {key: value for key, value in row.items() if key != SERIES}
+    hidden = {HIDDEN: {SERIES: _series(measurement)}} if with_series else {}
+    return {**measurement.row(), "source": str(path), **hidden}
 
 
 def _series(measurement: "Measurement") -> dict[str, object]:
@@ -111,11 +110,12 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
     scene = work.scene_for(inputs[0], {}, ())
     paths = expanded(inputs, recordings=True)
     plots = work.places(paths, scene, FREE_VIBRATIONS, (FIGURE,))
-    silent = replace(work, as_json=False, quiet=work.quiet or work.as_json)  # averages come before the first line
-    rows, _ = silent.rows(paths, partial(_tapped, scene=scene, plots=plots, force=work.force), "free vibration")
-    means = _means([tap for row in rows for tap in _taps(row)])
+    job = partial(_tapped, scene=scene, plots=plots, force=work.force)
+    rows, shown = work.rows(paths, job, "free vibration", silent=True)  # averages come before the first line
+    means = _means([tap for row in shown if isinstance(taps := row.get(FOUND), tuple) for tap in taps])
     if work.as_json:
-        report_rows((_with_means(row, means) for row in rows), as_json=True)
+        over_all = {f"mean_{name}": value for name, value in _numbers(means, spread=True).items()}
+        report_rows(({**row, **over_all} if TAPS in row else row for row in rows), as_json=True)
     lines = [line for row in rows for line in _lines(row)]
     work.write(lines, paths, scene, FREE_VIBRATIONS)
     if not work.as_json:
@@ -125,79 +125,51 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
     exit_status(rows)
 
 
-def _tapped(path: Path, *, scene: "Scene", plots: Figures | None, files: Files, force: bool) -> Row:
-    from frictionlab.analysis.free_vibration import averages
+def _tapped(path: Path, file: Path, *, scene: "Scene", plots: Figures | None, force: bool) -> Row:
+    """The row of an input: the averages over its taps and each of them, or the modes of several masses."""
     from frictionlab.verbs.measuring import decay_of, free_vibration, free_vibration_modes, masses_of
 
-    recording = decay_of(files.get(path, path), scene)
+    recording = decay_of(file, scene)
     head = {"source": str(path), "status": "ok", "reason": None}
     if len(masses_of(recording)) > 1:
         found = [asdict(mode) for mode in free_vibration_modes(recording, scene)]
         first = {key: value for key, value in found[0].items() if key != "shape"}
         return {**head, "warnings": list(recording.source.warnings), **first, MODES: found}
     taps = free_vibration(recording, scene)
-    means = averages(taps)
+    means = _means(taps)
     if plots is not None:
         from frictionlab.verbs.presenting import plot
 
         plot(taps, plots[path][FIGURE], title=path.name, force=force)
-    stiffness = _stiffness(scene, means["natural_frequency_hz"].mean)
+    stiffness, normal = scene.rig.stiffness, scene.experiment.normal_force_n
+    if stiffness is None and scene.rig.mass_kg is not None:
+        stiffness = scene.rig.mass_kg * (2.0 * pi * means["natural_frequency_hz"].mean) ** 2
+    force_n = None if stiffness is None else stiffness * means["friction_m"].mean
     return {
         **head,
         "warnings": [*recording.source.warnings, *dict.fromkeys(w for tap in taps for w in tap.warnings)],
-        **{key: value for name, mean in means.items() for key, value in _with_error(name, mean).items()},
-        **_force(means["friction_m"], stiffness, scene.experiment.normal_force_n),
+        **_numbers(means),
+        "friction_n": force_n,
+        "friction_n_se": None if stiffness is None else stiffness * means["friction_m"].se,
+        "friction_coefficient": force_n / normal if force_n is not None and normal else None,
         "stiffness_n_per_m": stiffness,
-        TAPS: taps,
+        TAPS: [{f.name: getattr(tap, f.name) for f in fields(tap) if f.name != "swing"} for tap in taps],
+        HIDDEN: {FOUND: taps},
     }
 
 
-def _with_error(name: str, mean: "Average") -> Row:
-    return {name: mean.mean, f"{name}_se": mean.se}
-
-
-def _stiffness(scene: "Scene", natural_frequency: float) -> float | None:
-    """The scene's stiffness [N/m], or that of its mass at the frequency found."""
-    if scene.rig.stiffness is not None or scene.rig.mass_kg is None:
-        return scene.rig.stiffness
-    return scene.rig.mass_kg * (2.0 * pi * natural_frequency) ** 2
-
-
-def _force(friction: "Average", stiffness: float | None, normal: float | None) -> Row:
-    """Friction force, and its coefficient, where the scene says enough for them."""
-    if stiffness is None:
-        return dict.fromkeys(("friction_n", "friction_n_se", "friction_coefficient"))
-    force = stiffness * friction.mean
-    coefficient = force / normal if normal else None
-    return {"friction_n": force, "friction_n_se": stiffness * friction.se, "friction_coefficient": coefficient}
-
-
-def _taps(row: Row) -> "Sequence[FreeVibration]":
-    taps = row.get(TAPS)
-    return taps if isinstance(taps, tuple) else ()
-
-
-def _means(taps: "Sequence[FreeVibration]") -> Means:
+def _means(taps: "Sequence[FreeVibration]") -> "dict[str, Average]":
     from frictionlab.analysis.free_vibration import averages
 
     return averages(taps) if taps else {}
 
 
-def _with_means(row: Row, means: Means) -> Row:
-    """A row as programs see it: its taps as rows, and the averages over all inputs."""
-    if row["status"] != "ok" or MODES in row:
-        return row
-    over_all = {
-        f"mean_{key}": value
-        for name, mean in means.items()
-        for key, value in {**_with_error(name, mean), f"{name}_spread": mean.spread}.items()
-    }
-    return {**row, TAPS: [_plain(tap) for tap in _taps(row)], **over_all}
-
-
-def _plain(tap: "FreeVibration") -> dict[str, object]:
-    """A tap's numbers, without the samples."""
-    return {f.name: getattr(tap, f.name) for f in fields(tap) if f.name != "swing"}
+def _numbers(means: "dict[str, Average]", *, spread: bool = False) -> dict[str, float | None]:
+    """Averages as keys of a row, each with its standard error, and with their spread where that is asked for."""
+    found: dict[str, float | None] = {}
+    for name, mean in means.items():
+        found |= {name: mean.mean, f"{name}_se": mean.se, **({f"{name}_spread": mean.spread} if spread else {})}
+    return found
 
 
 def _lines(row: Row) -> Iterator[dict[str, object]]:
@@ -205,13 +177,12 @@ def _lines(row: Row) -> Iterator[dict[str, object]]:
     if row["status"] != "ok":
         yield dict(row)
         return
-    stiffness, modes = row.get("stiffness_n_per_m"), row.get(MODES)
-    for number, mode in enumerate(modes if isinstance(modes, list) else [], 1):
-        yield {"source": row["source"], "status": "ok", "reason": None, "tap": number, **mode}
-    for number, tap in enumerate(_taps(row), 1):
-        force = tap.friction_m * stiffness if isinstance(stiffness, float) else None
-        head = {"source": row["source"], "status": "ok", "reason": None, "tap": number}
-        yield {**head, **_plain(tap), "friction_n": force}
+    stiffness, each = row.get("stiffness_n_per_m"), row.get(MODES) or row[TAPS]
+    for number, numbers in enumerate(each if isinstance(each, list) else [], 1):
+        line = {"source": row["source"], "status": "ok", "reason": None, "tap": number, **numbers}
+        if TAPS in row:
+            line["friction_n"] = numbers["friction_m"] * stiffness if isinstance(stiffness, float) else None
+        yield line
 
 
 def _shape(masses: object) -> str:
@@ -229,7 +200,7 @@ TAPPED = (
 )
 
 
-def _print_taps(lines: Sequence[Row], means: Means, *, wide: bool) -> None:
+def _print_taps(lines: Sequence[Row], means: "dict[str, Average]", *, wide: bool) -> None:
     from frictionlab.analysis.free_vibration import scene_snippet
 
     good = [line for line in lines if line["status"] == "ok"]

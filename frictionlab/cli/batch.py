@@ -7,18 +7,20 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from frictionlab.cli.arguments import Rows, exit_status, opened, report_rows, tables_in
+from frictionlab.cli import complain, printable
 from frictionlab.cli.options import ANALYSIS, check_law, scene_of, takes
-from frictionlab.cli.screen import (
-    complain,
-    paragraph,
-    print_table,
-    print_tests,
-    print_warnings,
-    printable,
-    track,
+from frictionlab.cli.screen import paragraph, print_table, print_tests, print_warnings, track
+from frictionlab.cli.work import (
+    COMPARED,
+    MEASURED,
+    Rows,
+    assumed,
+    exit_status,
+    headline,
+    opened,
+    report_rows,
+    tables_in,
 )
-from frictionlab.cli.work import COMPARED, MEASURED, assumed, headline
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.schema import COMPARISONS, MATERIAL_LAWS, MEASUREMENTS
 from frictionlab.tables import Row, check_output, read_rows, write_rows

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
-from frictionlab.cli.arguments import Figures, Files, exit_status, expanded
+from frictionlab.cli import complain, printable
 from frictionlab.cli.options import ANALYSIS, check_law, takes
-from frictionlab.cli.screen import complain, print_table, printable
-from frictionlab.cli.work import COMPARED, HIDDEN, Judged
+from frictionlab.cli.screen import print_table
+from frictionlab.cli.work import COMPARED, HIDDEN, Figures, Judged, exit_status, expanded
 from frictionlab.schema import COMPARISONS, LAWS, RECORD_LAWS
 from frictionlab.tables import Row
 
@@ -90,19 +90,13 @@ def _moved(name: str, values: Mapping[str, float]) -> Row:
 
 
 def _compared(
-    path: Path,
-    *,
-    scene: "Scene",
-    asked: Mapping[str, Any],
-    plots: Figures | None,
-    files: Files,
-    force: bool,
+    path: Path, file: Path, *, scene: "Scene", asked: Mapping[str, Any], plots: Figures | None, force: bool
 ) -> Row:
     from frictionlab.verbs.inputs import frequency_table_given
     from frictionlab.verbs.judging import compare
     from frictionlab.verbs.measuring import analyze
 
-    file, shown = files.get(path, path), {}
+    shown = {}
     if asked["whole"] or asked["fit"] == "whole" or frequency_table_given(file, scene) is not None:
         comparison = compare(file, scene, **asked)
     else:
@@ -147,10 +141,10 @@ def explain(recordings: list[Path], *, settings: Mapping[str, object], work: Jud
     exit_status(rows)
 
 
-def _explained(path: Path, *, scene: "Scene", plots: Figures | None, files: Files, force: bool) -> Row:
+def _explained(path: Path, file: Path, *, scene: "Scene", plots: Figures | None, force: bool) -> Row:
     from frictionlab.verbs.judging import explain
 
-    told = explain(files.get(path, path), scene)
+    told = explain(file, scene)
     if plots is not None and told.contact is not None:
         from frictionlab.verbs.presenting import plot
 

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from frictionlab.cli.arguments import STANDARD_INPUT, Files, exit_status, expanded, on_disk, report_rows, result_names
+from frictionlab.cli import printable
 from frictionlab.cli.options import LOG, number_of, scene_of, takes
-from frictionlab.cli.screen import Shown, count, paragraph, print_tests, print_warnings, printable, track
+from frictionlab.cli.screen import Shown, count, paragraph, print_tests, print_warnings, track
+from frictionlab.cli.work import STANDARD_INPUT, exit_status, expanded, on_disk, report_rows, result_names
 from frictionlab.errors import UsageError
 from frictionlab.files import refuse_inputs
 from frictionlab.tables.texts import with_error
@@ -29,7 +30,6 @@ QUESTIONS = {
     "experiment.material": "material of the tests",
     "experiment.normal_force_n": "normal force in N",
 }
-TEXTS = ("material",)
 
 
 @takes(LOG)
@@ -68,7 +68,9 @@ def ingest(
         watched = track(made, total=len(inputs), title="ingest", quiet=quiet or as_json or alone)
         rows = report_rows(watched, as_json=as_json)
     if not as_json:
-        _tell(rows, evidence=dry_run)
+        good = [row for row in rows if row["status"] == "ok"]
+        print_tests(rows, FOUND, f"{len(good)} of {len(rows)} logs {'read' if dry_run else 'ingested'}")
+        _print_evidence(good if dry_run else ())
         if not quiet:
             print_warnings(rows, verbose=verbose)
     exit_status(rows)
@@ -80,7 +82,7 @@ def _ingested(
     scene: "Scene",
     base_log: Path | None,
     places: "Mapping[Path, Path] | None",
-    files: Files,
+    files: "Mapping[Path, Path]",
     force: bool,
     quiet: bool,
 ) -> "Row":
@@ -169,12 +171,9 @@ FOUND = (
 )
 
 
-def _tell(rows: Sequence[Mapping[str, Any]], *, evidence: bool) -> None:
-    """Print a table of what was made, and below it what its user should know."""
-    good = [row for row in rows if row["status"] == "ok"]
-    verb = "read" if evidence else "ingested"
-    print_tests(rows, FOUND, f"{len(good)} of {len(rows)} logs {verb}")
-    for row in good if evidence else ():
+def _print_evidence(rows: Sequence[Mapping[str, Any]]) -> None:
+    """Below the table: why each log was read as it was, and the first lines that were set aside."""
+    for row in rows:
         for sentence in row["evidence"]:
             typer.echo(f"{printable(row['source'])}: {printable(sentence)}")
         for line in row["quarantined"][:5]:
@@ -203,22 +202,19 @@ def init(
         raise UsageError(f"{folder / SCENE_NAME}: exists: fill it in, or give --force to replace it")
     found = look(folder)
     asks = sys.stdin.isatty() and sys.stdout.isatty() and not (quiet or every) and bool(found.tests)
-    answers = {key: value for key in found.lacks if asks and (value := _answer(key)) is not None}
-    facts = dict(_fact(key, value) for key, value in answers.items())
+    prompts = {key: QUESTIONS[key] for key in found.lacks if asks}
+    said = {key: str(typer.prompt(text, default="", show_default=False)).strip() for key, text in prompts.items()}
+    answers = {key: text for key, text in said.items() if text}
+    facts = dict(_fact(key, text) for key, text in answers.items())
     path = init(folder, force=force, everything=every, found=found, **facts)
     if not quiet:
         _print_found(found, path, open_keys=[key for key in found.lacks if key not in answers])
 
 
-def _answer(key: str) -> str | None:
-    said: str = typer.prompt(QUESTIONS[key], default="", show_default=False)
-    return said.strip() or None
-
-
 def _fact(key: str, said: str) -> tuple[str, object]:
     """A key of the scene and its value, of what was answered; a stiffness may be given in place of the mass."""
     name = key.partition(".")[2]
-    if name in TEXTS:
+    if name == "material":
         return name, said
     if name == "mass_kg" and said.replace(" ", "").endswith("N/m"):
         return "stiffness_n_per_m", number_of(said.replace(" ", "").removesuffix("N/m"), "stiffness")

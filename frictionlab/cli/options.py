@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
-from frictionlab.cli.screen import complain
+from frictionlab.cli import complain
 from frictionlab.errors import UsageError
 from frictionlab.log_options import LogOptions
 

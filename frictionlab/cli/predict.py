@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from frictionlab.cli.arguments import figure_file
+from frictionlab.cli import complain
 from frictionlab.cli.options import Results, scene_of, values_of
-from frictionlab.cli.screen import complain, count, paragraph, print_table, print_warnings
+from frictionlab.cli.screen import count, paragraph, print_table, print_warnings
+from frictionlab.cli.work import figure_file
 from frictionlab.schema import PREDICTIONS
 from frictionlab.tables import Row, check_output, json_line, write_rows
 

@@ -15,6 +15,7 @@ from typing import TypeVar
 
 import typer
 
+from frictionlab.cli import complain, printable
 from frictionlab.schema import Table, column_of
 from frictionlab.tables import Row, plain
 from frictionlab.tables.texts import kinds_of
@@ -27,22 +28,6 @@ MOST_WARNINGS = 10  # lines
 T = TypeVar("T")
 Count = Callable[[int, int], None]
 """Called with what is done and what there is in all."""
-
-
-def printable(text: str) -> str:
-    r"""Show control characters instead of sending them to the terminal.
-
-    Examples
-    --------
-    >>> printable("steel\x1b[31m")
-    'steel\\x1b[31m'
-    """
-    return "".join(c if c.isprintable() or c == " " else c.encode("unicode_escape").decode() for c in text)
-
-
-def complain(text: str) -> None:
-    """Print one line of complaint on stderr."""
-    typer.echo(f"frictionlab: {printable(text)}", err=True)
 
 
 def cell(value: object) -> str:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from frictionlab.cli import printable
 from frictionlab.cli.options import scene_of
-from frictionlab.cli.screen import count, paragraph, print_table, printable, track, warnings_of
+from frictionlab.cli.screen import count, paragraph, print_table, track, warnings_of
 from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.files import make_folder
 from frictionlab.schema import TRADES, table_of
@@ -135,7 +136,7 @@ def laws(
             usual = f"usually {p.usual[0]:g} to {p.usual[1]:g}"
             paragraph(f"    {p.name}: {p.words}; {p.domain}, {usual}", indent="        ")
     if plot is not None and known is not None:
-        from frictionlab.cli.arguments import figure_file
+        from frictionlab.cli.work import figure_file
         from frictionlab.simulator import Problem, steady_state
         from frictionlab.verbs.presenting import plot as draw
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
+from frictionlab.cli import complain
 from frictionlab.cli.options import ANALYSIS, LOG, Results, numbers, takes
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.tables import Row, check_output, json_line, write_rows
@@ -237,7 +238,7 @@ def _checked_outputs(to: Results, *, every: bool) -> Path | None:
             raise UsageError(f"{to.output}: --all gives rows without motions; expected .csv, .jsonl, .xlsx or .parquet")
     if to.plot is None:
         return None
-    from frictionlab.cli.arguments import figure_file
+    from frictionlab.cli.work import figure_file
 
     return figure_file(to.plot, "coexisting" if every else "motion", force=to.force)
 
@@ -348,8 +349,8 @@ def _follow(
     to: Results,
 ) -> None:
     """Simulate the response to a file's base motion; print, write and draw it."""
-    from frictionlab.cli.arguments import exit_status, figure_file, report_rows
-    from frictionlab.cli.screen import complain, print_turned, print_warnings
+    from frictionlab.cli.screen import print_turned, print_warnings
+    from frictionlab.cli.work import exit_status, figure_file, report_rows
     from frictionlab.schema import RESPONSES
     from frictionlab.verbs.inputs import row_of
 

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from frictionlab.cli.arguments import STOPPED, figure_file
+from frictionlab.cli import LostOutputError, complain
 from frictionlab.cli.options import named_values, values_of
-from frictionlab.cli.screen import complain, count
-from frictionlab.cli.standard_output import LostOutputError
+from frictionlab.cli.screen import count
+from frictionlab.cli.work import figure_file
 from frictionlab.errors import UsageError
 from frictionlab.schema import STEADY_STATES
 from frictionlab.tables import check_output, json_line
@@ -101,21 +101,14 @@ def _follow(
                     column[step.start : step.done] = step.records[key]
                 if progress is not None:
                     progress(step.done, step.total)
-    except KeyboardInterrupt:
-        _leave(steps, f"stopped: {done} of {len(grid)} points are saved beside {output}")
-        raise typer.Exit(STOPPED) from None
-    except LostOutputError:
-        _leave(steps, f"note: standard output takes no more: {done} of {len(grid)} points are saved beside {output}")
+    except (KeyboardInterrupt, LostOutputError) as error:
+        steps.close()  # which saves what is solved
+        why = "note: standard output takes no more" if isinstance(error, LostOutputError) else "stopped"
+        complain(f"{why}: {done} of {len(grid)} points are saved beside {output}: give --resume to continue")
         raise
     for sentence in () if as_json or quiet else warned.sentences():
         complain(f"warning: {sentence}")
     return outcomes, warned
-
-
-def _leave(steps: "Generator[Step]", words: str) -> None:
-    """Save what is solved, and say what to do with it."""
-    steps.close()
-    complain(f"{words}: give --resume to continue")
 
 
 def _columns(grid: "Grid", figure: Path) -> "dict[str, np.ndarray]":

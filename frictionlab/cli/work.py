@@ -1,6 +1,10 @@
-"""What commands over many recordings share: their options, the way through them, what a screen shows of their rows."""
+"""What commands over files share: which are meant, the way through them, what a screen shows, the exit status."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -8,22 +12,202 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
-from frictionlab.cli.arguments import Figures, Rows, figure_places, on_disk, report_rows
+from frictionlab.cli import STOPPED, LostOutputError, complain
 from frictionlab.cli.options import Results, scene_of
 from frictionlab.cli.screen import Shown, print_table, print_tests, print_warnings, track
-from frictionlab.tables import Row, check_output, write_rows
+from frictionlab.errors import UsageError
+from frictionlab.tables import Row, check_output, json_line, write_rows
 from frictionlab.tables.texts import with_error
+from frictionlab.verbs.inputs import FAILED, logs_of, names_of, rows_of, scene_given
 
 if TYPE_CHECKING:
     from frictionlab.scene import Scene
     from frictionlab.schema import Table
 
-HIDDEN = "of the screen"  # key of what travels with a row for the screen alone
+STANDARD_INPUT = Path("-")
+HDF5 = b"\x89HDF"  # as a recording begins
+Figures = Mapping[Path, Mapping[str, Path]]
+"""Input -> kind of figure -> its file."""
+HIDDEN = "of the command"  # key of what travels with a row for the command alone
 LAG = (
     "lag_s_u of [sensors] is not declared: half a sampling interval of lag between the channels, either way, is assumed"
     " in the uncertainties"
 )
 BUDGET = {"quantity": "quantity", "cause": "cause", "uncertainty": "standard uncertainty", "share": "share [%]"}
+
+
+def expanded(logs: Sequence[Path], *, recordings: bool = False) -> list[Path]:
+    """The logs that are meant, each once: of a folder all logs in it, of a pattern all files that fit it, in order.
+
+    With ``recordings`` a folder's recordings are meant where it holds any.
+
+    Raises
+    ------
+    UsageError
+        A folder without logs, or a pattern that fits nothing.
+    """
+    found: dict[Path, None] = {}
+    for log in opened(logs):
+        made = sorted(log.glob("*.h5")) if recordings and log.is_dir() else []
+        found |= dict.fromkeys(made or (logs_of([log]) if log.is_dir() else [log]))
+    return list(found)
+
+
+def tables_in(places: Sequence[Path]) -> list[Path]:
+    """The tables that are meant, each once: of a folder all that stand in it, of a pattern all files that fit it.
+
+    Raises
+    ------
+    UsageError
+        A folder without tables, or a pattern that fits nothing.
+    """
+    from frictionlab.tables import SUFFIXES
+
+    found: dict[Path, None] = {}
+    for place in opened(places):
+        tables = [p for p in sorted(place.iterdir()) if p.suffix in SUFFIXES] if place.is_dir() else [place]
+        if not tables:
+            raise UsageError(f"no tables in {place}: expected files ending in {', '.join(SUFFIXES)}")
+        found |= dict.fromkeys(tables)
+    return list(found)
+
+
+def opened(places: Sequence[Path]) -> list[Path]:
+    """The files and folders that are meant: of a pattern that no shell has opened up, all files that fit it.
+
+    Raises
+    ------
+    UsageError
+        A pattern that fits nothing.
+    """
+    found: list[Path] = []
+    for place in places:
+        if place.exists() or not any(sign in str(place) for sign in "*?["):
+            found.append(place)
+            continue
+        root = place.parent if place.parent.is_dir() else Path(place.anchor)
+        files = sorted(path for path in root.glob(str(place.relative_to(root))) if path.is_file())
+        if not files:
+            raise UsageError(f"{place}: no file fits this pattern")
+        found += files
+    return found
+
+
+def result_names(logs: Sequence[Path]) -> Mapping[Path, str]:
+    """A name for the results of each input that no other has; standard input has one too."""
+    files = {log: Path("standard_input") if log == STANDARD_INPUT else log for log in dict.fromkeys(logs)}
+    names = names_of(list(files.values()))
+    return {log: names[file] for log, file in files.items()}
+
+
+def figure_places(
+    plot: Path | None, inputs: Sequence[Path], kinds: Sequence[str], *, force: bool = False
+) -> Figures | None:
+    """Name the figures of each input, and refuse those that would replace another kind of file or an input.
+
+    Parameters
+    ----------
+    plot
+        A folder, or for one input a file; None: nothing is drawn.
+    inputs
+        What is drawn of; like-named ones get names that differ.
+    kinds
+        Kinds of figures of each input, the first being the one that the named file holds; others stand beside it.
+
+    Raises
+    ------
+    UsageError
+        A file for several inputs, a suffix of another kind of file, or a figure that would replace something else.
+    """
+    from frictionlab.figures.mark import METADATA
+
+    if plot is None:
+        return None
+    if plot.is_dir() or not plot.suffix:
+        names = result_names(inputs).items()
+        places = {path: {kind: plot / f"{name}.{kind}.png" for kind in kinds} for path, name in names}
+    elif len(inputs) > 1 and plot.suffix in METADATA:
+        raise UsageError(f"--plot {plot}: expected a folder for the figures of {len(inputs)} inputs; got a file's name")
+    else:
+        beside = {kind: plot.with_name(f"{plot.stem}.{kind}{plot.suffix}") for kind in kinds[1:]}
+        places = {inputs[0]: {kinds[0]: plot, **beside}}
+    _check_drawable([place for figures in places.values() for place in figures.values()], inputs, force=force)
+    return places
+
+
+def figure_file(plot: Path | None, kind: str, *, force: bool, inputs: Sequence[Path] = ()) -> Path | None:
+    """The file of a command's only figure: as named, or of its kind's name in the folder named."""
+    if plot is None:
+        return None
+    file = plot / f"{kind}.png" if plot.is_dir() or not plot.suffix else plot
+    _check_drawable([file], inputs, force=force)
+    return file
+
+
+def _check_drawable(files: Sequence[Path], inputs: Sequence[Path], *, force: bool) -> None:
+    """Refuse a suffix that is no figure's, and a figure that would replace something else."""
+    from frictionlab.figures.mark import METADATA, check_figures
+
+    for file in files:
+        if file.suffix not in METADATA:
+            raise UsageError(
+                f"{file}: expected a figure ending in .pdf, .svg or .png, or a folder; got {file.suffix!r}"
+            )
+    check_figures(files, force=force, inputs=inputs)
+
+
+@contextmanager
+def on_disk(inputs: Iterable[Path]) -> Iterator[Mapping[Path, Path]]:
+    """Where inputs stand that are no files: standard input is copied, here and at once, because workers have none."""
+    if STANDARD_INPUT not in inputs:
+        yield {}
+        return
+    with tempfile.TemporaryDirectory(prefix="frictionlab-") as folder:
+        file = Path(folder) / "standard_input"
+        with file.open("wb") as copy:
+            shutil.copyfileobj(sys.stdin.buffer, copy)
+        with file.open("rb") as copied:
+            is_recording = copied.read(len(HDF5)) == HDF5
+        yield {STANDARD_INPUT: file.rename(file.with_suffix(".h5")) if is_recording else file}
+
+
+class Rows(list[Row]):
+    """The rows of the inputs that are done."""
+
+    ended = 0  # the exit status that follows from what came before the last
+
+
+def report_rows(rows: Iterable[Row], *, as_json: bool) -> Rows:
+    """Return all rows; with ``as_json`` print each as it comes, a line of JSON.
+
+    Ctrl-C and a standard output that takes no more (a full disk, a pipe that was closed) end it; the rows until then
+    are returned, so that the command can still write them.
+    """
+    seen = Rows()
+    try:
+        for row in rows:
+            seen.append(row)
+            if as_json:
+                typer.echo(json_line(row))
+    except KeyboardInterrupt:
+        seen.ended = STOPPED
+        complain(f"stopped: {len(seen)} inputs are done, the others are not")
+    except LostOutputError as error:
+        seen.ended = error.status
+        if not error.is_closed:
+            complain(f"{error}: {len(seen)} inputs are done, the others are not")
+    return seen
+
+
+def exit_status(rows: Iterable[Row]) -> None:
+    """Leave with status 1 if some input failed (contract: 0 all well, 1 some input failed), as shells do if stopped."""
+    status = rows.ended if isinstance(rows, Rows) else 0
+    if status or any(row.get("status") == FAILED for row in rows):
+        raise typer.Exit(status or 1)
+
+
+def _on_file(path: Path, job: Callable[[Path, Path], Row], files: Mapping[Path, Path]) -> Row:
+    return job(path, files.get(path, path))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,8 +222,6 @@ class ManyInputs(Results):
 
     def scene_for(self, first: Path, settings: Mapping[str, object], tables: tuple[str, ...]) -> "Scene":
         """The scene, with what the command line says in place of its keys."""
-        from frictionlab.verbs.inputs import scene_given
-
         found = scene_of(self.scene, beside=first, quiet=self.quiet or self.as_json)
         return scene_given(found, settings, tables)
 
@@ -50,23 +232,27 @@ class ManyInputs(Results):
         return figure_places(self.plot, inputs, kinds, force=self.force)
 
     def rows(
-        self,
-        inputs: Sequence[Path],
-        job: Callable[..., Row],
-        title: str,
-        sifted: Callable[[Iterable[Row]], Iterable[Row]] = iter,
+        self, inputs: Sequence[Path], job: Callable[[Path, Path], Row], title: str, *, silent: bool = False
     ) -> tuple[Rows, list[Row]]:
-        """The rows of all inputs, and the same with what the screen alone shows.
+        """The rows of all inputs, and the same with what the command alone sees (`HIDDEN`).
 
-        ``job`` makes a row of a path and ``files``: where what stands on no disk has been put.
+        ``job`` makes a row of an input and the file that holds it, which is not itself for standard input.
         """
-        from frictionlab.verbs.inputs import rows_of
-
         shown: list[Row] = []
+
+        def parted(made: Iterable[Row]) -> Iterator[Row]:
+            for row in made:
+                plain = {key: value for key, value in row.items() if key != HIDDEN}
+                more = row.get(HIDDEN)
+                shown.append({**plain, **more} if isinstance(more, Mapping) else plain)
+                yield plain
+
         with on_disk(inputs) as files:
-            made = rows_of(inputs, partial(job, files=files), workers=self.workers, scheduler=self.scheduler)
-            watched = track(sifted(made), total=len(inputs), title=title, quiet=self.quiet or self.as_json)
-            rows = report_rows(_parted(watched, shown), as_json=self.as_json)
+            made = rows_of(
+                inputs, partial(_on_file, job=job, files=files), workers=self.workers, scheduler=self.scheduler
+            )
+            watched = track(made, total=len(inputs), title=title, quiet=self.quiet or self.as_json)
+            rows = report_rows(parted(watched), as_json=self.as_json and not silent)
         return rows, shown
 
     def write(self, rows: Sequence[Row], inputs: Sequence[Path], scene: "Scene", table: "Table", **more: Any) -> None:
@@ -114,15 +300,6 @@ class Judged(ManyInputs):
                 typer.echo(f"\n{row['source']}: what adds to the uncertainty")
                 print_table(list(_causes(budget)), BUDGET, elsewhere="--json gives")
         return good
-
-
-def _parted(rows: Iterable[Row], shown: list[Row]) -> Iterable[Row]:
-    """The rows without what is meant for the screen; with it they are put apart."""
-    for row in rows:
-        plain = {key: value for key, value in row.items() if key != HIDDEN}
-        more = row.get(HIDDEN)
-        shown.append({**plain, **more} if isinstance(more, Mapping) else plain)
-        yield plain
 
 
 def headline(rows: Sequence[Row], noun: str) -> str:
