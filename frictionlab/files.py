@@ -1,17 +1,19 @@
 """Files that appear whole or not at all.
 
-A file is written under a temporary name in the folder of its final one, synced to the disk and then renamed over it,
-so that a killed process, a full disk or a second writer leaves the old file or none. The temporary file is locked as
-long as its writer lives; one without a lock is a leftover of a killed run and is swept by the next writer.
+A file is written under a temporary name of its own in the folder of its final one, synced to the disk and then renamed
+over it, so that a killed process, a full disk or a second writer leaves a whole file or none. What a killed run left is
+swept by who writes there an hour later.
 """
 
 import errno
 import os
+import secrets
 import stat
+import time
 import unicodedata
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
-from typing import BinaryIO
 
 from frictionlab.errors import OutputError, UsageError
 
@@ -21,10 +23,11 @@ PACKED = (".gz", ".bz2", ".xz", ".zip")
 """Suffixes of packed logs: the log's own stands before."""
 PROTECTED = "{}: is write-protected: choose another output, or give --force"
 _BLOCK = 1 << 23  # bytes of one write
+_LEFT_S = 3600.0  # since its last byte, after which a temporary file has no writer
 _sync, _rename = os.fsync, os.replace
 OPEN_FLAGS = sum(getattr(os, name, 0) for name in ("O_CLOEXEC", "O_NOFOLLOW", "O_BINARY"))
 """Not for children of this process, not through a link, bytes as they are: whichever of them this system knows."""
-WINDOWS = os.name == "nt"  # an open file cannot be renamed there, and folders cannot be synced
+WINDOWS = os.name == "nt"  # an open file cannot be removed there, and folders cannot be synced
 
 
 def write_whole(path: Path, data: Bytes | Iterable[Bytes], *, replace: bool | Callable[[Path], bool] = True) -> None:
@@ -42,8 +45,8 @@ def write_whole(path: Path, data: Bytes | Iterable[Bytes], *, replace: bool | Ca
     Raises
     ------
     OutputError
-        If it exists and may not be replaced, another process is writing it, or the system refuses (full disk,
-        read-only folder). What stood there before is untouched.
+        If it exists and may not be replaced, or the system refuses (full disk, read-only folder). What stood there
+        before is untouched.
 
     Examples
     --------
@@ -56,22 +59,20 @@ def write_whole(path: Path, data: Bytes | Iterable[Bytes], *, replace: bool | Ca
     _check_name(path)
     final = Path(os.path.realpath(path))
     check_replaceable(final, replace=replace)
-    part = final.with_name(f".{final.name}{SUFFIX}")
+    part = final.with_name(f".{final.name[:100]}.{secrets.token_hex(4)}{SUFFIX}")
     try:
         _sweep(final.parent)
-        with _open_locked(part, final) as file:
-            try:
-                os.ftruncate(file.fileno(), 0)
-                _write_all(file.fileno(), data)
-                check_replaceable(final, replace=replace)
-                if final.exists():  # as private as the file it replaces; a protection that was overruled ends
-                    part.chmod(stat.S_IMODE(final.stat().st_mode) | stat.S_IWUSR)
-                if WINDOWS:
-                    file.close()
-                _rename(part, final)
-            except BaseException:
-                remove_part(file, part)
-                raise
+        descriptor = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL | OPEN_FLAGS, 0o666)
+        try:
+            with os.fdopen(descriptor, "wb", buffering=0):
+                _write_all(descriptor, data)
+            check_replaceable(final, replace=replace)
+            if final.exists():  # as private as the file it replaces; a protection that was overruled ends
+                part.chmod(stat.S_IMODE(final.stat().st_mode) | stat.S_IWUSR)
+            _rename(part, final)
+        except BaseException:
+            part.unlink(missing_ok=True)
+            raise
     except OutputError:
         raise
     except OSError as error:
@@ -208,40 +209,6 @@ def stem_of(log: Path) -> str:
     return (log.with_suffix("") if log.suffix.lower() in PACKED else log).stem
 
 
-def remove_part(file: BinaryIO, part: Path) -> None:
-    """Remove a temporary file that this process holds."""
-    if WINDOWS:
-        file.close()
-    part.unlink(missing_ok=True)
-
-
-def _open_locked(part: Path, final: Path) -> BinaryIO:
-    """The temporary file, locked for this process."""
-    while True:
-        file = os.fdopen(os.open(part, os.O_RDWR | os.O_CREAT | OPEN_FLAGS, 0o666), "r+b", buffering=0)
-        if not take_lock(file):
-            file.close()
-            raise OutputError(f"{final}: another process is writing it just now: wait for it, or stop it")
-        if _still_there(part, file.fileno()):
-            return file
-        file.close()  # its writer finished between our open and our lock: it is the final file by now
-
-
-def take_lock(file: BinaryIO) -> bool:
-    """Lock an open file for as long as it is open; False if another process holds it."""
-    from filelock import lock_descriptor  # noqa: PLC0415  # a fifth of the start-up of commands that write nothing
-
-    return lock_descriptor(file.fileno(), blocking=False)
-
-
-def _still_there(part: Path, descriptor: int) -> bool:
-    try:
-        here, ours = part.lstat(), os.fstat(descriptor)
-    except FileNotFoundError:
-        return False
-    return stat.S_ISREG(here.st_mode) and (here.st_dev, here.st_ino) == (ours.st_dev, ours.st_ino)
-
-
 def _write_all(descriptor: int, data: Bytes | Iterable[Bytes]) -> None:
     for piece in (data,) if isinstance(data, (bytes, bytearray, memoryview)) else data:
         view, done = memoryview(piece).cast("B"), 0
@@ -251,15 +218,11 @@ def _write_all(descriptor: int, data: Bytes | Iterable[Bytes]) -> None:
 
 
 def _sweep(folder: Path) -> None:
-    """Remove the temporary files that killed runs left in this folder; a living writer's is locked and stays."""
+    """Remove the temporary files that killed runs left in this folder."""
     for part in folder.glob(f".*{SUFFIX}"):
-        try:
-            file = os.fdopen(os.open(part, os.O_RDWR | OPEN_FLAGS), "r+b", buffering=0)
-        except OSError:
-            continue  # gone meanwhile, or not ours to touch
-        with file:
-            if take_lock(file) and _still_there(part, file.fileno()):
-                remove_part(file, part)
+        with suppress(OSError):  # gone meanwhile, or not ours to touch
+            if time.time() - part.lstat().st_mtime > _LEFT_S:
+                part.unlink()
 
 
 def _sync_folder(folder: Path) -> None:

@@ -1,7 +1,6 @@
 """Files appear whole or not at all: disk full at every write, kills at random moments, two writers, leftovers."""
 
 import errno
-import fcntl
 import os
 import signal
 import time
@@ -110,7 +109,6 @@ def test_kills_leave_a_whole_file(tmp_path: Path) -> None:
     payloads = [bytes([k]) * (1 << 18) for k in range(5)]
     write_whole(path, payloads[0])
     draw = np.random.default_rng(1)
-    swept = 0
     for _ in range(50):
         child = os.fork()
         if child == 0:
@@ -119,8 +117,12 @@ def test_kills_leave_a_whole_file(tmp_path: Path) -> None:
         os.kill(child, signal.SIGKILL)
         os.waitpid(child, 0)
         assert path.read_bytes() in payloads
-        swept += len(leftovers(tmp_path))
-    assert swept > 0
+    left = leftovers(tmp_path)
+    assert left
+    write_whole(tmp_path / "b.bin", b"")
+    assert leftovers(tmp_path) == left  # their writers may live
+    for part in left:
+        os.utime(part, (0.0, time.time() - 3700.0))
     write_whole(tmp_path / "b.bin", b"")
     assert leftovers(tmp_path) == []
 
@@ -134,19 +136,6 @@ def _write_for_ever(path: Path, payloads: list[bytes]) -> None:
         os._exit(1)
 
 
-def test_a_second_writer_is_told_and_a_living_ones_file_stays(tmp_path: Path) -> None:
-    path, part = tmp_path / "a.bin", tmp_path / f".a.bin{SUFFIX}"
-    with part.open("wb") as living:
-        fcntl.flock(living, fcntl.LOCK_EX)
-        with pytest.raises(OutputError, match="another process is writing it just now"):
-            write_whole(path, b"mine")
-        write_whole(tmp_path / "b.bin", b"other")
-        assert part.exists()
-    write_whole(tmp_path / "b.bin", b"other")
-    assert not part.exists()
-    assert not path.exists()
-
-
 def test_two_writers_at_once_leave_one_of_both_files(tmp_path: Path) -> None:
     path = tmp_path / "a.bin"
     children = []
@@ -156,11 +145,7 @@ def test_two_writers_at_once_leave_one_of_both_files(tmp_path: Path) -> None:
             code = 1
             try:
                 for _ in range(50):
-                    try:
-                        write_whole(path, bytes([k]) * 100_000)
-                    except OutputError as error:
-                        if "another process" not in str(error):
-                            os._exit(2)
+                    write_whole(path, bytes([k]) * 100_000)
                 code = 0
             finally:
                 os._exit(code)
@@ -168,11 +153,3 @@ def test_two_writers_at_once_leave_one_of_both_files(tmp_path: Path) -> None:
     assert [os.waitpid(child, 0)[1] for child in children] == [0] * 4
     assert path.read_bytes() in [bytes([k]) * 100_000 for k in range(4)]
     assert leftovers(tmp_path) == []
-
-
-def test_a_link_in_place_of_the_temporary_file_is_not_followed(tmp_path: Path) -> None:
-    (tmp_path / "victim").write_bytes(b"precious")
-    (tmp_path / f".a.bin{SUFFIX}").symlink_to(tmp_path / "victim")
-    with pytest.raises(OutputError, match="could not be written"):
-        write_whole(tmp_path / "a.bin", b"new")
-    assert (tmp_path / "victim").read_bytes() == b"precious"

@@ -26,13 +26,13 @@ from typing import Any, BinaryIO
 
 import h5py
 import numpy as np
+from filelock import lock_descriptor
 from numpy.typing import NDArray
 
 from frictionlab import __version__
 from frictionlab.errors import OutputError, UsageError
-from frictionlab.files import OPEN_FLAGS, remove_part, take_lock, write_whole
-from frictionlab.hdf5.image import Image
-from frictionlab.hdf5.opening import root_attribute, to_read
+from frictionlab.files import OPEN_FLAGS, WINDOWS, write_whole
+from frictionlab.hdf5.opening import new_file, root_attribute, to_read
 from frictionlab.schema import STEADY_STATES
 
 FORMAT = "frictionlab map"
@@ -89,7 +89,7 @@ class GrowingMap:
 
     def discard(self) -> None:
         """Remove the journal."""
-        remove_part(self._file, part_of(self.path))
+        _remove(self._file, self.path)
 
 
 class FinishedMap:
@@ -123,11 +123,11 @@ class _Layout:
             content.update(np.asarray(values, dtype="<f8").tobytes())
         return content.hexdigest()
 
-    def pieces(self, records: NDArray[np.void]) -> Iterator[memoryview]:
-        """The bytes of the file of these results."""
+    def pieces(self, records: NDArray[np.void]) -> tuple[memoryview, bytes]:
+        """The bytes of the file of these results, and its seal."""
         shape = tuple(len(values) for values in self.axes.values())
-        image = Image()
-        with image.new_file(format=FORMAT, format_version=FORMAT_VERSION) as tree:
+
+        def fill(tree: h5py.File) -> None:
             tree.attrs.update({**self.attributes, "identity": self.identity})
             scales = []
             for name, values in self.axes.items():
@@ -136,13 +136,14 @@ class _Layout:
                 axis.attrs.update(_described(name) or {"units": "1", "long_name": self.words.get(name, name)})
                 scales.append(axis)
             for key in self.kinds:
-                data = image.place(tree, key, records[key].reshape(shape))
+                data = tree.create_dataset(key, data=records[key].reshape(shape))
                 _give_axes(data, scales)
                 data.attrs.update(_flagged(self.flags.get(key, {}), data.dtype))
             for key in (name for name in self.attributes if STEADY_STATES.column(name) is not None):
                 word = self.attributes[key].encode()
                 _give_axes(tree.create_dataset(key, shape, f"S{len(word)}", fillvalue=word), scales)
-        return image.pieces()
+
+        return new_file(fill, format=FORMAT, format_version=FORMAT_VERSION)
 
 
 def part_of(path: Path) -> Path:
@@ -235,11 +236,17 @@ def _locked(path: Path) -> Iterator[BinaryIO]:
     except OSError as error:
         raise OutputError(f"{path}: cannot be written ({error.strerror}): choose another folder") from error
     with os.fdopen(descriptor, "r+b", buffering=0) as file:
-        if not take_lock(file):
+        if not lock_descriptor(descriptor, blocking=False):
             raise OutputError(f"{path}: another sweep is writing it just now: wait for it, or stop it")
         if _is_gone(path, file):
             raise OutputError(f"{path}: another sweep has just finished it: look at it first")
         yield file
+
+
+def _remove(file: BinaryIO, path: Path) -> None:
+    if WINDOWS:
+        file.close()
+    part_of(path).unlink(missing_ok=True)
 
 
 def _is_gone(path: Path, file: BinaryIO) -> bool:
@@ -280,7 +287,7 @@ def _begun(path: Path, file: BinaryIO, layout: _Layout) -> GrowingMap:
     size = 2 * layout.points * layout.dtype.itemsize
     free = shutil.disk_usage(path.parent).free
     if free < size:
-        remove_part(file, part_of(path))
+        _remove(file, path)
         raise OutputError(f"{path}: no room for the map: expected {size} bytes; got {free}: free some")
     head = json.dumps({"identity": layout.identity, "frictionlab_version": __version__}).encode() + b"\n"
     os.ftruncate(file.fileno(), 0)

@@ -24,7 +24,7 @@ The tree, format version 1::
 Behind the HDF5 part, where other programs do not look, stands its seal (`frictionlab.hdf5.opening`).
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, fields
 from datetime import UTC, datetime
 from os import PathLike
@@ -33,17 +33,16 @@ from typing import Any, Literal
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.errors import RecordingError
 from frictionlab.files import check_replaceable, write_whole
-from frictionlab.hdf5.image import Image
 from frictionlab.hdf5.opening import (
     FORMAT_VERSION,
     TEXT,
     array_inside,
     facts_of,
     group_inside,
+    new_file,
     opened,
     root_attribute,
     storable,
@@ -117,20 +116,21 @@ def pieces_of(
     created: datetime | None = None,
     precision: Literal["f8", "f4"] = "f8",
     compression: Compression = None,
-) -> Iterator[memoryview]:
-    """Give the bytes of a recording's file in order; only ``created`` differs between two files of one recording.
+) -> tuple[memoryview, bytes]:
+    """Give the bytes of a recording's file, and its seal; only ``created`` differs between two files of one recording.
 
     ``precision`` and ``compression`` of the displacements are knobs of the trade (`frictionlab tradeoff`): commands
     write doubles as they are, which is fastest and loses nothing. gzip shuffles its bytes first.
     """
-    image = Image()
-    with image.new_file(format=FORMAT, format_version=FORMAT_VERSION) as file:
+
+    def fill(file: h5py.File) -> None:
         _write_root(file, recording, created or datetime.now(UTC))
-        _write_arrays(image, file, recording, precision, compression)
+        _write_arrays(file, recording, precision, compression)
         _write_source(file.create_group("source", track_order=True), recording.source)
         _write_experiment(file.create_group("experiment", track_order=True), recording.experiment)
         _write_nexus(file, list(recording.measured()))
-    return image.pieces()
+
+    return new_file(fill, format=FORMAT, format_version=FORMAT_VERSION)
 
 
 def read_recording(path: str | PathLike[str]) -> Recording:
@@ -155,28 +155,22 @@ def _write_root(file: h5py.File, recording: Recording, created: datetime) -> Non
     file.attrs["default"] = "entry"
 
 
-def _write_arrays(
-    image: Image, file: h5py.File, recording: Recording, precision: str, compression: Compression
-) -> None:
-    def add(name: str, values: NDArray[Any]) -> h5py.Dataset:
-        if compression is None:
-            return image.place(file, name, values)
-        return file.create_dataset(name, data=values, compression=compression, shuffle=True)
-
-    time = add("time", recording.time)
+def _write_arrays(file: h5py.File, recording: Recording, precision: str, compression: Compression) -> None:
+    packed: dict[str, Any] = {} if compression is None else {"compression": compression, "shuffle": True}
+    time = file.create_dataset("time", data=recording.time, **packed)
     time.attrs.update({"units": "s", "long_name": "time", "axis": "T"})
     if "start_time" in recording.source.dialect:
         time.attrs["start_time"] = str(recording.source.dialect["start_time"])
     time.make_scale("time")
     further = {channel.name: channel for channel in recording.channels}
     for name, values in recording.measured().items():
-        dataset = add(name, values.astype(precision, copy=False))
+        dataset = file.create_dataset(name, data=values.astype(precision, copy=False), **packed)
         units = further[name].unit if name in further else "m"
         dataset.attrs.update({"units": units, "long_name": _words(name), "ancillary_variables": "quality"})
         if name in further and further[name].sensor:
             dataset.attrs["sensor"] = storable(further[name].sensor)
         dataset.dims[0].attach_scale(time)
-    quality = image.place(file, "quality", recording.quality)
+    quality = file.create_dataset("quality", data=recording.quality)
     quality.attrs["long_name"] = "what was wrong at this sample"
     quality.attrs["flag_masks"] = np.array([flag.value for flag in Quality], np.uint8)
     quality.attrs["flag_meanings"] = " ".join(str(flag.name).lower() for flag in Quality)

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import FrictionlabError, RecordingError
 from frictionlab.files import write_whole
-from frictionlab.hdf5.image import Image
 from frictionlab.hdf5.opening import (
     FORMAT_VERSION,
     NO_FILE,
     dataset_inside,
     facts_of,
     group_inside,
+    new_file,
     node_inside,
     opened,
     root_attribute,
@@ -64,10 +64,8 @@ def write_tree(
     >>> read_tree(path, kind="frictionlab example")["series"]
     {'rule': 'all', 'energy': array([1., 1., 1.])}
     """
-    image = Image()
-    with image.new_file(format=kind, format_version=FORMAT_VERSION) as file:
-        _write_branch(file, tree, columns)
-    write_whole(path, image.pieces(), replace=force or (lambda old: root_attribute(old, "format") == kind))
+    pieces = new_file(lambda file: _write_branch(file, tree, columns), format=kind, format_version=FORMAT_VERSION)
+    write_whole(path, pieces, replace=force or (lambda old: root_attribute(old, "format") == kind))
 
 
 def format_of(path: Path) -> str:

@@ -9,9 +9,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from filelock import lock_descriptor
 
 from frictionlab.errors import RecordingError
-from frictionlab.files import take_lock
 from frictionlab.hdf5 import arrays_inside, describe, is_recording, read_recording, trial
 from frictionlab.hdf5.opening import is_whole
 from frictionlab.recording import Recording
@@ -33,14 +33,11 @@ def test_what_this_package_writes_is_sealed(kind: str, path: Path) -> None:
     assert is_whole(path) is None
 
 
-def test_no_byte_changes_unseen_but_those_of_the_numbers(path: Path) -> None:
+def test_no_byte_changes_unseen(path: Path) -> None:
     raw = path.read_bytes()
-    unseen = []
-    for at in range(0, len(raw) - 24, 101):
+    for at in range(0, len(raw) - 16, 101):
         path.write_bytes(raw[:at] + bytes([raw[at] ^ 0x41]) + raw[at + 1 :])
-        if is_whole(path):
-            unseen.append(at)
-    assert len(unseen) == pytest.approx(800 * 25 / 101, abs=8)  # three arrays of doubles and one of bytes
+        assert is_whole(path) is False
 
 
 def test_a_broken_seal_is_told(path: Path) -> None:
@@ -51,13 +48,6 @@ def test_a_broken_seal_is_told(path: Path) -> None:
         with pytest.raises(RecordingError, match=r"a\.h5: damaged: its bytes are not those that were written"):
             reader(path)
     assert not is_recording(path)
-
-
-@pytest.mark.parametrize("said", [b"\xff" * 8, bytes(8)])
-def test_a_seal_that_claims_nonsense_is_broken(said: bytes, path: Path) -> None:
-    raw = path.read_bytes()
-    path.write_bytes(raw[:-24] + said + raw[-16:])
-    assert is_whole(path) is False
 
 
 def test_a_recording_that_others_have_changed_is_tried_and_read(path: Path) -> None:
@@ -117,10 +107,9 @@ def test_what_the_trial_dies_of_is_said(
         read_recording(path)
 
 
-def test_a_writers_lock_does_not_keep_readers_out(path: Path) -> None:
-    """The lock of a file that is being replaced outlives the moment it takes its name."""
+def test_another_programs_lock_does_not_keep_readers_out(path: Path) -> None:
     with path.open("r+b", buffering=0) as writer:
-        assert take_lock(writer)
+        assert lock_descriptor(writer.fileno(), blocking=False)
         assert len(read_recording(path)) == 800
 
 
