@@ -19,7 +19,7 @@ from frictionlab.errors import OutputError, UsageError
 
 Bytes = bytes | bytearray | memoryview
 SUFFIX = ".frictionlab-part"
-PACKED = (".gz", ".bz2", ".xz", ".zip")
+PACKED = (".gz", ".zip")
 """Suffixes of packed logs: the log's own stands before."""
 PROTECTED = "{}: is write-protected: choose another output, or give --force"
 _BLOCK = 1 << 23  # bytes of one write

@@ -115,7 +115,7 @@ def shown(path: Path) -> list[list[str]]:
     return [line.split() for line in done.stdout.splitlines()]
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".jsonl", ".xlsx", ".parquet", ".h5"])
+@pytest.mark.parametrize("suffix", [".csv", ".jsonl", ".xlsx", ".h5"])
 def test_show_prints_a_result_of_any_kind_with_its_own_columns(tmp_path: Path, suffix: str) -> None:
     fit = {"material": "steel", "normal_force_n": 1.25, "tests": 5, "friction_ratio": 0.35, "friction_ratio_u": 0.001}
     path = tmp_path / f"friction{suffix}"

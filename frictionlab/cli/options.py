@@ -55,7 +55,7 @@ WORDS = {
     "measured": "--measured FILE | Comparisons at hand (compare-numeric -o): they are known.",
     "mu": "--mu | Static over kinetic friction, in both directions (1).",
     "normal_force": "--normal-force N | In place of the scene's.",
-    "output": "--output -o FILE | Write a table: .csv .jsonl .xlsx .parquet .h5",
+    "output": "--output -o FILE | Write a table: .csv .jsonl .xlsx .h5",
     "batch.output": "--output -o FOLDER | Where all results go (default: LOGS_results here).",
     "campaign.output": "--output -o FOLDER | Tables, figures and report.",
     "ingest.output": "--output -o FILE_OR_FOLDER | Without it: LOG's name + .h5, beside it.",

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 MOST = 100  # rows on a terminal
 LOOP = (0.3, 0.6)  # frequency and friction ratio of the loop of a law
-TABLES = (".csv", ".jsonl", ".xlsx", ".parquet")
+TABLES = (".csv", ".jsonl", ".xlsx")
 
 
 def show(file: Path) -> None:
-    """Show what is in a recording (.h5), a scene (.toml) or a result (.csv, .jsonl, .xlsx, .parquet, .h5).
+    """Show what is in a recording (.h5), a scene (.toml) or a result (.csv, .jsonl, .xlsx, .h5).
 
     Example: frictionlab show configs/frame.toml
     """

@@ -235,7 +235,7 @@ def _checked_outputs(to: Results, *, every: bool) -> Path | None:
 
         check_output(to.output, MOTIONS, force=to.force)
         if every and to.output.suffix == ".h5":
-            raise UsageError(f"{to.output}: --all gives rows without motions; expected .csv, .jsonl, .xlsx or .parquet")
+            raise UsageError(f"{to.output}: --all gives rows without motions; expected .csv, .jsonl or .xlsx")
     if to.plot is None:
         return None
     from frictionlab.cli.work import figure_file

@@ -2,9 +2,9 @@
 
 Nothing but a whole file reaches the library, and nothing is read that is not what it claims to be. The HDF5 library
 believes what a file says of itself: of 360 recordings with a few bytes changed seven made it loop for ever in C, where
-nothing in Python can end it. A file with its seal is as it was written, and costs 1 ms per 2 MB to check; one whose seal is
-broken is refused; one without (of others, or changed by other tools, which drop what stands behind the HDF5 part) is
-first tried by another process (`frictionlab.hdf5.trial`). The seal is the SHA-256 of all before it, then `MARK`.
+nothing in Python can end it. A file with its seal is as it was written, and costs 1 ms per 2 MB to check; one whose
+seal is broken is refused; one without (of others, or changed by other tools, which drop what stands behind the HDF5
+part) is first tried by another process (`frictionlab.hdf5.trial`). A seal: SHA-256 of all before, and `MARK`.
 """
 
 import hashlib

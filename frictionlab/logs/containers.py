@@ -1,15 +1,12 @@
 """Logs that are not text, each read by a small adapter over a library; `READERS` lists them.
 
-MATLAB's .mat, foreign HDF5, NumPy, JSON, Parquet, and National Instruments' TDMS where npTDMS is installed. An adapter
-has ``is_NAME(first bytes, path)`` and ``read_NAME(path, options) -> Sheet``; add the pair to `READERS`. Excel's
-workbooks become text instead (`frictionlab.logs.unpack`); what is known and not read is named by `refuse_by_name`.
+MATLAB's .mat, foreign HDF5, NumPy, and National Instruments' TDMS where npTDMS is installed; Excel's workbooks become
+text instead (`frictionlab.logs.unpack`). What is known and not read is named by `refuse_by_name`.
 """
 
-import json
 import logging
 import warnings
 import zipfile
-from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path, PurePath
 from typing import Any
@@ -21,20 +18,13 @@ from frictionlab.errors import FrictionlabError, LogError
 from frictionlab.hdf5 import arrays_inside, is_recording
 from frictionlab.hdf5.trial import fault_of
 from frictionlab.log_options import LogOptions
-from frictionlab.logs.sheet import FREE_BYTES, Sheet, check_size, sheet_of, usual_length
+from frictionlab.logs.sheet import Sheet, check_size, sheet_of, usual_length
 
 _READ = (
     *("double", "single", "logical", "struct", "cell"),
     *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)),
 )
 """Kinds of MATLAB's variables, as scipy calls them, that are read: others hold no vector."""
-
-
-def is_matlab(first: bytes, path: Path) -> bool:
-    """Whether a file is one of MATLAB, of any version; or another HDF5 file of arrays."""
-    if first.startswith((b"MATLAB 5.0", b"MATLAB 7.3", b"\x89HDF\r\n\x1a\n")):
-        return True
-    return path.suffix.lower() == ".mat" and b"\0" in first[:20]
 
 
 def read_matlab(path: Path, options: LogOptions) -> Sheet:
@@ -79,11 +69,6 @@ def _nested(arrays: dict[str, Any]) -> dict[str, Any]:
     return tree
 
 
-def is_numpy(first: bytes, path: Path) -> bool:
-    """Whether a file is an array of NumPy, or an archive of them."""
-    return first.startswith(b"\x93NUMPY") or (first.startswith(b"PK") and path.suffix.lower() == ".npz")
-
-
 def read_numpy(path: Path, options: LogOptions) -> Sheet:
     """Read the arrays of a file; none that holds Python objects is.
 
@@ -100,62 +85,6 @@ def read_numpy(path: Path, options: LogOptions) -> Sheet:
     array = np.load(path, allow_pickle=False, mmap_mode="r")
     check_size(int(array.size), path.stat().st_size)
     return sheet_of("NumPy", {path.stem: np.array(array)} if array.dtype.names is None else np.array(array), options)
-
-
-def is_json(first: bytes, path: Path) -> bool:
-    """Whether a file is JSON: by its name, which ends in .json, and its first sign."""
-    return path.suffix.lower() == ".json" and first.lstrip()[:1] in (b"{", b"[")
-
-
-def read_json(path: Path, options: LogOptions) -> Sheet:
-    """Read arrays by name, records (a mapping a row), columns with data, or a list of tests.
-
-    Raises
-    ------
-    LogError
-        Damaged, larger than it may be, or without arrays of numbers.
-    """
-    if path.stat().st_size > FREE_BYTES:
-        raise LogError(f"more than {FREE_BYTES / 1e6:.0f} MB of JSON: save it as text or Parquet")
-    return sheet_of("JSON", json.loads(path.read_bytes()), options)
-
-
-def is_parquet(first: bytes, _path: Path) -> bool:
-    """Whether a file is a Parquet table."""
-    return first.startswith(b"PAR1")
-
-
-def read_parquet(path: Path, _options: LogOptions) -> Sheet:
-    """Read the columns of numbers and of moments.
-
-    Raises
-    ------
-    LogError
-        Damaged, or without such columns.
-    """
-    import pyarrow as pa  # noqa: PLC0415 - 0.1 s that other logs need not wait for
-    import pyarrow.parquet as pq  # noqa: PLC0415
-
-    file = pq.ParquetFile(path)
-    check_size(file.metadata.num_rows * file.metadata.num_columns, path.stat().st_size)
-    table = file.read()
-    chosen, moments = dict[str, NDArray[np.float64]](), set[int]()
-    for name in table.column_names:
-        column, kind = table.column(name), table.schema.field(name).type
-        if pa.types.is_timestamp(kind):
-            moments.add(len(chosen))
-            nanoseconds = column.cast(pa.timestamp("ns")).cast(pa.int64())
-            chosen[name] = np.asarray(nanoseconds.to_numpy(), dtype=np.float64) / 1e9
-        elif pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_decimal(kind):
-            chosen[name] = np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
-    if not chosen:
-        raise LogError(f"no columns of numbers; got {', '.join(table.column_names) or 'none'}")
-    return Sheet("Parquet", tuple(chosen), tuple(chosen.values()), moments=frozenset(moments))
-
-
-def is_tdms(first: bytes, _path: Path) -> bool:
-    """Whether a file is a TDMS log."""
-    return first.startswith(b"TDSm")
 
 
 def read_tdms(path: Path, _options: LogOptions) -> Sheet:
@@ -210,13 +139,21 @@ def _waveform(channels: list[Any]) -> dict[str, float | str]:
     return facts
 
 
-READERS: tuple[tuple[Callable[[bytes, Path], bool], Callable[[Path, LogOptions], Sheet]], ...] = (
-    (is_matlab, read_matlab),
-    (is_numpy, read_numpy),
-    (is_json, read_json),
-    (is_parquet, read_parquet),
-    (is_tdms, read_tdms),
-)
+READERS = {"matlab": read_matlab, "numpy": read_numpy, "tdms": read_tdms}
+
+
+def kind_of_container(first: bytes, path: Path) -> str:
+    """Which of `READERS` reads a file, by its first bytes and its name; "" for none."""
+    suffix = path.suffix.lower()
+    if first.startswith((b"MATLAB 5.0", b"MATLAB 7.3", b"\x89HDF\r\n\x1a\n")) or (
+        suffix == ".mat" and b"\0" in first[:20]
+    ):
+        return "matlab"
+    if first.startswith(b"\x93NUMPY") or (first.startswith(b"PK") and suffix == ".npz"):
+        return "numpy"
+    return "tdms" if first.startswith(b"TDSm") else ""
+
+
 _KINDS = (
     (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel 97 file (.xls), or another old Office file: save it as .xlsx"),
     (b"RIFF", "a sound file (WAV, AVI): its samples have no unit of length: export the displacement as text"),
@@ -228,13 +165,16 @@ _KINDS = (
     (b"Rar!", "a rar archive: unpack it first"),
     (b"\x28\xb5\x2f\xfd", "compressed by Zstandard: unpack it first"),
     (b"\x04\x22\x4d\x18", "compressed by LZ4: unpack it first"),
+    (b"BZh", "compressed by bzip2: unpack it first, or pack it by gzip or zip"),
+    (b"\xfd7zXZ\0", "compressed by xz: unpack it first, or pack it by gzip or zip"),
+    (b"PAR1", "a Parquet table: save it as text"),
     (b"MDF     ", "an ASAM MDF measurement: export it as text or as MATLAB"),
     (b"SQLite format 3", "a database (SQLite): export the log as text"),
     (b"\x80\x04\x95", "a Python pickle, which could run anything: save it as text"),
     (b"\x80\x05\x95", "a Python pickle, which could run anything: save it as text"),
-    (b"ARROW1", "an Arrow (Feather) file: save it as Parquet"),
-    (b"CDF\x01", "a netCDF 3 file: save it as text, MATLAB or Parquet"),
-    (b"CDF\x02", "a netCDF 3 file: save it as text, MATLAB or Parquet"),
+    (b"ARROW1", "an Arrow (Feather) file: save it as text"),
+    (b"CDF\x01", "a netCDF 3 file: save it as text or MATLAB"),
+    (b"CDF\x02", "a netCDF 3 file: save it as text or MATLAB"),
     (b"\x7fELF", "a program"),
     (b"MZ", "a Windows program"),
     (b"source,status,reason,", "a table of results, not a log: `frictionlab show` and `frictionlab campaign` read it"),
@@ -243,6 +183,7 @@ _KINDS = (
 _SUFFIXES = {
     ".toml": "a scene (give it to --scene)",
     ".jsonl": "a table of results",
+    ".json": "JSON (save its columns as .csv)",
     ".md": "a text to read",
     ".html": "a web page",
     ".svg": "a drawing",
@@ -264,20 +205,17 @@ def read_binary(path: Path, options: LogOptions) -> Sheet | None:
             first = file.read(1024)
     except OSError:
         return None  # whoever reads it as text says why
-    for fits, read in READERS:
-        if fits(first, path):
-            try:
-                return read(path, options)
-            except FrictionlabError as error:
-                raise LogError(f"{path.name}: {error}") from error
-            except MemoryError:
-                raise
-            except Exception as error:
-                kind = read.__name__.removeprefix("read_")
-                raise LogError(
-                    f"{path.name}: a damaged {kind} file ({type(error).__name__}: {error}): save it again"
-                ) from error
-    return None
+    kind = kind_of_container(first, path)
+    try:
+        return READERS[kind](path, options) if kind else None
+    except FrictionlabError as error:
+        raise LogError(f"{path.name}: {error}") from error
+    except MemoryError:
+        raise
+    except Exception as error:
+        raise LogError(
+            f"{path.name}: a damaged {kind} file ({type(error).__name__}: {error}): save it again"
+        ) from error
 
 
 def refuse_by_name(first: bytes, name: str) -> None:

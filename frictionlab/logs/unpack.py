@@ -1,19 +1,16 @@
 """What a log may be packed in: compressed text, or an Excel workbook whose rows are text; unpacked piece by piece.
 
-Each kind is known by the first bytes of the file and registered in `PACKAGES`. Memory stays bounded: what unpacks to
-far more than a log of its size could is refused while it is unpacked, with the limit. Numbers of a workbook are written
+Each kind is known by the first bytes of the file. Memory stays bounded: what unpacks to far more than a log of its size
+could is refused while it is unpacked, with the limit. Numbers of a workbook are written
 with all their digits, so that reading them back gives the same doubles; a line of the log is a row of the sheet.
 """
 
-import bz2
 import gzip
-import lzma
 import warnings
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from datetime import date, datetime, time, timedelta
 from io import BufferedReader
 from itertools import islice
@@ -42,20 +39,17 @@ def is_workbook(file: BufferedReader) -> bool:
                 raise LogError("an OpenDocument file: save it as .xlsx or .csv")
             if "xl/workbook.xml" not in names:
                 return False
-            _check_size(archive)
+            packed, large = (
+                sum(getattr(i, size) for i in archive.infolist()) for size in ("compress_size", "file_size")
+            )
+            if large > max(_MOST_BYTES, 100 * packed):
+                raise LogError(
+                    f"a workbook of {packed} bytes that unpacks to {large}: accepted are "
+                    f"{max(_MOST_BYTES, 100 * packed)}: save it as .csv if it is a log"
+                )
     except (zipfile.BadZipFile, OSError, EOFError, ValueError, RuntimeError):
         return False  # RuntimeError: encrypted, or packed in a way that is not known
     return True
-
-
-def _check_size(archive: zipfile.ZipFile) -> None:
-    packed = sum(i.compress_size for i in archive.infolist())
-    large = sum(i.file_size for i in archive.infolist())
-    if large > max(_MOST_BYTES, 100 * packed):
-        raise LogError(
-            f"a workbook of {packed} bytes that unpacks to {large}: accepted are {max(_MOST_BYTES, 100 * packed)}: "
-            "save it as .csv if it is a log"
-        )
 
 
 def rows_as_text(file: BufferedReader) -> Iterator[bytes]:
@@ -131,7 +125,7 @@ MOST_EXPANSION = 200
 """Packed text may grow to this many times what was read of it (text of numbers reaches 10), and always to `FREE`."""
 FREE = 1 << 26
 _LOOK_AT = 1 << 12
-_DAMAGED = (zlib.error, lzma.LZMAError, zipfile.BadZipFile, OSError, RuntimeError, UnicodeDecodeError)
+_DAMAGED = (zlib.error, zipfile.BadZipFile, OSError, RuntimeError, UnicodeDecodeError)
 """RuntimeError is a zip archive's that is encrypted, or packed in a way that is not known."""
 
 
@@ -147,15 +141,6 @@ class Packed(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class Package:
-    """A way to pack a log: its name, whether a file is so by its first bytes, and the text in it, in chunks."""
-
-    name: str
-    fits: Callable[[bytes, BufferedReader], bool]
-    chunks: Callable[[Packed], Iterator[bytes]]
-
-
 def package_of(file: BufferedReader, name: str) -> str:
     """Name the package of an open file, "" for plain text; the file stands at its start before and after.
 
@@ -165,12 +150,12 @@ def package_of(file: BufferedReader, name: str) -> str:
         A kind of file that is known and not read: it is named.
     """
     first = file.read(_LOOK_AT)
-    file.seek(0)
-    found = ""
-    for package in PACKAGES:
-        if package.fits(first, file):
-            found = package.name
-            break
+    if first.startswith(b"\x1f\x8b"):
+        found = "gzip"
+    elif first.startswith(b"PK") and is_workbook(file):
+        found = "xlsx"
+    else:
+        found = "zip" if first.startswith((b"PK\x03\x04", b"PK\x05\x06")) else ""
     file.seek(0)
     if not found:
         refuse_by_name(first, name)
@@ -185,12 +170,17 @@ def unpacked(package: str, file: Packed) -> Iterator[bytes]:
     LogError
         The file is damaged, holds no single log, or unpacks to more than it may.
     """
-    chosen = next(p for p in PACKAGES if p.name == package)
     done = 0
     try:
-        for chunk in chosen.chunks(file):
+        for chunk in {"gzip": _gzip, "zip": _zip, "xlsx": _workbook}[package](file):
             done += len(chunk)
-            _check_expansion(done, file)
+            most = max(FREE, MOST_EXPANSION * file.done)
+            if done > most:
+                raise LogError(
+                    f"unpacks to more than {most / 1e6:.3g} MB after {file.done} of its {file.total} bytes: accepted "
+                    f"are {FREE / 1e6:.3g} MB, or {MOST_EXPANSION} times what was read: expected a packed log; unpack "
+                    "it yourself if it is one"
+                )
             yield chunk
     except EOFError as error:
         raise LogError(
@@ -202,33 +192,17 @@ def unpacked(package: str, file: Packed) -> Iterator[bytes]:
         raise LogError(f"damaged {package} data near byte {file.done}: {error}") from error
 
 
-def _check_expansion(done: int, file: Packed) -> None:
-    most = max(FREE, MOST_EXPANSION * file.done)
-    if done > most:
-        raise LogError(
-            f"unpacks to more than {most / 1e6:.3g} MB after {file.done} of its {file.total} bytes: accepted are "
-            f"{FREE / 1e6:.3g} MB, or {MOST_EXPANSION} times what was read: expected a packed log; unpack it yourself "
-            "if it is one"
-        )
-
-
-def _starts(*magic: bytes) -> Callable[[bytes, BufferedReader], bool]:
-    return lambda first, _: first.startswith(magic)
-
-
-def _unpacker(opened: Callable[[Packed], Any]) -> Callable[[Packed], Iterator[bytes]]:
-    def chunks(file: Packed) -> Iterator[bytes]:
-        with opened(file) as inside:
-            while chunk := inside.read(BLOCK):
-                yield chunk
-
-    return chunks
+def _gzip(file: Packed) -> Iterator[bytes]:
+    with gzip.GzipFile(fileobj=file, mode="rb") as inside:  # type: ignore[call-overload] # it needs no more than read
+        while chunk := inside.read(BLOCK):
+            yield chunk
 
 
 def _zip(file: Packed) -> Iterator[bytes]:
     """Unpack the one log in a zip archive."""
     with zipfile.ZipFile(file.file) as archive:
-        names = [i.filename for i in archive.infolist() if not i.filename.endswith("/") and _is_log(i.filename)]
+        names = [name for name in archive.namelist() if name and not name.endswith("/")]
+        names = [name for name in names if not name.startswith("__MACOSX/")]  # a Mac adds them by itself
         if len(names) != 1:
             shown = ", ".join(names[:5]) or "none"
             raise LogError(f"a zip archive of {len(names)} files ({shown}): expected one log: unpack it first")
@@ -238,11 +212,6 @@ def _zip(file: Packed) -> Iterator[bytes]:
                 file.done = min(packed, file.file.tell())
                 yield chunk
     _rewind(file)
-
-
-def _is_log(name: str) -> bool:
-    """Whether a member of an archive has a name, and is not one that a Mac adds by itself."""
-    return bool(name) and not name.startswith("__MACOSX/")
 
 
 def _workbook(file: Packed) -> Iterator[bytes]:
@@ -256,13 +225,3 @@ def _rewind(file: Packed) -> None:
     """Let the file be read from its start, so that its size is counted as that of any other."""
     file.file.seek(0)
     file.done = 0
-
-
-PACKAGES = (
-    Package("gzip", _starts(b"\x1f\x8b"), _unpacker(lambda file: gzip.GzipFile(fileobj=file, mode="rb"))),  # type: ignore[call-overload]
-    Package("bzip2", _starts(b"BZh"), _unpacker(bz2.BZ2File)),  # type: ignore[arg-type]
-    Package("xz", _starts(b"\xfd7zXZ\0"), _unpacker(lzma.LZMAFile)),  # type: ignore[arg-type]
-    Package("xlsx", lambda first, file: first.startswith(b"PK") and is_workbook(file), _workbook),
-    Package("zip", _starts(b"PK\x03\x04", b"PK\x05\x06"), _zip),
-)
-"""In the order in which they are tried."""

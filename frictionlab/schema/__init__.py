@@ -1,6 +1,6 @@
 """Every column of every table: its name, type, unit, title and a sentence; the one home of these facts.
 
-From here follow the files (CSV, JSON Lines, Excel, Parquet, HDF5 with ``units`` and ``long_name``), what ``show`` and
+From here follow the files (CSV, JSON Lines, Excel, HDF5 with ``units`` and ``long_name``), what ``show`` and
 the commands print, and the list of columns in this folder's README. Nothing but the standard library is imported.
 
 - here: the kinds of tables: which columns stand in each, in their order, and which of them a screen shows

@@ -1,4 +1,4 @@
-"""Rows of results in files: CSV, JSON Lines, Excel, Parquet and HDF5, whole or not at all, read back as written.
+"""Rows of results in files: CSV, JSON Lines, Excel and HDF5, whole or not at all, read back as written.
 
 A row is a mapping from the schema's names to values. Not-known is ``null`` in JSON and an empty cell elsewhere (NaN in
 HDF5's numbers); NaN and infinity appear in no text. What a column is says `frictionlab.schema`.
@@ -34,7 +34,7 @@ __all__ = [
     "write_rows",
 ]
 
-SUFFIXES = (".csv", ".jsonl", ".h5", ".xlsx", ".parquet")
+SUFFIXES = (".csv", ".jsonl", ".h5", ".xlsx")
 TEXTS = (".csv", ".jsonl")
 SHEET_ROWS = (1 << 20) - 1  # of a spreadsheet, beside its head
 
@@ -55,7 +55,7 @@ def write_rows(
     rows : iterable of mappings
         CSV and JSON Lines are written as they come; the others hold all rows first.
     path : Path
-        ``.csv``, ``.jsonl``, ``.h5``, ``.xlsx`` or ``.parquet``.
+        ``.csv``, ``.jsonl``, ``.h5`` or ``.xlsx``.
     table : Table, optional
         What the rows are: all its columns are written, then what else the rows hold. Without it the rows' own keys.
     force : bool
@@ -96,7 +96,7 @@ def _encoded(rows: Iterable[Row], path: Path, table: Table | None) -> bytes | It
         return texts.in_pieces(texts.csv_lines(rows, names))
     from frictionlab.tables import frames
 
-    return frames.excel_bytes(rows, names) if _kind(path) == ".xlsx" else frames.parquet_bytes(rows, names, table)
+    return frames.excel_bytes(rows, names)
 
 
 def _write_tree(
@@ -146,7 +146,7 @@ def check_output(
     if _kind(path) not in SUFFIXES:
         raise UsageError(f"{path}: expected an output ending in {_either(SUFFIXES)}; got {path.suffix or 'no suffix'}")
     if _kind(path) == ".xlsx" and rows > SHEET_ROWS:
-        raise UsageError(f"{path}: a spreadsheet holds {SHEET_ROWS} rows, not {rows}: write .csv or .parquet")
+        raise UsageError(f"{path}: a spreadsheet holds {SHEET_ROWS} rows, not {rows}: write .csv")
     above = next(parent for parent in (*path.parents, Path.cwd()) if os.path.lexists(parent))
     if not above.is_dir() or not os.access(above, os.W_OK):
         what = "cannot be written to" if above.is_dir() else "is no folder"
@@ -177,7 +177,7 @@ def is_table(path: Path, table: Table | None = None) -> bool:
         else:
             from frictionlab.tables import frames
 
-            names = frames.names_in_frame(path)
+            names = frames.names_in_excel(path)
     except (OSError, ValueError, KeyError, RecursionError, csv.Error):
         return False
     if names == texts.FAILED:
@@ -222,7 +222,7 @@ def read_rows(path: str | PathLike[str], table: Table | None = None) -> list[dic
             return list((texts.read_csv if _kind(path) == ".csv" else texts.read_json_lines)(path, table))
         from frictionlab.tables import frames
 
-        return list(frames.read_frame(path, table))
+        return list(frames.read_excel(path, table))
     except OSError as error:
         raise UsageError(f"{path}: cannot be read ({error.strerror}): give the path of an existing result") from error
 

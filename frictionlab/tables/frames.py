@@ -1,4 +1,4 @@
-"""Rows in Excel and Parquet files, by pandas, and in HDF5: ``/rows`` holds an array per column.
+"""Rows in Excel files, by pandas, and in HDF5: ``/rows`` holds an array per column.
 
 ``/cycles/N`` of an HDF5 file holds the series behind row N.
 """
@@ -7,7 +7,6 @@ import io
 import re
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,35 +24,7 @@ WITHOUT_ROWS = (STEADY_STATES, MOTIONS)
 """Tables whose HDF5 files hold no rows but a map over its axes, or a motion."""
 MOST_BYTES = 1 << 30  # unpacked, of a spreadsheet that is read
 LONGEST_CELL = 32_767  # characters that Excel holds
-_DTYPES = {Type.NUMBER: "Float64", Type.WHOLE: "Int64", Type.YES_NO: "boolean"}
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # the date on everything in a spreadsheet: the same rows give the same bytes
-
-
-def parquet_bytes(rows: Iterable[Row], names: Sequence[str], table: Table | None) -> bytes:
-    """A Parquet file of these rows, each column of its own type."""
-    import pandas as pd
-
-    told = [{name: flat(row.get(name)) for name in names} for row in rows]
-    columns = {name: _series([row[name] for row in told], _dtype(name, table)) for name in names}
-    file = io.BytesIO()
-    pd.DataFrame(columns).to_parquet(file, index=False)
-    return file.getvalue()
-
-
-def _dtype(name: str, table: Table | None) -> str | None:
-    column = column_of(name, table)
-    return None if column is None else _DTYPES.get(column.type, "string")
-
-
-def _series(values: Sequence[object], dtype: str | None) -> "pd.Series[Any]":
-    import pandas as pd
-
-    known = [value for value in values if value is not None]
-    if dtype is None:  # the user's own: numbers if all are, else text
-        dtype = "Float64" if known and not any(isinstance(value, (str, bool)) for value in known) else "string"
-    if dtype == "string":
-        values = [None if value is None else str(value) for value in values]
-    return pd.Series(list(values), dtype=dtype)
 
 
 def excel_bytes(rows: Iterable[Row], names: Sequence[str]) -> bytes:
@@ -72,11 +43,17 @@ def excel_bytes(rows: Iterable[Row], names: Sequence[str]) -> bytes:
     sheet.append([_excel_cell(name) for name in names])
     for number, row in enumerate(rows):
         if number >= SHEET_ROWS:
-            raise UsageError(f"expected at most {SHEET_ROWS} rows in a spreadsheet; got more: write .csv or .parquet")
+            raise UsageError(f"expected at most {SHEET_ROWS} rows in a spreadsheet; got more: write .csv")
         sheet.append([_excel_cell(row.get(name)) for name in names])
-    file = io.BytesIO()
+    file, dated = io.BytesIO(), io.BytesIO()
     book.save(file)
-    return _dated(file)
+    with zipfile.ZipFile(file) as old, zipfile.ZipFile(dated, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in old.namelist():
+            data = old.read(name)
+            if name == "docProps/core.xml":
+                data = re.sub(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", b"1980-01-01T00:00:00Z", data)
+            new.writestr(zipfile.ZipInfo(name, _EPOCH), data, zipfile.ZIP_DEFLATED)
+    return dated.getvalue()
 
 
 def _excel_cell(value: object) -> bool | int | float | str | None:
@@ -86,80 +63,56 @@ def _excel_cell(value: object) -> bool | int | float | str | None:
     return harmless(single)[:LONGEST_CELL] if isinstance(single, str) else single
 
 
-def _dated(book: io.BytesIO) -> bytes:
-    """The same spreadsheet with one date on all of its parts."""
-    made = io.BytesIO()
-    with zipfile.ZipFile(book) as old, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new:
-        for name in old.namelist():
-            data = old.read(name)
-            if name == "docProps/core.xml":
-                data = re.sub(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", b"1980-01-01T00:00:00Z", data)
-            new.writestr(zipfile.ZipInfo(name, _EPOCH), data, zipfile.ZIP_DEFLATED)
-    return made.getvalue()
-
-
-def read_frame(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
-    """The rows of a Parquet file, or of the first sheet of an Excel file.
+def read_excel(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
+    """The rows of the first sheet of an Excel file.
 
     Raises
     ------
     UsageError
         The file is none, or damaged, or a cell is not what its column says.
     """
-    quoted = path.suffix.lower() == ".xlsx"
-    with _named(path):
-        frame = _frame_of(path)
-        names = [unquoted(str(name)) if quoted else str(name) for name in frame.columns]
-        cells = frame.astype(object).where(frame.notna(), None).to_numpy()
+    frame = _frame_of(path)
+    names = [unquoted(str(name)) for name in frame.columns]
     kind = table or table_of(names)
-    for number, line in enumerate(cells.tolist(), 2):
+    columns = [column_of(name, kind) for name in names]
+    for number, line in enumerate(frame.astype(object).where(frame.notna(), None).to_numpy().tolist(), 2):
         try:
-            values = [_known(cell, quoted=quoted) for cell in line]
-            yield {name: checked(value, column_of(name, kind)) for name, value in zip(names, values, strict=True)}
+            cells = zip(map(_known, line), columns, strict=True)
+            yield dict(zip(names, (checked(cell, column) for cell, column in cells), strict=True))
         except CellError as error:
             raise UsageError(f"{path}, row {number}: {error}: correct it, or make the file again") from error
 
 
-def _known(cell: object, *, quoted: bool) -> object:
+def _known(cell: object) -> object:
     """A cell as a row can hold it: a date, say, as text."""
     if isinstance(cell, str):
-        return unquoted(cell) if quoted else cell
-    return cell if cell is None or isinstance(cell, (bool, int, float, list)) else str(cell)
+        return unquoted(cell)
+    return cell if cell is None or isinstance(cell, (bool, int, float)) else str(cell)
 
 
-def names_in_frame(path: Path) -> tuple[str, ...]:
-    """The names of the columns of a Parquet or Excel file; none of a file that is none."""
+def names_in_excel(path: Path) -> tuple[str, ...]:
+    """The names of the columns of an Excel file; none of a file that is none."""
     try:
-        with _named(path):
-            return tuple(unquoted(str(name)) for name in _frame_of(path, 0).columns)
+        return tuple(unquoted(str(name)) for name in _frame_of(path, 0).columns)
     except UsageError:
         return ()
 
 
 def _frame_of(path: Path, rows: int | None = None) -> "pd.DataFrame":
+    """The first sheet; whatever openpyxl raises of a damaged file, which no list of exceptions holds, is its fault."""
     import pandas as pd
 
-    if path.suffix.lower() == ".parquet":
-        if rows == 0:
-            from pyarrow import parquet
-
-            return pd.DataFrame(columns=parquet.read_schema(path).names)
-        return pd.read_parquet(path)
-    with zipfile.ZipFile(path) as parts:
-        size = sum(part.file_size for part in parts.infolist())
-    if size > MOST_BYTES:
-        raise ValueError(f"claims {size} bytes unpacked")
-    return pd.read_excel(path, dtype=object, nrows=rows, keep_default_na=False, na_values=[""], engine="openpyxl")
-
-
-@contextmanager
-def _named(path: Path) -> Iterator[None]:
-    """Report whatever openpyxl and pyarrow raise of a damaged file, which no list of exceptions holds, as its fault."""
     try:
-        yield
+        with zipfile.ZipFile(path) as parts:
+            size = sum(part.file_size for part in parts.infolist())
+        most = rows if size <= MOST_BYTES else 0
+        frame = pd.read_excel(path, dtype=object, nrows=most, keep_default_na=False, na_values=[""], engine="openpyxl")
     except Exception as error:
         said = str(error).partition("\n")[0][:200] or type(error).__name__
-        raise UsageError(f"{path}: expected a table as {path.suffix}; cannot be read ({said})") from error
+        raise UsageError(f"{path}: expected a table as .xlsx; cannot be read ({said})") from error
+    if size > MOST_BYTES:
+        raise UsageError(f"{path}: expected a table as .xlsx; cannot be read (claims {size} bytes unpacked)")
+    return frame
 
 
 def tree_of(

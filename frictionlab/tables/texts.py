@@ -158,7 +158,7 @@ def _number(words: str, column: Column) -> int | float | None:
 
 
 def checked(value: object, column: Column | None) -> object:
-    """A value from JSON, Excel, Parquet or HDF5 as its column has it: finite numbers, texts that can be encoded.
+    """A value from JSON, Excel or HDF5 as its column has it: finite numbers, texts that can be encoded.
 
     Raises
     ------

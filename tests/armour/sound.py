@@ -1,8 +1,6 @@
 """A sound file of every kind that the program reads, small, to be mutated."""
 
-import bz2
 import gzip
-import lzma
 import tempfile
 import zipfile
 from collections.abc import Callable
@@ -28,12 +26,6 @@ from tests.armour.values import cells, entries, keys
 from tests.campaign.fabricate import small_campaign
 from tests.desk import ROOT
 from tests.logs.samples import truth
-
-PACKERS: dict[str, Callable[[bytes], bytes]] = {
-    ".gz": lambda data: gzip.compress(data, mtime=0),
-    ".bz2": bz2.compress,
-    ".xz": lzma.compress,
-}
 
 
 def _recording() -> Recording:
@@ -101,7 +93,7 @@ def _text_log(path: Path) -> None:
         with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
             archive.writestr(zipfile.ZipInfo("log.csv"), text)
     else:
-        path.write_bytes(PACKERS[path.suffix](text))
+        path.write_bytes(gzip.compress(text, mtime=0))
 
 
 def _tdms(path: Path) -> None:
@@ -137,14 +129,13 @@ MAKE: dict[str, tuple[str, Callable[[Path], object]]] = {
     "recording.bare": ("a.h5", _bare(_write)),
     "map.bare": ("m.h5", _bare(_map)),
     "rows.h5.bare": ("r.h5", _bare(_rows)),
-    **{f"rows.{end}": (f"r.{end}", _rows) for end in ("csv", "jsonl", "h5", "xlsx", "parquet")},
+    **{f"rows.{end}": (f"r.{end}", _rows) for end in ("csv", "jsonl", "h5", "xlsx")},
     "comparisons.csv": ("c.csv", _comparisons),
-    **{f"log.{end}": (f"l.csv.{end}", _text_log) for end in ("gz", "bz2", "xz", "zip")},
+    **{f"log.{end}": (f"l.csv.{end}", _text_log) for end in ("gz", "zip")},
     "log.tdms": ("l.tdms", _tdms),
     "log.mat4": ("l.mat", lambda path: scipy.io.savemat(path, _named(), format="4")),
     "log.mat5": ("l.mat", lambda path: scipy.io.savemat(path, {str(k): v.to_numpy() for k, v in _frame().items()})),
     "log.mat73": ("l.mat", _matlab),
-    "log.parquet": ("l.parquet", lambda path: _frame().to_parquet(path)),
     "log.xlsx": ("l.xlsx", lambda path: _frame().to_excel(path, index=False)),
 }
 """Kind -> name of the file, and what writes a sound one. A bare one has no seal."""

@@ -7,11 +7,9 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-import pyarrow as pa
 import pytest
 import scipy.io
 import scipy.sparse
-from pyarrow import parquet
 
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import LogError, RecordingError, SceneError, SimulationError, UsageError
@@ -168,6 +166,7 @@ def test_a_member_of_an_archive_without_a_name_is_no_log(tmp_path: Path) -> None
     ("name", "text", "words"),
     [
         ("scene.toml", "[log]\nsampling_rate_hz = 250.0\n", r"a scene \(give it to --scene\), not a log"),
+        ("log.json", '{"t": [0, 1]}', r"JSON \(save its columns as .csv\), not a log"),
         ("README.md", "# Logs\n1 2 3\n", "a text to read, not a log"),
         ("rows.csv", "source,status,reason,warnings\na.h5,ok,,\n", "a table of results, not a log"),
     ],
@@ -188,14 +187,6 @@ def _with_flag(archive: bytes, flag: int) -> bytes:
             data[at + offset + 1] |= flag >> 8
             at = data.find(magic, at + 4)
     return bytes(data)
-
-
-def test_a_text_that_is_none_in_a_parquet_file_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "rows.parquet"
-    words = pa.array([b"steel\xff"]).view(pa.string())
-    parquet.write_table(pa.table({"source": pa.array(["a"]), "material": words}), path)
-    with pytest.raises(UsageError, match=r"rows\.parquet: expected a table as \.parquet; cannot be read"):
-        list(read_rows(path))
 
 
 def test_nothing_is_simulated_across_a_hole_that_carries_no_flag() -> None:
