@@ -366,7 +366,7 @@ def _displacement(
             + ("" if place == "mass" else ', or say [rig] kind = "prescribed" where the motion is given')
         )
     signal, rate, times = measured[name], 1.0 / step, rates[name]
-    slowest = SLOWEST * spectrum.strongest_tone(signal, step).frequency
+    slowest = SLOWEST * spectrum.strongest_tone(spectrum.amplitude_spectrum(signal, step)).frequency
     moved = integrated(signal, rate, slowest, times=times)
     u = integrated_noise(white_noise(signal), rate, slowest, times=times)
     edge = min(round(rate / slowest), len(signal) // 4)

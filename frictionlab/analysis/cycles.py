@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from frictionlab.analysis.signals import variance_inflation
+from frictionlab.analysis.signals import line, variance_inflation
 from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
@@ -177,7 +177,7 @@ def _along(base: FloatArray, found: Cut) -> "_Track":
     late = np.angle(1j * lines) / (2.0 * math.pi)  # 0 where a cycle starts as the fundamental rises through zero
     centre = 0.5 * (found.start + found.end)
     turns = np.arange(len(found)) + 0.25 + late
-    _, residual = _line(centre, turns)
+    residual = line(centre, turns)[1]
     return _Track(len(found), centre, turns, 0.0, residual, 2.0 * float(np.mean(np.abs(lines))))
 
 
@@ -208,7 +208,7 @@ def _phase_track(base: FloatArray, frequency: float, begin: float) -> _Track:
     lines = _fundamentals(base, start, start + period, points_per_cycle(period))
     phase = np.unwrap(np.angle(lines)) / (2.0 * math.pi) - (begins if count < 3 else 0.0)
     centre = start + 0.5 * period
-    slope, residual = _line(centre, phase)
+    slope, residual, _ = line(centre, phase)
     amplitude = 2.0 * abs(complex(np.mean(lines * np.exp(-2j * math.pi * (phase + begins)))))
     return _Track(count, centre, begins + 0.5 + phase, slope, residual, amplitude)
 
@@ -260,15 +260,6 @@ def folded(
         yield some, fold(signal, start[some], end[some], points)
 
 
-def _line(at: FloatArray, value: FloatArray) -> tuple[float, FloatArray]:
-    """Least-squares slope of a line and what it leaves."""
-    if len(at) < 2:
-        return 0.0, np.zeros(len(at))
-    u = at - at.mean()
-    slope = float(np.dot(u, value) / np.dot(u, u))
-    return slope, value - value.mean() - slope * u
-
-
 def _boundaries(track: _Track, frequency: float, noise: float, length: int, begin: float, *, follow: bool) -> Cut:
     count = track.count
     if len(track.centre) == 0 or track.amplitude == 0.0:
@@ -276,8 +267,8 @@ def _boundaries(track: _Track, frequency: float, noise: float, length: int, begi
     expected = math.sqrt(2.0 * frequency) * noise / track.amplitude / (2.0 * math.pi)
     rms = math.sqrt(float(np.dot(track.residual, track.residual)) / max(1, count - 2))
     drifts = follow and count > 4 and rms > max(3.0 * expected, 1e-6)
-    line = track.turns.mean() + frequency * (track.centre - track.centre.mean())
-    turns = track.turns if drifts else line
+    even = track.turns.mean() + frequency * (track.centre - track.centre.mean())
+    turns = track.turns if drifts else even
     edges = _crossings(track.centre, turns, frequency, length, begin)
     error = _slope_error(track.centre, track.residual, expected) if count > 2 else math.nan
     return Cut(edges[:-1], edges[1:], frequency, error, 2.0 * math.pi * rms, drifts)
@@ -302,11 +293,10 @@ def _slope_error(at: FloatArray, residual: FloatArray, expected: float) -> float
 
     A drive that wanders from cycle to cycle has autocorrelated residuals, which count by `variance_inflation`.
     """
-    n = len(at)
-    u = at - at.mean()
+    n, spread = len(at), line(at, residual)[2]
     white = float(np.dot(residual, residual)) / (n - 2)
     if white > expected**2 * (1.0 + 2.0 * math.sqrt(2.0 / (n - 2))):
         white = max(white * max(float(variance_inflation(residual[:, None])[0]), 1.0), expected**2)
     else:
         white = expected**2
-    return math.sqrt(white / float(np.dot(u, u)))
+    return math.sqrt(white / spread)

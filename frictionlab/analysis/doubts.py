@@ -76,10 +76,10 @@ def _of_the_channels(
     layout: Layout, response: Response, loop: Estimate, r: float | None, *, wall_moves: bool
 ) -> Iterator[str]:
     mass, base = layout.mass.mean(axis=0), layout.base.mean(axis=0)
-    noise = math.hypot(layout.mass_noise, layout.base_noise) / math.sqrt(len(layout))
-    noise = math.hypot(noise, layout.mass_shared, layout.base_shared)
+    noise = math.hypot(layout.of_mass.noise, layout.of_base.noise) / math.sqrt(len(layout))
+    noise = math.hypot(noise, layout.of_mass.shared, layout.of_base.shared)
     if response.is_stuck:
-        found = [mistakes.only_noise(layout.mass_noise, layout.base_noise, step=layout.base_step)]
+        found = [mistakes.only_noise(layout.of_mass.noise, layout.of_base.noise, step=layout.of_base.step)]
     else:
         found = [mistakes.copied(mass, base, noise=noise)]
         if found == [None]:
@@ -180,9 +180,9 @@ def _of_the_record(layout: Layout) -> Iterator[str]:
 
 def _of_the_sensors(layout: Layout, response: Response) -> Iterator[str]:
     few_stops = not response.is_stuck and response.stops_per_cycle < 2.5 and strokes(response.how) <= 2
-    signals = [("base_amplitude_m", layout.base, layout.base_noise, layout.base_step, False)]
+    signals = [("base_amplitude_m", layout.base, layout.of_base.noise, layout.of_base.step, False)]
     if not response.is_stuck:
-        signals.append(("response_amplitude", layout.mass, layout.mass_noise, layout.mass_step, not few_stops))
+        signals.append(("response_amplitude", layout.mass, layout.of_mass.noise, layout.of_mass.step, not few_stops))
     for name, rows, noise, step, slows in signals:
         rough = max(noise / math.sqrt(len(rows)), 0.125 * step)
         if is_clipped(rows.mean(axis=0), noise=rough, stops_on_its_way=slows):
@@ -195,12 +195,13 @@ def _of_the_sensors(layout: Layout, response: Response) -> Iterator[str]:
 
 def _of_the_step(layout: Layout, response: Response) -> Iterator[str]:
     size = float(np.median(response.amplitude))
-    if response.is_stuck and layout.mass_rounding > QUIET * layout.mass_step:
+    if response.is_stuck and layout.of_mass.rounding > QUIET * layout.of_mass.step:
         size = 0.5 * float(np.ptp(layout.mass.mean(axis=0)))  # a few levels, shown alike in every cycle, are no noise
-    if layout.mass_step > COARSE * size > QUIET * layout.mass_step:
-        few = ", so that it cannot be told whether it moves" if 2.0 * size < FEW_STEPS * layout.mass_step else ""
+    if layout.of_mass.step > COARSE * size > QUIET * layout.of_mass.step:
+        step = layout.of_mass.step / size
+        few = ", so that it cannot be told whether it moves" if FEW_STEPS * step > 2.0 else ""
         yield (
-            f"stops_per_cycle: the sensor's step is {100 * layout.mass_step / size:.2g} % of the mass's amplitude{few}:"
+            f"stops_per_cycle: the sensor's step is {100 * step:.2g} % of the mass's amplitude{few}:"
             " stops, stuck fraction and regime are those of the sensor's steps, and the energy's error is larger than"
             " stated"
         )
@@ -261,8 +262,8 @@ def _of_the_motion(layout: Layout, response: Response) -> Iterator[str]:
     beat = steadiness.beating(response.amplitude, noise=response.amplitude_noise)
     if beat is not None:
         yield (
-            f"response_amplitude: the response beats with a period of {beat.period / layout.drive.frequency:.3g} s"
-            f" ({100 * beat.depth:.2g} % of the amplitude)"
+            f"response_amplitude: the response beats with a period of {beat[0] / layout.drive.frequency:.3g} s"
+            f" ({100 * beat[1]:.2g} % of the amplitude)"
         )
     growth = steadiness.growth(response.amplitude, least=GROWTH)
     if growth and len(layout) / layout.drive.frequency < LONG_S:
@@ -321,7 +322,7 @@ def _of_the_clocks(layout: Layout, response: Response) -> Iterator[str]:
     rows = layout.mass[:, ::stride]
     turn = 2.0 * math.pi * stride * np.arange(rows.shape[1]) / points
     late = np.unwrap(-np.angle(first_harmonic(rows, turn))) * layout.samples / (2.0 * math.pi)
-    noise = math.hypot(layout.mass_noise / max(float(np.median(response.amplitude)), 1e-300), layout.base_noise)
+    noise = math.hypot(layout.of_mass.noise / max(float(np.median(response.amplitude)), 1e-300), layout.of_base.noise)
     rough = noise * math.sqrt(2.0 / rows.shape[1]) * layout.samples / (2.0 * math.pi)
     found = steadiness.jumps(late, noise=rough, least=0.5).tolist() if layout.foreign.period == 1 else []
     for j in found:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from frictionlab.analysis.layout import Layout
     from frictionlab.analysis.measurement import Cycle
     from frictionlab.analysis.response import Response
+    from frictionlab.scene import Scene
 
 FloatArray = NDArray[np.float64]
 FEW = 8  # cycles that tell their own scatter; fewer take that of all
@@ -102,15 +103,6 @@ def _tangent(cycle: FloatArray) -> FloatArray:
     return (np.roll(cycle, -1) - np.roll(cycle, 1)) * (len(cycle) / (4.0 * math.pi))
 
 
-@dataclass(frozen=True)
-class Mean:
-    """A mean over cycles: ``value``, its standard error ``se``, and the number of cycles it used."""
-
-    value: float
-    se: float
-    cycles: int
-
-
 def used_cycles(end_time: FloatArray, rule: str, period: int = 1) -> slice:
     """Which cycles a rule uses: ``last``, ``all``, or ``window:S`` (those that lie in the last S seconds).
 
@@ -148,10 +140,8 @@ def _cycles_of(end_time: FloatArray, rule: str) -> slice:
     return slice(first, n)
 
 
-def mean_over(
-    values: FloatArray, used: slice, *, noise: float, shared: float = 0.0, drift: float = 0.0, period: int = 1
-) -> Mean:
-    """Mean of a per-cycle series over the cycles used, with its standard error.
+def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: float = 0.0, period: int = 1) -> Estimate:
+    """Mean of a per-cycle series over the cycles used, with its standard error; a steady drift is no scatter.
 
     Parameters
     ----------
@@ -163,12 +153,10 @@ def mean_over(
         Standard error of one cycle's value from sensor noise alone: the error is never stated below it.
     shared : float
         Standard error that all cycles have in common, and no mean takes away.
-    drift : float
-        Relative change from the first to the last cycle (`steadiness.growth`): a steady drift is no scatter.
     period : int
         Cycles after which the motion repeats: whole periods are compared, not cycles.
     """
-    count, mean = used.stop - used.start, float(values[used].mean())
+    count, mean, drift = used.stop - used.start, float(values[used].mean()), steadiness.growth(values)
     if period > 1 and len(values) >= 2 * period:
         values = values[len(values) % period :].reshape(-1, period).mean(axis=1)
         used, noise = slice(len(values) - max(1, count // period), len(values)), noise / math.sqrt(period)
@@ -178,7 +166,7 @@ def mean_over(
     if len(some) > 2 and float(some.var(ddof=1)) > noise * noise * (1.0 + CLEAR * math.sqrt(2.0 / (len(some) - 1))):
         alone = float(some.var(ddof=1)) / len(part)
         square = max(alone if len(part) == 1 else variance_of_mean(some) * len(some) / len(part), square)
-    return Mean(mean, math.hypot(math.sqrt(square), shared, drift * mean / math.sqrt(12.0)), count)
+    return Estimate(mean, math.hypot(math.sqrt(square), shared, drift * mean / math.sqrt(12.0)))
 
 
 APART = 3.0  # combined uncertainties between the two energies, and ...
@@ -204,10 +192,9 @@ def by_load_cell(
     answer: "Response",
     used: slice,
     sources: Sources,
+    scene: "Scene",
     *,
     normal_force_n: float | None,
-    inertia_kg: float = 0.0,
-    wall_moves: bool = False,
 ) -> Friction | None:
     """Measure friction by the channel of force or torque; None where there is none.
 
@@ -217,12 +204,10 @@ def by_load_cell(
         Cycles, the motion in them, and which of them are used.
     sources : Sources
         Gains and the normal force are as uncertain as it says.
+    scene : Scene
+        Says the mass between sensor and contact, and whether the contact slides on the base.
     normal_force_n : float or None
         Of this test; a channel of its own wins.
-    inertia_kg : float
-        Mass between sensor and contact.
-    wall_moves : bool
-        The contact slides on the base.
 
     Examples
     --------
@@ -239,7 +224,7 @@ def by_load_cell(
     name = next((name for name in channels.FORCES if name in layout.more), None)
     if name is None or answer.is_stuck:
         return None
-    unit, points = layout.drive.amplitude, layout.mass.shape[1]
+    unit, points, wall_moves = layout.drive.amplitude, layout.mass.shape[1], scene.model.wall == "base"
     slid = layout.mass - layout.base if wall_moves else layout.mass
     rows = layout.more[name]
     spectrum = np.fft.rfft(slid[used].mean(axis=0))
@@ -258,13 +243,13 @@ def by_load_cell(
     elif normal_force_n is not None:
         normal[:] = normal_force_n
     gain = math.hypot(sources.mass_gain, 1e-9)
-    loop = _mean(each, used, layout).with_relative(math.hypot(gain, sources.mass_gain))
+    loop = mean_over(each, used, period=layout.foreign.period).with_relative(math.hypot(gain, sources.mass_gain))
     force = _ratio(each, way, used, layout).with_relative(gain)
     known = bool(np.isfinite(normal).all()) and name != "torque"
     coefficient = _ratio(each, way * normal, used, layout) if known else Estimate()
     cycle = rows[used].mean(axis=0)
     omega = 2.0 * math.pi * layout.drive.frequency
-    cycle = cycle - inertia_kg * omega**2 * unit * np.fft.irfft(-(k**2) * spectrum, points)
+    cycle = cycle - scene.sensors.force_inertia_kg * omega**2 * unit * np.fft.irfft(-(k**2) * spectrum, points)
     said = (
         (f"{name}: it counts the other way, friction against the motion is negative in it: its sign is turned",)
         if turned
@@ -279,19 +264,13 @@ def by_load_cell(
     )
 
 
-def _mean(values: FloatArray, used: slice, layout: "Layout") -> Estimate:
-    drift = steadiness.growth(values)
-    mean = mean_over(values, used, noise=0.0, drift=drift, period=layout.foreign.period)
-    return Estimate(mean.value, mean.se)
-
-
 def _ratio(values: FloatArray, over: FloatArray, used: slice, layout: "Layout") -> Estimate:
     """Sum over sum: a cycle in which little moves counts little; its error by what each cycle is off."""
     size = float(over[used].mean())
     if not size > 0.0:
         return Estimate()
     ratio = float(values[used].mean()) / size
-    return _mean(ratio + (values - ratio * over) / size, used, layout)
+    return mean_over(ratio + (values - ratio * over) / size, used, period=layout.foreign.period)
 
 
 def taken_by_the_frame(cycle: "Cycle", damping_ratio: float, r: float) -> float:

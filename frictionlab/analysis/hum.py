@@ -96,12 +96,12 @@ class DriveLine:
         spread = float(np.std(cut.end - cut.start)) * cut.frequency if len(cut) else 0.0
         return cls(cut.frequency / stretch.step, float(np.std(stretch.base)) * math.sqrt(2.0), spread)
 
-    def foreign(self, signal: FloatArray, lines: Spectrum) -> tuple[Line, ...]:
+    def lines_in(self, signal: FloatArray, lines: Spectrum) -> tuple[Line, ...]:
         """Lines of one channel that are no harmonics, without the faint ones that may be a quiet sensor's steps.
 
         Rounding of a periodic motion makes many of these.
         """
-        found = foreign(lines, self.frequency, unit=self.unit, resolution=lines.resolution, spread=self.spread)
+        found = foreign(lines, self)
         faint = LEAST * self.unit
         if all(line.amplitude > faint for line in found):
             return found
@@ -135,10 +135,10 @@ def cleaned(
         replace(s, mass=without(s.mass, s.step, mass, c), base=without(s.base, s.step, base, c))
         for s, c in zip(stretches, cuts, strict=True)
     ]
-    least = faintest(of_mass, drive.frequency, unit=drive.unit)
+    least = faintest(of_mass, drive)
     if period > 1:
         return stretches, Foreign(mass, base, period, least)
-    out, masked = on_harmonics(of_mass, drive.frequency, unit=drive.unit, spread=drive.spread, found=mass)
+    out, masked = on_harmonics(of_mass, drive, mass)
     return stretches, Foreign(mass, base, period, least, out, masked)
 
 
@@ -157,28 +157,10 @@ def without(signal: FloatArray, step: float, found: tuple[Line, ...], cut: cycle
     return signal
 
 
-def foreign(lines: Spectrum, drive: float, *, unit: float, resolution: float, spread: float) -> tuple[Line, ...]:
-    """Find the lines between the drive's harmonics.
-
-    Parameters
-    ----------
-    lines : Spectrum
-        Amplitude spectrum of one stretch, Hann window.
-    drive : float
-        Frequency of the drive [Hz].
-    unit : float
-        Amplitude of the base: lines below `LEAST` of it are not looked for.
-    resolution : float
-        1 / duration of the stretch [Hz].
-    spread : float
-        Relative width of the drive's line: how much its frequency wanders.
-
-    Returns
-    -------
-    tuple of Line
-        Highest first, at most `MOST`.
-    """
-    amplitude, frequency = lines.amplitude, lines.frequency
+def foreign(lines: Spectrum, driven: DriveLine) -> tuple[Line, ...]:
+    """Find the lines between the drive's harmonics in the spectrum of a stretch: highest first, at most `MOST`."""
+    amplitude, frequency, resolution = lines.amplitude, lines.frequency, lines.resolution
+    drive, unit, spread = driven.frequency, driven.unit, driven.spread
     high = np.flatnonzero(amplitude > FAINTEST * unit)
     high = high[(high > 0) & (high < len(amplitude) - 1)]
     high = high[(amplitude[high] >= amplitude[high - 1]) & (amplitude[high] > amplitude[high + 1])]
@@ -236,23 +218,21 @@ def without_high_lines(signal: FloatArray, step: float) -> FloatArray:
     return signal
 
 
-def faintest(lines: Spectrum, drive: float, *, unit: float) -> float:
+def faintest(lines: Spectrum, drive: DriveLine) -> float:
     """Amplitude of the faintest line that would be found where no frame follows, by `foreign`'s own rules."""
-    high = lines.amplitude[np.searchsorted(lines.frequency, HIGH * drive) :]
+    high = lines.amplitude[np.searchsorted(lines.frequency, HIGH * drive.frequency) :]
     noise = float(np.median(high[:: max(1, len(high) // SAMPLED)])) if len(high) else 0.0
-    return max(FAINTEST * unit, CLEAR * noise)
+    return max(FAINTEST * drive.unit, CLEAR * noise)
 
 
-def on_harmonics(
-    lines: Spectrum, drive: float, *, unit: float, spread: float, found: tuple[Line, ...] = ()
-) -> tuple[tuple[Line, ...], float]:
+def on_harmonics(lines: Spectrum, driven: DriveLine, found: tuple[Line, ...]) -> tuple[tuple[Line, ...], float]:
     """Harmonics of the drive that stand out of those beside them, and what hum of the mains another may hide.
 
     A line so near a harmonic cannot be told from it. Where no frame follows, the harmonics of a motion fall evenly,
     those with odd and those with even numbers each by itself: hum stands out, or a contact that rings. Hum that does
-    not is at most as much as stands on its harmonic and on those beside it. Parameters as of `foreign`; ``found``:
-    lines between the harmonics, which stand on none.
+    not is at most as much as stands on its harmonic and on those beside it. ``found``: lines between the harmonics.
     """
+    drive, unit, spread = driven.frequency, driven.unit, driven.spread
     cell, most = float(lines.frequency[1]), min(MOST_HARMONICS, int(lines.frequency[-1] / drive))
     if most < HIGH:
         return (), 0.0

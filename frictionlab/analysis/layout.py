@@ -42,15 +42,39 @@ class Drive:
 
 
 @dataclass(frozen=True)
+class Sensor:
+    """What a sensor adds to a channel, in the channel's unit.
+
+    ``noise``: rms of its white noise; ``step``: smallest step of its values (0: not quantised); ``rounding``: rms of
+    the rounding that no mean takes away; ``shared``: the same as white noise over a cycle.
+    """
+
+    noise: float
+    step: float
+    rounding: float
+    shared: float
+
+    @classmethod
+    def of(cls, signal: FloatArray, rows: FloatArray, noise: float, samples: float) -> "Sensor":
+        """Of a channel (n,) with this white noise, its cycles (m, p), and the samples a cycle has."""
+        step = signals.sensor_step(signal)
+        rounding = signals.rounding_left(noise, step)
+        shared = signals.as_white(rounding, step, float(np.ptp(rows.mean(axis=0))), samples)
+        return cls(noise, step, rounding, shared)
+
+    def over(self, unit: float) -> "Sensor":
+        """The same in another unit."""
+        return Sensor(self.noise / unit, self.step / unit, self.rounding / unit, self.shared / unit)
+
+
+@dataclass(frozen=True)
 class Layout:
     """Steady cycles laid under each other.
 
     ``mass``, ``base`` (n, p): x/Y and y/Y about their means over all cycles, from the base's rise through zero on;
     ``time`` (n,), ``end`` (n,): when each cycle starts and ends [s];
-    ``blocks``: which cycles follow each other without a gap; ``samples``: samples used of a cycle; ``mass_noise``,
-    ``base_noise``: rms of the sensors' white noise over Y; ``mass_rounding``: rms of the rounding that no mean takes
-    away, over Y; ``mass_shared``, ``base_shared``: the same spread as white noise over a cycle; ``mass_step``,
-    ``base_step``: smallest step of the values over Y (0: not quantised); ``offset``: mean of x over all cycles [m];
+    ``blocks``: which cycles follow each other without a gap; ``samples``: samples used of a cycle; ``of_mass``,
+    ``of_base``: the sensors, over Y; ``offset``: mean of x over all cycles [m];
     ``mass_spectrum``, ``base_spectrum``: of the longest stretch, up to ten times the drive; ``foreign``: lines between
     the drive's harmonics, the high ones taken out;
     ``base_wander`` (p,): what the base's slow wander adds to its mean cycle; ``more``: name -> cycles (n, p) of further
@@ -64,13 +88,8 @@ class Layout:
     end: FloatArray
     blocks: tuple[slice, ...]
     samples: float
-    mass_noise: float
-    base_noise: float
-    mass_rounding: float
-    mass_shared: float
-    base_shared: float
-    mass_step: float
-    base_step: float
+    of_mass: Sensor
+    of_base: Sensor
     offset: float
     mass_spectrum: spectrum.Spectrum
     base_spectrum: spectrum.Spectrum
@@ -95,7 +114,7 @@ class Layout:
         rate, taken = self.samples * self.drive.frequency, [line for line in self.foreign.mass if line.removed]
         left = [3.0 / (rate * hum.window(line, self.drive.frequency)) for line in taken]  # of a Hann window's mean
         unseen = math.hypot(self.foreign.faintest, self.foreign.masked) / self.drive.amplitude / math.sqrt(3.0)
-        return math.hypot(unseen, self.mass_noise * math.sqrt(sum(left)))
+        return math.hypot(unseen, self.of_mass.noise * math.sqrt(sum(left)))
 
     def __len__(self) -> int:
         return len(self.mass)
@@ -111,11 +130,11 @@ class Layout:
         period, points = self.foreign.period, self.mass.shape[1]
         mass, base = (rows[len(self) % period :].reshape(-1, period * points) for rows in (self.mass, self.base))
         whole = (slice(0, len(base)),)
-        return mass, base - slow_wander(base, whole, whole[0])
+        return mass, base - slow_wander(base.mean(axis=1), base.shape[1], whole, whole[0])
 
     def levelled_base(self, some: slice) -> FloatArray:
         """y/Y of some cycles without its slow wander: a drifting sensor adds no energy."""
-        return self.base[some] - slow_wander(self.base, self.blocks, some)
+        return self.base[some] - slow_wander(self.base.mean(axis=1), self.base.shape[1], self.blocks, some)
 
 
 def lay_out(
@@ -151,10 +170,10 @@ def lay_out(
     at = next(i for i, s in enumerate(stretches) if s is longest)
     cut = cuts[at]
     driven = hum.DriveLine.of(longest, cut)
-    lines_of_base, shown = driven.foreign(longest.base, base_lines), SHOWN * driven.frequency
+    lines_of_base, shown = driven.lines_in(longest.base, base_lines), SHOWN * driven.frequency
     base_lines = spectrum.up_to(base_lines, shown)  # the rest of a long recording's is dear
     mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=1)
-    found = driven.foreign(longest.mass, mass_lines), lines_of_base
+    found = driven.lines_in(longest.mass, mass_lines), lines_of_base
     stretches, foreign = hum.cleaned(stretches, cuts, driven, mass_lines, found)
     mass_lines = spectrum.up_to(mass_lines, shown)
     if foreign.period > 1 and cut.drifts:  # what it follows is the motion's own change from cycle to cycle
@@ -167,8 +186,8 @@ def lay_out(
     blocks = _blocks(cuts)
     if foreign.base:
         base_noise = signals.white_noise(longest.base)
-    of_mass = _sensor(longest.mass, mass, signals.white_noise(longest.mass), 1.0 / cut.frequency)
-    of_base = _sensor(longest.base, base, base_noise, 1.0 / cut.frequency)
+    of_mass = Sensor.of(longest.mass, mass, signals.white_noise(longest.mass), 1.0 / cut.frequency)
+    of_base = Sensor.of(longest.base, base, base_noise, 1.0 / cut.frequency)
     drive, wander = _driven(base, blocks, cut, longest.step, of_base, foreign.period)
     time = np.concatenate([s.time + c.start * s.step for s, c in zip(stretches, cuts, strict=True)])
     end = np.concatenate([s.time + c.end * s.step for s, c in zip(stretches, cuts, strict=True)])
@@ -183,13 +202,8 @@ def lay_out(
         end=end,
         blocks=blocks,
         samples=min(1.0 / cut.frequency, float(points)),
-        mass_noise=of_mass.noise / drive.amplitude,
-        base_noise=of_base.noise / drive.amplitude,
-        mass_rounding=of_mass.rounding / drive.amplitude,
-        mass_shared=of_mass.shared / drive.amplitude,
-        base_shared=of_base.shared / drive.amplitude,
-        mass_step=of_mass.step / drive.amplitude,
-        base_step=of_base.step / drive.amplitude,
+        of_mass=of_mass.over(drive.amplitude),
+        of_base=of_base.over(drive.amplitude),
         foreign=foreign,
         base_wander=(wander.mean(axis=0) - wander.mean()) / drive.amplitude,
         more={name: _folded_all([s.more[name] for s in stretches], cuts, points) for name in longest.more},
@@ -197,13 +211,17 @@ def lay_out(
 
 
 def _driven(
-    base: FloatArray, blocks: tuple[slice, ...], cut: cycles.Cut, step: float, sensor: "_Sensor", period: int
+    base: FloatArray, blocks: tuple[slice, ...], cut: cycles.Cut, step: float, sensor: Sensor, period: int
 ) -> tuple[Drive, FloatArray]:
     """The base motion of whole periods, and its slow wander."""
-    white = math.hypot(sensor.noise, sensor.shared * math.sqrt(len(base)))
-    whole = base[len(base) % period :] if 1 < period <= len(base) else base
-    wander = slow_wander(base, blocks) if whole is base else _wander_of_periods(whole, period)
-    return _drive(whole, wander.mean(axis=0), cut, step, white), wander
+    white, points = math.hypot(sensor.noise, sensor.shared * math.sqrt(len(base))), base.shape[1]
+    if 1 < period <= len(base):
+        base = base[len(base) % period :]
+        rows = base.reshape(-1, period * points)
+        wander = slow_wander(rows.mean(axis=1), period * points, (slice(0, len(rows)),)).reshape(period, -1)
+    else:
+        wander = slow_wander(base.mean(axis=1), points, blocks)
+    return _drive(base, wander.mean(axis=0), cut, step, white), wander
 
 
 def _cuts(stretches: list[Stretch], longest: Stretch, guess: float, base_noise: float) -> list[cycles.Cut]:
@@ -223,30 +241,13 @@ def _cuts(stretches: list[Stretch], longest: Stretch, guess: float, base_noise: 
     return cuts
 
 
-@dataclass(frozen=True)
-class _Sensor:
-    """Noise, step, rounding that no mean takes away, and that as white noise in a cycle; all in the signal's unit."""
-
-    noise: float
-    step: float
-    rounding: float
-    shared: float
-
-
-def _sensor(signal: FloatArray, rows: FloatArray, white: float, samples: float) -> _Sensor:
-    step = signals.sensor_step(signal)
-    rounding = signals.rounding_left(white, step)
-    shared = signals.as_white(rounding, step, float(np.ptp(rows.mean(axis=0))), samples)
-    return _Sensor(white, step, rounding, shared)
-
-
 def _drive_frequency(stretch: Stretch, lines: spectrum.Spectrum) -> float:
     """Frequency of the base's strongest line [Hz]; refuses a base that nothing drives."""
     base = stretch.base
     variance = float(np.var(base))
     if not variance > 0.0:
         raise AnalysisError("analysis: no drive: the base stands still; expected a base motion: check the base column")
-    tone = spectrum.tone_of(lines)
+    tone = spectrum.strongest_tone(lines)
     if 0.5 * tone.amplitude**2 < 0.2 * variance:
         raise AnalysisError(
             f"analysis: no drive: the strongest line of the base motion ({tone.frequency:.4g} Hz) holds only"
@@ -276,12 +277,6 @@ def _blocks(cuts: list[cycles.Cut]) -> tuple[slice, ...]:
     return tuple(slice(a, b) for a, b in pairwise(edges) if b > a)
 
 
-def _wander_of_periods(rows: FloatArray, period: int) -> FloatArray:
-    """Mean slow wander of the cycles (period, points) of a motion that repeats after so many, whole ones."""
-    whole = rows.reshape(-1, period * rows.shape[1])
-    return slow_wander(whole, (slice(0, len(whole)),)).reshape(period, -1)
-
-
 def _drive(base: FloatArray, wander: FloatArray, cut: cycles.Cut, step: float, base_noise: float) -> Drive:
     """Amplitude and harmonics of the base motion from its mean cycle (m), its mean slow wander (points,) taken off."""
     n, points = base.shape
@@ -307,19 +302,14 @@ def _drive(base: FloatArray, wander: FloatArray, cut: cycles.Cut, step: float, b
     )
 
 
-def slow_wander(rows: FloatArray, blocks: tuple[slice, ...], some: slice | None = None) -> FloatArray:
-    """Slow wander of rows: straight lines from the middle of each cycle's mean to the next, within a block.
+def slow_wander(means: FloatArray, points: int, blocks: tuple[slice, ...], some: slice | None = None) -> FloatArray:
+    """Slow wander of cycles: straight lines from the middle of each one's mean (n,) to the next, within a block.
 
     Returns
     -------
     (n, points) array
-        Of the rows ``some``; without it one row, the mean wander of all.
+        Of the cycles ``some``; without it one row, the mean wander of all.
     """
-    return wander_of(rows.mean(axis=1), rows.shape[1], blocks, some)
-
-
-def wander_of(means: FloatArray, points: int, blocks: tuple[slice, ...], some: slice | None = None) -> FloatArray:
-    """The same from the means of the cycles (n,) alone."""
     inside = (np.arange(points) + 0.5) / points - 0.5
     before, after = np.zeros(len(means)), np.zeros(len(means))
     for block in blocks:

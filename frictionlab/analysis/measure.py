@@ -1,12 +1,12 @@
 """Recording + scene -> measurement: what `analyze` does to a sample, in its order.
 
-1. Even stretches: gaps and clock breaks part them; declared lags and filters are taken back (`signals`, `filters`).
+1. Even stretches: gaps and clock breaks part them; declared lags and filters are taken back (`signals`, `channels`).
 2. The transient is cut off: as told, or where the motion settles (`steadiness`).
 3. Cycles: drive frequency (`spectrum`), hum taken out (`hum`), cut by the base's phase (`cycles`), laid under each
    other (`layout`).
-4. The answer of each cycle: loop area (`energy`), amplitude, stops (`smoothing`, `stops`), regime (`response`).
-5. Means with errors (`energy`, `autocorrelation`), the budget of sensors and rig (`uncertainty`), and what a reader
-   must know of them (`doubts`).
+4. The answer of each cycle: loop area (`energy`), amplitude, stops (`spectrum`, `stops`), regime (`response`).
+5. Means with errors (`energy`, `signals`), the budget of sensors and rig (`uncertainty`), and what a reader must know
+   of them (`doubts`).
 """
 
 import math
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis import channels, cycles, doubts, energy, response, signals, steadiness
 from frictionlab.analysis.channels import SensorChannel
-from frictionlab.analysis.layout import Layout, approach, lay_out, wander_of
+from frictionlab.analysis.layout import Layout, approach, lay_out, slow_wander
 from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement, traces
 from frictionlab.analysis.response import Response
 from frictionlab.analysis.signals import Stretch
@@ -104,7 +104,9 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     warnings += doubts.warnings(
         layout, answer, settled, transient, loop=loop, r=r, wall_moves=wall_moves, prescribed=prescribed
     )
-    friction = _friction(layout, answer, used, sources, recording, scene)
+    friction = energy.by_load_cell(
+        layout, answer, used, sources, scene, normal_force_n=normal_force_of(recording, scene)
+    )
     if friction is not None:
         taken = energy.taken_by_the_frame(cycle, scene.rig.damping or 0.0, r or 0.0)
         warnings += energy.doubts_of(friction, loop, scene.rig.stiffness, layout.drive.amplitude, taken)
@@ -144,15 +146,15 @@ def _facts(recording: Recording, scene: Scene, layout: Layout, rate: float) -> d
         "base_distortion": float(np.linalg.norm(layout.drive.harmonics[1:])),
         "cycles": len(layout),
         "energy_rule": scene.analysis.cycles,
-        "mass_noise_m": layout.mass_noise * layout.drive.amplitude,
-        "base_noise_m": layout.base_noise * layout.drive.amplitude,
+        "mass_noise_m": layout.of_mass.noise * layout.drive.amplitude,
+        "base_noise_m": layout.of_base.noise * layout.drive.amplitude,
         "accuracy": scene.accuracy,
     }
 
 
 def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, Any]:
     """Fields of a measurement that say how the mass answers, those without an error."""
-    noise = layout.mass_noise * math.sqrt(cycles.interpolated_noise_share())
+    noise = layout.of_mass.noise * math.sqrt(cycles.interpolated_noise_share())
     index = None if answer.is_stuck else steadiness.irregularity_index(layout.mass, layout.blocks)
     return {
         "irregularity_index": index,
@@ -166,20 +168,6 @@ def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, A
         "shortest_stop": answer.shortest_stop,
         "smallest_slip": answer.smallest_slip,
     }
-
-
-def _friction(
-    layout: Layout, answer: Response, used: slice, sources: Sources, recording: Recording, scene: Scene
-) -> energy.Friction | None:
-    return energy.by_load_cell(
-        layout,
-        answer,
-        used,
-        sources,
-        normal_force_n=normal_force_of(recording, scene),
-        inertia_kg=scene.sensors.force_inertia_kg,
-        wall_moves=scene.model.wall == "base",
-    )
 
 
 def _of_the_force(friction: energy.Friction | None, stiffness: float | None, unit: float) -> dict[str, Any]:
@@ -282,7 +270,7 @@ def _settled(layout: Layout, first: Stretch) -> float | None:
     final = layout.mass[-max(4, len(layout) // 4) :].mean(axis=0)
     size = max(float(final.std()), 1e-300)
     distance = np.concatenate([steadiness.distance(some, final) for some in (rows, layout.mass)]) / size
-    settled = steadiness.settled_at(distance, floor=2.0 * layout.mass_noise / size)
+    settled = steadiness.settled_at(distance, floor=2.0 * layout.of_mass.noise / size)
     return None if settled is None else float(np.append(early, layout.time)[settled] - first.time)
 
 
@@ -324,22 +312,13 @@ def _series(layout: Layout, answer: Response, used: slice) -> CycleSeries:
 
 
 def _mean_energy(layout: Layout, answer: Response, used: slice) -> Estimate:
-    period = layout.foreign.period
-    mean = energy.mean_over(
-        answer.energy,
-        used,
-        noise=answer.energy_noise,
-        shared=answer.energy_shared,
-        drift=steadiness.growth(answer.energy),
-        period=period,
-    )
-    return Estimate(mean.value, mean.se)
+    noise, shared = answer.energy_noise, answer.energy_shared
+    return energy.mean_over(answer.energy, used, noise=noise, shared=shared, period=layout.foreign.period)
 
 
 def _mean_amplitude(layout: Layout, answer: Response, used: slice) -> Estimate:
-    drift, period = steadiness.growth(answer.amplitude), layout.foreign.period
-    mean = energy.mean_over(answer.amplitude, used, noise=0.0, drift=drift, period=period)
-    return Estimate(mean.value, math.hypot(mean.se, answer.amplitude_noise))
+    mean = energy.mean_over(answer.amplitude, used, period=layout.foreign.period)
+    return Estimate(mean.value, math.hypot(mean.se or 0.0, answer.amplitude_noise))
 
 
 def _mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: SensorChannel) -> Cycle:
@@ -348,7 +327,7 @@ def _mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: SensorCh
     quarter = points // 4
     wander = np.zeros(points)
     if layout.foreign.period == 1:
-        wander = wander_of(answer.position, points, layout.blocks)[0]
+        wander = slow_wander(answer.position, points, layout.blocks)[0]
     mass = np.roll(layout.mass[used].mean(axis=0) - wander, -quarter)
     base = np.roll(layout.base[used].mean(axis=0) - layout.base_wander, -quarter)
     smooth, velocity = (np.roll(c, -quarter) for c in response.mean_cycle(layout, used, answer.how))

@@ -27,9 +27,8 @@ class Response:
     ``regime``: over all cycles; ``asymmetry``: rms of the even part of the mean cycle over its rms; ``how``: the
     smoother of all cycles; ``shortest_stop``: shortest stop that can be told from a slow passage, in cycles (1: none
     can); ``doubtful``: pauses of a cycle that are too short to tell, and their mean length in cycles;
-    ``slowest_slip``: speed (Y omega) that a slip between two stops must pass to part them; ``smallest_slip``:
-    way (Y) of the smallest slip within a stop of a tenth of a cycle that is seen; ``unclear``: a move within a
-    stop that may part it or not.
+    ``smallest_slip``: way (Y) of the smallest slip within a stop of a tenth of a cycle that is seen; ``unclear``: a
+    move within a stop that may part it or not.
     """
 
     energy: FloatArray
@@ -47,7 +46,6 @@ class Response:
     asymmetry: float
     shortest_stop: float
     doubtful: tuple[float, float]
-    slowest_slip: float
     smallest_slip: float
     unclear: Move | None
     how: Smoother
@@ -72,12 +70,12 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     wall_moves : bool
         The wall goes with the base: stops are those of the mass relative to the base.
     """
-    how = smoother(layout.mass, noise=layout.mass_noise, samples=layout.samples, shared=layout.mass_shared)
+    how = smoother(layout.mass, noise=layout.of_mass.noise, samples=layout.samples, shared=layout.of_mass.shared)
     points = max(FINE, layout.mass.shape[1])
-    slid, noise, shared, period = layout.mass, layout.mass_noise, layout.mass_shared, layout.foreign.period
+    slid, noise, shared, period = layout.mass, layout.of_mass.noise, layout.of_mass.shared, layout.foreign.period
     if wall_moves:
-        slid, noise = layout.mass - layout.base, math.hypot(layout.mass_noise, layout.base_noise)
-        shared = math.hypot(layout.mass_shared, layout.base_shared)
+        slid, noise = layout.mass - layout.base, math.hypot(layout.of_mass.noise, layout.of_base.noise)
+        shared = math.hypot(layout.of_mass.shared, layout.of_base.shared)
     sliding = how
     if wall_moves or period > 1:
         sliding = smoother(slid, noise=noise, samples=layout.samples, shared=shared, period=period)
@@ -108,7 +106,7 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         stops=np.zeros(n) if is_stuck else count,
         stuck=np.ones(n) if is_stuck else stuck,
         found=found,
-        energy_noise=_energy_noise(layout, how, layout.mass_noise, layout.base_noise),
+        energy_noise=_energy_noise(layout, how, layout.of_mass.noise, layout.of_base.noise),
         energy_shared=_energy_shared(layout, how, found, float(np.mean(areas)) * drive.growth / math.sqrt(12.0)),
         amplitude_noise=_amplitude_noise(layout, size, amplitude, whole if size is sliding else amplitude),
         stops_per_cycle=0.0 if is_stuck else count_mean,
@@ -118,7 +116,6 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         how=how,
         shortest_stop=1.0 if is_blurred else 2.0 * thresholds.dwell / (2.0 * math.pi),
         doubtful=(len(doubts) / n, float(np.mean(doubts)) / stops.TURN if len(doubts) else 0.0),
-        slowest_slip=2.0 * thresholds.still,
         smallest_slip=stops.smallest(rough, layout.samples),
         unclear=None if is_stuck else unclear,
     )
@@ -139,7 +136,7 @@ def _amplitude_noise(layout: Layout, how: Smoother, amplitude: FloatArray, whole
     return math.hypot(
         how.x_noise / math.sqrt(2.0),
         how.x_tail,
-        layout.mass_rounding / math.sqrt(2.0),
+        layout.of_mass.rounding / math.sqrt(2.0),
         layout.left,
         max(0.0, float(np.mean(whole)) - mean - how.x_tail),  # a stop that begins as a slow passage
         mean * drive.amplitude_se / drive.amplitude,  # of the unit it is told in
@@ -174,8 +171,8 @@ def _slides(
 def _energy_shared(layout: Layout, how: Smoother, found: Stops, growth: float) -> float:
     """Return the standard error of energy (k Y^2) that all cycles have in common; `growth`: that of the drive."""
     return math.hypot(
-        _energy_noise(layout, how, layout.mass_shared, layout.base_shared),
-        layout.mass_rounding * _way_of_the_base(found, len(layout)),
+        _energy_noise(layout, how, layout.of_mass.shared, layout.of_base.shared),
+        layout.of_mass.rounding * _way_of_the_base(found, len(layout)),
         growth,
     )
 
@@ -254,8 +251,8 @@ def _asymmetry(how: Smoother) -> float:
 def mean_cycle(layout: Layout, used: slice, how: Smoother) -> tuple[FloatArray, FloatArray]:
     """Mean of some cycles without noise, (p,), and its derivative by tau, (p,); ``how``: the smoother of all."""
     if used.stop - used.start < len(layout):
-        rows, shared = layout.mass[used], layout.mass_shared
-        how = smoother(rows, noise=layout.mass_noise, samples=layout.samples, shared=shared)
+        rows, shared = layout.mass[used], layout.of_mass.shared
+        how = smoother(rows, noise=layout.of_mass.noise, samples=layout.samples, shared=shared)
     points = layout.mass.shape[1]
     k = np.arange(len(how.mean))
     x = np.fft.irfft(how.mean * points, points)

@@ -274,6 +274,14 @@ class _Pairs:
 PAIRS = _Pairs()
 
 
+def line(at: FloatArray, value: FloatArray) -> tuple[float, FloatArray, float]:
+    """Least-squares line through values (n,): its slope, what it leaves (n,), and the sum of squares of ``at``."""
+    u = at - at.mean()
+    spread = float(np.dot(u, u))
+    slope = float(np.dot(u, value)) / spread if spread > 0.0 else 0.0
+    return slope, value - value.mean() - slope * u, spread
+
+
 def student(freedom: float) -> float:
     """Variance of Student's t over the normal distribution's: a scatter from few values is itself uncertain."""
     return freedom / max(freedom - 2.0, 0.5)

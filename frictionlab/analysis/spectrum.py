@@ -128,36 +128,23 @@ def up_to(spectrum: Spectrum, frequency: float) -> Spectrum:
     return Spectrum(spectrum.frequency[:last].copy(), spectrum.amplitude[:last].copy(), spectrum.resolution)
 
 
-def strongest_tone(signal: FloatArray, step: float, *, padding: int = DEFAULT_PADDING) -> Tone:
-    """Find the strongest line of a signal and refine it by a parabola through the logs of the three highest bins.
+def strongest_tone(spectrum: Spectrum) -> Tone:
+    """Find the strongest line and refine it by a parabola through the logs of the three highest bins.
 
     Lines slower than two periods in the record are not looked for.
-
-    Parameters
-    ----------
-    signal : (n,) array
-    step : float
-        Sampling interval.
-    padding : int
-        Length of the FFT over the length of the record.
 
     Raises
     ------
     AnalysisError
-        Fewer than 8 samples, or a signal that does not move.
+        A signal that does not move.
 
     Examples
     --------
     >>> t = np.arange(2000) * 0.01
-    >>> tone = strongest_tone(3.0 * np.cos(2 * np.pi * 1.7 * t), 0.01)
+    >>> tone = strongest_tone(amplitude_spectrum(3.0 * np.cos(2 * np.pi * 1.7 * t), 0.01))
     >>> abs(tone.frequency - 1.7) < 2e-5
     True
     """
-    return tone_of(amplitude_spectrum(signal, step, padding=padding))
-
-
-def tone_of(spectrum: Spectrum) -> Tone:
-    """Refine the strongest line of a spectrum; see :func:`strongest_tone`."""
     amplitude, spacing = spectrum.amplitude, float(spectrum.frequency[1])
     first = min(max(1, math.ceil(2.0 * spectrum.resolution / spacing)), len(amplitude) - 2)
     peak = first + int(np.argmax(amplitude[first:-1]))

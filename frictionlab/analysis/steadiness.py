@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis import cycles, spectrum
 from frictionlab.analysis.cycles import chunks
-from frictionlab.analysis.signals import Stretch, variance_inflation, white_noise
+from frictionlab.analysis.signals import Stretch, line, variance_inflation, white_noise
 from frictionlab.analysis.stops import runs
 
 FloatArray = NDArray[np.float64]
@@ -19,14 +19,6 @@ COARSE_POINTS = 64  # of a cycle, to find the transient on
 REPEATS = 0.005  # of the motion: cycles that differ by less repeat
 IRREGULAR = 0.02  # of the cycles after the transient may be farther off
 INTERVAL_S = 10.0  # one cycle so often tells the trend of a long test (thesis 4.4.3)
-
-
-@dataclass(frozen=True)
-class Beating:
-    """A slow modulation: ``period`` in cycles, ``depth``: amplitude of the modulation over the mean."""
-
-    period: float
-    depth: float
 
 
 def settled_at(distance: FloatArray, *, floor: float, least: float = 0.02) -> int | None:
@@ -83,7 +75,8 @@ def transient(stretch: Stretch) -> tuple[float, bool]:
     """
     if len(stretch.base) < 64 or not float(np.ptp(stretch.base)) > 0.0:
         return 0.0, True
-    frequency = spectrum.strongest_tone(stretch.base[len(stretch.base) // 2 :], 1.0).frequency
+    later = spectrum.amplitude_spectrum(stretch.base[len(stretch.base) // 2 :], 1.0)
+    frequency = spectrum.strongest_tone(later).frequency
     found = cycles.cut(stretch.base, frequency, noise=white_noise(stretch.base))
     if len(found) < 8:
         return 0.0 if len(found) < 4 else float(found.start[1]) * stretch.step, True
@@ -106,8 +99,8 @@ def transient(stretch: Stretch) -> tuple[float, bool]:
     return min(half, start), start <= half
 
 
-def beating(series: FloatArray, *, noise: float, least: float = 0.02) -> Beating | None:
-    """Find a slow modulation in a per-cycle series.
+def beating(series: FloatArray, *, noise: float, least: float = 0.02) -> tuple[float, float] | None:
+    """Find a slow modulation in a per-cycle series: its period in cycles, its amplitude over the mean.
 
     Parameters
     ----------
@@ -122,15 +115,14 @@ def beating(series: FloatArray, *, noise: float, least: float = 0.02) -> Beating
     mean = float(series.mean())
     if n < 12 or mean <= 0.0:
         return None
-    u = np.arange(n) - 0.5 * (n - 1)
-    about = series - mean - u * (np.dot(u, series) / np.dot(u, u))
+    about = line(np.arange(n), series)[1]
     power = np.abs(np.fft.rfft(about * np.hanning(n))) ** 2
     power[:2] = 0.0
     peak = int(np.argmax(power))
     share = float(power[max(0, peak - 2) : peak + 3].sum() / max(power.sum(), 1e-300))
     depth = math.sqrt(power[peak]) * 4.0 / n / mean
     real = share > 0.6 and depth > least and depth * mean > 3.0 * noise
-    return Beating(n / peak, depth) if real and peak < n // 2 else None
+    return (n / peak, depth) if real and peak < n // 2 else None
 
 
 def growth(series: FloatArray, *, least: float = 1e-3) -> float:
@@ -147,10 +139,8 @@ def growth(series: FloatArray, *, least: float = 1e-3) -> float:
     n = len(series)
     if n < 12 or not float(series.mean()) > 0.0:
         return 0.0
-    u = np.arange(n) - 0.5 * (n - 1)
-    slope = float(np.dot(u, series) / np.dot(u, u))
-    left = series - series.mean() - slope * u
-    error = math.sqrt(float(np.dot(left, left)) / (n - 2) / float(np.dot(u, u)))
+    slope, left, spread = line(np.arange(n), series)
+    error = math.sqrt(float(np.dot(left, left)) / (n - 2) / spread)
     change = slope * (n - 1) / float(series.mean())
     clear = abs(slope) > 8.0 * error and float(np.var(left)) < 0.5 * float(np.var(series))
     return change if clear and abs(change) > least else 0.0
@@ -218,10 +208,7 @@ def linear_trend(time: FloatArray, value: FloatArray) -> Trend | None:
     n = len(time)
     if n < 6:
         return None
-    u = time - time.mean()
-    spread = float(np.dot(u, u))
-    slope = float(np.dot(u, value)) / spread
-    left = value - value.mean() - slope * u
+    slope, left, spread = line(time, value)
     inflation = float(variance_inflation(left[:, None])[0])
     error = math.sqrt(float(np.dot(left, left)) / (n - 2) / spread * max(inflation, 1.0))
     reach = student95(max(n / max(inflation, 1.0) - 2.0, 1.0)) * error

@@ -182,7 +182,8 @@ def _highest_bin(one: Recording, *, padding: int) -> float:
 
 
 def _interpolated(one: Recording, *, padding: int) -> float:
-    return spectrum.strongest_tone(one.base_displacement, 1 / RATE_HZ, padding=padding).frequency
+    lines = spectrum.amplitude_spectrum(one.base_displacement, 1 / RATE_HZ, padding=padding)
+    return spectrum.strongest_tone(lines).frequency
 
 
 def _phases(one: Recording, *, padding: int) -> float:

@@ -91,14 +91,13 @@ def test_errors_of_means_cover_for_independent_and_for_correlated_cycles() -> No
             for j in range(1, 160):
                 series[j] = rho * series[j - 1] + noise[j]
             mean = energy.mean_over(series, slice(0, 160), noise=0.0)
-            hits += abs(mean.value) < mean.se
+            hits += abs(mean.value or 0.0) < (mean.se or 0.0)
         assert low < hits / 300 < high
 
 
 def test_one_cycle_carries_the_scatter_of_all() -> None:
     values = np.random.default_rng(1).normal(2.0, 0.1, 200)
     mean = energy.mean_over(values, slice(199, 200), noise=0.001)
-    assert mean.cycles == 1
     assert mean.value == values[-1]
     assert mean.se == pytest.approx(0.1, rel=0.15)
     assert energy.mean_over(values[:1], slice(0, 1), noise=0.02).se == 0.02
