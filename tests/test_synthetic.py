@@ -11,7 +11,7 @@ from frictionlab.errors import OutputError, SceneError
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.scene import Scene, read_scene, scene_from_tables
 from frictionlab.simulator import Problem, observe, steady_state
-from frictionlab.synthetic import cycle_friction_ratios, log_text, motion, synthesize, virtual_tests
+from frictionlab.synthetic import cycle_friction_ratios, log_of, motion, synthesize, virtual_tests
 
 Tables = dict[str, object]
 
@@ -59,22 +59,22 @@ def test_from_rest_the_motion_comes_to_the_steady_orbit() -> None:
 def test_the_lasers_add_their_noise_and_round_to_their_step() -> None:
     clean, seen = scene_of(noise_m=0.0, step_m=0.0), scene_of(noise_m=5e-6, step_m=1e-6)
     (test,) = virtual_tests(clean)
-    error = 1e-3 * (samples(log_text(test, seen)) - samples(log_text(test, clean)))[:, 1:]
+    error = 1e-3 * (samples(log_of(test, seen)[0]) - samples(log_of(test, clean)[0]))[:, 1:]
     expected = math.hypot(5e-6, 1e-6 / math.sqrt(12))
     assert error.std(axis=0) == pytest.approx(expected, rel=0.05)
-    steps = 1e3 * samples(log_text(test, seen))[:, 1:]
+    steps = 1e3 * samples(log_of(test, seen)[0])[:, 1:]
     np.testing.assert_allclose(steps, np.round(steps), atol=1e-6)
 
 
 def test_the_same_scene_gives_the_same_log_and_another_seed_another() -> None:
     (test,) = virtual_tests(scene_of())
-    assert log_text(test, scene_of(seed=1)) == log_text(test, scene_of(seed=1))
-    assert log_text(test, scene_of(seed=1)) != log_text(test, scene_of(seed=2))
+    assert log_of(test, scene_of(seed=1))[0] == log_of(test, scene_of(seed=1))[0]
+    assert log_of(test, scene_of(seed=1))[0] != log_of(test, scene_of(seed=2))[0]
 
 
 def test_adding_a_test_changes_no_other() -> None:
     one, two = scene_of(), scene_of({"frequency_ratios": [0.5, 0.7]})
-    assert log_text(virtual_tests(one)[0], one) == log_text(virtual_tests(two)[0], two)
+    assert log_of(virtual_tests(one)[0], one)[0] == log_of(virtual_tests(two)[0], two)[0]
 
 
 @pytest.mark.parametrize(
@@ -289,7 +289,7 @@ def test_further_channels_are_those_of_the_motion_and_are_read_again(tmp_path: P
 def test_noise_of_a_further_channel_is_a_share_of_it() -> None:
     scenes = [scene_of(channels=["contact_force"], channel_noise=noise) for noise in (0.0, 0.02)]
     (test,) = virtual_tests(scenes[0])
-    clean, noisy = (samples(log_text(test, scene))[:, 3] for scene in scenes)
+    clean, noisy = (samples(log_of(test, scene)[0])[:, 3] for scene in scenes)
     assert np.std(noisy - clean) == pytest.approx(0.02 * np.sqrt(np.mean(clean**2)), rel=0.05)
     with pytest.raises(SceneError, match=r"start = 'steady' needs a plain sine; got base .*, channels contact_force"):
-        log_text(test, scene_of(channels=["contact_force"], start="steady"))
+        log_of(test, scene_of(channels=["contact_force"], start="steady"))[0]

@@ -11,7 +11,7 @@ import frictionlab as fl
 from frictionlab.errors import SceneError
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem
-from frictionlab.synthetic import cycle_friction_ratios, driven, log_text, synthesize, virtual_tests
+from frictionlab.synthetic import cycle_friction_ratios, driven, log_of, synthesize, virtual_tests
 from frictionlab.synthetic.virtual_motion import random_motion, wander
 
 Tables = dict[str, object]
@@ -70,7 +70,7 @@ def _rescaled(problem: Problem, share: float) -> Problem:
 def test_a_sweep_goes_from_its_first_frequency_to_its_last() -> None:
     for scale, middle in (("linear", 2.5), ("log", 2.0)):
         scene = scene_of(SWEEP | {"sweep_scale": scale}, noise_m=0.0, step_m=0.0)
-        base = samples(log_text(virtual_tests(scene)[0], scene))[:, 2]
+        base = samples(log_of(virtual_tests(scene)[0], scene)[0])[:, 2]
         up = np.flatnonzero((base[:-1] < 0.0) & (base[1:] >= 0.0)) / 250.0
         rate = np.interp([0.5, 6.0, 11.5], 0.5 * (up[1:] + up[:-1]), 1.0 / np.diff(up))
         assert rate[1] == pytest.approx(middle, rel=0.02)
@@ -81,7 +81,7 @@ def test_a_sweep_goes_from_its_first_frequency_to_its_last() -> None:
 def test_random_motion_has_the_power_it_is_given_and_none_beyond() -> None:
     table = [[0.5, 0.0], [1.0, 2e-6], [3.0, 1e-6]]
     scene = scene_of({"motion": "random", "spectrum": table}, duration_s=400.0, noise_m=0.0, step_m=0.0)
-    base = 1e-3 * samples(log_text(virtual_tests(scene)[0], scene))[:, 2]
+    base = 1e-3 * samples(log_of(virtual_tests(scene)[0], scene)[0])[:, 2]
     assert np.std(base) == pytest.approx(math.sqrt(0.5 * 0.5 * 2e-6 + 2.0 * 1.5e-6), rel=0.05)
     power = np.abs(np.fft.rfft(base * np.hanning(len(base)))) ** 2
     f = np.fft.rfftfreq(len(base), 1 / 250.0)
@@ -107,14 +107,14 @@ def test_a_recorded_base_moves_again_and_a_short_one_is_refused(tmp_path: Path) 
     (tmp_path / "seen.csv").write_text("\n".join(["time [s],q", *rows]) + "\n")
     base: Tables = {"motion": "file", "file": "seen.csv", "column": "q", "unit": "mm", "factor": 0.5}
     scene = scene_of(base, folder=tmp_path, noise_m=0.0, step_m=0.0)
-    log = samples(log_text(virtual_tests(scene)[0], scene))
+    log = samples(log_of(virtual_tests(scene)[0], scene)[0])
     assert log[:, 2] == pytest.approx(np.sin(2 * np.pi * 0.7 * log[:, 0]) ** 3, abs=2e-5)
     long = scene_of(base, {"duration_s": 30.0}, folder=tmp_path)
     with pytest.raises(SceneError, match=r"b: .*seen.csv lasts 20 s; expected at least the 29.996 s of steel_N1.25_b"):
-        log_text(virtual_tests(long)[0], long)
+        log_of(virtual_tests(long)[0], long)[0]
     lost = scene_of(base | {"file": "nothing.csv"}, folder=tmp_path)
     with pytest.raises(SceneError, match=r"synthetic.bases: b: .*nothing.csv"):
-        log_text(virtual_tests(lost)[0], lost)
+        log_of(virtual_tests(lost)[0], lost)[0]
 
 
 def test_wandering_friction_is_told_period_by_period(tmp_path: Path) -> None:
@@ -133,7 +133,7 @@ def test_a_motor_that_has_started_up_reaches_the_plain_sines_orbit() -> None:
     scene = scene_of({"ramp_s": 1.0}, SINE | {"frequency_ratios": [0.4]}, duration_s=40.0, noise_m=0.0, step_m=0.0)
     run, every, _ = driven(virtual_tests(scene)[0], scene)
     plain = scene_of({}, {"frequency_ratios": [0.4]}, duration_s=40.0, noise_m=0.0, step_m=0.0)
-    steady = samples(log_text(virtual_tests(plain)[0], plain))[:, 1]
+    steady = samples(log_of(virtual_tests(plain)[0], plain)[0])[:, 1]
     assert 1.8 * run.displacement[::every][-500:] == pytest.approx(steady[-500:], abs=1e-6)
 
 
@@ -159,7 +159,7 @@ def test_what_makes_no_sense_is_refused(base: Tables, test: Tables, match: str) 
 def test_what_only_a_plain_sine_has_is_refused() -> None:
     scene = scene_of(SWEEP, start="steady")
     with pytest.raises(SceneError, match="start = 'steady' needs a plain sine; got base 'b'"):
-        log_text(virtual_tests(scene)[0], scene)
+        log_of(virtual_tests(scene)[0], scene)[0]
 
 
 def test_the_scene_beside_this_works(tmp_path: Path) -> None:

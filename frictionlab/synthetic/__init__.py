@@ -15,6 +15,6 @@ from frictionlab.synthetic.virtual_rig import SyntheticTest as SyntheticTest
 from frictionlab.synthetic.virtual_rig import virtual_tests as virtual_tests
 from frictionlab.synthetic.write import is_synthetic as is_synthetic
 from frictionlab.synthetic.write import is_truth as is_truth
-from frictionlab.synthetic.write import log_text as log_text
+from frictionlab.synthetic.write import log_of as log_of
 from frictionlab.synthetic.write import synthesize as synthesize
 from frictionlab.synthetic.write import truth as truth

@@ -202,11 +202,6 @@ def sample_times(test: SyntheticTest, scene: Scene) -> FloatArray:
     return np.asarray(np.arange(round(test.duration_s * rate)) / rate)
 
 
-def plain_base(test: SyntheticTest, time: FloatArray) -> FloatArray:
-    """Displacement (m) of a base that is a plain sine."""
-    return np.asarray(test.base_amplitude_m * np.cos(2 * math.pi * test.drive_frequency_hz * time))
-
-
 def motion(test: SyntheticTest, time: FloatArray, scene: Scene) -> FloatArray:
     """Displacement of the mass (m) at the given times (s), before any sensor."""
     tau = 2 * math.pi * test.drive_frequency_hz * time

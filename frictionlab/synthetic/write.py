@@ -23,7 +23,6 @@ from frictionlab.synthetic.virtual_motion import (
     motion_at,
     motion_of_masses,
     phase_times,
-    plain_base,
     sample_times,
 )
 from frictionlab.synthetic.virtual_rig import SyntheticTest, virtual_tests
@@ -77,7 +76,7 @@ def synthesize(scene: Scene, folder: Path) -> Iterator[SyntheticTest]:
         check_replaceable(folder / test.log, replace=is_synthetic)
     truths = []
     for test in tests:
-        text, more = _log_and_behaviour(test, scene)
+        text, more = log_of(test, scene)
         write_whole(folder / test.log, text.encode(), replace=is_synthetic)
         truths.append(json.dumps({**truth(test), **more}) + "\n")
         yield test
@@ -101,40 +100,32 @@ def is_synthetic(log: Path) -> bool:
         return file.readline(len(MARK) + 1).startswith(MARK)
 
 
-def log_text(test: SyntheticTest, scene: Scene) -> str:
-    """The log of one test: preamble, header, one line per sample; time in s, displacements in mm."""
-    if _needs_record(test, scene):
-        return _driven_log(test, scene)[0]
-    time = sample_times(test, scene)
-    if test.frame is not None:
-        return _lines(test, scene, time, motion_of_masses(test, time, scene), plain_base(test, time))
-    return _lines(test, scene, time, motion(test, time, scene), plain_base(test, time))
+def log_of(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
+    """The log of one test, and what is true of it beyond `truth` where its friction or its base changes.
 
-
-def _needs_record(test: SyntheticTest, scene: Scene) -> bool:
-    """Whether a test is simulated as a response to a sampled base: that is no sine, or more than lasers watch it."""
-    return bool(scene.synthetic.channels) or not test.base.is_plain
-
-
-def _log_and_behaviour(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
-    """The log of one test, and what is true of it beyond `truth` where its friction or its base changes."""
+    The log: preamble, header, one line per sample; time in s, displacements in mm. A test whose base is no sine, or
+    that more than lasers watch, is simulated as the response to a sampled base.
+    """
     if test.frame is not None and scene.synthetic.channels:
         raise SceneError(
             f"synthetic.channels: expected none for a frame with [[rig.masses]] or [[rig.contacts]]; got"
             f" {', '.join(scene.synthetic.channels)}"
         )
-    if _needs_record(test, scene):
+    if scene.synthetic.channels or not test.base.is_plain:
         return _driven_log(test, scene)
+    time = sample_times(test, scene)
+    base = np.asarray(test.base_amplitude_m * np.cos(2 * math.pi * test.drive_frequency_hz * time))
     if test.is_plain_coulomb:
-        return log_text(test, scene), {}
+        move = motion if test.frame is None else motion_of_masses
+        return _lines(test, scene, time, move(test, time, scene), base), {}
     transient = scene.analysis.planned_transient_s
-    time, phases = sample_times(test, scene), phase_times(test, transient)
+    phases = phase_times(test, transient)
     mass, exact = motion_at(test, scene, time, phases.ravel())
     behaviour: dict[str, object] = {
         "irregularity_index": irregularity_index(exact.reshape(phases.shape)),
         "energy_slope_per_hour": energy_slope(test, transient),
     }
-    return _lines(test, scene, time, mass, plain_base(test, time)), behaviour | _over_time(test, scene)
+    return _lines(test, scene, time, mass, base), behaviour | _over_time(test, scene)
 
 
 def _over_time(test: SyntheticTest, scene: Scene) -> dict[str, object]:

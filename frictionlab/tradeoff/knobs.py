@@ -22,7 +22,6 @@ from frictionlab.files import write_whole
 from frictionlab.hdf5 import read_recording
 from frictionlab.hdf5.recordings import pieces_of
 from frictionlab.inference import compare
-from frictionlab.logs import LogOptions, read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.scene.keys import LEVELS
@@ -235,37 +234,28 @@ def sampling_rate() -> tuple[Setting, ...]:
     return _each("sampling rate", f"{ENERGY} of one cycle", orbit()[1], *settings)
 
 
-def accuracy_of_analyze() -> tuple[Setting, ...]:
-    """The three levels of ``analyze --accuracy``."""
+def accuracy_of(command: str) -> tuple[Setting, ...]:
+    """The three levels of ``--accuracy`` of ``analyze`` or ``compare-numeric``."""
+    own = (_cycle_energies, f"{ENERGY} of one cycle", orbit()[1])
+    run, quantity, truth = own if command == "analyze" else (_friction, "friction_ratio", BETA)
     settings: list[Measured] = [
-        (level, partial(_cycle_energies, scene=SCENE.with_accuracy(level)), level == "balanced", RATE_HZ)
-        for level in LEVELS
+        (level, partial(run, scene=SCENE.with_accuracy(level)), level == "balanced", RATE_HZ) for level in LEVELS
     ]
-    return _each("analyze --accuracy", f"{ENERGY} of one cycle", orbit()[1], *settings)
-
-
-def accuracy_of_compare_numeric() -> tuple[Setting, ...]:
-    """The three levels of ``compare-numeric --accuracy``."""
-    settings: list[Measured] = [
-        (level, partial(_friction, scene=SCENE.with_accuracy(level)), level == "balanced", RATE_HZ) for level in LEVELS
-    ]
-    return _each("compare-numeric --accuracy", "friction_ratio", BETA, *settings)
+    return _each(f"{command} --accuracy", quantity, truth, *settings)
 
 
 def _friction(one: Recording, scene: Scene) -> float:
     return compare(one, scene).friction_ratio
 
 
-def _quantised() -> Recording:
-    """A recording of 280,000 samples as a sensor writes it: in steps."""
+def storage() -> tuple[Setting, ...]:
+    """Precision and compression of the displacements in a recording: written, read back, compared.
+
+    The recording has 280,000 samples, in the sensor's steps.
+    """
     clean = recording(4000.0, 0)
     mass, base = (np.round(c / STEP_M) * STEP_M for c in (clean.mass_displacement, clean.base_displacement))
-    return Recording(clean.time, mass, base)
-
-
-def storage() -> tuple[Setting, ...]:
-    """Precision and compression of the displacements in a recording: written, read back, compared."""
-    original = _quantised()
+    original = Recording(clean.time, mass, base)
     size = float(np.abs(original.mass_displacement).max())
     sizes = {name: sum(map(len, pieces_of(original, precision=p, compression=c))) for name, (p, c) in STORED.items()}
 
@@ -284,31 +274,6 @@ def storage() -> tuple[Setting, ...]:
     return tuple(replace(s, size_bytes=sizes[s.setting]) for s in found)
 
 
-def csv_reader() -> tuple[Setting, ...]:
-    """Who turns a log's text into numbers; pandas alone checks nothing of what it reads."""
-    table = _quantised()
-    columns = np.column_stack([table.time, 1e3 * table.mass_displacement, 1e3 * table.base_displacement])
-    lines = [f"{t:.6f},{x:.9f},{y:.9f}" for t, x, y in columns.tolist()]
-    truth = 1e-3 * np.array([float(line.split(",")[1]) for line in lines])
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "log.csv"
-        write_whole(path, ("time [s],mass [mm],base [mm]\n" + "\n".join(lines) + "\n").encode())
-
-        def by_pandas() -> Floats:
-            import pandas as pd  # noqa: PLC0415 - half a second that no other knob needs
-
-            return 1e-3 * pd.read_csv(path, float_precision="round_trip").iloc[:, 1].to_numpy(dtype=np.float64)
-
-        def error(found: object) -> float:
-            return float(np.abs(np.asarray(found) - truth).max() / np.abs(truth).max())
-
-        ours = "frictionlab, checked"
-        readers = {ours: lambda: read_log(path, LogOptions()).mass_displacement, "pandas, unchecked": by_pandas}
-        trials = [Run(name, read, error, name == ours) for name, read in readers.items()]
-        found = run_trials("log read by", "mass_displacement", "Python's float of each text", trials)
-    return tuple(replace(s, size_bytes=sum(map(len, lines)) + len(lines)) for s in found)
-
-
 FAMILIES: Mapping[str, tuple[Knob, ...]] = MappingProxyType(
     {
         "simulator": (
@@ -320,8 +285,8 @@ FAMILIES: Mapping[str, tuple[Knob, ...]] = MappingProxyType(
         "contacts": tuple(partial(tolerance_of, name) for name in CONTACTS),
         "frequency": (padding,),
         "cycle": (points_per_cycle, cycles_averaged, sampling_rate),
-        "files": (storage, csv_reader),
-        "levels": (accuracy_of_analyze, accuracy_of_compare_numeric),
+        "files": (storage,),
+        "levels": (partial(accuracy_of, "analyze"), partial(accuracy_of, "compare-numeric")),
     }
 )
 """Knobs by what they are about; one figure each."""

@@ -4,6 +4,7 @@ import json
 import math
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -23,7 +24,8 @@ from tests.simulator.numeric_oracle import cycle
 ROOT = Path(__file__).parents[2]
 README = ROOT / "frictionlab" / "tradeoff" / "README.md"
 ORBITS = json.loads((ROOT / "tests" / "extremes" / "reference" / "orbits.json").read_text(encoding="utf-8"))
-QUICK = (knobs.physics, knobs.padding, knobs.points_per_cycle, knobs.accuracy_of_analyze, knobs.storage)
+LEVELS_OF = {command: partial(knobs.accuracy_of, command) for command in ("analyze", "compare-numeric")}
+QUICK = (knobs.physics, knobs.padding, knobs.points_per_cycle, LEVELS_OF["analyze"], knobs.storage)
 Knob = Callable[[], tuple[Setting, ...]]
 
 
@@ -64,7 +66,7 @@ def test_there_are_at_least_eight_knobs_each_with_its_figure() -> None:
     assert sum(len(knobs) for knobs in knobs.FAMILIES.values()) >= 8
 
 
-@pytest.mark.parametrize("knob", QUICK, ids=lambda knob: knob.__name__)
+@pytest.mark.parametrize("knob", QUICK)
 def test_a_knob_has_one_default_a_reference_and_the_same_errors_each_time(knob: Knob) -> None:
     first, second = knob(), knob()
     assert [s.default for s in first].count(True) == 1
@@ -105,11 +107,7 @@ def test_a_level_of_accuracy_is_its_knobs() -> None:
         Scene().with_accuracy("sloppy")
 
 
-@pytest.mark.parametrize(
-    "knob",
-    [knobs.accuracy_of_analyze, knobs.accuracy_of_compare_numeric, knobs.padding],
-    ids=lambda k: k.__name__,
-)
+@pytest.mark.parametrize("knob", [*LEVELS_OF.values(), knobs.padding])
 def test_the_readmes_errors_are_in_step(knob: Knob) -> None:
     written = dict(re.findall(r"^\| (.+? \| .+?) \| ([-+.e0-9]+) \|", README.read_text("utf-8"), re.MULTILINE))
     for s in knob():
