@@ -115,7 +115,7 @@ def beating(series: FloatArray, *, noise: float, least: float = 0.02) -> tuple[f
     mean = float(series.mean())
     if n < 12 or mean <= 0.0:
         return None
-    about = line(np.arange(n), series)[1]
+    about = line(np.arange(n, dtype=np.float64), series)[1]
     power = np.abs(np.fft.rfft(about * np.hanning(n))) ** 2
     power[:2] = 0.0
     peak = int(np.argmax(power))
@@ -139,7 +139,7 @@ def growth(series: FloatArray, *, least: float = 1e-3) -> float:
     n = len(series)
     if n < 12 or not float(series.mean()) > 0.0:
         return 0.0
-    slope, left, spread = line(np.arange(n), series)
+    slope, left, spread = line(np.arange(n, dtype=np.float64), series)
     error = math.sqrt(float(np.dot(left, left)) / (n - 2) / spread)
     change = slope * (n - 1) / float(series.mean())
     clear = abs(slope) > 8.0 * error and float(np.var(left)) < 0.5 * float(np.var(series))

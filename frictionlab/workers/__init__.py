@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence, Sized
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass, field
+from functools import partial
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from typing import Any, Generic, Protocol, TypeVar
@@ -80,9 +81,9 @@ def run_batches(
 
     The results are the same, bit for bit and in the same order, whatever does the work and however it is grouped, as
     long as the job gives each case a result that does not depend on its neighbours (and all machines are of a kind).
-    A worker that dies costs its batch, which is done again; a case over which workers die again and again is found by
-    halving its batch and yielded as lost, and the others finish. An error raised by the job is raised here, when its
-    turn comes. Memory holds at most eight batches of results per worker.
+    A worker that dies costs the batches in work, which are done again; a case over which workers die again and again is
+    found by halving them and yielded as lost, and the others finish. An error raised by the job is raised here, when
+    its turn comes. Memory holds at most eight batches of results per worker.
 
     Parameters
     ----------
@@ -124,18 +125,14 @@ def run_batches(
             if workers is None and ledger.seconds_left > WORTH_S and cores() > 1:
                 break
     if not ledger.finished:
-        sites: list[Site] = []
-        try:
-            if scheduler is not None:
-                from frictionlab.workers.cluster import Cluster  # noqa: PLC0415  # asyncio, for a cluster only
+        if scheduler is not None:
+            from frictionlab.workers.cluster import Cluster  # noqa: PLC0415  # asyncio, for a cluster only
 
-                sites.append(Cluster(scheduler))
-            else:
-                sites += [OneProcess() for _ in range(min(workers or cores(), len(cases)))]
-            yield from _run_there(sites, job, cases, ledger)
+        site: Site = Crew(min(workers or cores(), len(cases))) if scheduler is None else Cluster(scheduler)
+        try:
+            yield from _run_there(site, job, cases, ledger)
         finally:
-            for site in sites:
-                site.stop()
+            site.stop()
 
 
 def run_each(
@@ -153,7 +150,7 @@ def run_each(
     >>> list(run_each(abs, [-1, 2, -3]))
     [1, 2, 3]
     """
-    job = Each(function)
+    job = partial(_each, function)
     for batch in run_batches(job, cases, workers=workers, scheduler=scheduler, seconds_per_batch=seconds_per_batch):
         if batch.results is None:
             yield Lost(batch.lost)
@@ -161,15 +158,8 @@ def run_each(
             yield from batch.results
 
 
-@dataclass(frozen=True)
-class Each(Generic[C, R]):
-    """A job that calls a function on each case."""
-
-    function: Callable[[C], R]
-
-    def __call__(self, cases: Sequence[C]) -> list[R]:
-        """The results of a slice of the cases."""
-        return [self.function(case) for case in cases]
+def _each(function: Callable[[C], R], cases: Sequence[C]) -> list[R]:
+    return [function(case) for case in cases]
 
 
 def _check(workers: int | None, scheduler: str | None) -> None:
@@ -290,11 +280,11 @@ class Ledger(Generic[S]):
         self._back[task.start] = Portion(task.start, task.stop, outcome)
 
     def book_death(self, task: Task, deaths: int) -> None:
-        """Note that so many workers died over this batch (0: while it waited): it is due again, halved, given up."""
+        """Note that so many workers died while this batch was out: it is due again, halved, alone, or given up."""
         self._out.remove(task)
         middle = (task.start + task.stop) // 2
         total = task.deaths + deaths
-        if deaths and task.stop - task.start > 1:
+        if task.stop - task.start > 1:
             again = [Task(task.start, middle), Task(middle, task.stop)]
         elif total < GIVEN_UP:
             again = [Task(task.start, task.stop, total)]
@@ -315,7 +305,7 @@ class Ledger(Generic[S]):
 
 
 class Site(Protocol):
-    """A place where batches are done, and what it means when that fails: `OneProcess`, or a cluster."""
+    """A place where batches are done, and what it means when that fails: a `Crew`, or a cluster."""
 
     def workers(self) -> int:
         """How many batches it works on at a time."""
@@ -333,28 +323,29 @@ class Site(Protocol):
         """Drop what is still in work and let the workers go."""
 
 
-class OneProcess:
-    """A pool of one process, so that a death breaks nobody else's work and it is known over which batch it died.
+class Crew:
+    """Processes of this machine, one pool of them.
 
-    The process is spawned, not forked: it inherits no threads, locks or open files. It ignores Ctrl-C, which a
-    terminal sends to all, and leaves when `stop` is called or when this process is gone, whatever it is doing.
+    They are spawned, not forked: they inherit no threads, locks or open files. They ignore Ctrl-C, which a terminal
+    sends to all, and leave when `stop` is called or when this process is gone, whatever they are doing.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, size: int) -> None:
+        self._size = size
         self._start()
 
     def _start(self) -> None:
         context = get_context("spawn")
         self._cut, self._lifeline = context.Pipe(duplex=False)
-        self._pool = ProcessPoolExecutor(1, mp_context=context, initializer=_settle, initargs=(self._cut,))
+        self._pool = ProcessPoolExecutor(self._size, mp_context=context, initializer=_settle, initargs=(self._cut,))
         self._broken = False
 
     def workers(self) -> int:
-        """One."""
-        return 1
+        """Processes."""
+        return self._size
 
     def submit(self, function: Callable[..., Any], *arguments: object) -> "Future[Any]":
-        """Let the process call the function; if it has died meanwhile, the future says so."""
+        """Let a process call the function; if one has died meanwhile, the future says so."""
         try:
             return self._pool.submit(function, *arguments)
         except BrokenExecutor as error:
@@ -363,18 +354,19 @@ class OneProcess:
             return failed
 
     def deaths(self, error: BaseException) -> int:
-        """One, if the process has died."""
-        self._broken = self._broken or isinstance(error, BrokenExecutor)
-        return int(isinstance(error, BrokenExecutor))
+        """One, if a process has died; with it all that was in work is lost, and nobody knows which batch did it."""
+        died = isinstance(error, BrokenExecutor)
+        self._broken = self._broken or died
+        return int(died)
 
     def mend(self) -> None:
-        """Start a new process in place of the dead one."""
+        """Start a new pool in place of a broken one, of which nothing is out any more."""
         if self._broken:
             self.stop()
             self._start()
 
     def stop(self) -> None:
-        """End the process at once and wait until it is gone."""
+        """End the processes at once and wait until they are gone."""
         self._lifeline.close()
         self._pool.shutdown(wait=True, cancel_futures=True)
         self._cut.close()
@@ -387,47 +379,38 @@ def _settle(lifeline: Connection) -> None:
 
 
 def _leave_with(lifeline: Connection) -> None:
-    """Wait for the other end to be closed, by `OneProcess.stop` or by the kernel when its process has died."""
+    """Wait for the other end to be closed, by `Crew.stop` or by the kernel when its process has died."""
     with contextlib.suppress(EOFError, OSError):
         lifeline.recv()
     os._exit(1)
 
 
-def _run_there(sites: Sequence[Site], job: Any, cases: Sequence[Any], ledger: Ledger[S]) -> Iterator[Portion[S]]:
-    held: dict[Future[Any], tuple[Site, Task]] = {}  # in the order in which they were given
+def _run_there(site: Site, job: Any, cases: Sequence[Any], ledger: Ledger[S]) -> Iterator[Portion[S]]:
+    held: dict[Future[Any], Task] = {}  # in the order in which they were given
     while not ledger.finished:
-        workers = sum(site.workers() for site in sites)
+        workers = site.workers()
         while len(held) < AHEAD * workers and ledger.may_take(workers=workers):
             task = ledger.take(workers=workers)
-            site = max(sites, key=lambda one: AHEAD * one.workers() - sum(at is one for at, _ in held.values()))
-            held[site.submit(work_there, job, cases[task.start : task.stop], __version__)] = site, task
+            held[site.submit(work_there, job, cases[task.start : task.stop], __version__)] = task
         if held:
             wait(held, timeout=LOOK_S, return_when=FIRST_COMPLETED)
         else:  # a cluster that has no workers yet
             time.sleep(LOOK_S)
-        broken = [site for future, (site, _) in held.items() if _is_broken(future)]
-        wait([future for future, (site, _) in held.items() if site in broken])
-        blamed: list[Site] = []
+        if any(isinstance(one.exception(), BrokenExecutor) for one in held if one.done() and not one.cancelled()):
+            wait(held)  # a broken pool ends all that was in work
         for future in [one for one in held if one.done()]:
-            site, task = held.pop(future)
-            _book(ledger, site, task, future, innocent=site in blamed)
-            blamed += [site] if _is_broken(future) else []
-        for site in sites:
-            site.mend()
+            _book(ledger, site, held.pop(future), future)
+        site.mend()
         yield from ledger.in_order()
 
 
-def _is_broken(future: "Future[Any]") -> bool:
-    return future.done() and not future.cancelled() and isinstance(future.exception(), BrokenExecutor)
-
-
-def _book(ledger: Ledger[Any], site: Site, task: Task, future: "Future[Any]", *, innocent: bool) -> None:
-    """Note what came back; ``innocent``: of the batches in a broken pool the oldest was in work, the others waited."""
+def _book(ledger: Ledger[Any], site: Site, task: Task, future: "Future[Any]") -> None:
+    """Note what came back."""
     try:
         results, seconds = future.result()
     except Exception as error:  # noqa: BLE001 - raised by the ledger when the turn of this batch comes
         if deaths := site.deaths(error):
-            ledger.book_death(task, 0 if innocent else deaths)
+            ledger.book_death(task, deaths)
         else:
             ledger.book(task, error)
     else:

@@ -68,7 +68,7 @@ def test_a_worker_keeps_the_memory_it_has_freed(scheduler: str) -> None:
     assert max(float(str(n)) for n in run_each(jobs.pages_fetched, range(4), scheduler=scheduler)) < 1500
 
 
-def test_a_killed_worker_costs_only_its_batch(scheduler: str, tmp_path: Path) -> None:
+def test_a_killed_worker_costs_no_result(scheduler: str, tmp_path: Path) -> None:
     job = partial(jobs.wave_unless_shot, shot=150, mark=tmp_path / "shot")
     assert list(run_each(job, CASES, scheduler=scheduler, seconds_per_batch=0.05)) == TRUTH
     assert (tmp_path / "shot").exists()

@@ -33,8 +33,9 @@ def test_cases_come_out_once_and_in_order(total: int, deadly: set[int], workers:
         assert len(out) == 1 or not any(task.alone for task in out)
         task = out.pop(int(chance.integers(len(out))))
         cases = range(task.start, task.stop)
-        if deadly & set(cases) or chance.random() < 0.02:
-            ledger.book_death(task, 1 if deadly & set(cases) else 0)
+        dies = bool(deadly & set(cases))
+        if dies or (not task.alone and chance.random() < 0.02):  # together with a batch that kills
+            ledger.book_death(task, 1)
         else:
             ledger.book(task, list(cases), chance.uniform(1e-6, 0.1))
         for batch in ledger.in_order():
