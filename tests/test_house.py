@@ -50,7 +50,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *("cycle_rule", "estimate", "inference", "uncertainty"),
     },
     "tradeoff": {
-        *("analysis", "files", "hdf5", "inference", "logs", "recording", "scene", "simulator"),
+        *("analysis", "files", "hdf5", "inference", "recording", "scene", "simulator"),
     },
     "base_motion": {"analysis", "errors", "recording", "simulator"},
     "figures": {
