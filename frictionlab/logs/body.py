@@ -67,48 +67,17 @@ class Shape:
 
 
 @dataclass
-class Lines:
-    """Which line each sample stands on: samples that follow one another on consecutive lines share one anchor."""
-
-    samples: list[int] = field(default_factory=list)
-    numbers: list[int] = field(default_factory=list)
-    size: int = 0
-
-    def __len__(self) -> int:
-        return self.size
-
-    def add(self, first: int, count: int) -> None:
-        """Append ``count`` samples on consecutive lines from ``first``."""
-        if count and (not self.numbers or first != self.numbers[-1] + self.size - self.samples[-1]):
-            self.samples.append(self.size)
-            self.numbers.append(first)
-        self.size += count
-
-    def of(self, samples: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Line numbers from 1 of these samples."""
-        at = np.searchsorted(self.samples, samples, side="right") - 1
-        return np.asarray(np.array(self.numbers)[at] + samples - np.array(self.samples)[at])
-
-    def samples_before(self, lines: NDArray[np.int64]) -> NDArray[np.int64]:
-        """How many samples stand above each of these lines."""
-        if not self.numbers:
-            return np.zeros(len(lines), np.int64)
-        at = np.searchsorted(self.numbers, lines, side="right") - 1
-        ends = np.append(self.samples[1:], self.size)
-        found = np.array(self.samples)[at] + lines - np.array(self.numbers)[at]
-        return np.where(at < 0, 0, np.minimum(found, ends[at]))
-
-
-@dataclass
 class Body:
     """What was read: columns as in the file (their units), and what became of the lines.
 
     ``values`` are (n,) float64 for each wanted column, nan for no value; ``empty`` counts those, and ``cut``
-    whether the last line was cut (which is no sign of a damaged log).
+    whether the last line was cut (which is no sign of a damaged log). ``first`` is the number of the first line, and
+    ``others`` are those of the lines that hold no sample, increasing.
     """
 
+    first: int
     values: list[NDArray[np.float64]] = field(default_factory=list)
-    lines: "Lines" = field(default_factory=Lines)
+    others: list[int] = field(default_factory=list)
     empty: int = 0
     cut: int = 0
     counts: dict[str, int] = field(
@@ -116,6 +85,17 @@ class Body:
     )
     quarantined: list[tuple[int, str, str]] = field(default_factory=list)
     headers: list[int] = field(default_factory=list)
+
+    def lines_of(self, samples: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Line numbers from 1 of these samples."""
+        before = np.array(self.others, np.int64) - self.first - np.arange(len(self.others))  # samples above each
+        return np.asarray(samples + self.first + np.searchsorted(before, samples, side="right"))
+
+    @property
+    def restarts(self) -> NDArray[np.int64]:
+        """Samples before which a header was repeated."""
+        lines = np.array(self.headers, np.int64)
+        return np.unique(lines - self.first - np.searchsorted(self.others, lines))
 
 
 @dataclass(frozen=True)
@@ -180,7 +160,7 @@ class Reader:
 
     def __init__(self, shape: Shape, first_line: int, size: int = 0) -> None:
         self.shape, self.next_line = shape, first_line
-        self.body = Body()
+        self.body = Body(first_line)
         self._size = size  # bytes of the log: how much memory to take
         self._columns = np.empty((len(shape.wanted), 0))
 
@@ -192,8 +172,6 @@ class Reader:
         values, odd = self._numbers(plain_block, ends, odd)
         if len(odd):
             values = self._with_odd(values, len(ends), block, odd)
-        else:
-            self.body.lines.add(self.next_line, len(ends))
         self._take(values, self._size * len(ends) // len(block))
         self.next_line += len(ends)
 
@@ -305,8 +283,6 @@ class Reader:
             else:
                 is_data[i] = False
                 self._note(self.next_line + i, lines[i], verdict)
-        for start, stop in runs(is_data):
-            self.body.lines.add(self.next_line + start, stop - start)
         if not more:
             return values
         merged = np.empty((len(values), int(is_data.sum())))
@@ -328,6 +304,7 @@ class Reader:
 
     def _note(self, line: int, text: bytes, verdict: _Verdict) -> None:
         self.body.counts[verdict.kind] += 1
+        self.body.others.append(line)
         if verdict.kind == "header":
             self.body.headers.append(line)
         if verdict.kind == "quarantined" and len(self.body.quarantined) < KEEP:
@@ -341,7 +318,6 @@ class Reader:
             verdict = _Verdict("quarantined", reason="the file ends inside this line: it may be cut")
         if verdict.kind == "data":
             self.body.empty += sum(map(math.isnan, verdict.values))
-            self.body.lines.add(self.next_line, 1)
             self._take([np.array([value]) for value in verdict.values], 0)
         else:
             self._note(self.next_line, text, verdict)
@@ -351,7 +327,7 @@ class Reader:
     def finish(self) -> Body:
         """What was read, the columns where they were put."""
         self.body.values = [column[: self.body.counts["data"]] for column in self._columns]
-        if self.body.counts["data"] != len(self.body.lines):
+        if self.body.counts["data"] + len(self.body.others) != self.next_line - self.body.first:
             raise LogError("lines do not add up: this is a fault of frictionlab, please report it with the log")
         return self.body
 
@@ -361,9 +337,3 @@ def _lines_of(block: bytes, ends: NDArray[np.intp], chosen: NDArray[np.intp]) ->
     starts = np.concatenate([[0], ends[:-1] + 1]) if len(ends) else ends
     breaks = np.flatnonzero(np.diff(chosen) > 1) + 1
     return b"".join(block[starts[run[0]] : ends[run[-1]] + 1] for run in np.split(chosen, breaks) if len(run))
-
-
-def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Start and end of each run of true."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

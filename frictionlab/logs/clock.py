@@ -242,14 +242,14 @@ def timing_of(table: LogTable, options: LogOptions) -> Timing:
     LogError
         If there is neither a time column nor a sampling rate, or the unit of time cannot be told.
     """
-    stated = table.layout.facts.get("interval_s")
+    stated = table.log.layout.facts.get("interval_s")
     stated_s = float(stated) if stated is not None else None
     if "time" not in table.values:
         return _counted(table, options, stated_s)
     values = table.values.pop("time")
-    start = table.layout.facts.get("start_s")
+    start = table.log.layout.facts.get("start_s")
     start_s = float(start) if start is not None else None
-    if table.layout.dialect.kinds[table.columns["time"].index] == "m":
+    if table.log.layout.dialect.kinds[table.columns["time"].index] == "m":
         return _clock_times(table, values, stated_s)
     unit, evidence, warnings = _unit(table, values, options)
     first, facts = float(values[0]), {"time_unit": unit}
@@ -288,8 +288,8 @@ def _last_digit(table: LogTable) -> float:
 
     A log without text holds doubles, which show seconds since 1970 to less than a microsecond.
     """
-    dialect, column = table.layout.dialect, table.columns["time"].index
-    rows = (split(line, dialect.separator) for line in table.head.lines[dialect.first :][:50])
+    dialect, column = table.log.layout.dialect, table.columns["time"].index
+    rows = (split(line, dialect.separator) for line in table.log.head.lines[dialect.first :][:50])
     cells = [plain(cells[column]) for cells in rows if len(cells) == dialect.fields]
     digits = [len(match[1]) for cell in cells if (match := _FRACTION.search(cell))]
     return 10.0 ** -max(digits, default=0) if cells else 1e-6
@@ -300,7 +300,7 @@ def _clock_times(table: LogTable, values: NDArray[np.float64], stated_s: float |
     wraps = np.cumsum(np.concatenate([[False], np.diff(values) < -43200.0]))
     values = values + 86400.0 * wraps if values[0] < 86400.0 * 2 else values
     first = float(values[0])
-    cells = table.layout.dialect.example
+    cells = table.log.layout.dialect.example
     start = first + (next(filter(None, map(date, cells)), 0.0) if first < 86400.0 * 2 else 0.0)
     return Timing(
         values - first,
@@ -352,7 +352,7 @@ def _counted(table: LogTable, options: LogOptions, stated_s: float | None) -> Ti
     warnings = _contradicting(table, rate) if rate is not None else ()
     interval = 1.0 / rate if rate is not None else stated_s or 0.0
     said = f"{rate:g} Hz as given" if rate is not None else f"{stated_s:.9g} s apart as the log states"
-    start = table.layout.facts.get("start_s")
+    start = table.log.layout.facts.get("start_s")
     return Timing(
         None,
         interval=interval,
@@ -365,9 +365,9 @@ def _counted(table: LogTable, options: LogOptions, stated_s: float | None) -> Ti
 
 def _contradicting(table: LogTable, rate: float) -> tuple[str, ...]:
     """Say so where a time column tells another rate than the one given; in the unit said, or in any that could be."""
-    numbers = [c for c in table.layout.columns if table.layout.dialect.kinds[c.index] == "n"]
+    numbers = [c for c in table.log.layout.columns if table.log.layout.dialect.kinds[c.index] == "n"]
     for column in candidates(numbers, "time"):
-        values = table.beginning(column.index)
+        values = table.log.beginning(column.index)
         step = float(np.median(np.diff(values))) if len(values) > 1 else 0.0
         units = [column.unit] if column.unit in TIME else ["s", "ms", "us", "ns"]
         rates = [TIME[unit] / step for unit in units] if step > 0.0 else []

@@ -5,7 +5,7 @@ Options win over the layout, the layout over names and units, names over elimina
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -18,9 +18,8 @@ from frictionlab.units import LENGTH, TIME, VOLTS, known_unit, quantity_of, spli
 
 if TYPE_CHECKING:
     from frictionlab.logs.header import LogLayout
+    from frictionlab.logs.table import OpenLog
 
-Beginning = Callable[[int], NDArray[np.float64]]
-"""Gives the first numbers of a column, by its index."""
 _EVEN = 0.2
 _FEWEST = 8
 _TIME = re.compile(
@@ -156,13 +155,7 @@ def unassigned(columns: Sequence[LogColumn], file: str, time: LogColumn | None) 
 
 
 def assign(
-    layout: "LogLayout",
-    options: LogOptions,
-    roles: Sequence[str],
-    file: str,
-    beginning: Beginning,
-    *,
-    further: bool = False,
+    log: "OpenLog", options: LogOptions, roles: Sequence[str], *, further: bool = False
 ) -> tuple[dict[str, LogColumn], list[str]]:
     """Say which column is time, and which plays each of these roles (``mass``, ``base``, ``relative``).
 
@@ -174,6 +167,7 @@ def assign(
     LogError
         It cannot be told: the columns and what to give are named.
     """
+    layout, file = log.layout, log.name
     columns = _numeric(layout, options)
     found: dict[str, LogColumn] = {}
     for role in ("time", *roles):
@@ -186,7 +180,7 @@ def assign(
     columns = _left(columns, more)
     if options.sampling_rate_hz is not None and options.time is None:
         found.pop("time", None)
-    elif "time" not in found and not layout.time_of and (time := _time(columns, found, layout, beginning, file)):
+    elif "time" not in found and not layout.time_of and (time := _time(_left(columns, found), log)):
         found["time"] = time
     if layout.time_of:
         times = set(layout.time_of.values())
@@ -252,13 +246,13 @@ def _mass_number(column: LogColumn) -> str:
     return str(int(match[1])) if match and int(match[1]) else ""
 
 
-def possible(layout: "LogLayout", options: LogOptions, beginning: Beginning, file: str) -> list[LogColumn]:
+def possible(log: "OpenLog", options: LogOptions) -> list[LogColumn]:
     """Columns that may hold a displacement: in a length or in no unit (any, where one is given), no time."""
-    columns = _numeric(layout, options)
-    times = {c.index for c in candidates(columns, "time")} | set(layout.time_of.values())
+    columns = _numeric(log.layout, options)
+    times = {c.index for c in candidates(columns, "time")} | set(log.layout.time_of.values())
     if options.time is not None:
-        times.add(by_option(layout.columns, options.time, "time", file).index)
-    elif not times and options.sampling_rate_hz is None and (time := _time_by_values(columns, beginning)):
+        times.add(by_option(log.layout.columns, options.time, "time", log.name).index)
+    elif not times and options.sampling_rate_hz is None and (time := _time_by_values(columns, log)):
         times.add(time.index)
     return [c for c in columns if c.index not in times and is_displacement(c)]
 
@@ -271,19 +265,15 @@ def _numeric(layout: "LogLayout", options: LogOptions) -> list[LogColumn]:
     return [replace(c, unit="") if c.unit in VOLTS else c for c in columns]
 
 
-def _time(
-    columns: Sequence[LogColumn], found: dict[str, LogColumn], layout: "LogLayout", beginning: Beginning, file: str
-) -> LogColumn | None:
+def _time(columns: Sequence[LogColumn], log: "OpenLog") -> LogColumn | None:
     """The column of time by its name or unit, else by its numbers where nothing else says the rate."""
-    time = pick(_left(columns, found), "time", file)
-    if time is None and "interval_s" not in layout.facts:
-        time = _time_by_values(_left(columns, found), beginning)
-    return time
+    time = pick(columns, "time", log.name)
+    return _time_by_values(columns, log) if time is None and "interval_s" not in log.layout.facts else time
 
 
-def _time_by_values(columns: Sequence[LogColumn], beginning: Beginning) -> LogColumn | None:
+def _time_by_values(columns: Sequence[LogColumn], log: "OpenLog") -> LogColumn | None:
     """The one column without a name and a unit whose numbers rise in even steps."""
-    rising = [c for c in columns if not c.title and not c.unit and _rises(beginning(c.index))]
+    rising = [c for c in columns if not c.title and not c.unit and _rises(log.beginning(c.index))]
     return rising[0] if len(rising) == 1 else None
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
 from frictionlab.logs.columns import LogColumn, candidates
-from frictionlab.logs.table import read_beginning
+from frictionlab.logs.table import open_log
 from frictionlab.recording import FrequencyTable
 from frictionlab.units import LENGTH, QUANTITIES, to_si
 
@@ -59,9 +59,10 @@ def read_frequency_table(path: Path, options: LogOptions | None = None) -> Frequ
     ([0.5, 0.8, 1.2], [10.5, 25.0, 150.0])
     """
     try:
-        columns, numbers = read_beginning(path, options or LogOptions())
+        log = open_log(path, options or LogOptions())
     except LogError:
         return None  # whoever reads it as a log says why
+    columns, numbers = log.layout.columns, log.numbers()
     found = _found(columns, path.name)
     drives = [name for name in ("r", "frequency") if name in found]
     if not drives or not {"amplitude", "phase"} & set(found) or candidates(columns, "time"):

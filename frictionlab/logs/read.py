@@ -14,10 +14,10 @@ from frictionlab.log_options import FURTHER, LogOptions
 from frictionlab.logs.align import Aligned, align
 from frictionlab.logs.body import KEEP
 from frictionlab.logs.clock import TimeBase, Timing, counted, time_base, timing_of
-from frictionlab.logs.columns import LogColumn, by_option
+from frictionlab.logs.columns import LogColumn, by_option, possible
 from frictionlab.logs.lines import Progress, texts_of
 from frictionlab.logs.sensor import Sensed, bridge, examine, unit_by_step
-from frictionlab.logs.table import LogTable, displacements, layout_in, read_table
+from frictionlab.logs.table import LogTable, OpenLog, open_log, read_table
 from frictionlab.recording import Channel, Fact, Quality, QuarantinedLine, Recording, Replaced, Source, quantity_named
 from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 
@@ -47,8 +47,9 @@ class SensorLog:
             said.append(
                 f"{lines.quarantined} of {lines.read} lines are quarantined; line {first.number}: {first.reason}"
             )
-        if len(self.table.restarts):
-            where = ", ".join(str(n) for n in self.table.lines.of(self.table.restarts).tolist()[:5])
+        restarts = self.table.body.restarts
+        if len(restarts):
+            where = ", ".join(str(n) for n in self.table.body.lines_of(restarts).tolist()[:5])
             said.append(f"the header is repeated (before line {where}): the logger was started again there")
         channels = (w for c in self.channels.values() for w in c.warnings)
         return [*said, *self.timing.warnings, *self.base.warnings, *channels]
@@ -91,8 +92,12 @@ def read_log(path: Path, options: LogOptions | None = None, *, progress: Progres
     (50, 0.0015, ',')
     """
     options = options or LogOptions()
+    return _read(open_log(path, options), options, progress)
+
+
+def _read(log: OpenLog, options: LogOptions, progress: Progress | None = None) -> Recording:
     roles = ("mass" if options.relative is None else "relative", "base")
-    table = read_table(path, options, roles, progress, further=True)
+    table = read_table(log, options, roles, progress, further=True)
     if "base_time" in table.values:
         times = table.values["time"], table.values.pop("base_time")
         if not np.array_equal(*times):
@@ -109,9 +114,10 @@ def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
         As `read_log`; where the log has no base, what is wrong with its mass.
     """
     options = options or LogOptions()
-    if len(displacements(path, options)) > 1 or any(getattr(options, role) is not None for role in FURTHER):
-        return read_log(path, options)
-    sensors = _examined(read_table(path, replace(options, base=None), ("mass",)), options)
+    log = open_log(path, options)
+    if len(possible(log, options)) > 1 or any(getattr(options, role) is not None for role in FURTHER):
+        return _read(log, options)
+    sensors = _examined(read_table(log, replace(options, base=None), ("mass",)), options)
     return _recording(_with_still_one(sensors, "base"), options)
 
 
@@ -126,28 +132,29 @@ def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
         As `read_log`.
     """
     options = options or LogOptions()
-    column = _acceleration_in(path, options)
+    log = open_log(path, options)
+    column = _acceleration_in(log, options)
     if column is not None:
         units = f"base_acceleration={options.unit}" if options.unit else options.units
         alone = replace(options, base=None, base_acceleration=column.index + 1, unit=None, units=units)
-        sensors = _examined(read_table(path, alone, (), further=True), alone)
-    elif options.base is None and len(displacements(path, options)) > 1:
-        return read_log(path, options)
+        sensors = _examined(read_table(log, alone, (), further=True), alone)
+    elif options.base is None and len(possible(log, options)) > 1:
+        return _read(log, options)
     else:
-        sensors = _examined(read_table(path, options, ("base",)), options)
+        sensors = _examined(read_table(log, options, ("base",)), options)
     return _recording(_with_still_one(sensors, "mass"), options)
 
 
-def _acceleration_in(path: Path, options: LogOptions) -> LogColumn | None:
+def _acceleration_in(log: OpenLog, options: LogOptions) -> LogColumn | None:
     """The column of the base's acceleration, where there is no displacement, or where it was named as the base."""
-    columns = layout_in(path, options).columns
+    columns = log.layout.columns
     named = options.base_acceleration if options.base is None else options.base
     if named is not None:
-        columns = (by_option(columns, named, "base", path.name),)
-    elif displacements(path, options) and not all(map(_is_acceleration, displacements(path, options))):
+        column = by_option(columns, named, "base", log.name)
+        said = options.unit in ACCELERATION or options.base_acceleration is not None
+        return column if said or _is_acceleration(column) else None
+    if not all(map(_is_acceleration, possible(log, options))):
         return None
-    if named is not None and (options.unit in ACCELERATION or options.base_acceleration is not None):
-        return columns[0]
     return next((column for column in columns if _is_acceleration(column)), None)
 
 
@@ -181,9 +188,13 @@ def read_two_logs(
         As `read_log`, and if the logs do not overlap.
     """
     options = options or LogOptions()
-    mass = _examined(read_table(mass_log, replace(options, base=None), ("mass",), progress), options)
-    base = _examined(read_table(base_log, replace(options, mass=None), ("base",), progress), options)
+    mass = _one_sensor(mass_log, "mass", replace(options, base=None), progress)
+    base = _one_sensor(base_log, "base", replace(options, mass=None), progress)
     return _recording_of_two(mass, base, _aligned(mass, base, options), options)
+
+
+def _one_sensor(path: Path, role: str, options: LogOptions, progress: Progress | None) -> SensorLog:
+    return _examined(read_table(open_log(path, options), options, (role,), progress), options)
 
 
 def _aligned(mass: SensorLog, base: SensorLog, options: LogOptions, *, one_clock: bool = False) -> Aligned:
@@ -227,9 +238,9 @@ def _without_stray(table: LogTable, base: TimeBase) -> LogTable:
     """Quarantine the lines whose stamps run backward."""
     if not len(base.stray):
         return table
-    numbers = table.lines.of(base.stray).tolist()
+    numbers = table.body.lines_of(base.stray).tolist()
     kept = max(0, KEEP - len(table.quarantined))
-    texts = texts_of(table.head, numbers[:kept])
+    texts = texts_of(table.log.head, numbers[:kept])
     more = [QuarantinedLine(table.name, n, texts.get(n, ""), "the time stamp runs backward") for n in numbers[:kept]]
     lines = table.file.lines
     lines = replace(lines, data=lines.data - len(numbers), quarantined=lines.quarantined + len(numbers))
@@ -393,15 +404,15 @@ def _replaced_samples(parts: dict[str, tuple[NDArray[np.int64], NDArray[np.float
 
 def dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
     """How the log was read, key by key, as the recording keeps it."""
-    table, dialect = sensors.table, sensors.table.layout.dialect
+    table, layout, head = sensors.table, sensors.table.log.layout, sensors.table.log.head
     facts: dict[str, Fact] = {
-        "layout": table.layout.name,
-        "encoding": table.head.encoding,
-        "compression": table.head.package or "none",
-        "separator": dialect.separator,
-        "decimal": dialect.decimal,
-        "header_lines": " ".join(str(i + 1) for i in table.layout.header),
-        "first_data_line": table.lines.numbers[0],
+        "layout": layout.name,
+        "encoding": head.encoding,
+        "compression": head.package or "none",
+        "separator": layout.dialect.separator,
+        "decimal": layout.dialect.decimal,
+        "header_lines": " ".join(str(i + 1) for i in layout.header),
+        "first_data_line": int(table.body.lines_of(np.zeros(1, np.int64))[0]),
     }
     for role, column in table.columns.items():
         facts[f"{role}_column"] = column.title or str(column.index + 1)

@@ -1,4 +1,4 @@
-"""One log file read: its columns as they stand in the file, and the account of its lines."""
+"""One log file: opened as far as its beginning shows where things stand, and read, every line accounted for."""
 
 import hashlib
 from collections import Counter
@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
-from frictionlab.logs.body import KEEP, Body, Lines, Reader, Shape, runs
+from frictionlab.logs.body import KEEP, Body, Reader, Shape
 from frictionlab.logs.cells import decimals, number
-from frictionlab.logs.columns import Beginning, LogColumn, assign, columns_of, possible
+from frictionlab.logs.columns import LogColumn, assign, columns_of
 from frictionlab.logs.containers import read_binary
 from frictionlab.logs.dialect import Dialect, is_comment, split
 from frictionlab.logs.header import LogLayout
@@ -29,40 +29,102 @@ _MOST_EMPTY = 0.25
 
 
 @dataclass(frozen=True)
+class OpenLog:
+    """A log whose beginning is read: where things stand in it; all of its numbers where it is no text."""
+
+    path: Path
+    head: Head
+    layout: LogLayout
+    sheet: Sheet | None
+
+    @property
+    def name(self) -> str:
+        """The file's name."""
+        return self.path.name
+
+    def beginning(self, index: int) -> NDArray[np.float64]:
+        """The first numbers of a column, by its index."""
+        if self.sheet is not None:
+            some = self.sheet.values[index][:_BEGINNING]
+            return some[np.isfinite(some)]
+        found = (self._number(cells[index]) for cells in self._rows(_BEGINNING))
+        return np.array([value for value in found if value is not None and np.isfinite(value)])
+
+    def numbers(self) -> NDArray[np.float64] | None:
+        """All numbers (rows, columns), NaN where a cell is none; None for a long text."""
+        if self.sheet is not None:
+            return np.stack([_finite(column) for column in self.sheet.values], axis=1)
+        if not self.head.whole:
+            return None
+        rows = [[self._number(cell) for cell in cells] for cells in self._rows(None)]
+        return np.array([[np.nan if n is None else n for n in row] for row in rows])
+
+    def _rows(self, most: int | None) -> Iterator[list[str]]:
+        dialect = self.layout.dialect
+        rows = (split(line, dialect.separator) for line in self.head.lines[dialect.first :][:most])
+        return (cells for cells in rows if len(cells) == dialect.fields)
+
+    def _number(self, cell: str) -> float | None:
+        return number(cell, self.layout.dialect.decimal)
+
+
+def open_log(path: Path, options: LogOptions) -> OpenLog:
+    """Find out where things stand in a log, text or binary.
+
+    Raises
+    ------
+    LogError
+        It cannot be read, no table of numbers is found in it, or it can be read in more than one way.
+    """
+    sheet = read_binary(path, options)
+    if sheet is None:
+        head = read_head(path, options.encoding)
+        return OpenLog(path, head, find_layout(head, options), None)
+    fields, state = len(sheet.titles), path.stat()
+    kinds = "".join("m" if i in sheet.moments else "n" for i in range(fields))
+    layout = LogLayout(
+        name=sheet.layout,
+        dialect=Dialect("", "", fields, kinds, 0, ()),
+        columns=columns_of(sheet.titles, [known_unit(unit) for unit in sheet.units], fields),
+        header=(),
+        body=0,
+        facts=sheet.facts,
+        evidence=(f"{fields} columns of {len(sheet.values[0])} numbers",),
+    )
+    head = Head(path, (), NUMBERS, "", "", whole=True, evidence=(), state=(state.st_size, state.st_mtime_ns))
+    return OpenLog(path, head, layout, sheet)
+
+
+@dataclass(frozen=True)
 class LogTable:
     """A log's columns in the file's units.
 
     Parameters
     ----------
+    log
+        What was found at its beginning.
     file
         Name, hash, size and line counts.
-    head, layout
-        What was found.
     columns
         Role (``time``, ``mass``, ``base``) to column; ``time`` is missing in a log without stamps.
     values
         Role to (n,) float64 in the file's unit; nan where the log has no value.
-    samples, lines
-        How many there are, and which line each stands on.
-    restarts
-        Samples before which a header was repeated.
+    samples
+        How many there are.
+    body
+        Which line each stands on.
     quarantined
         The first quarantined lines.
-    beginning
-        Gives the first numbers of any column, by index.
     """
 
+    log: OpenLog
     file: SourceFile
-    head: Head
-    layout: LogLayout
     columns: dict[str, LogColumn]
     values: dict[str, NDArray[np.float64]]
     samples: int
-    lines: Lines
-    restarts: NDArray[np.int64]
+    body: Body
     quarantined: tuple[QuarantinedLine, ...]
     evidence: tuple[str, ...]
-    beginning: Beginning
     warnings: tuple[str, ...] = ()
 
     @property
@@ -71,23 +133,8 @@ class LogTable:
         return self.file.name
 
 
-def _beginning_of_text(head: Head, layout: LogLayout) -> Beginning:
-    dialect = layout.dialect
-
-    def beginning(index: int) -> NDArray[np.float64]:
-        rows = (split(line, dialect.separator) for line in head.lines[dialect.first :][:_BEGINNING])
-        found = (number(cells[index], dialect.decimal) for cells in rows if len(cells) == dialect.fields)
-        return np.array([value for value in found if value is not None and np.isfinite(value)])
-
-    return beginning
-
-
-def _beginning_of_sheet(sheet: Sheet) -> Beginning:
-    return lambda index: sheet.values[index][:_BEGINNING][np.isfinite(sheet.values[index][:_BEGINNING])]
-
-
 def read_table(
-    path: Path, options: LogOptions, roles: Sequence[str], progress: Progress | None = None, *, further: bool = False
+    log: OpenLog, options: LogOptions, roles: Sequence[str], progress: Progress | None = None, *, further: bool = False
 ) -> LogTable:
     """Read the columns of these roles (``mass``, ``base``) and time, if there is one; with ``further`` all channels.
 
@@ -96,142 +143,61 @@ def read_table(
     LogError
         If the log cannot be read, its columns cannot be told, or too much of it is damaged.
     """
-    sheet = read_binary(path, options)
-    if sheet is not None:
-        return _table_of(sheet, path, options, roles, further=further)
-    head = read_head(path, options.encoding)
-    layout = find_layout(head, options)
-    beginning = _beginning_of_text(head, layout)
-    columns, warnings = assign(layout, options, roles, path.name, beginning, further=further)
-    shape = _shape(head, layout, columns)
-    blocks = Blocks(head, progress)
-    try:
-        body = _read_body(blocks, layout, shape)
-    except OSError as error:
-        raise LogError(f"{path}: cannot be read to its end ({error.strerror})") from error
-    _check_damage(body, options, path.name)
+    columns, warnings = assign(log, options, roles, further=further)
+    body, file = _of_text(log, columns, progress) if log.sheet is None else _of_sheet(log, log.sheet, columns)
+    _check_damage(body, options, log.name)
+    found = [f"{role} is column {column}, in {column.unit or 'a unit not said'}" for role, column in columns.items()]
+    layout = log.layout
     return LogTable(
-        file=SourceFile(path.name, blocks.sha256, blocks.read, _count(head, layout, body)),
-        head=head,
-        layout=layout,
+        log=log,
+        file=file,
         columns=columns,
         values=dict(zip(columns, body.values, strict=True)),
-        samples=len(body.lines),
-        lines=body.lines,
-        restarts=np.unique(body.lines.samples_before(np.array(body.headers, np.int64))),
-        quarantined=tuple(QuarantinedLine(path.name, *line) for line in body.quarantined),
-        evidence=(
-            *head.evidence,
-            f"layout {layout.name}",
-            *layout.dialect.evidence,
-            *layout.evidence,
-            *_roles(columns),
-        ),
-        beginning=beginning,
+        samples=body.counts["data"],
+        body=body,
+        quarantined=tuple(QuarantinedLine(log.name, *line) for line in body.quarantined),
+        evidence=(*log.head.evidence, f"layout {layout.name}", *layout.dialect.evidence, *layout.evidence, *found),
         warnings=tuple(warnings),
     )
 
 
-def _table_of(sheet: Sheet, path: Path, options: LogOptions, roles: Sequence[str], *, further: bool) -> LogTable:
-    """Give the columns of a binary log as a table; its rows are its lines."""
-    state = path.stat()
-    layout = layout_of_sheet(sheet)
-    columns, warnings = assign(layout, options, roles, path.name, _beginning_of_sheet(sheet), further=further)
+def _of_text(log: OpenLog, columns: dict[str, LogColumn], progress: Progress | None) -> tuple[Body, SourceFile]:
+    blocks = Blocks(log.head, progress)
+    reader = Reader(_shape(log.head, log.layout, columns), log.layout.body + 1, log.head.state[0])
+    try:
+        for text, unended in _below_header(blocks, log.layout.body):
+            if unended:
+                reader.take_unended(text)
+            else:
+                reader.read(text)
+    except OSError as error:
+        raise LogError(f"{log.path}: cannot be read to its end ({error.strerror})") from error
+    body = reader.finish()
+    return body, SourceFile(log.name, blocks.sha256, blocks.read, _count(log.head, log.layout, body))
+
+
+def _of_sheet(log: OpenLog, sheet: Sheet, columns: dict[str, LogColumn]) -> tuple[Body, SourceFile]:
+    """The columns of a binary log; its rows are its lines."""
     values = {role: _finite(sheet.values[column.index]) for role, column in columns.items()}
     rows = len(sheet.values[0])
     stamped = np.isfinite(values["time"]) if "time" in values else np.ones(rows, bool)
-    lost = np.flatnonzero(~stamped)
-    lines = Lines()
-    for start, stop in runs(stamped):
-        lines.add(start + 1, stop - start)
+    lost = (np.flatnonzero(~stamped) + 1).tolist()
     body = Body(
+        first=1,
         values=[column[stamped] for column in values.values()],
-        lines=lines,
+        others=lost,
         empty=sum(int(np.isnan(column[stamped]).sum()) for column in values.values()),
-        quarantined=[(int(row) + 1, "", "no time stamp") for row in lost[:KEEP]],
+        quarantined=[(row, "", "no time stamp") for row in lost[:KEEP]],
     )
     body.counts |= {"data": rows - len(lost), "quarantined": len(lost)}
-    _check_damage(body, options, path.name)
-    with path.open("rb") as raw:
+    with log.path.open("rb") as raw:
         sha256 = hashlib.file_digest(raw, "sha256").hexdigest()
-    file = SourceFile(path.name, sha256, state.st_size, LineCount(read=rows, **body.counts))
-    head = Head(path, (), NUMBERS, "", "", whole=True, evidence=(), state=(state.st_size, state.st_mtime_ns))
-    return LogTable(
-        file=file,
-        head=head,
-        layout=layout,
-        columns=columns,
-        values=dict(zip(columns, body.values, strict=True)),
-        samples=len(lines),
-        lines=lines,
-        restarts=np.zeros(0, np.int64),
-        quarantined=tuple(QuarantinedLine(path.name, *line) for line in body.quarantined),
-        evidence=(f"layout {layout.name}", *layout.evidence, *_roles(columns)),
-        beginning=_beginning_of_sheet(sheet),
-        warnings=tuple(warnings),
-    )
+    return body, SourceFile(log.name, sha256, log.head.state[0], LineCount(read=rows, **body.counts))
 
 
 def _finite(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """A copy, nan where the log has no number."""
     return np.where(np.isfinite(values), values, np.nan)
-
-
-def layout_of_sheet(sheet: Sheet) -> LogLayout:
-    """Say of a binary log's columns what a layout says of a text's."""
-    fields = len(sheet.titles)
-    kinds = "".join("m" if i in sheet.moments else "n" for i in range(fields))
-    units = [known_unit(unit) for unit in sheet.units]
-    return LogLayout(
-        name=sheet.layout,
-        dialect=Dialect("", "", fields, kinds, 0, ()),
-        columns=columns_of(sheet.titles, units, fields),
-        header=(),
-        body=0,
-        facts=sheet.facts,
-        evidence=(f"{fields} columns of {len(sheet.values[0])} numbers",),
-    )
-
-
-def _roles(columns: dict[str, LogColumn]) -> list[str]:
-    return [f"{role} is column {column}, in {column.unit or 'a unit not said'}" for role, column in columns.items()]
-
-
-def layout_in(path: Path, options: LogOptions) -> LogLayout:
-    """Say where things stand in a log, text or binary."""
-    sheet = read_binary(path, options)
-    return find_layout(read_head(path, options.encoding), options) if sheet is None else layout_of_sheet(sheet)
-
-
-def read_beginning(path: Path, options: LogOptions) -> tuple[tuple[LogColumn, ...], NDArray[np.float64] | None]:
-    """Return a file's columns and all of its numbers (rows, columns), NaN where a cell is none; None for a long text.
-
-    Raises
-    ------
-    LogError
-        No table of numbers is found in it.
-    """
-    sheet = read_binary(path, options)
-    if sheet is not None:
-        return layout_of_sheet(sheet).columns, np.stack([_finite(column) for column in sheet.values], axis=1)
-    head = read_head(path, options.encoding)
-    layout = find_layout(head, options)
-    dialect = layout.dialect
-    if not head.whole:
-        return layout.columns, None
-    rows = [split(line, dialect.separator) for line in head.lines[dialect.first :]]
-    cells = [[number(cell, dialect.decimal) for cell in row] for row in rows if len(row) == dialect.fields]
-    return layout.columns, np.array([[np.nan if n is None else n for n in row] for row in cells])
-
-
-def displacements(path: Path, options: LogOptions) -> list[LogColumn]:
-    """Columns of a log that may hold a displacement: in a length or in no unit (any, where one is given), no time."""
-    sheet = read_binary(path, options)
-    if sheet is not None:
-        return possible(layout_of_sheet(sheet), options, _beginning_of_sheet(sheet), path.name)
-    head = read_head(path, options.encoding)
-    layout = find_layout(head, options)
-    return possible(layout, options, _beginning_of_text(head, layout), path.name)
 
 
 def _shape(head: Head, layout: LogLayout, columns: dict[str, LogColumn]) -> Shape:
@@ -264,16 +230,6 @@ def _last_decimals(head: Head, layout: LogLayout) -> int:
         return 0
     usual, times = found.most_common(1)[0]
     return usual or 0 if times >= 0.97 * found.total() else 0
-
-
-def _read_body(blocks: Blocks, layout: LogLayout, shape: Shape) -> Body:
-    reader = Reader(shape, layout.body + 1, blocks.head.state[0])
-    for text, unended in _below_header(blocks, layout.body):
-        if unended:
-            reader.take_unended(text)
-        else:
-            reader.read(text)
-    return reader.finish()
 
 
 def _below_header(blocks: Blocks, skip: int) -> Iterator[tuple[bytes, bool]]:
