@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
-from frictionlab.logs.clock import TimeBase, Timing
+from frictionlab.logs.clock import Clock
 from frictionlab.logs.sensor import Sensed
 from frictionlab.recording import Fact, Quality
 
@@ -144,7 +144,7 @@ def _phases(
     return np.array(phases)
 
 
-Sensor = tuple[TimeBase, Timing, Sensed]
+Sensor = tuple[Clock, Sensed]
 _MOST_LAG_S = 10.0
 _SAME = 1e-4
 """Stamps that differ by less than this share of a step are one moment."""
@@ -200,7 +200,7 @@ def align(mass: Sensor, base: Sensor, options: LogOptions, *, one_clock: bool = 
     if options.lag_s_u is not None:
         relation = replace(relation, uncertainty=options.lag_s_u)
     moved = base[0].time - relation.lag
-    drift = _drift(mass, moved, base[2], options.clock_drift, absolute=relation.alignment == "absolute time")
+    drift = _drift(mass, moved, base[1], options.clock_drift, absolute=relation.alignment == "absolute time")
     if drift.applied:
         moved = moved[0] + (moved - moved[0]) / (1.0 + drift.applied)
     warnings = [*relation.warnings, *drift.warnings]
@@ -223,11 +223,11 @@ def _unsure(uncertainty: float, step: float, alignment: str) -> list[str]:
 
 
 def _relation(mass: Sensor, base: Sensor, options: LogOptions) -> _Relation:
-    starts = mass[1].start_s, base[1].start_s
+    starts = mass[0].start_s, base[0].start_s
     if options.lag_s is not None:
         return _Relation("lag as given", options.lag_s, base[0].interval / _UNIFORM)
     if starts[0] is not None and starts[1] is not None:
-        spread = math.hypot(mass[1].resolution_s, base[1].resolution_s) / _UNIFORM
+        spread = math.hypot(mass[0].resolution_s, base[0].resolution_s) / _UNIFORM
         return _Relation("absolute time", round(starts[0] - starts[1], 6), spread)
     lag, spread = _likeness(mass, base)
     said = (
@@ -239,8 +239,8 @@ def _relation(mass: Sensor, base: Sensor, options: LogOptions) -> _Relation:
 
 def _same_stamps(mass: Sensor, base: Sensor, options: LogOptions) -> bool:
     """Whether two logs without absolute time have the same stamps, as written: one clock made them."""
-    written = mass[1].stamps is not None and base[1].stamps is not None and options.lag_s is None
-    no_start = mass[1].start_s is None or base[1].start_s is None
+    written = mass[0].written and base[0].written and options.lag_s is None
+    no_start = mass[0].start_s is None or base[0].start_s is None
     return written and no_start and np.array_equal(mass[0].time, base[0].time)
 
 
@@ -250,14 +250,14 @@ def _drift(
     """Find the drift of the base's clock, or take the one that is known."""
     if known is not None:
         return ClockDrift(known, {"clock_drift": known, "clock_drift_applied": "as given"} if known else {})
-    one, two = (mass[0].time, mass[2].values), (moved, base.values)
+    one, two = (mass[0].time, mass[1].values), (moved, base.values)
     return find_drift(one, two, mass[0].interval, absolute=absolute)
 
 
 def _likeness(mass: Sensor, base: Sensor) -> tuple[float, float]:
     """Lag of the base's clock at the peak of the cross-correlation [s], and a quarter of the drive's period."""
     step = max(mass[0].interval, base[0].interval)
-    x, y = (evenly(sensor[0].time, sensor[2].values, step) for sensor in (mass, base))
+    x, y = (evenly(sensor[0].time, sensor[1].values, step) for sensor in (mass, base))
     size = 1 << (len(x) + len(y) - 1).bit_length()
     spectrum = np.fft.rfft(y, size)
     product = np.fft.irfft(spectrum * np.conj(np.fft.rfft(x, size)), size)
@@ -284,9 +284,9 @@ def _on_mass_stamps(
             f"the base from {moved[0]:.6g} to {moved[-1]:.6g} s: check the files, or give --lag"
         )
     stamps = time[inside]
-    values, same = _interpolated(stamps, moved, base[2].values)
-    quality = mass[0].quality[inside] | mass[2].quality[inside]
-    quality |= _flags_between(stamps, moved, base[0].quality | base[2].quality)
+    values, same = _interpolated(stamps, moved, base[1].values)
+    quality = mass[0].quality[inside] | mass[1].quality[inside]
+    quality |= _flags_between(stamps, moved, base[0].quality | base[1].quality)
     quality[~np.isfinite(values)] |= np.uint8(Quality.NOT_BRIDGED)
     used = int(np.count_nonzero((moved >= stamps[0] - close) & (moved <= stamps[-1] + close)))
     facts |= {
@@ -299,7 +299,7 @@ def _on_mass_stamps(
             f"the base ({1 / base[0].interval:.6g} Hz) is interpolated to the stamps of the mass "
             f"({1 / mass[0].interval:.6g} Hz)"
         )
-    return Aligned(stamps, mass[2].values[inside], values, quality, facts, warnings)
+    return Aligned(stamps, mass[1].values[inside], values, quality, facts, warnings)
 
 
 def _interpolated(

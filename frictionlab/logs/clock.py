@@ -6,7 +6,6 @@ warning says so.
 """
 
 import re
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
@@ -31,8 +30,8 @@ _SHORTEST_BRIDGE = 3.5
 
 
 @dataclass
-class TimeBase:
-    """Time of each sample and what was found on the way.
+class Clock:
+    """Time of each sample, what was found on the way, and what is known of the clock.
 
     Parameters
     ----------
@@ -48,6 +47,12 @@ class TimeBase:
         Holes up to this long are short [s].
     missing
         Samples missing in all holes.
+    written
+        Whether the log has stamps; else samples are counted.
+    start_s
+        What to add to the first stamp of the log to get seconds since 1970 UTC (or local midnight); None: not known.
+    resolution_s
+        How fine absolute time is known [s].
     """
 
     time: NDArray[np.float64]
@@ -57,17 +62,14 @@ class TimeBase:
     bridge: float = 0.0
     missing: int = 0
     warnings: list[str] = field(default_factory=list)
+    written: bool = True
+    start_s: float | None = None
+    resolution_s: float = 0.0
+    facts: dict[str, Fact] = field(default_factory=dict)
+    evidence: tuple[str, ...] = ()
 
 
-def counted(samples: int, interval: float, bridge_s: float) -> TimeBase:
-    """Time counted at a known interval [s], for a log without stamps."""
-    none = np.zeros(0, np.int64)
-    with np.errstate(over="ignore", invalid="ignore"):  # the recording refuses what is not finite
-        time = np.arange(samples, dtype=np.float64) * np.float64(interval)
-    return TimeBase(time, np.zeros(samples, np.uint8), none, interval, max(bridge_s, _SHORTEST_BRIDGE * interval))
-
-
-def time_base(stamps: NDArray[np.float64], name: str, *, bridge_s: float, stated_s: float | None = None) -> TimeBase:
+def time_base(stamps: NDArray[np.float64], name: str, *, bridge_s: float, stated_s: float | None = None) -> Clock:
     """Make a time base of stamps [s].
 
     Parameters
@@ -88,11 +90,11 @@ def time_base(stamps: NDArray[np.float64], name: str, *, bridge_s: float, stated
     """
     if len(stamps) and not max(-stamps.min(), stamps.max()) < LATEST_S:
         raise LogError(f"{name}: time: expected seconds; got {np.abs(stamps).max():g}: damaged, or in another unit")
-    base = TimeBase(stamps, np.zeros(len(stamps), np.uint8), np.zeros(0, np.int64))
+    base = Clock(stamps, np.zeros(len(stamps), np.uint8), np.zeros(0, np.int64))
     if len(stamps) > 1 and step_range(stamps)[0] < 0.0:
         stray, restarts = _backward(stamps, np.diff(stamps), name)
         time = np.delete(stamps, stray)
-        base = TimeBase(time, np.zeros(len(time), np.uint8), stray)
+        base = Clock(time, np.zeros(len(time), np.uint8), stray)
         if len(restarts):
             _join(base, restarts - np.searchsorted(stray, restarts))
     if len(base.time) < 2 or not base.time[-1] > base.time[0]:
@@ -134,7 +136,7 @@ def _backward(
     return np.array(stray, np.int64), np.array(restarts, np.int64)
 
 
-def _join(base: TimeBase, restarts: NDArray[np.int64]) -> None:
+def _join(base: Clock, restarts: NDArray[np.int64]) -> None:
     """Let each part of a clock that restarted follow on the one before, one step later, marked as a hole."""
     steps = np.diff(base.time)
     step = float(np.median(steps[steps > 0.0]))
@@ -150,7 +152,7 @@ def _join(base: TimeBase, restarts: NDArray[np.int64]) -> None:
     )
 
 
-def _flag_holes(base: TimeBase, bridge_s: float) -> None:
+def _flag_holes(base: Clock, bridge_s: float) -> None:
     base.interval = sampling_interval(base.time)
     base.bridge = max(bridge_s, _SHORTEST_BRIDGE * base.interval)
     smallest, largest = step_range(base.time)
@@ -169,7 +171,7 @@ def _flag_holes(base: TimeBase, bridge_s: float) -> None:
         base.warnings.append(f"{np.count_nonzero(repeated)} time stamps repeat the one before (flagged duplicated)")
 
 
-def _flag_missing(base: TimeBase, steps: NDArray[np.float64], holes: NDArray[np.bool_]) -> None:
+def _flag_missing(base: Clock, steps: NDArray[np.float64], holes: NDArray[np.bool_]) -> None:
     long = holes & (steps > base.bridge)
     base.quality[1:][holes] |= np.uint8(Quality.GAP_BEFORE)
     base.quality[1:][long] |= np.uint8(Quality.NOT_BRIDGED)
@@ -182,7 +184,7 @@ def _flag_missing(base: TimeBase, steps: NDArray[np.float64], holes: NDArray[np.
         )
 
 
-def _recount(base: TimeBase, resolution: float) -> None:
+def _recount(base: Clock, resolution: float) -> None:
     """Replace stamps too coarse to tell samples apart by a straight line through them, between holes."""
     holes = np.flatnonzero(base.quality & np.uint8(Quality.GAP_BEFORE))
     time = np.empty_like(base.time)
@@ -206,81 +208,42 @@ _SAME_RATE = 1e-3
 _FRACTION = re.compile(r"[.,](\d+)\s*(?:Z|[AaPp]\.?[Mm]\.?)?$")
 
 
-@dataclass(frozen=True)
-class Timing:
-    """Stamps in seconds, or none; the interval that is counted then; what is known of the clock.
-
-    Parameters
-    ----------
-    stamps
-        (n,) s, or ``None`` if the log has none.
-    interval
-        Sampling interval to count with [s] where there are no stamps.
-    stated_s
-        The sampling interval that the log states [s].
-    start_s
-        What to add to the stamps to get seconds since 1970 UTC (or local midnight); ``None`` if not known.
-    resolution_s
-        How fine absolute time is known [s].
-    """
-
-    stamps: NDArray[np.float64] | None
-    interval: float = 0.0
-    stated_s: float | None = None
-    start_s: float | None = None
-    resolution_s: float = 0.0
-    facts: Mapping[str, Fact] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
-    evidence: tuple[str, ...] = ()
-
-
-def timing_of(table: LogTable, options: LogOptions) -> Timing:
-    """Read the clock of a log.
+def clock_of(table: LogTable, options: LogOptions) -> Clock:
+    """Make the clock of a log, of its stamps or by counting its samples.
 
     Raises
     ------
     LogError
-        If there is neither a time column nor a sampling rate, or the unit of time cannot be told.
+        If there is neither a time column nor a sampling rate, the unit of time cannot be told, or the stamps do not
+        increase.
     """
-    stated = table.log.layout.facts.get("interval_s")
+    stated, start = (table.log.layout.facts.get(name) for name in ("interval_s", "start_s"))
     stated_s = float(stated) if stated is not None else None
-    if "time" not in table.values:
-        return _counted(table, options, stated_s)
-    values = table.values.pop("time")
-    start = table.log.layout.facts.get("start_s")
     start_s = float(start) if start is not None else None
+    if "time" not in table.values:
+        return _counted(table, options, stated_s, start_s)
+    values = table.values.pop("time")
     if table.log.layout.dialect.kinds[table.columns["time"].index] == "m":
-        return _clock_times(table, values, stated_s)
+        return _clock_times(table, values, stated_s, options)
     unit, evidence, warnings = _unit(table, values, options)
-    first, facts = float(values[0]), {"time_unit": unit}
+    first = float(values[0])
     if _EPOCH_S[0] < first / TIME[unit] < _EPOCH_S[1]:
         stamps = to_si(values - first, unit)
         start_s, resolution = first / TIME[unit], _last_digit(table) / TIME[unit]
         evidence.append("stamps count from 1970: the first one is 0 in the recording")
     else:
         stamps, resolution = to_si(values, unit), 1e-3
-    return Timing(
-        stamps,
-        stated_s=stated_s,
-        start_s=start_s,
-        resolution_s=resolution,
-        facts=facts | _start_fact(start_s),
-        warnings=tuple(warnings),
-        evidence=tuple(evidence),
-    )
+    clock = time_base(stamps, table.name, bridge_s=options.bridge_s, stated_s=stated_s)
+    clock.warnings[:0] = warnings
+    clock.evidence = tuple(evidence)
+    return _known(clock, unit, start_s, resolution)
 
 
-def _start_fact(start_s: float | None) -> dict[str, Fact]:
-    if start_s is None or start_s < _EPOCH_S[0]:
-        return {}
-    return {"start_time": datetime.fromtimestamp(start_s, UTC).isoformat(timespec="milliseconds")}
-
-
-def _two_ways(cells: Sequence[str]) -> tuple[str, ...]:
-    """Say so where a date could be read with its day or its month first."""
-    for cell in filter(month_or_day, cells):
-        return (f"the date in {plain(cell)!r} may have its day or its month first: the month is taken",)
-    return ()
+def _known(clock: Clock, unit: str, start_s: float | None, resolution_s: float) -> Clock:
+    clock.start_s, clock.resolution_s, clock.facts = start_s, resolution_s, {"time_unit": unit}
+    if start_s is not None and start_s >= _EPOCH_S[0]:
+        clock.facts["start_time"] = datetime.fromtimestamp(start_s, UTC).isoformat(timespec="milliseconds")
+    return clock
 
 
 def _last_digit(table: LogTable) -> float:
@@ -295,22 +258,19 @@ def _last_digit(table: LogTable) -> float:
     return 10.0 ** -max(digits, default=0) if cells else 1e-6
 
 
-def _clock_times(table: LogTable, values: NDArray[np.float64], stated_s: float | None) -> Timing:
+def _clock_times(table: LogTable, values: NDArray[np.float64], stated_s: float | None, options: LogOptions) -> Clock:
     """Clock times as stamps from the first; where they show no date, it may stand in a column, and midnight passes."""
     wraps = np.cumsum(np.concatenate([[False], np.diff(values) < -43200.0]))
     values = values + 86400.0 * wraps if values[0] < 86400.0 * 2 else values
     first = float(values[0])
     cells = table.log.layout.dialect.example
-    start = first + (next(filter(None, map(date, cells)), 0.0) if first < 86400.0 * 2 else 0.0)
-    return Timing(
-        values - first,
-        stated_s=stated_s,
-        start_s=start,
-        resolution_s=_last_digit(table),
-        warnings=_two_ways(cells),
-        facts={"time_unit": "clock time", **_start_fact(start)},
-        evidence=("the time column holds clock times: the first one is 0 in the recording",),
-    )
+    start_s = first + (next(filter(None, map(date, cells)), 0.0) if first < 86400.0 * 2 else 0.0)
+    clock = time_base(values - first, table.name, bridge_s=options.bridge_s, stated_s=stated_s)
+    clock.evidence = ("the time column holds clock times: the first one is 0 in the recording",)
+    if doubtful := next(filter(month_or_day, cells), None):
+        said = f"the date in {plain(doubtful)!r} may have its day or its month first: the month is taken"
+        clock.warnings.insert(0, said)
+    return _known(clock, "clock time", start_s, _last_digit(table))
 
 
 def _unit(table: LogTable, values: NDArray[np.float64], options: LogOptions) -> tuple[str, list[str], list[str]]:
@@ -345,25 +305,27 @@ def _doubted(column: str, unit: str, step: float, length: float) -> list[str]:
     return [f"{said}; in s it would be {1.0 / step:.6g} for {length:.3g} s: if that is so, do: --time-unit s"]
 
 
-def _counted(table: LogTable, options: LogOptions, stated_s: float | None) -> Timing:
-    rate = options.sampling_rate_hz
+def _counted(table: LogTable, options: LogOptions, stated_s: float | None, start_s: float | None) -> Clock:
+    """Time counted at a known interval, for a log without stamps."""
+    rate, none = options.sampling_rate_hz, np.zeros(0, np.int64)
     if rate is None and stated_s is None:
         raise LogError(f"{table.name}: no time column found: give --time, or --sampling-rate")
-    warnings = _contradicting(table, rate) if rate is not None else ()
     interval = 1.0 / rate if rate is not None else stated_s or 0.0
     said = f"{rate:g} Hz as given" if rate is not None else f"{stated_s:.9g} s apart as the log states"
-    start = table.log.layout.facts.get("start_s")
-    return Timing(
-        None,
-        interval=interval,
-        start_s=float(start) if start is not None else None,
+    with np.errstate(over="ignore", invalid="ignore"):  # the recording refuses what is not finite
+        time = np.arange(table.samples, dtype=np.float64) * np.float64(interval)
+    bridge = max(options.bridge_s, _SHORTEST_BRIDGE * interval)
+    return Clock(
+        *(time, np.zeros(len(time), np.uint8), none, interval, bridge),
+        warnings=_contradicting(table, rate) if rate is not None else [],
+        written=False,
+        start_s=start_s,
         facts={"time_unit": "counted"},
-        warnings=warnings,
         evidence=(f"time is counted: samples {said}",),
     )
 
 
-def _contradicting(table: LogTable, rate: float) -> tuple[str, ...]:
+def _contradicting(table: LogTable, rate: float) -> list[str]:
     """Say so where a time column tells another rate than the one given; in the unit said, or in any that could be."""
     numbers = [c for c in table.log.layout.columns if table.log.layout.dialect.kinds[c.index] == "n"]
     for column in candidates(numbers, "time"):
@@ -377,5 +339,5 @@ def _contradicting(table: LogTable, rate: float) -> tuple[str, ...]:
                 f"the time column {column} says {told:.6g} Hz, --sampling-rate says {rate:g} Hz: {rate:g} Hz is taken; "
                 "leave the option out if the column is right"
             )
-            return (said,)
-    return ()
+            return [said]
+    return []

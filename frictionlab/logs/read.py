@@ -13,7 +13,7 @@ from frictionlab.errors import LogError, RecordingError
 from frictionlab.log_options import FURTHER, LogOptions
 from frictionlab.logs.align import Aligned, align
 from frictionlab.logs.body import KEEP
-from frictionlab.logs.clock import TimeBase, Timing, counted, time_base, timing_of
+from frictionlab.logs.clock import Clock, clock_of
 from frictionlab.logs.columns import LogColumn, by_option, possible
 from frictionlab.logs.lines import Progress, texts_of
 from frictionlab.logs.sensor import Sensed, bridge, examine, unit_by_step
@@ -30,11 +30,10 @@ _DISPLACEMENTS = ("mass", "base", "relative")
 
 @dataclass(frozen=True)
 class SensorLog:
-    """A log in SI units: its time base, its channels by role, and what stood where a value was replaced."""
+    """A log in SI units: its clock, its channels by role, and what stood where a value was replaced."""
 
     table: LogTable
-    timing: Timing
-    base: TimeBase
+    clock: Clock
     channels: dict[str, Sensed]
     replaced: dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]]
 
@@ -52,12 +51,12 @@ class SensorLog:
             where = ", ".join(str(n) for n in self.table.body.lines_of(restarts).tolist()[:5])
             said.append(f"the header is repeated (before line {where}): the logger was started again there")
         channels = (w for c in self.channels.values() for w in c.warnings)
-        return [*said, *self.timing.warnings, *self.base.warnings, *channels]
+        return [*said, *self.clock.warnings, *channels]
 
     @property
     def evidence(self) -> list[str]:
         """All reasons for reading it so."""
-        return [*self.table.evidence, *self.timing.evidence, *(e for c in self.channels.values() for e in c.evidence)]
+        return [*self.table.evidence, *self.clock.evidence, *(e for c in self.channels.values() for e in c.evidence)]
 
 
 def read_log(path: Path, options: LogOptions | None = None, *, progress: Progress | None = None) -> Recording:
@@ -198,8 +197,8 @@ def _one_sensor(path: Path, role: str, options: LogOptions, progress: Progress |
 
 
 def _aligned(mass: SensorLog, base: SensorLog, options: LogOptions, *, one_clock: bool = False) -> Aligned:
-    one = mass.base, mass.timing, mass.channels["mass"]
-    return align(one, (base.base, base.timing, base.channels["base"]), options, one_clock=one_clock)
+    one, other = (mass.clock, mass.channels["mass"]), (base.clock, base.channels["base"])
+    return align(one, other, options, one_clock=one_clock)
 
 
 def _read_own_times(table: LogTable, base_time: NDArray[np.float64], options: LogOptions) -> Recording:
@@ -220,25 +219,21 @@ def _read_own_times(table: LogTable, base_time: NDArray[np.float64], options: Lo
 
 def _examined(table: LogTable, options: LogOptions) -> SensorLog:
     """Convert a log to SI units, and examine its clock and its values."""
-    timing = timing_of(table, options)
-    if timing.stamps is None:
-        base = counted(table.samples, timing.interval, options.bridge_s)
-    else:
-        base = time_base(timing.stamps, table.name, bridge_s=options.bridge_s, stated_s=timing.stated_s)
-    table = _without_stray(table, base)
+    clock = clock_of(table, options)
+    table = _without_stray(table, clock)
     channels, replaced = {}, {}
     for role in [*table.values]:
         sensed = (_displacement if role in _DISPLACEMENTS else _further)(table, role, options)
-        replaced[role] = bridge(base.time, sensed, base.bridge, role)
+        replaced[role] = bridge(clock.time, sensed, clock.bridge, role)
         channels[role] = sensed
-    return SensorLog(table, timing, base, channels, replaced)
+    return SensorLog(table, clock, channels, replaced)
 
 
-def _without_stray(table: LogTable, base: TimeBase) -> LogTable:
+def _without_stray(table: LogTable, clock: Clock) -> LogTable:
     """Quarantine the lines whose stamps run backward."""
-    if not len(base.stray):
+    if not len(clock.stray):
         return table
-    numbers = table.body.lines_of(base.stray).tolist()
+    numbers = table.body.lines_of(clock.stray).tolist()
     kept = max(0, KEEP - len(table.quarantined))
     texts = texts_of(table.log.head, numbers[:kept])
     more = [QuarantinedLine(table.name, n, texts.get(n, ""), "the time stamp runs backward") for n in numbers[:kept]]
@@ -247,7 +242,7 @@ def _without_stray(table: LogTable, base: TimeBase) -> LogTable:
     return replace(
         table,
         file=replace(table.file, lines=lines),
-        values={role: np.delete(values, base.stray) for role, values in table.values.items()},
+        values={role: np.delete(values, clock.stray) for role, values in table.values.items()},
         samples=table.samples - len(numbers),
         quarantined=tuple(sorted((*table.quarantined, *more), key=lambda q: q.number)),
     )
@@ -372,7 +367,7 @@ def _a(quantity: str) -> str:
 
 def _with_still_one(sensors: SensorLog, role: str) -> SensorLog:
     """A log of one channel with the other one standing at 0."""
-    n = len(sensors.base.time)
+    n = len(sensors.clock.time)
     sensors.channels[role] = Sensed(np.zeros(n), np.zeros(n, np.uint8))
     return sensors
 
@@ -421,9 +416,9 @@ def dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
         if role in sensors.channels:
             said = options.unit if role in _DISPLACEMENTS else options.unit_of(role)[0]
             facts[f"{role}_unit"] = said or column.unit
-    facts |= sensors.timing.facts
-    facts |= {"sampling_rate_hz": 1.0 / sensors.base.interval, "bridge_s": sensors.base.bridge}
-    facts |= {"missing_samples": sensors.base.missing}
+    facts |= sensors.clock.facts
+    facts |= {"sampling_rate_hz": 1.0 / sensors.clock.interval, "bridge_s": sensors.clock.bridge}
+    facts |= {"missing_samples": sensors.clock.missing}
     for role, channel in sensors.channels.items():
         facts |= {f"{role}_step_m": channel.step} if channel.step else {}
         facts |= {f"{role}_measuring_range_m": channel.range} if channel.range else {}
@@ -431,14 +426,14 @@ def dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
 
 
 def _recording(sensors: SensorLog, options: LogOptions) -> Recording:
-    quality = sensors.base.quality.copy()
+    quality = sensors.clock.quality.copy()
     for sensed in sensors.channels.values():
         quality |= sensed.quality
     displacements_ = {role: sensors.channels[role].values for role in ("mass", "base") if role in sensors.channels}
     columns = sensors.table.columns
     with _named_log(sensors.table.name):
         return Recording(
-            time=sensors.base.time,
+            time=sensors.clock.time,
             mass_displacement=displacements_.get("mass"),  # type: ignore[arg-type] # None: not measured
             base_displacement=displacements_.get("base"),  # type: ignore[arg-type]
             quality=quality,
