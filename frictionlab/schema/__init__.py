@@ -9,7 +9,7 @@ the commands print, and the list of columns in this folder's README. Nothing but
 
 from collections.abc import Sequence
 
-from frictionlab.schema.column_list import Column, Table, Type, column_named, number, text, thing, whole
+from frictionlab.schema.column_list import Column, Table, Type, column_named
 
 __all__ = ["Column", "Table", "Type", "column_of", "is_marked", "table_of"]  # beside the kinds below
 
@@ -23,13 +23,11 @@ def _table(
     shown: str,
     where_known: str = "",
     series: str = "",
-    own: tuple[Column, ...] = (),
     takes_facts: bool = False,
 ) -> Table:
-    """A table of columns by their names; ``own`` are those that mean something else here than in the one list."""
-    meant = {column.name: column for column in own}
-    found = tuple(meant.get(name) or column_named(name) for name in names.split())
-    behind = tuple(meant.get(name) or column_named(name) for name in series.split())
+    """A table of columns by their names."""
+    found = tuple(column_named(name, kind) for name in names.split())
+    behind = tuple(column_named(name, kind) for name in series.split())
     return Table(kind, sentence, found, lead, tuple(shown.split()), tuple(where_known.split()), behind, takes_facts)
 
 
@@ -56,12 +54,6 @@ MEASUREMENTS = _table(
         stops_per_cycle regime""",
     series="""time used energy amplitude position stops stuck tau mass base mass_smooth mass_velocity base_cosine each
         kept base_sine value force""",
-    own=(
-        number("force", "N", "force", "Force of the load cell over a mean cycle, about its mean."),
-        number("energy", "kY²", "energy of a cycle", "Energy per cycle, cycle by cycle."),
-        number("stops", "", "stops of a cycle", "Stops that begin in the cycle."),
-        number("value", "kY²", "value", "Energy per cycle at the points of the trend."),
-    ),
 )
 COMPARISONS = _table(
     "comparisons",
@@ -101,7 +93,6 @@ FREE_VIBRATIONS = _table(
     lead=6,
     shown="""source tap natural_frequency_hz natural_frequency_hz_se damping_ratio damping_ratio_se friction_m
         friction_m_se half_cycles""",
-    own=(number("misfit", "", "misfit", "Rms of what the fit leaves over the first swing."),),
 )
 TESTS = _table(
     "tests",
@@ -139,10 +130,6 @@ LAW_PARAMETERS = _table(
         scatter tests_p""",
     lead=5,
     shown="material law parameter value value_u physical_value physical_value_u unit is_told",
-    own=(
-        number("value", "", "value", "Dimensionless, of a test at the mean base amplitude and drive frequency."),
-        number("scatter", "", "scatter", "Standard deviation of `value` from test to test beyond each test's error."),
-    ),
 )
 LEFT_OUT = _table(
     "left out",
@@ -150,11 +137,6 @@ LEFT_OUT = _table(
     """source material predicted_energy_per_cycle measured_energy_per_cycle predicted_response_amplitude response_nrmse
         response_nrmse_own band_holds measured_response_amplitude predicted_energy_per_cycle_low
         predicted_energy_per_cycle_high predicted_response_amplitude_low predicted_response_amplitude_high reason""",
-    own=(
-        text("reason", "reason", "Why it cannot be predicted; empty where it is."),
-        number("predicted_response_amplitude_low", "Y", "amplitude low", "Lower end of its 95 % band."),
-        number("predicted_response_amplitude_high", "Y", "amplitude high", "Upper end of its 95 % band."),
-    ),
     lead=4,
     shown="""source material predicted_energy_per_cycle measured_energy_per_cycle response_nrmse response_nrmse_own
         band_holds""",
@@ -175,7 +157,6 @@ DRIFTS = _table(
     lead=7,
     shown="""source material normal_force_n frequency_ratio relative_slope_per_hour relative_slope_per_hour_se
         friction_slope_per_hour verdict""",
-    own=(text("verdict", "verdict", "`rises`, `falls`, `no drift shown` or `not known`."),),
 )
 _STATE = """r beta mu zeta wall solver outcome energy_per_cycle response_amplitude stops_per_cycle stuck_fraction regime
     symmetric period_cycles floquet_multiplier closure_error residual growth_per_cycle
@@ -190,10 +171,6 @@ MOTIONS = _table(
     lead=7,
     shown=_STATE_SHOWN,
     series="tau displacement velocity base stops",
-    own=(
-        number("stops", "rad", "stops at", "Where each stop begins and ends."),
-        thing("parameters", "parameters", "Parameter of the law -> its number."),
-    ),
 )
 _AMPLITUDE = ("response_amplitude", "response_amplitude_m")
 PREDICTED = (*_AMPLITUDE, "energy_per_cycle", "energy_per_cycle_j", "stops_per_cycle")
@@ -218,10 +195,6 @@ RESPONSES = _table(
     lead=7,
     shown="source base_largest_m energy path stops time_stuck_s peak_displacement",
     series="contact_force",
-    own=(
-        thing("parameters", "parameters", "Parameter of the law -> its number."),
-        number("closure_error", "kY²", "closure error", "Energy put in minus dissipated minus stored: 0 but rounding."),
-    ),
 )
 PLANS = _table(
     "plan",
@@ -230,7 +203,6 @@ PLANS = _table(
         cumulative_u log_bayes log_bayes_against log_bayes_after laboratory_s total_s drive_frequency_hz values told""",
     lead=7,
     shown="rank frequency_ratio normal_force_n base_amplitude_m duration_s regime total_s",
-    own=(whole("rank", "", "rank", "Place in the plan, from 1."),),
 )
 TRADES = _table(
     "trade",

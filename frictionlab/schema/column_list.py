@@ -1,8 +1,8 @@
 """What a column and a table are; the columns of the one list, ``columns.csv``: name, type, unit, title and a sentence.
 
 A table names its columns (in `frictionlab.schema`); the list says what they are. ``X_se`` and ``X_u`` need no line of
-their own: they are the errors of ``X``; nor do ``X_low`` and ``X_high``, the ends of its band. Where a table means
-something else by a name, it says so in its own list.
+their own: they are the errors of ``X``; nor do ``X_low`` and ``X_high``, the ends of its band. What a
+name means in one table alone stands in the list as ``TABLE:NAME``.
 """
 
 import csv
@@ -53,8 +53,8 @@ class Column:
     Examples
     --------
     >>> force = Column("normal_force_n", Type.NUMBER, "N", "normal force", "Force that presses the contact together.")
-    >>> force.head, force.units, se_of(force).name
-    ('normal force [N]', 'N', 'normal_force_n_se')
+    >>> force.head, force.units
+    ('normal force [N]', 'N')
     """
 
     name: str
@@ -74,25 +74,6 @@ class Column:
         """The unit as a file says it (CF conventions); ``1`` for a plain number, empty for what is no number."""
         has_unit = self.type.is_number or self.type is Type.YES_NO
         return _CF_UNITS.get(self.unit, self.unit) if has_unit else ""
-
-
-def se_of(column: Column) -> Column:
-    """The column of the standard errors of another."""
-    said = f"Standard error of {column.name}: noise, and the scatter from cycle to cycle or test to test."
-    return Column(f"{column.name}_se", Type.NUMBER, column.unit, f"{column.title} se", said, column.name)
-
-
-def u_of(column: Column) -> Column:
-    """The column of the combined standard uncertainties of another."""
-    said = f"Combined standard uncertainty of {column.name}: its standard error, and what sensors, clock and rig add."
-    return Column(f"{column.name}_u", Type.NUMBER, column.unit, f"{column.title} u", said, column.name)
-
-
-def end_of(column: Column, end: str) -> Column:
-    """The column of the "low" or "high" end of another's 95 % band."""
-    which = {"low": "Lower", "high": "Upper"}[end]
-    said = f"{which} end of the 95 % band of {column.name}: errors of the law, and the scatter from test to test."
-    return Column(f"{column.name}_{end}", Type.NUMBER, column.unit, f"{column.title} {end}", said, column.name)
 
 
 @dataclass(frozen=True)
@@ -154,47 +135,33 @@ class Table:
         return next((column for column in (*self.columns, *self.series) if column.name == name), None)
 
 
-def number(name: str, unit: str, title: str, sentence: str) -> Column:
-    """A column of numbers."""
-    return Column(name, Type.NUMBER, unit, title, sentence)
-
-
-def whole(name: str, unit: str, title: str, sentence: str) -> Column:
-    """A column of whole numbers."""
-    return Column(name, Type.WHOLE, unit, title, sentence)
-
-
-def text(name: str, title: str, sentence: str) -> Column:
-    """A column of text."""
-    return Column(name, Type.TEXT, "", title, sentence)
-
-
-def thing(name: str, title: str, sentence: str) -> Column:
-    """A column whose cells are objects: name -> value, or lists of such."""
-    return Column(name, Type.OBJECT, "", title, sentence)
-
-
 def _listed() -> dict[str, Column]:
-    """The columns of the list, by name."""
+    """The columns of the list by name; ``TABLE:NAME`` is what a name means in that table alone."""
     with Path(__file__).with_name("columns.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.reader(file))[1:]
-    return {name: Column(name, Type(kind), unit, title, said) for name, kind, unit, title, said in rows}
+    return {key: Column(key.rpartition(":")[2], Type(kind), unit, title, said) for key, kind, unit, title, said in rows}
 
 
 COLUMNS = _listed()
+_OF_ANOTHER = {
+    "se": "Standard error of {}: noise, and the scatter from cycle to cycle or test to test.",
+    "u": "Combined standard uncertainty of {}: its standard error, and what sensors, clock and rig add.",
+    "low": "Lower end of the 95 % band of {}: errors of the law, and the scatter from test to test.",
+    "high": "Upper end of the 95 % band of {}: errors of the law, and the scatter from test to test.",
+}
 
 
-def column_named(name: str) -> Column:
-    """The column of a name; of ``X_se`` and ``X_u`` the error of ``X``, of ``X_low`` and ``X_high`` an end of its band.
+def column_named(name: str, table: str = "") -> Column:
+    """The column of a name in a table; of ``X_se`` and ``X_u`` the error of ``X``, of ``X_low`` an end of its band.
 
     Examples
     --------
     >>> column_named("friction_force_n_u").head
     'friction u'
     """
-    if name in COLUMNS:
-        return COLUMNS[name]
-    stem, _, kind = name.rpartition("_")
-    if kind in ("low", "high"):
-        return end_of(COLUMNS[stem], kind)
-    return {"se": se_of, "u": u_of}[kind](COLUMNS[stem])
+    for key in (f"{table}:{name}", name):
+        if key in COLUMNS:
+            return COLUMNS[key]
+    stem, _, ending = name.rpartition("_")
+    of, sentence = COLUMNS[stem], _OF_ANOTHER[ending].format(stem)
+    return Column(name, Type.NUMBER, of.unit, f"{of.title} {ending}", sentence, stem)
