@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import ClusterError, SimulationError
 from frictionlab.files import check_replaceable, make_folder
-from frictionlab.hdf5.map_file import FinishedMap, GrowingMap, finished_map, growing_map, is_map
+from frictionlab.hdf5.map_file import GrowingMap, finished_map, growing_map, is_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.laws import law_of
@@ -211,10 +211,10 @@ def make_map(
     '0.5,0.4,1.0,0.0,fixed,exact,pe'
     """
     about = {"wall": grid.wall, "law": grid.law, "simulator": digest()}
-    with finished_map(path, grid.axes(), KINDS, about) as whole:
-        if resume and whole is not None:
-            yield from _blocks(whole, len(grid))
-            return
+    whole = finished_map(path, grid.axes(), KINDS, about) if resume else None
+    if whole is not None:
+        yield from (Step(start, len(grid), whole[start : start + BLOCK]) for start in range(0, len(whole), BLOCK))
+        return
     make_folder(path.parent)
     check_replaceable(path, replace=force or (is_map if path.suffix == ".h5" else _is_table))
     words = {parameter.name: parameter.words for parameter in law_of(grid.law).parameters}
@@ -325,7 +325,7 @@ def _is_table(path: Path) -> bool:
     return is_table(path, STEADY_STATES)
 
 
-def _blocks(file: GrowingMap | FinishedMap, total: int) -> Iterator[Step]:
+def _blocks(file: GrowingMap, total: int) -> Iterator[Step]:
     """What is in the file, read back."""
     for start in range(0, file.done, BLOCK):
         yield Step(start, total, file.read(start, min(start + BLOCK, file.done)))

@@ -21,6 +21,8 @@ import os
 import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -32,7 +34,7 @@ from numpy.typing import NDArray
 from frictionlab import __version__
 from frictionlab.errors import OutputError, UsageError
 from frictionlab.files import OPEN_FLAGS, WINDOWS, write_whole
-from frictionlab.hdf5.opening import new_file, root_attribute, to_read
+from frictionlab.hdf5.opening import format_of, new_file, root_attribute, to_read
 from frictionlab.schema import STEADY_STATES
 
 FORMAT = "frictionlab map"
@@ -92,27 +94,25 @@ class GrowingMap:
         _remove(self._file, self.path)
 
 
-class FinishedMap:
-    """The points of a finished map's file."""
-
-    def __init__(self, records: NDArray[np.void]) -> None:
-        self._records = records
-        self.done = len(records)
-
-    def read(self, start: int, stop: int) -> NDArray[np.void]:
-        """The results of points ``start`` up to ``stop``, one record with all keys each."""
-        return self._records[start:stop]
-
-
+@dataclass(frozen=True)
 class _Layout:
-    """What a map's file is made of beside its numbers."""
+    """What a map's file is made of beside its numbers; as `growing_map` is given it."""
 
-    def __init__(self, axes: Axes, kinds: Mapping[str, str], attributes: Mapping[str, str]) -> None:
-        self.axes, self.kinds, self.attributes = axes, kinds, attributes
-        self.words: Mapping[str, str] = {}
-        self.flags: Mapping[str, Flags] = {}
-        self.dtype = np.dtype(list(kinds.items()))
-        self.points = math.prod(len(values) for values in axes.values())
+    axes: Axes
+    kinds: Mapping[str, str]
+    attributes: Mapping[str, str]
+    words: Mapping[str, str] = field(default_factory=dict)
+    flags: Mapping[str, Flags] = field(default_factory=dict)
+
+    @cached_property
+    def dtype(self) -> np.dtype[Any]:
+        """Of one record."""
+        return np.dtype(list(self.kinds.items()))
+
+    @property
+    def points(self) -> int:
+        """How many there are."""
+        return math.prod(len(values) for values in self.axes.values())
 
     @property
     def identity(self) -> str:
@@ -153,7 +153,7 @@ def part_of(path: Path) -> Path:
 
 def is_map(path: Path) -> bool:
     """Whether this file is a map of this package."""
-    return root_attribute(path, "format") == FORMAT
+    return format_of(path) == FORMAT
 
 
 @contextmanager
@@ -197,8 +197,7 @@ def growing_map(
         Another process works on it, or the disk has no room for all of it.
     """
     path = Path(os.path.realpath(path))
-    layout = _Layout(axes, kinds, attributes)
-    layout.words, layout.flags = words or {}, flags or {}
+    layout = _Layout(axes, kinds, attributes, words or {}, flags or {})
     with _locked(path) as file:
         grown = _continued(path, file, layout, resume=resume, force=force) or _begun(path, file, layout)
         try:
@@ -211,21 +210,19 @@ def growing_map(
                     grown.discard()  # a map that never began leaves no trace
 
 
-@contextmanager
 def finished_map(
     path: Path, axes: Axes, kinds: Mapping[str, str], attributes: Mapping[str, str]
-) -> Iterator[FinishedMap | None]:
-    """Open the whole map of just these values to read it, if that is what stands there and none is growing."""
+) -> NDArray[np.void] | None:
+    """The points of a whole map of just these values, one record each, if one stands there and none is growing."""
     layout = _Layout(axes, kinds, attributes)
     growing = part_of(Path(os.path.realpath(path))).exists()
     if growing or not is_map(path) or root_attribute(path, "identity") != layout.identity:
-        yield None
-        return
+        return None
     records = np.empty(layout.points, layout.dtype)
     with to_read(path) as tree:
         for key in kinds:
             records[key] = tree[key][...].reshape(-1)
-    yield FinishedMap(records)
+    return records
 
 
 @contextmanager

@@ -231,6 +231,11 @@ def root_attribute(path: Path, name: str) -> str:
         return ""
 
 
+def format_of(path: Path) -> str:
+    """What an HDF5 file calls itself in its attribute ``format``; empty for any other file."""
+    return root_attribute(path, "format")
+
+
 def _check_length(path: Path) -> None:
     """Raise if there is no HDF5 in a file, or less of it than its head says."""
     with path.open("rb", buffering=0) as file:

@@ -41,10 +41,10 @@ from frictionlab.hdf5.opening import (
     TEXT,
     array_inside,
     facts_of,
+    format_of,
     group_inside,
     new_file,
     opened,
-    root_attribute,
     storable,
     text,
     texts_inside,
@@ -107,7 +107,7 @@ def check_writable(path: Path, *, force: bool = False) -> None:
 
 def is_recording(path: Path) -> bool:
     """Whether this file is a recording of this package."""
-    return root_attribute(path, "format") == FORMAT
+    return format_of(path) == FORMAT
 
 
 def pieces_of(

@@ -15,11 +15,11 @@ from frictionlab.hdf5.opening import (
     NO_FILE,
     dataset_inside,
     facts_of,
+    format_of,
     group_inside,
     new_file,
     node_inside,
     opened,
-    root_attribute,
     text,
     to_read,
     write_dataset,
@@ -65,12 +65,7 @@ def write_tree(
     {'rule': 'all', 'energy': array([1., 1., 1.])}
     """
     pieces = new_file(lambda file: _write_branch(file, tree, columns), format=kind, format_version=FORMAT_VERSION)
-    write_whole(path, pieces, replace=force or (lambda old: root_attribute(old, "format") == kind))
-
-
-def format_of(path: Path) -> str:
-    """What an HDF5 file calls itself in its attribute ``format``; empty for any other file."""
-    return root_attribute(path, "format")
+    write_whole(path, pieces, replace=force or (lambda old: format_of(old) == kind))
 
 
 def read_tree(path: Path, *, kind: str) -> dict[str, Any]:
