@@ -91,7 +91,7 @@ def find_header(lines: Sequence[str], dialect: Dialect, *, deep: bool = False) -
         titles=tuple(best[1]) if best else (),
         units=tuple(known_unit(cell) for cell in units[1]) if units else (),
         lines=tuple(chosen),
-        body=_body(rows, dialect),
+        body=max(i for i, _ in rows) + 1 if rows else dialect.first,
     )
 
 
@@ -115,11 +115,6 @@ def _rows_above(lines: Sequence[str], dialect: Dialect, *, deep: bool) -> list[t
             if damaged > _DAMAGED_ABOVE:
                 break
     return rows
-
-
-def _body(rows: Sequence[tuple[int, list[str]]], dialect: Dialect) -> int:
-    """Find the first line below the header: below its last row, or the first data line if nothing names the columns."""
-    return max(i for i, _ in rows) + 1 if rows else dialect.first
 
 
 def _cells(line: str, dialect: Dialect) -> list[str]:
@@ -146,12 +141,6 @@ def _wide(cells: Sequence[str], dialect: Dialect) -> bool:
     """As many cells as a data line; fewer where its last are always empty, one more where comments may follow."""
     spare = len(dialect.kinds) - len(dialect.kinds.rstrip("e"))
     return dialect.fields - spare <= len(cells) <= dialect.fields
-
-
-def repeats(lines: Sequence[str], rows: Sequence[int]) -> Callable[[str], bool]:
-    """Make a function that says whether a stripped line is one of these header lines again."""
-    texts = {lines[i].strip() for i in rows}
-    return lambda line: line in texts
 
 
 _INTERVAL = re.compile(r"(samp\w*[ _-]*)?(time[ _-]*)?(interval|period)|delta_x|dt|abtastintervall", re.IGNORECASE)

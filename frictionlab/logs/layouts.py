@@ -1,7 +1,7 @@
-"""The layouts of logs that are known by name; `LAYOUTS` lists them, special ones first.
+"""The layouts of logs that are known by name, and any log that has lines of numbers.
 
-A layout is a function ``(head, options) -> Layout | None`` that says whether a log is of its kind and, if so, where its
-header is, what its columns are and what its preamble states. To add one, write it and add it to `LAYOUTS`.
+A layout of its own is a function ``(head, options) -> LogLayout | None`` in `LAYOUTS` that says whether a log is of its
+kind and, if so, where its header is, what its columns are and what its preamble states.
 
 - sensorTOOL (Micro-Epsilon optoNCDT): one file per sensor, six lines of preamble, padded names; of the two time columns
   the epoch time is taken: it is a number, and it is what two sensors' files have in common
@@ -25,12 +25,10 @@ from frictionlab.logs.cells import moment, number, plain
 from frictionlab.logs.columns import LogColumn, columns_of, roles_named
 from frictionlab.logs.dialect import Dialect, find_dialect, split
 from frictionlab.logs.header import (
-    Header,
     LogLayout,
     as_time,
     believable,
     find_header,
-    repeats,
     start_in_name,
     stated_facts,
 )
@@ -41,60 +39,50 @@ _BRACKETED = re.compile(r'\s*"?\([^()]*\)"?(\s*[,;\t]\s*"?\([^()]*\)"?)+\s*')
 _MANY = 8
 
 
-def optoncdt(head: Head, options: LogOptions) -> LogLayout | None:
-    """A column of epoch time beside a column of distance."""
-    if not any("epoch time" in line.lower() and "distance" in line.lower() for line in head.lines[:200]):
-        return None
-    dialect = find_dialect(head.lines, options, head.path.name)
-    layout = layout_of("optoNCDT sensorTOOL", head, dialect, find_header(head.lines, dialect))
-    epoch = [c.index for c in layout.columns if c.name.lower().startswith("epoch")]
-    if len(epoch) != 1 or dialect.kinds[epoch[0]] != "n":
-        return layout
-    evidence = ["columns of epoch time and distance"]
-    start = start_in_name(head.path)
-    if start is not None:
-        evidence.append(f"the file's name says it began at {as_time(start)}")
-    return replace(layout, prefer={"time": epoch[0]}, evidence=(*evidence, *layout.evidence))
-
-
-def picoscope(head: Head, options: LogOptions) -> LogLayout | None:
-    """Units in brackets on line 2, then a blank line."""
-    if len(head.lines) < 4 or not _BRACKETED.fullmatch(head.lines[1]) or head.lines[2].strip():
-        return None
-    if not head.lines[0].lower().lstrip('"').startswith("time"):
-        return None
-    dialect = find_dialect(head.lines, options, head.path.name)
-    layout = layout_of("PicoScope", head, dialect, find_header(head.lines, dialect))
-    return replace(layout, evidence=("line 1 names channels, line 2 holds units in brackets, line 3 is blank",))
-
-
-def catman(head: Head, options: LogOptions) -> LogLayout | None:
-    """The word catman in the first lines, or many rows of words as wide as the data above tabbed numbers."""
-    dialect = find_dialect(head.lines, options, head.path.name)
-    above = head.lines[: dialect.first]
-    named = any("catman" in line.lower() for line in above)
-    wide = sum(line.count("\t") == dialect.fields - 1 for line in above)
-    if not named and not (dialect.separator == "\t" and dialect.fields > 1 and wide >= _MANY):
-        return None
-    layout = layout_of("catman ASCII", head, dialect, find_header(head.lines, dialect, deep=True))
-    said = "the header names catman" if named else f"{wide} header rows as wide as the data"
-    return replace(layout, evidence=(said, *layout.evidence))
-
-
-def units_row(head: Head, options: LogOptions) -> LogLayout | None:
-    """A row as wide as the data that holds nothing but units."""
-    dialect = find_dialect(head.lines, options, head.path.name)
-    header = find_header(head.lines, dialect)
-    return layout_of("units-row", head, dialect, header) if header.units else None
-
-
-def columns_of_text(head: Head, options: LogOptions) -> LogLayout | None:
+def columns_of_text(head: Head, options: LogOptions) -> LogLayout:
     """Read any log that has lines of numbers; the last resort, so it raises where nothing is found."""
     dialect = find_dialect(head.lines, options, head.path.name)
-    header = find_header(head.lines, dialect)
-    if not header.titles and (options.mass is None or options.base is None):
+    name, why = _maker(head, dialect)
+    header = find_header(head.lines, dialect, deep=name == "catman ASCII")
+    name = name or ("units-row" if header.units else "plain")
+    if name == "plain" and not header.titles and (options.mass is None or options.base is None):
         _check_names(head, dialect)
-    return layout_of("plain", head, dialect, header)
+    units = "with a units row" if header.units else "without units row"
+    named = f"line {header.lines[0] + 1} names the columns, {units}" if header.titles else "no line names the columns"
+    again = {head.lines[i].strip() for i in header.lines}
+    layout = LogLayout(
+        name=name,
+        dialect=dialect,
+        columns=columns_of(header.titles, header.units, dialect.fields),
+        header=header.lines,
+        body=header.body,
+        facts=stated_facts(head.lines[: header.body], dialect.decimal),
+        is_header=lambda line: line in again,
+        evidence=(*why, named),
+    )
+    epoch = [c.index for c in layout.columns if c.name.lower().startswith("epoch")]
+    if name != "optoNCDT sensorTOOL" or len(epoch) != 1 or dialect.kinds[epoch[0]] != "n":
+        return layout
+    return replace(layout, prefer={"time": epoch[0]})
+
+
+def _maker(head: Head, dialect: Dialect) -> tuple[str, tuple[str, ...]]:
+    """Whose program wrote a log, and by what that is seen; "" where it may be any."""
+    lines = head.lines
+    if any("epoch time" in line.lower() and "distance" in line.lower() for line in lines[:200]):
+        start = start_in_name(head.path)
+        began = () if start is None else (f"the file's name says it began at {as_time(start)}",)
+        return "optoNCDT sensorTOOL", ("columns of epoch time and distance", *began)
+    units_below = len(lines) > 3 and _BRACKETED.fullmatch(lines[1]) and not lines[2].strip()
+    if units_below and lines[0].lower().lstrip('"').startswith("time"):
+        return "PicoScope", ("line 1 names channels, line 2 holds units in brackets, line 3 is blank",)
+    above = lines[: dialect.first]
+    if any("catman" in line.lower() for line in above):
+        return "catman ASCII", ("the header names catman",)
+    wide = sum(line.count("\t") == dialect.fields - 1 for line in above)
+    if dialect.separator == "\t" and dialect.fields > 1 and wide >= _MANY:
+        return "catman ASCII", (f"{wide} header rows as wide as the data",)
+    return "", ()
 
 
 def _check_names(head: Head, dialect: Dialect) -> None:
@@ -107,22 +95,6 @@ def _check_names(head: Head, dialect: Dialect) -> None:
             f"{dialect.fields} fields: are these decimal commas separated by commas? Export with another separator, or "
             "give --time, --mass and --base by number"
         )
-
-
-def layout_of(name: str, head: Head, dialect: Dialect, header: Header) -> LogLayout:
-    """Put dialect and header together; other layouts start from this and say what they know better."""
-    units = "with a units row" if header.units else "without units row"
-    named = f"line {header.lines[0] + 1} names the columns, {units}" if header.titles else "no line names the columns"
-    return LogLayout(
-        name=name,
-        dialect=dialect,
-        columns=columns_of(header.titles, header.units, dialect.fields),
-        header=header.lines,
-        body=header.body,
-        facts=stated_facts(head.lines[: header.body], dialect.decimal),
-        is_header=repeats(head.lines, header.lines),
-        evidence=(named,),
-    )
 
 
 _END = "***End_of_Header***"
@@ -149,6 +121,7 @@ def labview(head: Head, options: LogOptions) -> LogLayout | None:
     titles = [plain(c) for c in head.lines[names].split(dialect.separator)]
     units = [known_unit(c) for c in said.get("Y_Unit_Label", "").split(dialect.separator)[1:]]
     columns = _labview_columns(titles, units, dialect.fields)
+    times = [c.index for c in columns if c.title == "X_Value"]
     return LogLayout(
         name="LabVIEW lvm",
         dialect=dialect,
@@ -156,7 +129,7 @@ def labview(head: Head, options: LogOptions) -> LogLayout | None:
         header=(names,),
         body=names + 1,
         facts=_labview_facts(said, dialect.separator, dialect.decimal),
-        time_of=_labview_times(columns),
+        time_of=_times_left_of(columns, times) if len(times) > 1 else {},
         is_header=lambda line: _key(line) in _KEYS,
         spare=1 if titles[-1:] == ["Comment"] and len(titles) > dialect.fields else 0,
         evidence=(f"the LabVIEW header states separator and decimal mark; line {names + 1} names the channels",),
@@ -188,11 +161,10 @@ def _labview_columns(titles: list[str], units: list[str], fields: int) -> tuple[
     return tuple(columns)
 
 
-def _labview_times(columns: tuple[LogColumn, ...]) -> dict[int, int]:
-    times = [c.index for c in columns if c.title == "X_Value"]
-    if len(times) < 2:
-        return {}
-    return {c.index: max(t for t in times if t < c.index) for c in columns if c.index not in times}
+def _times_left_of(columns: Sequence[LogColumn], times: Sequence[int]) -> dict[int, int]:
+    """Give each channel the time column to its left."""
+    channels = [c.index for c in columns if c.index not in times and any(t < c.index for t in times)]
+    return {index: max(t for t in times if t < index) for index in channels}
 
 
 def _labview_facts(said: Mapping[str, str], separator: str, decimal: str) -> dict[str, float | str]:
@@ -233,7 +205,7 @@ def ni(head: Head, options: LogOptions) -> LogLayout | None:
         header=header,
         body=max(i for i, _ in rows.values()) + 1,
         facts=_ni_facts(rows, dialect.decimal),
-        time_of=_ni_times(columns),
+        time_of=_times_left_of(columns, [c.index for c in columns if c.name == "time"]),
         is_header=lambda line: plain(line.partition(dialect.separator)[0]).lower() in _LABELS,
         evidence=(f"rows labelled {', '.join(rows)}",),
     )
@@ -254,12 +226,6 @@ def _ni_columns(names: Sequence[str], units: Sequence[str], fields: int) -> tupl
     return tuple(columns)
 
 
-def _ni_times(columns: Sequence[LogColumn]) -> dict[int, int]:
-    """Give each channel the time column to its left."""
-    times = [c.index for c in columns if c.name == "time"]
-    return {c.index: max(t for t in times if t < c.index) for c in columns if any(t < c.index for t in times)}
-
-
 def _ni_facts(rows: dict[str, tuple[int, list[str]]], decimal: str) -> dict[str, float | str]:
     facts: dict[str, float | str] = {}
     intervals = [n for c in rows["interval"][1][1:] if (n := number(c, decimal)) is not None and believable(n)]
@@ -271,21 +237,11 @@ def _ni_facts(rows: dict[str, tuple[int, list[str]]], decimal: str) -> dict[str,
     return facts
 
 
-LAYOUTS: tuple[Callable[[Head, LogOptions], LogLayout | None], ...] = (
-    optoncdt,
-    labview,
-    ni,
-    picoscope,
-    catman,
-    units_row,
-    columns_of_text,
-)
+LAYOUTS: tuple[Callable[[Head, LogOptions], LogLayout | None], ...] = (labview, ni)
+"""Before `columns_of_text`, which reads what is left."""
 
 
 def find_layout(head: Head, options: LogOptions) -> LogLayout:
     """Give the first layout that recognises a log."""
-    for recognise in LAYOUTS:
-        layout = recognise(head, options)
-        if layout is not None:
-            return layout
-    raise LogError(f"{head.path.name}: no known layout; expected lines of numbers in columns")
+    found = (recognise(head, options) for recognise in LAYOUTS)
+    return next((layout for layout in found if layout is not None), None) or columns_of_text(head, options)
