@@ -130,9 +130,7 @@ def _robust_slope(at: FloatArray, values: FloatArray) -> tuple[float, float]:
     return float(slope), float(np.sqrt(covariance[0, 0]))
 
 
-def _phases(
-    time: NDArray[np.float64], values: NDArray[np.float64], edges: NDArray[np.float64], frequency: float
-) -> NDArray[np.float64]:
+def _phases(time: FloatArray, values: FloatArray, edges: FloatArray, frequency: float) -> FloatArray:
     """Phase of the fundamental in each window, by least squares on the stamps as they are."""
     phases = []
     for low, high in pairwise(edges):
@@ -156,9 +154,9 @@ _UNIFORM = math.sqrt(12.0)
 class Aligned:
     """Both channels on the mass's stamps (n,): s, m, m, quality bits; how they were aligned."""
 
-    time: NDArray[np.float64]
-    mass: NDArray[np.float64]
-    base: NDArray[np.float64]
+    time: FloatArray
+    mass: FloatArray
+    base: FloatArray
     quality: NDArray[np.uint8]
     facts: dict[str, Fact] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
@@ -200,26 +198,25 @@ def align(mass: Sensor, base: Sensor, options: LogOptions, *, one_clock: bool = 
     if options.lag_s_u is not None:
         relation = replace(relation, uncertainty=options.lag_s_u)
     moved = base[0].time - relation.lag
-    drift = _drift(mass, moved, base[1], options.clock_drift, absolute=relation.alignment == "absolute time")
+    known = options.clock_drift
+    if known is None:
+        series = (mass[0].time, mass[1].values), (moved, base[1].values)
+        drift = find_drift(*series, mass[0].interval, absolute=relation.alignment == "absolute time")
+    else:
+        drift = ClockDrift(known, {"clock_drift": known, "clock_drift_applied": "as given"} if known else {})
     if drift.applied:
         moved = moved[0] + (moved - moved[0]) / (1.0 + drift.applied)
     warnings = [*relation.warnings, *drift.warnings]
     facts: dict[str, Fact] = {"alignment": relation.alignment, "lag_s": relation.lag, **drift.facts}
     if not one_clock or options.lag_s_u is not None:
-        facts["lag_s_u"] = math.hypot(relation.uncertainty, drift.lag_s_u)
-        warnings += _unsure(float(facts["lag_s_u"]), max(mass[0].interval, base[0].interval), relation.alignment)
+        facts["lag_s_u"] = unsure = math.hypot(relation.uncertainty, drift.lag_s_u)
+        if unsure > max(mass[0].interval, base[0].interval):
+            warnings.append(
+                f"mass and base are aligned ({relation.alignment}) to +- {unsure:.2g} s only: energy per "
+                "cycle, phase and friction depend on it; give lag_s and lag_s_u in [log], or log both sensors on one "
+                "clock"
+            )
     return _on_mass_stamps(mass, base, moved, facts, warnings)
-
-
-def _unsure(uncertainty: float, step: float, alignment: str) -> list[str]:
-    """Say so where the lag is known to less than a sample."""
-    if uncertainty <= step:
-        return []
-    said = (
-        f"mass and base are aligned ({alignment}) to +- {uncertainty:.2g} s only: energy per cycle, phase and friction "
-        "depend on it; give lag_s and lag_s_u in [log], or log both sensors on one clock"
-    )
-    return [said]
 
 
 def _relation(mass: Sensor, base: Sensor, options: LogOptions) -> _Relation:
@@ -244,16 +241,6 @@ def _same_stamps(mass: Sensor, base: Sensor, options: LogOptions) -> bool:
     return written and no_start and np.array_equal(mass[0].time, base[0].time)
 
 
-def _drift(
-    mass: Sensor, moved: NDArray[np.float64], base: Sensed, known: float | None, *, absolute: bool
-) -> ClockDrift:
-    """Find the drift of the base's clock, or take the one that is known."""
-    if known is not None:
-        return ClockDrift(known, {"clock_drift": known, "clock_drift_applied": "as given"} if known else {})
-    one, two = (mass[0].time, mass[1].values), (moved, base.values)
-    return find_drift(one, two, mass[0].interval, absolute=absolute)
-
-
 def _likeness(mass: Sensor, base: Sensor) -> tuple[float, float]:
     """Lag of the base's clock at the peak of the cross-correlation [s], and a quarter of the drive's period."""
     step = max(mass[0].interval, base[0].interval)
@@ -273,7 +260,7 @@ def _likeness(mass: Sensor, base: Sensor) -> tuple[float, float]:
 
 
 def _on_mass_stamps(
-    mass: Sensor, base: Sensor, moved: NDArray[np.float64], facts: dict[str, Fact], warnings: list[str]
+    mass: Sensor, base: Sensor, moved: FloatArray, facts: dict[str, Fact], warnings: list[str]
 ) -> Aligned:
     time = mass[0].time
     close = _SAME * base[0].interval
@@ -302,9 +289,7 @@ def _on_mass_stamps(
     return Aligned(stamps, mass[1].values[inside], values, quality, facts, warnings)
 
 
-def _interpolated(
-    stamps: NDArray[np.float64], time: NDArray[np.float64], values: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], bool]:
+def _interpolated(stamps: FloatArray, time: FloatArray, values: FloatArray) -> tuple[FloatArray, bool]:
     """Values at the stamps: as they are where all stamps coincide, else by the cubic through four neighbours."""
     close = _SAME * (time[-1] - time[0]) / len(time)
     at = np.clip(np.searchsorted(time, stamps - close), 0, len(time) - 1)
@@ -325,9 +310,7 @@ def _interpolated(
     return result, False
 
 
-def _flags_between(
-    stamps: NDArray[np.float64], time: NDArray[np.float64], quality: NDArray[np.uint8]
-) -> NDArray[np.uint8]:
+def _flags_between(stamps: FloatArray, time: FloatArray, quality: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Flags of the two base samples around each stamp; a hole before a base sample marks the stamps inside it."""
     close = _SAME * (time[-1] - time[0]) / len(time)
     right = np.clip(np.searchsorted(time, stamps - close), 1, len(time) - 1)

@@ -40,6 +40,7 @@ _RELATIVE = re.compile(r"(.*[\W_])?(rel|relative|relativ)(\d*[\W_].*)?\d*|x ?[-â
 _NUMBERED = re.compile(r"(?:.*[\W_])?(?:mass|masse|massa|m|x)[ _-]?(\d{1,2})(?:[\W_].*)?", re.IGNORECASE)
 _NORMAL = re.compile(r"fn|fz|n|.*(normal|load|clamp|preload|anpress).*", re.IGNORECASE)
 _FRICTION = re.compile(r"f|ft|fx|fr|.*(friction|tangential|lateral|force|kraft|reib).*", re.IGNORECASE)
+_CALIBRATE = "; for volts give the sensors' calibration, mass_metres_per_volt and base_metres_per_volt, in [log]"
 _NAMES = {"time": _TIME, "mass": _MASS, "base": _BASE, "relative": _RELATIVE}
 
 
@@ -98,7 +99,8 @@ def by_option(columns: Sequence[LogColumn], said: str | int, role: str, file: st
 
 def candidates(columns: Sequence[LogColumn], role: str) -> list[LogColumn]:
     """Give the columns whose name or unit says this role, time by its unit too."""
-    named = [c for c in columns if c.name and _NAMES[role].fullmatch(c.name) and _unit_fits(c, role)]
+    units = TIME if role == "time" else LENGTH
+    named = [c for c in columns if c.name and _NAMES[role].fullmatch(c.name) and (not c.unit or c.unit in units)]
     if role == "time" and not named:
         return [c for c in columns if c.unit in TIME]
     return named
@@ -118,10 +120,6 @@ def is_relative(column: LogColumn) -> bool:
     [True, True, True, False, False]
     """
     return _RELATIVE.fullmatch(column.name) is not None and "time" not in column.name.lower()
-
-
-def _unit_fits(column: LogColumn, role: str) -> bool:
-    return not column.unit or column.unit in (TIME if role == "time" else LENGTH)
 
 
 def _flag(role: str) -> str:
@@ -327,20 +325,13 @@ def _with_displacements(
         raise LogError(
             f"{file}: no column for {' and '.join(missing)}: expected a displacement in m, mm or um; got {others}: "
             "give --mass, --base and --unit, or --mass-log and --base-log if there is one file per sensor"
-            + _volts(columns)
+            + (_CALIBRATE if any(c.unit in VOLTS for c in columns) else "")
         )
     _check_absolute(found, options, file)
     order = [role for role in ("time", *roles) if role in found]
     if len({found[r].index for r in order}) < len(order):
         raise LogError(f"{file}: one column cannot play two roles: {', '.join(f'{r} = {found[r]}' for r in order)}")
     return {role: found[role] for role in order}
-
-
-def _volts(columns: Sequence[LogColumn]) -> str:
-    """What to give for a log in volts."""
-    if not any(c.unit in VOLTS for c in columns):
-        return ""
-    return "; for volts give the sensors' calibration, mass_metres_per_volt and base_metres_per_volt, in [log]"
 
 
 def _check_absolute(found: dict[str, LogColumn], options: LogOptions, file: str) -> None:

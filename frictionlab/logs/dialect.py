@@ -187,16 +187,16 @@ def _reading(rows: list[tuple[int, list[str]]], shape: str, separator: str, deci
 
 def _distinct(readings: list[_Reading]) -> list[_Reading]:
     """Of readings that say the same, keep the first."""
+
+    def same(a: _Reading, b: _Reading) -> bool:
+        shared = min(len(a.values), len(b.values))
+        return a.values[-shared:] == b.values[-shared:] or set(a.values) == set(b.values)
+
     kept: list[_Reading] = []
     for reading in sorted(readings, key=lambda r: -r.share):
-        if not any(_same(reading, other) for other in kept):
+        if not any(same(reading, other) for other in kept):
             kept.append(reading)
     return kept
-
-
-def _same(a: _Reading, b: _Reading) -> bool:
-    shared = min(len(a.values), len(b.values))
-    return a.values[-shared:] == b.values[-shared:] or set(a.values) == set(b.values)
 
 
 def _with_matching_header(rivals: list[_Reading], lines: Sequence[str]) -> list[_Reading]:

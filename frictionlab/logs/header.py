@@ -97,6 +97,11 @@ def find_header(lines: Sequence[str], dialect: Dialect, *, deep: bool = False) -
 
 def _rows_above(lines: Sequence[str], dialect: Dialect, *, deep: bool) -> list[tuple[int, list[str]]]:
     """Rows of words as wide as the data, nearest first; a few damaged data lines may stand below them."""
+
+    def is_words(cells: Sequence[str]) -> bool:
+        kinds = [kind_of(c, dialect.decimal) for c in cells]
+        return kinds.count("t") >= max(1, kinds.count("n") + kinds.count("m"))
+
     rows: list[tuple[int, list[str]]] = []
     damaged = 0
     for i in range(dialect.first - 1, -1, -1):
@@ -104,7 +109,7 @@ def _rows_above(lines: Sequence[str], dialect: Dialect, *, deep: bool) -> list[t
         if not any(cells):
             continue
         units = _is_units_row(cells)
-        if _wide(cells, dialect) and (units or _is_words(cells, dialect)):
+        if _wide(cells, dialect) and (units or is_words(cells)):
             if damaged and not units and not roles_named(cells):
                 break
             rows.append((i, cells))
@@ -130,11 +135,6 @@ def _cells(line: str, dialect: Dialect) -> list[str]:
 def _is_units_row(cells: Sequence[str]) -> bool:
     named = [c for c in cells if c]
     return bool(named) and all(known_unit(c) for c in named) and roles_named(cells) < 2
-
-
-def _is_words(cells: Sequence[str], dialect: Dialect) -> bool:
-    kinds = [kind_of(c, dialect.decimal) for c in cells]
-    return kinds.count("t") >= max(1, kinds.count("n") + kinds.count("m"))
 
 
 def _wide(cells: Sequence[str], dialect: Dialect) -> bool:

@@ -1,7 +1,7 @@
 """From one log, or one log per sensor, to a recording: what was read is examined, converted to SI, put together."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -268,9 +268,10 @@ def _displacement(table: LogTable, role: str, options: LogOptions) -> Sensed:
     as_said = options.unit is not None and column.unit in VOLTS  # whoever names them in mm knows their sensor
     wrong = next((u for u in (unit, column.unit) if u and u not in LENGTH and not (as_said and u in VOLTS)), "")
     if wrong:
-        raise LogError(
-            f"{table.name}: column {column} is in {_named(wrong)}: expected a length; {_remedy(wrong, role)}"
-        )
+        remedy = f"take another column by --{role}"
+        if wrong in VOLTS:
+            remedy = f"give what a volt of the sensor means: {role}_metres_per_volt in [log], --{role}-metres-per-volt"
+        raise LogError(f"{table.name}: column {column} is in {_named(wrong)}: expected a length; {remedy}")
     if not unit:
         found = unit_by_step(values)
         if found is None:
@@ -299,12 +300,6 @@ def _named(unit: str) -> str:
     """A unit with what it is one of: "kip (force)"."""
     quantity = quantity_of(unit)
     return f"{unit} ({quantity})" if quantity else unit
-
-
-def _remedy(unit: str, role: str) -> str:
-    if unit in VOLTS:
-        return f"give what a volt of the sensor means: {role}_metres_per_volt in [log], --{role}-metres-per-volt"
-    return f"take another column by --{role}"
 
 
 def _without_sentinels(values: NDArray[np.float64], role: str) -> list[str]:
@@ -397,7 +392,7 @@ def _replaced_samples(parts: dict[str, tuple[NDArray[np.int64], NDArray[np.float
     return Replaced(index, columns["mass"], columns["base"])
 
 
-def dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
+def _dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
     """How the log was read, key by key, as the recording keeps it."""
     table, layout, head = sensors.table, sensors.table.log.layout, sensors.table.log.head
     facts: dict[str, Fact] = {
@@ -439,7 +434,7 @@ def _recording(sensors: SensorLog, options: LogOptions) -> Recording:
             quality=quality,
             source=Source(
                 files=(sensors.table.file,),
-                dialect=dialect_facts(sensors, options),
+                dialect=_dialect_facts(sensors, options),
                 options=options.given(),
                 quarantined=sensors.table.quarantined,
                 warnings=tuple(sensors.warnings),
@@ -466,9 +461,9 @@ def _named_log(log: str) -> Iterator[None]:
 def _recording_of_two(mass: SensorLog, base: SensorLog, aligned: Aligned, options: LogOptions) -> Recording:
     said = [f"{sensors.table.name}: {sentence}" for sensors in (mass, base) for sentence in sensors.warnings]
     why = [f"{sensors.table.name}: {sentence}" for sensors in (mass, base) for sentence in sensors.evidence]
-    facts = dialect_facts(mass, options) | {
+    facts = _dialect_facts(mass, options) | {
         key if key.startswith("base_") else f"base_log_{key}": value
-        for key, value in _base_last(dialect_facts(base, options))
+        for key, value in sorted(_dialect_facts(base, options).items(), key=lambda fact: fact[0].startswith("base_"))
     }
     with _named_log(f"{mass.table.name} and {base.table.name}"):
         return Recording(
@@ -485,7 +480,3 @@ def _recording_of_two(mass: SensorLog, base: SensorLog, aligned: Aligned, option
                 evidence=tuple(dict.fromkeys(why)),
             ),
         )
-
-
-def _base_last(facts: dict[str, Fact]) -> Sequence[tuple[str, Fact]]:
-    return sorted(facts.items(), key=lambda fact: fact[0].startswith("base_"))

@@ -64,7 +64,7 @@ def test_a_block_is_read_as_its_lines_are_judged(shape: Shape, rows: list[list[s
     block = ("\n".join(lines) + "\n").encode()
     fast, slow = read(block, shape), judged(block, shape)
     np.testing.assert_array_equal(np.array(fast.values), np.array(slow.values))
-    assert (fast.counts, fast.quarantined, fast.lines) == (slow.counts, slow.quarantined, slow.lines)
+    assert (fast.counts, fast.quarantined, fast.others) == (slow.counts, slow.quarantined, slow.others)
     assert sum(fast.counts.values()) == block.count(b"\n")
 
 
