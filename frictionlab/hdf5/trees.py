@@ -6,7 +6,6 @@ from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.errors import FrictionlabError, RecordingError
 from frictionlab.files import write_whole
@@ -162,10 +161,8 @@ def _attribute_lines(node: h5py.Group, indent: str) -> Iterator[str]:
         yield f"{indent}{key} = {value.tolist() if hasattr(value, 'tolist') else value}"
 
 
-def arrays_inside(
-    path: Path, check_size: Callable[[int, int], None]
-) -> tuple[dict[str, NDArray[np.float64]], dict[str, float]]:
-    """Read the numeric arrays at the root of a file and one group deep (``group.name``), and its single numbers.
+def arrays_inside(path: Path, check_size: Callable[[int, int], None]) -> dict[str, Any]:
+    """Read the numeric arrays at the root of a file, and those one group deep as a mapping under the group's name.
 
     Parameters
     ----------
@@ -183,25 +180,27 @@ def arrays_inside(
         with to_read(path) as file:
             found = dict(_datasets(file))
             check_size(sum(int(d.size) for d in found.values()), path.stat().st_size)
-            arrays = {name: np.asarray(d[()], dtype=np.float64) for name, d in found.items() if d.size > 1}
-            single = {name: float(np.ravel(d[()])[0]) for name, d in found.items() if d.size == 1}
+            tree: dict[str, Any] = {}
+            for (group, name), dataset in found.items():
+                inside = tree.setdefault(group, {}) if group else tree
+                inside[name] = np.asarray(dataset[()], dtype=np.float64)
     except FrictionlabError:
         raise
     except NO_FILE as error:
         raise RecordingError(f"an HDF5 file that cannot be read ({error}): save it again") from error
-    return arrays, single
+    return tree
 
 
-def _datasets(file: h5py.File) -> Iterator[tuple[str, h5py.Dataset]]:
+def _datasets(file: h5py.File) -> Iterator[tuple[tuple[str, str], h5py.Dataset]]:
+    """The datasets of numbers, each under the name of its group, "" for the root, and its own."""
     for name in file:
         if name.startswith("#"):  # MATLAB's own
             continue
         node = _inside(file, name)
-        if isinstance(node, h5py.Group):
-            inner = {f"{name}.{key}": _inside(node, key) for key in node}
-            yield from ((key, d) for key, d in inner.items() if isinstance(d, h5py.Dataset) and _is_numeric(d))
-        elif isinstance(node, h5py.Dataset) and _is_numeric(node):
-            yield name, node
+        nodes = (
+            {(name, key): _inside(node, key) for key in node} if isinstance(node, h5py.Group) else {("", name): node}
+        )
+        yield from ((at, d) for at, d in nodes.items() if isinstance(d, h5py.Dataset) and _is_numeric(d))
 
 
 def _inside(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset | None:

@@ -40,8 +40,7 @@ def read_matlab(path: Path, options: LogOptions) -> Sheet:
     if is_hdf5:
         if is_recording(path):
             raise LogError("a recording of frictionlab, not a log: give it to `frictionlab analyze`")
-        arrays, scalars = arrays_inside(path, check_size)
-        return sheet_of("MATLAB", {**_nested(arrays), **scalars}, options)
+        return sheet_of("MATLAB", arrays_inside(path, check_size), options)
     if fault := fault_of(path):
         raise LogError(f"damaged: {fault}: save it again")
     from scipy.io import loadmat, whosmat  # noqa: PLC0415 - 0.2 s that other logs need not wait for
@@ -55,18 +54,6 @@ def read_matlab(path: Path, options: LogOptions) -> Sheet:
     content = {name: value for name, value in found.items() if not name.startswith("__")}
     others = ", ".join(f"{name} ({kind})" for name, _, kind in listed) or "nothing"
     return sheet_of("MATLAB", content, options, others)
-
-
-def _nested(arrays: dict[str, Any]) -> dict[str, Any]:
-    """Arrays of one group under its name."""
-    tree: dict[str, Any] = {}
-    for name, array in arrays.items():
-        group, _, key = name.partition(".")
-        if key:
-            tree.setdefault(group, {})[key] = array
-        else:
-            tree[name] = array
-    return tree
 
 
 def read_numpy(path: Path, options: LogOptions) -> Sheet:

@@ -9,7 +9,7 @@ import gzip
 import warnings
 import zipfile
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import date, datetime, time, timedelta
 from io import BufferedReader
@@ -86,22 +86,17 @@ def _opened(file: BufferedReader) -> "Iterator[Workbook]":
 
 
 def _with_numbers(book: "Workbook") -> Any:
-    sheets = [sheet for sheet in book.worksheets if _has_numbers(sheet)]
+    sheets = []
+    for sheet in book.worksheets:
+        rows = islice(sheet.iter_rows(values_only=True, max_col=_WIDEST), _ROWS_LOOKED_AT)
+        if sum(any(type(cell) in (int, float) for cell in row) for row in rows) >= 2:
+            sheets.append(sheet)
     names = ", ".join(repr(sheet.title) for sheet in sheets)
     if len(sheets) > 1:
         raise LogError(f"several sheets hold numbers ({names}): which is the log? Keep one, or save it as .csv")
     if not sheets:
         raise LogError("no sheet holds rows of numbers: expected a log")
     return sheets[0]
-
-
-def _has_numbers(sheet: Any) -> bool:
-    rows = islice(sheet.iter_rows(values_only=True, max_col=_WIDEST), _ROWS_LOOKED_AT)
-    return sum(_numbers(row) > 0 for row in rows) >= 2
-
-
-def _numbers(row: Sequence[object]) -> int:
-    return sum(isinstance(cell, (int, float)) and not isinstance(cell, bool) for cell in row)
 
 
 def _text(cell: object) -> str:

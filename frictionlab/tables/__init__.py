@@ -90,7 +90,7 @@ def write_rows(
 
 def _encoded(rows: Iterable[Row], path: Path, table: Table | None) -> bytes | Iterator[bytes]:
     if _kind(path) == ".jsonl":
-        return texts.in_pieces(texts.json_lines(rows))
+        return texts.in_pieces(json_line(row) + "\n" for row in rows)
     names, rows = _columns(rows, table)
     if _kind(path) == ".csv":
         return texts.in_pieces(texts.csv_lines(rows, names))

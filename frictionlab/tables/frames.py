@@ -127,17 +127,15 @@ def tree_of(
 def _array(name: str, values: Sequence[object], table: Table | None) -> object:
     """A column as HDF5 holds it: texts (empty: not known), or floats (NaN: not known)."""
     column, cells = column_of(name, table), [flat(value) for value in values]
-    if _is_text(column, cells):
+    if column is not None:
+        is_text = column.type in (Type.TEXT, Type.SENTENCES, Type.OBJECT)
+    else:
+        is_text = any(isinstance(cell, str) for cell in cells) or all(cell is None for cell in cells)
+    if is_text:
         return ["" if cell is None else str(cell) for cell in cells]
     import numpy as np
 
     return np.array([float("nan") if cell is None else float(cell) for cell in cells])
-
-
-def _is_text(column: Column | None, cells: Sequence[object]) -> bool:
-    if column is not None:
-        return column.type in (Type.TEXT, Type.SENTENCES, Type.OBJECT)
-    return any(isinstance(cell, str) for cell in cells) or all(cell is None for cell in cells)
 
 
 def rows_of(tree: Mapping[str, Any], path: Path, table: Table) -> Iterator[dict[str, object]]:

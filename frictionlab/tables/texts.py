@@ -254,11 +254,6 @@ def in_pieces(lines: Iterator[str]) -> Iterator[bytes]:
         yield piece.encode()
 
 
-def json_lines(rows: Iterable[Row]) -> Iterator[str]:
-    """One line per row."""
-    return (json_line(row) + "\n" for row in rows)
-
-
 def csv_lines(rows: Iterable[Row], names: Sequence[str]) -> Iterator[str]:
     """The head, then one line per row."""
     yield _csv_line([harmless(name) for name in names])
@@ -282,15 +277,12 @@ def read_json_lines(path: Path, table: Table | None) -> Iterator[dict[str, objec
     """
     for number, line in enumerate(_text_of(path).split("\n"), 1):
         if line.strip():
-            yield _checked_row(path, number, _object(path, number, line), table)
-
-
-def _checked_row(path: Path, number: int, row: dict[str, object], table: Table | None) -> dict[str, object]:
-    try:
-        return {encodable(key): checked(value, column_of(key, table)) for key, value in row.items()}
-    except (CellError, RecursionError) as error:
-        said = "nested too deep" if isinstance(error, RecursionError) else error
-        raise UsageError(f"{path}, line {number}: {said}: correct it, or make the file again") from error
+            row = _object(path, number, line)
+            try:
+                yield {encodable(key): checked(value, column_of(key, table)) for key, value in row.items()}
+            except (CellError, RecursionError) as error:
+                said = "nested too deep" if isinstance(error, RecursionError) else error
+                raise UsageError(f"{path}, line {number}: {said}: correct it, or make the file again") from error
 
 
 def _check_depth(row: object, line: str) -> None:
