@@ -46,6 +46,7 @@ __all__ = [
     "compile_modules",
     "compiled",
     "contact_of",
+    "functions_of",
     "hand_over_after",
     "is_worth_it",
     "machine_code_folder",
@@ -56,7 +57,7 @@ __all__ = [
 ]
 
 # Each uses only those before it.
-MODULES = (motion, events, outlook, continuous, shooting, resonance, settle, orbits, accounts, points)
+MODULES = (motion, events, shooting, outlook, continuous, resonance, settle, orbits, accounts, points)
 LOOKS = 6.0  # at a slide, while its end is looked for
 INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # what only other compiled functions call
 WORTH_LOADING = 2e4  # slides; in plain Python they take about as long (1 s) as loading the compiled kernel
@@ -100,9 +101,14 @@ def compiled() -> Engine:
     return compile_modules(layout, MODULES)
 
 
+def functions_of(module: ModuleType) -> list[str]:
+    """Return the names of the functions that a module defines."""
+    return [name for name, f in vars(module).items() if inspect.isfunction(f) and f.__module__ == module.__name__]
+
+
 def as_it_stands(modules: tuple[ModuleType, ...]) -> Engine:
-    """Return the functions that modules list as plain Python."""
-    functions = {name: getattr(module, name) for module in modules for name in module.__all__}
+    """Return the functions of modules as plain Python."""
+    functions = {name: getattr(module, name) for module in modules for name in functions_of(module)}
     return Engine(SimpleNamespace(**functions), list, lambda count: [0.0] * count, lambda array: array.ravel().tolist())
 
 
@@ -113,7 +119,7 @@ def compile_modules(
     formulas: Mapping[ModuleType, tuple[str, ...]] | None = None,
     below: Engine | None = None,
 ) -> Engine:
-    """Return a kernel of the functions that modules list, compiled.
+    """Return a kernel of the functions of modules, compiled.
 
     What only other compiled functions call needs no way in from Python: a quarter of the time to compile. Buffers are
     Python's, so that nothing counts who refers to them (`_nrt`): numba would at every call of a function, by atomic
@@ -156,7 +162,7 @@ def compile_modules(
         for module in modules:
             twin, owns = _fresh(module), module.__name__.rpartition(".")[2] in names.OWNERS
             vars(twin).update({name: functions[home] for name, home in borrowed(twin).items() if home in functions})
-            for name in module.__all__:
+            for name in functions_of(module):
                 inlined = name in names.INLINED
                 declare = njit(_nrt=owns, forceinline=inlined, **({} if name in entries else INNER))
                 fast = declare(getattr(twin, name))

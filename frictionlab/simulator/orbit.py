@@ -67,13 +67,13 @@ def last(problem: Problem, cycles: int) -> SteadyState:
     start, leg = (float(run.displacement[0]), float(run.velocity[0])), layout.Leg(float(run.tau[0]), 2.0 * pi, 1.0, 1.0)
     end_z, end_v, _ = engine.kernel.carry(rig, force, leg, *start, room)
     engine.kernel.account(rig, force, room)
-    engine.kernel.fill_row(rig, force, leg, room, row)
-    put_in = room.tally[layout.WORK] - problem.beta * room.tally[layout.LOADED] - room.tally[layout.VISCOUS]
+    engine.kernel.fill_row(rig, force, leg, room, engine.kernel.spectral_radius(room.jacobian), row)
+    put_in = room.tally[layout.WORK] - room.tally[layout.CONTACT] - room.tally[layout.VISCOUS]
     path, miss = float(room.tally[layout.PATH]), hypot(end_z - start[0], problem.r * (end_v - start[1]))
     row[layout.OUTCOME] = layout.PERIODIC if path > 0.0 else layout.STUCK
     row[layout.MISS], row[layout.CLOSED_FORM] = miss, 0.0
     row[layout.ENERGY] += put_in  # the energy put in: the area of the loop (2.18), which measurement and thesis report
-    row[layout.SYMMETRIC] = engine.kernel.mirrored(rig, force, *start, engines.make_room(engine, problem, 0))
+    row[layout.SYMMETRIC] = engine.kernel.mirrored(rig, force, room)
     state = from_numbers(problem, row, run)
     settled = miss <= SETTLED * (hypot(*start) + path)
     if settled:

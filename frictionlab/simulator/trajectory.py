@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel.layout import DONE, PHASE, PHASES, Leg
-from frictionlab.simulator.problem import Base, Problem
+from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.timeline import PhasedMotion, Timeline, cycles_of
 
 __all__ = ["Trajectory", "from_record", "refuse_chatter", "simulate_exactly"]
@@ -88,34 +88,43 @@ class Trajectory(PhasedMotion):
         >>> steady_state(Problem(r=0.7, beta=0.5)).orbit.force([0.0, 3.0]).tolist()
         [0.5, -0.5]
         """
-        shape, local, index, within = self.timeline.place(tau, cycle)
-        (z, v), side, problem = self._evaluate(index, within).T, self.side[index], self.problem
-        sliding = side * problem.beta * (1.0 + problem.parameter("gradient") * z) + 2.0 * problem.zeta * problem.r * v
-        found: Floats = np.where(side == 0.0, Base(*problem.force).at(local) - z, sliding)
+        shape, _, index, within = self.timeline.place(tau, cycle)
+        _, v, pull = self._evaluate(index, within).T
+        found: Floats = pull + 2.0 * self.problem.zeta * self.problem.r * v
         return found.reshape(shape)
 
     def _evaluate(self, index: NDArray[np.intp], within: Floats) -> Floats:
-        """Return z and v at the given times within the given phases, a row each."""
+        """Return z, v and the contact's force but for its dashpot at times within the phases given, a row each."""
         engine = engines.choose(0.05 * len(index))
         rig, force = engines.set_up(engine, self.problem)
-        columns = (self.side, self.tau, self.duration, self.displacement, self.velocity, self.acceleration)
-        states = engine.zeros(2 * len(index))
+        gradient = self.problem.parameter("gradient")
+        stiffness = np.where(self.side == 0.0, np.inf, 1.0 + self.side * self.problem.beta * gradient)
+        pull = self.side * self.problem.beta * (1.0 + gradient * self.displacement)
+        state = (self.displacement, self.velocity, self.acceleration)
+        columns = (self.side, self.tau, self.duration, *state, stiffness, pull)
+        states = engine.zeros(3 * len(index))
         phases, times = engine.flat(np.stack(columns, axis=1)[index]), engine.flat(within)
         engine.kernel.evaluate(rig, force, phases, times, states)
-        return np.asarray(states, dtype=np.float64).reshape(-1, 2)
+        return np.asarray(states, dtype=np.float64).reshape(-1, 3)
+
+
+def recorded(record: Any, count: int, *, mirror: bool, directed: bool) -> Floats:
+    """Return a kernel's record of phases, a row each; `mirror` appends the second, mirrored half of a period.
+
+    `directed` phases name the direction of their slide first.
+    """
+    rows = np.array(record[: PHASE * count], dtype=np.float64).reshape(count, PHASE)
+    if mirror:
+        flip = np.array([-1.0 if directed else 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, 1.0, -1.0])
+        rows = np.vstack((rows, rows * flip + np.array([0.0, pi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
+    return rows + 0.0
 
 
 def from_record(problem: Problem, record: Any, count: int, *, periodic: bool, mirror: bool) -> Trajectory:
     """Build a trajectory from the kernel's record of phases; `mirror` appends the second, mirrored half of a period."""
-    rows = np.array(record[: PHASE * count], dtype=np.float64).reshape(count, PHASE)
-    if mirror:
-        rows = np.vstack((rows, rows * np.array([-1.0, 1.0, 1.0, -1.0, -1.0, -1.0]) + np.array([0, pi, 0, 0, 0, 0])))
-    return _frozen(problem, rows, cycles_of(rows[:, 1], rows[:, 2]), periodic=periodic)
-
-
-def _frozen(problem: Problem, rows: Floats, cycle: NDArray[np.int64], *, periodic: bool) -> Trajectory:
-    """Return a trajectory whose arrays cannot be written to."""
-    columns = [np.ascontiguousarray(rows[:, i]) + 0.0 for i in range(PHASE)]
+    rows = recorded(record, count, mirror=mirror, directed=True)
+    cycle = cycles_of(rows[:, 1], rows[:, 2])
+    columns = [np.ascontiguousarray(rows[:, i]) for i in range(6)]
     for column in (*columns, cycle):
         column.setflags(write=False)
     side, tau, duration, z, v, a = columns

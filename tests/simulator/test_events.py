@@ -12,7 +12,7 @@ from frictionlab.simulator import Base, Problem, simulate
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.kernel.events import release, slide_end
 from frictionlab.simulator.kernel.layout import Force, RigidContact, State
-from frictionlab.simulator.kernel.motion import local_force, make_oscillator, make_rig, slide_at
+from frictionlab.simulator.kernel.motion import local_force, make_oscillator, make_rig, motion_at
 from frictionlab.simulator.trajectory import refuse_chatter
 from tests.simulator import naive
 from tests.simulator.phases import phases_of
@@ -39,11 +39,11 @@ def test_before_the_end_of_a_slide_the_velocity_keeps_its_sign(
     push, rate = local_force(tau, force)
     start = State(z, v, (push - z - 0.3 - 2 * zeta * r * v) / r**2)
     t, _, end, a = slide_end(slide, force, start, 1.0, rate, 2 * pi, [0.0] * layout.TALLY)
-    before = [slide_at(s, slide, force, start)[1] for s in np.linspace(0.0, t * (1 - 1e-9), 500)]
+    before = [motion_at(s, slide, force, start)[1] for s in np.linspace(0.0, t * (1 - 1e-9), 500)]
     assert min(before) > -1e-13 * (v + 1.0 / r)
     if t < 2 * pi:
         assert end == 0.0
-        assert abs(slide_at(t, slide, force, start)[1]) <= 1e-13 * (v + 1.0 / r**2)
+        assert abs(motion_at(t, slide, force, start)[1]) <= 1e-13 * (v + 1.0 / r**2)
         assert a <= 1e-9 / r**2
 
 
@@ -58,7 +58,7 @@ def test_a_grazing_stop_is_met_or_passed_as_it_must_be(r: float, depth: float) -
     start = State(push - 0.1 - r * r * gain, 1.0 - (1.0 - depth) * cos(least / r), gain)
     t, _, v, _ = slide_end(slide, force, start, 1.0, rate, 2.0 * least, [0.0] * layout.TALLY)
     times = np.linspace(0.0, 2.0 * least, 20001)
-    speeds = np.array([slide_at(s, slide, force, start)[1] for s in times])
+    speeds = np.array([motion_at(s, slide, force, start)[1] for s in times])
     if speeds.min() > 0.0:
         assert t == 2.0 * least or speeds.min() < 1e-8  # between two samples it may dip below
     else:

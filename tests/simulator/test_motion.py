@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionlab.simulator.kernel.layout import Force, Oscillator, State
-from frictionlab.simulator.kernel.motion import forced_motion, free_motion, gap, local_force, make_oscillator, slide_at
+from frictionlab.simulator.kernel.motion import forced_motion, free_motion, gap, local_force, make_oscillator, motion_at
 
 RATIOS = st.floats(0.01, 30.0)
 DAMPINGS = st.sampled_from([0.0, 1e-9, 0.01, 0.3, 0.999999, 1.0, 1.000001, 3.0, 10.0])
@@ -74,7 +74,7 @@ def test_a_slide_satisfies_the_equation_of_motion(
     slide, beta, side = slide_of(r, zeta, force), 0.3, 1.0
     push, _ = local_force(tau, force)
     start = State(z, v, (push - z - beta * side - 2 * zeta * r * v) / r**2)
-    way, speed, acceleration = slide_at(t, slide, force, start)
+    way, speed, acceleration, _ = motion_at(t, slide, force, start)
     now = sum(
         a * cos(k * (tau + t)) + b * sin(k * (tau + t))
         for k, (a, b) in enumerate(zip(force.cosine, force.sine, strict=True), 1)
@@ -90,10 +90,10 @@ def test_two_slides_in_a_row_are_one(r: float, zeta: float, t: float, u: float) 
     slide = slide_of(r, zeta, force)
     local_force(0.4, force)
     start = State(0.2, -0.3, (cos(0.4) - 0.2 + 0.3 + 2 * zeta * r * 0.3) / r**2)
-    whole = slide_at(t + u, slide, force, start)
-    way, v, a = slide_at(t, slide, force, start)
+    whole = motion_at(t + u, slide, force, start)
+    way, v, a, _ = motion_at(t, slide, force, start)
     local_force(0.4 + t, force)
-    rest, v2, _ = slide_at(u, slide, force, State(0.2 + way, v, a))
+    rest, v2, _, _ = motion_at(u, slide, force, State(0.2 + way, v, a))
     assert way + rest == pytest.approx(whole[0], abs=1e-12 * (1 + 1 / r))
     assert v2 == pytest.approx(whole[1], abs=1e-12 * (1 + 1 / r**2))
 

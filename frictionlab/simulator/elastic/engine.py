@@ -19,19 +19,8 @@ from frictionlab.simulator.elastic import (
 )
 from frictionlab.simulator.elastic.sliders import sliders_of
 from frictionlab.simulator.engine import LOOKS, Engine
-from frictionlab.simulator.kernel.layout import Force, Rig, RigidContact
+from frictionlab.simulator.kernel.layout import PHASE, TALLY, Force, Rig, RigidContact
 from frictionlab.simulator.problem import Problem
-
-__all__ = [
-    "MODULES",
-    "choose",
-    "compiled",
-    "hand_over_after",
-    "make_elastic_room",
-    "phases_per_cycle",
-    "plain",
-    "set_up",
-]
 
 # Each uses only those before it, and the rigid kernel.
 MODULES = (phases, events, holding, residues, shooting, starts, settling, orbits, accounts)
@@ -43,7 +32,7 @@ WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version
 @functools.cache
 def plain() -> Engine:
     """Return the kernel as plain Python: nothing to load."""
-    return engines.as_it_stands(MODULES)
+    return engines.as_it_stands(COMPILED)
 
 
 @functools.cache
@@ -75,7 +64,7 @@ def make_elastic_room(engine: Engine, problem: Problem, phases: int) -> Any:
     base, count = problem.base, len(sliders_of(problem)[0])
     wall = (base.cosine, base.sine) if problem.wall == "base" else ((), ())
     size = 2 + count
-    sizes = (size * size, layout.ELASTIC_TALLY, layout.ELASTIC_PHASE * phases)
+    sizes = (size * size, TALLY, PHASE * phases)
     jacobian, tally, recorded = (engine.zeros(n) for n in sizes)
     start, image, trial, known = (engine.zeros(2 + 2 * count) for _ in range(4))
     matrix, kinds = engine.zeros(size * (size + 1)), engine.zeros(count)

@@ -2,58 +2,12 @@
 
 from math import inf, sqrt
 
-from frictionlab.simulator.elastic.layout import (
-    COLUMNS,
-    CONTACT,
-    DERIVED,
-    ELASTIC_PHASE,
-    ELASTIC_TALLY,
-    FREE,
-    HELD_FOR,
-    OUTER,
-    PULLED,
-    REACHED,
-    TURNED,
-    ElasticRoom,
-    Sliders,
-)
-from frictionlab.simulator.elastic.phases import phase_end, stiffened
-from frictionlab.simulator.kernel.layout import (
-    CHATTER,
-    DONE,
-    EVALUATIONS,
-    HIGH,
-    LOW,
-    PHASES,
-    STOPS_MADE,
-    STUCK_TIME,
-    TIRED,
-    Force,
-    Leg,
-    Oscillator,
-    Rig,
-    State,
-)
-from frictionlab.simulator.kernel.motion import free_motion, local_force
-
-__all__ = [
-    "begin",
-    "begin_jacobian",
-    "book",
-    "carry_elastic",
-    "contact_force",
-    "contact_stiffness",
-    "curvature",
-    "give_way",
-    "hold_all",
-    "nearest",
-    "onward",
-    "phases_allowed",
-    "propagate_elastic",
-    "run_on",
-    "static_ratio",
-    "yield_along",
-]
+from frictionlab.simulator.elastic.layout import ElasticRoom, Sliders
+from frictionlab.simulator.elastic.phases import phase_end
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.kernel.events import write_phase
+from frictionlab.simulator.kernel.layout import Force, Leg, Oscillator, Rig, State
+from frictionlab.simulator.kernel.motion import free_motion, local_force, stiffened
 
 STILL_HELD = 1e-13  # rad: sliders held for less are no stop
 FAR = 1e150  # where no slider is left that could give way
@@ -131,7 +85,7 @@ def give_way(rig: Rig, sliders: Sliders, i: int, side: float, z: float, v: float
 
     A motion that starts a little differently slips a little earlier or later: the force's fall then jumps in v.
     """
-    jacobian, tally, columns = room.jacobian, room.tally, int(room.tally[COLUMNS])
+    jacobian, tally, columns = room.jacobian, room.tally, int(room.tally[layout.COLUMNS])
     steep, ratio = rig.contact.gradient, static_ratio(rig, side)
     fall = side * (ratio - 1.0) * sliders.strength[i] * (1.0 + steep * z) / (rig.plain.r * rig.plain.r)
     closing = (side * sliders.stiffness[i] - ratio * sliders.strength[i] * steep) * v
@@ -141,9 +95,9 @@ def give_way(rig: Rig, sliders: Sliders, i: int, side: float, z: float, v: float
             excess = side * jacobian[own] - ratio * sliders.strength[i] * steep * jacobian[c]
             jacobian[columns + c] += fall * excess / closing
         jacobian[own] = side * sliders.strength[i] * steep * jacobian[c]
-    if tally[HELD_FOR] > STILL_HELD:
-        tally[STOPS_MADE] += 1.0
-    tally[HELD_FOR] = 0.0
+    if tally[layout.HELD_FOR] > STILL_HELD:
+        tally[layout.STOPS_MADE] += 1.0
+    tally[layout.HELD_FOR] = 0.0
     sliders.force[i] = side * sliders.strength[i] * (1.0 + steep * z)
     sliders.side[i] = side
     sliders.slips[i] += 1.0
@@ -168,7 +122,7 @@ def yield_along(rig: Rig, sliders: Sliders, z: float, way: float) -> None:
 
 def propagate_elastic(rig: Rig, sliders: Sliders, slide: Oscillator, span: float, room: ElasticRoom) -> None:
     """Multiply the jacobian from the left by the derivative of a phase's end with respect to its start."""
-    jacobian, columns = room.jacobian, int(room.tally[COLUMNS])
+    jacobian, columns = room.jacobian, int(room.tally[layout.COLUMNS])
     if columns == 0:
         return
     g, h, lost = free_motion(span, slide)
@@ -201,20 +155,14 @@ def book(
 
     `time` is when it began and how long it took, `spring` its stiffness and the sliders' force at its start.
     """
-    tau, span = time
-    tally, phases = room.tally, room.phases
+    tally = room.tally
     slipping = 0.0
     for i in range(len(sliders.side)):
         slipping += abs(sliders.side[i])
-    at = ELASTIC_PHASE * int(tally[PHASES])
-    tally[PHASES] += 1.0
     if slipping == 0.0:
-        tally[STUCK_TIME] += span
-        tally[HELD_FOR] += span
-    if at + ELASTIC_PHASE <= len(phases):
-        phases[at], phases[at + 1], phases[at + 2] = slipping, tau, span
-        phases[at + 3], phases[at + 4], phases[at + 5] = start.z, start.v, start.a
-        phases[at + 6], phases[at + 7] = spring
+        tally[layout.STUCK_TIME] += time[1]
+        tally[layout.HELD_FOR] += time[1]
+    write_phase(room.phases, tally, slipping, time, start, spring)
 
 
 def phases_allowed(rig: Rig, sliders: Sliders, force: Force, span: float) -> float:
@@ -239,9 +187,9 @@ def run_on(
     while tau < end:
         budget -= 1.0
         if budget < 0.0:
-            return z, v, CHATTER
+            return z, v, layout.CHATTER
         if room.meter[0] < 0.0:
-            return z, v, TIRED
+            return z, v, layout.TIRED
         push, rate = local_force(tau, force)
         pull = contact_force(sliders)
         a = (push - z - pull - thick * v) / (r * r)
@@ -254,31 +202,31 @@ def run_on(
             continue
         added = contact_stiffness(rig, sliders)
         slide, start, rest = stiffened(rig.plain, 1.0 + added), State(z, v, a), end - tau
-        looks = tally[EVALUATIONS]
+        looks = tally[layout.EVALUATIONS]
         span, made, v, what = phase_end(slide, force, start, way, rate, left, rest, tally)
-        room.meter[0] -= len(force.p) * (tally[EVALUATIONS] - looks + 1.0) + len(sliders.force)
+        room.meter[0] -= len(force.p) * (tally[layout.EVALUATIONS] - looks + 1.0) + len(sliders.force)
         z += made
         book(sliders, (tau, span), start, (1.0 + added, pull), room)
-        tally[CONTACT] += (pull + 0.5 * added * made) * made
-        tally[HIGH], tally[LOW] = max(tally[HIGH], start.z, z), min(tally[LOW], start.z, z)
+        tally[layout.CONTACT] += (pull + 0.5 * added * made) * made
+        tally[layout.HIGH], tally[layout.LOW] = max(tally[layout.HIGH], start.z, z), min(tally[layout.LOW], start.z, z)
         propagate_elastic(rig, sliders, slide, span, room)
         yield_along(rig, sliders, z, made)
         tau = tau + span if span < rest else end
         if 1.0 + rig.contact.gradient * z < 0.0:
-            return z, v, PULLED
-        if what == REACHED:
+            return z, v, layout.PULLED
+        if what == layout.REACHED:
             give_way(rig, sliders, which, side, z, v, room)
-        elif what == TURNED:
+        elif what == layout.TURNED:
             hold_all(sliders)
-    return z, v, DONE
+    return z, v, layout.DONE
 
 
 def begin(rig: Rig, sliders: Sliders, room: ElasticRoom) -> None:
     """Take the state from the room's start; no column of the jacobian is asked for yet."""
     tally, start = room.tally, room.start
-    for i in range(ELASTIC_TALLY):
+    for i in range(layout.TALLY):
         tally[i] = 0.0
-    tally[HIGH], tally[LOW] = -inf, inf
+    tally[layout.HIGH], tally[layout.LOW] = -inf, inf
     for i in range(len(sliders.force)):
         sliders.force[i], sliders.side[i], sliders.slips[i] = start[2 + 2 * i], start[3 + 2 * i], abs(start[3 + 2 * i])
         sliders.falls[i] = 1.0 if start[3 + 2 * i] < 0.0 else 0.0
@@ -292,18 +240,18 @@ def begin_jacobian(rig: Rig, sliders: Sliders, room: ElasticRoom) -> None:
     jacobian, start, kinds = room.jacobian, room.start, room.kinds
     columns = 2
     for i in range(len(sliders.force)):
-        columns += 1 if kinds[i] == FREE else 0
-    room.tally[COLUMNS] = columns
+        columns += 1 if kinds[i] == layout.FREE else 0
+    room.tally[layout.COLUMNS] = columns
     for i in range((2 + len(sliders.force)) * columns):
         jacobian[i] = 0.0
     jacobian[0], jacobian[columns + 1] = 1.0, 1.0
     free = 2
     for i in range(len(sliders.force)):
         own = (2 + i) * columns
-        if kinds[i] == FREE:
+        if kinds[i] == layout.FREE:
             jacobian[own + free] = 1.0
             free += 1
-        elif kinds[i] == OUTER:
+        elif kinds[i] == layout.OUTER:
             jacobian[own] = sliders.stiffness[i]
         else:
             jacobian[own] = start[3 + 2 * i] * sliders.strength[i] * rig.contact.gradient
@@ -315,17 +263,17 @@ def carry_elastic(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: Elas
     With the map's derivative if DERIVED is asked for; PLAIN: without.
     """
     begin(rig, sliders, room)
-    if asked == DERIVED:
+    if asked == layout.DERIVED:
         begin_jacobian(rig, sliders, room)
     start, image = room.start, room.image
-    z, v, code = start[0], start[1], DONE
+    z, v, code = start[0], start[1], layout.DONE
     for _ in range(int(leg.turns)):
         z, v, code = run_on(rig, sliders, force, leg.tau, leg.tau + leg.span, z, v, room)
-        if code != DONE:
+        if code != layout.DONE:
             break
     image[0], image[1] = leg.sign * z, leg.sign * v
     for i in range(len(sliders.force)):
         image[2 + 2 * i], image[3 + 2 * i] = leg.sign * sliders.force[i], leg.sign * sliders.side[i]
-    for i in range((2 + len(sliders.force)) * int(room.tally[COLUMNS])):
+    for i in range((2 + len(sliders.force)) * int(room.tally[layout.COLUMNS])):
         room.jacobian[i] *= leg.sign
     return code

@@ -2,29 +2,10 @@
 
 from math import cos, hypot, inf, sin
 
-from frictionlab.simulator.elastic.layout import OUTER, ElasticRoom, Sliders
-from frictionlab.simulator.elastic.phases import stiffened
-from frictionlab.simulator.kernel.layout import (
-    TURN,
-    Force,
-    Oscillator,
-    Rig,
-)
-from frictionlab.simulator.kernel.motion import gap, local_force
-
-__all__ = [
-    "forced_part",
-    "held_offset",
-    "held_range",
-    "held_stiffness",
-    "is_held",
-    "looked_at",
-    "never_slips",
-    "resonates_held",
-    "slips_soon",
-    "slow_motion",
-    "start_at_rest",
-]
+from frictionlab.simulator.elastic.layout import ElasticRoom, Sliders
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.kernel.layout import TURN, Force, Oscillator, Rig
+from frictionlab.simulator.kernel.motion import gap, local_force, stiffened
 
 FEW, MANY = 4, 64  # looks at the held motion, for each harmonic: to see that it slips, to find each crest
 
@@ -54,7 +35,7 @@ def start_at_rest(sliders: Sliders, room: ElasticRoom) -> None:
     for i in range(2 + 2 * len(sliders.force)):
         room.start[i] = 0.0
     for i in range(len(sliders.force)):
-        room.kinds[i] = OUTER
+        room.kinds[i] = layout.OUTER
 
 
 def held_stiffness(sliders: Sliders) -> float:

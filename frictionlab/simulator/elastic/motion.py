@@ -1,16 +1,15 @@
 """A motion with an elastic contact as a list of phases: exact between its events, evaluated anywhere."""
 
 from dataclasses import dataclass
-from math import pi
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from frictionlab.simulator.elastic import engine as engines
-from frictionlab.simulator.elastic.layout import ELASTIC_PHASE
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.timeline import PhasedMotion, Timeline, cycles_of
+from frictionlab.simulator.trajectory import recorded
 
 __all__ = ["ElasticMotion", "from_phases"]
 
@@ -71,7 +70,7 @@ class ElasticMotion(PhasedMotion):
         engine = engines.choose(0.05 * len(index))
         rig, _, force = engines.set_up(engine, self.problem)
         states = engine.zeros(3 * len(index))
-        engine.kernel.evaluate_elastic(rig, force, engine.flat(self.phases[index]), engine.flat(within), states)
+        engine.kernel.evaluate(rig, force, engine.flat(self.phases[index]), engine.flat(within), states)
         return np.asarray(states, dtype=np.float64).reshape(-1, 3)
 
 
@@ -82,11 +81,7 @@ def from_phases(
 
     `first` is the cycle in which the record begins.
     """
-    rows = np.array(record[: ELASTIC_PHASE * count], dtype=np.float64).reshape(count, ELASTIC_PHASE)
-    if mirror:
-        flip, later = np.array([1.0, 1, 1, -1, -1, -1, 1, -1]), np.array([0.0, pi, 0, 0, 0, 0, 0, 0])
-        rows = np.vstack((rows, rows * flip + later))
-    rows += 0.0
+    rows = recorded(record, count, mirror=mirror, directed=False)
     cycle = first + cycles_of(rows[:, 1], rows[:, 2])
     for column in (rows, cycle):
         column.setflags(write=False)

@@ -2,62 +2,18 @@
 
 from math import inf, sqrt
 
-from frictionlab.simulator.elastic.layout import LIMIT, REACHED, TURNED, Point
+from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.kernel.events import cubic_step, slide_start, snap_bound, stiff_bound
-from frictionlab.simulator.kernel.layout import EVALUATIONS, Buffer, Force, Oscillator, State
-from frictionlab.simulator.kernel.motion import forced_motion, free_motion
-
-__all__ = [
-    "crossing",
-    "first_point",
-    "is_exact",
-    "last_step",
-    "motion_at",
-    "phase_end",
-    "snap_of",
-    "speed_after",
-    "stiffened",
-    "time_to",
-    "turn_after",
-]
+from frictionlab.simulator.kernel.layout import Buffer, Force, Oscillator, Point, State
+from frictionlab.simulator.kernel.motion import motion_at
 
 EXACT = 4e-16  # share of the speed that a Taylor step may err by: less than a look at the phase rounds
-
-
-def stiffened(plain: Oscillator, stiffness: float) -> Oscillator:
-    """Return the oscillator of another stiffness, from that of stiffness 1."""
-    if stiffness == 1.0:
-        return plain
-    root = sqrt(stiffness)
-    r, zeta = plain.r / root, plain.zeta / root
-    omega = sqrt(abs((1.0 - zeta) * (1.0 + zeta))) / r
-    return Oscillator(r, zeta, omega, plain.rate / stiffness, plain.rate2 / stiffness, 1.0 / stiffness)
 
 
 def first_point(slide: Oscillator, start: State, rate: float) -> Point:
     """Return the start of a phase, with v'' from F'."""
     bend = (slide.share * rate - start.v - 2.0 * slide.zeta * slide.r * start.a) / (slide.r * slide.r)
     return Point(0.0, start.v, start.a, bend)
-
-
-def motion_at(t: float, slide: Oscillator, force: Force, start: State) -> Point:
-    """Return the way made, v, a and v'' at time t of a phase from its start; the way as in `slide_at`."""
-    r, zeta = slide.r, slide.zeta
-    v0, a0 = start.v, start.a
-    g, h, lost = free_motion(t, slide)
-    way = v0 * h + (r * r * a0 + 2.0 * zeta * r * v0) * lost
-    v = v0 * g + a0 * h
-    a = a0 * (g - 2.0 * zeta / r * h) - v0 * h / (r * r)
-    rate = 0.0
-    for i in range(len(force.p)):
-        k = i + 1.0
-        p, q = slide.share * force.p[i], slide.share * force.q[i]
-        c, s, rest, low, high = forced_motion(t, k, slide, h, lost)
-        way += p * rest + q * s
-        v += k * (q * c - p * s)
-        a += k * (q * (h / (r * r) - k * s) - k * p * c)
-        rate += k * (q * low - p * high)
-    return Point(way, v, a, (rate - v - 2.0 * zeta * r * a) / (r * r))
 
 
 def snap_of(slide: Oscillator, now: Point) -> float:
@@ -107,11 +63,11 @@ def last_step(now: tuple[float, float, float], snap: float, t: float, safe: floa
     """
     speed, gain, bend = now
     if towards <= safe:
-        return towards, REACHED if snap * towards * towards * towards <= EXACT * speed else LIMIT
+        return towards, layout.REACHED if snap * towards * towards * towards <= EXACT * speed else layout.LIMIT
     rest = turn_after(speed, gain, bend)
     if rest < inf and snap * rest * rest * rest <= -EXACT * gain * t:
-        return rest, TURNED
-    return 0.0, TURNED if safe <= 2e-16 * t else LIMIT
+        return rest, layout.TURNED
+    return 0.0, layout.TURNED if safe <= 2e-16 * t else layout.LIMIT
 
 
 def phase_end(
@@ -134,19 +90,19 @@ def phase_end(
             safe = cubic_step(rates[0], rates[1], rates[2], snap, reach)
         towards = time_to(left - side * now.way, rates[0], rates[1], rates[2])
         step, what = last_step(rates, snap, t, safe, towards)
-        if what == REACHED and t + step < limit:
-            return t + step, side * left, speed_after(now, step), REACHED
-        if what == TURNED and t + step < limit:
-            return t + step, now.way + step * (now.v + step * (0.5 * now.a + step * now.bend / 6.0)), 0.0, TURNED
+        if what == layout.REACHED and t + step < limit:
+            return t + step, side * left, speed_after(now, step), layout.REACHED
+        if what == layout.TURNED and t + step < limit:
+            return t + step, now.way + step * (now.v + step * (0.5 * now.a + step * now.bend / 6.0)), 0.0, layout.TURNED
         low, t = t, min(limit, t + min(safe, towards))
         now = motion_at(t, slide, force, start)
-        tally[EVALUATIONS] += 1.0
+        tally[layout.EVALUATIONS] += 1.0
         near = left - side * now.way
         if near < 0.0 or abs(near) <= 4e-16 * left:
             t, v = crossing(slide, force, start, (side, left), (low, t), now, tally)
-            return t, side * left, v, REACHED
+            return t, side * left, v, layout.REACHED
         if side * now.v <= 0.0 or t >= limit:
-            return t, now.way, max(0.0, side * now.v) * side, TURNED if side * now.v <= 0.0 else LIMIT
+            return t, now.way, max(0.0, side * now.v) * side, layout.TURNED if side * now.v <= 0.0 else layout.LIMIT
 
 
 def crossing(
@@ -190,5 +146,5 @@ def crossing(
             break
         t = new
         now = motion_at(t, slide, force, start)
-        tally[EVALUATIONS] += 1.0
+        tally[layout.EVALUATIONS] += 1.0
     return t, now.v

@@ -7,10 +7,9 @@ one it changes friction too, and it is what the motion from rest leaves in them.
 from math import inf, sqrt
 
 from frictionlab.simulator.elastic.holding import held_offset
-from frictionlab.simulator.elastic.layout import FREE, OUTER, ElasticRoom, OrbitGuess, Sliders
-from frictionlab.simulator.kernel.layout import HIGH, LOW, Buffer, Leg, Rig
-
-__all__ = ["away", "has_slipped_out", "is_idle", "keeps_some", "unstrain"]
+from frictionlab.simulator.elastic.layout import ElasticRoom, OrbitGuess, Sliders
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.kernel.layout import Buffer, Leg, Rig
 
 STRAINED = 1e-12  # of its strength: a slider that holds so much more than need be is relaxed
 SAME = 1e-9  # of its strength: by which what a slider holds may differ, but for rounding
@@ -36,14 +35,19 @@ def unstrain(rig: Rig, sliders: Sliders, leg: Leg, room: ElasticRoom) -> bool:
         if is_idle(sliders, i, leg):
             residue += room.start[2 + 2 * i] - sliders.stiffness[i] * z
             spring += sliders.stiffness[i]
-            free = free or room.kinds[i] == FREE
-            room.kinds[i] = OUTER
+            free = free or room.kinds[i] == layout.FREE
+            room.kinds[i] = layout.OUTER
     if rig.contact.gradient != 0.0:
         return free
     z += residue / spring  # where the mass were with all of them relaxed
-    high, low, shift, strained = room.tally[HIGH] + residue / spring, room.tally[LOW] + residue / spring, 0.0, 0.0
+    high, low, shift, strained = (
+        room.tally[layout.HIGH] + residue / spring,
+        room.tally[layout.LOW] + residue / spring,
+        0.0,
+        0.0,
+    )
     for i in range(len(sliders.force)):
-        if room.kinds[i] == OUTER:
+        if room.kinds[i] == layout.OUTER:
             offset, at = held_offset(rig, sliders, i, high, low) if leg.sign > 0.0 else 0.0, 2 + 2 * i
             offset = offset if offset < inf else room.start[at] - sliders.stiffness[i] * z
             held, shift = sliders.stiffness[i] * z + offset, shift + offset
@@ -53,7 +57,7 @@ def unstrain(rig: Rig, sliders: Sliders, leg: Leg, room: ElasticRoom) -> bool:
         return free
     room.start[0] = z - shift
     for i in range(len(sliders.force)):
-        if room.kinds[i] == OUTER:
+        if room.kinds[i] == layout.OUTER:
             room.start[2 + 2 * i] = room.trial[2 + 2 * i]
     return True
 

@@ -3,19 +3,7 @@
 from math import exp, hypot, inf, log, sqrt
 
 from frictionlab.simulator.elastic.events import carry_elastic
-from frictionlab.simulator.elastic.layout import (
-    COLUMNS,
-    DERIVED,
-    FREE,
-    HASTY,
-    OUTER,
-    PATIENT,
-    PLAIN,
-    SLIDING,
-    ElasticRoom,
-    OrbitGuess,
-    Sliders,
-)
+from frictionlab.simulator.elastic.layout import ElasticRoom, OrbitGuess, Sliders
 from frictionlab.simulator.elastic.residues import away, has_slipped_out
 from frictionlab.simulator.elastic.shooting import (
     distance,
@@ -27,30 +15,8 @@ from frictionlab.simulator.elastic.shooting import (
     span_of,
     spread,
 )
-from frictionlab.simulator.kernel.layout import DONE, HIGH, LOW, PHASES, TURN, WANDERS, Buffer, Force, Leg, Rig
-
-__all__ = [
-    "any_stable",
-    "arrives",
-    "candidate_of",
-    "cycles_waited",
-    "draws",
-    "fewest",
-    "growth_of_distance",
-    "has_gone_alike",
-    "is_for_good",
-    "is_stable",
-    "keep",
-    "nearest_return",
-    "no_candidate",
-    "passed_in",
-    "put_beside",
-    "settle",
-    "settles_nearby",
-    "signature",
-    "slips_alike",
-    "still_waited",
-]
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.kernel.layout import TURN, Buffer, Force, Leg, Rig
 
 LONGEST_ORBIT = 128  # cycles of the longest orbit looked for
 KEPT = 2 * LONGEST_ORBIT + 1  # cycles of a motion that are remembered
@@ -75,7 +41,7 @@ CURVED, STRAIGHTEST = 0.05, 0.01  # of the distance: that it may at most; that i
 
 def is_stable(rig: Rig, sliders: Sliders, room: ElasticRoom, miss: float, code: int) -> bool:
     """Tell whether a search has come to an orbit, and a stable one."""
-    return code == DONE and spread(rig, room, miss) and abs(elastic_multiplier(sliders, room)) <= 1.0 + 1e-9
+    return code == layout.DONE and spread(rig, room, miss) and abs(elastic_multiplier(sliders, room)) <= 1.0 + 1e-9
 
 
 def settle(
@@ -92,14 +58,14 @@ def settle(
     while tick < most and passed < PHASES_WAITED:
         keep(room.start, now)
         code = follow(rig, sliders, force, leg, 1.0, room)
-        if code != DONE:
+        if code != layout.DONE:
             return leg, inf, code
-        tick, passed = tick + 1.0, passed + room.tally[PHASES]
+        tick, passed = tick + 1.0, passed + room.tally[layout.PHASES]
         at = 3 * (int(tick) % KEPT)
         past[at], past[at + 1], past[at + 2] = room.start[0], room.start[1], signature(sliders)
         miss, settles = arrives(rig, sliders, force, leg, likely, now, tick, room)
         if settles:
-            return leg, miss, DONE
+            return leg, miss, layout.DONE
         most = still_waited(rig, sliders, most, now, room)
         turns, share = nearest_return(rig, past, near, tick, room) if most == CYCLES_WAITED else (0, inf)
         if tick >= wait:
@@ -115,7 +81,7 @@ def settle(
     keep(room.start, now)
     growth, parts = growth_of_distance(rig, sliders, force, tau, now, room) if most == CYCLES_WAITED else (0.0, False)
     if parts:
-        return leg, growth, WANDERS
+        return leg, growth, layout.WANDERS
     return any_stable(rig, sliders, force, tau, now, room)
 
 
@@ -195,11 +161,11 @@ def growth_of_distance(
         if cycles == CYCLES_COMPARED - 1.0 and UNDECIDED < exp(grown / cycles) <= PARTED:
             compared, least = CYCLES_UNDECIDED, PARTED_SLOWLY
         keep(second, room.start)
-        code = carry_elastic(rig, sliders, force, leg, room, PLAIN)
+        code = carry_elastic(rig, sliders, force, leg, room, layout.PLAIN)
         for i in range(size):
             second[i] = room.image[i]
         keep(first, room.start)
-        if carry_elastic(rig, sliders, force, leg, room, PLAIN) != DONE or code != DONE:
+        if carry_elastic(rig, sliders, force, leg, room, layout.PLAIN) != layout.DONE or code != layout.DONE:
             break
         for i in range(size):
             first[i] = room.image[i]
@@ -225,13 +191,13 @@ def fewest(
     for turns in range(1, int(leg.turns)):
         if int(leg.turns) % turns == 0:
             part = Leg(leg.tau, leg.span, float(turns), leg.sign)
-            code = carry_elastic(rig, sliders, force, part, room, DERIVED)
+            code = carry_elastic(rig, sliders, force, part, room, layout.DERIVED)
             less = distance(rig, sliders, room)
-            if code == DONE and less <= 1e-9 * span_of(rig, room):
-                return part, less, DONE
+            if code == layout.DONE and less <= 1e-9 * span_of(rig, room):
+                return part, less, layout.DONE
     if leg.turns > 1.0:
-        carry_elastic(rig, sliders, force, leg, room, DERIVED)
-    return leg, miss, DONE
+        carry_elastic(rig, sliders, force, leg, room, layout.DERIVED)
+    return leg, miss, layout.DONE
 
 
 def any_stable(
@@ -243,10 +209,10 @@ def any_stable(
         keep(now, room.start)
         follow(rig, sliders, force, leg, 1.0, room)  # what slips at the section is read from a cycle
         trial = Leg(tau, TURN, float(turns), 1.0)
-        miss, code = shoot_elastic(rig, sliders, force, trial, room, 4.0 * NEAR_STEPS, PATIENT)
+        miss, code = shoot_elastic(rig, sliders, force, trial, room, 4.0 * NEAR_STEPS, layout.PATIENT)
         if is_stable(rig, sliders, room, miss, code):
             return trial, miss, code
-    return leg, inf, DONE
+    return leg, inf, layout.DONE
 
 
 def no_candidate() -> OrbitGuess:
@@ -257,7 +223,7 @@ def no_candidate() -> OrbitGuess:
 
 def candidate_of(sliders: Sliders, room: ElasticRoom) -> OrbitGuess:
     """Return the orbit just carried over whole cycles with its derivative, as one that a motion may settle on."""
-    count, size = len(sliders.force), int(room.tally[COLUMNS])
+    count, size = len(sliders.force), int(room.tally[layout.COLUMNS])
     state = [0.0] * (2 + 2 * count)
     rows, jacobian = [0] * size, [0.0] * (size * size)
     for i in range(len(state)):
@@ -267,7 +233,7 @@ def candidate_of(sliders: Sliders, room: ElasticRoom) -> OrbitGuess:
         for j in range(size):
             jacobian[i * size + j] = room.jacobian[rows[i] * size + j]
     contraction, tally = 1.0 - abs(elastic_multiplier(sliders, room)), room.tally
-    return OrbitGuess(state, passed_in(sliders), rows, jacobian, contraction, tally[HIGH], tally[LOW])
+    return OrbitGuess(state, passed_in(sliders), rows, jacobian, contraction, tally[layout.HIGH], tally[layout.LOW])
 
 
 def put_beside(rig: Rig, sliders: Sliders, orbit: OrbitGuess, now: Buffer) -> list[float]:
@@ -316,8 +282,10 @@ def arrives(
         return inf, False
     keep(beside, room.start)
     for i in range(len(sliders.force)):
-        room.kinds[i] = OUTER if likely.passed[2 * i] == 0.0 else SLIDING if beside[3 + 2 * i] != 0.0 else FREE
-    miss, code = shoot_elastic(rig, sliders, force, leg, room, NEAR_STEPS, HASTY)
+        room.kinds[i] = (
+            layout.OUTER if likely.passed[2 * i] == 0.0 else layout.SLIDING if beside[3 + 2 * i] != 0.0 else layout.FREE
+        )
+    miss, code = shoot_elastic(rig, sliders, force, leg, room, NEAR_STEPS, layout.HASTY)
     if is_stable(rig, sliders, room, miss, code) and slips_alike(passed_in(sliders), likely):
         return miss, True
     keep(later, room.start)
@@ -337,10 +305,10 @@ def settles_nearby(
     rig: Rig, sliders: Sliders, force: Force, now: Buffer, leg: Leg, cycle: float, room: ElasticRoom
 ) -> tuple[float, bool]:
     """Return the miss of the orbit that Newton finds from `now`, the room's start, and whether that settles on it."""
-    code = carry_elastic(rig, sliders, force, leg, room, DERIVED)
+    code = carry_elastic(rig, sliders, force, leg, room, layout.DERIVED)
     passed = passed_in(sliders)
     later = room.image.copy()
-    miss, code = shoot_on(rig, sliders, force, leg, room, NEAR_STEPS, HASTY if leg.turns == 1.0 else 0.0, code)
+    miss, code = shoot_on(rig, sliders, force, leg, room, NEAR_STEPS, layout.HASTY if leg.turns == 1.0 else 0.0, code)
     if not is_stable(rig, sliders, room, miss, code):
         return miss, False
     orbit = candidate_of(sliders, room)

@@ -3,50 +3,12 @@
 from math import exp, hypot, log, sqrt
 
 from frictionlab.simulator.elastic.events import carry_elastic
-from frictionlab.simulator.elastic.layout import (
-    COLUMNS,
-    CONTACT,
-    DERIVED,
-    FREE,
-    OUTER,
-    PLAIN,
-    SLIDING,
-    ElasticRoom,
-    Sliders,
-)
+from frictionlab.simulator.elastic.layout import ElasticRoom, Sliders
 from frictionlab.simulator.elastic.residues import unstrain
-from frictionlab.simulator.kernel.layout import (
-    DONE,
-    HIGH,
-    LOW,
-    VISCOUS,
-    Force,
-    Leg,
-    Rig,
-)
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.kernel.layout import Force, Leg, Rig
+from frictionlab.simulator.kernel.resonance import solve_linear
 from frictionlab.simulator.kernel.shooting import spectral_radius
-
-__all__ = [
-    "adopt",
-    "back_to_start",
-    "classify",
-    "closes",
-    "distance",
-    "elastic_multiplier",
-    "follow",
-    "give_up",
-    "keeps_kinds",
-    "newton_step",
-    "product",
-    "reduced",
-    "shoot_elastic",
-    "shoot_on",
-    "sign_of_growth",
-    "solve",
-    "span_of",
-    "spread",
-    "step_towards",
-]
 
 MOST_TURNS = 16.0  # of the map, in place of a Newton step that does not help
 SLOWLY = 4.0  # maps in a row, from which sliders that do not slip for good are relaxed
@@ -58,14 +20,16 @@ def distance(rig: Rig, sliders: Sliders, room: ElasticRoom) -> float:
     start, image = room.start, room.image
     total = (image[0] - start[0]) ** 2 + (rig.plain.r * (image[1] - start[1])) ** 2
     for i in range(len(sliders.force)):
-        if room.kinds[i] == FREE:
+        if room.kinds[i] == layout.FREE:
             total += (image[2 + 2 * i] - start[2 + 2 * i]) ** 2 / max(sliders.stiffness[i], 1e-300)
     return sqrt(total)
 
 
 def span_of(rig: Rig, room: ElasticRoom) -> float:
     """Return the size of a motion, against which its miss is judged."""
-    return hypot(room.start[0], rig.plain.r * room.start[1]) + max(0.0, room.tally[HIGH] - room.tally[LOW])
+    return hypot(room.start[0], rig.plain.r * room.start[1]) + max(
+        0.0, room.tally[layout.HIGH] - room.tally[layout.LOW]
+    )
 
 
 def spread(rig: Rig, room: ElasticRoom, miss: float) -> bool:
@@ -77,16 +41,16 @@ def classify(sliders: Sliders, room: ElasticRoom) -> None:
     """Say of each slider what its force is at the section, from the leg just run: SLIDING, OUTER or FREE."""
     for i in range(len(sliders.force)):
         if room.image[3 + 2 * i] != 0.0:
-            room.kinds[i] = SLIDING
+            room.kinds[i] = layout.SLIDING
         else:
-            room.kinds[i] = FREE if sliders.slips[i] > 0.0 else OUTER
+            room.kinds[i] = layout.FREE if sliders.slips[i] > 0.0 else layout.OUTER
 
 
 def keeps_kinds(sliders: Sliders, room: ElasticRoom) -> bool:
     """Tell whether the leg bore out what was assumed of the sliders at its start, so that Newton may use it."""
     for i in range(len(sliders.force)):
-        side = room.start[3 + 2 * i] if room.kinds[i] == SLIDING else 0.0
-        if room.image[3 + 2 * i] != side or (room.kinds[i] == OUTER and sliders.slips[i] > 0.0):
+        side = room.start[3 + 2 * i] if room.kinds[i] == layout.SLIDING else 0.0
+        if room.image[3 + 2 * i] != side or (room.kinds[i] == layout.OUTER and sliders.slips[i] > 0.0):
             return False
     return True
 
@@ -96,7 +60,7 @@ def back_to_start(rig: Rig, sliders: Sliders, leg: Leg, room: ElasticRoom) -> No
     for i in range(2 + 2 * len(sliders.force)):
         room.start[i] = room.image[i]
     for i in range(len(sliders.force)):
-        if room.kinds[i] == OUTER and leg.sign < 0.0:
+        if room.kinds[i] == layout.OUTER and leg.sign < 0.0:
             relaxed, limit = sliders.stiffness[i] * room.start[0], sliders.strength[i]
             if abs(relaxed) <= limit * (1.0 + rig.contact.gradient * room.start[0]):
                 room.start[2 + 2 * i] = relaxed  # else it slips before long: the motion goes on as it is
@@ -108,38 +72,16 @@ def reduced(sliders: Sliders, room: ElasticRoom, row: int) -> int:
         return row
     free = 2
     for i in range(len(sliders.force)):
-        if room.kinds[i] == FREE:
+        if room.kinds[i] == layout.FREE:
             if free == row:
                 return 2 + i
             free += 1
     return -1
 
 
-def solve(matrix: list[float], size: int) -> bool:
-    """Solve size linear equations in place, right side in the last column; False where they have no one solution."""
-    width = size + 1
-    for k in range(size):
-        best = k
-        for i in range(k + 1, size):
-            if abs(matrix[i * width + k]) > abs(matrix[best * width + k]):
-                best = i
-        if matrix[best * width + k] == 0.0:
-            return False
-        for j in range(width):
-            matrix[k * width + j], matrix[best * width + j] = matrix[best * width + j], matrix[k * width + j]
-        for i in range(size):
-            if i != k:
-                share = matrix[i * width + k] / matrix[k * width + k]
-                for j in range(k, width):
-                    matrix[i * width + j] -= share * matrix[k * width + j]
-    for k in range(size):
-        matrix[k * width + size] /= matrix[k * width + k]
-    return True
-
-
 def newton_step(sliders: Sliders, room: ElasticRoom) -> bool:
     """Write Newton's correction of the unknowns into the last column of the matrix; False if there is none."""
-    size = int(room.tally[COLUMNS])
+    size = int(room.tally[layout.COLUMNS])
     width = size + 1
     for i in range(size):
         row = reduced(sliders, room, i)
@@ -147,12 +89,12 @@ def newton_step(sliders: Sliders, room: ElasticRoom) -> bool:
             room.matrix[i * width + j] = (1.0 if i == j else 0.0) - room.jacobian[row * size + j]
         at = row if row < 2 else 2 * row - 2
         room.matrix[i * width + size] = room.image[at] - room.start[at]
-    return solve(room.matrix, size)
+    return solve_linear(room.matrix, size)
 
 
 def step_towards(rig: Rig, sliders: Sliders, room: ElasticRoom) -> None:
     """Move the start by Newton's correction, from `trial`; sliders that are no unknowns follow."""
-    size = int(room.tally[COLUMNS])
+    size = int(room.tally[layout.COLUMNS])
     correction = room.matrix
     dz, dv = correction[size], correction[2 * size + 1]
     room.start[0], room.start[1] = room.trial[0] + dz, room.trial[1] + dv
@@ -161,11 +103,11 @@ def step_towards(rig: Rig, sliders: Sliders, room: ElasticRoom) -> None:
     for i in range(len(sliders.force)):
         at = 2 + 2 * i
         room.start[at + 1] = room.trial[at + 1]
-        if room.kinds[i] == FREE:
+        if room.kinds[i] == layout.FREE:
             force = room.trial[at] + correction[free * (size + 1) + size]
             room.start[at] = max(-sliders.strength[i] * load, min(sliders.strength[i] * load, force))
             free += 1
-        elif room.kinds[i] == OUTER:
+        elif room.kinds[i] == layout.OUTER:
             room.start[at] = room.trial[at] + sliders.stiffness[i] * dz
         else:
             room.start[at] = room.trial[at + 1] * sliders.strength[i] * load
@@ -186,10 +128,10 @@ def give_up(sliders: Sliders, room: ElasticRoom) -> None:
 
 def follow(rig: Rig, sliders: Sliders, force: Force, leg: Leg, times: float, room: ElasticRoom) -> int:
     """Apply the leg's map so many times; return how the motion ended."""
-    code = DONE
+    code = layout.DONE
     for _ in range(int(times)):
-        code = carry_elastic(rig, sliders, force, leg, room, PLAIN)
-        if code != DONE:
+        code = carry_elastic(rig, sliders, force, leg, room, layout.PLAIN)
+        if code != layout.DONE:
             break
         classify(sliders, room)
         back_to_start(rig, sliders, leg, room)
@@ -198,7 +140,7 @@ def follow(rig: Rig, sliders: Sliders, force: Force, leg: Leg, times: float, roo
 
 def closes(rig: Rig, room: ElasticRoom, miss: float) -> bool:
     """Tell whether a miss is so small that nothing is gained by a smaller one: neither in state nor in energy."""
-    size, spent = span_of(rig, room), abs(room.tally[CONTACT] + room.tally[VISCOUS])
+    size, spent = span_of(rig, room), abs(room.tally[layout.CONTACT] + room.tally[layout.VISCOUS])
     return miss <= 2e-16 * size or (miss <= 4e-15 * size and miss * (size + rig.contact.beta) <= 1e-13 * spent)
 
 
@@ -211,7 +153,7 @@ def shoot_elastic(
     map itself is applied: once, then twice, and so on, as often as patience allows. The last motion carried is that
     from the start.
     """
-    code = carry_elastic(rig, sliders, force, leg, room, DERIVED)
+    code = carry_elastic(rig, sliders, force, leg, room, layout.DERIVED)
     return shoot_on(rig, sliders, force, leg, room, steps, patience, code)
 
 
@@ -223,7 +165,7 @@ def shoot_on(
     for _ in range(int(steps)):
         miss, size = distance(rig, sliders, room), span_of(rig, room)
         as_assumed = keeps_kinds(sliders, room)
-        if code != DONE or (as_assumed and closes(rig, room, miss)):
+        if code != layout.DONE or (as_assumed and closes(rig, room, miss)):
             break
         there = as_assumed and miss <= 1e-13 * size + floor
         adopt(sliders, room)
@@ -231,22 +173,27 @@ def shoot_on(
             classify(sliders, room)
         elif newton_step(sliders, room):
             step_towards(rig, sliders, room)
-            code = carry_elastic(rig, sliders, force, leg, room, DERIVED)
+            code = carry_elastic(rig, sliders, force, leg, room, layout.DERIVED)
             less = distance(rig, sliders, room)
-            borne_out = code == DONE and keeps_kinds(sliders, room)
+            borne_out = code == layout.DONE and keeps_kinds(sliders, room)
             if borne_out and less < 0.5 * miss:
                 continue
             if there and borne_out and less <= 1e-13 * size + floor:
                 return less, code  # only rounding is left
         give_up(sliders, room)
         if there or patience <= 0.0:  # there: a step leads away, no derivative to trust
-            return miss, carry_elastic(rig, sliders, force, leg, room, DERIVED)
+            return miss, carry_elastic(rig, sliders, force, leg, room, layout.DERIVED)
         back_to_start(rig, sliders, leg, room)
         follow(rig, sliders, force, leg, turns - 1.0, room)
-        code = carry_elastic(rig, sliders, force, leg, room, DERIVED)
-        if turns >= SLOWLY and code == DONE and rig.contact.gradient == 0.0 and unstrain(rig, sliders, leg, room):
+        code = carry_elastic(rig, sliders, force, leg, room, layout.DERIVED)
+        if (
+            turns >= SLOWLY
+            and code == layout.DONE
+            and rig.contact.gradient == 0.0
+            and unstrain(rig, sliders, leg, room)
+        ):
             code = carry_elastic(
-                rig, sliders, force, leg, room, DERIVED
+                rig, sliders, force, leg, room, layout.DERIVED
             )  # what only just touches its limit takes for ever
         turns, patience = min(2.0 * turns, MOST_TURNS), patience - turns
     return distance(rig, sliders, room), code
@@ -257,7 +204,7 @@ def elastic_multiplier(sliders: Sliders, room: ElasticRoom) -> float:
 
     By squaring the map's derivative over and over: its 2^m-th root is what remains of the norm.
     """
-    size = int(room.tally[COLUMNS])
+    size = int(room.tally[layout.COLUMNS])
     if size == 2:
         return spectral_radius(room.jacobian)
     first, power = [0.0] * (size * size), [0.0] * (size * size)

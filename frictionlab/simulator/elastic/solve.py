@@ -6,9 +6,9 @@ from typing import Any
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.elastic import engine as engines
-from frictionlab.simulator.elastic.layout import CONTACT, DERIVED, PLAIN, PULLED
 from frictionlab.simulator.elastic.motion import ElasticMotion, from_phases
 from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.kernel.layout import CONTACT, DERIVED, PLAIN, PULLED
 from frictionlab.simulator.meter import LOOKS, STATE, Meter
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import SteadyState, from_numbers
@@ -183,11 +183,9 @@ def last(problem: Problem, cycles: int) -> SteadyState:
     _set_at_rest(problem, room, 0.0)
     engine.kernel.follow(rig, sliders, force, leg, cycles - 1.0, room)
     engine.kernel.carry_elastic(rig, sliders, force, leg, room, DERIVED)
-    engine.kernel.account_elastic(rig, force, room)
     row = engine.zeros(layout.ROW)
-    engine.kernel.fill_elastic_row(rig, sliders, force, leg, room, row)
+    engine.kernel.report(rig, sliders, force, leg, room, row)
     row[layout.ENERGY] += room.tally[layout.WORK] - room.tally[CONTACT] - room.tally[layout.VISCOUS]
-    row[layout.SYMMETRIC] = engine.kernel.is_mirrored(rig, force, leg, room)
     slips = bool((motion.slipping > 0.0).any())
     row[layout.OUTCOME] = layout.PERIODIC if slips else layout.STUCK
     row[layout.MISS] = float(engine.kernel.distance(rig, sliders, room))

@@ -18,20 +18,10 @@ from frictionlab.simulator.elastic.holding import (
     looked_at,
     slow_motion,
 )
-from frictionlab.simulator.elastic.layout import FREE, OUTER, SLIDING, ElasticRoom, Sliders
-from frictionlab.simulator.elastic.phases import stiffened
+from frictionlab.simulator.elastic.layout import ElasticRoom, Sliders
+from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.kernel.layout import TURN, Force, Leg, Rig
-from frictionlab.simulator.kernel.motion import local_force
-
-__all__ = [
-    "balanced_size",
-    "secant",
-    "slip_angle",
-    "start_balanced",
-    "start_held",
-    "stiffness_to",
-    "strain",
-]
+from frictionlab.simulator.kernel.motion import local_force, stiffened
 
 HALVINGS = 8  # of the bracket about the size of the motion: to half a per cent
 DOUBLINGS = 40
@@ -108,12 +98,12 @@ def start_balanced(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: Ela
     load = 1.0 + rig.contact.gradient * z
     for i in range(len(sliders.force)):
         kappa, beta = sliders.stiffness[i], sliders.strength[i]
-        at, room.kinds[i] = 2 + 2 * i, OUTER
+        at, room.kinds[i] = 2 + 2 * i, layout.OUTER
         room.start[at], room.start[at + 1] = kappa * z, 0.0
         if kappa * size > beta and slip_angle(beta / kappa, size) < phase:
-            room.start[at], room.start[at + 1], room.kinds[i] = -beta * load, -1.0, SLIDING
+            room.start[at], room.start[at + 1], room.kinds[i] = -beta * load, -1.0, layout.SLIDING
         elif kappa * size > beta:
-            room.start[at], room.kinds[i] = beta - kappa * size * (1.0 - cos(phase)), FREE
+            room.start[at], room.kinds[i] = beta - kappa * size * (1.0 - cos(phase)), layout.FREE
     return Leg(tau, leg.span, leg.turns, leg.sign)
 
 
@@ -149,7 +139,7 @@ def start_held(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: Elastic
     for i in range(len(sliders.force)):
         kappa, beta, at = sliders.stiffness[i], sliders.strength[i], 2 + 2 * i
         offset = held_offset(rig, sliders, i, high, low)
-        room.kinds[i] = OUTER if offset < inf else FREE
+        room.kinds[i] = layout.OUTER if offset < inf else layout.FREE
         offset = offset if offset < inf else -kappa * middle
         room.start[at], room.start[at + 1] = max(-beta, min(beta, kappa * z + offset)), 0.0
         room.start[0] -= offset

@@ -2,82 +2,13 @@
 
 from math import cos, hypot, inf, nan, pi, sin
 
-from frictionlab.simulator.kernel.events import again, carry, jerk_bound, safe_step
-from frictionlab.simulator.kernel.layout import (
-    AMPLITUDE,
-    BOTTOM,
-    CARRIED,
-    CLOSED_FORM,
-    CLOSURE,
-    COSTLY,
-    CROSS,
-    ENERGY,
-    FIRST,
-    HIGH,
-    LAST,
-    LOADED,
-    LOW,
-    MISS,
-    MULTIPLIER,
-    NOT_FOUND,
-    OUTCOME,
-    OVERFULL,
-    PATH,
-    PERIOD,
-    PERIODIC,
-    PHASE,
-    PHASES,
-    ROW,
-    SIGN,
-    SPAN,
-    START,
-    START_V,
-    START_Z,
-    STOPS,
-    STOPS_MADE,
-    STUCK,
-    STUCK_SHARE,
-    STUCK_TIME,
-    SYMMETRIC,
-    TOP,
-    TURN,
-    TURNS,
-    UNAWAITED,
-    UNBOUNDED,
-    UPCOMING,
-    VISCOUS,
-    WORK,
-    Buffer,
-    Force,
-    Leg,
-    Oscillator,
-    Rig,
-    Room,
-    State,
-)
-from frictionlab.simulator.kernel.motion import local_force, push_at, slide_at
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.kernel.events import again, jerk_bound, least_step
+from frictionlab.simulator.kernel.layout import TURN, Buffer, Force, Leg, Oscillator, Rig, Room, State
+from frictionlab.simulator.kernel.motion import local_force, motion_at, push_at, stiffened
 from frictionlab.simulator.kernel.orbits import find_orbit, settled, verdict
-from frictionlab.simulator.kernel.outlook import even_handed
-from frictionlab.simulator.kernel.shooting import spectral_radius, symmetric_force
-
-__all__ = [
-    "account",
-    "base_speed",
-    "begin_search",
-    "end_search",
-    "evaluate",
-    "fill_row",
-    "frame_work",
-    "mirrored",
-    "most_looks",
-    "panels_work",
-    "set_force",
-    "slide_range",
-    "slide_work",
-    "steady",
-    "steady_from",
-    "tell",
-]
+from frictionlab.simulator.kernel.outlook import is_symmetric
+from frictionlab.simulator.kernel.shooting import spectral_radius
 
 LOOKS = 1e7  # at a slide, in a search: about a second
 FORGOTTEN = 40.0  # time constants after which nothing is left of a decaying motion
@@ -125,12 +56,11 @@ def frame_work(rig: Rig, force: Force, cross: float, cycles: float) -> float:
     return thick * (base - 2.0 * cross / cycles)
 
 
-def slide_work(rig: Rig, force: Force, start: State, side: float, span: float, tally: Buffer) -> None:
+def slide_work(rig: Rig, slide: Oscillator, force: Force, start: State, span: float, tally: Buffer) -> None:
     """Add the work of F and of both dashpots over a slide, by Gauss-Legendre panels short enough to be exact.
 
     A dashpot stronger than the spring lets the motion's first, fast part die out long before the slide is over.
     """
-    slide = rig.rising if side > 0.0 else rig.falling
     size = 7.0 * min(slide.r / max(1.0, 2.0 * slide.zeta), 1.0 / len(force.p))
     fast = FORGOTTEN / (slide.zeta / slide.r + slide.omega) if slide.zeta > 1.0 else span
     if span < 2.0 * fast:
@@ -156,16 +86,17 @@ def panels_work(
             for way in (-1.0, 1.0):
                 t = middle + way * half * NODES[i]
                 v, push = push_at(t, slide, force, start)
-                tally[WORK] += half * WEIGHTS[i] * push * v
-                tally[VISCOUS] += half * WEIGHTS[i] * thick * v * v
+                tally[layout.WORK] += half * WEIGHTS[i] * push * v
+                tally[layout.VISCOUS] += half * WEIGHTS[i] * thick * v * v
                 if rig.contact.frame != 0.0:
-                    tally[CROSS] += half * WEIGHTS[i] * v * base_speed(t, rig, force)
+                    tally[layout.CROSS] += half * WEIGHTS[i] * v * base_speed(t, rig, force)
 
 
-def slide_range(slide: Oscillator, force: Force, room: Room, start: State, side: float, span: float) -> None:
+def slide_range(slide: Oscillator, force: Force, room: Room, start: State, span: float) -> None:
     """Widen the tally's range by the displacement z + f over a phase, with the wall's motion f about its start.
 
-    The velocity v + f' is marched like in `slide_end`; every point visited counts, so its zeros are met to rounding.
+    The velocity v + f' is marched like in `slide_end`; every point visited counts, so its zeros are met to rounding. A
+    mass that stands is one whose `slide` has the share 0.
     """
     tally, p, q = room.tally, room.wall.p, room.wall.q
     third = 0.0
@@ -174,87 +105,130 @@ def slide_range(slide: Oscillator, force: Force, room: Room, start: State, side:
     reach, t = min(slide.r, 1.0), 0.0
     while True:
         t = min(t, span)
-        z, v, a = slide_at(t, slide, force, start) if side != 0.0 else (0.0, 0.0, 0.0)
-        jerk = third + (jerk_bound(slide, v, a) if side != 0.0 else 0.0)
+        z, v, a, jerk = 0.0, 0.0, 0.0, third
+        if slide.share != 0.0:
+            z, v, a, _ = motion_at(t, slide, force, start)
+            jerk += jerk_bound(slide, v, a)
         for i in range(len(p)):
             k = i + 1.0
             c, s = cos(k * t), sin(k * t)
             z += p[i] * c + q[i] * s
             v += k * (q[i] * c - p[i] * s)
             a -= k * k * (p[i] * c + q[i] * s)
-        tally[TOP] = max(tally[TOP], start.z + z)
-        tally[BOTTOM] = min(tally[BOTTOM], start.z + z)
+        tally[layout.TOP] = max(tally[layout.TOP], start.z + z)
+        tally[layout.BOTTOM] = min(tally[layout.BOTTOM], start.z + z)
         if t >= span:
             return
-        step = safe_step(abs(v), a if v >= 0.0 else -a, jerk) if v != 0.0 else 0.0
-        t += max(1e-8 * reach, min(step, reach))
+        step = least_step(abs(v), a if v >= 0.0 else -a, jerk, reach) if v != 0.0 else 0.0
+        t += max(1e-8 * reach, step)
 
 
 def account(rig: Rig, force: Force, room: Room) -> None:
     """Go through the recorded phases and add up what the event loop does not need: works, and range with the wall."""
     tally, phases = room.tally, room.phases
     moving = len(room.wall.cosine) > 0
-    tally[TOP], tally[BOTTOM] = (-inf, inf) if moving else (tally[HIGH], tally[LOW])
-    for at in range(0, PHASE * int(tally[PHASES]), PHASE):
-        side, tau, span = phases[at], phases[at + 1], phases[at + 2]
+    tally[layout.TOP], tally[layout.BOTTOM] = (-inf, inf) if moving else (tally[layout.HIGH], tally[layout.LOW])
+    for at in range(0, layout.PHASE * int(tally[layout.PHASES]), layout.PHASE):
         start = State(phases[at + 3], phases[at + 4], phases[at + 5])
-        local_force(tau, force)
-        if side != 0.0:
-            slide_work(rig, force, start, side, span, tally)
+        slide = slide_of(rig, phases[at + 6])
+        local_force(phases[at + 1], force)
+        if slide.share != 0.0:
+            slide_work(rig, slide, force, start, phases[at + 2], tally)
         if moving:
-            local_force(tau, room.wall)
-            slide_range(rig.rising if side > 0.0 else rig.falling, force, room, start, side, span)
+            local_force(phases[at + 1], room.wall)
+            slide_range(slide, force, room, start, phases[at + 2])
 
 
-def mirrored(rig: Rig, force: Force, z: float, v: float, room: Room) -> float:
-    """Tell (1.0 or 0.0) whether an orbit of one cycle is its own mirror image after half a cycle."""
-    iz, iv, _ = carry(rig, force, Leg(0.0, pi, 1.0, -1.0), z, v, room)
-    size = hypot(z, rig.plain.r * v) + room.tally[PATH]
-    return 1.0 if hypot(iz - z, rig.plain.r * (iv - v)) <= 1e-9 * size else 0.0
+def slide_of(rig: Rig, stiffness: float) -> Oscillator:
+    """Return the oscillator of a recorded phase; of one in which the mass stands one of share 0."""
+    plain = rig.plain
+    if stiffness == inf:
+        return Oscillator(plain.r, plain.zeta, plain.omega, plain.rate, plain.rate2, 0.0)
+    return stiffened(plain, stiffness)
 
 
-def fill_row(rig: Rig, force: Force, leg: Leg, room: Room, row: Buffer) -> None:
-    """Write the numbers of an orbit from the tally of one leg."""
+def state_at(rig: Rig, force: Force, phases: Buffer, at: int, within: float) -> tuple[float, float, float]:
+    """Return z, v and the contact's force but for its dashpot, at a time within the phase recorded at `at`."""
+    start, stiffness = State(phases[at + 3], phases[at + 4], phases[at + 5]), phases[at + 6]
+    if stiffness == inf:
+        push, _ = local_force(phases[at + 1] + within, force)
+        return start.z, 0.0, push - start.z
+    local_force(phases[at + 1], force)
+    way, v, _, _ = motion_at(within, stiffened(rig.plain, stiffness), force, start)
+    return start.z + way, v, phases[at + 7] + (stiffness - 1.0) * way
+
+
+def mirrored(rig: Rig, force: Force, room: Room) -> float:
+    """Tell (1.0 or 0.0) whether a cycle just recorded is its own mirror image after half of it."""
+    tally, phases = room.tally, room.phases
+    half, here = phases[1] + pi, 0
+    for at in range(0, layout.PHASE * int(tally[layout.PHASES]), layout.PHASE):
+        here = at if phases[at + 1] <= half else here
+    z, v, _ = state_at(rig, force, phases, here, half - phases[here + 1])
+    size = hypot(phases[3], rig.plain.r * phases[4]) + max(0.0, tally[layout.HIGH] - tally[layout.LOW])
+    return 1.0 if hypot(z + phases[3], rig.plain.r * (v + phases[4])) <= 1e-9 * size else 0.0
+
+
+def fill_row(rig: Rig, force: Force, leg: Leg, room: Room, multiplier: float, row: Buffer) -> None:
+    """Write the numbers of an orbit from the tally of one leg, and its multiplier over that."""
     tally = room.tally
     cycles = leg.span * leg.turns / TURN
-    row[MULTIPLIER] = spectral_radius(room.jacobian) ** (1.0 if leg.sign > 0.0 else 2.0)
-    row[ENERGY] = (rig.contact.beta * tally[LOADED] + tally[VISCOUS]) / cycles
-    row[CLOSURE] = abs(tally[WORK] / cycles - row[ENERGY])
+    row[layout.MULTIPLIER] = multiplier ** (1.0 if leg.sign > 0.0 else 2.0)
+    row[layout.ENERGY] = (tally[layout.CONTACT] + tally[layout.VISCOUS]) / cycles
+    row[layout.CLOSURE] = abs(tally[layout.WORK] / cycles - row[layout.ENERGY])
     if rig.contact.frame != 0.0 and len(room.wall.cosine) == 0:
-        row[ENERGY] += frame_work(rig, force, tally[CROSS], cycles)
-    high, low = tally[TOP], tally[BOTTOM]
-    row[AMPLITUDE] = max(high, -low) if leg.sign < 0.0 else 0.5 * max(0.0, high - low)
-    wrapped = 1.0 if tally[FIRST] == 0.0 and tally[LAST] != 0.0 else 0.0
-    row[STOPS] = (tally[STOPS_MADE] + wrapped) / cycles
-    row[STUCK_SHARE] = tally[STUCK_TIME] / (cycles * TURN)
-    row[PERIOD] = leg.turns
+        row[layout.ENERGY] += frame_work(rig, force, tally[layout.CROSS], cycles)
+    high, low = tally[layout.TOP], tally[layout.BOTTOM]
+    row[layout.AMPLITUDE] = max(high, -low) if leg.sign < 0.0 else 0.5 * max(0.0, high - low)
+    wrapped = 1.0 if tally[layout.FIRST] == 0.0 and tally[layout.LAST] != 0.0 else 0.0
+    row[layout.STOPS] = (tally[layout.STOPS_MADE] + wrapped) / cycles
+    row[layout.STUCK_SHARE] = tally[layout.STUCK_TIME] / (cycles * TURN)
+    row[layout.PERIOD] = leg.turns
+
+
+def begin_row(outcome: int, leg: Leg, z: float, v: float, miss: float, row: Buffer) -> bool:
+    """Begin `row` with where an orbit was found; tell whether there is more to say of it."""
+    for i in range(layout.ROW):
+        row[i] = nan
+    row[layout.OUTCOME], row[layout.MISS], row[layout.CLOSED_FORM] = outcome, miss, 0.0
+    row[layout.START], row[layout.SPAN], row[layout.TURNS], row[layout.SIGN] = leg.tau, leg.span, leg.turns, leg.sign
+    row[layout.START_Z], row[layout.START_V] = z, v
+    return outcome != layout.UNBOUNDED and outcome < layout.NOT_FOUND
+
+
+def fits(room: Room, row: Buffer) -> bool:
+    """Tell whether the record holds all phases; else the outcome is OVERFULL."""
+    full = layout.PHASE * int(room.tally[layout.PHASES]) > len(room.phases)
+    row[layout.OUTCOME] = layout.OVERFULL if full else row[layout.OUTCOME]
+    return not full
+
+
+def strike_if_open(rig: Rig, row: Buffer) -> None:
+    """Take back an orbit that repeats to rounding, yet is none: its energies do not balance."""
+    if row[layout.CLOSURE] > 1e-3 * row[layout.ENERGY] + 1e-10 * rig.plain.rate * row[layout.AMPLITUDE]:
+        row[layout.OUTCOME] = layout.NOT_FOUND
+        for i in range(layout.ENERGY, layout.CLOSURE + 1):
+            row[i] = nan
 
 
 def tell(rig: Rig, force: Force, found: tuple[int, Leg, float, float, float, bool], room: Room, row: Buffer) -> None:
     """Fill `row` with what is known of an orbit that was found."""
     outcome, leg, z, v, miss, exact = found
-    for i in range(ROW):
-        row[i] = nan
-    row[UNAWAITED] = 1.0 if outcome == UPCOMING else 0.0
-    outcome = PERIODIC if outcome == UPCOMING else outcome
-    row[OUTCOME], row[MISS], row[CLOSED_FORM] = outcome, miss, 1.0 if exact else 0.0
-    row[START], row[SPAN], row[TURNS], row[SIGN] = leg.tau, leg.span, leg.turns, leg.sign
-    row[START_Z], row[START_V] = z, v
-    if outcome == UNBOUNDED or outcome >= NOT_FOUND:
+    upcoming = outcome == layout.UPCOMING
+    outcome = layout.PERIODIC if upcoming else outcome
+    more = begin_row(outcome, leg, z, v, miss, row)
+    row[layout.UNAWAITED], row[layout.CLOSED_FORM] = 1.0 if upcoming else 0.0, 1.0 if exact else 0.0
+    if not more:
         return
-    row[SYMMETRIC] = 1.0 if leg.sign < 0.0 or (outcome == STUCK and z == 0.0) else 0.0
-    if outcome == PERIODIC and leg.turns == 1.0 and leg.sign == 1.0 and symmetric_force(force) and even_handed(rig):
-        row[SYMMETRIC] = mirrored(rig, force, z, v, room)
     again(rig, force, leg, z, v, room)
-    if PHASE * int(room.tally[PHASES]) > len(room.phases):
-        row[OUTCOME] = OVERFULL
+    if not fits(room, row):
         return
     account(rig, force, room)
-    fill_row(rig, force, leg, room, row)
-    if row[CLOSURE] > 1e-3 * row[ENERGY] + 1e-10 * rig.plain.rate * row[AMPLITUDE]:  # repeats to rounding, yet no orbit
-        row[OUTCOME] = NOT_FOUND
-        for i in range(ENERGY, CLOSURE + 1):
-            row[i] = nan
+    fill_row(rig, force, leg, room, spectral_radius(room.jacobian), row)
+    row[layout.SYMMETRIC] = 1.0 if leg.sign < 0.0 or (outcome == layout.STUCK and z == 0.0) else 0.0
+    if outcome == layout.PERIODIC and leg.turns == 1.0 and leg.sign == 1.0 and is_symmetric(rig, force):
+        row[layout.SYMMETRIC] = mirrored(rig, force, room)
+    strike_if_open(rig, row)
 
 
 def most_looks(rig: Rig, force: Force) -> float:
@@ -287,10 +261,10 @@ def steady(rig: Rig, force: Force, closed: int, room: Room, row: Buffer) -> None
     """
     most = most_looks(rig, force)
     given = begin_search(most, room.meter)
-    room.tally[CARRIED + 1] = 0.0  # what another rig has carried is nothing to this one
+    room.tally[layout.CARRIED + 1] = 0.0  # what another rig has carried is nothing to this one
     outcome, leg, z, v, miss, exact = find_orbit(rig, force, closed, room)
     costly, left = end_search(most, given, room.meter)
-    tell(rig, force, (COSTLY if costly else outcome, leg, z, v, miss, exact), room, row)
+    tell(rig, force, (layout.COSTLY if costly else outcome, leg, z, v, miss, exact), room, row)
     room.meter[0] = left
 
 
@@ -298,12 +272,12 @@ def steady_from(rig: Rig, force: Force, z: float, v: float, room: Room, row: Buf
     """As `steady`, of the orbit that the motion from z and v at tau = 0 settles on."""
     most = most_looks(rig, force)
     given = begin_search(most, room.meter)
-    room.tally[CARRIED + 1] = 0.0
+    room.tally[layout.CARRIED + 1] = 0.0
     found, _ = settled(rig, force, z, v, room)
     leg, oz, ov, miss, _ = found
     outcome = verdict(rig, found, room)
     costly, left = end_search(most, given, room.meter)
-    tell(rig, force, (COSTLY if costly else outcome, leg, oz, ov, miss, False), room, row)
+    tell(rig, force, (layout.COSTLY if costly else outcome, leg, oz, ov, miss, False), room, row)
     room.meter[0] = left
 
 
@@ -320,13 +294,6 @@ def set_force(r: float, frame: float, cosine: Buffer, sine: Buffer, force: Force
 
 
 def evaluate(rig: Rig, force: Force, phases: Buffer, within: Buffer, states: Buffer) -> None:
-    """Fill `states` with z and v at times `within` the phases given one by one, each by its six numbers."""
+    """Fill `states` with z, v and the contact's force at times `within` the phases given one by one."""
     for i in range(len(within)):
-        at = PHASE * i
-        start = State(phases[at + 3], phases[at + 4], phases[at + 5])
-        states[2 * i], states[2 * i + 1] = start.z, 0.0
-        if phases[at] != 0.0:
-            local_force(phases[at + 1], force)
-            slide = rig.rising if phases[at] > 0.0 else rig.falling
-            way, states[2 * i + 1], _ = slide_at(within[i], slide, force, start)
-            states[2 * i] += way
+        states[3 * i], states[3 * i + 1], states[3 * i + 2] = state_at(rig, force, phases, layout.PHASE * i, within[i])

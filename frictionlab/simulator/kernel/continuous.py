@@ -2,20 +2,11 @@
 
 from math import atan2, cos, exp, expm1, floor, hypot, inf, pi, sin, sqrt, tan
 
+from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.kernel.events import carry
-from frictionlab.simulator.kernel.layout import DONE, PATH, STUCK_TIME, TURN, Force, Leg, Rig, Room, State
-from frictionlab.simulator.kernel.motion import gap, local_force, slide_at
+from frictionlab.simulator.kernel.layout import TURN, Force, Leg, Rig, Room, State
+from frictionlab.simulator.kernel.motion import gap, local_force, motion_at
 from frictionlab.simulator.kernel.outlook import even_handed
-
-__all__ = [
-    "continuous_orbit",
-    "continuous_state",
-    "damped_turn",
-    "den_hartog",
-    "frictionless",
-    "safe_distance",
-    "turns_back",
-]
 
 
 def den_hartog(r: float, beta: float) -> tuple[float, float]:
@@ -59,19 +50,18 @@ def damped_turn(rig: Rig, beta: float) -> tuple[float, float]:
     return max(0.0, amplitude), atan2(-speed, forced) + atan2(lag, detuning)
 
 
-def frictionless(rig: Rig, force: Force, tau: float) -> tuple[float, float]:
-    """Return z and v at tau of the periodic motion without friction; 0, 0 if a harmonic is exactly at resonance."""
+def forced(rig: Rig, force: Force, tau: float) -> tuple[float, float, float]:
+    """Return z, v and a at tau of the periodic motion without friction; 0 if a harmonic is exactly at resonance."""
     r, zeta = rig.plain.r, rig.plain.zeta
-    z, v = 0.0, 0.0
+    z, v, a = 0.0, 0.0, 0.0
     for i in range(len(force.cosine)):
         k = i + 1.0
         stiffness = complex(gap(r, k) * (1.0 + k * r), 2.0 * zeta * k * r)
         if stiffness == 0.0:
-            return 0.0, 0.0
+            return 0.0, 0.0, 0.0
         motion = complex(force.cosine[i], -force.sine[i]) * complex(cos(k * tau), sin(k * tau)) / stiffness
-        z += motion.real
-        v -= k * motion.imag
-    return z, v
+        z, v, a = z + motion.real, v - k * motion.imag, a - k * k * motion.real
+    return z, v, a
 
 
 def continuous_state(rig: Rig, force: Force, tau: float) -> tuple[float, float, float]:
@@ -87,7 +77,7 @@ def continuous_state(rig: Rig, force: Force, tau: float) -> tuple[float, float, 
     sign = -1.0 if since >= pi else 1.0
     push, _ = local_force(turn, force)
     start = State(amplitude, 0.0, (push - amplitude + beta) / (r * r))
-    way, v, _ = slide_at(since - pi if since >= pi else since, rig.plain, force, start)
+    way, v, _, _ = motion_at(since - pi if since >= pi else since, rig.plain, force, start)
     return amplitude, sign * (amplitude + way), sign * v
 
 
@@ -114,8 +104,8 @@ def continuous_orbit(rig: Rig, force: Force, room: Room) -> tuple[Leg, float, fl
 def turns_back(rig: Rig, force: Force, leg: Leg, z: float, room: Room) -> bool:
     """Tell whether a mass that turns at z comes back mirrored after a leg, on one straight way and without a stop."""
     iz, iv, code = carry(rig, force, leg, z, 0.0, room)
-    miss = hypot(iz - z, rig.plain.r * iv) + abs(room.tally[PATH] - 2.0 * abs(z))
-    return code == DONE and room.tally[STUCK_TIME] == 0.0 and miss <= 1e-9 * abs(z)
+    miss = hypot(iz - z, rig.plain.r * iv) + abs(room.tally[layout.PATH] - 2.0 * abs(z))
+    return code == layout.DONE and room.tally[layout.STUCK_TIME] == 0.0 and miss <= 1e-9 * abs(z)
 
 
 def safe_distance(rig: Rig, force: Force) -> float:

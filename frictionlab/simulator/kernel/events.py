@@ -2,52 +2,9 @@
 
 from math import asin, atan2, cos, hypot, inf, pi, sin, sqrt
 
-from frictionlab.simulator.kernel.layout import (
-    CARRIED,
-    CHATTER,
-    DONE,
-    EVALUATIONS,
-    FIRST,
-    HIGH,
-    LAST,
-    LOADED,
-    LOW,
-    PATH,
-    PHASE,
-    PHASES,
-    STOPS_MADE,
-    STUCK_TIME,
-    TALLY,
-    TIRED,
-    TURN,
-    Buffer,
-    Force,
-    Leg,
-    Oscillator,
-    Rig,
-    Room,
-    State,
-)
-from frictionlab.simulator.kernel.motion import free_motion, local_force, pace_at, slide_at
-
-__all__ = [
-    "advance",
-    "again",
-    "carry",
-    "cubic_step",
-    "jerk_bound",
-    "least_step",
-    "propagate",
-    "record",
-    "release",
-    "release_cosine",
-    "safe_step",
-    "slide_end",
-    "slide_start",
-    "snap_bound",
-    "stick",
-    "stiff_bound",
-]
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.kernel.layout import TURN, Buffer, Force, Leg, Oscillator, Rig, RigidContact, Room, State
+from frictionlab.simulator.kernel.motion import free_motion, local_force, motion_at
 
 STILL = 1e-13  # rad: a shorter stick is a touch, not a stop
 NEARLY = 1e-8  # of a slope's share of a step
@@ -58,12 +15,6 @@ def jerk_bound(slide: Oscillator, v: float, a: float) -> float:
     r, zeta, rate = slide.r, slide.zeta, slide.rate
     energy = sqrt(v * v + r * r * a * a) + rate * min(1.0, 1.0 / r)
     return (rate + (1.0 + 2.0 * zeta) * energy) / (r * r)
-
-
-def safe_step(speed: float, gain: float, jerk: float) -> float:
-    """Return h up to which speed + gain h - jerk h^2/2 stays positive."""
-    root = sqrt(gain * gain + 2.0 * jerk * speed)
-    return (gain + root) / jerk if gain > 0.0 else 2.0 * speed / (root - gain)
 
 
 def snap_bound(slide: Oscillator, v: float, a: float) -> float:
@@ -137,8 +88,8 @@ def slide_end(
     bend = (slide.share * rate - v - 2.0 * slide.zeta * slide.r * a) / (slide.r * slide.r)
     while t < limit:
         if t > 0.0:
-            v, a, bend = pace_at(t, slide, force, start)
-            tally[EVALUATIONS] += 1.0
+            _, v, a, bend = motion_at(t, slide, force, start)
+            tally[layout.EVALUATIONS] += 1.0
         if side * v <= 0.0:
             break
         snap = snap_bound(slide, v, a)
@@ -149,14 +100,14 @@ def slide_end(
         if step <= 2e-16 * t or (step < reach and snap * step * step <= NEARLY * abs(a)):
             break
     t = min(t, limit)
-    way, v, a = slide_at(t, slide, force, start)
+    way, v, a, bend = motion_at(t, slide, force, start)
     if t == limit:
         return t, way, v, a
     if side * a < 0.0 and abs(v) < 1e-6 * abs(a) * t:
         last = -v / a
         if t + last >= limit or abs(last) > 1e-10 * t:
             t = min(limit, t + last)
-            way, v, a = slide_at(t, slide, force, start)
+            way, v, a, bend = motion_at(t, slide, force, start)
         else:
             t, way, a = t + last, way + 0.5 * v * last, a + bend * last
     return t, way, 0.0, a
@@ -208,24 +159,35 @@ def release(rig: Rig, force: Force, z: float, limit: float) -> tuple[float, floa
                 return t, side
             t += 1e-9  # touches the limit and turns back
             continue
-        step = min(safe_step(up - pull, -rate, bound2), safe_step(down + pull, rate, bound2))
+        step = min(least_step(up - pull, -rate, bound2, limit), least_step(down + pull, rate, bound2, limit))
         t += step
         if step <= 2e-16 * t and side * rate > 0.0:
             return t, side
     return limit, 0.0
 
 
-def record(room: Room, side: float, tau: float, span: float, start: State) -> None:
-    """Write one phase into the record, if it has room, and remember the first and the last kind of phase."""
-    tally, phases = room.tally, room.phases
-    at = PHASE * int(tally[PHASES])
-    if at == 0:
-        tally[FIRST] = abs(side)
-    tally[LAST] = abs(side)
-    tally[PHASES] += 1.0
-    if at + PHASE <= len(phases):
-        phases[at], phases[at + 1], phases[at + 2] = side, tau, span
-        phases[at + 3], phases[at + 4], phases[at + 5] = start
+def record(room: Room, side: float, tau: float, span: float, start: State, spring: tuple[float, float]) -> None:
+    """Book one phase, and remember the first and the last kind of phase."""
+    tally = room.tally
+    if tally[layout.PHASES] == 0.0:
+        tally[layout.FIRST] = abs(side)
+    tally[layout.LAST] = abs(side)
+    write_phase(room.phases, tally, side, (tau, span), start, spring)
+
+
+def write_phase(
+    phases: Buffer, tally: Buffer, kind: float, time: tuple[float, float], start: State, spring: tuple[float, float]
+) -> None:
+    """Count one phase, and write it into the record, if that has room.
+
+    `time` is when it began and how long it took, `spring` its stiffness and the contact's force at its start.
+    """
+    at = layout.PHASE * int(tally[layout.PHASES])
+    tally[layout.PHASES] += 1.0
+    if at + layout.PHASE <= len(phases):
+        phases[at], phases[at + 1], phases[at + 2] = kind, time[0], time[1]
+        phases[at + 3], phases[at + 4], phases[at + 5] = start.z, start.v, start.a
+        phases[at + 6], phases[at + 7] = spring
 
 
 def propagate(slide: Oscillator, span: float, jacobian: Buffer) -> None:
@@ -249,9 +211,9 @@ def stick(
     span, side = release(rig, force, z, end - tau)
     jacobian[2], jacobian[3] = 0.0, 0.0
     if span > STILL:
-        record(room, 0.0, tau, span, State(z, 0.0, 0.0))
-        tally[STUCK_TIME] += span
-        tally[STOPS_MADE] += fresh
+        record(room, 0.0, tau, span, State(z, 0.0, 0.0), (inf, 0.0))
+        tally[layout.STUCK_TIME] += span
+        tally[layout.STOPS_MADE] += fresh
     if side == 0.0:
         return end, side, 0.0
     _, rate = local_force(tau + span, force)
@@ -261,6 +223,12 @@ def stick(
         late = a / rate * (1.0 + side * static * contact.beta * contact.gradient)
         jacobian[2], jacobian[3] = -late * jacobian[0], -late * jacobian[1]
     return tau + span, side, a
+
+
+def along(contact: RigidContact, side: float) -> float:
+    """Return what friction along the path adds to the stiffness of a slide to a side (`make_rig`)."""
+    steep = contact.beta * contact.gradient
+    return side * steep if abs(steep) < 1.0 else 0.0
 
 
 def advance(rig: Rig, force: Force, tau: float, end: float, z: float, v: float, room: Room) -> tuple[float, float, int]:
@@ -277,9 +245,9 @@ def advance(rig: Rig, force: Force, tau: float, end: float, z: float, v: float, 
     while tau < end:
         budget -= 1.0
         if budget < 0.0:
-            return z, v, CHATTER
+            return z, v, layout.CHATTER
         if room.meter[0] < 0.0:
-            return z, v, TIRED
+            return z, v, layout.TIRED
         push, rate = local_force(tau, force)
         pull, load = push - z, contact.beta * (1.0 + contact.gradient * z)
         side = 1.0 if v > 0.0 or (v == 0.0 and pull > 0.0) else -1.0
@@ -287,25 +255,26 @@ def advance(rig: Rig, force: Force, tau: float, end: float, z: float, v: float, 
         if v == 0.0 and -contact.static_down * load <= pull <= contact.static_up * load:
             tau, side, a = stick(rig, force, tau, end, z, fresh, room)
             if side == 0.0:
-                return z, 0.0, DONE
+                return z, 0.0, layout.DONE
             _, rate = local_force(tau, force)
         elif before != 0.0:  # friction turned round: the acceleration jumps
             jump = min(1.0, max(0.0, a / before))
             jacobian[2], jacobian[3] = jacobian[2] * jump, jacobian[3] * jump
         start, rest, slide = State(z, v, a), end - tau, rig.rising if side > 0.0 else rig.falling
-        looks = tally[EVALUATIONS]
+        looks = tally[layout.EVALUATIONS]
         span, way, v, before = slide_end(slide, force, start, side, rate, rest, tally)
-        room.meter[0] -= len(force.p) * (tally[EVALUATIONS] - looks + 1.0)
+        room.meter[0] -= len(force.p) * (tally[layout.EVALUATIONS] - looks + 1.0)
         z += way
         fresh = 1.0
-        record(room, side, tau, span, start)
+        added, pull = along(contact, side), side * contact.beta * (1.0 + contact.gradient * start.z)
+        record(room, side, tau, span, start, (1.0 + added, pull))
         propagate(slide, span, jacobian)
-        tally[PATH] += abs(way)
-        tally[LOADED] += abs(way) * (1.0 + contact.gradient * (start.z + 0.5 * way))
-        tally[HIGH] = max(tally[HIGH], start.z, z)
-        tally[LOW] = min(tally[LOW], start.z, z)
+        tally[layout.PATH] += abs(way)
+        tally[layout.CONTACT] += (pull + 0.5 * added * way) * way
+        tally[layout.HIGH] = max(tally[layout.HIGH], start.z, z)
+        tally[layout.LOW] = min(tally[layout.LOW], start.z, z)
         tau = tau + span if span < rest else end
-    return z, v, DONE
+    return z, v, layout.DONE
 
 
 def carry(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> tuple[float, float, int]:
@@ -316,15 +285,15 @@ def carry(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> t
     """
     jacobian, tally = room.jacobian, room.tally
     jacobian[0], jacobian[1], jacobian[2], jacobian[3] = 1.0, 0.0, 0.0, 1.0
-    for i in range(TALLY):
+    for i in range(layout.TALLY):
         tally[i] = 0.0
-    tally[HIGH], tally[LOW] = -inf, inf
-    tally[CARRIED], tally[CARRIED + 1], tally[CARRIED + 2] = leg.tau, leg.span, leg.turns
-    tally[CARRIED + 3], tally[CARRIED + 4], tally[CARRIED + 5] = leg.sign, z, v
-    code = DONE
+    tally[layout.HIGH], tally[layout.LOW] = -inf, inf
+    tally[layout.CARRIED], tally[layout.CARRIED + 1], tally[layout.CARRIED + 2] = leg.tau, leg.span, leg.turns
+    tally[layout.CARRIED + 3], tally[layout.CARRIED + 4], tally[layout.CARRIED + 5] = leg.sign, z, v
+    code = layout.DONE
     for _ in range(int(leg.turns)):
         z, v, code = advance(rig, force, leg.tau, leg.tau + leg.span, z, v, room)
-        if code != DONE:
+        if code != layout.DONE:
             break
     for i in range(4):
         jacobian[i] *= leg.sign
@@ -334,6 +303,15 @@ def carry(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> t
 def again(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> None:
     """Leave the record, jacobian and tally of a state's motion over a leg in `room`, unless they are there already."""
     tally = room.tally
-    same = tally[CARRIED] == leg.tau and tally[CARRIED + 1] == leg.span and tally[CARRIED + 2] == leg.turns
-    if not (same and tally[CARRIED + 3] == leg.sign and tally[CARRIED + 4] == z and tally[CARRIED + 5] == v):
+    same = (
+        tally[layout.CARRIED] == leg.tau
+        and tally[layout.CARRIED + 1] == leg.span
+        and tally[layout.CARRIED + 2] == leg.turns
+    )
+    if not (
+        same
+        and tally[layout.CARRIED + 3] == leg.sign
+        and tally[layout.CARRIED + 4] == z
+        and tally[layout.CARRIED + 5] == v
+    ):
         carry(rig, force, leg, z, v, room)

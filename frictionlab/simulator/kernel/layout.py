@@ -8,15 +8,15 @@ TURN = 2.0 * pi
 # The kernel's functions that Python calls.
 ENTRIES = (
     *("make_rig", "carry", "steady", "steady_from", "sweep"),
-    *("evaluate", "account", "fill_row", "mirrored"),
+    *("evaluate", "account", "fill_row", "mirrored", "spectral_radius"),
 )
 
 OWNERS = ("resonance", "settle", "points")  # modules that make buffers of their own, or are handed such
 # A call hands over a hundred numbers: a fifth of the time of a steady state, for a fifth more to compile.
 INLINED = (
-    *("gap", "free_motion", "forced_motion", "pace_at", "slide_at", "push_at", "local_force"),
+    *("gap", "free_motion", "forced_motion", "motion_at", "push_at", "local_force"),
     *("jerk_bound", "snap_bound", "least_step", "cubic_step", "slide_start", "slide_end", "advance"),
-    *("propagate", "record", "release_cosine", "stick", "panels_work"),
+    *("propagate", "record", "write_phase", "along", "release_cosine", "stick", "panels_work"),
 )
 
 Buffer = list[float]  # or an array: anything indexed
@@ -80,6 +80,15 @@ class State(NamedTuple):
     a: float
 
 
+class Point(NamedTuple):
+    """The way made in a phase, velocity, acceleration and its rate."""
+
+    way: float
+    v: float
+    a: float
+    bend: float
+
+
 class Leg(NamedTuple):
     """The map whose fixed point is an orbit: turns times a span from tau on, the end multiplied by sign."""
 
@@ -112,15 +121,18 @@ Found = tuple[Leg, float, float, float, int]  # leg, z, v, miss, code
 # settled yet; TIRED: the meter has run out.
 DONE, CHATTER, WANDERS, FAR, TIRED = 0, 1, 2, 3, 4
 
-# A recorded phase: direction (0: stuck), tau, duration, z, v, a.
-PHASE = 6
+# A recorded phase: direction (0: stuck), or how many sliders slip; tau, duration, z, v, a; stiffness of the oscillator
+# (infinite: the mass stands), force of the contact but for its dashpot at the start.
+PHASE = 8
 
-# The tally of a motion. PATH is the way slid, LOADED the same weighed with the friction force over beta; CROSS is the
-# integral of v f'; HIGH and LOW bound z, TOP and BOTTOM the mass's own displacement.
+# The tally of a motion. PATH is the way slid, CONTACT the integral of the contact's force over it (of both dashpots'
+# force: VISCOUS), CROSS that of v f'; HIGH and LOW bound z, TOP and BOTTOM the mass's own displacement. Of elastic
+# contacts: time since the last slip ended, columns of the jacobian.
 PATH, STUCK_TIME, STOPS_MADE, HIGH, LOW, FIRST, LAST, PHASES, WORK, VISCOUS, EVALUATIONS = range(11)
-LOADED, CROSS, TOP, BOTTOM = range(11, 15)
+CONTACT, CROSS, TOP, BOTTOM = range(11, 15)
 CARRIED = 15  # from here on: tau, span, turns and sign of the leg carried, and the state it was carried from
-TALLY = 21
+HELD_FOR, COLUMNS = 21, 22
+TALLY = 23
 
 # The row of a steady state.
 OUTCOME, ENERGY, AMPLITUDE, STOPS, STUCK_SHARE, SYMMETRIC, PERIOD, MULTIPLIER, CLOSURE, MISS, CLOSED_FORM = range(11)
@@ -138,3 +150,16 @@ UPCOMING = 10
 
 # A point of a map: r, then the contact's numbers.
 POINT = 7
+
+# Of elastic contacts.
+LIMIT, TURNED, REACHED = 0, 1, 2  # what ended a phase: the time, a zero of the velocity, a slider's limit
+PULLED = 3  # how a motion ended (beside DONE, CHATTER, WANDERS): where friction would turn into a pull
+
+# What a slider's force is at the section of a map: tied to its limit, to a spring that never slips, or an unknown.
+SLIDING, OUTER, FREE = 0.0, 1.0, 2.0
+
+# What is asked of a motion over a leg: where it ends, or the derivative of that, too.
+PLAIN, DERIVED = 0, 1
+
+# How often a search applies the map itself, where Newton's step does not help, before it gives up.
+HASTY, PATIENT = 2.0, 1e9

@@ -2,22 +2,7 @@
 
 from math import cos, exp, expm1, hypot, sin, sqrt
 
-from frictionlab.simulator.kernel.layout import Force, Oscillator, Rig, RigidContact, State
-
-__all__ = [
-    "cosine_defect",
-    "forced_motion",
-    "free_motion",
-    "gap",
-    "local_force",
-    "make_oscillator",
-    "make_rig",
-    "pace_at",
-    "push_at",
-    "sine_defect",
-    "slide_at",
-]
-
+from frictionlab.simulator.kernel.layout import Force, Oscillator, Point, Rig, RigidContact, State
 
 Driven = tuple[float, float, float, float, float]
 
@@ -29,11 +14,18 @@ def make_oscillator(r: float, zeta: float, stiffness: float, force: Force) -> Os
         size = hypot(force.cosine[i], force.sine[i])
         rate += (i + 1) * size
         rate2 += (i + 1) * (i + 1) * size
-    if stiffness != 1.0:
-        root = sqrt(stiffness)
-        r, zeta, rate, rate2 = r / root, zeta / root, rate / stiffness, rate2 / stiffness
     omega = sqrt(abs((1.0 - zeta) * (1.0 + zeta))) / r
-    return Oscillator(r, zeta, omega, rate, rate2, 1.0 / stiffness)
+    return stiffened(Oscillator(r, zeta, omega, rate, rate2, 1.0), stiffness)
+
+
+def stiffened(plain: Oscillator, stiffness: float) -> Oscillator:
+    """Return the oscillator of another stiffness, from that of stiffness 1."""
+    if stiffness == 1.0:
+        return plain
+    root = sqrt(stiffness)
+    r, zeta = plain.r / root, plain.zeta / root
+    omega = sqrt(abs((1.0 - zeta) * (1.0 + zeta))) / r
+    return Oscillator(r, zeta, omega, plain.rate / stiffness, plain.rate2 / stiffness, 1.0 / stiffness)
 
 
 def make_rig(r: float, contact: RigidContact, force: Force) -> Rig:
@@ -41,12 +33,11 @@ def make_rig(r: float, contact: RigidContact, force: Force) -> Rig:
 
     A stiffness that is not positive is replaced by 1: `find_orbit` answers RUNAWAY then.
     """
-    zeta, steep = contact.damping + contact.frame, contact.beta * contact.gradient
-    plain = make_oscillator(r, zeta, 1.0, force)
-    if steep == 0.0 or abs(steep) >= 1.0:
+    steep = contact.beta * contact.gradient
+    plain = make_oscillator(r, contact.damping + contact.frame, 1.0, force)
+    if abs(steep) >= 1.0:
         return Rig(contact, plain, plain, plain)
-    rising = make_oscillator(r, zeta, 1.0 + steep, force)
-    return Rig(contact, plain, rising, make_oscillator(r, zeta, 1.0 - steep, force))
+    return Rig(contact, plain, stiffened(plain, 1.0 + steep), stiffened(plain, 1.0 - steep))
 
 
 def gap(r: float, k: float) -> float:
@@ -144,8 +135,8 @@ def local_force(tau: float, force: Force) -> tuple[float, float]:
     return size, rate
 
 
-def slide_at(t: float, slide: Oscillator, force: Force, start: State) -> tuple[float, float, float]:
-    """Return the way made, v and a at time t of a slide from its start.
+def motion_at(t: float, slide: Oscillator, force: Force, start: State) -> Point:
+    """Return the way made, v, a and v'' at time t of a phase from its start.
 
     Friction acts through the acceleration at the start only; the way is not a difference of displacements, so that it
     keeps its digits however small it is.
@@ -156,32 +147,16 @@ def slide_at(t: float, slide: Oscillator, force: Force, start: State) -> tuple[f
     way = v0 * h + (r * r * a0 + 2.0 * zeta * r * v0) * lost
     v = v0 * g + a0 * h
     a = a0 * (g - 2.0 * zeta / r * h) - v0 * h / (r * r)
-    for i in range(len(force.p)):
-        k = i + 1.0
-        p, q = slide.share * force.p[i], slide.share * force.q[i]
-        c, s, rest, _, _ = forced_motion(t, k, slide, h, lost)
-        way += p * rest + q * s
-        v += k * (q * c - p * s)
-        a += k * (q * (h / (r * r) - k * s) - k * p * c)
-    return way, v, a
-
-
-def pace_at(t: float, slide: Oscillator, force: Force, start: State) -> tuple[float, float, float]:
-    """Return v, a and v'' at time t of a slide from its start."""
-    r, zeta = slide.r, slide.zeta
-    v0, a0 = start.v, start.a
-    g, h, lost = free_motion(t, slide)
-    v = v0 * g + a0 * h
-    a = a0 * (g - 2.0 * zeta / r * h) - v0 * h / (r * r)
     rate = 0.0
     for i in range(len(force.p)):
         k = i + 1.0
         p, q = slide.share * force.p[i], slide.share * force.q[i]
-        c, s, _, low, high = forced_motion(t, k, slide, h, lost)
+        c, s, rest, low, high = forced_motion(t, k, slide, h, lost)
+        way += p * rest + q * s
         v += k * (q * c - p * s)
         a += k * (q * (h / (r * r) - k * s) - k * p * c)
         rate += k * (q * low - p * high)
-    return v, a, (rate - v - 2.0 * zeta * r * a) / (r * r)
+    return Point(way, v, a, (rate - v - 2.0 * zeta * r * a) / (r * r))
 
 
 def push_at(t: float, slide: Oscillator, force: Force, start: State) -> tuple[float, float]:

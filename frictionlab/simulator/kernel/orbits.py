@@ -2,47 +2,14 @@
 
 from math import hypot, inf, pi
 
-from frictionlab.simulator.kernel.continuous import continuous_orbit, continuous_state, frictionless
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.kernel.continuous import continuous_orbit, continuous_state, forced
 from frictionlab.simulator.kernel.events import carry
-from frictionlab.simulator.kernel.layout import (
-    CHATTER,
-    CHATTERED,
-    DONE,
-    FAR,
-    NOT_FOUND,
-    PARTING,
-    PATH,
-    PERIODIC,
-    PULLING,
-    STUCK,
-    STUCK_TIME,
-    TURN,
-    UPCOMING,
-    WANDERS,
-    Force,
-    Found,
-    Home,
-    Leg,
-    Rig,
-    RigidContact,
-    Room,
-)
-from frictionlab.simulator.kernel.outlook import at_once, even_handed
+from frictionlab.simulator.kernel.layout import TURN, Force, Found, Home, Leg, Rig, RigidContact, Room
+from frictionlab.simulator.kernel.outlook import at_once, is_symmetric
 from frictionlab.simulator.kernel.resonance import resonant_orbit
 from frictionlab.simulator.kernel.settle import attract, calm
-from frictionlab.simulator.kernel.shooting import pulls, shoot, spectral_radius, symmetric_force
-
-__all__ = [
-    "continued",
-    "find_orbit",
-    "is_simple",
-    "only_orbit",
-    "orbit_from",
-    "search",
-    "settled",
-    "upcoming",
-    "verdict",
-]
+from frictionlab.simulator.kernel.shooting import pulls, shoot, spectral_radius
 
 MOST_STEPS = 60.0  # Newton steps to the only orbit
 FEW_STEPS = 8.0  # Newton steps from a guess
@@ -58,13 +25,19 @@ def only_orbit(rig: Rig, force: Force, room: Room) -> Found:
     resonates, found = resonant_orbit(rig, force, room)
     if resonates:
         return found
-    span, sign = (pi, -1.0) if symmetric_force(force) and even_handed(rig) else (TURN, 1.0)
+    span, sign = (pi, -1.0) if is_symmetric(rig, force) else (TURN, 1.0)
     leg, z, v, miss, code = orbit_from(rig, force, Leg(0.0, span, 1.0, sign), room)
     for section in range(1, SECTIONS):
-        if code != DONE or miss <= 1e-12 * (hypot(z, rig.plain.r * v) + room.tally[PATH]) + 1e-14 * rig.plain.rate:
+        if (
+            code != layout.DONE
+            or miss <= 1e-12 * (hypot(z, rig.plain.r * v) + room.tally[layout.PATH]) + 1e-14 * rig.plain.rate
+        ):
             break
         leg, z, v, miss, code = orbit_from(rig, force, Leg(0.7 * section, span, 1.0, sign), room)
-    if code == DONE and miss > 1e-12 * (hypot(z, rig.plain.r * v) + room.tally[PATH]) + 1e-14 * rig.plain.rate:
+    if (
+        code == layout.DONE
+        and miss > 1e-12 * (hypot(z, rig.plain.r * v) + room.tally[layout.PATH]) + 1e-14 * rig.plain.rate
+    ):
         return continued(rig, force, Leg(0.0, span, 1.0, sign), room)
     return leg, z, v, miss, code
 
@@ -91,15 +64,17 @@ def orbit_from(rig: Rig, force: Force, leg: Leg, room: Room) -> Found:
         amplitude, z, v = continuous_state(rig, force, leg.tau)
         if amplitude > 0.0:
             z, v, miss, code = shoot(rig, force, leg, z, v, room, FEW_STEPS)
-            if code == DONE and miss <= 2e-15 * (hypot(z, rig.plain.r * v) + room.tally[PATH]):
+            if code == layout.DONE and miss <= 2e-15 * (hypot(z, rig.plain.r * v) + room.tally[layout.PATH]):
                 return leg, z, v, miss, code
     z, v = 0.0, 0.0
     for _ in range(2):
         z, v, _ = carry(rig, force, leg, z, v, room)
-    if room.tally[STUCK_TIME] == 0.0:  # a motion without stops forgets rest slowly: perhaps friction hardly counts
+    if (
+        room.tally[layout.STUCK_TIME] == 0.0
+    ):  # a motion without stops forgets rest slowly: perhaps friction hardly counts
         iz, iv, _ = carry(rig, force, leg, z, v, room)
         miss = hypot(iz - z, rig.plain.r * (iv - v))
-        fz, fv = frictionless(rig, force, leg.tau)
+        fz, fv, _ = forced(rig, force, leg.tau)
         iz, iv, _ = carry(rig, force, leg, fz, fv, room)
         if hypot(iz - fz, rig.plain.r * (iv - fv)) <= miss:
             z, v = fz, fv
@@ -118,7 +93,7 @@ def settled(rig: Rig, force: Force, z: float, v: float, room: Room) -> tuple[Fou
     if is_simple(rig, force) and rig.contact.beta > 0.0:
         leg, home = calm(rig, force, room)
     found = attract(rig, force, z, v, home, room)
-    far = found[4] == FAR
+    far = found[4] == layout.FAR
     if home.near == 0.0 and far:
         return upcoming(rig, force, found, room), False
     if home.near == 0.0 or not (far or (found[1] == home.z and found[2] == home.v)):
@@ -126,7 +101,7 @@ def settled(rig: Rig, force: Force, z: float, v: float, room: Room) -> tuple[Fou
     _, oz, ov = continuous_state(rig, force, leg.tau)
     iz, iv, code = carry(rig, force, leg, oz, ov, room)
     miss = hypot(iz - oz, rig.plain.r * (iv - ov))
-    return (leg, oz, ov, miss, FAR if far and code == DONE else code), rig.plain.zeta == 0.0
+    return (leg, oz, ov, miss, layout.FAR if far and code == layout.DONE else code), rig.plain.zeta == 0.0
 
 
 def upcoming(rig: Rig, force: Force, found: Found, room: Room) -> Found:
@@ -134,10 +109,10 @@ def upcoming(rig: Rig, force: Force, found: Found, room: Room) -> Found:
     resonates, orbit = resonant_orbit(rig, force, room)
     if resonates:
         leg, z, v, miss, _ = orbit
-        return leg, z, v, miss, FAR
+        return leg, z, v, miss, layout.FAR
     leg, z, v, miss, _ = found
     carry(rig, force, leg, z, v, room)
-    return leg, z, v, miss, DONE
+    return leg, z, v, miss, layout.DONE
 
 
 def search(rig: Rig, force: Force, room: Room) -> tuple[Found, bool]:
@@ -150,8 +125,8 @@ def search(rig: Rig, force: Force, room: Room) -> tuple[Found, bool]:
         leg, z, v, miss, code = only_orbit(rig, force, room)
         if rig.contact.gradient == 0.0:
             return (leg, z, v, miss, code), False
-        size = hypot(z, rig.plain.r * v) + room.tally[PATH]
-        if code == DONE and miss <= 1e-12 * size + 1e-14 * rig.plain.rate:
+        size = hypot(z, rig.plain.r * v) + room.tally[layout.PATH]
+        if code == layout.DONE and miss <= 1e-12 * size + 1e-14 * rig.plain.rate:
             carry(rig, force, leg, z, v, room)
             if abs(spectral_radius(room.jacobian)) <= 1.0 + 1e-9:
                 return (leg, z, v, miss, code), False
@@ -161,35 +136,42 @@ def search(rig: Rig, force: Force, room: Room) -> tuple[Found, bool]:
 def verdict(rig: Rig, found: Found, room: Room) -> int:
     """Return the outcome of a search; `room` holds the tally of its last motion."""
     _, z, v, miss, code = found
-    size = hypot(z, rig.plain.r * v) + room.tally[PATH]
-    if code == CHATTER:
-        return CHATTERED
+    size = hypot(z, rig.plain.r * v) + room.tally[layout.PATH]
+    if code == layout.CHATTER:
+        return layout.CHATTERED
     if pulls(rig, room):
-        return PULLING
-    if code == WANDERS:
-        return PARTING
-    if room.tally[PATH] == 0.0:
-        return STUCK
+        return layout.PULLING
+    if code == layout.WANDERS:
+        return layout.PARTING
+    if room.tally[layout.PATH] == 0.0:
+        return layout.STUCK
     if miss > 1e-9 * size + 1e-14 * rig.plain.rate:
-        return NOT_FOUND
-    return UPCOMING if code == FAR else PERIODIC
+        return layout.NOT_FOUND
+    return layout.UPCOMING if code == layout.FAR else layout.PERIODIC
 
 
 def find_orbit(rig: Rig, force: Force, closed: int, room: Room) -> tuple[int, Leg, float, float, float, bool]:
     """Return outcome, leg, z, v, miss, and whether the closed form was it. `closed`: -1 never, 0 if valid, 1 only."""
     leg = Leg(0.0, TURN, 1.0, 1.0)
     outcome, place = at_once(rig, force, room)
-    if outcome != PERIODIC:
+    if outcome != layout.PERIODIC:
         return outcome, leg, place, 0.0, 0.0, False
     only = max(rig.contact.static_up, rig.contact.static_down) == 1.0 or rig.contact.beta == 0.0 or closed == 1
     if closed >= 0 and only and is_simple(rig, force) and rig.plain.zeta == 0.0:
         leg, z, v, valid = continuous_orbit(rig, force, room)
         if valid:
             iz, iv, _ = carry(rig, force, leg, z, v, room)
-            return PERIODIC, leg, z, v, hypot(iz - z, rig.plain.r * (iv - v)), True
+            return layout.PERIODIC, leg, z, v, hypot(iz - z, rig.plain.r * (iv - v)), True
     if closed == 1:
-        return NOT_FOUND, leg, 0.0, 0.0, inf, False
+        return layout.NOT_FOUND, leg, 0.0, 0.0, inf, False
     found, exact = search(rig, force, room)
     leg, z, v, miss, _ = found
     outcome = verdict(rig, found, room)
-    return outcome, leg, z, 0.0 if outcome == STUCK else v, 0.0 if outcome == STUCK else miss, exact and closed >= 0
+    return (
+        outcome,
+        leg,
+        z,
+        0.0 if outcome == layout.STUCK else v,
+        0.0 if outcome == layout.STUCK else miss,
+        exact and closed >= 0,
+    )

@@ -2,31 +2,11 @@
 
 from math import hypot, inf, pi, sqrt
 
+from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.kernel.events import carry
-from frictionlab.simulator.kernel.layout import (
-    PATH,
-    PERIODIC,
-    RUNAWAY,
-    STUCK,
-    TURN,
-    UNBOUNDED,
-    Force,
-    Leg,
-    Rig,
-    Room,
-)
+from frictionlab.simulator.kernel.layout import TURN, Force, Leg, Rig, Room
 from frictionlab.simulator.kernel.motion import gap, local_force
-
-__all__ = [
-    "at_once",
-    "comes_to_rest",
-    "crests",
-    "even_handed",
-    "grows",
-    "holds",
-    "resting_places",
-    "root_mean_square",
-]
+from frictionlab.simulator.kernel.shooting import symmetric_force
 
 RESTING = 64  # cycles in which a mass that can rest comes to rest, or nearly so
 
@@ -49,12 +29,17 @@ def holds(rig: Rig, force: Force, room: Room) -> bool:
         hold = rig.contact.beta * min(rig.contact.static_up, rig.contact.static_down)
         return hold >= hypot(force.cosine[0], force.sine[0])
     carry(rig, force, Leg(0.0, TURN, 1.0, 1.0), 0.0, 0.0, room)
-    return room.tally[PATH] == 0.0
+    return room.tally[layout.PATH] == 0.0
 
 
 def even_handed(rig: Rig) -> bool:
     """Tell whether the contact does the same in both directions, wherever the mass is."""
     return rig.contact.gradient == 0.0 and rig.contact.static_up == rig.contact.static_down
+
+
+def is_symmetric(rig: Rig, force: Force) -> bool:
+    """Tell whether the mirror image of a motion, half a cycle later, is a motion too."""
+    return symmetric_force(force) and even_handed(rig)
 
 
 def root_mean_square(force: Force) -> float:
@@ -108,10 +93,10 @@ def comes_to_rest(rig: Rig, force: Force, room: Room) -> tuple[bool, float]:
     z, v, before, leg = 0.0, 0.0, 0.0, Leg(0.0, TURN, 1.0, 1.0)
     for cycle in range(RESTING):
         z, v, _ = carry(rig, force, leg, z, v, room)
-        if room.tally[PATH] == 0.0:
+        if room.tally[layout.PATH] == 0.0:
             return True, z
-        before = room.tally[PATH] if cycle == RESTING // 2 else before
-    path, inside = room.tally[PATH], 4e-16 * (rig.plain.rate + abs(least) + abs(largest))
+        before = room.tally[layout.PATH] if cycle == RESTING // 2 else before
+    path, inside = room.tally[layout.PATH], 4e-16 * (rig.plain.rate + abs(least) + abs(largest))
     place = min(max(z, least + inside), largest - inside) if largest - least > 2.0 * inside else 0.5 * (least + largest)
     simple = even_handed(rig) and rig.contact.static_up == 1.0
     return simple or (path < 0.5 * before and abs(z - place) < 4.0 * RESTING * path), place
@@ -120,10 +105,10 @@ def comes_to_rest(rig: Rig, force: Force, room: Room) -> tuple[bool, float]:
 def at_once(rig: Rig, force: Force, room: Room) -> tuple[int, float]:
     """Return the outcome that needs no search and where the mass is then; PERIODIC: an orbit is to be found."""
     if abs(rig.contact.beta * rig.contact.gradient) >= 1.0:
-        return RUNAWAY, 0.0
+        return layout.RUNAWAY, 0.0
     if grows(rig, force):
-        return UNBOUNDED, 0.0
+        return layout.UNBOUNDED, 0.0
     if holds(rig, force, room):
-        return STUCK, 0.0
+        return layout.STUCK, 0.0
     rests, place = comes_to_rest(rig, force, room)
-    return (STUCK, place) if rests else (PERIODIC, 0.0)
+    return (layout.STUCK, place) if rests else (layout.PERIODIC, 0.0)

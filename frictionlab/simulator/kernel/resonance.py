@@ -9,26 +9,12 @@ small distance, and so lose nothing.
 
 from math import atan2, cos, exp, expm1, hypot, pi, sin
 
-from frictionlab.simulator.kernel.continuous import damped_turn, den_hartog
+from frictionlab.simulator.kernel import layout
+from frictionlab.simulator.kernel.continuous import damped_turn, den_hartog, forced
 from frictionlab.simulator.kernel.events import carry
-from frictionlab.simulator.kernel.layout import (
-    DONE,
-    PATH,
-    PHASES,
-    STUCK_TIME,
-    TURN,
-    Buffer,
-    Force,
-    Found,
-    Leg,
-    Oscillator,
-    Rig,
-    Room,
-)
+from frictionlab.simulator.kernel.layout import TURN, Buffer, Force, Found, Leg, Oscillator, Rig, Room
 from frictionlab.simulator.kernel.motion import gap
 from frictionlab.simulator.kernel.shooting import symmetric_force
-
-__all__ = ["close_harmonic", "first_turns", "forced", "impulse", "resonant_orbit", "rubbed", "solve_turns", "solved"]
 
 CLOSE = 0.01  # to resonance: 1 - k r, and the damping ratio
 MOST_TURNS = 64  # in a cycle
@@ -61,18 +47,6 @@ def first_turns(rig: Rig, force: Force, n: int, turns: Buffer) -> bool:
     return amplitude > 0.0
 
 
-def forced(rig: Rig, force: Force, tau: float) -> tuple[float, float, float]:
-    """Return z, v and a at tau of the periodic motion under the force alone."""
-    r, zeta = rig.plain.r, rig.plain.zeta
-    z, v, a = 0.0, 0.0, 0.0
-    for i in range(len(force.cosine)):
-        k = i + 1.0
-        stiffness = complex(gap(r, k) * (1.0 + k * r), 2.0 * zeta * k * r)
-        motion = complex(force.cosine[i], -force.sine[i]) * complex(cos(k * tau), sin(k * tau)) / stiffness
-        z, v, a = z + motion.real, v - k * motion.imag, a - k * k * motion.real
-    return z, v, a
-
-
 def impulse(slide: Oscillator, n: int, t: float) -> tuple[float, float]:
     """Return the periodic motion under one unit impulse a cycle, and its rate, at t in [0, 2 pi) after the impulse.
 
@@ -103,26 +77,26 @@ def rubbed(rig: Rig, n: int, turns: Buffer, tau: float) -> tuple[float, float]:
     return z, v
 
 
-def solved(matrix: Buffer, size: int) -> None:
-    """Solve a system of equations, rows of `size` coefficients and a right side, by elimination with pivots.
-
-    The unknowns are left where the right sides were.
-    """
-    wide = size + 1
-    for i in range(size):
-        best = i
-        for row in range(i + 1, size):
-            if abs(matrix[row * wide + i]) > abs(matrix[best * wide + i]):
-                best = row
-        for j in range(wide):
-            matrix[i * wide + j], matrix[best * wide + j] = matrix[best * wide + j], matrix[i * wide + j]
-        for row in range(size):
-            if row != i:
-                share = matrix[row * wide + i] / matrix[i * wide + i]
-                for j in range(i, wide):
-                    matrix[row * wide + j] -= share * matrix[i * wide + j]
-    for i in range(size):
-        matrix[i * wide + size] /= matrix[i * wide + i]
+def solve_linear(matrix: Buffer, size: int) -> bool:
+    """Solve size linear equations in place, right side in the last column; False where they have no one solution."""
+    width = size + 1
+    for k in range(size):
+        best = k
+        for i in range(k + 1, size):
+            if abs(matrix[i * width + k]) > abs(matrix[best * width + k]):
+                best = i
+        if matrix[best * width + k] == 0.0:
+            return False
+        for j in range(width):
+            matrix[k * width + j], matrix[best * width + j] = matrix[best * width + j], matrix[k * width + j]
+        for i in range(size):
+            if i != k:
+                share = matrix[i * width + k] / matrix[k * width + k]
+                for j in range(k, width):
+                    matrix[i * width + j] -= share * matrix[k * width + j]
+    for k in range(size):
+        matrix[k * width + size] /= matrix[k * width + k]
+    return True
 
 
 def solve_turns(rig: Rig, force: Force, n: int, turns: Buffer) -> bool:
@@ -141,7 +115,8 @@ def solve_turns(rig: Rig, force: Force, n: int, turns: Buffer) -> bool:
                 if i != j:
                     matrix[i * wide + i] += jump * rate
                     matrix[i * wide + j] = -jump * rate
-        solved(matrix, count)
+        if not solve_linear(matrix, count):
+            return False
         largest, reach = 0.0, 0.0
         for i in range(count):
             step = matrix[i * wide + count]
@@ -160,7 +135,7 @@ def resonant_orbit(rig: Rig, force: Force, room: Room) -> tuple[bool, Found]:
     It starts midway between two turns; the event loop must come back to it by as many slides and without a stop.
     """
     leg, n = Leg(0.0, TURN, 1.0, 1.0), close_harmonic(rig, force)
-    none = (leg, 0.0, 0.0, 0.0, DONE)
+    none = (leg, 0.0, 0.0, 0.0, layout.DONE)
     turns = [0.0] * (2 * n)
     if n == 0 or not first_turns(rig, force, n, turns) or not solve_turns(rig, force, n, turns):
         return False, none
@@ -171,6 +146,6 @@ def resonant_orbit(rig: Rig, force: Force, room: Room) -> tuple[bool, Found]:
     z, v = z + more, v + faster
     leg = Leg(tau % TURN, pi, 1.0, -1.0) if half else Leg(tau % TURN, TURN, 1.0, 1.0)
     iz, iv, code = carry(rig, force, leg, z, v, room)
-    miss, size = hypot(iz - z, rig.plain.r * (iv - v)), hypot(z, rig.plain.r * v) + room.tally[PATH]
-    calm = room.tally[STUCK_TIME] == 0.0 and room.tally[PHASES] == (n if half else 2 * n) + 1.0
-    return code == DONE and calm and miss <= 1e-12 * size, (leg, z, v, miss, code)
+    miss, size = hypot(iz - z, rig.plain.r * (iv - v)), hypot(z, rig.plain.r * v) + room.tally[layout.PATH]
+    calm = room.tally[layout.STUCK_TIME] == 0.0 and room.tally[layout.PHASES] == (n if half else 2 * n) + 1.0
+    return code == layout.DONE and calm and miss <= 1e-12 * size, (leg, z, v, miss, code)

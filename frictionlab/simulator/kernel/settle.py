@@ -9,44 +9,12 @@ period, and the orbit that Newton's method finds there goes through these phases
 
 from math import exp, hypot, inf, log, pi
 
+from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.kernel.continuous import continuous_orbit, continuous_state, safe_distance
 from frictionlab.simulator.kernel.events import carry
-from frictionlab.simulator.kernel.layout import (
-    DONE,
-    FAR,
-    FIRST,
-    PATH,
-    PHASES,
-    STOPS_MADE,
-    STUCK_TIME,
-    TIRED,
-    TURN,
-    WANDERS,
-    Buffer,
-    Force,
-    Found,
-    Home,
-    Leg,
-    Past,
-    Rig,
-    Room,
-)
-from frictionlab.simulator.kernel.outlook import even_handed
-from frictionlab.simulator.kernel.shooting import newton_target, spectral_radius, symmetric_force
-
-__all__ = [
-    "alike",
-    "attract",
-    "calm",
-    "finish",
-    "nearest",
-    "parting",
-    "phases_passed",
-    "returning",
-    "shortest",
-    "stretch",
-    "whole",
-]
+from frictionlab.simulator.kernel.layout import TURN, Buffer, Force, Found, Home, Leg, Past, Rig, Room
+from frictionlab.simulator.kernel.outlook import is_symmetric
+from frictionlab.simulator.kernel.shooting import newton_target, spectral_radius
 
 LONGEST = 512  # cycles of the longest orbit looked for
 PATIENCE = 4096  # cycles waited for a motion that contracts
@@ -65,7 +33,7 @@ def phases_passed(room: Room) -> float:
     How many phases and stops there are, and whether a stop comes first: else one motion that stands at the section
     looks like another that has just left its stop there.
     """
-    return room.tally[PHASES] + 4096.0 * room.tally[STOPS_MADE] + 0.5 * room.tally[FIRST]
+    return room.tally[layout.PHASES] + 4096.0 * room.tally[layout.STOPS_MADE] + 0.5 * room.tally[layout.FIRST]
 
 
 def stretch(jacobian: Buffer, dz: float, dv: float, r: float) -> tuple[float, float, float]:
@@ -126,10 +94,10 @@ def finish(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> 
     r = rig.plain.r
     iz, iv, code = carry(rig, force, leg, z, v, room)
     later_z, later_v, passed, radius = iz, iv, phases_passed(room), abs(spectral_radius(room.jacobian))
-    oz, ov, miss, size = z, v, hypot(iz - z, r * (iv - v)), hypot(z, r * v) + room.tally[PATH]
+    oz, ov, miss, size = z, v, hypot(iz - z, r * (iv - v)), hypot(z, r * v) + room.tally[layout.PATH]
     floor = 1e-12 * size + 1e-14 * rig.plain.rate
     for _ in range(STEPS):
-        if code != DONE or room.tally[PATH] == 0.0 or miss <= 2e-16 * size:
+        if code != layout.DONE or room.tally[layout.PATH] == 0.0 or miss <= 2e-16 * size:
             break
         nz, nv = newton_target(room.jacobian, oz, ov, iz - oz, iv - ov)
         jz, jv, code = carry(rig, force, leg, nz, nv, room)
@@ -143,7 +111,7 @@ def finish(rig: Rig, force: Force, leg: Leg, z: float, v: float, room: Room) -> 
     bent_z = later_z - oz - jacobian[0] * dz - jacobian[1] * dv
     bent_v = later_v - ov - jacobian[2] * dz - jacobian[3] * dv
     straight = hypot(bent_z, r * bent_v) <= 0.5 * max(0.0, 1.0 - radius) * hypot(dz, r * dv) + floor
-    same = code == DONE and miss <= floor and phases_passed(room) == passed
+    same = code == layout.DONE and miss <= floor and phases_passed(room) == passed
     return oz, ov, miss, same and straight and radius <= 1.0 + 1e-9
 
 
@@ -153,11 +121,11 @@ def shortest(rig: Rig, force: Force, leg: Leg, z: float, v: float, miss: float, 
         if int(leg.turns) % turns == 0:
             part = Leg(leg.tau, leg.span, float(turns), leg.sign)
             iz, iv, code = carry(rig, force, part, z, v, room)
-            size = hypot(z, rig.plain.r * v) + room.tally[PATH]
-            if code == DONE and hypot(iz - z, rig.plain.r * (iv - v)) <= 1e-9 * size:
+            size = hypot(z, rig.plain.r * v) + room.tally[layout.PATH]
+            if code == layout.DONE and hypot(iz - z, rig.plain.r * (iv - v)) <= 1e-9 * size:
                 z, v, miss, _ = finish(rig, force, part, z, v, room)
-                return part, z, v, miss, DONE
-    return leg, z, v, miss, DONE
+                return part, z, v, miss, layout.DONE
+    return leg, z, v, miss, layout.DONE
 
 
 def calm(rig: Rig, force: Force, room: Room) -> tuple[Leg, Home]:
@@ -188,25 +156,25 @@ def attract(rig: Rig, force: Force, z: float, v: float, home: Home, room: Room) 
     is WANDERS, and the miss the growth of a neighbour's distance in a cycle, if motions beside it part; FAR if it has
     not stopped any more for long, but has not settled either.
     """
-    r, each = rig.plain.r, 2 if symmetric_force(force) and even_handed(rig) else 1
+    r, each = rig.plain.r, 2 if is_symmetric(rig, force) else 1
     leg, most = whole(1, each), LONGEST * each
     ring, tried = [Past(z, v, 0.0, -1.0)] * (2 * most + 1), [NEAR] * (most + 1)
     dz, dv, grown, spent, held, free = 1.0, 0.0, 0.0, 0.0, 0, 0
     for at in range(1, PATIENCE * each + 1):
         z, v, code = carry(rig, force, leg, z, v, room)
-        held = held + 1 if room.tally[PATH] == 0.0 else 0
-        free = free + 1 if room.tally[STUCK_TIME] == 0.0 else 0
-        if code == TIRED:
+        held = held + 1 if room.tally[layout.PATH] == 0.0 else 0
+        free = free + 1 if room.tally[layout.STUCK_TIME] == 0.0 else 0
+        if code == layout.TIRED:
             now, old = ring[(at - 1) % len(ring)], ring[(at - 2) % len(ring)]
             return leg, now.z, now.v, hypot(now.z - old.z, r * (now.v - old.v)), code
-        if code != DONE or held == each:
+        if code != layout.DONE or held == each:
             return Leg(0.0, TURN, 1.0, 1.0), -z if each == 2 and at % 2 == 1 else z, v, 0.0, code
         if hypot(z - home.z, r * (v - home.v)) < home.near:
-            return leg, home.z, home.v, 0.0, DONE
+            return leg, home.z, home.v, 0.0, layout.DONE
         dz, dv, more = stretch(room.jacobian, dz, dv, r)
         grown += more
         ring[at % len(ring)] = Past(z, v, grown, phases_passed(room))
-        size = hypot(z, r * v) + each * room.tally[PATH]
+        size = hypot(z, r * v) + each * room.tally[layout.PATH]
         legs, away = nearest(ring, at, tried, each, r, size) if at <= EAGER or at % 8 == 0 else (0, inf)
         trial = whole(legs, each)
         if legs > 0 and (away <= 1e-9 * size or spent + trial.turns <= 16.0 + 0.5 * at / each):
@@ -216,5 +184,5 @@ def attract(rig: Rig, force: Force, z: float, v: float, home: Home, room: Room) 
             spent, tried[legs] = spent + 2.0 * trial.turns, 0.1 * away / size
         growth = parting(ring, at, each)
         if growth > 0.0:
-            return leg, z, v, growth, WANDERS
-    return leg, z, v, inf, FAR if free >= WINDOW * each else DONE
+            return leg, z, v, growth, layout.WANDERS
+    return leg, z, v, inf, layout.FAR if free >= WINDOW * each else layout.DONE

@@ -2,10 +2,9 @@
 
 from math import hypot, sqrt
 
+from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.kernel.events import carry
-from frictionlab.simulator.kernel.layout import DONE, HIGH, LOW, PATH, TIRED, Buffer, Force, Leg, Rig, Room
-
-__all__ = ["newton_target", "pulls", "shoot", "spectral_radius", "symmetric_force"]
+from frictionlab.simulator.kernel.layout import Buffer, Force, Leg, Rig, Room
 
 
 def symmetric_force(force: Force) -> bool:
@@ -49,8 +48,8 @@ def shoot(
     iz, iv, code = carry(rig, force, leg, z, v, room)
     miss = hypot(iz - z, r * (iv - v))
     for _ in range(int(steps)):
-        size = hypot(z, r * v) + room.tally[PATH]
-        if code != DONE or room.tally[PATH] == 0.0 or miss <= 2e-16 * size:
+        size = hypot(z, r * v) + room.tally[layout.PATH]
+        if code != layout.DONE or room.tally[layout.PATH] == 0.0 or miss <= 2e-16 * size:
             break
         nz, nv = newton_target(room.jacobian, z, v, iz - z, iv - v)
         share = 1.0
@@ -58,18 +57,18 @@ def shoot(
             tz, tv = z + share * (nz - z), v + share * (nv - v)
             mz, mv, code = carry(rig, force, leg, tz, tv, room)
             less = hypot(mz - tz, r * (mv - tv))
-            if code == DONE and less < (1.0 - 0.5 * share) * miss:
+            if code == layout.DONE and less < (1.0 - 0.5 * share) * miss:
                 break
             share *= 0.25
             if miss <= 1e-13 * size + floor:
-                return z, v, miss, DONE
+                return z, v, miss, layout.DONE
         if share > 0.01:
             z, v, iz, iv, miss = tz, tv, mz, mv, less
             continue
         for _ in range(patience):
             z, v = iz, iv
             iz, iv, code = carry(rig, force, leg, z, v, room)
-            if code == TIRED:
+            if code == layout.TIRED:
                 return z, v, miss, code
             miss = hypot(iz - z, r * (iv - v))
         patience = min(2 * patience, 64)
@@ -79,4 +78,4 @@ def shoot(
 def pulls(rig: Rig, room: Room) -> bool:
     """Tell whether friction has turned into a pull, 1 + q z < 0, somewhere on the way last carried."""
     q = rig.contact.gradient
-    return q != 0.0 and 1.0 + min(q * room.tally[HIGH], q * room.tally[LOW]) < 0.0
+    return q != 0.0 and 1.0 + min(q * room.tally[layout.HIGH], q * room.tally[layout.LOW]) < 0.0
