@@ -106,10 +106,10 @@ def fold(signal: FloatArray, start: FloatArray, end: FloatArray, points: int) ->
     return rows
 
 
-def chunks(rows: FloatArray) -> Iterator[slice]:
-    """A few rows at a time, as many as stay in the cache."""
-    size = max(1, _ROWS // rows.shape[1])
-    return (slice(first, first + size) for first in range(0, max(len(rows), 1), size))
+def chunks(rows: FloatArray, points: int = _ROWS) -> Iterator[slice]:
+    """A few rows at a time, of so many points together: by default as many as stay in the cache."""
+    size = max(1, points // rows.shape[1])
+    return (slice(first, min(first + size, len(rows))) for first in range(0, max(len(rows), 1), size))
 
 
 def common(signal: FloatArray, found: Cut, points: int) -> FloatArray:

@@ -273,9 +273,7 @@ def _of_the_motion(layout: Layout, response: Response) -> Iterator[str]:
         )
     yield from _of_the_clocks(layout, response)
     yield from _of_jumps(layout, response)
-    yield from _of_short_stops(response)
-    yield from _of_moves_within_stops(response)
-    yield from _of_an_odd_stop(layout, response)
+    yield from _of_stops(layout, response)
     counts, period = response.stops, layout.foreign.period
     if any(counts[j::period].max() != counts[j::period].min() for j in range(min(period, len(counts)))):
         yield (
@@ -284,7 +282,8 @@ def _of_the_motion(layout: Layout, response: Response) -> Iterator[str]:
         )
 
 
-def _of_short_stops(response: Response) -> Iterator[str]:
+def _of_stops(layout: Layout, response: Response) -> Iterator[str]:
+    """What may be one and what may be none; one of a motion whose halves mirror each other has a twin."""
     often, length = response.doubtful
     if often >= OFTEN and not _is_blurred(response):
         yield (
@@ -292,10 +291,13 @@ def _of_short_stops(response: Response) -> Iterator[str]:
             " too short to tell a stop from a slow passage here (surely told from"
             f" {100.0 * response.shortest_stop:.2g} % on), and not counted: a faster or quieter sensor would tell"
         )
-
-
-def _of_an_odd_stop(layout: Layout, response: Response) -> Iterator[str]:
-    """A motion whose halves mirror each other stops as often on its way up as on its way down."""
+    move = response.unclear
+    if move is not None:
+        yield (
+            f"stops_per_cycle: within a stop of {100.0 * move.length:.2g} % of a cycle the mass moves by"
+            f" {move.way:.1g} Y: two stops parted by a slip, or one with a creep or a slow passage; the sensor does not"
+            " tell which, and the count may be off by it"
+        )
     count = round(response.stops_per_cycle)
     is_odd = count % 2 == 1 and abs(response.stops_per_cycle - count) < SAME_COUNT
     if is_odd and response.asymmetry < MIRRORED and layout.foreign.period == 1:
@@ -303,16 +305,6 @@ def _of_an_odd_stop(layout: Layout, response: Response) -> Iterator[str]:
             f"stops_per_cycle: {count}, where the halves of the cycle mirror each other (to"
             f" {100.0 * response.asymmetry:.2g} %) and stops come in pairs: one of them was too short to be seen, or is"
             " a slow passage"
-        )
-
-
-def _of_moves_within_stops(response: Response) -> Iterator[str]:
-    move = response.unclear
-    if move is not None:
-        yield (
-            f"stops_per_cycle: within a stop of {100.0 * move.length:.2g} % of a cycle the mass moves by"
-            f" {move.way:.1g} Y: two stops parted by a slip, or one with a creep or a slow passage; the sensor does not"
-            " tell which, and the count may be off by it"
         )
 
 

@@ -120,24 +120,19 @@ def used_cycles(end_time: FloatArray, rule: str, period: int = 1) -> slice:
     AnalysisError
         A window shorter than a cycle.
     """
-    some = _cycles_of(end_time, rule)
-    count = max(some.stop - some.start, min(period, some.stop))
-    return slice(some.stop - max(count // period * period, min(count, period)), some.stop)
-
-
-def _cycles_of(end_time: FloatArray, rule: str) -> slice:
     n = len(end_time) - 1
     try:
         window = window_of(rule)
     except ValueError as error:
         raise UsageError(f"cycles: {error}") from error
-    if window is None:
-        return slice(n - 1 if rule == "last" else 0, n)
-    first = int(np.searchsorted(end_time[:-1], end_time[-1] - window - 1e-9 * abs(window)))
+    first = n - 1 if rule == "last" else 0
+    if window is not None:
+        first = int(np.searchsorted(end_time[:-1], end_time[-1] - window - 1e-9 * abs(window)))
     if first >= n:
         length = end_time[-1] - end_time[-2]
         raise AnalysisError(f"cycles: window of {window:g} s is shorter than one cycle ({length:g} s): widen it")
-    return slice(first, n)
+    count = max(n - first, min(period, n))
+    return slice(n - max(count // period * period, min(count, period)), n)
 
 
 def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: float = 0.0, period: int = 1) -> Estimate:

@@ -129,9 +129,16 @@ def free_vibrations(
         displacement = without_high_lines(displacement, step)
         base = None if base is None else without_high_lines(base, step)
     taps = find_taps(time, displacement)
-    if base is not None:
-        _check_base(taps, time, base)
-    found = [_free_vibration(time, displacement, tap, base, pendulum=pendulum) for tap in taps]
+    shares = [0.0 if base is None else _base_share(tap, time, base) for tap in taps]
+    if max(shares) > _DRIVEN:
+        raise AnalysisError(
+            f"free vibration: a driven motion: the base moves by {max(shares):.0%} of the mass's swing: expected a base"
+            " at rest: hold it, tap the mass, record until it rests"
+        )
+    found = [
+        _free_vibration(time, displacement, tap, share, pendulum=pendulum)
+        for tap, share in zip(taps, shares, strict=True)
+    ]
     good = tuple(tap for tap in found if tap.misfit <= _NO_DECAY)
     if not good:
         raise AnalysisError(
@@ -142,31 +149,18 @@ def free_vibrations(
     return good
 
 
-def _check_base(taps: Sequence[Turnings], time: FloatArray, base: FloatArray) -> None:
-    for tap in taps:
-        share = _base_share(tap, time, base)
-        if share > _DRIVEN:
-            raise AnalysisError(
-                f"free vibration: a driven motion: the base moves by {share:.0%} of the mass's swing: expected a base "
-                "at rest: hold it, tap the mass, record until it rests"
-            )
-
-
 def _base_share(tap: Turnings, time: FloatArray, base: FloatArray) -> float:
     """Swing of the base (sqrt 2 times its rms) while the mass swings freely, over the mass's first swing."""
     part = base[(time >= tap.time[0]) & (time <= tap.time[-1])]
     return math.sqrt(2.0) * float(np.std(part)) / float(tap.swing[0]) if len(part) > 1 else 0.0
 
 
-def _free_vibration(
-    time: FloatArray, x: FloatArray, tap: Turnings, base: FloatArray | None, *, pendulum: bool
-) -> FreeVibration:
+def _free_vibration(time: FloatArray, x: FloatArray, tap: Turnings, share: float, *, pendulum: bool) -> FreeVibration:
     inside = (time >= tap.time[0]) & (time <= tap.time[-1])
     guess = replace(first_guess(tap.time, tap.height), pendulum=pendulum)
     t, seen = _thinned(time[inside], x[inside], guess.half_period, guess.rest)
     fit = fit_decay(t, seen, guess)
     decay, se = fit.decay, fit.se
-    share = _base_share(tap, time, base) if base is not None else 0.0
     return FreeVibration(
         start_s=decay.start,
         natural_frequency_hz=decay.omega / (2.0 * math.pi),

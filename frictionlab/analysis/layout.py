@@ -1,7 +1,7 @@
 """From samples to cycles: the drive found, the steady cycles of mass and base laid under each other."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -119,12 +119,6 @@ class Layout:
     def __len__(self) -> int:
         return len(self.mass)
 
-    def chunks(self, points: int = 1 << 18) -> Iterator[slice]:
-        """A few cycles at a time, so that long recordings fit in memory."""
-        size = max(1, points // self.mass.shape[1])
-        for first in range(0, len(self), size):
-            yield slice(first, min(first + size, len(self)))
-
     def in_periods(self) -> tuple[FloatArray, FloatArray]:
         """x/Y and y/Y of whole periods of the motion, a row each, the base without its slow wander."""
         period, points = self.foreign.period, self.mass.shape[1]
@@ -183,7 +177,8 @@ def lay_out(
     points = cycles.points_per_cycle(1.0 / cut.frequency, least=least_points, most=most_points)
     base = _folded_all([s.base for s in stretches], cuts, points)
     mass = _folded_all([s.mass for s in stretches], cuts, points)
-    blocks = _blocks(cuts)
+    edges = np.cumsum([0, *(len(c) for c in cuts)]).tolist()
+    blocks = tuple(slice(a, b) for a, b in pairwise(edges) if b > a)
     if foreign.base:
         base_noise = signals.white_noise(longest.base)
     of_mass = Sensor.of(longest.mass, mass, signals.white_noise(longest.mass), 1.0 / cut.frequency)
@@ -270,11 +265,6 @@ def _scaled(rows: FloatArray, unit: float) -> FloatArray:
     rows -= rows.mean()
     rows /= unit
     return rows
-
-
-def _blocks(cuts: list[cycles.Cut]) -> tuple[slice, ...]:
-    edges = np.cumsum([0, *(len(c) for c in cuts)]).tolist()
-    return tuple(slice(a, b) for a, b in pairwise(edges) if b > a)
 
 
 def _drive(base: FloatArray, wander: FloatArray, cut: cycles.Cut, step: float, base_noise: float) -> Drive:

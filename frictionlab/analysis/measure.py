@@ -85,8 +85,9 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     wall_moves, natural = scene.model.wall == "base", scene.rig.natural_frequency
     answer = response.response(layout, wall_moves=wall_moves)
     settled = (transient if found[1] else None) if given is None else _settled(layout, parts[0])
-    edges = np.append(layout.time, layout.end[-1])
+    edges, is_used = np.append(layout.time, layout.end[-1]), np.zeros(len(layout), dtype=bool)
     used = energy.used_cycles(edges, scene.analysis.cycles, layout.foreign.period)
+    is_used[used] = True
     steady = slice(_first_settled(layout, recording, settled), len(layout))
     cycle = _mean_cycle(layout, answer, used, of_mass)
     trend, prescribed = None, scene.rig.kind == "prescribed"
@@ -125,7 +126,9 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         settled_s=settled,
         cycle=cycle,
         sources=sources,
-        series=_series(layout, answer, used),
+        series=CycleSeries(
+            layout.time, is_used, answer.energy, answer.amplitude, answer.position, answer.stops, answer.stuck
+        ),
         trend=trend,
         traces=traces(layout, answer.found, used),
         budget=budget,
@@ -295,20 +298,6 @@ def _estimates(layout: Layout, answer: Response, used: slice, steady: slice, nat
         "steady_energy": _mean_energy(layout, answer, steady),
         "steady_amplitude": _mean_amplitude(layout, answer, steady),
     }
-
-
-def _series(layout: Layout, answer: Response, used: slice) -> CycleSeries:
-    flags = np.zeros(len(layout), dtype=bool)
-    flags[used] = True
-    return CycleSeries(
-        time=layout.time,
-        used=flags,
-        energy=answer.energy,
-        amplitude=answer.amplitude,
-        position=answer.position,
-        stops=answer.stops,
-        stuck=answer.stuck,
-    )
 
 
 def _mean_energy(layout: Layout, answer: Response, used: slice) -> Estimate:

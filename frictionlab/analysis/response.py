@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis import energy, stops
+from frictionlab.analysis.cycles import chunks
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.signals import white_noise
 from frictionlab.analysis.spectrum import Smoother, smoothed, smoother
@@ -16,6 +17,7 @@ FloatArray = NDArray[np.float64]
 FEW = 5  # cycles whose mean tells a slip within a stop
 LEVELLED = 0.5  # of the range, which stops of one place each never take away
 FINE = 512  # points a cycle, at least, on which stops and extremes are looked for
+MANY_POINTS = 1 << 18  # of cycles whose loops are measured together, so that long recordings fit in memory
 
 
 @dataclass(frozen=True)
@@ -96,9 +98,12 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
     whole_periods = slice(n % period, n) if period <= n else slice(0, n)
     count_mean, stuck_mean = float(count[whole_periods].mean()), float(stuck[whole_periods].mean())
     size, areas, drive = how if wall_moves else sliding, _loop_areas(layout), layout.drive
-    amplitude = slide if not wall_moves else _amplitudes(layout, how, points)
+    amplitude = slide
+    if wall_moves:  # the mass itself stands nowhere
+        amplitude = np.concatenate([half_range(part.x) for part in smoothed(layout.mass, how, points)])
     rounding = 1e-14 * (1.0 + abs(layout.offset) / layout.drive.amplitude)
     is_stuck = float(np.median(slide)) < 4.0 * noise + rounding
+    power = np.abs(how.mean[1:]) ** 2
     return Response(
         energy=areas,
         amplitude=amplitude,
@@ -112,7 +117,7 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         stops_per_cycle=0.0 if is_stuck else count_mean,
         stuck_fraction=1.0 if is_stuck else stuck_mean,
         regime="stuck" if is_stuck else "stick-slip" if count_mean >= 0.5 / period else "continuous",
-        asymmetry=_asymmetry(how),
+        asymmetry=math.sqrt(float(power[1::2].sum() / max(power.sum(), 1e-300))),
         how=how,
         shortest_stop=1.0 if is_blurred else 2.0 * thresholds.dwell / (2.0 * math.pi),
         doubtful=(len(doubts) / n, float(np.mean(doubts)) / stops.TURN if len(doubts) else 0.0),
@@ -170,20 +175,17 @@ def _slides(
 
 def _energy_shared(layout: Layout, how: Smoother, found: Stops, growth: float) -> float:
     """Return the standard error of energy (k Y^2) that all cycles have in common; `growth`: that of the drive."""
+    way = np.sin(found.end) - np.sin(found.begin)  # of the base (Y) during each stop: there one error stays
     return math.hypot(
         _energy_noise(layout, how, layout.of_mass.shared, layout.of_base.shared),
-        layout.of_mass.rounding * _way_of_the_base(found, len(layout)),
+        layout.of_mass.rounding * math.sqrt(float(np.dot(way, way)) / len(layout)),
         growth,
     )
 
 
-def _amplitudes(layout: Layout, how: Smoother, points: int) -> FloatArray:
-    """Response amplitude of each cycle (n,) of a mass that stands nowhere."""
-    return np.concatenate([half_range(part.x) for part in smoothed(layout.mass, how, points)])
-
-
 def _loop_areas(layout: Layout) -> FloatArray:
-    parts = [energy.loop_area(layout.mass[some], layout.levelled_base(some)) for some in layout.chunks()]
+    some_cycles = chunks(layout.mass, MANY_POINTS)
+    parts = [energy.loop_area(layout.mass[some], layout.levelled_base(some)) for some in some_cycles]
     each, period = np.concatenate(parts), layout.foreign.period
     if 1 < period <= len(layout):  # a cycle's loop does not close, a period's does
         spare = len(layout) % period
@@ -192,12 +194,6 @@ def _loop_areas(layout: Layout) -> FloatArray:
         each[spare:] = (open_ + missing[:, None] / period).ravel()
         each[:spare] = each[period : period + spare]
     return each
-
-
-def _way_of_the_base(found: Stops, cycles: int) -> float:
-    """Root of the sum of squares of how far the base goes (Y) during each stop of a cycle: there one error stays."""
-    way = np.sin(found.end) - np.sin(found.begin)
-    return math.sqrt(float(np.dot(way, way)) / cycles)
 
 
 def _energy_noise(layout: Layout, how: Smoother, mass_noise: float, base_noise: float) -> float:
@@ -241,11 +237,6 @@ def _summit(x: FloatArray) -> FloatArray:
     is_peak = (curvature < 0.0) & ~((right == middle) & (beyond == middle))
     safe = np.where(is_peak, curvature, -1.0)
     return np.asarray(np.where(is_peak, middle - 0.125 * (left - right) ** 2 / safe, middle))
-
-
-def _asymmetry(how: Smoother) -> float:
-    power = np.abs(how.mean[1:]) ** 2
-    return math.sqrt(float(power[1::2].sum() / max(power.sum(), 1e-300)))
 
 
 def mean_cycle(layout: Layout, used: slice, how: Smoother) -> tuple[FloatArray, FloatArray]:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy import fft
 from numpy.typing import NDArray
 
+from frictionlab.analysis.cycles import chunks
 from frictionlab.errors import AnalysisError
 
 FloatArray = NDArray[np.float64]
@@ -274,9 +275,8 @@ def _deviation_power(rows: FloatArray, mean_cycle: FloatArray) -> FloatArray:
     """Mean power of the cycles' deviations from their mean, by harmonic, as each cycle has it."""
     n, points = rows.shape
     power = np.zeros(points // 2 + 1)
-    per_block = max(1, _BLOCK // points)
-    for first in range(0, n, per_block):
-        lines = fft.rfft(rows[first : first + per_block] - mean_cycle, axis=1)
+    for some in chunks(rows, _BLOCK):
+        lines = fft.rfft(rows[some] - mean_cycle, axis=1)
         power += np.sum(lines.real**2 + lines.imag**2, axis=0)
     return np.asarray(power / (n - 1) / points**2)
 

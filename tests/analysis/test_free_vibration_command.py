@@ -37,15 +37,12 @@ def test_each_decay_and_the_average_as_json(decays: list[str]) -> None:
     assert rows[1]["natural_frequency_hz"] == pytest.approx(rows[2]["natural_frequency_hz"], rel=1e-6)
 
 
-def test_a_snippet_to_paste(decays: list[str]) -> None:
+def test_what_it_prints_to_paste_is_a_scene(decays: list[str], tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["free-vibration", *decays])
     assert result.exit_code == 0
-    assert "[rig]\nnatural_frequency_hz = 3.12" in result.stdout
-    assert "average of 3 taps" in result.stdout
-
-
-def test_what_it_prints_to_paste_is_a_scene(decays: list[str], tmp_path: Path) -> None:
-    shown = CliRunner().invoke(app, ["free-vibration", *decays]).stdout
+    shown = result.stdout
+    assert "[rig]\nnatural_frequency_hz = 3.12" in shown
+    assert "average of 3 taps" in shown
     scene = tmp_path / "scene.toml"
     scene.write_text(shown[shown.index("[rig]") :])
     assert read_scene(scene).rig.natural_frequency_hz == pytest.approx(HZ, rel=1e-3)
