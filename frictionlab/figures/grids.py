@@ -37,10 +37,7 @@ PANELS = {
     "stops_per_cycle": "stops per cycle",
 }
 STOPS = "stops_per_cycle"
-MANY, MUCH_LARGER = (
-    3,
-    10.0,
-)  # values of an axis, and how much larger the last is, from which its scale may be logarithmic
+MANY, MUCH_LARGER = 3, 10.0  # values of an axis, and how much larger the last is, from which it may be logarithmic
 PERCENTILE = 95.0  # percentile where the colours end: a few points at resonance would bleach all others
 
 
@@ -134,18 +131,16 @@ def irregularity(campaign: Campaign) -> Figure:
     """Irregularity index, eq. (4.1), of the short tests; one colour scale for all materials."""
     maps = [_map_of(campaign, m, lambda v: v.trial.irregularity) for m in campaign.materials]
     every = np.concatenate([m.values[np.isfinite(m.values)] for m in maps])
-    norm = Normalize(0.0, colour_limit(every))
+    colours = {"norm": Normalize(0.0, colour_limit(every)), "cmap": "viridis"}
     figure = new_figure(PAGE, 0.6 + 1.25 * max(len(maps), 2 if len(maps[0].forces) < LEAST else 1))
     axes = figure.subplots(len(maps), 1, sharex=True, squeeze=False)[:, 0]
-    meshes = [
-        _draw(ax, one, {"norm": norm, "cmap": "viridis"}, "irregularity") for ax, one in zip(axes, maps, strict=True)
-    ]
-    for ax, material in zip(axes, campaign.materials, strict=True):
+    mesh = None
+    for ax, drawn, material in zip(axes, maps, campaign.materials, strict=True):
+        mesh = _draw(ax, drawn, colours, "irregularity") or mesh
         ax.set_title(material)
         ax.label_outer()
-    mesh = next((one for one in meshes if one is not None), None)
     if mesh is not None:
-        extend = "max" if norm.vmax < every.max() else "neither"
+        extend = "max" if colour_limit(every) < every.max() else "neither"
         figure.colorbar(mesh, ax=list(axes), label="irregularity index", aspect=30, extend=extend)
     return figure
 
@@ -173,13 +168,12 @@ def stops(campaign: Campaign) -> Figure:
     scale = stop_colours(every)
     figure = new_figure(PAGE, 0.6 + 1.2 * max(len(maps), 2 if len(scale.names) > FEW else 1))
     axes = figure.subplots(len(maps), 2, sharex=True, squeeze=False)
-    meshes = []
+    mesh = None
     for line, pair, material in zip(axes, maps, campaign.materials, strict=True):
         for ax, drawn, (kind, _) in zip(line, pair, kinds, strict=True):
-            meshes.append(_draw(ax, drawn, scale.mapped, "stops per cycle"))
+            mesh = _draw(ax, drawn, scale.mapped, "stops per cycle") or mesh
             ax.set_title(f"{material}, {kind}")
             ax.label_outer()
-    mesh = next((one for one in meshes if one is not None), None)
     if mesh is not None:
         scale.bar(figure, mesh, axes).set_label("stops per cycle")
     return figure
@@ -213,40 +207,34 @@ class StateMapDrawing:
 
 
 def map_figure(drawn: StateMapDrawing) -> Figure:
-    """A panel for each of energy, amplitude and stops."""
+    """A panel for each of energy, amplitude and stops; left white where there is no steady state."""
     with look():
         figure = new_figure(PAGE, 2.6)
-        panels = figure.subplots(1, len(PANELS))
-        for ax, (key, words) in zip(panels, PANELS.items(), strict=True):
-            draw_panel(drawn, key, ax).set_title(words)
+        for ax, (key, words) in zip(figure.subplots(1, len(PANELS)), PANELS.items(), strict=True):
+            (name, along), *rest = drawn.axes.items()
+            ax.set(title=words, xlabel=name, xscale=_scale(along))
+            if rest:
+                _draw_plane(figure, ax, (along, rest[0][1]), drawn.columns[key], key)
+                ax.set(ylabel=rest[0][0], yscale=_scale(rest[0][1]))
+            else:
+                ax.plot(along, np.maximum(drawn.columns[key], 0.0), color=BLUE, marker=".", markersize=2.5)
         figure.suptitle(drawn.title, fontsize=8.0)
         caution(figure, drawn.warnings)
     return figure
 
 
-def draw_panel(drawn: StateMapDrawing, key: str, ax: Axes) -> Axes:
-    """One column over the axes; left white where there is no steady state."""
-    names = list(drawn.axes)
-    ax.set_xlabel(names[0])
-    ax.set_xscale(_scale(drawn.axes[names[0]]))
-    values = drawn.columns[key]
-    if len(names) == 1:
-        ax.plot(drawn.axes[names[0]], np.maximum(values, 0.0), color=BLUE, marker=".", markersize=2.5)
-        return ax
-    along, up = drawn.axes[names[0]], drawn.axes[names[1]]
-    stops = stop_colours(values) if key == STOPS else None
-    colours = {"norm": _colours(values)} if stops is None else stops.mapped
-    mesh = ax.pcolormesh(along, up, values.T, shading="nearest", rasterized=True, **colours)
-    ax.set_ylabel(names[1])
-    ax.set_yscale(_scale(up))
+def _draw_plane(figure: Figure, ax: Axes, axes: tuple[FloatArray, FloatArray], values: FloatArray, key: str) -> None:
+    """One column over two axes, with its colour bar."""
+    if key == STOPS:
+        stops = stop_colours(values)
+        mesh = ax.pcolormesh(*axes, values.T, shading="nearest", rasterized=True, **stops.mapped)
+        stops.bar(figure, mesh, ax)
+    else:
+        known = values[np.isfinite(values)]
+        top = float(np.percentile(known, PERCENTILE)) if known.size else 1.0
+        mesh = ax.pcolormesh(*axes, values.T, shading="nearest", rasterized=True, norm=Normalize(0.0, top))
+        figure.colorbar(mesh, ax=ax, extend="max" if known.max(initial=0.0) > top else "neither")
     ax.grid(visible=False)
-    beyond = np.nanmax(values, initial=0.0) > (mesh.norm.vmax or 0.0)
-    if (figure := ax.get_figure(root=True)) is not None:
-        if stops is not None:
-            stops.bar(figure, mesh, ax)
-        else:
-            figure.colorbar(mesh, ax=ax, extend="max" if beyond else "neither")
-    return ax
 
 
 def _scale(values: FloatArray) -> str:
@@ -255,11 +243,6 @@ def _scale(values: FloatArray) -> str:
         return "linear"
     factors = values[1:] / values[:-1]
     return "log" if np.ptp(factors) < 1e-6 * factors[0] else "linear"
-
-
-def _colours(values: FloatArray) -> Normalize:
-    known = values[np.isfinite(values)]
-    return Normalize(0.0, float(np.percentile(known, PERCENTILE)) if known.size else 1.0)
 
 
 def varying(axes: Mapping[str, Sequence[float] | FloatArray]) -> dict[str, FloatArray]:

@@ -36,40 +36,33 @@ NEAR, FAR = (-100.0, -10.0, 0.0, 10.0), (-1000.0, -10.0, 0.0, 10.0)  # ticks of 
 ABOVE = 60.0  # evidence shown at least: room for numbers beside the law required
 
 
-def draw_cycles(comparison: Comparison, ax: Axes) -> Axes:
-    """Time response over one steady cycle, measured over predicted, the base behind them."""
-    turns = np.append(comparison.tau / TURN, 1.0)
-    ax.plot(turns, closed(comparison.base), color=BASE, lw=0.9, ls=":", label="base")
-    ax.plot(turns, closed(comparison.measured), color=MEASURED, lw=2.2, alpha=0.55, label="measured")
-    if comparison.predicted is not None:
-        centred = comparison.predicted - comparison.predicted.mean()
-        ax.plot(turns, closed(centred), color=PREDICTED, lw=1.0, label="predicted")
-    ax.set(xlabel="drive cycle, ωt / 2π", ylabel="displacement, x / Y", xlim=(0, 1))
-    ax.legend(loc="upper center", ncols=3)
-    ax.margins(y=0.18)
-    return ax
-
-
-def draw_compared_loop(comparison: Comparison, ax: Axes) -> Axes:
-    """Hysteresis loop, base over mass (eq. 2.18): its area is the energy per cycle."""
-    base = closed(comparison.base)
-    ax.plot(closed(comparison.measured), base, color=MEASURED, lw=2.2, alpha=0.55, label="measured")
-    if comparison.predicted is not None:
-        centred = comparison.predicted - comparison.predicted.mean()
-        ax.plot(closed(centred), base, color=PREDICTED, lw=1.0, label="predicted")
-    ax.set(xlabel="displacement of the mass, x / Y", ylabel="displacement of the base, y / Y")
-    return ax
-
-
 def comparison_figure(comparison: Comparison) -> Figure:
-    """Both of them, with the numbers in a line above each; of a table over frequency, amplitude and phase."""
+    """Time response and loop, measured over predicted, with the numbers above; of a table over frequency its numbers.
+
+    The area of the loop (base over mass) is the energy per cycle, eq. (2.18).
+    """
     if comparison.over_frequency is not None:
         return _frequency_figure(comparison, comparison.over_frequency)
+    turns, base = np.append(comparison.tau / TURN, 1.0), closed(comparison.base)
+    lines = [(closed(comparison.measured), {"color": MEASURED, "lw": 2.2, "alpha": 0.55, "label": "measured"})]
+    if comparison.predicted is not None:
+        centred = closed(comparison.predicted - comparison.predicted.mean())
+        lines.append((centred, {"color": PREDICTED, "lw": 1.0, "label": "predicted"}))
     with look():
         figure = new_figure(PAGE, 3.1)
         response, loop = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
-        draw_cycles(comparison, response).set_title(_response_title(comparison))
-        draw_compared_loop(comparison, loop).set_title(_loop_title(comparison))
+        response.plot(turns, base, color=BASE, lw=0.9, ls=":", label="base")
+        for values, style in lines:
+            response.plot(turns, values, **style)
+            loop.plot(values, base, **style)
+        response.set(xlabel="drive cycle, ωt / 2π", ylabel="displacement, x / Y", xlim=(0, 1))
+        response.legend(loc="upper center", ncols=3)
+        response.margins(y=0.18)
+        loop.set(xlabel="displacement of the mass, x / Y", ylabel="displacement of the base, y / Y")
+        response.set_title(_response_title(comparison))
+        foretold = comparison.predicted_energy_per_cycle
+        versus = "" if foretold is None else f", predicted {foretold:.4g}"
+        loop.set_title(f"energy {comparison.energy_per_cycle:.4g}{versus} kY²")
         name = comparison.source.replace("\\", "/").rsplit("/", 1)[-1]
         headline(figure, f"{name}: {comparison.model}{_verdict(comparison)}")
         caution(figure, comparison.warnings)
@@ -118,12 +111,6 @@ def _verdict(comparison: Comparison) -> str:
     verdicts = {"explained": "explained", "strained": "explained only by a strained rig or sensor"}
     said = verdicts.get(comparison.verdict, "not explained")
     return f": {said}, what is left is {comparison.misfit:.2g} times the measurement's error"
-
-
-def _loop_title(comparison: Comparison) -> str:
-    predicted = comparison.predicted_energy_per_cycle
-    versus = "" if predicted is None else f", predicted {predicted:.4g}"
-    return f"energy {comparison.energy_per_cycle:.4g}{versus} kY²"
 
 
 def draw_force(contact: ContactForce, ax: Axes, *, over_speed: bool) -> Axes:
@@ -193,10 +180,8 @@ def draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
     """
     told = sorted(contact.laws.items(), key=lambda law: (law[1][0], -law[1][1]))
     best = contact.laws[contact.law][2] if contact.law in contact.laws else 0.0
-    counts, colors = (
-        [count for _, (count, _, _) in told],
-        [PREDICTED if n == contact.law else MEASURED for n, _ in told],
-    )
+    counts = [count for _, (count, _, _) in told]
+    colors = [PREDICTED if name == contact.law else MEASURED for name, _ in told]
     _draw_rungs(misfit, [100.0 * nrmse for _, (_, nrmse, _) in told], colors, "{:.2g}")
     _draw_rungs(evidence, [log - best for _, (_, _, log) in told], colors, "{:+.0f}")
     misfit.set(xlabel="nrmse [%]", ylabel="parameters, law")

@@ -15,7 +15,6 @@ from frictionlab.campaign import (
     Drift,
     FrictionFit,
     LawEvidence,
-    Loop,
     MeasuredResponse,
     Rank,
     Trial,
@@ -130,7 +129,10 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
     unit = "N" if campaign.scene.rig.stiffness is not None else "k Y"
     for over_speed, ax in zip((False, True), panels[:2], strict=True):
         for i, loop in enumerate(loops):
-            _draw_contact_loop(ax, loop, PALETTE[i % len(PALETTE)], over_speed=over_speed)
+            seen, law = (loop.speed, loop.law_speed) if over_speed else (loop.place, loop.law_place)
+            style = {"color": PALETTE[i % len(PALETTE)], "label": f"{loop.normal_force_n:.4g} N, r = {loop.r:.2g}"}
+            ax.plot(closed(1e3 * seen), closed(loop.force), lw=2.0, alpha=0.5, **style)
+            ax.plot(closed(1e3 * law), closed(loop.law_force), color="black", lw=0.7)
         ax.set_xlabel("speed [mm/s]" if over_speed else "displacement [mm]")
         ax.set_ylabel(f"friction force [{unit}]")
     panels[0].legend(fontsize=6, loc="center", frameon=True, framealpha=0.9)
@@ -139,13 +141,6 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
     law = None if campaign.joint is None else campaign.joint.law(material)
     headline(figure, f"{material}: {'no law' if law is None else law.name}")
     return figure
-
-
-def _draw_contact_loop(ax: Axes, loop: Loop, colour: str, *, over_speed: bool) -> None:
-    seen, law = (loop.speed, loop.law_speed) if over_speed else (loop.place, loop.law_place)
-    name = f"{loop.normal_force_n:.4g} N, r = {loop.r:.2g}"
-    ax.plot(closed(1e3 * seen), closed(loop.force), color=colour, lw=2.0, alpha=0.5, label=name)
-    ax.plot(closed(1e3 * law), closed(loop.law_force), color="black", lw=0.7)
 
 
 def _ladder(ax: Axes, laws: list[LawEvidence]) -> None:
@@ -221,21 +216,18 @@ def residuals(campaign: Campaign) -> Figure:
     axes = figure.subplots(len(campaign.materials), 1, sharex=True, squeeze=False)[:, 0]
     for ax, material in zip(axes, campaign.materials, strict=True):
         ax.axhline(0, color=GREY, linewidth=0.8)
-        reach = _reach(campaign, material)
         fits = _by_force(campaign, material)
+        used = [100 * abs(v.residual or 0.0) + _confidence(v) for fit in fits for v in fit.used]
+        reach = 1.3 * max(used, default=1.0) + 0.5  # half the height (%): all tests that a fit used are inside
         for i, (fit, colour) in enumerate(zip(fits, shades(len(fits)), strict=True)):
             _residuals_of(ax, fit, colour, MARKERS[i % len(MARKERS)], reach, _across(campaign))
         ax.set_title(material)
         ax.set_ylabel("residual [%]")
         ax.set_ylim(-reach, reach)
         ax.set_xlim(0, _across(campaign).end)
-        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), ncols=_columns(campaign, material))
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), ncols=1 + (len(fits) - 1) // HIGH)
     axes[-1].set_xlabel(_across(campaign).label)
     return figure
-
-
-def _columns(campaign: Campaign, material: str) -> int:
-    return 1 + (len(_by_force(campaign, material)) - 1) // HIGH
 
 
 @dataclass(frozen=True)
@@ -254,12 +246,6 @@ def _across(campaign: Campaign) -> _Across:
         most = max(t.normal_force_n or 0.0 for t in tests)
         return _Across("normal force [N]", 1.1 * most, lambda trial: trial.normal_force_n or 0.0)
     return _Across("frequency ratio r", 1.03 * max((t.r for t in tests), default=1.0), lambda trial: trial.r)
-
-
-def _reach(campaign: Campaign, material: str) -> float:
-    """Half the height of a panel of residuals (%): all tests that a fit used are inside."""
-    used = [v for f in campaign.fits if f.material == material for v in f.used]
-    return 1.3 * max([100 * abs(v.residual or 0.0) + _confidence(v) for v in used], default=1.0) + 0.5
 
 
 def _confidence(verdict: Verdict) -> float:
@@ -281,32 +267,26 @@ def _residuals_of(ax: Axes, fit: FrictionFit, colour: str, marker: str, reach: f
 def _points(
     ax: Axes, fit: FrictionFit, colour: str, marker: str, label: str, *, across: _Across, joined: bool = False
 ) -> None:
+    """Measured energies with their 95 % confidence; open: left out of the fit."""
     short = sorted((v for v in fit.verdicts if not v.trial.is_long), key=lambda v: v.trial.r)
     used = [v for v in short if v.excluded is None]
     left = [v for v in short if v.excluded is not None]
-    _bars(ax, used, colour, marker, filled=True, label=label, across=across)
-    _bars(ax, left, colour, marker, filled=False, label=None if used else label, across=across)
+    for verdicts, fill_colour, name in ((used, colour, label), (left, "white", None if used else label)):
+        if verdicts:
+            ax.errorbar(
+                [across.at(v.trial) for v in verdicts],
+                [v.trial.mean[0] for v in verdicts],
+                yerr=[NORMAL * v.trial.mean_se[0] for v in verdicts],
+                fmt=marker,
+                color=colour,
+                markersize=3.2,
+                markerfacecolor=fill_colour,
+                elinewidth=0.8,
+                capsize=1.5,
+                label=name,
+            )
     if joined:
         _join(ax, short, colour)
-
-
-def _bars(
-    ax: Axes, verdicts: Sequence[Verdict], colour: str, marker: str, *, filled: bool, label: str | None, across: _Across
-) -> None:
-    if not verdicts:
-        return
-    ax.errorbar(
-        [across.at(v.trial) for v in verdicts],
-        [v.trial.mean[0] for v in verdicts],
-        yerr=[1.96 * v.trial.mean_se[0] for v in verdicts],
-        fmt=marker,
-        color=colour,
-        markersize=3.2,
-        markerfacecolor=colour if filled else "white",
-        elinewidth=0.8,
-        capsize=1.5,
-        label=label,
-    )
 
 
 def _join(ax: Axes, short: Sequence[Verdict], colour: str) -> None:

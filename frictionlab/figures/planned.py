@@ -1,9 +1,9 @@
 """Tests to be made: what each possible one says, and what a law predicts of them; what accuracy costs."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import cycle
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,115 +21,89 @@ MOST = 4  # parameters drawn
 MARK = 40.0  # points squared
 DECIDES = 5.0  # logarithm of a Bayes factor from which a law is required
 Number = Callable[[PlannedTest], float | None]
+Place = tuple[float, float]  # frequency ratio and normal force
 CURVES = {"response_amplitude_m": "amplitude [mm]", "energy_per_cycle_j": "energy per cycle [mJ]"}
-SHADE = 0.25
+BAND: dict[str, Any] = {"color": PREDICTED, "alpha": 0.25, "linewidth": 0.0}  # of 95 of 100 tests
 FEW = 20  # points of a curve that are marked
 FLOOR = 1e-16  # an error of zero is drawn here
 PLACES = ((5, 4), (5, -8), (5, 12))  # of a label beside its point, in turn: neighbours often lie on one spot
 
 
-def draw_parameter(plan: Plan, name: str, ax: Axes) -> Axes:
-    """Expected uncertainty of one parameter by each candidate alone; of several at one place the best is shown.
+def _draw_candidates(plan: Plan, ax: Axes, title: str, number: Number, told: Callable[[PlannedTest], bool]) -> None:
+    """A number of each candidate alone, by frequency ratio and normal force; of several at one place the least.
 
-    Friction is told in per cent of it. Hollow: a test that moves but does not tell the parameter; a cross: a test in
-    which the mass stands still, or may.
+    Hollow: a test that moves but does not tell it; a cross: a test in which the mass stands still, or may; rings: the
+    tests chosen, with their ranks.
     """
-    share = name == "beta"
-
-    def error(test: PlannedTest) -> float | None:
-        value = test.expected_u[name]
-        return None if value is None else 100.0 * value / test.values[name] if share else value
-
-    best = _best(plan, error)
-    title = "uncertainty of the friction, %" if share else f"uncertainty of {name}"
-    return _draw_map(plan, best, {place: error(t) for place, t in best.items()}, ax, title=title, told=name)
-
-
-def draw_evidence(plan: Plan, ax: Axes, *, holds: bool) -> Axes:
-    """Logarithm of the Bayes factor to expect from each candidate alone, if the plan's law holds or the other does."""
-
-    def evidence(test: PlannedTest) -> float | None:
-        return test.log_bayes if holds else test.log_bayes_against
-
-    best = _best(plan, lambda test: None if (value := evidence(test)) is None else -value)
-    law = plan.law if holds else plan.against
-    title = f"log Bayes factor if {law} holds"
-    return _draw_map(plan, best, {place: evidence(t) for place, t in best.items()}, ax, title=title, told=None)
-
-
-def _best(plan: Plan, cost: Number) -> dict[tuple[float, float], PlannedTest]:
-    """The best test at each frequency ratio and normal force."""
-    found: dict[tuple[float, float], PlannedTest] = {}
+    least: dict[Place, tuple[float, PlannedTest]] = {}
     for test in (*plan.tests, *plan.others):
-        place = (test.frequency_ratio, test.normal_force_n)
-        if place not in found or _or_inf(cost(test)) < _or_inf(cost(found[place])):
-            found[place] = test
-    return found
-
-
-def _or_inf(value: float | None) -> float:
-    return math.inf if value is None else value
-
-
-def _draw_map(
-    plan: Plan,
-    best: dict[tuple[float, float], PlannedTest],
-    numbers: dict[tuple[float, float], float | None],
-    ax: Axes,
-    *,
-    title: str,
-    told: str | None,
-) -> Axes:
-    still = [place for place, number in numbers.items() if number is None]
-    known = {place: number for place, number in numbers.items() if number is not None}
-    clear = [p for p, number in known.items() if (number >= DECIDES if told is None else best[p].told[told])]
-    vague = [place for place in known if place not in set(clear)]
+        place, value = (test.frequency_ratio, test.normal_force_n), number(test)
+        cost = math.inf if value is None else value
+        if place not in least or cost < least[place][0]:
+            least[place] = (cost, test)
+    still = [place for place, (cost, _) in least.items() if cost == math.inf]
+    clear = [place for place, (cost, test) in least.items() if cost < math.inf and told(test)]
+    vague = [place for place in least if place not in {*still, *clear}]
     if clear:
-        _draw_clear(clear, [known[place] for place in clear], ax, evidence=told is None)
+        is_evidence = plan.against is not None  # of which more is better: dark marks tell much
+        marks = ax.scatter(
+            *_columns(clear), s=MARK, marker="s", c=[abs(least[place][0]) for place in clear], norm=LogNorm(),
+            cmap="viridis_r" if is_evidence else "viridis", zorder=2,
+        )  # fmt: skip
+        ax.figure.colorbar(marks, ax=ax, pad=0.02)
     ax.scatter(*_columns(vague), s=MARK, marker="s", facecolors="none", edgecolors="0.6", linewidths=0.6, zorder=2)
     ax.scatter(*_columns(still), s=0.3 * MARK, marker="x", color="0.7", linewidths=0.8, zorder=2)
-    _ring(plan, ax)
-    ax.set(xlabel="frequency ratio r", ylabel="normal force, N", title=title)
-    ax.margins(0.08)
-    return ax
-
-
-def _draw_clear(places: Sequence[tuple[float, float]], numbers: Sequence[float], ax: Axes, *, evidence: bool) -> None:
-    """Coloured marks with their scale; dark: the test tells much."""
-    colours = "viridis_r" if evidence else "viridis"
-    marks = ax.scatter(*_columns(places), s=MARK, marker="s", c=list(numbers), norm=LogNorm(), cmap=colours, zorder=2)
-    figure = ax.figure
-    figure.colorbar(marks, ax=ax, pad=0.02)
-
-
-def _columns(places: Sequence[tuple[float, float]]) -> tuple[list[float], list[float]]:
-    return [r for r, _ in places], [force for _, force in places]
-
-
-def _ring(plan: Plan, ax: Axes) -> None:
-    """Rings about the tests chosen, with their ranks; those of one place share a ring."""
-    ranks: dict[tuple[float, float], list[str]] = {}
+    ranks: dict[Place, list[str]] = {}
     for test in plan.tests:
         ranks.setdefault((test.frequency_ratio, test.normal_force_n), []).append(str(test.rank))
-    ax.scatter(*_columns(list(ranks)), s=2.6 * MARK, facecolors="none", edgecolors=PREDICTED, linewidths=1.3, zorder=3)
+    ax.scatter(*_columns(ranks), s=2.6 * MARK, facecolors="none", edgecolors=PREDICTED, linewidths=1.3, zorder=3)
     for place, numbers in ranks.items():
         text = ",".join(numbers[:3]) + ("…" if len(numbers) > 3 else "")
         ax.annotate(text, place, textcoords="offset points", xytext=(5, 6), fontsize=7, color=PREDICTED, weight="bold")
+    ax.set(xlabel="frequency ratio r", ylabel="normal force, N", title=title)
+    ax.margins(0.08)
+
+
+def _columns(places: Iterable[Place]) -> tuple[list[float], list[float]]:
+    return [r for r, _ in places], [force for _, force in places]
+
+
+def _panels(plan: Plan) -> Iterator[tuple[str, Number, Callable[[PlannedTest], bool]]]:
+    """Title, number, less being better, and whether a test tells it: of each parameter, or of each of two laws.
+
+    A parameter's is its expected uncertainty, that of friction in per cent; a law's the logarithm of the Bayes factor
+    to expect if it holds.
+    """
+    if plan.against is not None:
+        bayes: tuple[Number, Number] = (lambda test: test.log_bayes, lambda test: test.log_bayes_against)
+        for law, evidence in zip((plan.law, plan.against), bayes, strict=True):
+            yield (
+                f"log Bayes factor if {law} holds",
+                lambda test, of=evidence: None if (value := of(test)) is None else -value,
+                lambda test, of=evidence: (of(test) or 0.0) >= DECIDES,
+            )
+        return
+    for name in list(plan.tests[0].expected)[:MOST]:
+        share = name == "beta"
+
+        def error(test: PlannedTest, name: str = name) -> float | None:
+            value = test.expected_u[name]
+            return value if value is None or name != "beta" else 100.0 * value / test.values[name]
+
+        title = "uncertainty of the friction, %" if share else f"uncertainty of {name}"
+        yield title, error, lambda test, name=name: test.told[name]
 
 
 def plan_figure(plan: Plan) -> Figure:
     """One panel a parameter, or one for each way of two laws; rings with numbers: the tests chosen."""
-    names = [] if plan.against is not None else list(plan.tests[0].expected)[:MOST]
-    panels = len(names) or 2
+    panels = list(_panels(plan))
+    rows = (len(panels) + 1) // 2
     with look():
-        figure = new_figure(PAGE, 2.7 * ((panels + 1) // 2))
-        axes = figure.subplots((panels + 1) // 2, min(2, panels), squeeze=False).ravel()
-        for name, ax in zip(names, axes, strict=False):
-            draw_parameter(plan, name, ax)
-        for holds, ax in zip((True, False), axes, strict=False):
-            if plan.against is not None:
-                draw_evidence(plan, ax, holds=holds)
-        for ax in axes[panels:]:
+        figure = new_figure(PAGE, 2.7 * rows)
+        axes = figure.subplots(rows, min(2, len(panels)), squeeze=False).ravel()
+        for (title, number, told), ax in zip(panels, axes, strict=False):
+            _draw_candidates(plan, ax, title, number, told)
+        for ax in axes[len(panels) :]:
             ax.set_axis_off()
         headline(figure, _title(plan))
         return figure
@@ -147,53 +121,37 @@ def prediction_figure(prediction: "Prediction") -> Figure:
     tests, first = prediction.tests, prediction.tests[0]
     with look():
         figure = new_figure()
-        axes = figure.subplots(1, 2, width_ratios=(1.6, 1.0) if len(tests) == 1 else (1.0, 1.0))
+        left, right = figure.subplots(1, 2, width_ratios=(1.6, 1.0) if len(tests) == 1 else (1.0, 1.0))
         if len(tests) == 1:
-            draw_predicted_motion(first, axes[0])
-            draw_predicted_loop(first, axes[1])
+            _draw_predicted(first, left, right)
         else:
-            for ax, name in zip(axes, CURVES, strict=True):
-                draw_predicted_curve(prediction, name, ax)
+            for ax, (name, label) in zip((left, right), CURVES.items(), strict=True):
+                rows = np.array([(test.frequency_ratio, *test.numbers[name]) for test in tests], dtype=np.float64)
+                r, value, low, high = rows[np.argsort(rows[:, 0])].T
+                ax.plot(r, 1e3 * value, color=PREDICTED, marker="." if len(r) <= FEW else None)
+                ax.fill_between(r, 1e3 * low, 1e3 * high, **BAND)
+                ax.set(xlabel="frequency ratio $r$", ylabel=label)
+                ax.set_ylim(bottom=0.0)
         at = f"{first.normal_force_n:.4g} N, base {1e3 * first.base_amplitude_m:.4g} mm"
         headline(figure, f"{first.material}, {first.law}: {at}; shaded: 95 of 100 such tests")
         caution(figure, list(dict.fromkeys(said for test in tests for said in test.warnings)))
     return figure
 
 
-def draw_predicted_motion(test: "PredictedTest", ax: Axes) -> Axes:
-    """Displacement of the mass with its band, and of the base, in mm."""
-    ax.plot(test.time, 1e3 * test.base, color=BASE, linewidth=0.8, label="base")
-    ax.plot(test.time, 1e3 * test.displacement, color=PREDICTED, label="mass")
-    ax.fill_between(
-        test.time, 1e3 * test.displacement_low, 1e3 * test.displacement_high,
-        color=PREDICTED, alpha=SHADE, linewidth=0.0,
-    )  # fmt: skip
-    ax.set(xlabel="time [s]", ylabel="displacement [mm]")
-    ax.margins(y=0.18)
-    ax.legend(loc="upper right", ncols=2)
-    return ax
-
-
-def draw_predicted_loop(test: "PredictedTest", ax: Axes) -> Axes:
-    """Base over mass: the area is the energy per cycle (2.18)."""
-    ax.plot(1e3 * test.displacement, 1e3 * test.base, color=PREDICTED)
-    ax.fill_betweenx(
-        1e3 * test.base, 1e3 * test.displacement_low, 1e3 * test.displacement_high,
-        color=PREDICTED, alpha=SHADE, linewidth=0.0,
-    )  # fmt: skip
-    ax.set(xlabel="mass [mm]", ylabel="base [mm]")
-    return ax
-
-
-def draw_predicted_curve(prediction: "Prediction", name: str, ax: Axes) -> Axes:
-    """One number over the frequency ratio, with its band."""
-    rows = np.array([(test.frequency_ratio, *test.numbers[name]) for test in prediction.tests], dtype=np.float64)
-    r, value, low, high = rows[np.argsort(rows[:, 0])].T
-    ax.plot(r, 1e3 * value, color=PREDICTED, marker="." if len(r) <= FEW else None)
-    ax.fill_between(r, 1e3 * low, 1e3 * high, color=PREDICTED, alpha=SHADE, linewidth=0.0)
-    ax.set(xlabel="frequency ratio $r$", ylabel=CURVES[name])
-    ax.set_ylim(bottom=0.0)
-    return ax
+def _draw_predicted(test: "PredictedTest", motion: Axes, loop: Axes) -> None:
+    """Displacement of the mass with its band, and of the base; base over mass, whose area is the energy (2.18)."""
+    base, mass, low, high = (
+        1e3 * values for values in (test.base, test.displacement, test.displacement_low, test.displacement_high)
+    )
+    motion.plot(test.time, base, color=BASE, linewidth=0.8, label="base")
+    motion.plot(test.time, mass, color=PREDICTED, label="mass")
+    motion.fill_between(test.time, low, high, **BAND)
+    motion.set(xlabel="time [s]", ylabel="displacement [mm]")
+    motion.margins(y=0.18)
+    motion.legend(loc="upper right", ncols=2)
+    loop.plot(mass, base, color=PREDICTED)
+    loop.fill_betweenx(base, low, high, **BAND)
+    loop.set(xlabel="mass [mm]", ylabel="base [mm]")
 
 
 def family_figure(knobs: Sequence[Sequence["Setting"]]) -> Figure:

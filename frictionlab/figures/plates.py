@@ -59,8 +59,7 @@ def plates(campaign: Campaign) -> tuple[Plate, ...]:
     drawn = _of_best(campaign)
     known = len(campaign.materials)
     some = "" if drawn is campaign else f" The {MOST} best of {known} materials; all are in the tables."
-    found = (plate for kind in KINDS if kind.when(drawn) for plate in kind.plates(drawn))
-    return tuple(replace(plate, caption=plate.caption + some) for plate in _apart(found))
+    return tuple(replace(plate, caption=plate.caption + some) for plate in _apart(_found(drawn)))
 
 
 def first_of(drawn: Sequence[Plate]) -> Plate | None:
@@ -110,141 +109,69 @@ def _of_best(campaign: Campaign) -> Campaign:
     )
 
 
-@dataclass(frozen=True)
-class _Kind:
-    """One row of the table of figures: a single one, or one for each thing of ``over``, whose name goes into ``{}``."""
+TEXTS = {
+    "ranking": "Ranking | Best material on top, number: its rank; equal ranks are ties. Bars: 95 % confidence.",
+    "friction": "Friction coefficient over normal force | Points: one coefficient per normal force, fitted over all"
+    " frequency ratios, 95 % confidence. Dashed lines: each material's mean, where all its points would lie by"
+    " Amontons' law.",
+    "law_{}": "The contact of {} | friction force over displacement and speed, of a slow, a middling and a fast test;"
+    " broad: recovered from the motion, no law assumed; black: the law.",
+    "irregularity": "Irregularity index of the short tests | Equation (4.1), on one scale for all materials. Between"
+    " dotted lines nothing was measured, near resonance.",
+    "stops": "Stops per cycle | Measured on the left; on the right as Coulomb's law predicts it for the fitted friction"
+    " ratio. Blank: not measured, or no steady state.",
+    "energy_{}": "Energy per cycle of {} | Points: measured, mean over the settled cycles, 95 % confidence; open ones"
+    " are left out of the fit. Lines: Coulomb's law with one friction ratio β per normal force.",
+    "comparison": "Materials compared | Energy per cycle at the normal forces that materials have in common; lines join"
+    " the points.",
+    "residuals": "What Coulomb's law leaves unexplained | Measured over predicted energy per cycle, less one. Crosses:"
+    " tests left out of the fit; those at an edge lie beyond it.",
+    "responses": "Example responses | The last cycles of the steadiest tests and of the least steady ones; grey: the"
+    " base.",
+    "long_responses": "Responses of the long tests | Left: the whole test, lowest to highest displacement. Right: its"
+    " last cycles; grey: the base.",
+    "drift_r{:.3g}": "Energy per cycle over time, r = {:.3g} | One cycle every ten seconds. Dotted: trend; band: its"
+    " 95 % confidence, correlation between neighbours included.",
+}
+"""Name of a figure (of one of several: a pattern) -> its title and its caption."""
 
-    name: str
-    title: str
-    caption: str | Callable[[Campaign, str], str]
-    draw: Callable[..., Figure]
-    when: Callable[[Campaign], bool] = lambda _: True
-    over: Callable[[Campaign], Iterable[object]] | None = None
 
-    def plates(self, campaign: Campaign) -> Iterator[Plate]:
-        """The figures of this kind."""
-        if self.over is None:
-            caption = self.caption(campaign, "") if callable(self.caption) else self.caption
-            yield Plate(self.name, self.title, caption, partial(self.draw, campaign))
-            return
-        for thing in self.over(campaign):
-            name = self.name.format(safe(thing) if isinstance(thing, str) else thing)
-            caption = self.caption(campaign, str(thing)) if callable(self.caption) else self.caption
-            yield Plate(name, self.title.format(thing), caption, partial(self.draw, campaign, thing))
+def _found(campaign: Campaign) -> Iterator[Plate]:
+    """The figures that a campaign has the data for, in the report's order."""
 
+    def plate(name: str, draw: Callable[..., Figure], *over: str | float, before: str = "", after: str = "") -> Plate:
+        title, _, caption = TEXTS[name].partition(" | ")
+        file = name.format(*(safe(thing) if isinstance(thing, str) else thing for thing in over))
+        return Plate(file, title.format(*over), f"{before}{caption}{after}", partial(draw, campaign, *over))
 
-def _has_short_tests(campaign: Campaign) -> bool:
     short = [t for t in campaign.trials if not t.failed and not t.is_long]
-    return grids.varies(campaign) and any(t.irregularity is not None for t in short)
-
-
-def _with_loops(campaign: Campaign) -> Iterable[str]:
-    return [m for m in campaign.materials if any(loop.material == m for loop in campaign.loops)]
-
-
-def _friction_caption(campaign: Campaign, _: str) -> str:
-    points = (
-        "Points: one coefficient per normal force, fitted over all frequency ratios, 95 % confidence. Dashed lines:"
-        " each material's mean, where all its points would lie by Amontons' law."
-    )
-    beside = " Right: the distance from it; bands: the mean's own confidence."
-    return points + (beside if materials.has_several_forces(campaign) else "")
-
-
-def _law_caption(campaign: Campaign, material: str) -> str:
-    loops = (
-        "friction force over displacement and speed, of a slow, a middling and a fast test; broad: recovered from the"
-        " motion, no law assumed; black: the law."
-    )
-    if not any(law.material == material for law in campaign.laws):
-        return f"The {loops}"
-    ladder = " Right: log evidence of each law tried below the best, all tests; orange: required."
-    return f"Left, middle: {loops}{ladder}"
-
-
-KINDS = (
-    _Kind(
-        "ranking",
-        "Ranking",
-        "Best material on top, number: its rank; equal ranks are ties. Bars: 95 % confidence.",
-        materials.ranking,
-        when=lambda campaign: len(campaign.materials) > 1,
-    ),
-    _Kind(
-        "friction",
-        "Friction coefficient over normal force",
-        _friction_caption,
-        materials.friction,
-        when=lambda campaign: any(f.friction_coefficient is not None for f in campaign.fits),
-    ),
-    _Kind(
-        "law_{}",
-        "The contact of {}",
-        _law_caption,
-        materials.law_of_material,
-        when=lambda campaign: bool(campaign.loops),
-        over=_with_loops,
-    ),
-    _Kind(
-        "irregularity",
-        "Irregularity index of the short tests",
-        "Equation (4.1), on one scale for all materials. Between dotted lines nothing was measured, near resonance.",
-        grids.irregularity,
-        when=_has_short_tests,
-    ),
-    _Kind(
-        "stops",
-        "Stops per cycle",
-        "Measured on the left; on the right as Coulomb's law predicts it for the fitted friction ratio. Blank:"
-        " not measured, or no steady state.",
-        grids.stops,
-        when=grids.varies,
-    ),
-    _Kind(
-        "energy_{}",
-        "Energy per cycle of {}",
-        "Points: measured, mean over the settled cycles, 95 % confidence; open ones are left out of the fit."
-        " Lines: Coulomb's law with one friction ratio β per normal force.",
-        materials.energy,
-        over=lambda campaign: campaign.materials,
-    ),
-    _Kind(
-        "comparison",
-        "Materials compared",
-        "Energy per cycle at the normal forces that materials have in common; lines join the points.",
-        materials.comparison,
-        when=lambda campaign: bool(materials.common_forces(campaign)),
-    ),
-    _Kind(
-        "residuals",
-        "What Coulomb's law leaves unexplained",
-        "Measured over predicted energy per cycle, less one. Crosses: tests left out of the fit; those at an edge"
-        " lie beyond it.",
-        materials.residuals,
-    ),
-    _Kind(
-        "responses",
-        "Example responses",
-        "The last cycles of the steadiest tests and of the least steady ones; grey: the base.",
-        materials.responses,
-        when=lambda campaign: any(not r.trial.is_long for r in campaign.responses),
-    ),
-    _Kind(
-        "long_responses",
-        "Responses of the long tests",
-        "Left: the whole test, lowest to highest displacement. Right: its last cycles; grey: the base.",
-        materials.long_responses,
-        when=lambda campaign: any(r.is_envelope for r in campaign.responses),
-    ),
-    _Kind(
-        "drift_r{:.3g}",
-        "Energy per cycle over time, r = {:.3g}",
-        "One cycle every ten seconds. Dotted: trend; band: its 95 % confidence, correlation between neighbours"
-        " included.",
-        materials.drift,
-        over=materials.drift_levels,
-    ),
-)
+    has_maps = grids.varies(campaign)
+    if len(campaign.materials) > 1:
+        yield plate("ranking", materials.ranking)
+    if any(f.friction_coefficient is not None for f in campaign.fits):
+        beside = " Right: the distance from it; bands: the mean's own confidence."
+        yield plate("friction", materials.friction, after=beside if materials.has_several_forces(campaign) else "")
+    with_loops = {loop.material for loop in campaign.loops}
+    for material in (m for m in campaign.materials if m in with_loops):
+        tried = any(law.material == material for law in campaign.laws)
+        ladder = " Right: log evidence of each law tried below the best, all tests; orange: required." if tried else ""
+        before = "Left, middle: " if tried else "The "
+        yield plate("law_{}", materials.law_of_material, material, before=before, after=ladder)
+    if has_maps and any(t.irregularity is not None for t in short):
+        yield plate("irregularity", grids.irregularity)
+    if has_maps:
+        yield plate("stops", grids.stops)
+    for material in campaign.materials:
+        yield plate("energy_{}", materials.energy, material)
+    if materials.common_forces(campaign):
+        yield plate("comparison", materials.comparison)
+    yield plate("residuals", materials.residuals)
+    if any(not r.trial.is_long for r in campaign.responses):
+        yield plate("responses", materials.responses)
+    if any(r.is_envelope for r in campaign.responses):
+        yield plate("long_responses", materials.long_responses)
+    for level in materials.drift_levels(campaign):
+        yield plate("drift_r{:.3g}", materials.drift, level)
 
 
 def safe(word: str) -> str:

@@ -5,7 +5,7 @@ import logging
 import math
 import textwrap
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -209,12 +209,12 @@ def stop_colours(values: FloatArray) -> StopColours:
     for number in range(min(most, SINGLE) + 1):
         edges.append(number - 0.5)
         names.append(str(number))
-    last, wide = SINGLE, SINGLE
+    last, wide = min(most, SINGLE), SINGLE
     while last < most:
         edges.append(last + 0.5)
         names.append(f"{last + 1}-{last + wide}")
         last, wide = last + wide, 2 * wide if last > SINGLE else wide
-    return StopColours((*edges, max(min(most, SINGLE), last if most > SINGLE else 0) + 0.5), tuple(names))
+    return StopColours((*edges, last + 0.5), tuple(names))
 
 
 def thinned(values: NDArray[np.float64]) -> NDArray[np.intp]:
@@ -227,6 +227,12 @@ def thinned(values: NDArray[np.float64]) -> NDArray[np.intp]:
     begin = np.arange(0, whole, part)
     both = np.sort(np.stack([begin + rows.argmin(axis=1), begin + rows.argmax(axis=1)], axis=1), axis=1)
     return np.concatenate([both.ravel(), np.arange(whole, len(values))])
+
+
+def shade(ax: Axes, stops: Iterable[Sequence[float]], color: str = GREY, label: str | None = None) -> None:
+    """Shade stops from their begin to their end."""
+    for number, (begin, end) in enumerate(stops):
+        ax.axvspan(begin, end, color=color, alpha=0.3, lw=0, label=None if number else label)
 
 
 def closed(values: FloatArray) -> FloatArray:

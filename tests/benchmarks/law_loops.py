@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from frictionlab.figures.simulated import force_over_displacement, force_over_speed
+from frictionlab.figures.simulated import draw_contact_force
 from frictionlab.figures.style import BASE, PAGE, PALETTE, headline, look, new_figure, save
 from frictionlab.simulator import Problem, SteadyState, steady_state
 
@@ -109,8 +109,8 @@ def draw_loops(figures: LawFigures) -> Figure:
         for number, state in enumerate(figures.loops.values()):
             row, column = 2 * (number // ACROSS), number % ACROSS
             color = PALETTE[number // ACROSS % len(PALETTE)]
-            force_over_displacement(state, axes[row, column], color).set_title(name_of(state))
-            force_over_speed(state, axes[row + 1, column], color)
+            draw_contact_force(state, axes[row, column], color).set_title(name_of(state))
+            draw_contact_force(state, axes[row + 1, column], color, over_speed=True)
         for number, ax in enumerate(axes.ravel()):
             if number // ACROSS // 2 * ACROSS + number % ACROSS >= len(figures.loops):
                 ax.set_axis_off()

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictionlab.figures.simulated import force_over_displacement
+from frictionlab.figures.simulated import draw_contact_force
 from frictionlab.figures.style import new_figure
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.laws import TERMS
@@ -17,7 +17,7 @@ from tests.simulator.numeric_oracle import cycle
 def test_the_loop_of_force_over_displacement_has_the_energy_as_its_area() -> None:
     ax = new_figure().subplots()
     state = steady_state(Problem(0.5, 0.4))
-    force_over_displacement(state, ax)
+    draw_contact_force(state, ax)
     x, n = (np.asarray(part, dtype=float) for part in ax.lines[0].get_data())
     assert np.sum(0.5 * (n[1:] + n[:-1]) * np.diff(x)) == pytest.approx(state.energy_per_cycle, rel=1e-3)
 
