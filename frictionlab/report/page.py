@@ -66,19 +66,10 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class ListingHead:
-    """The head of a column; ``title``: its sentence."""
-
-    text: str
-    title: str = ""
-    is_number: bool = False
-
-
-@dataclass(frozen=True)
 class Listing:
-    """A table of a page: heads and rows of cells; ``failed``: the numbers of the rows that are failures."""
+    """A table of a page: heads, whose titles are sentences, and rows of cells; ``failed``: numbers of failed rows."""
 
-    heads: Sequence[ListingHead]
+    heads: Sequence[Cell]
     rows: Sequence[Sequence[Cell]]
     failed: frozenset[int] = frozenset()
 
@@ -107,7 +98,7 @@ def grid(table: Table, rows: Iterable[Row], names: Sequence[str]) -> Listing:
     listed = list(rows)
     shown = [name for name in names if any(row.get(name) not in (None, "") for row in listed)]
     columns = [column for name in shown if (column := table.column(name)) is not None]
-    heads = [ListingHead(column.head, column.sentence, column.type.is_number) for column in columns]
+    heads = [Cell(column.head, title=column.sentence, is_number=column.type.is_number) for column in columns]
     cells = [[_cell(row, column.name, is_number=column.type.is_number) for column in columns] for row in listed]
     return Listing(heads, cells)
 
@@ -121,34 +112,11 @@ def _cell(row: Row, name: str, *, is_number: bool) -> Cell:
     return words(value, title=str(value) if value and len(str(value)) > 24 else "")
 
 
-def grouped(warnings: Mapping[str, Sequence[str]]) -> list[str]:
-    """Sentences for a page from groups of sources (sentence -> the tests it was given for), most tests first."""
-    ordered = sorted(warnings.items(), key=lambda pair: -len(pair[1]))
-    return [f"{sentence} ({_named(sources)})" for sentence, sources in ordered]
-
-
-def _named(sources: Sequence[str]) -> str:
-    first = ", ".join(sources[:3])
-    return first if len(sources) <= 3 else f"{first} and {len(sources) - 3} more"
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What a campaign says of one material: a headline and sentences."""
-
-    material: str
-    headline: str
-    sentences: Sequence[str]
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure in the page."""
-
-    number: int
-    plate: Plate
-    source: str
-    width: int
+def grouped(warnings: Iterable[tuple[str, Sequence[str]]]) -> list[str]:
+    """Sentences for a page from groups of sources (sentence, the tests it was given for), most tests first."""
+    ordered = sorted(warnings, key=lambda pair: -len(pair[1]))
+    more = [f" and {len(sources) - 3} more" if len(sources) > 3 else "" for _, sources in ordered]
+    return [f"{said} ({', '.join(names[:3])}{rest})" for (said, names), rest in zip(ordered, more, strict=True)]
 
 
 def write_report(campaign: Campaign, plates: Sequence[Plate], folder: Path) -> Path:
@@ -180,7 +148,7 @@ def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes
         script=script,
         script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
         lead=_lead(campaign),
-        answers=list(_answers(campaign, tables)),
+        answers=[_answer(campaign, material, tables) for material in campaign.materials],
         first=drawn[:1] if first else [],
         doubts=_doubts(campaign),
         overview=_overview(campaign),
@@ -191,10 +159,13 @@ def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes
         tests=_tests(campaign),
         materials=campaign.materials,
         failures=[(short_name(trial.source), trial.reason) for trial in campaign.failures],
-        warnings=grouped(_warnings(campaign)),
+        warnings=_warnings(campaign),
         notes=campaign.notes,
         assumed=_assumed(campaign),
-        versions=_versions(),
+        versions=", ".join(
+            [f"frictionlab {__version__}", f"Python {platform.python_version()}"]
+            + [f"{name} {version(name)}" for name in PACKAGES]
+        ),
     )
 
 
@@ -219,19 +190,15 @@ def _range(values: Sequence[float]) -> str:
     return f"{low:.3g}" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g} to {high:.3g}"
 
 
-def _answers(campaign: Campaign, tables: Mapping[str, Sequence[Row]]) -> Iterator[Answer]:
-    for material in campaign.materials:
-        own = [row for row in tables["friction.csv"] if row["material"] == material]
-        yield Answer(material, _headline(campaign, material, own), list(_sentences(campaign, material, tables)))
-
-
-def _headline(campaign: Campaign, material: str, rows: Sequence[Row]) -> str:
-    """The coefficient where forces are known, else the friction ratio of each group."""
+def _answer(campaign: Campaign, material: str, tables: Mapping[str, Sequence[Row]]) -> Mapping[str, object]:
+    """What a campaign says of one material: a headline (coefficient, else the friction ratios) and sentences."""
     test = next((test for test in campaign.amontons if test.material == material), None)
-    if test is not None and test.coefficient is not None:
-        return f"coefficient of friction {_told(test.coefficient, test.coefficient_se)}"
+    rows = [row for row in tables["friction.csv"] if row["material"] == material]
     ratios = [number(row["friction_ratio"], row.get("friction_ratio_u")).text for row in rows]
-    return f"friction ratio {', '.join(ratios)}" if ratios else "friction not known"
+    headline = f"friction ratio {', '.join(ratios)}" if ratios else "friction not known"
+    if test is not None and test.coefficient is not None:
+        headline = f"coefficient of friction {_told(test.coefficient, test.coefficient_se)}"
+    return {"material": material, "headline": headline, "sentences": list(_sentences(campaign, material, tables))}
 
 
 def _sentences(campaign: Campaign, material: str, tables: Mapping[str, Sequence[Row]]) -> Iterator[str]:
@@ -255,16 +222,15 @@ def _doubts(campaign: Campaign) -> list[str]:
     failed = len(campaign.failures)
     said = [f"{failed} of {len(campaign.trials)} tests failed; see Failures."] if failed else []
     said += [note for note in campaign.notes if GRAVE.search(note)]
-    said += grouped(dict(kinds_of((fit.material, fit.note) for fit in campaign.fits if fit.note)))
-    said += grouped(_warnings(campaign))
+    said += grouped(kinds_of((fit.material, fit.note) for fit in campaign.fits if fit.note))
+    said += _warnings(campaign)
     rest = len(said) - MOST_DOUBTS
     return said[:MOST_DOUBTS] + ([f"{rest} more kinds of warnings; see Warnings."] if rest > 0 else [])
 
 
-def _warnings(campaign: Campaign) -> Mapping[str, Sequence[str]]:
-    """The tests of each warning; warnings that differ in their numbers alone are one."""
-    found = kinds_of((short_name(t.source), text) for t in campaign.trials for text in t.warnings)
-    return dict(found)
+def _warnings(campaign: Campaign) -> list[str]:
+    """The warnings with their tests; those that differ in their numbers alone are one."""
+    return grouped(kinds_of((short_name(t.source), text) for t in campaign.trials for text in t.warnings))
 
 
 def _overview(campaign: Campaign) -> str:
@@ -289,10 +255,16 @@ def _overview(campaign: Campaign) -> str:
     return scatter(points, axis, "energy per cycle [kY²]", campaign.materials)
 
 
-def _image(place: int, plate: Plate, svg: bytes) -> Picture:
+def _image(place: int, plate: Plate, svg: bytes) -> Mapping[str, object]:
+    """A figure in the page."""
     width = re.search(rb'width="([0-9.]+)pt"', svg)
     source = f"data:image/svg+xml;base64,{base64.b64encode(svg).decode()}"
-    return Picture(place, plate, source, round(SCALE * float(width[1])) if width else 880)
+    return {
+        "number": place,
+        "plate": plate,
+        "source": source,
+        "width": round(SCALE * float(width[1])) if width else 880,
+    }
 
 
 def _rankings(campaign: Campaign, rows: Sequence[Row]) -> Iterator[tuple[str, str, Listing]]:
@@ -328,7 +300,7 @@ def _tests(campaign: Campaign) -> Listing:
         name = Cell(short_name(trial.source), title=trial.source, link=f"tests/{sheet_name(place, trial)}")
         cells.append([name, words(_status(row)), *own, words(remark, title=remark)])
     failed = frozenset(place for place, trial in enumerate(campaign.trials) if trial.failed)
-    return Listing([ListingHead("test"), ListingHead("status"), *known.heads, ListingHead("remark")], cells, failed)
+    return Listing([Cell("test"), Cell("status"), *known.heads, Cell("remark")], cells, failed)
 
 
 def _status(row: Row) -> str:
@@ -347,8 +319,3 @@ def _assumed(campaign: Campaign) -> str:
         given = [f"{key} = {value_text(value)}" for key, value in keys.items() if value is not None]
         lines += [f"[{table}]", *given, ""]
     return "\n".join(lines).strip()
-
-
-def _versions() -> str:
-    packages = [f"{name} {version(name)}" for name in PACKAGES]
-    return ", ".join([f"frictionlab {__version__}", f"Python {platform.python_version()}", *packages])

@@ -109,7 +109,8 @@ def chart(lines: Sequence[ChartLine], x_label: str, y_label: str) -> str:
     shown = [line for line in map(_finite, lines) if len(line.x) > 1]
     if not shown:
         return ""
-    x, y = _axes([line.x for line in shown], [line.y for line in shown], WIDTH)
+    x = _Axis.over([line.x for line in shown], LEFT, WIDTH - RIGHT)
+    y = _Axis.over([line.y for line in shown], HEIGHT - BOTTOM, TOP)
     return _sheet((_drawn(line, x, y) for line in shown), x, y, x_label, y_label, WIDTH)
 
 
@@ -139,22 +140,18 @@ def scatter(points: Sequence[Dot], x_label: str, y_label: str, groups: Sequence[
     return _sheet((*legend, *dots), x, y, x_label, y_label, WIDE)
 
 
-def _axes(x: Sequence[FloatArray], y: Sequence[FloatArray], width: float) -> tuple[_Axis, _Axis]:
-    return _Axis.over(x, LEFT, width - RIGHT), _Axis.over(y, HEIGHT - BOTTOM, TOP)
-
-
 def _sheet(inner: Iterator[str] | Sequence[str], x: _Axis, y: _Axis, x_label: str, y_label: str, width: float) -> str:
     """The SVG element: grid, ticks, labels, and what is drawn inside."""
     middle, low = (TOP + HEIGHT - BOTTOM) / 2, HEIGHT - BOTTOM
     ticks = [
-        f'<path class="grid" d="M{a:.1f} {TOP}V{low}"/>'
-        f'<text class="tick x" x="{a:.1f}" y="{low + 15:.0f}">{text}</text>'
-        for a, text in _places(x)
+        f'<path class="grid" d="M{x.at(v):.1f} {TOP}V{low}"/>'
+        f'<text class="tick x" x="{x.at(v):.1f}" y="{low + 15:.0f}">{_number(v)}</text>'
+        for v in x.ticks
     ]
     ticks += [
-        f'<path class="grid" d="M{LEFT} {a:.1f}H{width - RIGHT}"/>'
-        f'<text class="tick y" x="{LEFT - 5:.0f}" y="{a + 4:.1f}">{text}</text>'
-        for a, text in _places(y)
+        f'<path class="grid" d="M{LEFT} {y.at(v):.1f}H{width - RIGHT}"/>'
+        f'<text class="tick y" x="{LEFT - 5:.0f}" y="{y.at(v) + 4:.1f}">{_number(v)}</text>'
+        for v in y.ticks
     ]
     labels = (
         f'<text class="axis" x="{(LEFT + width - RIGHT) / 2:.0f}" y="{HEIGHT - 8:.0f}">{escape(x_label)}</text>'
@@ -168,10 +165,8 @@ def _sheet(inner: Iterator[str] | Sequence[str], x: _Axis, y: _Axis, x_label: st
     )
 
 
-def _places(axis: _Axis) -> Iterator[tuple[float, str]]:
-    """Where the ticks of an axis stand, and their numbers."""
-    for value in axis.ticks:
-        yield float(axis.at(value)), f"{round(value, 12):.6g}".replace("-", "\N{MINUS SIGN}")
+def _number(value: float) -> str:
+    return f"{round(value, 12):.6g}".replace("-", "\N{MINUS SIGN}")
 
 
 def _finite(line: ChartLine) -> ChartLine:
@@ -272,7 +267,8 @@ def _facts(sheet: PageOfTest) -> Iterator[tuple[str, str]]:
     """Names and values of what was measured; energies in joules too where stiffness and amplitude are known."""
     trial = sheet.trial
     energy, amplitude = trial.means
-    unit = _energy_unit(sheet)
+    stiffness, base = sheet.scene.rig.stiffness, trial.base_amplitude_m
+    unit = None if stiffness is None or not np.isfinite(base) else stiffness * base**2  # k Y² in J
     yield "material", trial.material or "not known"
     yield "normal force", _with_unit(Estimate(trial.normal_force_n), "N")
     yield "frequency ratio r", str(trial.ratio)
@@ -288,12 +284,6 @@ def _facts(sheet: PageOfTest) -> Iterator[tuple[str, str]]:
 
 def _with_unit(number: Estimate, unit: str) -> str:
     return f"{number} {unit}" if number.known else "not known"
-
-
-def _energy_unit(sheet: PageOfTest) -> float | None:
-    """``k Y²`` in J."""
-    stiffness, amplitude = sheet.scene.rig.stiffness, sheet.trial.base_amplitude_m
-    return None if stiffness is None or not np.isfinite(amplitude) else stiffness * amplitude**2
 
 
 def _verdicts(sheet: PageOfTest) -> Iterator[tuple[str, str]]:
@@ -329,11 +319,7 @@ def _charts(sheet: PageOfTest) -> Iterator[tuple[str, str, str]]:
         yield "Time response", _response(sheet.recording, measured), f"The last {CYCLES} cycles, about their means."
     cycle = measured.cycle
     loop = [ChartLine(_closed(unit * cycle.mass), _closed(unit * cycle.base), "mean cycle")]
-    yield (
-        "Loop",
-        chart(loop, "mass displacement x [mm]", "base displacement y [mm]"),
-        AREA,
-    )
+    yield "Loop", chart(loop, "mass displacement x [mm]", "base displacement y [mm]"), AREA
     if measured.frequency_ratio is not None:
         yield from _forces(sheet, measured, unit)
     series = measured.series
@@ -353,11 +339,7 @@ def _forces(sheet: PageOfTest, measured: Measurement, unit: float) -> Iterator[t
     label = f"friction force [{name}]"
     words = FORCE if sheet.fitted is None else f"{FORCE} {AS_FITTED}"
     yield "Force over displacement", chart([ChartLine(place, force, "force")], "mass displacement x [mm]", label), words
-    yield (
-        "Force over speed",
-        chart([ChartLine(speed, force, "force")], "mass speed [mm/s]", label),
-        SPEED,
-    )
+    yield "Force over speed", chart([ChartLine(speed, force, "force")], "mass speed [mm/s]", label), SPEED
 
 
 def _closed(values: np.ndarray) -> np.ndarray:
