@@ -1,7 +1,7 @@
 """``frictionlab simulate``: one steady state, the last of N cycles from rest, or the response to a recorded base."""
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 import typer
 
 from frictionlab.cli import complain
-from frictionlab.cli.options import ANALYSIS, LOG, Results, numbers, takes
+from frictionlab.cli.options import ANALYSIS, LOG, Results, numbers, scene_of, takes
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
@@ -72,6 +72,7 @@ def simulate(
 
     A record: frictionlab simulate --base-motion quake.csv --natural-frequency 3.1 --beta 0.2 -o response.h5
     """
+    known = None if scene is None else scene_of(scene)
     others = {"--cycles": cycles, "--all": every, "--solver": None if solver == "auto" else solver}
     given = [option for option, value in others.items() if value not in (None, False)]
     if base_motion is not None:
@@ -79,7 +80,7 @@ def simulate(
             raise UsageError("expected --r R or --base-motion FILE; got both: a recorded base has its own times")
         if given:
             raise UsageError(f"{given[0]}: a recorded base is followed once, by its law's own solver: leave it out")
-        problem, _ = _posed(1.0, rubbing, scene, dimensionless=True)
+        problem, _ = _posed(1.0, rubbing, known, dimensionless=True)
         _follow(problem, base_motion, scene, settings, highpass, to)
         return
     stray = [text.split()[0] for key, (_, text) in SETTINGS.items() if key in settings]
@@ -90,8 +91,12 @@ def simulate(
         raise UsageError("expected --r R (a steady state) or --base-motion FILE (the response to it); got neither")
     if every and len(given) > 1:
         raise UsageError(f"--all: expected neither --cycles nor --solver; got {', '.join(given[:1] + given[2:])}")
-    what, units = _structure(r, rubbing, scene, given) or _posed(r, rubbing, scene, dimensionless=False)
-    _settle(what, units, to, every=every, solver=solver, cycles=cycles)
+    what: tuple[Problem | Structure, Units | None] = (
+        _structure(r, rubbing, known, given)
+        if known is not None and (known.rig.masses or known.rig.contacts)
+        else _posed(r, rubbing, known, dimensionless=False)
+    )
+    _settle(*what, to, every=every, solver=solver, cycles=cycles)
 
 
 @dataclass(frozen=True)
@@ -112,29 +117,23 @@ class Units:
         return found
 
 
-def _structure(r: float, rubs: Rubbing, file: Path | None, given: Sequence[str]) -> "tuple[Structure, Units] | None":
-    """The frame of several masses or contacts that the scene has, and its units; None: one mass, one contact."""
-    if file is None:
-        return None
-    from frictionlab.scene import read_scene
-    from frictionlab.scene.storeys import has_several, structure_of
+def _structure(r: float, rubs: Rubbing, scene: "Scene", given: Sequence[str]) -> "tuple[Structure, Units]":
+    """The frame of several masses or contacts that the scene has, and its units."""
+    from frictionlab.scene.storeys import structure_of
 
-    scene = read_scene(file)
-    if not has_several(scene):
-        return None
-    named = {"beta", "law", "parameter", "mu", "zeta", "wall"}
-    said = [f"--{name}" for name in sorted(named) if getattr(rubs, name) is not None] + list(given)
+    named = ("beta", "law", "mu", "parameter", "wall", "zeta")
+    said = [f"--{name}" for name in named if getattr(rubs, name) is not None] + list(given)
     if said:
         raise UsageError(
-            f"{said[0]}: belongs to one mass with one contact; {file} has [[rig.masses]] or [[rig.contacts]]: say it"
-            " there"
+            f"{said[0]}: belongs to one mass with one contact; {scene.files[0]} has [[rig.masses]] or"
+            " [[rig.contacts]]: say it there"
         )
     amplitude = rubs.base_amplitude or scene.plan.base_amplitudes_m[0]
     structure = structure_of(scene, r, amplitude, coefficient=rubs.coefficient, normal_force_n=rubs.normal_force)
     return structure, Units(amplitude, scene.rig.stiffness)
 
 
-def _posed(r: float, rubs: Rubbing, file: Path | None, *, dimensionless: bool) -> "tuple[Problem, Units | None]":
+def _posed(r: float, rubs: Rubbing, scene: "Scene | None", *, dimensionless: bool) -> "tuple[Problem, Units | None]":
     """The problem that the options and the scene pose, and its units where a scene is given."""
     from frictionlab.simulator import Problem
 
@@ -143,22 +142,18 @@ def _posed(r: float, rubs: Rubbing, file: Path | None, *, dimensionless: bool) -
             f"--mu {rubs.mu:g}: mu is static over kinetic friction, 1 or more; the friction coefficient is"
             f" --coefficient {rubs.mu:g}, with --normal-force N and --scene TOML"
         )
-    values = numbers(rubs.parameter, {"mu": rubs.mu, "zeta": rubs.zeta})
-    if file is None:
-        beta, units, mu, law, wall = _beta(rubs, None, None), None, rubs.mu, rubs.law or "coulomb", rubs.wall or "fixed"
-    else:
-        from frictionlab.scene import read_scene
-
-        scene = read_scene(file)
-        amplitude = rubs.base_amplitude or scene.plan.base_amplitudes_m[0]
-        units = None if dimensionless else Units(amplitude, scene.rig.stiffness)
-        beta, model = _beta(rubs, scene, units), scene.model
-        held = {} if rubs.law is not None and rubs.law != model.law else model.parameters
-        damping = {} if dimensionless else {"frame_damping_ratio": scene.frame_damping_ratio}
-        values = {**damping, **held, **values}
-        mu = rubs.mu if rubs.mu is not None or model.static_ratio == 1.0 else model.static_ratio
-        law = rubs.law or ("coulomb" if model.law == "auto" else model.law)
-        wall = rubs.wall or model.wall
+    values, units, mu, law, wall = numbers(rubs.parameter, {"mu": rubs.mu, "zeta": rubs.zeta}), None, rubs.mu, "", ""
+    if scene is not None:
+        model = scene.model
+        if rubs.law in (None, model.law):
+            values = {**model.parameters, **values}
+        if not dimensionless:
+            units = Units(rubs.base_amplitude or scene.plan.base_amplitudes_m[0], scene.rig.stiffness)
+            values = {"frame_damping_ratio": scene.frame_damping_ratio, **values}
+        mu = model.static_ratio if mu is None and model.static_ratio != 1.0 else mu
+        law, wall = "" if model.law == "auto" else model.law, model.wall
+    beta = _beta(rubs, scene, units)
+    law, wall = rubs.law or law or "coulomb", rubs.wall or wall or "fixed"
     try:
         return Problem(r, beta, mu, rubs.zeta, wall, law=law, parameters=values), units
     except SimulationError as error:
@@ -196,17 +191,23 @@ def _settle(
     cycles: int | None,
 ) -> None:
     """Solve the steady state, run some cycles from rest, or find all states: one row each, the most visited first."""
+    from frictionlab.schema import MOTIONS
     from frictionlab.simulator import Problem, coexisting
-    from frictionlab.verbs.simulating import simulate
+    from frictionlab.verbs import simulating
 
-    figure = _checked_outputs(to, every=every)
+    solve: Callable[..., AnyState] = simulating.simulate
+    is_tree, figure = to.output is not None and to.output.suffix == ".h5", None
+    if to.output is not None:
+        check_output(to.output, MOTIONS, force=to.force)
+        if every and is_tree:
+            raise UsageError(f"{to.output}: --all gives rows without motions; expected .csv, .jsonl or .xlsx")
+    if to.plot is not None:
+        from frictionlab.cli.work import figure_file
+
+        figure = figure_file(to.plot, "coexisting" if every else "motion", force=to.force)
     start = time.perf_counter()
     found = coexisting(problem) if every and isinstance(problem, Problem) else ()
-    states: list[AnyState] = [each.state for each in found]
-    if not isinstance(problem, Problem):
-        states = [simulate(problem)]
-    elif not found:
-        states = [simulate(problem, cycles=cycles, solver=solver)]
+    states = [each.state for each in found] or [solve(problem, cycles=cycles, solver=solver)]
     shares = [each.share for each in found]
     seconds = time.perf_counter() - start
     rows: list[Row] = [_row(state, units, seconds) for state in states]
@@ -216,11 +217,9 @@ def _settle(
         typer.echo(json_line(row))
     if not to.as_json:
         _print_states(rows, states, shares, quiet=to.quiet)
-    if to.output is not None and to.output.suffix == ".h5":
+    if to.output is not None and is_tree:
         _write_motion(states[0], rows[0], to.output, force=to.force)
     elif to.output is not None:
-        from frictionlab.schema import MOTIONS
-
         write_rows(rows, to.output, MOTIONS, force=to.force)
     if figure is not None:
         from frictionlab.verbs.presenting import plot
@@ -228,46 +227,28 @@ def _settle(
         plot(found if every else states[0], figure, force=to.force)
 
 
-def _checked_outputs(to: Results, *, every: bool) -> Path | None:
-    """The file of the figure; refuses outputs that could not be written before the work."""
-    if to.output is not None:
-        from frictionlab.schema import MOTIONS
-
-        check_output(to.output, MOTIONS, force=to.force)
-        if every and to.output.suffix == ".h5":
-            raise UsageError(f"{to.output}: --all gives rows without motions; expected .csv, .jsonl or .xlsx")
-    if to.plot is None:
-        return None
-    from frictionlab.cli.work import figure_file
-
-    return figure_file(to.plot, "coexisting" if every else "motion", force=to.force)
-
-
 def _row(state: "AnyState", units: Units | None, seconds: float) -> Row:
     """The row of a state with the contract's lists over masses and contacts, and in SI units where it can be."""
     from frictionlab.simulator import SteadyState
 
-    row = state.row()
-    if not isinstance(state, SteadyState):
-        beta = row["beta"]
-        si = {} if units is None or not isinstance(beta, float) else units.of(row, beta)
-        return {**row, "wall_s": seconds, **si}
-    problem = state.problem
-    contact = {
-        "mass": 1,
-        "against": "base" if problem.wall == "base" else "wall",
-        "law": problem.law.name,
-        "energy_per_cycle": row["contact_energy_per_cycle"],
-        **{key: row[key] for key in ("stops_per_cycle", "stuck_fraction")},
-    }
-    more: Row = {
-        "wall_s": seconds,
-        "law": problem.law.name,
-        "parameters": problem.parameters,
-        "response_amplitudes": [row["response_amplitude"]],
-        "contacts": [contact],
-    }
-    return {**row, **more, **({} if units is None else units.of(row, problem.beta))}
+    row = {**state.row(), "wall_s": seconds}
+    if isinstance(state, SteadyState):
+        problem = state.problem
+        contact = {
+            "mass": 1,
+            "against": "base" if problem.wall == "base" else "wall",
+            "law": problem.law.name,
+            "energy_per_cycle": row["contact_energy_per_cycle"],
+            **{key: row[key] for key in ("stops_per_cycle", "stuck_fraction")},
+        }
+        row |= {
+            "law": problem.law.name,
+            "parameters": problem.parameters,
+            "response_amplitudes": [row["response_amplitude"]],
+            "contacts": [contact],
+        }
+    beta = row["beta"]
+    return {**row, **({} if units is None or not isinstance(beta, float) else units.of(row, beta))}
 
 
 def _print_states(rows: Sequence[Row], states: "Sequence[AnyState]", shares: Sequence[float], *, quiet: bool) -> None:
@@ -323,19 +304,17 @@ def _write_motion(state: "AnyState", row: Row, output: Path, *, force: bool) -> 
 
     timeless = {key: value for key, value in row.items() if key != "wall_s"}  # the same input gives the same bytes
     tree: dict[str, object] = {key: value for key, value in timeless.items() if value is not None}
-    if not isinstance(state, SteadyState):
-        if state.motion is not None:
-            tau = np.linspace(state.motion.start, state.motion.end, SAMPLES * (state.period_cycles or 1) + 1)
-            q, v = state.motion.at(tau)
-            masses = {f"displacement_{i + 1}": q[:, i] for i in range(q.shape[1])}
-            speeds = {f"velocity_{i + 1}": v[:, i] for i in range(q.shape[1])}
-            tree["motion"] = {"tau": tau, **masses, **speeds, "base": state.structure.base.at(tau)}
-    elif state.orbit is not None:
-        begin = state.orbit.start
-        tau = np.linspace(begin, state.orbit.end, SAMPLES * (state.period_cycles or 1) + 1)
-        x, v = state.orbit.at(np.minimum(tau, state.orbit.end))
-        tree["motion"] = {"tau": tau, "displacement": x, "velocity": v, "base": state.problem.base.at(tau)}
-        tree["stops"] = state.orbit.stops
+    motion = state.orbit if isinstance(state, SteadyState) else state.motion
+    if motion is not None:
+        tau = np.linspace(motion.start, motion.end, SAMPLES * (state.period_cycles or 1) + 1)
+        place, speed = motion.at(np.minimum(tau, motion.end))
+        if isinstance(state, SteadyState):
+            moved, base = {"displacement": place, "velocity": speed}, state.problem.base
+            tree["stops"] = state.orbit.stops if state.orbit is not None else ()
+        else:
+            moved, base = {f"displacement_{i + 1}": x for i, x in enumerate(place.T)}, state.structure.base
+            moved |= {f"velocity_{i + 1}": v for i, v in enumerate(speed.T)}
+        tree["motion"] = {"tau": tau, **moved, "base": base.at(tau)}
     make_folder(output.parent)
     write_tree(tree, output, kind=MOTIONS.format, force=force, columns=MOTIONS.column)
 

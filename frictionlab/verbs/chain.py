@@ -22,7 +22,6 @@ from frictionlab.schema import COMPARISONS, MEASUREMENTS
 from frictionlab.tables import Row, check_output, read_rows, write_rows
 from frictionlab.verbs.inputs import FAILED, AnyScene, FilePath, logs_of, names_of, rows_of, scene_given
 
-MEASURE, COMPARE = ("ingest", "analyze"), ("ingest", "analyze", "compare-numeric")
 SETTINGS = ("analysis", "rig", "model")
 NOT_MEASURED_BY = {"synthetic", "plan"}  # tables of a scene that no result of a log depends on
 Stamp = Mapping[str, object]
@@ -37,13 +36,13 @@ class Chain:
     scene
         What it is done with.
     folder
-        Holds ``recordings/NAME.h5``, ``measurements/NAME.jsonl`` and, with the step compare-numeric,
+        Holds ``recordings/NAME.h5``, ``measurements/NAME.jsonl`` and, where they are compared,
         ``comparisons/NAME.jsonl`` and ``figures/NAME.measurement.png``, ``figures/NAME.comparison.png``; in ``made/``
         what each was made of.
     names
         The name of each log's results.
-    steps
-        `MEASURE` or `COMPARE`.
+    compares
+        Whether each measurement is compared with its prediction.
     law
         Of the comparisons, in place of the scene's.
     """
@@ -51,8 +50,13 @@ class Chain:
     scene: Scene
     folder: Path
     names: Mapping[Path, str]
-    steps: tuple[str, ...] = COMPARE
+    compares: bool = True
     law: str | None = None
+
+    @property
+    def steps(self) -> tuple[str, ...]:
+        """The commands that a log goes through."""
+        return ("ingest", "analyze", *(("compare-numeric",) if self.compares else ()))
 
     def results(self, log: Path) -> dict[str, Path]:
         """Where the results of a log stand, in the order in which they are made."""
@@ -61,7 +65,7 @@ class Chain:
             "recording": self.folder / "recordings" / f"{name}.h5",
             "measurement": self.folder / "measurements" / f"{name}.jsonl",
         }
-        if self.steps == MEASURE:
+        if not self.compares:
             return measured
         figures = self.folder / "figures"
         return measured | {
@@ -72,7 +76,7 @@ class Chain:
 
     def row_file(self, log: Path) -> Path:
         """The file of the row that a log comes to: its comparison, or its measurement where none is compared."""
-        return self.results(log)["measurement" if self.steps == MEASURE else "comparison"]
+        return self.results(log)["comparison" if self.compares else "measurement"]
 
     def is_fresh(self, log: Path) -> bool:
         """Whether the results of a log are there and nothing they were made of has changed."""
@@ -111,7 +115,7 @@ class Chain:
 
         check_writable(places["recording"])
         check_output(places["measurement"], MEASUREMENTS)
-        if self.steps == COMPARE:
+        if self.compares:
             from frictionlab.figures.mark import check_figures
 
             check_output(places["comparison"], COMPARISONS)
@@ -124,7 +128,7 @@ class Chain:
         measurement = analyze(ingest(log, self.scene, output=made["recording"]), self.scene)
         row: Row = {**measurement.row(), "source": str(recording)}
         write_rows([row], made["measurement"])
-        if self.steps == MEASURE:
+        if not self.compares:
             return row
         from frictionlab.verbs.judging import compare
         from frictionlab.verbs.presenting import plot
@@ -149,7 +153,7 @@ class Chain:
 
         Results that stand with their stamp are kept: it was the disk that failed and not the log.
         """
-        if self.steps == MEASURE and row.get("status") == FAILED and not self._stamp_file(log).exists():
+        if not self.compares and row.get("status") == FAILED and not self._stamp_file(log).exists():
             with contextlib.suppress(OSError):  # the row is given to the caller all the same
                 make_folder(self.row_file(log).parent)
                 write_rows([row], self.row_file(log), force=True)
@@ -267,5 +271,5 @@ def batch(
     others = [known.folder / known.experiment.sheet] if known.experiment.sheet else []
     others += [tap for pattern in known.experiment.taps for tap in known.folder.glob(pattern)]
     found = logs_of([Path(place) for place in places], beside=others)
-    chain = Chain(known, Path(output), names_of(found), COMPARE if compare else MEASURE, law)
+    chain = Chain(known, Path(output), names_of(found), compare, law)
     return Batch(tuple(found), tuple(log for log in found if again or not chain.is_fresh(log)), chain)
