@@ -1,6 +1,6 @@
 """``frictionlab batch``: a folder of logs through the whole chain; ``frictionlab campaign``: many tests, one report."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -87,7 +87,13 @@ def batch(
         output = Path(".." if raw == Path.cwd() else "") / f"{raw.name}{RESULTS}"
     single = None if campaign else law
     work = plan(opened(logs), what, output=output, compare=not campaign, law=single, again=again, **settings)
-    _check(work, output, campaign=campaign)
+    read = [*work.logs, *what.files]
+    if campaign:  # before the work: a folder that holds other files where results go is refused
+        from frictionlab.campaign.output import check_folder
+
+        check_folder(output, inputs=read)
+    else:
+        check_output(output / TABLE, COMPARISONS, inputs=read)
     rows = _do(work, workers=workers, scheduler=scheduler, as_json=as_json, quiet=quiet)
     if campaign:
         failed = [row for row in work.rows() if row.get("status") != "ok"]
@@ -104,33 +110,19 @@ def batch(
     exit_status(rows)
 
 
-def _check(work: "Batch", output: Path, *, campaign: bool) -> None:
-    """Refuse, before the work, a folder that holds other files where results go."""
-    if campaign:
-        from frictionlab.campaign.output import check_folder
-
-        check_folder(output, inputs=[*work.logs, *work.chain.scene.files])
-    else:
-        check_output(output / TABLE, COMPARISONS, inputs=[*work.logs, *work.chain.scene.files])
-
-
 def _do(work: "Batch", *, workers: int | None, scheduler: str | None, as_json: bool, quiet: bool) -> Rows:
     """Do what is due; with --json the rows of all logs, of those that had not changed too."""
     if work.due and not (as_json or quiet):
         steps = work.chain.steps
         typer.echo(f"{', '.join(steps[:-1])} and {steps[-1]}: {len(work.due)} of {len(work.logs)} logs")
-    made = work.run(workers=workers, scheduler=scheduler)
-    watched = track(made, total=len(work.due), title="batch", quiet=quiet or as_json)
-    return report_rows(_in_order(work, watched) if as_json else watched, as_json=as_json)
-
-
-def _in_order(work: "Batch", made: Iterator[Row]) -> Iterator[Row]:
-    """The rows of all logs: what is made now, and in between what stands there already."""
-    due = set(work.due)
-    for log in work.logs:
-        row = next(made) if log in due else work.chain.row(log)
-        if row is not None:
-            yield row
+    made = track(
+        work.run(workers=workers, scheduler=scheduler), total=len(work.due), title="batch", quiet=quiet or as_json
+    )
+    if not as_json:
+        return report_rows(made, as_json=False)
+    due, made = set(work.due), iter(made)
+    every = (next(made) if log in due else work.chain.row(log) for log in work.logs)
+    return report_rows((row for row in every if row is not None), as_json=True)
 
 
 def _show(work: "Batch", made: Rows, output: Path, *, wide: bool) -> None:

@@ -41,7 +41,9 @@ def show(file: Path) -> None:
         elif suffix in TABLES or (suffix == ".h5" and has_rows(file)):
             _show_rows(file)
         elif suffix == ".h5":
-            _show_tree(file)
+            from frictionlab.hdf5 import describe
+
+            typer.echo("\n".join(map(printable, describe(file))))
         else:
             expected = ", ".join((*TABLES, ".toml", ".h5"))
             raise UsageError(f"{file}: expected one of {expected}; got {file.suffix or 'no suffix'}")
@@ -61,13 +63,6 @@ def _show_scene(file: Path) -> None:
     typer.echo(
         f"# {len(lines) - len(given)} keys are not given; configs/README.md and `frictionlab init --all` list them"
     )
-
-
-def _show_tree(file: Path) -> None:
-    from frictionlab.hdf5 import describe
-
-    for line in describe(file):
-        typer.echo(printable(line))
 
 
 def _show_rows(file: Path) -> None:
@@ -180,7 +175,7 @@ def tradeoff(
     if output is not None:
         make_folder(output)
         check_output(output / "tradeoff.csv", TRADES, force=force)
-        check_figures([_figure(output, family) for family in FAMILIES], force=force)
+        check_figures([output / f"tradeoff_{family}.png" for family in FAMILIES], force=force)
     families: dict[str, list[tuple[Setting, ...]]] = defaultdict(list)
     total = sum(len(knobs) for knobs in FAMILIES.values())
     for family, settings in track(measure_trade(), total=total, title="tradeoff", quiet=quiet or as_json):
@@ -192,16 +187,8 @@ def tradeoff(
         print_table(rows, TRADES)
     if output is not None:
         write_rows(rows, output / "tradeoff.csv", TRADES, force=force)
-        _draw(families, output, force=force)
+        from frictionlab.figures.planned import family_figure
+        from frictionlab.figures.style import save
 
-
-def _figure(folder: Path, family: str) -> Path:
-    return folder / f"tradeoff_{family}.png"
-
-
-def _draw(families: "dict[str, list[tuple[Setting, ...]]]", folder: Path, *, force: bool) -> None:
-    from frictionlab.figures.planned import family_figure
-    from frictionlab.figures.style import save
-
-    for family, knobs in families.items():
-        save(family_figure(knobs), _figure(folder, family), force=force)
+        for family, knobs in families.items():
+            save(family_figure(knobs), output / f"tradeoff_{family}.png", force=force)

@@ -133,8 +133,7 @@ def _draw(grid: "Grid", columns: "dict[str, np.ndarray]", warned: "MapWarnings",
 
     axes = varying(grid.axes())
     columns[STOPS][columns["outcome"] == b"stuck"] = AT_REST
-    shape = tuple(len(along) for along in axes.values())
+    drawn = {key: columns[key].reshape([len(along) for along in axes.values()]) for key in PANELS}
     fixed = [f"{name} = {along[0]:g}" for name, along in grid.axes().items() if name not in axes]
     title = ", ".join([grid.law, f"wall {grid.wall}", *fixed])
-    drawn = {key: columns[key].reshape(shape) for key in PANELS}
     plot(StateMapDrawing(axes, drawn, title, tuple(warned.sentences())), place, force=force)

@@ -1,7 +1,8 @@
 """Measurements -> what a whole campaign says."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from os import PathLike
 from pathlib import Path
 
@@ -109,26 +110,14 @@ def observations_of(
     """
     wanted = [t for t in trials if not t.failed and not t.is_long and t.regime != "stuck" and t.material]
     tests = {path: trial for trial in wanted if (path := recording_path(trial, folders)) is not None}
-    rows = rows_of(list(tests), _Observing(scene, tests), workers=workers)
+    rows = rows_of(list(tests), partial(_observed, scene=scene, tests=tests), workers=workers)
     found = [observation for row in rows if isinstance(observation := row.get("observation"), CycleObservation)]
     return {observation.measurement.source: observation for observation in found}
 
 
-@dataclass(frozen=True)
-class _Observing:
+def _observed(path: Path, *, scene: Scene, tests: Mapping[Path, Trial]) -> Row:
     """What is done to each recording, here or where a worker is."""
-
-    scene: Scene
-    tests: Mapping[Path, Trial]
-
-    def __call__(self, path: Path) -> Row:
-        trial = self.tests[path]
-        measured = measure(read_recording(path), self.scene)
-        named = replace(
-            measured,
-            source=trial.source,
-            material=trial.material,
-            normal_force_n=trial.normal_force_n,
-            traces=NO_TRACES,
-        )
-        return {"observation": observe(named, self.scene)}
+    trial = tests[path]
+    facts = {"source": trial.source, "material": trial.material, "normal_force_n": trial.normal_force_n}
+    measured = replace(measure(read_recording(path), scene), **facts, traces=NO_TRACES)  # type: ignore[arg-type]
+    return {"observation": observe(measured, scene)}

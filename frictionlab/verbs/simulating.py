@@ -292,8 +292,11 @@ def predict(
     >>> predict(example_law(), r=0.5, normal_force_n=4.0, draws=20).tests[0].regime
     'stick-slip'
     """
+    from frictionlab.hdf5 import read_recording
     from frictionlab.inference.material_law import MaterialLaw, read_material_law
     from frictionlab.inference.predictive import predict_record, predict_tests
+    from frictionlab.logs import read_base_log
+    from frictionlab.verbs.inputs import is_recording_name
 
     known = law if isinstance(law, MaterialLaw) else read_material_law(law)
     given = {"normal_force_n": normal_force_n, "base_amplitude_m": base_amplitude_m}
@@ -301,7 +304,10 @@ def predict(
     if base_motion is not None:
         if r is not None or base_amplitude_m is not None:
             raise UsageError("base_motion: a recorded base has its own amplitude and times: give neither r nor Y")
-        found = _base_of(Path(base_motion))
+        path = Path(base_motion)
+        found = read_recording(path) if is_recording_name(path) else read_base_log(path)
+        if "base_displacement" not in found.measured():
+            raise UsageError(f"{path}: expected the base's displacement; got its acceleration: integrate it first")
         more = {} if draws is None else {"draws": draws}
         return predict_record(known, found, normal_force_n=test["normal_force_n"], **more)
     ratios = _positive(known, "frequency_ratio", None) if r is None else r
@@ -327,16 +333,3 @@ def _positive(law: "MaterialLaw", name: str, value: float | None) -> float:
     if not 0.0 < value < math.inf:
         raise UsageError(f"{name}: expected a finite number above 0; got {value:g}")
     return float(value)
-
-
-def _base_of(path: Path) -> "Recording":
-    from frictionlab.hdf5 import read_recording
-    from frictionlab.logs import read_base_log
-    from frictionlab.verbs.inputs import is_recording_name
-
-    if is_recording_name(path):
-        return read_recording(path)
-    recording = read_base_log(path)
-    if "base_displacement" not in recording.measured():
-        raise UsageError(f"{path}: expected the base's displacement; got its acceleration: integrate it first")
-    return recording

@@ -78,12 +78,15 @@ def look(folder: FilePath) -> Found:
     folder : str or Path
         One that is not there, or has no logs, is an empty one.
     """
+    from frictionlab.analysis.free_vibration import averages
+
     place = Path(folder)
     files = sorted(p for p in place.iterdir() if p.is_file() and is_log_name(p)) if place.is_dir() else []
     sheet = next((p.name for p in files if _is_sheet(p)), None)
     logs = [p for p in files if p.name != sheet and not p.name.startswith(".")]
     seen = {log: _seen(log) for i, log in enumerate(logs) if i < MOST_READ or stem_of(log).lower().startswith("tap")}
     tests = [log for log in logs if log not in seen or seen[log].is_test]
+    decays = [decay for one in seen.values() for decay in one.decays]
     return Found(
         tests=tuple(tests),
         taps=tuple(log for log, one in seen.items() if one.decays),
@@ -91,7 +94,7 @@ def look(folder: FilePath) -> Found:
         sheet=sheet,
         name_pattern=pattern_of([stem_of(log) for log in tests]),
         settled_s={log: one.settled_s for log, one in seen.items() if one.settled_s is not None},
-        frame=_frame([decay for one in seen.values() for decay in one.decays]),
+        frame=averages(decays) if decays else {},
     )
 
 
@@ -142,12 +145,6 @@ def _settled(recording: "Recording", scene: Scene) -> float | None:
     except FrictionlabError:
         return None  # it is a test all the same: the batch says what is wrong with it
     return settled if settled is not None and settled < LATEST * length else None
-
-
-def _frame(decays: "Sequence[FreeVibration]") -> "Mapping[str, Average]":
-    from frictionlab.analysis.free_vibration import averages
-
-    return averages(decays) if decays else {}
 
 
 def pattern_of(names: Sequence[str]) -> str | None:
@@ -221,17 +218,14 @@ def init(
     if path.exists() and not force:
         raise UsageError(f"{path}: exists: fill it in, or give --force to replace it")
     make_folder(path.parent)
-    text = template() if everything else scene_text(look(folder) if found is None else found, facts)
+    lines = [] if everything else _lines(look(folder) if found is None else found, facts)
+    text = template() if everything else HEAD + "".join(f"{line}\n" for line in lines)
     write_whole(path, text.encode())
     return path
 
 
-def scene_text(found: Found, facts: Mapping[str, object]) -> str:
-    """A scene of ten keys: those that are known on, the others off."""
-    return HEAD + "".join(f"{line}\n" for line in _lines(found, facts))
-
-
 def _lines(found: Found, facts: Mapping[str, object]) -> Iterator[str]:
+    """A scene of ten keys: those that are known on, the others off."""
     yield "\n[rig]"
     frequency, damping = found.frame.get("natural_frequency_hz"), found.frame.get("damping_ratio")
     if frequency is not None:
