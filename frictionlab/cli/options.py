@@ -108,14 +108,6 @@ WORDS = {
 """
 
 
-def words_of(name: str, command: str) -> str:
-    """What `WORDS` says of a parameter of a command."""
-    words = WORDS.get(f"{command}.{name}", WORDS.get(name, ""))
-    if not words:
-        raise UsageError(f"{command}: no words for the option {name}")
-    return words
-
-
 def option(text: str) -> Any:
     """The option or argument of a line of `WORDS`, as Typer takes it."""
     said, _, words = text.partition(" | ")
@@ -171,6 +163,7 @@ def with_options(name: str, command: Callable[..., None]) -> Callable[..., None]
     hints = get_type_hints(command, include_extras=True)
     groups = {key: hints[key] for key in own.parameters if is_dataclass(hints[key])}
     settings: Settings = getattr(command, "settings", {})
+    words = WORDS | {key.removeprefix(f"{name}."): text for key, text in WORDS.items() if key.startswith(f"{name}.")}
 
     @wraps(command)
     def run(*args: Any, **kwargs: Any) -> None:
@@ -185,11 +178,11 @@ def with_options(name: str, command: Callable[..., None]) -> Callable[..., None]
     for key, parameter in own.parameters.items():
         if key in groups:
             inner = get_type_hints(groups[key])
-            mine += [_parameter(f.name, inner[f.name], f.default, words_of(f.name, name)) for f in fields(groups[key])]
+            mine += [_parameter(f.name, inner[f.name], f.default, words[f.name]) for f in fields(groups[key])]
         elif key == "settings":
-            mine += [_parameter(each, kind | None, None, words) for each, (kind, words) in settings.items()]
+            mine += [_parameter(each, kind | None, None, text) for each, (kind, text) in settings.items()]
         else:
-            mine.append(_parameter(key, hints[key], parameter.default, words_of(key, name)))
+            mine.append(_parameter(key, hints[key], parameter.default, words[key]))
     run.__signature__ = own.replace(parameters=mine)  # type: ignore[attr-defined]
     run.__annotations__ = {parameter.name: parameter.annotation for parameter in mine} | {"return": None}
     return run
@@ -239,7 +232,6 @@ def scene_of(path: Path | None, *, beside: Path | None = None, quiet: bool = Fal
 MOST_VALUES = 10_000_000
 TIMES = "x"  # before a factor, in the place of a step
 NEARLY = Decimal("1e-12")  # how far a factor's last value may lie beyond the end
-OWN_OPTION = {"beta": "--beta"}
 SAME_AS = {"mu": ("static_ratio_up", "static_ratio_down", "static_ratio"), "zeta": ("contact_damping_ratio",)}
 
 
@@ -267,8 +259,8 @@ def named_values(said: Sequence[str] | None, given: Mapping[str, object]) -> dic
         name, equals, value = (part.strip() for part in text.partition("="))
         if not (name and equals and value):
             raise UsageError(f"--parameter: expected NAME=VALUE; got {text!r}")
-        if name in OWN_OPTION:
-            raise UsageError(f"--parameter {name}: it has an option of its own: give {OWN_OPTION[name]} {value}")
+        if name == "beta":
+            raise UsageError(f"--parameter beta: it has an option of its own: give --beta {value}")
         if name in values:
             raise UsageError(f"--parameter {name}: given twice; expected one value")
         values[name] = value

@@ -9,9 +9,9 @@ from frictionlab.files import refuse_inputs, refuse_protected
 
 MAKER = "frictionlab"
 METADATA = {
-    ".png": {"Software": MAKER},
     ".pdf": {"CreationDate": None, "Producer": None, "Creator": MAKER},
     ".svg": {"Date": None, "Creator": MAKER},
+    ".png": {"Software": MAKER},
 }
 """What a file says of itself, without the time: same figure, same bytes."""
 _MARKS = {

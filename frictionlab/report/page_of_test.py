@@ -5,7 +5,7 @@ Charts are SVG inside the page: a campaign has hundreds of tests, and these take
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from frictionlab import __version__
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.campaign import Trial, Verdict
+from frictionlab.campaign import Campaign, Trial, Verdict
 from frictionlab.campaign.trials import short_name
 from frictionlab.estimate import Estimate
 from frictionlab.files import write_whole
@@ -358,13 +358,9 @@ def _response(recording: Recording, measured: Measurement) -> str:
     return chart(lines, "time [s]", "displacement [mm]: mass, base")
 
 
-def sheets_of(
-    trials: Sequence[Trial],
-    verdicts: Mapping[str, Verdict],
-    comparisons: Mapping[str, Row],
-    scene: Scene,
-    fitted: Mapping[str, tuple[Problem, float]],
-) -> list[PageOfTest]:
+def sheets_of(campaign: Campaign) -> list[PageOfTest]:
     """The pages of a campaign, in the order of its tests, without what their recordings would add."""
-    sources = ((t, t.source) for t in trials)
-    return [PageOfTest(t, scene, verdicts.get(name), comparisons.get(name), fitted.get(name)) for t, name in sources]
+    fitted = {} if campaign.joint is None else campaign.joint.problems()
+    verdicts, rows, sources = campaign.verdicts, campaign.comparisons, [t.source for t in campaign.trials]
+    known = [(verdicts.get(name), rows.get(name), fitted.get(name)) for name in sources]
+    return [PageOfTest(t, campaign.scene, *more) for t, more in zip(campaign.trials, known, strict=True)]

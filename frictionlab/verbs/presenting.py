@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 from frictionlab.errors import AnalysisError, UsageError
+from frictionlab.figures.mark import METADATA, check_figures
 from frictionlab.files import make_folder
 from frictionlab.verbs.inputs import AnyScene, FilePath, recording_given, scene_given
 
@@ -39,7 +40,6 @@ FIGURES = {
 """Kind of result, or of those in a sequence -> the function of `frictionlab.figures` that draws it."""
 TITLED = ("Recording", "Measurement", "ContactForce", "WholeRecord", "FreeVibration")
 """Those whose figure takes a title."""
-SUFFIXES = (".pdf", ".svg", ".png")
 
 
 @overload
@@ -69,8 +69,8 @@ def plot(
         The file cannot be written, or another kind of file stands there.
     """
     place = None if path is None else Path(path)
-    if place is not None and place.suffix not in SUFFIXES:
-        raise UsageError(f"{place}: expected a figure ending in {', '.join(SUFFIXES)}; got {place.suffix!r}")
+    if place is not None and place.suffix not in METADATA:
+        raise UsageError(f"{place}: expected a figure ending in {', '.join(METADATA)}; got {place.suffix!r}")
     figure = _figure_of(result, title)
     if place is None:
         return figure
@@ -159,7 +159,6 @@ def publish(
         The folder cannot be written, or holds other files of these names.
     """
     from frictionlab.campaign.output import REPORT, check_folder, write_tables
-    from frictionlab.figures.mark import check_figures
     from frictionlab.figures.plates import plates
     from frictionlab.report import write_report
 
@@ -180,9 +179,7 @@ def _write_sheets(campaign: "Campaign", folder: Path, *, force: bool) -> None:
     from frictionlab.report.page_of_test import sheet_name, sheets_of, write_sheet
 
     make_folder(folder)
-    fitted = {} if campaign.joint is None else campaign.joint.problems()
-    plain = sheets_of(campaign.trials, campaign.verdicts, campaign.comparisons, campaign.scene, fitted)
-    for number, sheet in enumerate(plain, 1):
+    for number, sheet in enumerate(sheets_of(campaign), 1):
         path = folder / sheet_name(number, sheet.trial)
         write_sheet(_with_recording(sheet, campaign), path, back="../report.html#tests", force=force)
 

@@ -26,7 +26,7 @@ def test_every_test_has_a_page_and_the_table_links_it(campaign: Campaign) -> Non
 
 
 def test_a_page_without_a_recording_tells_numbers_and_joules(campaign: Campaign) -> None:
-    pages = sheets_of(campaign.trials, campaign.verdicts, campaign.comparisons, campaign.scene, {})
+    pages = sheets_of(campaign)
     text = sheet_page(pages[0], back="../report.html")
     assert str(pages[0].trial.energy.scaled(1e3 * 1191.0 * 1.8e-3**2)) in text
     assert "mJ" in text
