@@ -72,7 +72,9 @@ def _print_parts(rows: Iterable[Row]) -> None:
         moved = row.get("nuisances")
         if isinstance(moved, Mapping) and moved and row.get("record_nrmse") is not None:
             typer.echo(f"\n{row['source']}: what the fit moved beside the law (natural frequency and gain: relative)")
-            print_table([_moved(name, values) for name, values in moved.items()], MOVED)
+            lag = {key: 1e3 * value for key, value in moved.get("lag_s", {}).items()}  # in milliseconds
+            told = [("lag [ms]", lag) if name == "lag_s" else (name, values) for name, values in moved.items()]
+            print_table([{"moved": name, **values} for name, values in told], MOVED)
         required, record_laws = row.get("cycle_law") or row["law"], row.get("record_laws")
         if isinstance(laws, (list, tuple)):
             typer.echo(f"\n{row['source']}: laws in the order tried; the recording requires {required}")
@@ -80,13 +82,6 @@ def _print_parts(rows: Iterable[Row]) -> None:
         if isinstance(record_laws, (list, tuple)):
             typer.echo(f"\n{row['source']}: laws tried on the whole record, which requires {row['law']}")
             print_table(record_laws, RECORD_LAWS)
-
-
-def _moved(name: str, values: Mapping[str, float]) -> Row:
-    """One line of what a fit moved; a lag in milliseconds."""
-    if name != "lag_s":
-        return {"moved": name, **values}
-    return {"moved": "lag [ms]", **{key: 1e3 * value for key, value in values.items()}}
 
 
 def _compared(

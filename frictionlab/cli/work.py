@@ -325,19 +325,12 @@ def _causes(budget: Mapping[str, Mapping[str, float]]) -> Iterable[Row]:
             yield {"quantity": quantity, "cause": cause, "uncertainty": size, "share": float(f"{share:.3g}")}
 
 
-def _ratio(row: Row) -> str:
-    value = row.get("frequency_ratio")
-    return f"{value:.3f}" if isinstance(value, float) else "-"
-
-
 def _scaled(unit: str, title: str, key: str, factor: Callable[[Row], float | None], keep: int) -> tuple[Shown, Shown]:
     """A number with its uncertainty in physical units, and beside it dimensionless where those are not known."""
 
     def text(row: Row, *, physical: bool) -> str:
         times = factor(row)
-        if physical != (times is not None):
-            return "-"
-        return with_error(row.get(key), row.get(f"{key}_u"), times or 1.0)
+        return with_error(row.get(key), row.get(f"{key}_u"), times or 1.0) if physical == (times is not None) else "-"
 
     plain = "kY²" if title == "E" else "Y"
     return (
@@ -348,8 +341,7 @@ def _scaled(unit: str, title: str, key: str, factor: Callable[[Row], float | Non
 
 def _millijoules(row: Row) -> float | None:
     joules, plain = row.get("energy_per_cycle_j"), row.get("energy_per_cycle")
-    known = isinstance(joules, float) and isinstance(plain, float) and plain
-    return 1e3 * joules / plain if known else None  # type: ignore[operator]
+    return 1e3 * joules / plain if isinstance(joules, float) and isinstance(plain, float) and plain else None
 
 
 def _millimetres(row: Row) -> float | None:
@@ -357,12 +349,12 @@ def _millimetres(row: Row) -> float | None:
     return 1e3 * base if isinstance(base, float) else None
 
 
-def _word(title: str, key: str, keep: int) -> Shown:
+def _word(title: str, key: str, keep: int, form: str = ".3g") -> Shown:
     """A text or a plain number of a row."""
 
     def text(row: Row) -> str:
         value = row.get(key)
-        return "-" if value is None else f"{value:.3g}" if isinstance(value, float) else str(value)
+        return "-" if value is None else f"{value:{form}}" if isinstance(value, float) else str(value)
 
     return Shown(title, text, keep)
 
@@ -372,7 +364,7 @@ def _known(title: str, key: str, keep: int) -> Shown:
     return Shown(title, lambda row: with_error(row.get(key), row.get(f"{key}_u")), keep)
 
 
-_R, _ENERGY = Shown("r", _ratio, 9), _scaled("mJ", "E", "energy_per_cycle", _millijoules, 9)
+_R, _ENERGY = _word("r", "frequency_ratio", 9, ".3f"), _scaled("mJ", "E", "energy_per_cycle", _millijoules, 9)
 MEASURED = (
     *(_R, *_ENERGY, *_scaled("mm", "X", "response_amplitude", _millimetres, 7)),
     *(_word("stops", "stops_per_cycle", 5), _word("regime", "regime", 8)),

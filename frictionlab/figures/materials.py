@@ -129,10 +129,10 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
     unit = "N" if campaign.scene.rig.stiffness is not None else "k Y"
     for over_speed, ax in zip((False, True), panels[:2], strict=True):
         for i, loop in enumerate(loops):
-            seen, law = (loop.speed, loop.law_speed) if over_speed else (loop.place, loop.law_place)
+            seen, predicted = (loop.speed, loop.law_speed) if over_speed else (loop.place, loop.law_place)
             style = {"color": PALETTE[i % len(PALETTE)], "label": f"{loop.normal_force_n:.4g} N, r = {loop.r:.2g}"}
             ax.plot(closed(1e3 * seen), closed(loop.force), lw=2.0, alpha=0.5, **style)
-            ax.plot(closed(1e3 * law), closed(loop.law_force), color="black", lw=0.7)
+            ax.plot(closed(1e3 * predicted), closed(loop.law_force), color="black", lw=0.7)
         ax.set_xlabel("speed [mm/s]" if over_speed else "displacement [mm]")
         ax.set_ylabel(f"friction force [{unit}]")
     panels[0].legend(fontsize=6, loc="center", frameon=True, framealpha=0.9)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 MOST = 4  # parameters drawn
 MARK = 40.0  # points squared
 DECIDES = 5.0  # logarithm of a Bayes factor from which a law is required
-Number = Callable[[PlannedTest], float | None]
+Cost = Callable[[PlannedTest], float | None]
 Place = tuple[float, float]  # frequency ratio and normal force
 CURVES = {"response_amplitude_m": "amplitude [mm]", "energy_per_cycle_j": "energy per cycle [mJ]"}
 BAND: dict[str, Any] = {"color": PREDICTED, "alpha": 0.25, "linewidth": 0.0}  # of 95 of 100 tests
@@ -29,26 +30,27 @@ FLOOR = 1e-16  # an error of zero is drawn here
 PLACES = ((5, 4), (5, -8), (5, 12))  # of a label beside its point, in turn: neighbours often lie on one spot
 
 
-def _draw_candidates(plan: Plan, ax: Axes, title: str, number: Number, told: Callable[[PlannedTest], bool]) -> None:
-    """A number of each candidate alone, by frequency ratio and normal force; of several at one place the least.
+def _draw_candidates(plan: Plan, ax: Axes, title: str, cost_of: Cost, name: str | None) -> None:
+    """What each candidate alone says, by frequency ratio and normal force; of several at one place the best.
 
-    Hollow: a test that moves but does not tell it; a cross: a test in which the mass stands still, or may; rings: the
-    tests chosen, with their ranks.
+    Of a parameter (``name``) its uncertainty, or the evidence for a law, which is better the larger it is. Hollow: a
+    test that moves but does not tell it; a cross: a test in which the mass stands still, or may; rings: the tests
+    chosen, with their ranks.
     """
     least: dict[Place, tuple[float, PlannedTest]] = {}
     for test in (*plan.tests, *plan.others):
-        place, value = (test.frequency_ratio, test.normal_force_n), number(test)
+        place, value = (test.frequency_ratio, test.normal_force_n), cost_of(test)
         cost = math.inf if value is None else value
         if place not in least or cost < least[place][0]:
             least[place] = (cost, test)
     still = [place for place, (cost, _) in least.items() if cost == math.inf]
-    clear = [place for place, (cost, test) in least.items() if cost < math.inf and told(test)]
-    vague = [place for place in least if place not in {*still, *clear}]
+    moving = {place: one for place, one in least.items() if place not in still}
+    clear = [p for p, (cost, test) in moving.items() if (cost <= -DECIDES if name is None else test.told[name])]
+    vague = [place for place in moving if place not in clear]
     if clear:
-        is_evidence = plan.against is not None  # of which more is better: dark marks tell much
         marks = ax.scatter(
             *_columns(clear), s=MARK, marker="s", c=[abs(least[place][0]) for place in clear], norm=LogNorm(),
-            cmap="viridis_r" if is_evidence else "viridis", zorder=2,
+            cmap="viridis_r" if name is None else "viridis", zorder=2,
         )  # fmt: skip
         ax.figure.colorbar(marks, ax=ax, pad=0.02)
     ax.scatter(*_columns(vague), s=MARK, marker="s", facecolors="none", edgecolors="0.6", linewidths=0.6, zorder=2)
@@ -68,30 +70,29 @@ def _columns(places: Iterable[Place]) -> tuple[list[float], list[float]]:
     return [r for r, _ in places], [force for _, force in places]
 
 
-def _panels(plan: Plan) -> Iterator[tuple[str, Number, Callable[[PlannedTest], bool]]]:
-    """Title, number, less being better, and whether a test tells it: of each parameter, or of each of two laws.
+def _panels(plan: Plan) -> Iterator[tuple[str, Cost, str | None]]:
+    """Title, what is to be small, and the parameter: a panel for each parameter, or for each of two laws.
 
     A parameter's is its expected uncertainty, that of friction in per cent; a law's the logarithm of the Bayes factor
-    to expect if it holds.
+    to expect if it holds, negative.
     """
     if plan.against is not None:
-        bayes: tuple[Number, Number] = (lambda test: test.log_bayes, lambda test: test.log_bayes_against)
-        for law, evidence in zip((plan.law, plan.against), bayes, strict=True):
-            yield (
-                f"log Bayes factor if {law} holds",
-                lambda test, of=evidence: None if (value := of(test)) is None else -value,
-                lambda test, of=evidence: (of(test) or 0.0) >= DECIDES,
-            )
+        yield f"log Bayes factor if {plan.law} holds", partial(_lack_of_evidence, holds=True), None
+        yield f"log Bayes factor if {plan.against} holds", partial(_lack_of_evidence, holds=False), None
         return
     for name in list(plan.tests[0].expected)[:MOST]:
-        share = name == "beta"
+        title = "uncertainty of the friction, %" if name == "beta" else f"uncertainty of {name}"
+        yield title, partial(_uncertainty, name=name), name
 
-        def error(test: PlannedTest, name: str = name) -> float | None:
-            value = test.expected_u[name]
-            return value if value is None or name != "beta" else 100.0 * value / test.values[name]
 
-        title = "uncertainty of the friction, %" if share else f"uncertainty of {name}"
-        yield title, error, lambda test, name=name: test.told[name]
+def _lack_of_evidence(test: PlannedTest, *, holds: bool) -> float | None:
+    value = test.log_bayes if holds else test.log_bayes_against
+    return None if value is None else -value
+
+
+def _uncertainty(test: PlannedTest, *, name: str) -> float | None:
+    value = test.expected_u[name]
+    return value if value is None or name != "beta" else 100.0 * value / test.values[name]
 
 
 def plan_figure(plan: Plan) -> Figure:
@@ -101,8 +102,8 @@ def plan_figure(plan: Plan) -> Figure:
     with look():
         figure = new_figure(PAGE, 2.7 * rows)
         axes = figure.subplots(rows, min(2, len(panels)), squeeze=False).ravel()
-        for (title, number, told), ax in zip(panels, axes, strict=False):
-            _draw_candidates(plan, ax, title, number, told)
+        for (title, cost_of, name), ax in zip(panels, axes, strict=False):
+            _draw_candidates(plan, ax, title, cost_of, name)
         for ax in axes[len(panels) :]:
             ax.set_axis_off()
         headline(figure, _title(plan))

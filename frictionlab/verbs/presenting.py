@@ -1,5 +1,6 @@
 """What is shown: a result as a figure, a test as a page, a campaign as tables, figures and report."""
 
+import contextlib
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from frictionlab.campaign import Campaign
     from frictionlab.figures.plates import Plate
     from frictionlab.recording import Recording
-    from frictionlab.report.page_of_test import PageOfTest
 
 FIGURES = {
     "Recording": "recorded.recording_figure",
@@ -176,23 +176,15 @@ def publish(
 
 def _write_sheets(campaign: "Campaign", folder: Path, *, force: bool) -> None:
     """A page per test, with what its recording shows where that is at hand."""
+    from frictionlab.analysis.measure import measure
+    from frictionlab.campaign.reading import recording_of
     from frictionlab.report.page_of_test import sheet_name, sheets_of, write_sheet
 
     make_folder(folder)
     for number, sheet in enumerate(sheets_of(campaign), 1):
-        path = folder / sheet_name(number, sheet.trial)
-        write_sheet(_with_recording(sheet, campaign), path, back="../report.html#tests", force=force)
-
-
-def _with_recording(sheet: "PageOfTest", campaign: "Campaign") -> "PageOfTest":
-    from frictionlab.analysis.measure import measure
-    from frictionlab.campaign.reading import recording_of
-
-    recording = None if sheet.trial.failed else recording_of(sheet.trial, campaign.folders)
-    if recording is None:
-        return sheet
-    try:
-        measured = measure(recording, campaign.scene)
-    except AnalysisError:
-        return sheet  # measured under another scene, it was possible: the page says that nothing is drawn
-    return replace(sheet, measurement=measured, recording=recording)
+        recording, page = None if sheet.trial.failed else recording_of(sheet.trial, campaign.folders), sheet
+        if recording is not None:
+            # measured under another scene, it was possible: the page says that nothing is drawn
+            with contextlib.suppress(AnalysisError):
+                page = replace(sheet, measurement=measure(recording, campaign.scene), recording=recording)
+        write_sheet(page, folder / sheet_name(number, sheet.trial), back="../report.html#tests", force=force)
