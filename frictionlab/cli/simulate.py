@@ -142,7 +142,8 @@ def _posed(r: float, rubs: Rubbing, scene: "Scene | None", *, dimensionless: boo
             f"--mu {rubs.mu:g}: mu is static over kinetic friction, 1 or more; the friction coefficient is"
             f" --coefficient {rubs.mu:g}, with --normal-force N and --scene TOML"
         )
-    values, units, mu, law, wall = numbers(rubs.parameter, {"mu": rubs.mu, "zeta": rubs.zeta}), None, rubs.mu, "", ""
+    values = numbers(rubs.parameter, {"mu": rubs.mu, "zeta": rubs.zeta})
+    units, mu, law, wall = None, rubs.mu, rubs.law or "coulomb", rubs.wall or "fixed"
     if scene is not None:
         model = scene.model
         if rubs.law in (None, model.law):
@@ -151,9 +152,8 @@ def _posed(r: float, rubs: Rubbing, scene: "Scene | None", *, dimensionless: boo
             units = Units(rubs.base_amplitude or scene.plan.base_amplitudes_m[0], scene.rig.stiffness)
             values = {"frame_damping_ratio": scene.frame_damping_ratio, **values}
         mu = model.static_ratio if mu is None and model.static_ratio != 1.0 else mu
-        law, wall = "" if model.law == "auto" else model.law, model.wall
+        law, wall = rubs.law or ("coulomb" if model.law == "auto" else model.law), rubs.wall or model.wall
     beta = _beta(rubs, scene, units)
-    law, wall = rubs.law or law or "coulomb", rubs.wall or wall or "fixed"
     try:
         return Problem(r, beta, mu, rubs.zeta, wall, law=law, parameters=values), units
     except SimulationError as error:
@@ -207,7 +207,8 @@ def _settle(
         figure = figure_file(to.plot, "coexisting" if every else "motion", force=to.force)
     start = time.perf_counter()
     found = coexisting(problem) if every and isinstance(problem, Problem) else ()
-    states = [each.state for each in found] or [solve(problem, cycles=cycles, solver=solver)]
+    states: list[AnyState] = [each.state for each in found]
+    states = states or [solve(problem, cycles=cycles, solver=solver)]
     shares = [each.share for each in found]
     seconds = time.perf_counter() - start
     rows: list[Row] = [_row(state, units, seconds) for state in states]
