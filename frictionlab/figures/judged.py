@@ -8,20 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
-from frictionlab.figures.style import (
-    BASE,
-    GREY,
-    MEASURED,
-    PAGE,
-    PREDICTED,
-    TURN,
-    FloatArray,
-    caution,
-    closed,
-    headline,
-    look,
-    new_figure,
-)
+from frictionlab.figures import style
+from frictionlab.figures.style import FloatArray
 from frictionlab.inference import Comparison, ContactForce
 from frictionlab.inference.comparison import OverFrequency
 
@@ -43,18 +31,20 @@ def comparison_figure(comparison: Comparison) -> Figure:
     """
     if comparison.over_frequency is not None:
         return _frequency_figure(comparison, comparison.over_frequency)
-    turns, base = np.append(comparison.tau / TURN, 1.0), closed(comparison.base)
-    lines = [(closed(comparison.measured), {"color": MEASURED, "lw": 2.2, "alpha": 0.55, "label": "measured"})]
+    turns, base = np.append(comparison.tau / style.TURN, 1.0), style.closed(comparison.base)
+    lines = [
+        (style.closed(comparison.measured), {"color": style.MEASURED, "lw": 2.2, "alpha": 0.55, "label": "measured"})
+    ]
     if comparison.predicted is not None:
-        centred = closed(comparison.predicted - comparison.predicted.mean())
-        lines.append((centred, {"color": PREDICTED, "lw": 1.0, "label": "predicted"}))
-    with look():
-        figure = new_figure(PAGE, 3.1)
+        centred = style.closed(comparison.predicted - comparison.predicted.mean())
+        lines.append((centred, {"color": style.PREDICTED, "lw": 1.0, "label": "predicted"}))
+    with style.look():
+        figure = style.new_figure(style.PAGE, 3.1)
         response, loop = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
-        response.plot(turns, base, color=BASE, lw=0.9, ls=":", label="base")
-        for values, style in lines:
-            response.plot(turns, values, **style)
-            loop.plot(values, base, **style)
+        response.plot(turns, base, color=style.BASE, lw=0.9, ls=":", label="base")
+        for values, how in lines:
+            response.plot(turns, values, **how)
+            loop.plot(values, base, **how)
         response.set(xlabel="drive cycle, ωt / 2π", ylabel="displacement, x / Y", xlim=(0, 1))
         response.legend(loc="upper center", ncols=3)
         response.margins(y=0.18)
@@ -64,8 +54,8 @@ def comparison_figure(comparison: Comparison) -> Figure:
         versus = "" if foretold is None else f", predicted {foretold:.4g}"
         loop.set_title(f"energy {comparison.energy_per_cycle:.4g}{versus} kY²")
         name = comparison.source.replace("\\", "/").rsplit("/", 1)[-1]
-        headline(figure, f"{name}: {comparison.model}{_verdict(comparison)}")
-        caution(figure, comparison.warnings)
+        style.headline(figure, f"{name}: {comparison.model}{_verdict(comparison)}")
+        style.caution(figure, comparison.warnings)
         return figure
 
 
@@ -77,8 +67,8 @@ def draw_over_frequency(drawn: OverFrequency, ax: Axes, *, phase: bool) -> Axes:
         measured, u, curve = (np.rad2deg(values) for values in (drawn.phase, drawn.phase_u, turned))
     there = np.isfinite(measured)
     error = 1.96 * u[there] if np.isfinite(u[there]).all() else None
-    ax.errorbar(drawn.r[there], measured[there], yerr=error, fmt="o", ms=4, color=MEASURED, label="measured")
-    ax.plot(drawn.curve_r, curve, color=PREDICTED, lw=1.0, label=drawn.law)
+    ax.errorbar(drawn.r[there], measured[there], yerr=error, fmt="o", ms=4, color=style.MEASURED, label="measured")
+    ax.plot(drawn.curve_r, curve, color=style.PREDICTED, lw=1.0, label=drawn.law)
     ax.set(xlabel="frequency ratio r", ylabel="phase behind the base [deg]" if phase else "amplitude, X / Y")
     ax.legend()
     return ax
@@ -87,13 +77,13 @@ def draw_over_frequency(drawn: OverFrequency, ax: Axes, *, phase: bool) -> Axes:
 def _frequency_figure(comparison: Comparison, drawn: OverFrequency) -> Figure:
     """Amplitude and phase, whichever was measured."""
     kinds = [phase for phase, values in ((False, drawn.amplitude), (True, drawn.phase)) if np.isfinite(values).any()]
-    with look():
-        figure = new_figure(PAGE, 3.1)
+    with style.look():
+        figure = style.new_figure(style.PAGE, 3.1)
         for ax, phase in zip(np.atleast_1d(figure.subplots(1, len(kinds))), kinds, strict=True):
             draw_over_frequency(drawn, ax, phase=phase)
         left = f"   what is left: {100 * comparison.response_nrmse:.2g} %" if comparison.response_nrmse else ""
-        headline(figure, f"{drawn.source}: {drawn.law}   beta {comparison.friction}{left}{_verdict(comparison)}")
-        caution(figure, comparison.warnings)
+        style.headline(figure, f"{drawn.source}: {drawn.law}   beta {comparison.friction}{left}{_verdict(comparison)}")
+        style.caution(figure, comparison.warnings)
         return figure
 
 
@@ -121,12 +111,12 @@ def draw_force(contact: ContactForce, ax: Axes, *, over_speed: bool) -> Axes:
     unit = 1e3 * contact.unit_m * (contact.turn if over_speed else 1.0)
     newtons = 1.0 if contact.unit_n is None else contact.unit_n
     way = contact.velocity if over_speed else contact.displacement
-    recovered = (unit * closed(way), newtons * closed(contact.force))
-    ax.plot(*recovered, color=MEASURED, lw=2.0, alpha=0.55, label="recovered from the motion")
+    recovered = (unit * style.closed(way), newtons * style.closed(contact.force))
+    ax.plot(*recovered, color=style.MEASURED, lw=2.0, alpha=0.55, label="recovered from the motion")
     law_way, speed = contact.law_velocity if over_speed else contact.law_displacement, contact.law_velocity
     if law_way is not None and speed is not None and contact.law_force is not None:
         way, force = _with_jumps(law_way, contact.law_force, np.abs(speed) < STILL)
-        ax.plot(unit * way, newtons * force, color=PREDICTED, lw=1.0, label=contact.law)
+        ax.plot(unit * way, newtons * force, color=style.PREDICTED, lw=1.0, label=contact.law)
     ax.set_xlabel("speed of the mass [mm/s]" if over_speed else "displacement of the mass [mm]")
     ax.set_ylabel("force of the contact, n / kY" if contact.unit_n is None else "force of the contact [N]")
     return ax
@@ -146,12 +136,12 @@ def _with_jumps(way: FloatArray, force: FloatArray, still: NDArray[np.bool_]) ->
 
 def draw_residual(contact: ContactForce, ax: Axes) -> Axes:
     """What the law misses over the cycle, stops shaded; the dotted lines are the standard error of the mean cycle."""
-    turns, unit = contact.tau / TURN, 1e6 * contact.unit_m
+    turns, unit = contact.tau / style.TURN, 1e6 * contact.unit_m
     for edge in (-contact.floor, contact.floor):
         label = "standard error of the mean cycle" if edge > 0.0 else None
-        ax.axhline(unit * edge, color=GREY, lw=0.8, ls=":", label=label)
+        ax.axhline(unit * edge, color=style.GREY, lw=0.8, ls=":", label=label)
     if contact.residual is not None:
-        ax.plot(turns, unit * contact.residual, color=MEASURED, lw=1.0)
+        ax.plot(turns, unit * contact.residual, color=style.MEASURED, lw=1.0)
     if contact.law_velocity is not None:
         _draw_ways(turns, contact.law_velocity, ax)
     ax.set(xlabel="drive cycle, ωt / 2π (stops shaded)", ylabel="measured - predicted [µm]", xlim=(0, 1))
@@ -164,7 +154,7 @@ def _draw_ways(turns: FloatArray, velocity: FloatArray, ax: Axes) -> None:
     """Shade the stops, and say of each slide which way it goes."""
     above = ax.get_xaxis_transform()
     way = np.where(np.abs(velocity) < STILL, 0, np.sign(velocity)).astype(int)
-    ax.fill_between(turns, 0, 1, where=way == 0, transform=above, color=GREY, alpha=0.2, lw=0)
+    ax.fill_between(turns, 0, 1, where=way == 0, transform=above, color=style.GREY, alpha=0.2, lw=0)
     starts = np.concatenate([[0], np.flatnonzero(np.diff(way)) + 1, [len(way)]])
     for first, after in pairwise(starts.tolist()):
         if way[first] != 0 and after - first > SHORTEST * len(way):
@@ -181,13 +171,13 @@ def draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
     told = sorted(contact.laws.items(), key=lambda law: (law[1][0], -law[1][1]))
     best = contact.laws[contact.law][2] if contact.law in contact.laws else 0.0
     counts = [count for _, (count, _, _) in told]
-    colors = [PREDICTED if name == contact.law else MEASURED for name, _ in told]
+    colors = [style.PREDICTED if name == contact.law else style.MEASURED for name, _ in told]
     _draw_rungs(misfit, [100.0 * nrmse for _, (_, nrmse, _) in told], colors, "{:.2g}")
     _draw_rungs(evidence, [log - best for _, (_, _, log) in told], colors, "{:+.0f}")
     misfit.set(xlabel="nrmse [%]", ylabel="parameters, law")
     misfit.set_yticks(range(len(told)), [f"{n}  {_short(name)}" for n, (name, _) in zip(counts, told, strict=True)])
     for label, color in zip(misfit.get_yticklabels(), colors, strict=True):
-        label.set(fontsize=LETTERS, color=color if color == PREDICTED else "black")
+        label.set(fontsize=LETTERS, color=color if color == style.PREDICTED else "black")
     _scale_misfit(misfit, [100.0 * nrmse for _, (_, nrmse, _) in told])
     evidence.set(xlabel="log evidence less\nthe required law's")
     evidence.set_xscale("symlog", linthresh=10.0)
@@ -200,7 +190,7 @@ def draw_ladder(contact: ContactForce, misfit: Axes, evidence: Axes) -> None:
         ax.tick_params(axis="x", labelsize=LETTERS)
         ends = np.cumsum([len(list(group)) for _, group in groupby(counts)])
         for end in ends[:-1]:
-            ax.axhline(end - 0.5, color=GREY, lw=0.5)
+            ax.axhline(end - 0.5, color=style.GREY, lw=0.5)
 
 
 def _scale_misfit(ax: Axes, values: list[float]) -> None:
@@ -241,9 +231,9 @@ def _short(law: str) -> str:
 
 def contact_figure(contact: ContactForce, title: str | None = None) -> Figure:
     """Force over displacement and speed, the residual, and the ladder where one was climbed; warnings below."""
-    with look():
+    with style.look():
         ladder = max(2.5, 0.7 + ROW * len(contact.laws))
-        figure = new_figure(PAGE, 2.9 + ladder)
+        figure = style.new_figure(style.PAGE, 2.9 + ladder)
         [above], [below] = figure.subfigures(2, 1, squeeze=False, height_ratios=(2.9, ladder))
         over_way, over_speed = above.subplots(1, 2)
         draw_force(contact, over_way, over_speed=False).legend(loc="center", fontsize=LETTERS)
@@ -253,6 +243,6 @@ def contact_figure(contact: ContactForce, title: str | None = None) -> Figure:
         if contact.laws:
             draw_ladder(contact, left[0, 1], left[0, 2])
         name = (title or contact.source).replace("\\", "/").rsplit("/", 1)[-1]
-        headline(figure, f"{name}: {contact.said}")
-        caution(figure, contact.warnings)
+        style.headline(figure, f"{name}: {contact.said}")
+        style.caution(figure, contact.warnings)
         return figure

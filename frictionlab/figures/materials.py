@@ -21,20 +21,9 @@ from frictionlab.campaign import (
     Verdict,
 )
 from frictionlab.campaign.trials import levels, nearest
+from frictionlab.figures import style
 from frictionlab.figures.grids import resonance_band
-from frictionlab.figures.style import (
-    BASE,
-    GREY,
-    MEASURED,
-    PAGE,
-    PALETTE,
-    PREDICTED,
-    FloatArray,
-    closed,
-    headline,
-    new_figure,
-    shades,
-)
+from frictionlab.figures.style import FloatArray
 
 NAME = 24  # letters of a name in a line
 STEP = 5.0  # log evidence beyond which the scale is logarithmic
@@ -53,11 +42,11 @@ def has_several_forces(campaign: Campaign) -> bool:
 
 def friction(campaign: Campaign) -> Figure:
     """Friction coefficient of each material over normal force; beside it, how far each point is from the mean."""
-    figure = new_figure(PAGE, 3.2)
+    figure = style.new_figure(style.PAGE, 3.2)
     panels = figure.subplots(1, 2 if has_several_forces(campaign) else 1, squeeze=False)[0]
     for i, test in enumerate(campaign.amontons):
         fits = [f for f in campaign.fits if f.material == test.material and f.friction_coefficient is not None]
-        colour = PALETTE[i % len(PALETTE)]
+        colour = style.PALETTE[i % len(style.PALETTE)]
         _coefficients(panels[0], fits, colour, 1.0, 0.0, test.material)
         if test.coefficient is not None and test.coefficient_se is not None:
             reach = NORMAL * test.coefficient_se
@@ -94,7 +83,7 @@ def _coefficients(
 
 def ranking(campaign: Campaign) -> Figure:
     """The three criteria beside each other, best material on top."""
-    figure = new_figure(PAGE, 1.0 + 0.3 * len(campaign.materials))
+    figure = style.new_figure(style.PAGE, 1.0 + 0.3 * len(campaign.materials))
     for ax, criterion in zip(figure.subplots(1, len(CRITERIA), squeeze=False)[0], CRITERIA, strict=True):
         _rank_panel(ax, [r for r in campaign.ranking if r.criterion == criterion], campaign)
         ax.set_title(criterion)
@@ -103,7 +92,7 @@ def ranking(campaign: Campaign) -> Figure:
 
 def _rank_panel(ax: Axes, ranks: Sequence[Rank], campaign: Campaign) -> None:
     for place, rank in enumerate(ranks):
-        colour = PALETTE[campaign.materials.index(rank.material) % len(PALETTE)]
+        colour = style.PALETTE[campaign.materials.index(rank.material) % len(style.PALETTE)]
         if rank.value is None:
             ax.text(0.5, place, "not known", ha="center", va="center", transform=ax.get_yaxis_transform())
         else:
@@ -124,22 +113,25 @@ def law_of_material(campaign: Campaign, material: str) -> Figure:
     """Loops of a few tests as recovered from the motion, the law over them; the evidence of each law tried."""
     loops = [loop for loop in campaign.loops if loop.material == material]
     laws = [law for law in campaign.laws if law.material == material]
-    figure = new_figure(PAGE, 3.0)
+    figure = style.new_figure(style.PAGE, 3.0)
     panels = figure.subplots(1, 3 if laws else 2)
     unit = "N" if campaign.scene.rig.stiffness is not None else "k Y"
     for over_speed, ax in zip((False, True), panels[:2], strict=True):
         for i, loop in enumerate(loops):
             seen, predicted = (loop.speed, loop.law_speed) if over_speed else (loop.place, loop.law_place)
-            style = {"color": PALETTE[i % len(PALETTE)], "label": f"{loop.normal_force_n:.4g} N, r = {loop.r:.2g}"}
-            ax.plot(closed(1e3 * seen), closed(loop.force), lw=2.0, alpha=0.5, **style)
-            ax.plot(closed(1e3 * predicted), closed(loop.law_force), color="black", lw=0.7)
+            how = {
+                "color": style.PALETTE[i % len(style.PALETTE)],
+                "label": f"{loop.normal_force_n:.4g} N, r = {loop.r:.2g}",
+            }
+            ax.plot(style.closed(1e3 * seen), style.closed(loop.force), lw=2.0, alpha=0.5, **how)
+            ax.plot(style.closed(1e3 * predicted), style.closed(loop.law_force), color="black", lw=0.7)
         ax.set_xlabel("speed [mm/s]" if over_speed else "displacement [mm]")
         ax.set_ylabel(f"friction force [{unit}]")
     panels[0].legend(fontsize=6, loc="center", frameon=True, framealpha=0.9)
     if laws:
         _ladder(panels[2], laws)
     law = None if campaign.joint is None else campaign.joint.law(material)
-    headline(figure, f"{material}: {'no law' if law is None else law.name}")
+    style.headline(figure, f"{material}: {'no law' if law is None else law.name}")
     return figure
 
 
@@ -148,7 +140,7 @@ def _ladder(ax: Axes, laws: list[LawEvidence]) -> None:
     best = sorted(laws, key=lambda law: -law.log_evidence)
     shown = [law for n, law in enumerate(best) if n < SHOWN or law.required or law.law == "coulomb"]
     for place, law in enumerate(reversed(shown)):
-        colour = PREDICTED if law.required else MEASURED
+        colour = style.PREDICTED if law.required else style.MEASURED
         below = best[0].log_evidence - law.log_evidence
         ax.plot(below, place, "o", ms=6 if law.required else 4, color=colour, clip_on=False, zorder=3)
     ax.set_xscale("symlog", linthresh=STEP)
@@ -164,10 +156,10 @@ def _ladder(ax: Axes, laws: list[LawEvidence]) -> None:
 
 def energy(campaign: Campaign, material: str) -> Figure:
     """Energy per cycle of one material for each normal force; open markers are tests the fit left out."""
-    figure = new_figure(PAGE, 3.8)
+    figure = style.new_figure(style.PAGE, 3.8)
     ax = figure.subplots()
     fits = _by_force(campaign, material)
-    for i, (fit, colour) in enumerate(zip(fits, shades(len(fits)), strict=True)):
+    for i, (fit, colour) in enumerate(zip(fits, style.shades(len(fits)), strict=True)):
         marker = MARKERS[i % len(MARKERS)]
         beta = "no fit" if fit.friction_ratio is None else f"β = {fit.friction_ratio:.3f}"
         _points(ax, fit, colour, marker, f"{fit.normal_force_n:.4g} N, {beta}", across=_across(campaign))
@@ -186,13 +178,13 @@ def comparison(campaign: Campaign) -> Figure:
     """The materials beside each other at each normal force that at least two of them have in common."""
     forces = common_forces(campaign)
     rows = (len(forces) + 1) // 2
-    figure = new_figure(PAGE, 0.4 + 2.3 * rows)
+    figure = style.new_figure(style.PAGE, 0.4 + 2.3 * rows)
     axes = figure.subplots(rows, 2 if len(forces) > 1 else 1, sharex=True, sharey=True, squeeze=False).ravel()
     for ax, force in zip(axes, forces, strict=False):
         for i, material in enumerate(campaign.materials):
             fits = [f for f in campaign.fits if f.material == material and f.normal_force_n == force]
             for fit in fits:
-                colour, marker = PALETTE[i % len(PALETTE)], MARKERS[i % len(MARKERS)]
+                colour, marker = style.PALETTE[i % len(style.PALETTE)], MARKERS[i % len(MARKERS)]
                 _points(ax, fit, colour, marker, fill(material, 30), across=_across(campaign), joined=True)
         _finish(ax, campaign, [f for f in campaign.fits if f.normal_force_n == force])
         ax.set_title(f"{force:.4g} N")
@@ -212,14 +204,14 @@ def common_forces(campaign: Campaign) -> tuple[float, ...]:
 
 def residuals(campaign: Campaign) -> Figure:
     """Measured over predicted energy - 1 of each test; crosses are tests the fit left out."""
-    figure = new_figure(PAGE, 0.5 + 1.5 * len(campaign.materials))
+    figure = style.new_figure(style.PAGE, 0.5 + 1.5 * len(campaign.materials))
     axes = figure.subplots(len(campaign.materials), 1, sharex=True, squeeze=False)[:, 0]
     for ax, material in zip(axes, campaign.materials, strict=True):
-        ax.axhline(0, color=GREY, linewidth=0.8)
+        ax.axhline(0, color=style.GREY, linewidth=0.8)
         fits = _by_force(campaign, material)
         used = [100 * abs(v.residual or 0.0) + _confidence(v) for fit in fits for v in fit.used]
         reach = 1.3 * max(used, default=1.0) + 0.5  # half the height (%): all tests that a fit used are inside
-        for i, (fit, colour) in enumerate(zip(fits, shades(len(fits)), strict=True)):
+        for i, (fit, colour) in enumerate(zip(fits, style.shades(len(fits)), strict=True)):
             _residuals_of(ax, fit, colour, MARKERS[i % len(MARKERS)], reach, _across(campaign))
         ax.set_title(material)
         ax.set_ylabel("residual [%]")
@@ -322,7 +314,7 @@ def responses(campaign: Campaign) -> Figure:
     """Steady and unsteady examples: the last cycles of short tests."""
     shown = [r for r in campaign.responses if not r.trial.is_long]
     rows = (len(shown) + 1) // 2
-    figure = new_figure(PAGE, 0.4 + 1.7 * rows)
+    figure = style.new_figure(style.PAGE, 0.4 + 1.7 * rows)
     axes = figure.subplots(rows, 2 if len(shown) > 1 else 1, squeeze=False).ravel()
     for ax, response in zip(axes, shown, strict=False):
         _trace(ax, response)
@@ -336,11 +328,13 @@ def long_responses(campaign: Campaign) -> Figure:
     """Each long test: all of it as an envelope on the left, its last cycles on the right."""
     whole = [r for r in campaign.responses if r.is_envelope]
     ends = {r.trial.source: r for r in campaign.responses if r.trial.is_long and not r.is_envelope}
-    figure = new_figure(PAGE, 0.4 + 1.35 * len(whole))
+    figure = style.new_figure(style.PAGE, 0.4 + 1.35 * len(whole))
     axes = figure.subplots(len(whole), 2, squeeze=False, width_ratios=(3, 2))
     for (left, right), response in zip(axes, whole, strict=True):
         minutes = response.time / 60
-        left.fill_between(minutes, _side(response.mass, 0), _side(response.mass, 1), color=MEASURED, linewidth=0.3)
+        left.fill_between(
+            minutes, _side(response.mass, 0), _side(response.mass, 1), color=style.MEASURED, linewidth=0.3
+        )
         left.set_title(_title(response))
         left.set_ylabel("x / Y")
         left.margins(x=0)
@@ -356,8 +350,8 @@ def _side(pairs: FloatArray, which: int) -> FloatArray:
 
 
 def _trace(ax: Axes, response: MeasuredResponse) -> None:
-    ax.plot(response.time, response.mass, color=MEASURED, linewidth=1.1, label="mass x / Y")
-    ax.plot(response.time, response.base, color=BASE, linewidth=0.8, linestyle="--", label="base y / Y")
+    ax.plot(response.time, response.mass, color=style.MEASURED, linewidth=1.1, label="mass x / Y")
+    ax.plot(response.time, response.base, color=style.BASE, linewidth=0.8, linestyle="--", label="base y / Y")
     ax.set_title(_title(response))
     ax.set_xlabel("time [s]")
     ax.margins(x=0)
@@ -370,12 +364,12 @@ def _title(response: MeasuredResponse) -> str:
 
 def drift(campaign: Campaign, level: float) -> Figure:
     """Energy of one cycle every ten seconds at one frequency ratio; line: trend, band: its 95 % confidence."""
-    figure = new_figure(PAGE, 3.0)
+    figure = style.new_figure(style.PAGE, 3.0)
     ax = figure.subplots()
     for i, material in enumerate(campaign.materials):
         for test in drifts_at(campaign, level):
             if test.trial.material == material:
-                _trend(ax, test, PALETTE[i % len(PALETTE)])
+                _trend(ax, test, style.PALETTE[i % len(style.PALETTE)])
     ax.set_xlabel("time [min]")
     ax.set_ylabel("energy per cycle / kY²")
     ax.set_ylim(bottom=0)

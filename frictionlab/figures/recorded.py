@@ -10,23 +10,7 @@ from numpy.typing import NDArray
 
 from frictionlab.analysis.free_vibration import FreeVibration
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.figures.style import (
-    BASE,
-    GREY,
-    MEASURED,
-    ORANGE,
-    PAGE,
-    PREDICTED,
-    VERMILION,
-    caution,
-    closed,
-    headline,
-    look,
-    new_figure,
-    plain_decades,
-    shade,
-    thinned,
-)
+from frictionlab.figures import style
 from frictionlab.inference import WholeRecord
 from frictionlab.recording import Recording
 
@@ -39,9 +23,9 @@ LAST_S = 5.0  # of a recording, shown by themselves
 def draw_response(measurement: Measurement, ax: Axes) -> Axes:
     """The last cycles used: mass over base, stops shaded."""
     traces = measurement.traces
-    shade(ax, traces.stops, ORANGE, "stop")
-    ax.plot(traces.time, traces.base, color=BASE, lw=0.9, ls=":", label="base")
-    ax.plot(traces.time, traces.mass, color=MEASURED, label="mass")
+    style.shade(ax, traces.stops, style.ORANGE, "stop")
+    ax.plot(traces.time, traces.base, color=style.BASE, lw=0.9, ls=":", label="base")
+    ax.plot(traces.time, traces.mass, color=style.MEASURED, label="mass")
     ax.set(xlabel="time [s]", ylabel="displacement, x / Y, y / Y", xlim=(traces.time[0], traces.time[-1]))
     ax.margins(y=0.2)
     ax.legend(loc="upper center", ncols=3)
@@ -51,10 +35,19 @@ def draw_response(measurement: Measurement, ax: Axes) -> Axes:
 def draw_spectrum(measurement: Measurement, ax: Axes) -> Axes:
     """Amplitude spectra of mass and base, the drive frequency marked."""
     traces = measurement.traces
-    ax.semilogy(traces.base_frequency, 1e3 * traces.base_spectrum, color=GREY, lw=0.8, label="base")
-    ax.semilogy(traces.mass_frequency, 1e3 * traces.mass_spectrum, color=MEASURED, lw=0.8, label="mass")
+    ax.semilogy(traces.base_frequency, 1e3 * traces.base_spectrum, color=style.GREY, lw=0.8, label="base")
+    ax.semilogy(traces.mass_frequency, 1e3 * traces.mass_spectrum, color=style.MEASURED, lw=0.8, label="mass")
     drive, height = measurement.drive_frequency_hz, 1e3 * measurement.base_amplitude_m
-    ax.plot([drive], [height], ls="none", marker="o", ms=5, mfc="none", color=VERMILION, label=f"drive, {drive:.6g} Hz")
+    ax.plot(
+        [drive],
+        [height],
+        ls="none",
+        marker="o",
+        ms=5,
+        mfc="none",
+        color=style.VERMILION,
+        label=f"drive, {drive:.6g} Hz",
+    )
     top = max(float(traces.base_spectrum.max()), float(traces.mass_spectrum.max()))
     ax.set(
         xlabel="frequency [Hz]",
@@ -62,7 +55,7 @@ def draw_spectrum(measurement: Measurement, ax: Axes) -> Axes:
         xlim=(0, traces.base_frequency[-1]),
         ylim=(1e-2 * 1e-3, 3e3 * top),
     )
-    plain_decades(ax)
+    style.plain_decades(ax)
     ax.legend(loc="upper right")
     return ax
 
@@ -72,8 +65,8 @@ def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
     m, traces, force = measurement, measurement.traces, measurement.cycle.force
     ratio = "r unknown" if m.frequency_ratio is None else f"r = {m.frequency_ratio:.6g}"
     index = "unknown" if m.irregularity_index is None else f"{m.irregularity_index:.2g}"
-    with look():
-        figure = new_figure(PAGE, 5.2 if force is None else 7.4)
+    with style.look():
+        figure = style.new_figure(style.PAGE, 5.2 if force is None else 7.4)
         grid = figure.add_gridspec(2 if force is None else 3, 2, width_ratios=(1.35, 1.0))
         draw_response(m, figure.add_subplot(grid[0, :])).set_title(
             f"{m.regime}, {m.stops_per_cycle:.3g} stops a cycle   amplitude {m.amplitude} Y   irregularity {index}"
@@ -84,7 +77,7 @@ def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
         ax = figure.add_subplot(grid[1, 1], title=f"energy {m.energy} kY² ({m.energy_rule})")
         loops = [np.column_stack(pair) for pair in zip(traces.loop_mass, traces.loop_base, strict=True)]
         fade = max(0.15, 1.0 / len(loops))
-        ax.add_collection(LineCollection(loops, colors=MEASURED, linewidths=0.8, alpha=fade))
+        ax.add_collection(LineCollection(loops, colors=style.MEASURED, linewidths=0.8, alpha=fade))
         ax.autoscale_view()
         ax.set(xlabel="displacement of the mass, x / Y", ylabel="displacement of the base, y / Y")
         if force is not None:
@@ -92,50 +85,50 @@ def measurement_figure(measurement: Measurement, name: str = "") -> Figure:
             speed = 2.0 * np.pi * m.drive_frequency_hz * unit * m.cycle.mass_velocity
             title = f"friction force {m.measured_force} N"
             left = figure.add_subplot(grid[2, 0], title=title, xlabel="speed of the mass [mm/s]")
-            left.plot(closed(speed), closed(force), color=MEASURED)
+            left.plot(style.closed(speed), style.closed(force), color=style.MEASURED)
             right = figure.add_subplot(grid[2, 1], xlabel="displacement of the mass [mm]")
-            right.plot(closed(unit * m.cycle.mass_smooth), closed(force), color=MEASURED)
+            right.plot(style.closed(unit * m.cycle.mass_smooth), style.closed(force), color=style.MEASURED)
             for panel in (left, right):
                 panel.set_ylabel("measured force [N]")
-        headline(figure, name or m.source)
-        caution(figure, m.warnings)
+        style.headline(figure, name or m.source)
+        style.caution(figure, m.warnings)
         return figure
 
 
 def recording_figure(recording: Recording, name: str = "") -> Figure:
     """Mass and base over the whole record, and over its last seconds, in mm about their means."""
-    with look():
-        figure = new_figure(PAGE, 4.0)
+    with style.look():
+        figure = style.new_figure(style.PAGE, 4.0)
         for ax, seconds in zip(figure.subplots(2, 1), (recording.time[-1] - recording.time[0], LAST_S), strict=True):
             part = recording.time >= recording.time[-1] - seconds
-            for label, color in (("base", BASE), ("mass", MEASURED)):
+            for label, color in (("base", style.BASE), ("mass", style.MEASURED)):
                 values = recording.measured().get(f"{label}_displacement")
                 if values is not None:
                     shown = 1e3 * (values[part] - np.nanmean(values))
-                    some = thinned(shown)
+                    some = style.thinned(shown)
                     ax.plot(recording.time[part][some], shown[some], color=color, lw=0.8, label=label)
             ax.set(xlabel="time [s]", ylabel="displacement [mm]")
         ax.legend(loc="upper right", ncols=2)
-        headline(figure, name or ", ".join(file.name for file in recording.source.files))
+        style.headline(figure, name or ", ".join(file.name for file in recording.source.files))
         return figure
 
 
 def free_vibration_figure(taps: Sequence[FreeVibration], name: str = "") -> Figure:
     """Each tap with the motion fitted to it, and what is left; its numbers and ``name`` stand above."""
-    with look():
-        figure = new_figure(PAGE, 4.6)
+    with style.look():
+        figure = style.new_figure(style.PAGE, 4.6)
         above, below = figure.subplots(2, 1, height_ratios=(2.0, 1.0))
         for number, tap in enumerate(taps):
             time, measured, fitted = tap.swing.time, 1e3 * tap.swing.measured, 1e3 * tap.swing.fitted
-            above.plot(time, measured, color=MEASURED, label=None if number else "measured")
-            above.plot(time, fitted, color=PREDICTED, lw=0.8, ls="--", label=None if number else "fitted")
-            below.plot(time, 1e3 * (measured - fitted), color=MEASURED, lw=0.5)
+            above.plot(time, measured, color=style.MEASURED, label=None if number else "measured")
+            above.plot(time, fitted, color=style.PREDICTED, lw=0.8, ls="--", label=None if number else "fitted")
+            below.plot(time, 1e3 * (measured - fitted), color=style.MEASURED, lw=0.5)
         more = f"\n... {len(taps)} taps" if len(taps) > 3 else ""
         above.set_title("\n".join(_tap_title(tap) for tap in taps[:3]) + more)
         above.set(xlabel="time [s]", ylabel="displacement of the mass [mm]")
         above.legend(loc="upper right", ncols=2)
         below.set(xlabel="time [s]", ylabel="measured - fitted [µm]")
-        headline(figure, name)
+        style.headline(figure, name)
         return figure
 
 
@@ -161,42 +154,42 @@ def record_figure(record: WholeRecord, title: str = "whole record") -> Figure:
     begin = max(0, min((worst - ZOOM // 2) * per, len(record.time) - ZOOM * per))
     zoom = np.arange(begin, min(begin + ZOOM * per, len(record.time)))
     size = 3.0 if len(record.cycle_time) <= MANY else 0.8  # in a long record points would hide each other
-    with look():
-        figure = new_figure(PAGE, 5.6)
+    with style.look():
+        figure = style.new_figure(style.PAGE, 5.6)
         axes = figure.subplot_mosaic([["all"] * 3, ["zoom"] * 3, ["energy", "friction", "misfit"]])
         _draw_part(record, axes["all"], np.arange(len(record.time)))
-        axes["all"].axvspan(record.time[zoom[0]], record.time[zoom[-1]], fill=False, edgecolor=GREY, lw=0.7)
+        axes["all"].axvspan(record.time[zoom[0]], record.time[zoom[-1]], fill=False, edgecolor=style.GREY, lw=0.7)
         for start, end, _ in record.left:
-            axes["all"].axvspan(start, end, color=VERMILION, alpha=0.12, linewidth=0.0)
+            axes["all"].axvspan(start, end, color=style.VERMILION, alpha=0.12, linewidth=0.0)
         axes["all"].legend(loc="upper right", ncols=3)
         axes["all"].margins(y=0.2)
         _draw_part(record, axes["zoom"], zoom)
         ax = axes["energy"]
-        ax.plot(record.cycle_time, record.cycle_measured, "o", ms=size, color=MEASURED, label="measured")
-        ax.plot(record.cycle_time, record.cycle_predicted, "-", lw=1.0, color=PREDICTED, label="predicted")
+        ax.plot(record.cycle_time, record.cycle_measured, "o", ms=size, color=style.MEASURED, label="measured")
+        ax.plot(record.cycle_time, record.cycle_predicted, "-", lw=1.0, color=style.PREDICTED, label="predicted")
         ax.set(xlabel="time [s]", ylabel="energy per period [kY²]")
         ax.legend()
         draw_friction(record, axes["friction"])
         ax = axes["misfit"]
-        ax.plot(record.cycle_time, 100 * record.cycle_nrmse, "o-", ms=size, lw=0.8, color=PREDICTED)
+        ax.plot(record.cycle_time, 100 * record.cycle_nrmse, "o-", ms=size, lw=0.8, color=style.PREDICTED)
         if len(record.cycle_nrmse):
-            ax.axhline(100 * float(np.median(record.cycle_nrmse)), color=GREY, lw=0.8)
+            ax.axhline(100 * float(np.median(record.cycle_nrmse)), color=style.GREY, lw=0.8)
         ax.set(xlabel="time [s]", ylabel="nrmse of a period [%]")
         ax.set_ylim(bottom=0.0)
         numbers = f"record nrmse {100 * record.nrmse:.2g} %, energy {100 * record.energy_difference:+.2g} %"
-        headline(figure, f"{title}: {numbers}")
-        caution(figure, record.warnings)
+        style.headline(figure, f"{title}: {numbers}")
+        style.caution(figure, record.warnings)
         return figure
 
 
 def _draw_part(record: WholeRecord, ax: Axes, part: NDArray[np.intp]) -> None:
     """Measured over predicted, for these samples."""
     for values, color, width, label in (
-        (record.base, BASE, 0.7, "base"),
-        (record.measured, MEASURED, 1.8, "measured"),
-        (record.predicted, PREDICTED, 0.8, "predicted"),
+        (record.base, style.BASE, 0.7, "base"),
+        (record.measured, style.MEASURED, 1.8, "measured"),
+        (record.predicted, style.PREDICTED, 0.8, "predicted"),
     ):
-        some = part[thinned(values[part])]
+        some = part[style.thinned(values[part])]
         ax.plot(record.time[some], values[some], color=color, lw=width, alpha=0.6 if width > 1 else 1.0, label=label)
     ax.set(xlabel="time [s]", ylabel="x / Y")
 
@@ -205,8 +198,8 @@ def draw_friction(record: WholeRecord, ax: Axes) -> Axes:
     """Friction ratio of each period as a random walk, with its standard error."""
     error = np.nan_to_num(record.cycle_friction_se)
     low, high = record.cycle_friction - error, record.cycle_friction + error
-    ax.fill_between(record.cycle_time, low, high, color=PREDICTED, alpha=0.2, lw=0)
-    ax.plot(record.cycle_time, record.cycle_friction, color=PREDICTED, lw=1.0)
+    ax.fill_between(record.cycle_time, low, high, color=style.PREDICTED, alpha=0.2, lw=0)
+    ax.plot(record.cycle_time, record.cycle_friction, color=style.PREDICTED, lw=1.0)
     if len(record.cycle_friction):
         middle = float(np.median(record.cycle_friction))
         ends = [*ax.get_ylim(), middle * (1.0 - FLAT), middle * (1.0 + FLAT)]

@@ -6,20 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from frictionlab.figures.style import (
-    BASE,
-    MOST_POINTS,
-    PAGE,
-    PALETTE,
-    PREDICTED,
-    FloatArray,
-    caution,
-    headline,
-    look,
-    new_figure,
-    shade,
-    thinned,
-)
+from frictionlab.figures import style
+from frictionlab.figures.style import FloatArray
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,24 +17,24 @@ if TYPE_CHECKING:
     from frictionlab.simulator.several import StructureState
 
 SAMPLES = 2000  # per cycle: smooth in print
-MOST_MOTIONS = len(PALETTE)  # motions drawn, the most visited first
+MOST_MOTIONS = len(style.PALETTE)  # motions drawn, the most visited first
 MOST_STOPS = 200  # shaded one by one
 
 
 def motion_figure(state: "SteadyState") -> Figure:
     """Displacement over the period beside the hysteresis loop, and the contact's force; the state has an orbit."""
-    with look():
-        figure = new_figure(height=5.0)
+    with style.look():
+        figure = style.new_figure(height=5.0)
         grid = figure.add_gridspec(2, 4)
         draw_motion(state, figure.add_subplot(grid[0, :3]))
         tau, x, _ = _sampled(state)
         loop = figure.add_subplot(grid[0, 3])
-        loop.plot(x, state.problem.base.at(tau), color=PREDICTED)
+        loop.plot(x, state.problem.base.at(tau), color=style.PREDICTED)
         loop.set(xlabel="mass $x/Y$", ylabel="base $y/Y$")
         draw_contact_force(state, figure.add_subplot(grid[1, :2]))
         draw_contact_force(state, figure.add_subplot(grid[1, 2:]), over_speed=True)
         figure.suptitle(state.verdict, fontsize=8.0)
-        caution(figure, state.warnings)
+        style.caution(figure, state.warnings)
     return figure
 
 
@@ -58,13 +46,13 @@ def structure_figure(state: "StructureState") -> Figure:
     tau = np.linspace(motion.start, motion.end, SAMPLES * (state.period_cycles or 1))
     q, _ = motion.at(tau)
     base, force = structure.base.at(tau), motion.force(tau)
-    with look():
-        figure = new_figure(height=5.0)
+    with style.look():
+        figure = style.new_figure(height=5.0)
         grid = figure.add_gridspec(2, max(1, len(structure.contacts)))
         ax = figure.add_subplot(grid[0, :])
-        ax.plot(tau / np.pi, base, color=BASE, linewidth=0.8, label="base $y/Y$")
+        ax.plot(tau / np.pi, base, color=style.BASE, linewidth=0.8, label="base $y/Y$")
         for mass in range(structure.masses):
-            ax.plot(tau / np.pi, q[:, mass], color=PALETTE[mass % len(PALETTE)], label=f"mass {mass + 1}")
+            ax.plot(tau / np.pi, q[:, mass], color=style.PALETTE[mass % len(style.PALETTE)], label=f"mass {mass + 1}")
         ax.set(xlabel=r"phase of the drive $\tau/\pi$", ylabel="displacement over $Y$")
         ax.margins(y=0.18)
         ax.legend(loc="upper right", ncols=1 + structure.masses)
@@ -72,23 +60,23 @@ def structure_figure(state: "StructureState") -> Figure:
             against = f"mass {contact.against}" if isinstance(contact.against, int) else f"the {contact.against}"
             place = q @ structure.row(contact) - (base if contact.against == "base" else 0.0)
             below = figure.add_subplot(grid[1, number])
-            below.plot(place, force[:, number], color=PREDICTED)
+            below.plot(place, force[:, number], color=style.PREDICTED)
             below.set_title(f"mass {contact.mass} against {against}", fontsize=7.0)
             below.set(xlabel="relative displacement over $Y$", ylabel="contact's force over $k_1Y$")
         figure.suptitle(state.verdict, fontsize=8.0)
-        caution(figure, state.warnings)
+        style.caution(figure, state.warnings)
     return figure
 
 
-def draw_motion(state: "SteadyState", ax: Axes, color: str = PREDICTED, periods: int = 2) -> Axes:
+def draw_motion(state: "SteadyState", ax: Axes, color: str = style.PREDICTED, periods: int = 2) -> Axes:
     """Displacement of mass and base over so many periods; stops are shaded."""
     tau, x, _ = _sampled(state, periods)
-    ax.plot(tau / np.pi, state.problem.base.at(tau), color=BASE, linewidth=0.8, label="base $y/Y$")
+    ax.plot(tau / np.pi, state.problem.base.at(tau), color=style.BASE, linewidth=0.8, label="base $y/Y$")
     ax.plot(tau / np.pi, x, color=color, label="mass $x/Y$")
     if state.orbit is not None:
         period = state.orbit.end - state.orbit.start
         stops = [(a + n * period, b + n * period) for n in range(periods) for a, b in state.orbit.stops]
-        shade(ax, [(begin / np.pi, end / np.pi) for begin, end in stops])
+        style.shade(ax, [(begin / np.pi, end / np.pi) for begin, end in stops])
     ax.set(
         xlabel=r"phase of the drive $\tau/\pi$", ylabel="displacement over $Y$", xlim=(tau[0] / np.pi, tau[-1] / np.pi)
     )
@@ -97,7 +85,9 @@ def draw_motion(state: "SteadyState", ax: Axes, color: str = PREDICTED, periods:
     return ax
 
 
-def draw_contact_force(state: "SteadyState", ax: Axes, color: str = PREDICTED, *, over_speed: bool = False) -> Axes:
+def draw_contact_force(
+    state: "SteadyState", ax: Axes, color: str = style.PREDICTED, *, over_speed: bool = False
+) -> Axes:
     """Draw the contact's force over the mass's displacement, or its speed, over one period."""
     if state.orbit is None:
         return ax
@@ -127,10 +117,10 @@ def coexisting_figure(found: "Sequence[Attractor]") -> Figure:
     A dot stands where each cycle begins.
     """
     drawn = [attractor for attractor in found if attractor.state.orbit is not None][:MOST_MOTIONS]
-    with look():
-        figure = new_figure(PAGE, 0.6 + 1.7 * max(1, len(drawn)))
+    with style.look():
+        figure = style.new_figure(style.PAGE, 0.6 + 1.7 * max(1, len(drawn)))
         axes = figure.subplots(max(1, len(drawn)), 2, squeeze=False, width_ratios=(3, 1), sharex="col")
-        for (left, right), attractor, color in zip(axes, drawn, PALETTE, strict=False):
+        for (left, right), attractor, color in zip(axes, drawn, style.PALETTE, strict=False):
             draw_motion(attractor.state, left, color, periods=1).set_title(_words(attractor), fontsize=7.0)
             _, x, v = _sampled(attractor.state)
             right.plot(x, v, color=color)
@@ -142,9 +132,11 @@ def coexisting_figure(found: "Sequence[Attractor]") -> Figure:
             figure.clear()
         problem = found[0].state.problem
         told = ", ".join(f"{name} {value:g}" for name, value in problem.parameters.items())
-        headline(figure, f"all steady motions found: r {problem.r:g}, {problem.law.name}: {told}")
+        style.headline(figure, f"all steady motions found: r {problem.r:g}, {problem.law.name}: {told}")
         left_out = [_words(attractor) for attractor in found if attractor not in drawn]
-        caution(figure, tuple(dict.fromkeys((*left_out, *(said for each in drawn for said in each.state.warnings)))))
+        style.caution(
+            figure, tuple(dict.fromkeys((*left_out, *(said for each in drawn for said in each.state.warnings))))
+        )
     return figure
 
 
@@ -164,25 +156,25 @@ def response_figure(answer: "RecordResponse") -> Figure:
     """
     part, response = answer.recording, answer.response
     way = response.relative_displacement if response.problem.wall == "base" else response.displacement
-    last = slice(max(0, len(way) - MOST_POINTS), None)
-    with look():
-        figure = new_figure(height=4.2)
+    last = slice(max(0, len(way) - style.MOST_POINTS), None)
+    with style.look():
+        figure = style.new_figure(height=4.2)
         axes = figure.subplot_mosaic([["motion", "motion"], ["force", "loop"]], width_ratios=(1.8, 1.0))
         for values, color, label in (
-            (part.base_displacement - part.base_displacement[0], BASE, "base"),
-            (part.mass_displacement, PREDICTED, "mass, simulated"),
+            (part.base_displacement - part.base_displacement[0], style.BASE, "base"),
+            (part.mass_displacement, style.PREDICTED, "mass, simulated"),
         ):
-            some = thinned(values)
+            some = style.thinned(values)
             axes["motion"].plot(part.time[some], 1e3 * values[some], color=color, label=label)
         stops = response.intervals_stuck / (2.0 * np.pi * answer.natural_frequency_hz) + part.time[0]
-        shade(axes["motion"], stops if len(stops) <= MOST_STOPS else ())
+        style.shade(axes["motion"], stops if len(stops) <= MOST_STOPS else ())
         axes["motion"].set(xlabel="time [s]", ylabel="displacement [mm]")
         axes["motion"].margins(y=0.18)
         axes["motion"].legend(loc="upper right", ncols=2)
-        some = thinned(response.contact_force)
-        axes["force"].plot(part.time[some], response.contact_force[some], color=PREDICTED, linewidth=0.8)
+        some = style.thinned(response.contact_force)
+        axes["force"].plot(part.time[some], response.contact_force[some], color=style.PREDICTED, linewidth=0.8)
         axes["force"].set(xlabel="time [s]", ylabel="contact force over $kY$")
-        axes["loop"].plot(way[last], response.contact_force[last], color=PREDICTED, linewidth=0.6)
+        axes["loop"].plot(way[last], response.contact_force[last], color=style.PREDICTED, linewidth=0.6)
         axes["loop"].set(xlabel="mass over $Y$", ylabel="contact force over $kY$")
-        caution(figure, answer.warnings)
+        style.caution(figure, answer.warnings)
     return figure
