@@ -5,16 +5,15 @@ should is refused.
 """
 
 import codecs
-import hashlib
 import os
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from io import BufferedReader
 from pathlib import Path
 
 from frictionlab.errors import LogError
-from frictionlab.logs.unpack import BLOCK, package_of, unpacked
+from frictionlab.logs.unpack import BLOCK, Counted, Progress, package_of, unpacked
 
 HEAD = 1 << 18
 LONGEST_LINE = 1 << 24
@@ -28,9 +27,6 @@ _BOMS = (
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
 _WIDE = re.compile("^utf[-_]?(16|32)", re.IGNORECASE)
-
-Progress = Callable[[int, int], None]
-"""Called with bytes read and bytes in all."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +60,7 @@ class Blocks:
     def __iter__(self) -> Iterator[tuple[bytes, bool]]:
         with _open(self.head.path) as file:
             before = os.fstat(file.fileno())
-            counted = _Counted(file, before.st_size, self.progress)
+            counted = Counted(file, before.st_size, self.progress)
             yield from _whole_lines(_decoded(counted, self.head))
             while counted.read(BLOCK):  # a compressed file may have padding
                 pass
@@ -90,7 +86,7 @@ def read_head(path: Path, encoding: str | None = None) -> Head:
         state = _state(os.fstat(file.fileno()))
         package = package_of(file, path.name)
         raw = bytearray()
-        for chunk in _raw(_Counted(file, state[0], None), package, path.name):
+        for chunk in _raw(Counted(file, state[0], None), package, path.name):
             raw += chunk
             if len(raw) >= HEAD:
                 break
@@ -131,25 +127,7 @@ def _open(path: Path) -> BufferedReader:
         raise LogError(f"{path}: cannot be read ({error.strerror})") from error
 
 
-class _Counted:
-    """A file that counts and hashes what is read of it."""
-
-    def __init__(self, file: BufferedReader, total: int, progress: Progress | None) -> None:
-        self.file, self.total, self.progress = file, total, progress
-        self.digest = hashlib.sha256()
-        self.done = 0
-
-    def read(self, size: int = -1) -> bytes:
-        """Read and count."""
-        chunk = self.file.read(size)
-        self.digest.update(chunk)
-        self.done += len(chunk)
-        if self.progress is not None:
-            self.progress(self.done, self.total)
-        return chunk
-
-
-def _raw(file: _Counted, package: str, name: str) -> Iterator[bytes]:
+def _raw(file: Counted, package: str, name: str) -> Iterator[bytes]:
     """The file's text in chunks, unpacked."""
     if not package:
         while chunk := file.read(BLOCK):
@@ -187,7 +165,7 @@ def _decode(raw: bytes, encoding: str, path: Path, *, whole: bool) -> str:
     return text + "\ufffd" if whole and decoder.getstate()[0] else text
 
 
-def _decoded(file: _Counted, head: Head) -> Iterator[bytes]:
+def _decoded(file: Counted, head: Head) -> Iterator[bytes]:
     """Chunks in an encoding whose digits, separators and line ends are ASCII bytes."""
     chunks = _raw(file, head.package, head.path.name)
     if head.encoding == "utf-8-sig" or _WIDE.match(head.encoding):

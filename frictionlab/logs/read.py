@@ -15,9 +15,10 @@ from frictionlab.logs.align import Aligned, align
 from frictionlab.logs.body import KEEP
 from frictionlab.logs.clock import Clock, clock_of
 from frictionlab.logs.columns import LogColumn, by_option, possible
-from frictionlab.logs.lines import Progress, texts_of
+from frictionlab.logs.lines import texts_of
 from frictionlab.logs.sensor import Sensed, bridge, examine, unit_by_step
 from frictionlab.logs.table import LogTable, OpenLog, open_log, read_table
+from frictionlab.logs.unpack import Progress
 from frictionlab.recording import Channel, Fact, Quality, QuarantinedLine, Recording, Replaced, Source, quantity_named
 from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 

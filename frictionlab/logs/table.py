@@ -18,8 +18,9 @@ from frictionlab.logs.containers import read_binary
 from frictionlab.logs.dialect import Dialect, is_comment, split
 from frictionlab.logs.header import LogLayout
 from frictionlab.logs.layouts import find_layout
-from frictionlab.logs.lines import NUMBERS, Blocks, Head, Progress, read_head
+from frictionlab.logs.lines import NUMBERS, Blocks, Head, read_head
 from frictionlab.logs.sheet import Sheet
+from frictionlab.logs.unpack import Progress
 from frictionlab.recording import LineCount, QuarantinedLine, SourceFile
 from frictionlab.units import known_unit
 

@@ -6,15 +6,16 @@ with all their digits, so that reading them back gives the same doubles; a line 
 """
 
 import gzip
+import hashlib
 import warnings
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from datetime import date, datetime, time, timedelta
 from io import BufferedReader
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from frictionlab.errors import LogError
 from frictionlab.logs.containers import refuse_by_name
@@ -124,16 +125,26 @@ _DAMAGED = (zlib.error, zipfile.BadZipFile, OSError, RuntimeError, UnicodeDecode
 """RuntimeError is a zip archive's that is encrypted, or packed in a way that is not known."""
 
 
-class Packed(Protocol):
-    """A file that counts how much of it is read."""
+Progress = Callable[[int, int], None]
+"""Called with bytes read and bytes in all."""
 
-    file: BufferedReader
-    total: int
-    done: int
+
+class Counted:
+    """A file that counts and hashes what is read of it."""
+
+    def __init__(self, file: BufferedReader, total: int, progress: Progress | None) -> None:
+        self.file, self.total, self.progress = file, total, progress
+        self.digest = hashlib.sha256()
+        self.done = 0
 
     def read(self, size: int = -1) -> bytes:
         """Read and count."""
-        ...
+        chunk = self.file.read(size)
+        self.digest.update(chunk)
+        self.done += len(chunk)
+        if self.progress is not None:
+            self.progress(self.done, self.total)
+        return chunk
 
 
 def package_of(file: BufferedReader, name: str) -> str:
@@ -157,7 +168,7 @@ def package_of(file: BufferedReader, name: str) -> str:
     return found
 
 
-def unpacked(package: str, file: Packed) -> Iterator[bytes]:
+def unpacked(package: str, file: Counted) -> Iterator[bytes]:
     """Give the text in a file of this package, a block at a time.
 
     Raises
@@ -187,13 +198,13 @@ def unpacked(package: str, file: Packed) -> Iterator[bytes]:
         raise LogError(f"damaged {package} data near byte {file.done}: {error}") from error
 
 
-def _gzip(file: Packed) -> Iterator[bytes]:
+def _gzip(file: Counted) -> Iterator[bytes]:
     with gzip.GzipFile(fileobj=file, mode="rb") as inside:  # type: ignore[call-overload] # it needs no more than read
         while chunk := inside.read(BLOCK):
             yield chunk
 
 
-def _zip(file: Packed) -> Iterator[bytes]:
+def _zip(file: Counted) -> Iterator[bytes]:
     """Unpack the one log in a zip archive."""
     with zipfile.ZipFile(file.file) as archive:
         names = [name for name in archive.namelist() if name and not name.endswith("/")]
@@ -209,14 +220,14 @@ def _zip(file: Packed) -> Iterator[bytes]:
     _rewind(file)
 
 
-def _workbook(file: Packed) -> Iterator[bytes]:
+def _workbook(file: Counted) -> Iterator[bytes]:
     """Give the rows of a spreadsheet as lines of tabbed text."""
     file.done = file.total  # it is read from both ends
     yield from rows_as_text(file.file)
     _rewind(file)
 
 
-def _rewind(file: Packed) -> None:
+def _rewind(file: Counted) -> None:
     """Let the file be read from its start, so that its size is counted as that of any other."""
     file.file.seek(0)
     file.done = 0
