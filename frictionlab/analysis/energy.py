@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from frictionlab.analysis.layout import Layout
     from frictionlab.analysis.measurement import Cycle
     from frictionlab.analysis.response import Response
-    from frictionlab.scene import Scene
 
 FloatArray = NDArray[np.float64]
 FEW = 8  # cycles that tell their own scatter; fewer take that of all
@@ -187,9 +186,10 @@ def by_load_cell(
     answer: "Response",
     used: slice,
     sources: Sources,
-    scene: "Scene",
     *,
     normal_force_n: float | None,
+    inertia_kg: float,
+    wall_moves: bool,
 ) -> Friction | None:
     """Measure friction by the channel of force or torque; None where there is none.
 
@@ -199,10 +199,12 @@ def by_load_cell(
         Cycles, the motion in them, and which of them are used.
     sources : Sources
         Gains and the normal force are as uncertain as it says.
-    scene : Scene
-        Says the mass between sensor and contact, and whether the contact slides on the base.
     normal_force_n : float or None
         Of this test; a channel of its own wins.
+    inertia_kg : float
+        Mass between sensor and contact.
+    wall_moves : bool
+        The contact slides on the base.
 
     Examples
     --------
@@ -219,7 +221,7 @@ def by_load_cell(
     name = next((name for name in channels.FORCES if name in layout.more), None)
     if name is None or answer.is_stuck:
         return None
-    unit, points, wall_moves = layout.drive.amplitude, layout.mass.shape[1], scene.model.wall == "base"
+    unit, points = layout.drive.amplitude, layout.mass.shape[1]
     slid = layout.mass - layout.base if wall_moves else layout.mass
     rows = layout.more[name]
     spectrum = np.fft.rfft(slid[used].mean(axis=0))
@@ -244,7 +246,7 @@ def by_load_cell(
     coefficient = _ratio(each, way * normal, used, layout) if known else Estimate()
     cycle = rows[used].mean(axis=0)
     omega = 2.0 * math.pi * layout.drive.frequency
-    cycle = cycle - scene.sensors.force_inertia_kg * omega**2 * unit * np.fft.irfft(-(k**2) * spectrum, points)
+    cycle = cycle - inertia_kg * omega**2 * unit * np.fft.irfft(-(k**2) * spectrum, points)
     said = (
         (f"{name}: it counts the other way, friction against the motion is negative in it: its sign is turned",)
         if turned

@@ -106,7 +106,10 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         layout, answer, settled, transient, loop=loop, r=r, wall_moves=wall_moves, prescribed=prescribed
     )
     friction = energy.by_load_cell(
-        layout, answer, used, sources, scene, normal_force_n=normal_force_of(recording, scene)
+        *(layout, answer, used, sources),
+        normal_force_n=normal_force_of(recording, scene),
+        inertia_kg=scene.sensors.force_inertia_kg,
+        wall_moves=wall_moves,
     )
     if friction is not None:
         taken = energy.taken_by_the_frame(cycle, scene.rig.damping or 0.0, r or 0.0)
