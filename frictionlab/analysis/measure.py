@@ -85,9 +85,8 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     wall_moves, natural = scene.model.wall == "base", scene.rig.natural_frequency
     answer = response.response(layout, wall_moves=wall_moves)
     settled = (transient if found[1] else None) if given is None else _settled(layout, parts[0])
-    edges, is_used = np.append(layout.time, layout.end[-1]), np.zeros(len(layout), dtype=bool)
+    edges = np.append(layout.time, layout.end[-1])
     used = energy.used_cycles(edges, scene.analysis.cycles, layout.foreign.period)
-    is_used[used] = True
     steady = slice(_first_settled(layout, recording, settled), len(layout))
     cycle = _mean_cycle(layout, answer, used, of_mass)
     trend, prescribed = None, scene.rig.kind == "prescribed"
@@ -129,9 +128,6 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
         settled_s=settled,
         cycle=cycle,
         sources=sources,
-        series=CycleSeries(
-            layout.time, is_used, answer.energy, answer.amplitude, answer.position, answer.stops, answer.stuck
-        ),
         trend=trend,
         traces=traces(layout, answer.found, used),
         budget=budget,
@@ -159,7 +155,9 @@ def _facts(recording: Recording, scene: Scene, layout: Layout, rate: float) -> d
 
 
 def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, Any]:
-    """Fields of a measurement that say how the mass answers, those without an error."""
+    """Fields of a measurement that say how the mass answers, those without an error, and its series."""
+    is_used = np.zeros(len(layout), dtype=bool)
+    is_used[used] = True
     noise = layout.of_mass.noise * math.sqrt(cycles.interpolated_noise_share())
     index = None if answer.is_stuck else steadiness.irregularity_index(layout.mass, layout.blocks)
     return {
@@ -173,6 +171,9 @@ def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, A
         "energy_input_per_cycle": float(energy.energy_input(layout.mass[used]).mean()),
         "shortest_stop": answer.shortest_stop,
         "smallest_slip": answer.smallest_slip,
+        "series": CycleSeries(
+            layout.time, is_used, answer.energy, answer.amplitude, answer.position, answer.stops, answer.stuck
+        ),
     }
 
 
