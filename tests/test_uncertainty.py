@@ -12,7 +12,7 @@ from frictionlab.analysis.channels import SensorChannel, low_pass, restored
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.inference import compare
-from frictionlab.inference.observations import SEEN_SENSORS, observe
+from frictionlab.inference.observations import CycleObservation, observe
 from frictionlab.inference.unknowns import of_law
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
@@ -165,9 +165,9 @@ def test_sensors_move_the_cycle_as_the_fit_thinks() -> None:
     plain, values = observation.predict(here), [here[u.name] for u in unknowns]
     assert plain is not None
     slopes = observation.slopes(unknowns, values, [1.0] * len(unknowns))
-    assert {u.name for u in unknowns} >= set(SEEN_SENSORS)
+    assert {u.name for u in unknowns} >= set(CycleObservation.by_sensors)
     for i, u in enumerate(unknowns):
-        if u.name in SEEN_SENSORS:
+        if u.name in CycleObservation.by_sensors:
             there = observation.predict(here | {u.name: u.value(u.at(here[u.name]) + 1e-4)})
             assert there is not None
             np.testing.assert_allclose(slopes[:, i], (there - plain) / 1e-4, atol=2e-6)

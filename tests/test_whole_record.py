@@ -18,7 +18,7 @@ from frictionlab.cli import app
 from frictionlab.errors import AnalysisError, RecordingError, UsageError
 from frictionlab.hdf5 import write_recording
 from frictionlab.inference import whole
-from frictionlab.inference.observations import SENSORS
+from frictionlab.inference.observation import SENSORS
 from frictionlab.inference.record import RecordObservation, track_of
 from frictionlab.inference.unknowns import of_law
 from frictionlab.inference.whole import loop_areas

@@ -19,7 +19,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.campaign.amontons import AmontonsTest, amontons
 from frictionlab.campaign.drift import Drift, drift_of
-from frictionlab.campaign.friction import FrictionFit, Known, Verdict, fit_group
+from frictionlab.campaign.friction import Cause, FrictionFit, Known, Verdict, fit_group
 from frictionlab.campaign.joint_fit import JointFit, fit_of, fit_together, model_under
 from frictionlab.campaign.laws import (
     LawEvidence,
@@ -44,7 +44,6 @@ from frictionlab.campaign.reading import (
     recording_path,
 )
 from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order, trial_of
-from frictionlab.campaign.verdicts import Cause
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference.material_law import MaterialLaw, material_law_of
 from frictionlab.inference.observations import CycleObservation

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, stdtrit
 
-from frictionlab.campaign.friction import FrictionFit, Known, Verdict, in_newtons, reach_of
+from frictionlab.campaign.friction import Cause, FrictionFit, Known, LeftOut, Verdict, in_newtons, reach_of
 from frictionlab.campaign.prediction import FREQUENCY, GAIN, LAG, Model, local, prepare
-from frictionlab.campaign.verdicts import Cause, LeftOut
 from frictionlab.errors import FrictionlabError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.fit import Fit, Place
@@ -93,21 +92,14 @@ class JointFit:
 
     def friction(self, material: str, normal_force_n: float) -> Estimate:
         """Return the friction ratio under one normal force, at the mean base amplitude of its tests."""
-        return self._mean_beta(self.tests(material, normal_force_n))
-
-    def _mean_beta(self, tests: Sequence[int]) -> Estimate:
-        found, k = self.by_force, self.by_force.fit.find("beta", tests[0])
+        tests, found = self.tests(material, normal_force_n), self.by_force
+        k = found.fit.find("beta", tests[0])
         if k is None:
             return Estimate(None)
-        u, c = found.unknowns[k], float(found.fit.point[k])
-        first = found.tests[tests[0]]
-        place = int(np.flatnonzero(first.index == k)[0])
+        value, slope = found.shared(k, tests[0])
         unit = float(np.mean([found.observations[i].unit for i in tests])) / found.observations[tests[0]].unit
-        slope = u.slope(c) * float(first.factors[place]) / unit
-        statistical = self._statistical(k)
-        value = u.value(c) * float(first.factors[place]) / unit
         whole = math.sqrt(found.covariance[k, k])
-        return Estimate(value, slope * min(statistical, whole), slope * whole)
+        return Estimate(value / unit, slope / unit * min(found.law_error(k), whole), slope / unit * whole)
 
     def coefficient(self, material: str, stiffness: float | None) -> Estimate:
         """Return a material's friction coefficient by all its tests, stiffness and normal forces as they are told."""
@@ -118,35 +110,21 @@ class JointFit:
         observation = self.posterior.observations[tests[0]]
         if not observation.normal_force:
             return Estimate(None)
-        u = self.posterior.unknowns[k]
-        c = float(self.posterior.fit.point[k])
-        relative = u.slope(c) / u.value(c)
+        relative = self.posterior.relative(k)
         value = self.shared_beta(tests[0]) * stiffness * observation.unit / observation.normal_force
         whole = value * relative * math.sqrt(self.posterior.covariance[k, k])
-        law = np.flatnonzero([v.law for v in self.posterior.unknowns])
-        own = np.linalg.inv(self.posterior.fit.precision[np.ix_(law, law)])
-        at = int(np.flatnonzero(law == k)[0])
-        return Estimate(value, min(value * relative * math.sqrt(float(own[at, at])), whole), whole)
-
-    def _statistical(self, k: int) -> float:
-        """Standard error of a shared coordinate, sensors and rig as they are known."""
-        law = np.flatnonzero([u.law for u in self.by_force.unknowns])
-        covariance = np.linalg.inv(self.by_force.fit.precision[np.ix_(law, law)])
-        at = int(np.flatnonzero(law == k)[0])
-        return math.sqrt(float(covariance[at, at]))
+        return Estimate(value, min(value * relative * self.posterior.law_error(k), whole), whole)
 
     def relative_covariance(self, material: str, forces: Sequence[float]) -> FloatArray | None:
         """Return the covariance of the logarithms of friction ratios under several normal forces; None if one lacks."""
         found, places = self.by_force, list[int]()
-        slopes = []
         for force in forces:
             tests = self.tests(material, force)
             k = found.fit.find("beta", tests[0]) if tests else None
             if k is None:
                 return None
-            c = float(found.fit.point[k])
             places.append(k)
-            slopes.append(found.unknowns[k].slope(c) / found.unknowns[k].value(c))
+        slopes = [found.relative(k) for k in places]
         return np.asarray(found.covariance[np.ix_(places, places)] * np.outer(slopes, slopes))
 
     def evenness(self, tests: Sequence[int]) -> tuple[float, int]:
@@ -163,11 +141,7 @@ class JointFit:
 
     def shared_beta(self, i: int) -> float:
         """Return the friction ratio of test i by its material's coefficient."""
-        k = self.posterior.fit.find("beta", i)
-        test = self.posterior.tests[i]
-        place = int(np.flatnonzero(test.index == k)[0])
-        u = self.posterior.unknowns[k or 0]
-        return u.value(float(self.posterior.fit.point[k or 0])) * float(test.factors[place])
+        return self.posterior.shared(self.posterior.fit.find("beta", i) or 0, i)[0]
 
     def own_beta(self, i: int) -> Estimate:
         """Return the friction ratio that test i alone asks for, all else as the joint fit has it (one linear step)."""
@@ -176,7 +150,7 @@ class JointFit:
         if k is None:
             return Estimate(None)
         test = posterior.tests[i]
-        place = int(np.flatnonzero(test.index == k)[0])
+        place = test.place(k)
         slopes, residual = posterior.fit.place.slopes[i], posterior.fit.residual(i)
         level = np.array([posterior.unknowns[j].level == "test" or j == k for j in test.index])
         information = slopes[:, level].T @ slopes[:, level] + 1e-12 * np.eye(int(level.sum()))
@@ -359,9 +333,7 @@ def fit_of(fit: FrictionFit, joint: JointFit, model: Model, known: Known) -> Fri
     force, coefficient = in_newtons(ratio, used, known, fit.normal_force_n)
     reach = reach_of(ratio, freedom)
     square, own_freedom = joint.evenness(tests)
-    k = joint.by_force.fit.find("beta", tests[0])
-    u = joint.by_force.unknowns[k or 0]
-    relative = u.slope(float(joint.by_force.fit.point[k or 0])) / u.value(float(joint.by_force.fit.point[k or 0]))
+    relative = joint.by_force.relative(joint.by_force.fit.find("beta", tests[0]) or 0)
     found = joint.posterior.shares("beta", tests[0])
     scatter = float(joint.posterior.fit.model.scatter[joint.posterior.fit.find("beta", tests[0]) or 0]) * relative
     return replace(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from frictionlab.campaign.joint_fit import JointFit
 from frictionlab.estimate import Estimate, Flat
-from frictionlab.inference.contact_force import contact_force
+from frictionlab.inference.comparison import contact_force
 from frictionlab.inference.ladder import Ladder
 from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
@@ -120,18 +120,17 @@ def parameters_of(joint: JointFit, scene: Scene) -> tuple[LawParameter, ...]:
         i = joint.tests(material)[0]
         test, law, estimates = posterior.tests[i], posterior.law(i), posterior.parameters(i)
         observation = posterior.observations[i]
-        for place, k in enumerate(test.index):
+        for k in map(int, test.index):
             u = posterior.unknowns[k]
             if not u.law or u.name == "beta":
                 continue
-            c, times = float(posterior.fit.point[k]), float(test.factors[place])
-            slope = u.slope(c) * times
+            shared, slope = posterior.shared(k, i)
             whole = slope * math.sqrt(posterior.covariance[k, k])
             own = estimates[u.name]
-            value = Estimate(u.value(c) * times, min(own.se or whole, whole), whole)
+            value = Estimate(shared, min(own.se or whole, whole), whole)
             factor, unit = to_physical(law.parameter(u.name), scene, amplitude=observation.unit, turn=observation.turn)
             scatter = abs(slope) * float(posterior.fit.model.scatter[k]) if len(joint.tests(material)) > 1 else None
-            is_told = abs(u.value(c) * times) > 2.0 * whole or own.told
+            is_told = abs(shared) > 2.0 * whole or own.told
             found.append(LawParameter(material, law.name, u.name, value, value.scaled(factor), unit, is_told, scatter))
     return tuple(found)
 

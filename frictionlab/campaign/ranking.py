@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from frictionlab.campaign.drift import Drift
-from frictionlab.campaign.friction import FrictionFit, Verdict
+from frictionlab.campaign.friction import TRANSIENT, FrictionFit, Verdict
 from frictionlab.campaign.prediction import GAIN, LAG, RIG
 from frictionlab.campaign.trials import levels, nearest
-from frictionlab.campaign.verdicts import TRANSIENT
 
 FloatArray = NDArray[np.float64]
 SURE = 0.05

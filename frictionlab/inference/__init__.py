@@ -4,8 +4,6 @@ measurement -> observe -> CycleObservation --infer--> Posterior --climb--> Ladde
 """
 
 from frictionlab.inference.compare import AUTO, compare, predict
-from frictionlab.inference.comparison import Comparison
-from frictionlab.inference.contact_force import ContactForce
-from frictionlab.inference.whole_record import Fitted, WholeRecord
+from frictionlab.inference.comparison import Comparison, ContactForce, Fitted, WholeRecord
 
 __all__ = ["AUTO", "Comparison", "ContactForce", "Fitted", "WholeRecord", "compare", "predict"]

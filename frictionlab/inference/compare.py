@@ -17,13 +17,13 @@ from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
-from frictionlab.inference.comparison import Comparison, Verdict
-from frictionlab.inference.contact_force import ContactForce, contact_of
+from frictionlab.inference.comparison import Comparison, ContactForce, Fitted, Verdict, contact_force
 from frictionlab.inference.diagnose import Diagnosis, diagnose
 from frictionlab.inference.fit import Fit, Model, Test, fit_from, start_place
 from frictionlab.inference.ladder import Ladder, Rung, climb
 from frictionlab.inference.material_law import MaterialLaw
-from frictionlab.inference.observations import BENDS, CycleObservation, bent, cycle_of, observe
+from frictionlab.inference.observation import BENDS
+from frictionlab.inference.observations import CycleObservation, bent, cycle_of, observe
 from frictionlab.inference.posterior import (
     EXPLAINED,
     ParameterEstimate,
@@ -34,7 +34,6 @@ from frictionlab.inference.posterior import (
     posterior_of,
 )
 from frictionlab.inference.unknowns import STRONGEST, Unknown
-from frictionlab.inference.whole_record import Fitted
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import Problem, SteadyState, steady_state
@@ -274,13 +273,8 @@ def compared(
     rows, points = _rows(ladder, nrmse)
     amplitude, normal_force = measurement.base_amplitude, measurement.normal_force_n
     friction = friction_of(found, scene, measurement.sources, amplitude=amplitude, normal_force=normal_force)
-    contact = _contact(found, measurement, state, prediction, points)
-    contact = replace(
-        contact,
-        unit_n=None if scene.rig.stiffness is None else scene.rig.stiffness * measurement.base_amplitude_m,
-        said=f"{observation.law.name}{_judged_words(nrmse, misfit, verdict)}",
-        warnings=tuple(said),
-    )
+    words = f"{observation.law.name}{_judged_words(nrmse, misfit, verdict)}"
+    contact = replace(_contact(found, scene, state, prediction, words, said), laws=points)
     return Comparison(
         **{key: getattr(measurement, key) for key in MEASURED},
         warnings=tuple(said),
@@ -313,21 +307,32 @@ def compared(
 
 
 def _contact(
-    found: Posterior,
-    measurement: Measurement,
-    state: SteadyState,
-    prediction: ShownState,
-    laws: Mapping[str, tuple[int, float, float]],
+    found: Posterior, scene: Scene, state: SteadyState, prediction: ShownState, said: str, warnings: Sequence[str]
 ) -> ContactForce:
-    """Measured friction force over the predicted one."""
+    """Measured friction force over the predicted one; ``said``: law and verdict in words."""
     observation = cycle_of(found.tests[0])
-    return contact_of(
-        measurement,
-        state,
-        predicted=prediction.cycle,
-        late=observation.gain_and_phase(0.0, found.values())[1],
-        floor=observation.cycles.floor * math.sqrt(observation.cycles.power),
-        laws=laws,
+    measurement, cycles, orbit = observation.measurement, observation.cycles, state.orbit
+    late, cycle = observation.gain_and_phase(0.0, found.values())[1], measurement.cycle
+    x, v = (None, None) if orbit is None else orbit.at(cycle.tau + late)
+    of_law = None if orbit is None else orbit.force(cycle.tau + late)
+    return ContactForce(
+        source=measurement.source,
+        law=state.problem.law.name,
+        tau=cycle.tau,
+        displacement=cycle.mass_smooth,
+        velocity=cycle.mass_velocity,
+        force=contact_force(measurement, state.problem, late) + (0.0 if of_law is None else of_law.mean()),
+        law_displacement=None if x is None else x - x.mean(),
+        law_velocity=v,
+        law_force=of_law,
+        residual=None if prediction.cycle is None else cycle.mass - prediction.cycle,
+        floor=cycles.floor * math.sqrt(cycles.power),
+        laws={},
+        unit_m=measurement.base_amplitude_m,
+        turn=observation.turn,
+        unit_n=None if scene.rig.stiffness is None else scene.rig.stiffness * measurement.base_amplitude_m,
+        said=said,
+        warnings=tuple(warnings),
     )
 
 

@@ -1,21 +1,178 @@
-"""A measured steady cycle over its prediction: the result, with the contract's keys."""
+"""A measured steady cycle, or a whole record, over its prediction: the results, with the contract's keys."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.analysis.measurement import Measurement
 from frictionlab.estimate import Estimate, Flat, FlatKnown
-from frictionlab.inference.contact_force import ContactForce
-from frictionlab.inference.whole_record import WholeRecord
 from frictionlab.schema import COMPARISONS
 from frictionlab.schema.result import Result
+from frictionlab.simulator import Problem
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+FADE = 25.0  # harmonics above this fade out: noise times k^2 rules there
 
 Verdict = Literal["explained", "strained", "misfit"]
+Fitted = Literal["cycle", "whole"]
+SURE = 4.0  # errors between the least and the largest friction from which it is said to wander
+LIKELY = 5.0  # the logarithm by which friction that wanders is more likely, from which it is said
+SHOWN = 5  # stretches told one by one
+
+
+@dataclass(frozen=True)
+class WholeRecord:
+    """A record over its prediction, from the first sample to the last.
+
+    Parameters
+    ----------
+    time : ndarray of shape (n,)
+        s, by the recording's clock.
+    base, measured, predicted : ndarray of shape (n,)
+        Over Y; the mass about the mean of its measured record.
+    nrmse : float
+        Rms of measured minus predicted over the rms of the measured about its mean.
+    energy_difference : float
+        Predicted / measured - 1, of the loop's area over the whole record, eq. (2.18).
+    cycle_time, cycle_measured, cycle_predicted, cycle_nrmse : ndarray of shape (c,)
+        Start of each period of the drive; its energy (k Y^2) as measured and as predicted; its own nrmse.
+    cycle_friction, cycle_friction_se : ndarray of shape (c,)
+        Friction ratio of each period as a random walk about the fitted one, and the standard error of its changes;
+        their common level is as sure as the friction ratio itself.
+    wanders : float
+        Logarithm of how much more likely friction that changes is than friction that does not.
+    left : tuple of (float, float, float)
+        Where the prediction leaves the measurement: from, to (s), and the largest nrmse of a period there.
+    """
+
+    time: FloatArray
+    base: FloatArray
+    measured: FloatArray
+    predicted: FloatArray
+    nrmse: float
+    energy_difference: float
+    cycle_time: FloatArray
+    cycle_measured: FloatArray
+    cycle_predicted: FloatArray
+    cycle_nrmse: FloatArray
+    cycle_friction: FloatArray
+    cycle_friction_se: FloatArray
+    wanders: float
+    left: tuple[tuple[float, float, float], ...]
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences on where the prediction leaves the measurement."""
+        return tuple(self._said())
+
+    def _said(self) -> Iterator[str]:
+        usual = 100.0 * float(np.median(self.cycle_nrmse)) if len(self.cycle_nrmse) else math.nan
+        for begin, end, worst in self.left[:SHOWN]:
+            yield (
+                f"record: the prediction leaves the measurement from {begin:.4g} s to {end:.4g} s: {100 * worst:.2g} %"
+                f" of the response there, {usual:.2g} % in the usual period: friction that wanders, a jump, or a start"
+                " that the law does not know"
+            )
+        yield from self._wanders()
+        if len(self.left) > SHOWN:
+            yield f"record: the prediction leaves the measurement in {len(self.left) - SHOWN} more places"
+
+    def _wanders(self) -> Iterator[str]:
+        """Say between which values friction wanders, where that is sure."""
+        friction, error, time = self.cycle_friction, self.cycle_friction_se, self.cycle_time
+        if self.friction_wanders:
+            ends = int(np.argmin(friction)), int(np.argmax(friction))
+            least, most = (f"{friction[i]:.4g} +- {error[i]:.1g} at {time[i]:.4g} s" for i in ends)
+            yield f"record: friction wanders between {least} and {most}"
+
+    @property
+    def friction_wanders(self) -> bool:
+        """Whether it is beyond doubt that friction was not the same all the time."""
+        friction, error = self.cycle_friction, self.cycle_friction_se
+        if len(friction) < 2 or self.wanders < LIKELY:
+            return False
+        low, high = int(np.argmin(friction)), int(np.argmax(friction))
+        return bool(friction[high] - friction[low] > SURE * math.hypot(float(error[low]), float(error[high])))
+
+
+@dataclass(frozen=True)
+class ContactForce:
+    """The contact's force over one cycle: recovered from the motion, and as the identified law has it.
+
+    Arrays (p,) on the phases of the mean cycle: ``displacement`` x/Y about its mean, ``velocity`` over omega Y,
+    ``force`` over k Y as recovered, with lag, natural frequency and base motion as the fit has found them. Its mean is
+    the law's, for sensors do not tell where the spring is without force. ``law_displacement``, ``law_velocity``,
+    ``law_force``: the same of the law, None without a prediction; ``residual`` x/Y: measured minus predicted;
+    ``floor``: what noise alone leaves of it, rms, Y. ``law``: its name;
+    ``laws``: the ladder's rungs, name -> (parameters, nrmse, logarithm of the evidence).
+    ``unit_m``: Y [m]; ``turn``: omega [rad/s]; ``unit_n``: k Y [N], None where the stiffness is not known; ``said``:
+    law and verdict in words; ``warnings``: sentences of the comparison.
+    """
+
+    source: str
+    law: str
+    tau: FloatArray
+    displacement: FloatArray
+    velocity: FloatArray
+    force: FloatArray
+    law_displacement: FloatArray | None
+    law_velocity: FloatArray | None
+    law_force: FloatArray | None
+    residual: FloatArray | None
+    floor: float
+    laws: Mapping[str, tuple[int, float, float]]
+    unit_m: float
+    turn: float
+    unit_n: float | None = None
+    said: str = ""
+    warnings: tuple[str, ...] = ()
+
+
+def contact_force(measurement: Measurement, problem: Problem | None = None, late: float = 0.0) -> FloatArray:
+    """Return the force of the contact on the mass over the measured cycle: what the equation of motion leaves for it.
+
+    ``n = y - x - 2 zeta_f r (x' - y') - r^2 x''`` of the mean cycle without its noise.
+
+    Parameters
+    ----------
+    measurement : Measurement
+        With a frequency ratio.
+    problem : Problem, optional
+        Whose frequency ratio, damping and base motion, as a fit has found them, are taken in place of those measured.
+    late : float
+        Phase by which the base's channel is behind the mass's, rad.
+
+    Returns
+    -------
+    ndarray of shape (p,)
+        Over k Y, at the phases of ``measurement.cycle.tau``; positive against a motion in the positive direction.
+    """
+    cycle, half = measurement.cycle, 0.5 * len(measurement.cycle.tau)
+    mass = np.fft.rfft(cycle.mass_smooth)[1:] / half
+    order = np.arange(1, len(mass) + 1)
+    if problem is None:
+        base, r, damping = np.fft.rfft(cycle.base)[1:] / half, measurement.frequency_ratio or math.nan, 0.0
+    else:
+        base, r, damping = np.zeros(len(mass), dtype=np.complex128), problem.r, problem.frame_damping_ratio
+        count = min(problem.base.harmonics, len(mass))
+        base[:count] = problem.base.lines[:count]
+        base = base * np.exp(1j * late * order)
+    left = np.exp(-((order / FADE) ** 2)) * left_for_contact(mass, base, order, r, damping)
+    return np.asarray(np.fft.irfft(np.concatenate([[0.0], half * left]), len(cycle.tau)))
+
+
+def left_for_contact(
+    mass: ComplexArray, base: ComplexArray, order: NDArray[np.intp], r: float, frame_damping_ratio: float
+) -> ComplexArray:
+    """Return what the equation of motion leaves for the contact, harmonic by harmonic (k,) of mass and base."""
+    rate = r * order
+    dashpot = 1.0 + 2.0j * frame_damping_ratio * rate
+    return np.asarray(base * dashpot - mass * (dashpot - rate**2))
 
 
 def _nothing() -> FloatArray:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import FrictionlabError
-from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, reweighed
+from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, reweighed, weighed
 from frictionlab.inference.observations import STATES, CycleObservation, cycle_of, prepare
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, model_of
 from frictionlab.inference.starts import loop_friction_ratio, point_at, starting_points
@@ -223,11 +223,7 @@ def _gain(main: Fit, other: Fit) -> float:
     shares = missed_shares(other)
     if not shares.any():
         return log_evidence(other) - log_evidence(main)
-    both = []
-    for fit in (main, other):
-        test = fit.model.tests[0]
-        both.append(reweighed(fit, (replace(test, observation=test.observation.missing(float(shares[0]))),)))
-    return log_evidence(both[1]) - log_evidence(both[0])
+    return log_evidence(weighed(other, shares)) - log_evidence(weighed(main, shares))
 
 
 def _by_noise(fit: Fit, bare: Test) -> Fit | None:

@@ -14,8 +14,7 @@ import numpy as np
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.compare import AUTO, predict
-from frictionlab.inference.comparison import Comparison
-from frictionlab.inference.contact_force import ContactForce
+from frictionlab.inference.comparison import Comparison, ContactForce
 from frictionlab.inference.diagnose import OTHER_CAUSE
 from frictionlab.inference.ladder import DEAR, EXACT, NOT_TOLD_APART, NUMERIC, REQUIRED
 from frictionlab.inference.posterior import AS_KNOWN, MISSED, NOISE, limits_in_words

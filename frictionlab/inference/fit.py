@@ -11,20 +11,17 @@ has shown (C. G. Broyden, Math. Comp. 19 (1965) 577); they are where a step disa
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, logsumexp, ndtri_exp
 
 from frictionlab.errors import AnalysisError
-from frictionlab.inference.observations import Reached
+from frictionlab.inference.observation import Observation
 from frictionlab.inference.unknowns import Unknown
-from frictionlab.simulator import Problem
-from frictionlab.simulator.laws import Law
 
 FloatArray = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -41,53 +38,6 @@ FARTHEST = 3.0  # scales of its prior beyond which a scatter is no scatter but a
 SCATTERS = np.concatenate([[0.0], np.geomspace(0.05, 40.0, 22)])  # over its prior's scale, that are tried
 
 
-class Observation(Protocol):
-    """What a fit asks of one test, whatever was observed of it."""
-
-    @property
-    def data(self) -> FloatArray:
-        """What is fitted (N,)."""
-
-    @property
-    def log_scale(self) -> float:
-        """Logarithm of the whitener's determinant."""
-
-    def white(self, vectors: FloatArray) -> FloatArray:
-        """Make noise of unit variance of residuals (N,) or slopes (N, n)."""
-
-    def predict(self, values: Mapping[str, float]) -> FloatArray | None:
-        """Return what would be measured (N,); None where there is no motion."""
-
-    def slopes(self, unknowns: Sequence[Unknown], values: Sequence[float], factors: Sequence[float]) -> FloatArray:
-        """Return derivatives (N, n) by the unknowns' coordinates."""
-
-    def gap(self, residual: FloatArray) -> FloatArray:
-        """Return the residual itself (N,) of a whitened one."""
-
-    def chi_square(self, residual: FloatArray, missed: float = 0.0) -> float:
-        """Return the sum of squares of a whitened residual over the noise and a share that the law misses."""
-
-    def missing(self, share: float) -> Self:
-        """Return the test with a share of its power counted as what the law misses; 0: nothing but noise."""
-
-    @property
-    def material(self) -> str | None:
-        """Material of the contact: what the law misses is alike in its tests."""
-
-    @property
-    def law(self) -> Law:
-        """The law."""
-
-    def problem(self, values: Mapping[str, float]) -> Problem:
-        """Return what is simulated at some values."""
-
-    def nrmse(self, residual: FloatArray) -> float:
-        """Return the rms of a whitened residual over that of what was measured."""
-
-    def covariance(self, at: Reached) -> FloatArray:
-        """Return the covariance (n, n) that noise and misfit leave in the coordinates of a fit."""
-
-
 @dataclass(frozen=True)
 class Test:
     """One test in a fit: its observation, which of all unknowns it has, and their values over the reference test's."""
@@ -97,6 +47,14 @@ class Test:
     factors: FloatArray
 
     __test__ = False  # not pytest's
+
+    def place(self, k: int) -> int:
+        """Return where unknown k stands among the test's own."""
+        return int(np.flatnonzero(self.index == k)[0])
+
+    def factor(self, k: int) -> float:
+        """Return the value of unknown k in this test over that in the reference test."""
+        return float(self.factors[self.place(k)])
 
 
 @dataclass(frozen=True)
@@ -448,12 +406,15 @@ def tempered(found: Fit) -> Fit:
         before, shares = shares, missed_shares(found)
         if np.allclose(shares, before, rtol=0.2, atol=0.0):
             break
-        tests = tuple(
-            replace(t, observation=t.observation.missing(float(share)))
-            for t, share in zip(found.model.tests, shares, strict=True)
-        )
-        found = reweighed(found, tests)
+        found = weighed(found, shares)
     return found
+
+
+def weighed(found: Fit, shares: FloatArray, *, follows: bool = True) -> Fit:
+    """Return the fit whose weights count a share of each test's power as what its law misses."""
+    each = zip(found.model.tests, shares.tolist(), strict=True)
+    tests = tuple(replace(test, observation=test.observation.missing(share)) for test, share in each)
+    return reweighed(found, tests, follows=follows)
 
 
 def missed_shares(found: Fit) -> FloatArray:

@@ -23,8 +23,8 @@ from frictionlab.inference.fit import (
     fit_from,
     log_evidence,
     missed_shares,
-    reweighed,
     scatter_scale,
+    weighed,
     with_scatter,
 )
 from frictionlab.inference.observations import STATES, CycleObservation, cycle_of, prepare
@@ -79,12 +79,7 @@ class Rung:
         """The posterior of the rung's own fit, weighed by what the law leaves."""
         if self.fit is None:
             return None
-        shares = missed_shares(self.fit)
-        tests = (
-            replace(t, observation=t.observation.missing(float(share)))
-            for t, share in zip(self.fit.model.tests, shares, strict=True)
-        )
-        return posterior_of(reweighed(self.fit, tuple(tests), follows=False))
+        return posterior_of(weighed(self.fit, missed_shares(self.fit), follows=False))
 
 
 @dataclass(frozen=True)
@@ -248,7 +243,8 @@ class _Climb:
     def _fitted(self, model: Model, below: Rung | None, law: Law) -> Fit:
         if below is None or below.fit is None:
             starts, local = starting_points(model)
-            return _scattered(min((_from(model, start, local) for start in starts), key=lambda f: f.cost))
+            fits = [fit_from(model, [start], local, tempers=False) for start in starts]
+            return with_scatter(min(fits, key=lambda f: f.cost))[0]
         begun = [_carried(model, below.fit, trial) for trial in _trials(model, below.fit)]
         if "stiffness_ratio" in {u.name for u in model.unknowns} and len(model.tests) == 1:
             known = below.fit.values()
@@ -262,7 +258,7 @@ class _Climb:
             if best is not None and law.kind != "rigid" and (best.cost > enough or misfit_is_noise(best)):
                 break
             try:
-                found = _from(there, point, local)
+                found = fit_from(there, [point], local, tempers=False)
             except AnalysisError as fault:
                 missed = fault  # no steady state there; another start may have one
                 continue
@@ -273,7 +269,7 @@ class _Climb:
             best = found if best is None or found.cost < best.cost else best
         if best is None:
             raise missed
-        return _scattered(best)
+        return with_scatter(best)[0]
 
     def _confirmed(self, here: Rung, good: list[Rung]) -> tuple[Rung, list[Rung]]:
         """A rigid law fitted once more, from the values of the best richer one, and those still required over it.
@@ -287,7 +283,7 @@ class _Climb:
         names = {u.name for u in here.fit.model.unknowns}
         model, point, local = _carried(here.fit.model, best.fit, {})
         try:
-            again = _scattered(_from(model, point, local)) if names else here.fit
+            again = with_scatter(fit_from(model, [point], local, tempers=False))[0] if names else here.fit
         except (AnalysisError, OverspentError, ArithmeticError, np.linalg.LinAlgError):
             return here, good  # the simpler law has no steady state there, so no minimum either
         if again.cost > here.fit.cost - DEEPER:
@@ -310,7 +306,7 @@ class _Climb:
         scores = below.held_out, rung.held_out
         shares = missed_shares(rung.fit)
         if shares.any():  # what not even the richer law explains is no noise: with it counted the gain must stand
-            both = [_with_misfit(fit, shares) for fit in (below.fit, rung.fit)]
+            both = [weighed(fit, shares) for fit in (below.fit, rung.fit)]
             if not log_evidence(both[1]) - log_evidence(both[0]) > REQUIRED:
                 return False
             scores = held_out(both[0])[0], held_out(both[1])[0]
@@ -318,21 +314,6 @@ class _Climb:
         if len(better) < 2 or not np.all(np.isfinite(better)):
             return True
         return float(better.mean()) > float(better.std(ddof=1)) / math.sqrt(len(better))
-
-
-def _with_misfit(fit: Fit, shares: FloatArray) -> Fit:
-    tests = (
-        replace(t, observation=t.observation.missing(float(s))) for t, s in zip(fit.model.tests, shares, strict=True)
-    )
-    return reweighed(fit, tuple(tests))
-
-
-def _from(model: Model, point: FloatArray, local: Sequence[FloatArray]) -> Fit:
-    return fit_from(model, [point], local, tempers=False)
-
-
-def _scattered(found: Fit) -> Fit:
-    return with_scatter(found)[0]
 
 
 def _trials(model: Model, below: Fit) -> list[dict[str, float]]:

@@ -331,7 +331,7 @@ def material_law_of(
                 found[name] = (known[parameter.name] * times, None, 0.0)
             elif name not in found and k is not None:
                 u = posterior.unknowns[k]
-                times *= float(test.factors[test.index.tolist().index(k)])
+                times *= test.factor(k)
                 found[name] = (u.value(float(point[k])) * times, k, u.slope(float(point[k])) * times)
     for k in first.index.tolist():
         u, c = posterior.unknowns[k], float(point[k])

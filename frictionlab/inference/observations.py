@@ -9,10 +9,9 @@ and crosstalk allow, and that is an unknown of the rig.
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Self
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +20,7 @@ from scipy.linalg import eigh
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.errors import AnalysisError, FrictionlabError, UsageError
+from frictionlab.inference.observation import BENDS, SENSORS, Observation, Reached, Values
 from frictionlab.inference.unknowns import Unknown, of_rig
 from frictionlab.scene import Scene
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
@@ -30,7 +30,7 @@ from frictionlab.simulator.problem import Wall
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
-Values = Mapping[str, float]
+Motion = tuple[SteadyState, ComplexArray]
 
 FEWEST_CYCLES = 3  # below so many the cycles say nothing of their own scatter
 MOST_HARMONICS = 128
@@ -44,27 +44,8 @@ LEAST_POINTS = 128  # of a simulated cycle: what folds back from beyond is below
 STATES = 150.0  # steady states of one fit, about
 COST = {"rigid": 5.0, "elastic": 100.0}  # steps of integration that an exact steady state costs, about
 STEP = 1e-4  # of a prior's standard deviation: finite differences of the simulated cycle
-BENDS = {"parabola": 2, "cubic": 3}  # powers of its place by which the mass's sensor bends a cycle
-SENSORS = ("gain", "lag_s", "base_in_mass", *BENDS)  # what is done to a motion that stays the same
-SEEN_SENSORS = (*SENSORS, "mass_in_base")
 STRETCHES = 512  # points of a cycle, at least, at which the stretch of the spring is known
 SPRING_HARMONICS = 16  # of the force of a spring that is not linear
-
-
-@dataclass(frozen=True)
-class Reached:
-    """What a fit has reached in one test.
-
-    ``residual`` (N,) and ``slopes`` (N, n), whitened; ``gain`` (n, N): coordinates over residual; ``hold`` (n, n): what
-    priors and other tests say of the coordinates; ``values``: by name; ``is_noise``: whether the residual is.
-    """
-
-    residual: FloatArray
-    slopes: FloatArray
-    gain: FloatArray
-    hold: FloatArray
-    values: Values
-    is_noise: bool
 
 
 def prepare(law: Law, r: float, states: float) -> None:
@@ -173,7 +154,7 @@ class Cycles:
 
 
 @dataclass(frozen=True)
-class CycleObservation:
+class CycleObservation(Observation):
     """The mean cycle of one test, under a law: unknowns -> harmonics that would be measured.
 
     Parameters
@@ -189,7 +170,7 @@ class CycleObservation:
     kept : ndarray of shape (K,)
         How much of each harmonic the mass's filter leaves.
     missed : float
-        Variance of one part of a harmonic that the law cannot explain: it counts beside the noise.
+        Share of the cycle's power, in each part of each harmonic, that the law cannot explain.
     spring_harmonics : int
         Of the force of a spring that is not linear.
     work : Meter
@@ -206,6 +187,8 @@ class CycleObservation:
     missed: float = 0.0
     spring_harmonics: int = SPRING_HARMONICS
     work: Meter = field(default_factory=lambda: Meter(math.inf), compare=False)
+    steps: ClassVar = (STEP, -STEP, 0.1 * STEP)
+    by_sensors: ClassVar = (*SENSORS, "mass_in_base")
 
     @property
     def r(self) -> float:
@@ -253,52 +236,29 @@ class CycleObservation:
         """Number of harmonics."""
         return len(self.cycles.mean) // 2
 
-    def white(self, vectors: FloatArray) -> FloatArray:
-        """Make noise and misfit of unit variance of residuals (2 K,) or slopes (2 K, n)."""
-        return np.asarray(self.whitener @ vectors)
+    @property
+    def variances(self) -> FloatArray:
+        """Of the noise (2 K,), along its independent directions."""
+        return self.cycles.spectrum[0]
 
     @cached_property
     def whitener(self) -> FloatArray:
         """Matrix (2 K, 2 K) that makes noise and misfit independent with unit variance."""
-        variances, directions = self.cycles.spectrum
-        return np.asarray(directions.T / np.sqrt(variances + self.missed)[:, None])
-
-    def gap(self, residual: FloatArray) -> FloatArray:
-        """Return the residual itself (2 K,), Y, of a whitened one."""
-        variances, directions = self.cycles.spectrum
-        return np.asarray(directions @ (residual * np.sqrt(variances + self.missed)))
-
-    def chi_square(self, residual: FloatArray, missed: float = 0.0) -> float:
-        """Return the sum of squares of a whitened residual over the noise and a share that the law misses."""
-        variances, directions = self.cycles.spectrum
-        gap = directions.T @ self.gap(residual)
-        return float(np.sum(gap**2 / (variances + missed * self.cycles.power)))
-
-    def missing(self, share: float) -> Self:
-        """Return the test with a share of its power, in each part of each harmonic, counted as what the law misses."""
-        return replace(self, missed=share * self.cycles.power)
+        return np.asarray(self.directions.T / self.sd[:, None])
 
     @property
-    def log_scale(self) -> float:
-        """Logarithm of the whitener's determinant."""
-        return -0.5 * float(np.log(self.cycles.spectrum[0] + self.missed).sum())
+    def directions(self) -> FloatArray:
+        """Independent directions of the noise, as columns (2 K, 2 K)."""
+        return self.cycles.spectrum[1]
 
-    def under(self, law: Law, held: Values | None = None) -> Self:
-        """Return the same test under another law; what that law lacks is no longer held."""
-        names = {p.name for p in law.parameters}
-        known = self.held if held is None else held
-        return replace(self, law=law, held={name: value for name, value in known.items() if name in names})
+    @property
+    def powers(self) -> float:
+        """Mean square of the mean cycle."""
+        return self.cycles.power
 
     def problem(self, values: Values) -> Problem:
         """Return what is simulated at some values, dimensionless in this test, sensors and rig included."""
-        given = {p.name: p.default for p in self.law.parameters if p.default is not None} | dict(self.held)
-        given |= {p.name: values[p.name] for p in self.law.parameters if p.name in values}
-        beta, frame = given.pop("beta"), given.pop("frame_damping_ratio", 0.0)
-        detuned = self.r / (1.0 + values.get("natural_frequency", 0.0))
-        base = self._driven(values)
-        return Problem(
-            detuned, beta, wall=self.wall, base=base, law=self.law, parameters=given, frame_damping_ratio=frame
-        )
+        return self.simulated(values, self.r, self._driven(values))
 
     def _driven(self, values: Values) -> Base:
         """The base without what its sensor bends, and with the force of a spring that is not linear."""
@@ -334,19 +294,21 @@ class CycleObservation:
             return None  # values outside a law's domain are no candidate
         return steady(problem, self.work, near)
 
-    def lines_of(self, state: SteadyState | None) -> ComplexArray | None:
-        """Return the harmonics (K,) of a steady motion, before the sensors; None where there is none."""
+    def motion(self, values: Values, near: Motion | None = None) -> Motion | None:
+        """Return the steady state at some values and its harmonics (K,), before the sensors; None where it has none."""
+        state = self.state(values, None if near is None else near[0])
         if state is None or (state.orbit is None and state.outcome != "stuck"):
             return None
         if state.orbit is None:
-            return np.zeros(self.count, dtype=np.complex128)
+            return state, np.zeros(self.count, dtype=np.complex128)
         points, periods = max(LEAST_POINTS, 4 * self.count), state.period_cycles or 1
         tau = 2.0 * np.pi * np.arange(points * periods) / points
         cycle = state.orbit.at(tau)[0].reshape(periods, points).mean(axis=0)
-        return harmonics_of(cycle, self.count)
+        return state, harmonics_of(cycle, self.count)
 
-    def seen(self, lines: ComplexArray, values: Values) -> FloatArray:
+    def seen(self, motion: Motion, values: Values) -> FloatArray:
         """Return harmonics as the sensors show them (2 K,): gain, lag, crosstalk, nonlinearity, filter."""
+        lines = motion[1]
         gain, late = self.gain_and_phase(complex(lines[0]), values)
         shown = gain * np.exp(1j * np.arange(1, self.count + 1) * late) * lines
         shown[0] += values.get("base_in_mass", 0.0)
@@ -365,43 +327,6 @@ class CycleObservation:
         late = self.turn * values.get("lag_s", 0.0) - float(np.angle(seen_base))
         return (1.0 + values.get("gain", 0.0)) / abs(seen_base), late
 
-    def predict(self, values: Values, near: SteadyState | None = None) -> FloatArray | None:
-        """Return what would be measured (2 K,); None where there is no steady state."""
-        lines = self.lines_of(self.state(values, near))
-        return None if lines is None else self.seen(lines, values)
-
-    def slopes(self, unknowns: Sequence[Unknown], values: Sequence[float], factors: Sequence[float]) -> FloatArray:
-        """Return derivatives (2 K, n) by the unknowns' coordinates, by differences of the simulated cycle.
-
-        A column is zero where neither neighbour has a steady state.
-
-        Parameters
-        ----------
-        unknowns : sequence of Unknown
-        values : sequence of float
-            In this test, in the same order.
-        factors : sequence of float
-            Value in this test over that of the unknown.
-        """
-        here = dict(zip((u.name for u in unknowns), values, strict=True))
-        state = self.state(here)
-        lines = self.lines_of(state)
-        if lines is None:
-            raise AnalysisError(f"law {self.law.name}: the values found have no steady state")
-        at, columns = self.seen(lines, here), []
-        for u, value, times in zip(unknowns, values, factors, strict=True):
-            c = u.at(value / times)
-            columns.append(np.zeros_like(at))
-            for step in (STEP, -STEP, 0.1 * STEP):
-                if c + step < u.low:
-                    continue
-                moved = here | {u.name: u.value(c + step) * times}
-                there = self.seen(lines, moved) if u.name in SEEN_SENSORS else self.predict(moved, state)
-                if there is not None:
-                    columns[-1] = (there - at) / step
-                    break
-        return np.stack(columns, axis=1) if columns else np.zeros((len(at), 0))
-
     def covariance(self, at: Reached) -> FloatArray:
         """Return the covariance (n, n) that noise, scatter of the cycles and misfit leave in the coordinates of a fit.
 
@@ -411,7 +336,7 @@ class CycleObservation:
         """
         cycles, bare, assumed = self.cycles, np.linalg.solve(self.whitener, at.slopes), at.gain @ at.gain.T
         if cycles.left_out:
-            white, share = at.gain @ self.whitener, self.missed * np.eye(len(bare))
+            white, share = at.gain @ self.whitener, self.missed * cycles.power * np.eye(len(bare))
             sensor = cycles.sensor * (white @ white.T)
             moved = []
             for part, covariance in cycles.left_out:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,8 @@ from frictionlab.inference.compare import AUTO, caveats, friction_of, model_word
 from frictionlab.inference.comparison import Comparison, OverFrequency
 from frictionlab.inference.diagnose import strained_facts
 from frictionlab.inference.fit import Fit, Model, Test, fit_from, start_place
-from frictionlab.inference.observations import Reached, Values, harmonics_of, law_and_held, prepare, steady
+from frictionlab.inference.observation import Observation, Reached, Values
+from frictionlab.inference.observations import harmonics_of, law_and_held, prepare, steady
 from frictionlab.inference.posterior import EXPLAINED, Posterior, of_one_test, posterior_of
 from frictionlab.inference.unknowns import Unknown, factor, of_law, of_rig
 from frictionlab.recording import FrequencyTable
@@ -40,7 +41,7 @@ ALONE = 1e12  # Hz: a table has no sampling interval, so no lag that nobody decl
 
 
 @dataclass(frozen=True)
-class TableObservation:
+class TableObservation(Observation):
     """A table under a law: unknowns -> amplitudes (Y), then phases (rad) that would be measured.
 
     ``r``, ``r_u``, ``amplitude``, ``amplitude_u``, ``phase``, ``phase_u`` (n,), NaN where there is none; ``lengths``
@@ -66,6 +67,7 @@ class TableObservation:
     material: str | None = None
     scatter: float = 0.0
     missed: float = 0.0
+    steps: ClassVar = (STEP, -STEP)
     steepness: FloatArray | None = None
     """Change (N,) of what is fitted with the logarithm of r, where the errors of r count."""
 
@@ -100,9 +102,19 @@ class TableObservation:
         return bool(np.isfinite(np.concatenate((self.amplitude_u, self.phase_u))[self.there]).all())
 
     @cached_property
-    def spread(self) -> FloatArray:
+    def sd(self) -> FloatArray:
         """Standard deviations (N,) that numbers count with."""
         return np.hypot(self.noise, math.sqrt(self.missed) * self.sizes)
+
+    @property
+    def variances(self) -> FloatArray:
+        """Of the noise (N,)."""
+        return self.noise**2
+
+    @property
+    def powers(self) -> FloatArray:
+        """Squares (N,) of what errors are relative to."""
+        return self.sizes**2
 
     @property
     def reference(self) -> int:
@@ -118,31 +130,6 @@ class TableObservation:
         seen = [u for u in made if u.name in SEEN and (u.name != "lag_s" or math.isfinite(self.turn))]
         free = Unknown(UNIT, "amplitude of the base", scale="log", known_to=4.0, key="experiment.base_amplitude_m")
         return (*seen, *(free,) * self.is_free)
-
-    @property
-    def log_scale(self) -> float:
-        """Logarithm of the whitener's determinant."""
-        return -float(np.log(self.spread).sum())
-
-    def white(self, vectors: FloatArray) -> FloatArray:
-        """Make noise of unit variance of residuals (N,) or slopes (N, m)."""
-        return np.asarray((vectors.T / self.spread).T)
-
-    def gap(self, residual: FloatArray) -> FloatArray:
-        """Return the residual itself (N,) of a whitened one."""
-        return np.asarray(residual * self.spread)
-
-    def chi_square(self, residual: FloatArray, missed: float = 0.0) -> float:
-        """Return the sum of squares of a whitened residual over the noise and a share that the law misses."""
-        return float(np.sum(self.gap(residual) ** 2 / (self.noise**2 + missed * self.sizes**2)))
-
-    def missing(self, share: float) -> Self:
-        """Return the table with a share of each number's size, squared, counted as what the law misses."""
-        return replace(self, missed=share)
-
-    def nrmse(self, residual: FloatArray) -> float:
-        """Return the rms of what is left: of amplitudes relative, of phases in radians."""
-        return float(np.sqrt(np.mean((self.gap(residual) / self.sizes) ** 2)))
 
     @property
     def floor(self) -> float:
@@ -161,16 +148,12 @@ class TableObservation:
 
     def at_ratio(self, values: Values, r: float, length: float = 1.0) -> Problem:
         """Return what is simulated at a frequency ratio, Y in that of the reference."""
-        given = {p.name: p.default for p in self.law.parameters if p.default is not None} | dict(self.held)
-        given |= {p.name: values[p.name] for p in self.law.parameters if p.name in values}
-        rate = r / float(self.r[self.reference])
+        rate, times = r / float(self.r[self.reference]), dict[str, float]()
         for p in self.law.own:
             if not p.whole:
                 own = Unknown(p.name, p.words, law=True)
-                given[p.name] *= factor(own, self.law, length=length, rate=rate, force=1.0)
-        beta, frame = given.pop("beta"), given.pop("frame_damping_ratio", 0.0)
-        detuned = r / (1.0 + values.get("natural_frequency", 0.0))
-        return Problem(detuned, beta, wall=self.wall, law=self.law, parameters=given, frame_damping_ratio=frame)
+                times[p.name] = factor(own, self.law, length=length, rate=rate, force=1.0)
+        return self.simulated(values, r, times=times)
 
     def shown(self, values: Values, state: SteadyState | None, r: float) -> tuple[float, float]:
         """Return amplitude (Y) and phase (rad) of a state as the sensors would show them; NaN where there are none."""
@@ -194,7 +177,7 @@ class TableObservation:
                 continue
             yield steady(problem, Meter(math.inf))
 
-    def predict(self, values: Values) -> FloatArray | None:
+    def motion(self, values: Values, near: object = None) -> FloatArray | None:  # noqa: ARG002 - rows are cheap
         """Return what would be measured (N,), phases within half a turn of the measured; None without a motion."""
         rows = [self.shown(values, s, r) for s, r in zip(self.states(values), self.r.tolist(), strict=True)]
         made = np.array(rows).T.ravel()[self.there]
@@ -205,21 +188,9 @@ class TableObservation:
         made[phases] -= 2.0 * np.pi * np.round(off / (2.0 * np.pi))
         return np.asarray(made)
 
-    def slopes(self, unknowns: Sequence[Unknown], values: Sequence[float], factors: Sequence[float]) -> FloatArray:
-        """Return derivatives (N, m) by the unknowns' coordinates; zero where neither neighbour has a motion."""
-        here = dict(zip((u.name for u in unknowns), values, strict=True))
-        at = self.predict(here)
-        if at is None:
-            raise AnalysisError(f"law {self.law.name}: the values found have no steady state")
-        columns = np.zeros((len(unknowns), len(at)))
-        for column, u, value, times in zip(columns, unknowns, values, factors, strict=True):
-            c = u.at(value / times)
-            for step in (STEP, -STEP):
-                there = self.predict(here | {u.name: u.value(c + step) * times}) if c + step >= u.low else None
-                if there is not None:
-                    column[:] = (there - at) / step
-                    break
-        return columns.T
+    def seen(self, motion: FloatArray, values: Values) -> FloatArray:  # noqa: ARG002 - `motion` is what sensors show
+        """Return what sensors show of the rows, which is how `motion` has them."""
+        return motion
 
     def with_steepness(self, values: Values) -> Self:
         """Return the table whose errors hold those of its r, at some values."""

@@ -28,7 +28,8 @@ from frictionlab.inference.fit import (
     tempered,
     with_scatter,
 )
-from frictionlab.inference.observations import STATES, CycleObservation, Reached, cycle_of, prepare
+from frictionlab.inference.observation import Reached
+from frictionlab.inference.observations import STATES, CycleObservation, cycle_of, prepare
 from frictionlab.inference.starts import starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown, factor, of_law
 from frictionlab.simulator.laws import Law, Parameter
@@ -180,8 +181,7 @@ class Posterior:
         k = self.fit.find(name, i)
         if k is None:
             return {}
-        place = int(np.flatnonzero(self.tests[i].index == k)[0])
-        slope = self.slope(k, i)
+        place, slope = self.tests[i].place(k), self.slope(k, i)
         doubts = [u.doubt(float(c)) for u, c in zip(self.unknowns, self.fit.point, strict=True)]
         shares = {
             u.name: slope * abs(float(self.plain[k, j])) * doubts[j] for j, u in enumerate(self.unknowns) if not u.law
@@ -192,8 +192,25 @@ class Posterior:
 
     def slope(self, k: int, i: int = 0) -> float:
         """Return the change of an unknown's value in test i with its coordinate."""
-        place = int(np.flatnonzero(self.tests[i].index == k)[0])
-        return self.unknowns[k].slope(float(self.fit.own(i)[place])) * float(self.tests[i].factors[place])
+        own = float(self.fit.own(i)[self.tests[i].place(k)])
+        return self.unknowns[k].slope(own) * self.tests[i].factor(k)
+
+    def shared(self, k: int, i: int) -> tuple[float, float]:
+        """Return what all its tests share of an unknown, as a value in test i, and its change with the coordinate."""
+        u, c, times = self.unknowns[k], float(self.fit.point[k]), self.tests[i].factor(k)
+        return u.value(c) * times, u.slope(c) * times
+
+    def relative(self, k: int) -> float:
+        """Return the relative change of what all its tests share of an unknown with the coordinate."""
+        u, c = self.unknowns[k], float(self.fit.point[k])
+        return u.slope(c) / u.value(c)
+
+    def law_error(self, k: int) -> float:
+        """Return the standard error of a shared coordinate of a law, sensors and rig as they are known."""
+        law = np.flatnonzero([u.law for u in self.unknowns])
+        covariance = np.linalg.inv(self.fit.precision[np.ix_(law, law)])
+        at = int(np.flatnonzero(law == k)[0])
+        return math.sqrt(float(covariance[at, at]))
 
     def parameters(self, i: int = 0) -> dict[str, ParameterEstimate]:
         """Return the parameters of test i's law with errors and limits, dimensionless in this test."""

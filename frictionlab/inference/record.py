@@ -3,7 +3,8 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from functools import cached_property
+from typing import ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,8 @@ from frictionlab.analysis.signals import student, variance_inflation, white_nois
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import AnalysisError, FrictionlabError
 from frictionlab.inference.fit import Fit, Model, Test, fit_from, reweighed
-from frictionlab.inference.observations import BENDS, SENSORS, Reached, Values, at_least, of_few
+from frictionlab.inference.observation import BENDS, SENSORS, Observation, Reached, Values
+from frictionlab.inference.observations import at_least, of_few
 from frictionlab.inference.unknowns import Unknown, of_law, of_rig
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
@@ -262,7 +264,7 @@ class _Drawn:
 
 
 @dataclass(frozen=True)
-class RecordObservation:
+class RecordObservation(Observation):
     """A whole record under a law: unknowns -> the record that would be measured, driven by the measured base.
 
     Parameters
@@ -290,6 +292,8 @@ class RecordObservation:
     material: str | None = None
     spread: float = 0.0
     normal_force: float | None = None
+    steps: ClassVar = (STEP, -STEP)
+    by_sensors: ClassVar = (*SENSORS, "offset")
 
     @property
     def noise(self) -> float:
@@ -297,9 +301,23 @@ class RecordObservation:
         return max(self.track.noise, SMALLEST * self.track.rms)
 
     @property
-    def sd(self) -> float:
-        """Standard deviation that one sample counts with, Y."""
-        return max(self.spread, self.noise)
+    def variances(self) -> float:
+        """Of the noise, of one sample."""
+        return self.noise**2
+
+    @property
+    def powers(self) -> float:
+        """Mean square of the measured mass about its mean."""
+        return self.track.rms**2
+
+    @cached_property
+    def sd(self) -> FloatArray:
+        """Standard deviation that each sample counts with (n,), Y."""
+        return np.full(len(self.track.mass), max(self.spread, self.noise))
+
+    def missing(self, share: float) -> Self:
+        """Return the record with a share of its power counted as what the law misses; 0: nothing but noise."""
+        return replace(self, spread=math.hypot(self.noise, math.sqrt(share) * self.track.rms))
 
     @property
     def unit(self) -> float:
@@ -317,48 +335,14 @@ class RecordObservation:
         return self.track.mass
 
     @property
-    def log_scale(self) -> float:
-        """Logarithm of the whitener's determinant."""
-        return -len(self.track.mass) * math.log(self.sd)
-
-    @property
     def rig_unknowns(self) -> tuple[Unknown, ...]:
         """What is not known of sensors, rig and the start of the motion."""
         made = of_rig(self.sources, self.held, amplitude=self.track.swing, unit=self.track.scale, distorted=False)
         return (*made, *start_unknowns(self.track))
 
-    def white(self, vectors: FloatArray) -> FloatArray:
-        """Make noise of unit variance of residuals (n,) or slopes (n, m)."""
-        return np.asarray(vectors / self.sd)
-
-    def gap(self, residual: FloatArray) -> FloatArray:
-        """Return the residual itself (n,), Y, of a whitened one."""
-        return np.asarray(residual * self.sd)
-
-    def chi_square(self, residual: FloatArray, missed: float = 0.0) -> float:
-        """Return the sum of squares of a whitened residual over the noise and a share that the law misses."""
-        return float(residual @ residual) * self.sd**2 / (self.noise**2 + missed * self.track.rms**2)
-
-    def missing(self, share: float) -> Self:
-        """Return the record with a share of its power counted as what the law misses."""
-        return replace(self, spread=math.hypot(self.noise, math.sqrt(share) * self.track.rms))
-
-    def nrmse(self, residual: FloatArray) -> float:
-        """Return the rms of a whitened residual over the record's rms."""
-        return float(np.sqrt(np.mean(self.gap(residual) ** 2))) / self.track.rms
-
-    def under(self, law: Law) -> Self:
-        """Return the same record under another law."""
-        names = {p.name for p in law.parameters}
-        return replace(self, law=law, held={name: v for name, v in self.held.items() if name in names})
-
     def problem(self, values: Values) -> Problem:
         """Return the problem at some values, speeds over omega Y."""
-        given = {p.name: p.default for p in self.law.parameters if p.default is not None} | dict(self.held)
-        given |= {p.name: values[p.name] for p in self.law.parameters if p.name in values}
-        beta, frame = given.pop("beta"), given.pop("frame_damping_ratio", 0.0)
-        r = self.r / (1.0 + values.get("natural_frequency", 0.0))
-        return Problem(r, beta, wall=self.wall, law=self.law, parameters=given, frame_damping_ratio=frame)
+        return self.simulated(values, self.r)
 
     def base(self, values: Values) -> BaseRecord:
         """Return the record's base in the time of the frame, without what its channel shows of the mass."""
@@ -369,7 +353,7 @@ class RecordObservation:
             base = np.asarray(own * float(np.dot(base, base) / np.dot(own, base)))
         return BaseRecord(2.0 * math.pi * frequency * self.track.time, base, rest=0.0, scale=1.0)
 
-    def response(self, values: Values) -> Response | None:
+    def motion(self, values: Values, near: Response | None = None) -> Response | None:  # noqa: ARG002 - from the start
         """Return the simulated motion at some values; None where the simulator has none."""
         start = values.get("start_displacement", 0.0), values.get("start_velocity", 0.0)
         try:
@@ -377,23 +361,18 @@ class RecordObservation:
         except (FrictionlabError, ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None  # no motion to compare with: these values are no candidate
 
-    def predict(self, values: Values) -> FloatArray | None:
-        """Return the record (n,) at some values, through the sensors, over Y; None where there is no motion."""
-        response = self.response(values)
-        return None if response is None else self.seen(response, values)
-
-    def seen(self, response: Response, values: Values) -> FloatArray:
+    def seen(self, motion: Response, values: Values) -> FloatArray:
         """Return a motion through the sensors: gain, lag of the base's channel, offset, crosstalk, bends.
 
         A bend grows with the place, from -1 to 1 in the steady motion.
         """
         frequency = self.track.natural_frequency * (1.0 + values.get("natural_frequency", 0.0))
         late = 2.0 * math.pi * values.get("lag_s", 0.0) * frequency  # rad of the frame
-        moved = response.displacement
+        moved = motion.displacement
         if late != 0.0:
             from scipy.interpolate import CubicHermiteSpline  # noqa: PLC0415 - heavy, and most often not needed
 
-            moved = CubicHermiteSpline(response.time, moved, response.velocity)(response.time + late)
+            moved = CubicHermiteSpline(motion.time, moved, motion.velocity)(motion.time + late)
         shown = (1.0 + values.get("gain", 0.0)) * moved + values.get("offset", 0.0)
         if values.get("base_in_mass"):
             shown = shown + values["base_in_mass"] * self.track.base
@@ -413,26 +392,6 @@ class RecordObservation:
             there = replace(self, track=noisy).predict(values)
             changes += [] if there is None else [there - here]
         return np.array(changes).reshape(-1, len(here))
-
-    def slopes(self, unknowns: Sequence[Unknown], values: Sequence[float], factors: Sequence[float]) -> FloatArray:
-        """Return derivatives (n, m) by the unknowns' coordinates; zero where neither neighbour has a motion."""
-        here = dict(zip((u.name for u in unknowns), values, strict=True))
-        motion = self.response(here)
-        if motion is None:
-            raise AnalysisError(f"record: law {self.law.name} has no motion at the values found")
-        at, columns = self.seen(motion, here), []
-        for u, value, times in zip(unknowns, values, factors, strict=True):
-            c = u.at(value / times)
-            columns.append(np.zeros_like(at))
-            for step in (STEP, -STEP):
-                if c + step < u.low:
-                    continue
-                moved = here | {u.name: u.value(c + step) * times}
-                there = self.seen(motion, moved) if u.name in (*SENSORS, "offset") else self.predict(moved)
-                if there is not None:
-                    columns[-1] = (there - at) / step
-                    break
-        return np.stack(columns, axis=1)
 
     def covariance(self, at: Reached) -> FloatArray:
         """Return the covariance (m, m) that noise, misfit and the base's noise leave in the coordinates of a fit."""
@@ -501,7 +460,7 @@ def fit_record(observation: RecordObservation, starts: Sequence[Mapping[str, flo
             continue
         found = _followed(model, points[k], math.sqrt(float(costs[k])))
         own = record_of(found.model.tests[0])
-        if best is None or own.sd < record_of(best.model.tests[0]).sd:
+        if best is None or own.sd[0] < record_of(best.model.tests[0]).sd[0]:
             best = found
         if own.spread <= own.noise:
             break

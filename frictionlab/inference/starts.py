@@ -87,14 +87,9 @@ def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
     found = {}
     for k in betas:
         mine = [i for i, t in enumerate(model.tests) if k in t.index]
-        own = [SEARCH[int(np.argmin(costs[i, :, best]))] * ratios[i] / _factor(model, i, k) for i in mine]
+        own = [SEARCH[int(np.argmin(costs[i, :, best]))] * ratios[i] / model.tests[i].factor(k) for i in mine]
         found[k] = float(np.median(own))
     return [_at(model, guesses, found, lag, best, scaled=True)]
-
-
-def _factor(model: Model, i: int, k: int) -> float:
-    test = model.tests[i]
-    return float(test.factors[int(np.flatnonzero(test.index == k)[0])])
 
 
 def _loop_or(model: Model, i: int) -> float:
@@ -105,9 +100,9 @@ def _loop_or(model: Model, i: int) -> float:
 def _at(
     model: Model, guesses: FloatArray, betas: Mapping[int, float], lag: int | None, turn: int, *, scaled: bool = False
 ) -> FloatArray:
-    point = guesses.copy()
+    point, test = guesses.copy(), model.tests[0]
     for k, beta in betas.items():
-        point[k] = model.unknowns[k].at(beta / (1.0 if scaled else _factor(model, 0, k)))
+        point[k] = model.unknowns[k].at(beta / (1.0 if scaled else test.factor(k)))
     if lag is not None:
         point[lag] = LAGS[turn]
     return np.clip(point, *model.bounds)
@@ -118,14 +113,14 @@ def _costs_over_lag(model: Model, i: int, point: FloatArray, beta: float, lag: i
     test = model.tests[i]
     observation = cycle_of(test)
     values = model.values(i, point[test.index]) | {"beta": beta}
-    lines = observation.lines_of(observation.state(values))
+    motion = observation.motion(values)
     tried = LAGS if lag is not None else np.zeros(1)
-    if lines is None:
+    if motion is None:
         return np.full(len(tried), math.inf)
     found = []
     for c in tried:
         late = {} if lag is None else {"lag_s": model.unknowns[lag].value(float(c))}
-        gap = observation.white(observation.data - observation.seen(lines, values | late))
+        gap = observation.white(observation.data - observation.seen(motion, values | late))
         strain = 0.0 if lag is None else model.unknowns[lag].strain(float(c)) ** 2 / len(model.tests)
         found.append(float(gap @ gap) + strain)
     return np.array(found)

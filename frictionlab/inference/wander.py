@@ -191,7 +191,7 @@ def _delay(observation: RecordObservation, values: Mapping[str, float], slope: F
 
     With the share g of the settled answer that each period after the step shows, ``sum (1 - g)``.
     """
-    track, here = observation.track, observation.response(values)
+    track, here = observation.track, observation.motion(values)
     law = observation.problem(values).in_frame_time()
     if here is None or law.law.kind != "rigid":
         return 0.0  # an inner state cannot be begun anew

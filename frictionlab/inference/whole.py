@@ -18,7 +18,7 @@ from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.compare import AUTO, compared, friction_of, identified
-from frictionlab.inference.comparison import Comparison
+from frictionlab.inference.comparison import Comparison, Fitted, WholeRecord
 from frictionlab.inference.diagnose import strained_facts
 from frictionlab.inference.fit import Fit, Place, Test, log_evidence, reweighed
 from frictionlab.inference.ladder import EXACT, NUMERIC, REQUIRED, laws_above
@@ -36,7 +36,6 @@ from frictionlab.inference.record import (
 )
 from frictionlab.inference.starts import FIRST_GUESSES
 from frictionlab.inference.wander import Walk, friction_over_time
-from frictionlab.inference.whole_record import Fitted, WholeRecord
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator.laws import law_of
@@ -194,7 +193,7 @@ def _without_cycle(
     else:
         best = fit_record(observation, starts, tries=FOLLOWED)
     found, observation = posterior_of(best), record_of(best.model.tests[0])
-    record, motion = follow(observation, best.values(), fits_start=False), observation.response(best.values())
+    record, motion = follow(observation, best.values(), fits_start=False), observation.motion(best.values())
     found = _over_time(found, record)
     if motion is None:
         raise AnalysisError(f"record: law {observation.law.name} has no motion at the values found")
@@ -313,7 +312,7 @@ def _gain(found: Fit, below: Fit) -> float:
     """Logarithm of the Bayes factor of a law over a simpler one on the same record, unless single periods deny it."""
     own = record_of(found.model.tests[0])
     under = record_of(below.model.tests[0])
-    test = replace(below.model.tests[0], observation=replace(under, spread=own.sd))
+    test = replace(below.model.tests[0], observation=replace(under, spread=float(own.sd[0])))
     same = reweighed(below, (test,), follows=False)
     squares = [_squares(f.model.tests[0].observation.gap(f.residual()), own.track.per_period) for f in (below, found)]
     better = squares[0] - squares[1]

@@ -217,7 +217,7 @@ def _observation(
         Used(used),
     )
     found = observe(cast("Measurement", virtual), lab.scene, lab.law)
-    missed = plan.model_error**2 * float(np.mean(parts(mean) ** 2))
+    missed = plan.model_error**2 * float(np.mean(parts(mean) ** 2)) / found.powers
     return replace(found, held=dict(lab.held), missed=missed)
 
 

@@ -20,7 +20,7 @@ from frictionlab.campaign import Campaign, Trial, Verdict
 from frictionlab.campaign.trials import short_name
 from frictionlab.estimate import Estimate
 from frictionlab.files import write_whole
-from frictionlab.inference.contact_force import contact_force
+from frictionlab.inference.comparison import contact_force
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
 from frictionlab.simulator import Problem

@@ -22,7 +22,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.inference import compare
 from frictionlab.inference.compare import nrmse_of
-from frictionlab.inference.contact_force import contact_force
+from frictionlab.inference.comparison import contact_force
 from frictionlab.inference.observations import measured_base
 from frictionlab.logs import read_log
 from frictionlab.recording import Recording

@@ -3,9 +3,8 @@
 import pytest
 
 from frictionlab.campaign import FrictionFit, Model, Rank, Trial, trial_of
-from frictionlab.campaign.friction import fit_group
+from frictionlab.campaign.friction import JUDGED_ANEW, SCREENED, SOFT, TRANSIENT, Cause, fit_group
 from frictionlab.campaign.ranking import rank_all
-from frictionlab.campaign.verdicts import JUDGED_ANEW, SCREENED, SOFT, TRANSIENT, Cause
 from tests.campaign.fabricate import STIFFNESS, row
 
 FORCE, TRUE = 1.5, 0.6

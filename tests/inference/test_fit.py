@@ -10,7 +10,7 @@ from scipy.stats import multivariate_normal
 from frictionlab.analysis.measure import measure
 from frictionlab.errors import UsageError
 from frictionlab.inference import compare, predict
-from frictionlab.inference.contact_force import contact_force
+from frictionlab.inference.comparison import contact_force
 from frictionlab.inference.fit import inside, log_orthant
 from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import model_of
