@@ -201,7 +201,7 @@ class CycleObservation(Observation):
         return self.measurement.base_amplitude_m
 
     @property
-    def material(self) -> str | None:
+    def material(self) -> str | None:  # type: ignore[override] # read alone: its kinds are frozen
         """Material of the contact."""
         return self.measurement.material
 
