@@ -8,8 +8,8 @@ from collections.abc import Callable
 from math import ceil, cos, inf, pi, sin, sqrt
 
 from frictionlab.errors import SimulationError
-from frictionlab.simulator.kernel.continuous import den_hartog
 from frictionlab.simulator.kernel.motion import gap
+from frictionlab.simulator.kernel.outlook import den_hartog
 
 __all__ = ["continuous_amplitude", "continuous_energy", "friction_limit", "viscous_amplitude", "viscous_energy"]
 

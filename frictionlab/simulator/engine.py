@@ -25,7 +25,6 @@ from numpy.typing import NDArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.kernel import (
     accounts,
-    continuous,
     events,
     layout,
     motion,
@@ -57,7 +56,7 @@ __all__ = [
 ]
 
 # Each uses only those before it.
-MODULES = (motion, events, shooting, outlook, continuous, resonance, settle, orbits, accounts, points)
+MODULES = (motion, events, shooting, outlook, resonance, settle, orbits, accounts, points)
 LOOKS = 6.0  # at a slide, while its end is looked for
 INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # what only other compiled functions call
 WORTH_LOADING = 2e4  # slides; in plain Python they take about as long (1 s) as loading the compiled kernel

@@ -5,25 +5,14 @@ from math import inf, sqrt
 from typing import Any
 
 from frictionlab.simulator import engine as engines
-from frictionlab.simulator.elastic import (
-    accounts,
-    events,
-    holding,
-    layout,
-    orbits,
-    phases,
-    residues,
-    settling,
-    shooting,
-    starts,
-)
+from frictionlab.simulator.elastic import events, layout, orbits, phases, settling, shooting, starts
 from frictionlab.simulator.elastic.sliders import sliders_of
 from frictionlab.simulator.engine import LOOKS, Engine
 from frictionlab.simulator.kernel.layout import PHASE, TALLY, Force, Rig, RigidContact
 from frictionlab.simulator.problem import Problem
 
 # Each uses only those before it, and the rigid kernel.
-MODULES = (phases, events, holding, residues, shooting, starts, settling, orbits, accounts)
+MODULES = (phases, events, starts, shooting, settling, orbits)
 COMPILED = (*engines.MODULES, *MODULES)
 WORTH_LOADING = 2e4  # phases; in plain Python they take about as long (1 s) as loading the compiled kernel
 WORTH_COMPILING = 3e5  # the same for compiling it, once per machine and version

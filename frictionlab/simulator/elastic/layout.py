@@ -10,7 +10,7 @@ ENTRIES = (
     *("report", "distance", "span_of"),
 )
 
-OWNERS = ("residues", "shooting", "settling", "orbits")  # modules that make buffers of their own, or are handed such
+OWNERS = ("shooting", "settling", "orbits")  # modules that make buffers of their own, or are handed such
 INLINED = ()  # functions worth a copy at each call
 
 

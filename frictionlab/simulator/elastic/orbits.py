@@ -1,22 +1,37 @@
-"""What repeats: the outcome that needs no search, and the orbit that rest settles on."""
+"""What repeats: the outcome that needs no search, the orbit that rest settles on, and what is reported of it."""
 
-from math import inf, pi
+from math import pi
 
 from frictionlab.simulator.elastic.events import carry_elastic
-from frictionlab.simulator.elastic.holding import never_slips, start_at_rest
 from frictionlab.simulator.elastic.layout import ElasticRoom, Sliders
-from frictionlab.simulator.elastic.residues import keeps_some, unstrain
-from frictionlab.simulator.elastic.settling import NEAR_STEPS, candidate_of, is_stable, no_candidate, settle
-from frictionlab.simulator.elastic.shooting import back_to_start, shoot_elastic, span_of, spread
-from frictionlab.simulator.elastic.starts import NEARLY, start_balanced, start_held
+from frictionlab.simulator.elastic.settling import NEAR_STEPS, is_stable, settle
+from frictionlab.simulator.elastic.shooting import (
+    elastic_multiplier,
+    keeps_some,
+    shoot_elastic,
+    span_of,
+    spread,
+    unstrain,
+)
+from frictionlab.simulator.elastic.starts import NEARLY, never_slips, start_at_rest, start_balanced, start_held
 from frictionlab.simulator.kernel import layout
-from frictionlab.simulator.kernel.layout import TURN, Force, Leg, Rig
+from frictionlab.simulator.kernel.accounts import (
+    account,
+    begin_row,
+    begin_search,
+    end_search,
+    fill_row,
+    fits,
+    mirrored,
+    most_looks,
+    strike_if_open,
+)
+from frictionlab.simulator.kernel.layout import TURN, Buffer, Force, Leg, Rig, Room
 from frictionlab.simulator.kernel.outlook import grows, is_symmetric
 
 FAIR = 7.0  # cycles in place of Newton steps, after which another start is tried
 LARGELY = 1.5  # times what its sliders can hold: so much more, and a contact is not like one that holds
 ENOUGH_STEPS = 200.0  # Newton steps to the only orbit
-FEW_STEPS = 12.0  # Newton steps to an orbit that rest may settle on
 
 
 def only_elastic(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom) -> tuple[Leg, float, int]:
@@ -51,34 +66,8 @@ def search_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) 
             return ahead, miss, code
         if is_stable(rig, sliders, room, miss, code) and not keeps_some(sliders, ahead):
             return ahead, miss, code
-    else:
-        ahead = start_balanced(rig, sliders, force, leg, room)
-        miss, code = shoot_elastic(rig, sliders, force, ahead, room, FEW_STEPS, layout.HASTY)
-    likely = 1.0 if is_stable(rig, sliders, room, miss, code) else 0.0
-    return from_rest(rig, sliders, force, ahead, likely, room)
-
-
-def from_rest(
-    rig: Rig, sliders: Sliders, force: Force, leg: Leg, likely: float, room: ElasticRoom
-) -> tuple[Leg, float, int]:
-    """Return leg, miss and code of the orbit that the motion from rest settles on.
-
-    It probably is the one in the room if `likely` (1.0, else 0.0): a stable one of the leg.
-    """
-    orbit, cycle = no_candidate(), Leg(leg.tau, TURN, 1.0, 1.0)
-    code = layout.DONE
-    if likely > 0.0 and leg.sign < 0.0:  # of half a cycle: carried on
-        code = carry_elastic(rig, sliders, force, cycle, room, layout.DERIVED)
-    if likely > 0.0 and code == layout.DONE:
-        orbit = candidate_of(sliders, room)
     start_at_rest(sliders, room)
-    if orbit.contraction <= 0.0:
-        return settle(rig, sliders, force, 0.0, orbit, room)
-    code = carry_elastic(rig, sliders, force, Leg(0.0, leg.tau, 1.0, 1.0), room, layout.PLAIN)
-    if code != layout.DONE:
-        return cycle, inf, code
-    back_to_start(rig, sliders, cycle, room)
-    return settle(rig, sliders, force, leg.tau, orbit, room)
+    return settle(rig, sliders, force, room)
 
 
 def at_once_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> int:
@@ -99,3 +88,73 @@ def verdict(rig: Rig, room: ElasticRoom, miss: float, code: int) -> int:
     if code != layout.DONE:
         return layout.CHATTERED
     return layout.PERIODIC if miss <= 1e-9 * span_of(rig, room) + 1e-14 * rig.plain.rate else layout.NOT_FOUND
+
+
+def plain_room(room: ElasticRoom) -> Room:
+    """Return what of the buffers every contact has."""
+    return Room(room.jacobian, room.tally, room.phases, room.wall, room.meter)
+
+
+def report(rig: Rig, sliders: Sliders, force: Force, leg: Leg, room: ElasticRoom, row: Buffer) -> None:
+    """Write the numbers of the motion just recorded over a leg."""
+    record = plain_room(room)
+    account(rig, force, record)
+    fill_row(rig, force, leg, record, elastic_multiplier(sliders, room), row)
+    whole = leg.turns == 1.0 and is_symmetric(rig, force)
+    row[layout.SYMMETRIC] = 1.0 if leg.sign < 0.0 else mirrored(rig, force, record) if whole else 0.0
+
+
+def tell_elastic(
+    rig: Rig, sliders: Sliders, force: Force, found: tuple[int, Leg, float], room: ElasticRoom, row: Buffer
+) -> None:
+    """Fill `row` with what is known of an orbit that was found, from outcome, leg and miss."""
+    outcome, leg, miss = found
+    if not begin_row(outcome, leg, room.start[0], room.start[1], miss, row):
+        return
+    if outcome == layout.STUCK:  # a search ends with the motion from the start that it found
+        carry_elastic(rig, sliders, force, leg, room, layout.DERIVED)
+    if not fits(plain_room(room), row):
+        return
+    report(rig, sliders, force, leg, room, row)
+    if outcome == layout.STUCK:
+        row[layout.STOPS], row[layout.STUCK_SHARE] = 0.0, 1.0
+        row[layout.ENERGY] -= room.tally[layout.CONTACT]  # springs keep nothing: what is left of it is rounding
+    else:
+        strike_if_open(rig, row)
+
+
+def steady_elastic(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, row: Buffer) -> None:
+    """Fill `row` with the steady state's numbers; its phases are left in the record, from a leg's start to its end."""
+    outcome, leg, miss = at_once_elastic(rig, sliders, force, room), Leg(0.0, TURN, 1.0, 1.0), 0.0
+    most = most_looks(rig, force)
+    given = begin_search(most, room.meter)
+    may_slip = outcome == layout.STUCK and max(rig.contact.static_up, rig.contact.static_down) > 1.0
+    if (
+        outcome == layout.PERIODIC or may_slip
+    ):  # with break-away rest may settle on a motion beside the one that never slips
+        leg, miss, code = search_elastic(rig, sliders, force, room)
+        outcome = verdict(rig, room, miss, code)
+    costly, left = end_search(most, given, room.meter)
+    slipping = 0.0
+    for i in range(len(sliders.force)):
+        slipping += sliders.slips[i]
+    if may_slip and (costly or outcome != layout.PERIODIC or slipping == 0.0):
+        outcome, leg, miss, costly = at_once_elastic(rig, sliders, force, room), Leg(0.0, TURN, 1.0, 1.0), 0.0, False
+    tell_elastic(rig, sliders, force, (layout.COSTLY if costly else outcome, leg, miss), room, row)
+    room.meter[0] = left
+
+
+def steady_elastic_from(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom, row: Buffer) -> None:
+    """As `steady_elastic`, of the orbit that the motion from the room's start settles on."""
+    most = most_looks(rig, force)
+    given = begin_search(most, room.meter)
+    leg, miss, code = settle(rig, sliders, force, room)
+    outcome = verdict(rig, room, miss, code)
+    costly, left = end_search(most, given, room.meter)
+    tell_elastic(rig, sliders, force, (layout.COSTLY if costly else outcome, leg, miss), room, row)
+    room.meter[0] = left
+    slipping = 0.0
+    for i in range(min(int(room.tally[layout.PHASES]), len(room.phases) // layout.PHASE)):
+        slipping += room.phases[layout.PHASE * i]
+    if row[layout.OUTCOME] == layout.PERIODIC and slipping == 0.0:
+        tell_elastic(rig, sliders, force, (layout.STUCK, leg, miss), room, row)

@@ -4,11 +4,13 @@ from math import exp, hypot, inf, log, sqrt
 
 from frictionlab.simulator.elastic.events import carry_elastic
 from frictionlab.simulator.elastic.layout import ElasticRoom, OrbitGuess, Sliders
-from frictionlab.simulator.elastic.residues import away, has_slipped_out
 from frictionlab.simulator.elastic.shooting import (
+    away,
     distance,
     elastic_multiplier,
     follow,
+    has_slipped_out,
+    keep,
     reduced,
     shoot_elastic,
     shoot_on,
@@ -32,9 +34,8 @@ CYCLES_COMPARED = 200.0
 UNDECIDED = 0.9  # growth from which the two are compared for longer: a stable orbit's neighbours come nearer
 CYCLES_UNDECIDED = 2000.0
 PARTED_SLOWLY = 1.01  # over that many cycles; what parts by a power of time, not exponentially, grows by less
-FIRST_LOOK, LATER_LOOK = 2.0, 16.0  # cycles after which Newton looks for an orbit: without a likely one, and with
+FIRST_LOOK = 2.0  # cycles after which Newton looks for an orbit wherever the motion is
 LONGEST_WAIT = 256.0  # cycles from rest until no slider that never slips in the orbit can slip any more
-REPEATED = 1e-11  # of its size: by so little a motion changes in a cycle when all that its sliders hold is settled
 STRAIGHT = 0.5  # of what the map brings a motion nearer to an orbit, that it may depart from its derivative by
 CURVED, STRAIGHTEST = 0.05, 0.01  # of the distance: that it may at most; that it always may, however near
 
@@ -44,34 +45,26 @@ def is_stable(rig: Rig, sliders: Sliders, room: ElasticRoom, miss: float, code: 
     return code == layout.DONE and spread(rig, room, miss) and abs(elastic_multiplier(sliders, room)) <= 1.0 + 1e-9
 
 
-def settle(
-    rig: Rig, sliders: Sliders, force: Force, tau: float, likely: OrbitGuess, room: ElasticRoom
-) -> tuple[Leg, float, int]:
+def settle(rig: Rig, sliders: Sliders, force: Force, room: ElasticRoom) -> tuple[Leg, float, int]:
     """Return the orbit of up to LONGEST_ORBIT cycles that the motion from the room's start settles on, if it is stable.
 
-    The motion is waited for until the likely orbit draws it, or one that Newton finds from where it nearly repeats.
-    Where it takes too long, a stable orbit that Newton comes to from there is. The start is at tau.
+    The motion is waited for until an orbit draws it that Newton finds from where it nearly repeats. Where it takes too
+    long, a stable orbit that Newton comes to from there is. The start is at tau = 0.
     """
-    leg, passed, tick, spent = Leg(tau, TURN, 1.0, 1.0), 0.0, 0.0, 0.0
-    wait, most = cycles_waited(rig, likely)
+    leg, passed, tick, spent, wait = Leg(0.0, TURN, 1.0, 1.0), 0.0, 0.0, 0.0, FIRST_LOOK
     past, near, now = [0.0] * (3 * KEPT), [NEAR] * (LONGEST_ORBIT + 1), room.start.copy()
-    while tick < most and passed < PHASES_WAITED:
-        keep(room.start, now)
+    while tick < CYCLES_WAITED and passed < PHASES_WAITED:
         code = follow(rig, sliders, force, leg, 1.0, room)
         if code != layout.DONE:
             return leg, inf, code
         tick, passed = tick + 1.0, passed + room.tally[layout.PHASES]
         at = 3 * (int(tick) % KEPT)
         past[at], past[at + 1], past[at + 2] = room.start[0], room.start[1], signature(sliders)
-        miss, settles = arrives(rig, sliders, force, leg, likely, now, tick, room)
-        if settles:
-            return leg, miss, layout.DONE
-        most = still_waited(rig, sliders, most, now, room)
-        turns, share = nearest_return(rig, past, near, tick, room) if most == CYCLES_WAITED else (0, inf)
+        turns, share = nearest_return(rig, past, near, tick, room)
         if tick >= wait:
             turns, share, wait = 1, near[1], 2.0 * wait
         if turns > 0 and spent + turns <= TRIALS * (tick + EAGER):
-            trial = Leg(tau, TURN, float(turns), 1.0)
+            trial = Leg(0.0, TURN, float(turns), 1.0)
             keep(room.start, now)
             miss, settles = settles_nearby(rig, sliders, force, now, trial, tick, room)
             if settles:
@@ -79,35 +72,10 @@ def settle(
             keep(now, room.start)
             near[turns], spent = min(near[turns], 0.1 * share), spent + turns
     keep(room.start, now)
-    growth, parts = growth_of_distance(rig, sliders, force, tau, now, room) if most == CYCLES_WAITED else (0.0, False)
+    growth, parts = growth_of_distance(rig, sliders, force, now, room)
     if parts:
         return leg, growth, layout.WANDERS
-    return any_stable(rig, sliders, force, tau, now, room)
-
-
-def keep(state: Buffer, copy: Buffer) -> None:
-    """Write a state into another buffer."""
-    for i in range(len(state)):
-        copy[i] = state[i]
-
-
-def cycles_waited(rig: Rig, likely: OrbitGuess) -> tuple[float, float]:
-    """Return the cycles after which Newton is tried wherever the motion is, and those after which it is left.
-
-    Without break-away there is one orbit but for what its sliders hold: it takes long only to settle that.
-    """
-    only = max(rig.contact.static_up, rig.contact.static_down) == 1.0 and likely.contraction > 0.0
-    first = LATER_LOOK if likely.contraction > 0.0 else FIRST_LOOK
-    return first, LONGEST_WAIT if only else CYCLES_WAITED
-
-
-def still_waited(rig: Rig, sliders: Sliders, most: float, now: Buffer, room: ElasticRoom) -> float:
-    """Return for how many cycles a motion is waited for: no longer if the last one, from `now`, has changed nothing.
-
-    Where there is one orbit but for what its sliders hold, that is settled then.
-    """
-    repeats = most < CYCLES_WAITED and away(rig, sliders, now, room.start) <= REPEATED * span_of(rig, room)
-    return 0.0 if repeats else most
+    return any_stable(rig, sliders, force, now, room)
 
 
 def signature(sliders: Sliders) -> float:
@@ -142,19 +110,17 @@ def nearest_return(rig: Rig, past: list[float], near: list[float], tick: float, 
     return best, least
 
 
-def growth_of_distance(
-    rig: Rig, sliders: Sliders, force: Force, tau: float, now: Buffer, room: ElasticRoom
-) -> tuple[float, bool]:
+def growth_of_distance(rig: Rig, sliders: Sliders, force: Force, now: Buffer, room: ElasticRoom) -> tuple[float, bool]:
     """Return by what factor two motions close by move apart in a cycle, in the geometric mean, and whether they do.
 
     Both are carried; after each cycle the second is drawn close again, along the line between them. Where they hardly
     move apart over CYCLES_COMPARED, it is for CYCLES_UNDECIDED.
     """
     compared, least = CYCLES_COMPARED, PARTED
-    leg, size, grown, cycles = Leg(tau, TURN, 1.0, 1.0), len(now), 0.0, 0.0
+    leg, size, grown, cycles = Leg(0.0, TURN, 1.0, 1.0), len(now), 0.0, 0.0
     first, second = [0.0] * size, [0.0] * size
-    for i in range(size):
-        first[i], second[i] = now[i], now[i]
+    keep(now, first)
+    keep(now, second)
     tiny = 1e-8 * (abs(now[0]) + rig.plain.rate)
     second[0] += tiny
     while cycles < compared:
@@ -162,14 +128,11 @@ def growth_of_distance(
             compared, least = CYCLES_UNDECIDED, PARTED_SLOWLY
         keep(second, room.start)
         code = carry_elastic(rig, sliders, force, leg, room, layout.PLAIN)
-        for i in range(size):
-            second[i] = room.image[i]
+        keep(room.image, second)
         keep(first, room.start)
         if carry_elastic(rig, sliders, force, leg, room, layout.PLAIN) != layout.DONE or code != layout.DONE:
             break
-        for i in range(size):
-            first[i] = room.image[i]
-        keep(first, room.start)
+        keep(room.image, first)
         gone = away(rig, sliders, second, first)
         if gone == 0.0:
             return 0.0, False
@@ -200,25 +163,17 @@ def fewest(
     return leg, miss, layout.DONE
 
 
-def any_stable(
-    rig: Rig, sliders: Sliders, force: Force, tau: float, now: Buffer, room: ElasticRoom
-) -> tuple[Leg, float, int]:
+def any_stable(rig: Rig, sliders: Sliders, force: Force, now: Buffer, room: ElasticRoom) -> tuple[Leg, float, int]:
     """Return a stable orbit of few cycles to which Newton comes from a state, however far it lies."""
-    leg = Leg(tau, TURN, 1.0, 1.0)
+    leg = Leg(0.0, TURN, 1.0, 1.0)
     for turns in range(1, LIKELY_ORBIT + 1):
         keep(now, room.start)
         follow(rig, sliders, force, leg, 1.0, room)  # what slips at the section is read from a cycle
-        trial = Leg(tau, TURN, float(turns), 1.0)
+        trial = Leg(0.0, TURN, float(turns), 1.0)
         miss, code = shoot_elastic(rig, sliders, force, trial, room, 4.0 * NEAR_STEPS, layout.PATIENT)
         if is_stable(rig, sliders, room, miss, code):
             return trial, miss, code
     return leg, inf, layout.DONE
-
-
-def no_candidate() -> OrbitGuess:
-    """Return that no orbit is likelier than another."""
-    nothing, nowhere = [0.0], [0]
-    return OrbitGuess(nothing, nothing, nowhere, nothing, -1.0, 0.0, 0.0)
 
 
 def candidate_of(sliders: Sliders, room: ElasticRoom) -> OrbitGuess:
@@ -256,40 +211,6 @@ def put_beside(rig: Rig, sliders: Sliders, orbit: OrbitGuess, now: Buffer) -> li
         elif beside[at + 1] != 0.0:
             beside[at] = beside[at + 1] * sliders.strength[i] * (1.0 + rig.contact.gradient * beside[0])
     return beside
-
-
-def arrives(
-    rig: Rig,
-    sliders: Sliders,
-    force: Force,
-    leg: Leg,
-    likely: OrbitGuess,
-    now: Buffer,
-    cycle: float,
-    room: ElasticRoom,
-) -> tuple[float, bool]:
-    """Return the miss of the likely orbit, and whether the cycle just carried, from `now` on, is drawn by it.
-
-    Then the orbit is the room's start; else that is the end of the cycle, as before.
-    """
-    if likely.contraction <= 0.0 or not slips_alike(passed_in(sliders), likely):
-        return inf, False
-    later = room.start.copy()
-    if not draws(rig, sliders, likely, now, later):
-        return inf, False
-    beside = put_beside(rig, sliders, likely, later)
-    if not is_for_good(rig, sliders, likely, beside, later, cycle):
-        return inf, False
-    keep(beside, room.start)
-    for i in range(len(sliders.force)):
-        room.kinds[i] = (
-            layout.OUTER if likely.passed[2 * i] == 0.0 else layout.SLIDING if beside[3 + 2 * i] != 0.0 else layout.FREE
-        )
-    miss, code = shoot_elastic(rig, sliders, force, leg, room, NEAR_STEPS, layout.HASTY)
-    if is_stable(rig, sliders, room, miss, code) and slips_alike(passed_in(sliders), likely):
-        return miss, True
-    keep(later, room.start)
-    return inf, False
 
 
 def is_for_good(rig: Rig, sliders: Sliders, orbit: OrbitGuess, beside: Buffer, later: Buffer, cycle: float) -> bool:

@@ -3,10 +3,9 @@
 from math import hypot, inf, pi
 
 from frictionlab.simulator.kernel import layout
-from frictionlab.simulator.kernel.continuous import continuous_orbit, continuous_state, forced
 from frictionlab.simulator.kernel.events import carry
 from frictionlab.simulator.kernel.layout import TURN, Force, Found, Home, Leg, Rig, RigidContact, Room
-from frictionlab.simulator.kernel.outlook import at_once, is_symmetric
+from frictionlab.simulator.kernel.outlook import at_once, continuous_orbit, continuous_state, forced, is_symmetric
 from frictionlab.simulator.kernel.resonance import resonant_orbit
 from frictionlab.simulator.kernel.settle import attract, calm
 from frictionlab.simulator.kernel.shooting import pulls, shoot, spectral_radius

@@ -10,10 +10,10 @@ small distance, and so lose nothing.
 from math import atan2, cos, exp, expm1, hypot, pi, sin
 
 from frictionlab.simulator.kernel import layout
-from frictionlab.simulator.kernel.continuous import damped_turn, den_hartog, forced
 from frictionlab.simulator.kernel.events import carry
 from frictionlab.simulator.kernel.layout import TURN, Buffer, Force, Found, Leg, Oscillator, Rig, Room
 from frictionlab.simulator.kernel.motion import gap
+from frictionlab.simulator.kernel.outlook import damped_turn, den_hartog, forced
 from frictionlab.simulator.kernel.shooting import symmetric_force
 
 CLOSE = 0.01  # to resonance: 1 - k r, and the damping ratio

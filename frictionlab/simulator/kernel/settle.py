@@ -10,10 +10,9 @@ period, and the orbit that Newton's method finds there goes through these phases
 from math import exp, hypot, inf, log, pi
 
 from frictionlab.simulator.kernel import layout
-from frictionlab.simulator.kernel.continuous import continuous_orbit, continuous_state, safe_distance
 from frictionlab.simulator.kernel.events import carry
 from frictionlab.simulator.kernel.layout import TURN, Buffer, Force, Found, Home, Leg, Past, Rig, Room
-from frictionlab.simulator.kernel.outlook import is_symmetric
+from frictionlab.simulator.kernel.outlook import continuous_orbit, continuous_state, is_symmetric, safe_distance
 from frictionlab.simulator.kernel.shooting import newton_target, spectral_radius
 
 LONGEST = 512  # cycles of the longest orbit looked for
