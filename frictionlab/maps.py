@@ -3,7 +3,7 @@
 import time
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, field
-from math import prod
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,20 +17,9 @@ from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.notes import WORDS, Note
-from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.source import digest
 from frictionlab.simulator.state import PLACES
-from frictionlab.simulator.sweep import (
-    AXES,
-    FAILED,
-    Family,
-    check_axes,
-    named,
-    sweep_points,
-    table,
-    warm_up,
-    worth_compiling,
-)
+from frictionlab.simulator.sweep import FAILED, Grid, named, sweep_points, table, warm_up
 from frictionlab.tables import Row, is_table, write_rows
 from frictionlab.workers import run_batches
 
@@ -41,66 +30,6 @@ BLOCK = 20_000  # points read back at a time
 Floats = NDArray[np.float64]
 
 __all__ = ["FAILED", "KINDS", "Grid", "MapWarnings", "Solve", "Step", "faults", "make_map", "rows"]
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Every combination of r, beta, mu, zeta and further parameters of a law, the last one fastest.
-
-    Attributes
-    ----------
-    r, beta, mu, zeta
-        The values of each.
-    wall
-        What the mass rubs against, the same at all points.
-    law
-        Contact law, the same at all points.
-    parameters
-        Name and values of further parameters of the law.
-
-    Raises
-    ------
-    SimulationError
-        A value is outside its domain.
-    UsageError
-        An axis is empty.
-
-    Examples
-    --------
-    >>> grid = Grid((0.3, 0.5), (0.4, 0.6), (1.0,), (0.0,))
-    >>> len(grid), grid.points(range(1, 3)).tolist()
-    (4, [[0.3, 0.6, 1.0, 0.0], [0.5, 0.4, 1.0, 0.0]])
-    """
-
-    r: tuple[float, ...]
-    beta: tuple[float, ...]
-    mu: tuple[float, ...] = (1.0,)
-    zeta: tuple[float, ...] = (0.0,)
-    wall: Wall = "fixed"
-    law: str = "coulomb"
-    parameters: tuple[tuple[str, tuple[float, ...]], ...] = ()
-
-    def __post_init__(self) -> None:
-        check_axes(list(self.axes().values()), self.family)
-
-    def __len__(self) -> int:
-        return prod(len(values) for values in self.axes().values())
-
-    @property
-    def family(self) -> Family:
-        """What the points have in common."""
-        return Family(self.law, tuple(name for name, _ in self.parameters), self.wall)
-
-    def axes(self) -> dict[str, Floats]:
-        """The values along each axis."""
-        values = {name: getattr(self, name) for name in AXES} | dict(self.parameters)
-        return {name: np.array(along, dtype=np.float64) for name, along in values.items()}
-
-    def points(self, numbers: Sequence[int]) -> Floats:
-        """The points of these neighbouring numbers, shape (n, 4 and more): r, beta, mu, zeta, further parameters."""
-        axes = list(self.axes().values())
-        places = np.unravel_index(np.arange(numbers[0], numbers[-1] + 1), tuple(len(axis) for axis in axes))
-        return np.stack([axis[place] for axis, place in zip(axes, places, strict=True)], axis=1)
 
 
 @dataclass(frozen=True)
@@ -216,7 +145,9 @@ def make_map(
         yield from (Step(start, len(grid), whole[start : start + BLOCK]) for start in range(0, len(whole), BLOCK))
         return
     make_folder(path.parent)
-    check_replaceable(path, replace=force or (is_map if path.suffix == ".h5" else _is_table))
+    check_replaceable(
+        path, replace=force or (is_map if path.suffix == ".h5" else partial(is_table, table=STEADY_STATES))
+    )
     words = {parameter.name: parameter.words for parameter in law_of(grid.law).parameters}
     flags = {"warnings": {note.name.lower(): (note.value, said) for note, said in WORDS.items() if note.name}}
     with growing_map(path, grid.axes(), KINDS, about, words=words, flags=flags, resume=resume, force=force) as file:
@@ -280,28 +211,19 @@ def _place(grid: Grid, number: int) -> str:
 
 def _solved(grid: Grid, file: GrowingMap, workers: int | None, scheduler: str | None) -> Iterator[Step]:
     """Solve what is not yet in the file and put it there, batch by batch."""
-    job = Solve(grid, fast=_prepared(grid, scheduler))
+    fast = scheduler is not None or grid.worth_compiling
+    if fast and scheduler is None:
+        warm_up(grid.law)  # compiled here once: processes find the machine code
     saved, numbers = 0.0, range(file.done, len(grid))
-    for batch in run_batches(job, numbers, workers=workers, scheduler=scheduler, seconds_per_batch=BATCH_S):
-        step = Step(file.done, len(grid), _failed() if batch.results is None else batch.results, batch.lost)
+    batches = run_batches(Solve(grid, fast), numbers, workers=workers, scheduler=scheduler, seconds_per_batch=BATCH_S)
+    for batch in batches:
+        failed = _records(np.full((1, layout.ROW), np.nan))
+        step = Step(file.done, len(grid), failed if batch.results is None else batch.results, batch.lost)
         file.append(step.records)
         if time.monotonic() - saved > CHECKPOINT_S:
             file.checkpoint()
             saved = time.monotonic()
         yield step
-
-
-def _prepared(grid: Grid, scheduler: str | None) -> bool:
-    """Whether the compiled kernel is worth it; then it is compiled here once, and processes find the machine code."""
-    fast = scheduler is not None or worth_compiling(list(grid.axes().values()), grid.law)
-    if fast and scheduler is None:
-        warm_up(grid.law)
-    return fast
-
-
-def _failed() -> NDArray[np.void]:
-    """The record of a point that could not be solved."""
-    return _records(np.full((1, layout.ROW), np.nan))
 
 
 def _records(numbers: Floats) -> NDArray[np.void]:
@@ -319,10 +241,6 @@ def _finish(file: GrowingMap, grid: Grid, path: Path, *, force: bool) -> None:
     told = (row for step in _blocks(file, len(grid)) for row in rows(grid, step))
     write_rows(told, path, STEADY_STATES, force=force)
     file.discard()
-
-
-def _is_table(path: Path) -> bool:
-    return is_table(path, STEADY_STATES)
 
 
 def _blocks(file: GrowingMap, total: int) -> Iterator[Step]:

@@ -10,7 +10,7 @@ import pytest
 from frictionlab.errors import OutputError, SceneError
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.scene import Scene, read_scene, scene_from_tables
-from frictionlab.simulator import Problem, observe, steady_state
+from frictionlab.simulator import Problem, steady_state
 from frictionlab.synthetic import cycle_friction_ratios, log_of, motion, synthesize, virtual_tests
 
 Tables = dict[str, object]
@@ -259,7 +259,7 @@ def test_the_scene_of_mixed_laws_says_the_law_of_each_material(tmp_path: Path) -
             parameters=known["parameters"],
             frame_damping_ratio=known["damping_ratio"],
         )
-        seen = observe(steady_state(problem))
+        seen = steady_state(problem)
         assert known["energy_per_cycle"] == pytest.approx(seen.energy_per_cycle, rel=1e-9)
 
 

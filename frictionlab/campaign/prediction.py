@@ -19,7 +19,7 @@ from frictionlab.errors import SimulationError, UsageError
 from frictionlab.inference.compare import base_words, model_words
 from frictionlab.inference.observations import law_and_held
 from frictionlab.scene import Scene, Solver
-from frictionlab.simulator import COSINE, Base, Problem, observe, steady_state
+from frictionlab.simulator import COSINE, Base, Problem, steady_state
 from frictionlab.simulator.engine import choose
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.problem import Wall
@@ -132,12 +132,11 @@ def predict(model: Model, r: float, beta: float, base: Base = COSINE) -> Predict
         state = steady_state(model.problem(r, beta, base), solver=model.solver)
     except SimulationError:
         return None
-    seen = observe(state)
-    if seen.energy_per_cycle is None or seen.response_amplitude is None:
+    if state.energy_per_cycle is None or state.response_amplitude is None:
         return None
     multiplier = state.floquet_multiplier
     memory = abs(multiplier) ** (1.0 / max(state.period_cycles or 1, 1)) if multiplier is not None else 0.0
-    return PredictedState(seen.energy_per_cycle, seen.response_amplitude, seen.stops_per_cycle or 0.0, memory)
+    return PredictedState(state.energy_per_cycle, state.response_amplitude, state.stops_per_cycle or 0.0, memory)
 
 
 @dataclass(frozen=True)

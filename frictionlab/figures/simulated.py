@@ -105,7 +105,7 @@ def _sampled(state: "SteadyState", periods: int = 1) -> tuple[FloatArray, FloatA
     if state.orbit is None:
         raise ValueError("this steady state has no motion to draw")
     begin, end = state.orbit.start, state.orbit.end
-    count = periods if state.orbit.periodic else 1
+    count = periods if state.orbit.timeline.periodic else 1
     tau = np.linspace(begin, begin + count * (end - begin), count * SAMPLES * (state.period_cycles or 1) + 1)
     tau = np.minimum(tau, end) if count == 1 else tau  # a motion that does not repeat is known up to its end
     return (tau, *state.orbit.at(tau)[:2])

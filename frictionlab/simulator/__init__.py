@@ -17,14 +17,13 @@ from frictionlab.simulator.closed_form import (
 )
 from frictionlab.simulator.coexisting import Attractor, coexisting
 from frictionlab.simulator.motion import Motion
-from frictionlab.simulator.observe import Observation, observe
 from frictionlab.simulator.problem import COSINE, Base, Problem
+from frictionlab.simulator.rigid import Trajectory
 from frictionlab.simulator.solve import last_cycle, simulate, steady_state
 from frictionlab.simulator.state import Solver, SteadyState
 from frictionlab.simulator.structure import Contact, Structure
 from frictionlab.simulator.sweep import StateMap, sweep
 from frictionlab.simulator.thesis import ThesisRun, thesis_run
-from frictionlab.simulator.trajectory import Trajectory
 
 __all__ = [
     "COSINE",
@@ -32,7 +31,6 @@ __all__ = [
     "Base",
     "Contact",
     "Motion",
-    "Observation",
     "Problem",
     "Solver",
     "StateMap",
@@ -45,7 +43,6 @@ __all__ = [
     "continuous_energy",
     "friction_limit",
     "last_cycle",
-    "observe",
     "simulate",
     "steady_state",
     "sweep",

@@ -2,17 +2,15 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 from frictionlab.errors import UsageError
 from frictionlab.simulator import engine as engines
-from frictionlab.simulator.kernel import layout
+from frictionlab.simulator import rigid
 from frictionlab.simulator.notes import Note
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.solve import steady_state
-from frictionlab.simulator.state import SteadyState, from_numbers
+from frictionlab.simulator.state import SteadyState
 from frictionlab.simulator.sweep import warm_up
-from frictionlab.simulator.trajectory import from_record
 
 __all__ = ["Attractor", "coexisting"]
 
@@ -105,11 +103,11 @@ def _settled(problem: Problem, first: SteadyState, starts: int) -> Iterator[Stea
     reach = 2.0 * max(1.0, first.response_amplitude or 0.0)
     places = [tuple(reach * (2.0 * ((0.5 + step * number) % 1.0) - 1.0) for step in GOLDEN) for number in range(starts)]
     if problem.law.kind == "rigid":
-        engine = engines.choose(2e3 * starts)
-        parts = engines.set_up(engine, problem)
-        phases = 64 + int(64 * (problem.base.harmonics + 1.0 / problem.r))
-        meter = engine.buffer((LOOKS,))  # one for all starts
-        yield from (_from_start(engine, problem, parts, (z, v), phases, meter) for z, v in places)
+        engines.choose(2e3 * starts)
+        looks = LOOKS  # for all starts together
+        for z, v in places:
+            state, looks = rigid.steady_from(problem, z, v, looks)
+            yield state
         return
     if starts >= WORTH_COMPILING:
         warm_up(problem.law.name)
@@ -118,28 +116,6 @@ def _settled(problem: Problem, first: SteadyState, starts: int) -> Iterator[Stea
     else:
         from frictionlab.simulator.numeric import steady_from  # noqa: PLC0415 - as above
     yield from (steady_from(problem, x, v) for x, v in places)
-
-
-def _from_start(
-    engine: engines.Engine,
-    problem: Problem,
-    parts: tuple[Any, Any],
-    start: tuple[float, float],
-    phases: int,
-    meter: Any,
-) -> SteadyState:
-    row = engine.buffer((0.0,) * layout.ROW)
-    while True:
-        room = engines.make_room(engine, problem, phases)._replace(meter=meter)
-        engine.kernel.steady_from(*parts, *start, room, row)
-        count = int(room.tally[layout.PHASES])
-        if row[layout.OUTCOME] != layout.OVERFULL:
-            break
-        phases = count
-    moved, mirror = int(row[layout.OUTCOME]) in (layout.PERIODIC, layout.STUCK), bool(row[layout.SIGN] < 0.0)
-    return from_numbers(
-        problem, row, from_record(problem, room.phases, count, periodic=True, mirror=mirror) if moved else None
-    )
 
 
 def _is_same(one: SteadyState, other: SteadyState) -> bool:

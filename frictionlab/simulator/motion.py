@@ -1,53 +1,218 @@
-"""What every solver's motion offers, whatever it is made of, and the energies of one."""
+"""A motion made of phases: when they are, what every solver's motion offers, and the energies of one."""
 
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
 from itertools import pairwise
-from math import ceil, pi
-from typing import NamedTuple, Protocol
+from math import ceil
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from frictionlab.errors import SimulationError
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["Energies", "Motion", "energies_of", "nodes_of"]
+__all__ = ["Energies", "Motion", "Timeline", "bisected", "cycles_of", "energies_of", "nodes_of"]
 
+TURN = 2.0 * np.pi
 Floats = NDArray[np.float64]
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 PANEL = 0.5  # of the shortest of natural and drive's time scale: far below rounding between events
+BISECTIONS = 50  # of an interval: to rounding
 
 
-class Motion(Protocol):
-    """A motion of one problem, to be asked at any time between its start and its end; at all times if periodic."""
+@dataclass(frozen=True)
+class Timeline:
+    """The phases of a motion in time.
+
+    The phase of the drive is kept apart from the count of cycles, so that the millionth cycle is as exact as the first.
+
+    Parameters
+    ----------
+    cycle : ndarray of shape (n,)
+        Cycle in which each phase begins, counted from the start of the motion.
+    tau : ndarray of shape (n,)
+        Its start, rad, within its cycle.
+    duration : ndarray of shape (n,)
+        Its length, rad.
+    periodic : bool
+        Whether the motion repeats after its last phase: then it is defined at all times.
+    """
+
+    cycle: NDArray[np.int64]
+    tau: Floats
+    duration: Floats
+    periodic: bool
 
     @property
-    def problem(self) -> Problem:
-        """What moves."""
+    def begins(self) -> Floats:
+        """Start of each phase, rad."""
+        return np.asarray(self.cycle * TURN + self.tau, dtype=np.float64)
 
     @property
     def start(self) -> float:
         """Begin of the motion, rad."""
+        return float(self.begins[0])
 
     @property
     def end(self) -> float:
         """End of the motion (or of its first period), rad."""
+        return float(self.begins[-1] + self.duration[-1])
+
+    def spans(self, held: NDArray[np.bool_]) -> Floats:
+        """Return begin and end, rad, shape (m, 2), of the times in which phases hold; those in a row are one."""
+        fresh = held & ~np.concatenate(([False], held[:-1]))
+        last = held & ~np.concatenate((held[1:], [False]))
+        return np.column_stack((self.begins[fresh], (self.begins + self.duration)[last]))
+
+    def place(
+        self, tau: ArrayLike, cycle: ArrayLike | None
+    ) -> tuple[tuple[int, ...], Floats, NDArray[np.intp], Floats]:
+        """Return the shape of times; flat: phase of the drive, number of the phase, and time since that began.
+
+        Parameters
+        ----------
+        tau, cycle : array_like
+            Times, rad, counted from the starts of cycles, if these are given.
+
+        Raises
+        ------
+        SimulationError
+            If a time lies outside a motion that does not repeat.
+        """
+        times = np.asarray(tau, dtype=np.float64)
+        turns = np.zeros_like(times) if cycle is None else np.asarray(cycle, dtype=np.float64)
+        if times.shape != turns.shape:
+            times, turns = np.broadcast_arrays(times, turns)
+        local, turns = self._fold(times.ravel(), turns.ravel())
+        first = self.cycle[0]
+        begins = (self.cycle - first) * TURN + self.tau
+        index = np.maximum(np.searchsorted(begins, turns * TURN + local, side="right") - 1, 0)
+        within = local - self.tau[index] + (turns + first - self.cycle[index]) * TURN
+        return times.shape, local, index, np.maximum(within, 0.0)
+
+    def _fold(self, tau: Floats, turns: Floats) -> tuple[Floats, Floats]:
+        """Return times as a phase of the drive in the motion's first cycle, and whole turns since; a period repeats."""
+        low, first = float(self.tau[0]), int(self.cycle[0])
+        high = float((self.cycle[-1] - first) * TURN + self.tau[-1] + self.duration[-1])
+        turns = turns - (0.0 if self.periodic else float(first))
+        whole = np.floor((tau - low) / TURN)
+        local, turns = tau - whole * TURN, turns + whole
+        if self.periodic:
+            return local, np.mod(turns, max(1.0, float(round((high - low) / TURN))))
+        total = turns * TURN + local
+        slack = 1e-12 * (1.0 + abs(high) + np.abs(total))
+        if not np.all((total >= low - slack) & (total <= high + slack)):
+            begin, end = first * TURN + low, first * TURN + high
+            earliest, latest = np.min(tau, initial=np.inf), np.max(tau, initial=-np.inf)
+            raise SimulationError(
+                f"trajectory: at(tau); expected times between {begin:.6g} and {end:.6g} rad; got times from "
+                f"{earliest:.6g} to {latest:.6g}; do: ask within the motion, or simulate longer"
+            )
+        return local, turns
+
+
+class Motion(ABC):
+    """A motion of one problem, made of phases: evaluated anywhere between its start and its end, or ever if periodic.
+
+    Parameters
+    ----------
+    problem : Problem
+        What moves.
+    timeline : Timeline
+        When its phases are.
+    """
+
+    problem: Problem
+    timeline: Timeline
 
     @property
-    def periodic(self) -> bool:
-        """Whether the motion repeats after its end."""
-
-    @property
+    @abstractmethod
     def stops(self) -> Floats:
         """Begin and end of each stop, rad, shape (m, 2): times in which the contact does not slip."""
 
     @property
+    @abstractmethod
     def turning_points(self) -> tuple[Floats, Floats]:
         """Times (rad) at which the mass turns relative to the wall, and the displacement x there."""
 
-    def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[Floats, Floats]:
-        """Return displacement x over Y (absolute) and velocity x' at times tau (rad), counted from a cycle's start."""
-
+    @abstractmethod
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> Floats:
         """Return the force of the contact on the mass, against the motion, over k Y, at times tau."""
+
+    @abstractmethod
+    def _evaluate(self, index: NDArray[np.intp], within: Floats) -> Floats:
+        """Return z, v and what else the motion has, a row each, at the given times within the given phases."""
+
+    @property
+    def start(self) -> float:
+        """Begin of the motion, rad."""
+        return self.timeline.start
+
+    @property
+    def end(self) -> float:
+        """End of the motion (or of its first period), rad."""
+        return self.timeline.end
+
+    def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[Floats, Floats]:
+        """Return displacement x and velocity x' of the mass at any times, to rounding.
+
+        Parameters
+        ----------
+        tau : array_like
+            Times, rad; counted from the start of `cycle` if that is given.
+        cycle : array_like of int, optional
+            Cycle that each time is counted from; keeps the phase exact in late cycles.
+
+        Returns
+        -------
+        x, v : ndarray of the shape of tau
+            Displacement over Y (absolute, also with a moving wall), and its derivative with respect to tau.
+
+        Raises
+        ------
+        SimulationError
+            If a time lies outside the motion.
+
+        Examples
+        --------
+        >>> from frictionlab.simulator import Problem, simulate
+        >>> run = simulate(Problem(r=0.5, beta=0.4), cycles=2)
+        >>> x, v = run.at([0.0, 1.0])
+        >>> float(x[0]), float(v[0])
+        (0.0, 0.0)
+        """
+        shape, local, index, within = self.timeline.place(tau, cycle)
+        x, v = self._evaluate(index, within)[:, :2].T
+        if self.problem.wall == "base":
+            x, v = x + self.problem.base.at(local), v + self.problem.base.rate_at(local)
+        return x.reshape(shape), v.reshape(shape)
+
+
+def cycles_of(tau: Floats, duration: Floats) -> NDArray[np.int64]:
+    """Return the cycle in which each phase begins, counted from the first: from starts within a cycle, and lengths.
+
+    A phase ends where the next one begins, or whole turns later. A phase without length (two sliders that give way at
+    once) begins no cycle, one that fills a cycle does.
+
+    Examples
+    --------
+    >>> cycles_of(np.array([1.0, 2.0, 2.0, 0.0]), np.array([1.0, 4e-16, TURN - 2.0, TURN])).tolist()
+    [0, 0, 0, 1]
+    """
+    turns = np.round((tau[:-1] + duration[:-1] - tau[1:]) / TURN).astype(np.int64)
+    return np.concatenate((np.zeros(1, np.int64), np.cumsum(turns)))
+
+
+def bisected(rate: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
+    """Return where a rate changes its sign, once in each interval."""
+    falls = rate(low) > 0.0
+    for _ in range(BISECTIONS if len(low) else 0):
+        middle = 0.5 * (low + high)
+        same = (rate(middle) > 0.0) == falls
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    return 0.5 * (low + high)
 
 
 class Energies(NamedTuple):
@@ -78,7 +243,7 @@ def energies_of(problem: Problem, taken: float | None, motion: Motion | None) ->
     times, weights = nodes_of(motion)
     base, ends = problem.base, np.array([motion.start, motion.end])
     (x, v), rate, f, x_end = motion.at(times), problem.base.rate_at(times), base.at(ends), motion.at(ends)[0]
-    cycles = round((motion.end - motion.start) / (2.0 * pi))
+    cycles = round((motion.end - motion.start) / (TURN))
     area = float(f[1] * x_end[1] - f[0] * x_end[0]) - float(np.sum(weights * rate * x))  # of f dx, by parts
     frame = 2.0 * problem.frame_damping_ratio * problem.r * float(np.sum(weights * (v - rate) ** 2)) / cycles
     return Energies(area / cycles, taken - frame, frame)

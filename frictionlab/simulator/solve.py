@@ -4,12 +4,12 @@ from math import isfinite, pi
 from typing import Any, get_args
 
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.simulator import orbit
+from frictionlab.simulator import rigid
 from frictionlab.simulator.last import last_of
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import Solver, SteadyState
-from frictionlab.simulator.trajectory import simulate_exactly
+from frictionlab.simulator.thesis import waited
 
 __all__ = ["last_cycle", "simulate", "steady_state"]
 
@@ -57,7 +57,7 @@ def steady_state(problem: Problem, *, solver: Solver = "auto") -> SteadyState:
     _check_solver(problem, solver)
     if solver == "thesis":
         return last_cycle(problem, cycles=100, solver="thesis")
-    state: SteadyState = orbit.steady(problem, solver) if _is_rigid(problem, solver) else _room(problem).steady(problem)
+    state: SteadyState = rigid.steady(problem, solver) if _is_rigid(problem, solver) else _room(problem).steady(problem)
     return state
 
 
@@ -141,7 +141,7 @@ def simulate(
             f"simulate: initial conditions; expected finite numbers of size up to {LARGEST:g}; "
             f"got x0 = {x0}, v0 = {v0}, tau0 = {tau0}"
         )
-    run = simulate_exactly if _is_rigid(problem, solver) else _room(problem).run
+    run = rigid.run if _is_rigid(problem, solver) else _room(problem).run
     kept = cycles if keep is None else keep
     motion: Motion = run(problem, cycles=cycles, x0=x0, v0=v0, tau0=tau0 % (2.0 * pi), keep=kept)
     return motion
@@ -175,9 +175,9 @@ def last_cycle(problem: Problem, *, cycles: int, solver: Solver = "auto") -> Ste
     if not 1 <= cycles <= MOST_CYCLES:
         raise UsageError(f"last cycle: cycles; expected 1 to {MOST_CYCLES}; got {cycles}")
     if solver == "thesis":
-        return orbit.waited(problem, cycles)
+        return waited(problem, cycles)
     if _is_rigid(problem, solver):
-        return orbit.last(problem, cycles)
+        return rigid.last(problem, cycles)
     if problem.law.kind == "elastic":
         elastic: SteadyState = _room(problem).last(problem, cycles)
         return elastic

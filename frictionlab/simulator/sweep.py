@@ -5,7 +5,8 @@ itself, so that the numbers are the same bits whatever the chunks and whoever so
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from math import prod
 from typing import Any
 
 import numpy as np
@@ -22,15 +23,13 @@ from frictionlab.simulator.state import KEYS, OUTCOMES, PLACES, SOLVERS, SteadyS
 
 __all__ = [
     "Family",
+    "Grid",
     "StateMap",
-    "are_many",
-    "check_axes",
     "named",
     "sweep",
     "sweep_points",
     "table",
     "warm_up",
-    "worth_compiling",
 ]
 
 Floats = NDArray[np.float64]
@@ -89,55 +88,110 @@ class Family:
 
 
 @dataclass(frozen=True)
+class Grid:
+    """Every combination of r, beta, mu, zeta and further parameters of a law, the last one fastest.
+
+    Attributes
+    ----------
+    r, beta, mu, zeta
+        The values of each.
+    wall
+        What the mass rubs against, the same at all points.
+    law
+        Contact law, the same at all points.
+    parameters
+        Name and values of further parameters of the law.
+    base
+        Motion of the base, the same at all points.
+
+    Raises
+    ------
+    SimulationError
+        A value is outside its domain.
+    UsageError
+        An axis is empty.
+
+    Examples
+    --------
+    >>> grid = Grid((0.3, 0.5), (0.4, 0.6), (1.0,), (0.0,))
+    >>> len(grid), grid.points(range(1, 3)).tolist()
+    (4, [[0.3, 0.6, 1.0, 0.0], [0.5, 0.4, 1.0, 0.0]])
+    """
+
+    r: tuple[float, ...]
+    beta: tuple[float, ...]
+    mu: tuple[float, ...] = (1.0,)
+    zeta: tuple[float, ...] = (0.0,)
+    wall: Wall = "fixed"
+    law: str = "coulomb"
+    parameters: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    base: Base = COSINE
+
+    def __post_init__(self) -> None:
+        axes = self.axes()
+        for name, values in axes.items():
+            if not values.size:
+                raise UsageError(f"sweep: {name}; expected at least one value; got none")
+        first = {name: float(values[0]) for name, values in axes.items()}
+        for name, values in axes.items():
+            for value in values.tolist():
+                self.family.problem(tuple((first | {name: value}).values()))
+
+    def __len__(self) -> int:
+        return prod(len(values) for values in self.axes().values())
+
+    @property
+    def family(self) -> Family:
+        """What the points have in common."""
+        return Family(self.law, tuple(name for name, _ in self.parameters), self.wall, self.base)
+
+    @property
+    def worth_compiling(self) -> bool:
+        """Whether it is large enough for the compiled kernel."""
+        r = np.array(self.r)
+        others = len(self) / len(r)
+        if law_of(self.law).kind != "rigid":
+            return _are_many(float(len(self)), self.law)
+        return engines.is_worth_it(others * (10.0 * len(r) + float(np.sum(4.0 / r))))
+
+    def axes(self) -> dict[str, Floats]:
+        """The values along each axis."""
+        values = {name: getattr(self, name) for name in AXES} | dict(self.parameters)
+        return {name: np.array(along, dtype=np.float64) for name, along in values.items()}
+
+    def points(self, numbers: Sequence[int]) -> Floats:
+        """The points of these neighbouring numbers, shape (n, 4 and more): r, beta, mu, zeta, further parameters."""
+        axes = list(self.axes().values())
+        places = np.unravel_index(np.arange(numbers[0], numbers[-1] + 1), tuple(len(axis) for axis in axes))
+        return np.stack([axis[place] for axis, place in zip(axes, places, strict=True)], axis=1)
+
+
+@dataclass(frozen=True)
 class StateMap:
     """A map of steady states over r, beta, mu, zeta and further parameters of a law.
 
     Parameters
     ----------
-    r, beta, mu, zeta : ndarray
-        The axes.
-    wall : {"fixed", "base"}
-        What the mass rubs against.
-    base : Base
-        Motion of the base.
+    grid : Grid
+        Its points.
     numbers : ndarray of shape (n, columns)
-        One row of the kernel per point, the last axis fastest; `column` and `rows` read it.
-    law : str
-        Contact law.
-    parameters : mapping of str to ndarray
-        Axes of further parameters of the law, after the four.
+        One row of the kernel per point, the last axis fastest; `datasets` and `rows` read it.
     """
 
-    r: Floats
-    beta: Floats
-    mu: Floats
-    zeta: Floats
-    wall: Wall
-    base: Base
+    grid: Grid
     numbers: Floats
-    law: str = "coulomb"
-    parameters: Mapping[str, Floats] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        named_axes = zip((*AXES, *self.parameters), self.axes, strict=True)
         along = [
-            f"{name} {a[0]:g}" if len(a) == 1 else f"{len(a)} {name} {a[0]:g} to {a[-1]:g}" for name, a in named_axes
+            f"{name} {a[0]:g}" if len(a) == 1 else f"{len(a)} {name} {a[0]:g} to {a[-1]:g}"
+            for name, a in self.grid.axes().items()
         ]
-        return f"<StateMap {self.law}: {', '.join(along)}; {self.wall} wall>"
-
-    @property
-    def axes(self) -> list[Floats]:
-        """The values along each axis."""
-        return [self.r, self.beta, self.mu, self.zeta, *self.parameters.values()]
+        return f"<StateMap {self.grid.law}: {', '.join(along)}; {self.grid.wall} wall>"
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of values along r, beta, mu, zeta and the further parameters."""
-        return tuple(len(axis) for axis in self.axes)
-
-    def column(self, position: int) -> Floats:
-        """Return one number of the kernel's rows (positions: `kernel.layout`) over the map, NaN where there is none."""
-        return self.numbers[:, position].reshape(self.shape)
+        return tuple(len(axis) for axis in self.grid.axes().values())
 
     def datasets(self) -> dict[str, NDArray[Any]]:
         """Return one array per key of the contract over the map: numbers with NaN, texts with "", for what is not."""
@@ -145,8 +199,7 @@ class StateMap:
 
     def rows(self) -> Iterator[dict[str, object]]:
         """Yield the contract's keys of each steady state, the last axis fastest; what does not exist is None."""
-        family = Family(self.law, tuple(self.parameters), self.wall, self.base)
-        return table(_points(self.axes), family, named(self.numbers))
+        return table(self.grid.points(range(len(self.grid))), self.grid.family, named(self.numbers))
 
 
 def named(numbers: Floats) -> dict[str, NDArray[Any]]:
@@ -249,38 +302,15 @@ def sweep(
     >>> [(row["gradient"], row["stops_per_cycle"]) for row in states.rows()]
     [(0.0, 2.0), (0.05, 1.0)]
     """
-    more = {name: np.array(values, dtype=np.float64).ravel() for name, values in (parameters or {}).items()}
-    family = Family(law, tuple(more), wall, base)
-    axes = [*(np.array(values, dtype=np.float64).ravel() for values in (r, beta, mu, zeta)), *more.values()]
-    check_axes(axes, family)
-    points = _points(axes)
-    fast = worth_compiling(axes, law)
-    chunks = [points[start : start + CHUNK] for start in range(0, len(points), CHUNK)]
-    rows = np.concatenate([sweep_points(chunk, family, fast=fast) for chunk in chunks])
-    return StateMap(axes[0], axes[1], axes[2], axes[3], wall, base, rows, law, more)
+    axes = (tuple(float(value) for value in values) for values in (r, beta, mu, zeta))
+    more = tuple((name, tuple(float(value) for value in values)) for name, values in (parameters or {}).items())
+    grid = Grid(*axes, wall=wall, law=law, parameters=more, base=base)
+    fast = grid.worth_compiling
+    chunks = [range(start, min(start + CHUNK, len(grid))) for start in range(0, len(grid), CHUNK)]
+    return StateMap(grid, np.concatenate([sweep_points(grid.points(c), grid.family, fast=fast) for c in chunks]))
 
 
-def check_axes(axes: Sequence[Floats], family: Family) -> None:
-    """Refuse empty axes and values outside their domain before anything is computed."""
-    for name, values in zip(family.coordinates, axes, strict=True):
-        if not values.size:
-            raise UsageError(f"sweep: {name}; expected at least one value; got none")
-    for position, values in enumerate(axes):
-        for value in values:
-            point = [float(axis[0]) for axis in axes]
-            point[position] = float(value)
-            family.problem(point)
-
-
-def worth_compiling(axes: Sequence[Floats], law: str = "coulomb") -> bool:
-    """Tell whether the map over these axes is large enough for the compiled kernel."""
-    others = float(np.prod([len(axis) for axis in axes[1:]]))
-    if law_of(law).kind != "rigid":
-        return are_many(others * len(axes[0]), law)
-    return engines.is_worth_it(others * (10.0 * len(axes[0]) + float(np.sum(4.0 / axes[0]))))
-
-
-def are_many(points: float, law: str) -> bool:
+def _are_many(points: float, law: str) -> bool:
     """Tell whether so many points of a law that is not rigid are solved sooner by its compiled kernel."""
     kind = law_of(law).kind
     if kind == "elastic":
@@ -288,10 +318,6 @@ def are_many(points: float, law: str) -> bool:
     from frictionlab.simulator.numeric.machine import is_ready  # noqa: PLC0415 - what is not asked for is not loaded
 
     return points > MANY[kind] * (1 if is_ready() else UNMADE)
-
-
-def _points(axes: Sequence[Floats]) -> Floats:
-    return np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")], axis=1)
 
 
 def warm_up(law: str) -> None:

@@ -5,7 +5,7 @@ it sticks and brentq finds when (3.2) lets it go. One hundred cycles count as st
 energies are integrated along, so that the numbers are as good as the integration; the README tells how good that is.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import cos, hypot, pi, sin
 from typing import Any
 
@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.last import SETTLED
+from frictionlab.simulator.problem import Base, Problem
+from frictionlab.simulator.state import Regime, SteadyState
 
-__all__ = ["ThesisRun", "thesis_run"]
+__all__ = ["ThesisRun", "thesis_run", "waited"]
 
 TURN = 2.0 * pi
 MARGIN = 1e-9  # the thesis's epsilon (rad): a slide starts so long after its release, lest the event end it at once
@@ -31,54 +33,43 @@ class ThesisRun:
     ----------
     problem : Problem
         What moves.
-    cycles : int
-        Cycles run from rest.
     time : ndarray of shape (n,)
         The integrator's own times in the last cycle, rad from its start.
-    displacement, velocity : ndarray of shape (n,)
-        State relative to the wall at these times, over Y.
-    energy_input, energy_dissipated : float
-        Work of the force, and of friction and dashpot, in the last cycle, over k Y^2.
+    states : ndarray of shape (4, n)
+        Displacement and velocity relative to the wall at these times, over Y; work of the force, and of friction and
+        dashpot, since the run began, over k Y^2.
     stops : int
         Sticks begun in the last cycle.
     stuck_time : float
         Time stuck in the last cycle, rad.
-    drift : float
-        Distance (z, r z') of the end of the last cycle from its start.
     """
 
     problem: Problem
-    cycles: int
     time: Floats
-    displacement: Floats
-    velocity: Floats
-    energy_input: float
-    energy_dissipated: float
+    states: Floats
     stops: int
     stuck_time: float
-    drift: float
 
     @property
-    def loop_area(self) -> float:
-        """Energy by the hysteresis loop (2.18) over the integrator's own points: what the thesis plots."""
-        force = _force(self.problem, self.time)
-        return float(np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(self.displacement)))
+    def displacement(self) -> Floats:
+        """Displacement relative to the wall (n,), over Y."""
+        return np.asarray(self.states[0])
 
+    @property
+    def energy_input(self) -> float:
+        """Work of the force in the last cycle, over k Y^2."""
+        return float(self.states[2, -1] - self.states[2, 0])
 
-@dataclass
-class _RestRun:
-    """A run in progress: state, and what the present cycle has collected."""
+    @property
+    def energy_dissipated(self) -> float:
+        """Work of friction and dashpot in the last cycle, over k Y^2."""
+        return float(self.states[3, -1] - self.states[3, 0])
 
-    problem: Problem
-    rtol: float
-    atol: float
-    tau: float = 0.0
-    state: Floats = field(default_factory=lambda: np.zeros(4))  # z, v, energy put in, energy dissipated
-    slid: bool = False
-    stops: int = 0
-    stuck_time: float = 0.0
-    times: list[Floats] = field(default_factory=list)
-    states: list[Floats] = field(default_factory=list)
+    @property
+    def drift(self) -> float:
+        """Distance (z, r z') of the end of the last cycle from its start."""
+        z, v = self.states[:2, -1] - self.states[:2, 0]
+        return hypot(float(z), self.problem.r * float(v))
 
 
 def thesis_run(problem: Problem, *, cycles: int = 100, rtol: float = 1e-3, atol: float = 1e-6) -> ThesisRun:
@@ -109,26 +100,11 @@ def thesis_run(problem: Problem, *, cycles: int = 100, rtol: float = 1e-3, atol:
     if cycles < 1:
         raise SimulationError(f"thesis run: cycles; expected >= 1; got {cycles}")
     _check_law(problem)
-    run = _RestRun(problem, rtol, atol)
-    start = run.state.copy()
+    state, slid = np.zeros(4), False
     for _ in range(cycles):
-        start = run.state.copy()
-        run.tau, run.stops, run.stuck_time, run.times, run.states = 0.0, 0, 0.0, [], []
-        _one_cycle(run)
-    work = run.state - start
-    states = np.concatenate(run.states, axis=1)
-    return ThesisRun(
-        problem=problem,
-        cycles=cycles,
-        time=np.concatenate(run.times),
-        displacement=states[0],
-        velocity=states[1],
-        energy_input=float(work[2]),
-        energy_dissipated=float(work[3]),
-        stops=run.stops,
-        stuck_time=run.stuck_time,
-        drift=hypot(float(work[0]), problem.r * float(work[1])),
-    )
+        run, slid = _one_cycle(problem, state, slid, {"rtol": rtol, "atol": atol})
+        state = run.states[:, -1]
+    return run
 
 
 def _check_law(problem: Problem) -> None:
@@ -142,33 +118,45 @@ def _check_law(problem: Problem) -> None:
         )
 
 
-def _one_cycle(run: _RestRun) -> None:
-    """Carry the run over one cycle of the drive, phase by phase."""
-    hold = run.problem.mu * run.problem.beta
-    for _ in range(MOST_EVENTS):
-        if run.tau >= TURN:
-            return
-        pull = float(_force(run.problem, np.array([run.tau]))[0]) - run.state[0]
-        if run.state[1] == 0.0 and abs(pull) <= hold:
-            _stick(run, hold)
+def _one_cycle(
+    problem: Problem,
+    start: Floats,
+    slid: bool,  # noqa: FBT001 - a state, no option
+    tolerances: dict[str, float],
+) -> tuple[ThesisRun, bool]:
+    """Carry the state over one cycle of the drive, phase by phase; whether it slides at the end."""
+    hold, force = problem.mu * problem.beta, Base(*problem.force)
+    times, states = [np.zeros(1)], [start[:, None]]
+    tau, state, stops, stuck = 0.0, start, 0, 0.0
+    while tau < TURN:
+        pull = float(force.at(tau)) - state[0]
+        if state[1] == 0.0 and abs(pull) <= hold:
+            end = _release(force, float(state[0]), tau, hold)
+            stops, stuck, slid = stops + slid, stuck + end - tau, False
+            times.append(np.array([tau, end]))
+            states.append(np.column_stack((state, state)))
         else:
-            _slide(run, float(np.sign(run.state[1] or pull)), pull)
-    raise SimulationError(
-        f"thesis run: events without end: r = {run.problem.r!r}, beta = {run.problem.beta!r}, "
-        f"tau = {run.tau!r}; "
-        f"expected fewer than {MOST_EVENTS} phases per cycle; got more; "
-        "do: tighten rtol and atol, or use solver 'exact'"
-    )
+            time, moved = _slide(problem, tau, state, pull, tolerances)
+            times.append(time)
+            states.append(moved)
+            slid = True
+        tau, state = float(times[-1][-1]), states[-1][:, -1]
+        if len(times) > MOST_EVENTS:
+            raise SimulationError(
+                f"thesis run: events without end: r = {problem.r!r}, beta = {problem.beta!r}, tau = {tau!r}; expected "
+                f"fewer than {MOST_EVENTS} phases per cycle; got more; do: tighten rtol and atol, or use solver 'exact'"
+            )
+    return ThesisRun(problem, np.concatenate(times), np.concatenate(states, axis=1), stops, stuck), slid
 
 
-def _slide(run: _RestRun, side: float, pull: float) -> None:
+def _slide(p: Problem, tau: float, state: Floats, pull: float, tolerances: dict[str, float]) -> tuple[Floats, Floats]:
     """Integrate a slide until the velocity is zero or the cycle ends; from rest it starts epsilon later, moving."""
     from scipy.integrate import solve_ivp  # noqa: PLC0415 - 0.6 s that the exact solver does not need
 
-    p = run.problem
-    if run.state[1] == 0.0 and run.tau + MARGIN < TURN:
-        run.state[1] = (pull - p.beta * side) / p.r**2 * MARGIN
-        run.tau += MARGIN
+    side, state = float(np.sign(state[1] or pull)), state.copy()
+    if state[1] == 0.0 and tau + MARGIN < TURN:
+        state[1] = (pull - p.beta * side) / p.r**2 * MARGIN
+        tau += MARGIN
     harmonics = list(enumerate(zip(*p.force, strict=True), 1))
 
     def derivative(tau: float, y: Floats) -> tuple[float, float, float, float]:
@@ -184,41 +172,44 @@ def _slide(run: _RestRun, side: float, pull: float) -> None:
     rest: Any = at_rest
     rest.terminal, rest.direction = True, -side
     integrate: Any = solve_ivp
-    answer = integrate(derivative, (run.tau, TURN), run.state, method="RK45", rtol=run.rtol, atol=run.atol, events=rest)
-    run.times.append(answer.t)
-    run.states.append(answer.y)
-    run.tau, run.state, run.slid = float(answer.t[-1]), answer.y[:, -1].copy(), True
+    answer = integrate(derivative, (tau, TURN), state, method="RK45", events=rest, **tolerances)
     if answer.status == 1:
-        run.state[1] = 0.0
+        answer.y[1, -1] = 0.0
+    return answer.t, answer.y
 
 
-def _stick(run: _RestRun, hold: float) -> None:
-    """Hold the mass until the force overcomes static friction (3.2): a scan for the bracket, then brentq."""
+def _release(force: Base, position: float, tau: float, hold: float) -> float:
+    """When the force overcomes static friction (3.2), or the cycle ends: a scan for the bracket, then brentq."""
     from scipy.optimize import brentq  # noqa: PLC0415 - heavy, needed by this method alone
 
-    position = float(run.state[0])
-
     def excess(tau: float) -> float:
-        return float(abs(_force(run.problem, np.array([tau]))[0] - position)) - hold
+        return abs(float(force.at(tau)) - position) - hold
 
-    grid = np.linspace(run.tau, TURN, 400 * run.problem.base.harmonics)
-    over = np.flatnonzero(np.abs(_force(run.problem, grid) - position) > hold)
-    end = TURN
-    if over.size:
-        low = float(grid[max(0, over[0] - 1)])
-        end = float(brentq(excess, low, float(grid[over[0]]))) + MARGIN if excess(low) < 0.0 else low + MARGIN
-    end = min(end, TURN)
-    run.stops += run.slid
-    run.stuck_time += end - run.tau
-    run.times.append(np.array([run.tau, end]))
-    run.states.append(np.column_stack((run.state, run.state)))
-    run.tau, run.slid = end, False
+    grid = np.linspace(tau, TURN, 400 * force.harmonics)
+    over = np.flatnonzero(np.abs(force.at(grid) - position) > hold)
+    if not over.size:
+        return TURN
+    low = float(grid[max(0, over[0] - 1)])
+    go = float(brentq(excess, low, float(grid[over[0]]))) if excess(low) < 0.0 else low
+    return min(go + MARGIN, TURN)
 
 
-def _force(problem: Problem, tau: Floats) -> Floats:
-    """Return the force F at times tau."""
-    cosine, sine = problem.force
-    total = np.zeros_like(tau)
-    for k, (a, b) in enumerate(zip(cosine, sine, strict=True), 1):
-        total += a * np.cos(k * tau) + (b * np.sin(k * tau) if b else 0.0)
-    return total
+def waited(problem: Problem, cycles: int) -> SteadyState:
+    """Return what the thesis's method says after a number of cycles from rest; its energy is the one put in (2.16)."""
+    run = thesis_run(problem, cycles=cycles)
+    amplitude = 0.5 * float(np.ptp(run.displacement))
+    moved, settled = amplitude > 0.0, run.drift <= SETTLED * (1.0 + amplitude)
+    regime: Regime = ("stick-slip" if run.stops else "continuous") if moved else "stuck"
+    return SteadyState(
+        problem=problem,
+        solver="thesis",
+        outcome=("periodic" if settled else "not settled") if moved else "stuck",
+        energy_taken=run.energy_input,
+        response_amplitude=amplitude,
+        stops_per_cycle=float(run.stops),
+        stuck_fraction=run.stuck_time / TURN,
+        regime=regime,
+        period_cycles=1 if settled else None,
+        closure_error=abs(run.energy_input - run.energy_dissipated),
+        residual=run.drift,
+    )

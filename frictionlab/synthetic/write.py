@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from frictionlab.errors import SceneError
 from frictionlab.files import check_replaceable, make_folder, write_whole
 from frictionlab.scene import Scene
-from frictionlab.simulator import Structure, observe, steady_state
+from frictionlab.simulator import Structure, steady_state
 from frictionlab.simulator.several import steady
 from frictionlab.synthetic.virtual_motion import (
     HOUR,
@@ -203,15 +203,14 @@ def _steady_truth(test: SyntheticTest) -> dict[str, object]:
     if test.frame is not None:
         return _truth_of_masses(test.frame, test.natural_frequency_hz)
     state = steady_state(test.problem())
-    seen = observe(state)
     return {
         "outcome": state.outcome,
-        "energy_per_cycle": seen.energy_per_cycle,
+        "energy_per_cycle": state.energy_per_cycle,
         "energy_dissipated_per_cycle": state.energy_taken,
-        "response_amplitude": seen.response_amplitude,
-        "stops_per_cycle": seen.stops_per_cycle,
+        "response_amplitude": state.response_amplitude,
+        "stops_per_cycle": state.stops_per_cycle,
         "stuck_fraction": state.stuck_fraction,
-        "regime": seen.regime,
+        "regime": state.regime,
     }
 
 
@@ -250,7 +249,7 @@ def energy_slope(test: SyntheticTest, transient: float) -> float | None:
         return None
     times = (transient, test.duration_s)
     betas = [test.friction_ratio * (1 + test.friction_drift_per_hour * time / HOUR) for time in times]
-    energies = [observe(steady_state(test.problem(beta))).energy_per_cycle for beta in betas]
+    energies = [steady_state(test.problem(beta)).energy_per_cycle for beta in betas]
     if energies[0] is None or energies[1] is None:
         return None
     return (energies[1] - energies[0]) / (times[1] - times[0]) * HOUR

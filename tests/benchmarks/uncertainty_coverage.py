@@ -21,7 +21,7 @@ from frictionlab.analysis.channels import low_pass
 from frictionlab.analysis.measure import measure
 from frictionlab.inference import predict
 from frictionlab.recording import Recording
-from frictionlab.simulator import Problem, observe, steady_state
+from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.engine import compiled
 from tests.inference.contacts import NATURAL_HZ, recorded, scene
 
@@ -101,7 +101,7 @@ def scores_of(r: float, beta: float, seed: int, *, filtered: bool = False) -> tu
     filters = filters_of(np.random.default_rng([19, round(1000 * r), seed])) if filtered and seed % 2 else {}
     truth, recording = off_as_declared(Problem(r, beta), generator, seconds=30.0, filters=filters)
     what = scene(**{**TABLES, "sensors": {**TABLES["sensors"], **filters}})
-    shown = observe(steady_state(truth))
+    shown = steady_state(truth)
     measured = measure(recording, what)
     found = predict(measured, what)
     pairs = (

@@ -13,7 +13,7 @@ from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.kernel.events import release, slide_end
 from frictionlab.simulator.kernel.layout import Force, RigidContact, State
 from frictionlab.simulator.kernel.motion import local_force, make_oscillator, make_rig, motion_at
-from frictionlab.simulator.trajectory import refuse_chatter
+from frictionlab.simulator.rigid import refuse_chatter
 from tests.simulator import naive
 from tests.simulator.phases import phases_of
 

@@ -10,7 +10,7 @@ import pytest
 from frictionlab.errors import ParameterError, UsageError
 from frictionlab.simulator import Problem, Solver, steady_state
 from frictionlab.simulator.laws import TERMS, law_of
-from frictionlab.simulator.numeric.machine import machine_of
+from frictionlab.simulator.numeric.machine import Machine
 
 CONTRACT = {
     "coulomb": ["beta"],
@@ -70,7 +70,7 @@ def test_every_pair_of_terms_is_solved_or_excluded_by_name() -> None:
                 law_of(name)
         elif law_of(name).kind in ("smooth", "inner"):
             usual = {p.name: p.usual[1] for p in law_of(name).own if p.name != "beta"}
-            machine_of(Problem(0.5, 0.4, law=name, parameters=usual), 1e-8, fast=False)
+            Machine(Problem(0.5, 0.4, law=name, parameters=usual), 1e-8, fast=False)
 
 
 def test_mu_is_refused_by_its_own_name_where_the_law_has_no_break_away() -> None:

@@ -163,16 +163,16 @@ def test_a_run_from_rest_settles_on_the_steady_state() -> None:
 
 @pytest.mark.timeout(300)  # compiles once on a new machine
 def test_plain_and_compiled_kernels_give_the_same_bits() -> None:
-    from frictionlab.simulator.numeric.machine import Machine, machine_of  # noqa: PLC0415
+    from frictionlab.simulator.numeric.machine import Machine  # noqa: PLC0415
 
     def states(rig: Machine) -> list[float]:
         rig.put(rig.rest_state())
         rig.carry(0.0, 3.0, slopes=True)
-        return [float(x) for x in (*rig.room[layout.STATE], *rig.room[layout.SLOPES])]
+        return [float(x) for x in (*rig.room.state, *rig.room.slopes)]
 
     machine.compiled()
     for law in LAWS:
-        slow, fast = (machine_of(problem(law, r=0.4), 1e-8, fast=which) for which in (False, True))
+        slow, fast = (machine.Machine(problem(law, r=0.4), 1e-8, fast=which) for which in (False, True))
         assert states(slow) == states(fast)
 
 
@@ -214,10 +214,10 @@ def test_rate_and_state_friction_makes_two_stops_where_coulombs_makes_six() -> N
 def test_the_slopes_of_a_cycle_are_those_of_differences(law: str) -> None:
     """Through slides, stops and releases; the multiplier of an orbit is made of them."""
     asked = problem(law + "+place", 0.6, 0.5, parameters=LAWS[law] | {"gradient": 0.1})
-    rig = machine.machine_of(asked, 1e-10, fast=False)
+    rig = machine.Machine(asked, 1e-10, fast=False)
     start = propagate(rig, rig.rest_state(), 2.0)[0]
     _, slopes = propagate(rig, start, 3.0, slopes=True)
-    steps = np.diag(1e-6 * np.array(rig.room[layout.SCALE][: rig.size]))
+    steps = np.diag(1e-6 * np.array(rig.room.scale[: rig.size]))
     if rig.is_smooth and start[1] == 0.0:
         steps[1] = 0.0
     for step in steps:
@@ -230,9 +230,9 @@ def test_a_search_that_got_lost_leaves_nothing_behind() -> None:
     """Newton once shrank the step to nothing, and the run that took over then began with it: steps "too short"."""
     law = {"direct_effect": 0.0059, "evolution_effect": 0.0877, "slip_distance": 0.0064, "reference_speed": 0.0098}
     asked = problem("coulomb+rate-state", 1.5, 0.19, parameters=law | {"stiffness_ratio": 93.8})
-    rig = machine.machine_of(asked, 1e-8, fast=False)
+    rig = machine.Machine(asked, 1e-8, fast=False)
     before = propagate(rig, rig.rest_state(), 1.0)[0]
-    rig.room[layout.TALLY][layout.LENGTH] = 1e-30
+    rig.room.tally[layout.LENGTH] = 1e-30
     np.testing.assert_array_equal(propagate(rig, rig.rest_state(), 1.0)[0], before)
 
 

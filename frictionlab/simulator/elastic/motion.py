@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from frictionlab.simulator.elastic import engine as engines
+from frictionlab.simulator.motion import Motion, Timeline, cycles_of
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.timeline import PhasedMotion, Timeline, cycles_of
-from frictionlab.simulator.trajectory import recorded
+from frictionlab.simulator.rigid import recorded
 
 __all__ = ["ElasticMotion", "from_phases"]
 
@@ -17,7 +17,7 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class ElasticMotion(PhasedMotion):
+class ElasticMotion(Motion):
     """A motion of one problem, phase by phase: in each the same sliders slip; the mass moves one way, or none slips.
 
     Parameters
@@ -27,26 +27,18 @@ class ElasticMotion(PhasedMotion):
     phases : ndarray of shape (n, 8)
         Of each phase: sliders that slip, start (rad, within its cycle), duration, z, v, a, stiffness of the oscillator,
         force of the sliders over k Y at its start.
-    cycle : ndarray of shape (n,)
-        Cycle in which the phase begins, counted from the start of the motion.
-    periodic : bool
-        Whether the motion repeats after its last phase: then it is defined at all times.
+    timeline : Timeline
+        When the phases are.
     """
 
     problem: Problem
     phases: Floats
-    cycle: NDArray[np.int64]
-    periodic: bool = False
+    timeline: Timeline
 
     @property
     def slipping(self) -> Floats:
         """How many sliders slip in each phase."""
         return self.phases[:, 0]
-
-    @property
-    def timeline(self) -> Timeline:
-        """When its phases are."""
-        return Timeline(self.cycle, self.phases[:, 1], self.phases[:, 2], self.periodic)
 
     @property
     def stops(self) -> Floats:
@@ -85,4 +77,4 @@ def from_phases(
     cycle = first + cycles_of(rows[:, 1], rows[:, 2])
     for column in (rows, cycle):
         column.setflags(write=False)
-    return ElasticMotion(problem, rows, cycle, periodic)
+    return ElasticMotion(problem, rows, Timeline(cycle, rows[:, 1], rows[:, 2], periodic))

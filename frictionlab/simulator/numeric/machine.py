@@ -1,8 +1,6 @@
 """The numeric kernel ready to run, plain or compiled, and a problem in the form that it takes."""
 
 import functools
-from collections.abc import Callable
-from dataclasses import dataclass
 from math import hypot
 from typing import Any
 
@@ -13,20 +11,10 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator.engine import Engine, as_it_stands, compile_modules, machine_code_folder
 from frictionlab.simulator.laws import bouc_wen, dahl, logarithm, lugre, rate_state, stribeck
 from frictionlab.simulator.meter import Meter
-from frictionlab.simulator.numeric import accounts, contact, layout, phases, step, tableau, travel
+from frictionlab.simulator.numeric import contact, layout, phases, step, tableau
 from frictionlab.simulator.problem import Problem
 
-__all__ = [
-    "LostError",
-    "Machine",
-    "Spent",
-    "compiled",
-    "forces_of",
-    "is_ready",
-    "machine_of",
-    "plain",
-    "slips_in_jumps",
-]
+__all__ = ["LostError", "Machine", "Spent", "compiled", "contacts_of", "is_ready", "plain", "slips_in_jumps"]
 
 FORMULAS = {
     stribeck: ("stribeck_factor",),
@@ -36,7 +24,7 @@ FORMULAS = {
     lugre: ("lugre_curve", "lugre_flow"),
     rate_state: ("rate_state_slip", "rate_state_age"),
 }
-MODULES = (contact, step, phases, accounts, travel)  # each uses only those before it
+MODULES = (contact, step, phases)  # each uses only those before it
 CODES = {
     "stribeck": (layout.STRIBECK, ("static_ratio", "stribeck_speed", "stribeck_exponent")),
     "logarithm": (layout.LOGARITHM, ("rate_strength", "rate_speed")),
@@ -61,30 +49,72 @@ class LostError(SimulationError):
     """From this state the motion cannot be carried on: friction turns negative, or steps become too short."""
 
 
-@dataclass(frozen=True)
 class Machine:
-    """A problem in the kernel's form: its functions, numbers and buffers; ``meter``: where its steps are booked."""
+    """A problem in the kernel's form: its functions, numbers and buffers.
 
-    kernel: Any
-    buffer: Callable[[tuple[float, ...]], Any]
-    problem: Problem
-    rig: layout.Rig
-    force: Any
-    table: Any
-    room: Any
-    meter: Meter | None = None
+    Parameters
+    ----------
+    problem : Problem
+    rtol : float
+        Tolerance of a step, over the size of each component.
+    fast : bool
+        Whether to take the compiled kernel.
+    steps : int, optional
+        How many may be tried; by default what plain Python or the compiled kernel does in some seconds.
+    rows : int
+        Space for so many recorded steps.
+    meter : Meter, optional
+        Where steps are booked.
+
+    Raises
+    ------
+    SimulationError
+        The law is none that this solver knows.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        rtol: float,
+        *,
+        fast: bool,
+        steps: int | None = None,
+        rows: int = 0,
+        meter: Meter | None = None,
+    ) -> None:
+        self.problem, self.rtol, self.fast, self.meter = problem, rtol, fast, meter
+        self.steps = steps if steps is not None else CAP if fast else CAP_PLAIN
+        self.engine = compiled() if fast else plain()
+        self.kernel, self.buffer, self.rig = self.engine.kernel, self.engine.buffer, _rig(problem)
+        sizes = [hypot(c, s) for c, s in zip(*problem.force, strict=True)]
+        bounds = tuple(float(sum(k**n * c for k, c in enumerate(sizes, 1))) for n in (1, 2))
+        table = tableau.NODES, tableau.WEIGHTS, tableau.STAGES, tableau.BERNSTEIN
+        empty = ((0.0,) * size for size in (*layout.SIZES, rows * layout.ROW))
+        self.room = layout.Room(*(self.buffer(values) for values in (*problem.force, bounds, *table, *empty)))
+        self.room.scale[:] = self.buffer(_scale(problem))
+        self.room.tally[layout.TOLERANCE], self.room.tally[layout.BUDGET] = rtol, self.steps
+
+    def again(self, *, rtol: float | None = None, rows: int = 0) -> "Machine":
+        """Return another one for the same problem, by finer steps or with space to record them."""
+        tolerance = self.rtol if rtol is None else rtol
+        return Machine(self.problem, tolerance, fast=self.fast, steps=self.steps, rows=rows, meter=self.meter)
 
     @property
     def size(self) -> int:
         """Components of the state: z, v and the contact's own."""
-        return int(self.rig[13])
+        return self.rig.size
+
+    @property
+    def state(self) -> Floats:
+        """The state now."""
+        return np.array(self.room.state[: self.size])
 
     def put(self, state: Floats) -> None:
         """Set the state; its slopes over itself are then 1, and steps begin as if nothing had gone before."""
-        self.room[layout.TALLY][layout.LENGTH] = FIRST * min(self.problem.r, 1.0) / self.problem.base.harmonics
+        self.room.tally[layout.LENGTH] = FIRST * min(self.problem.r, 1.0) / self.problem.base.harmonics
         padded = (*state.tolist(), *((0.0,) * (layout.WIDTH - self.size)))
-        self.room[layout.STATE][:] = self.buffer(padded)
-        self.room[layout.SLOPES][:] = self.buffer(tuple(np.eye(layout.WIDTH).ravel().tolist()))
+        self.room.state[:] = self.buffer(padded)
+        self.room.slopes[:] = self.buffer(tuple(np.eye(layout.WIDTH).ravel().tolist()))
 
     def carry(self, tau: float, span: float, *, slopes: bool = False) -> None:
         """Carry the state, and its slopes, from a phase of the drive over at most a cycle.
@@ -98,14 +128,21 @@ class Machine:
         OverspentError
             Nothing is left on the meter.
         """
-        before = self.room[layout.TALLY][layout.STEPS]
-        code = self.kernel.carry(self.rig, self.force, self.table, self.room, (tau, span, slopes))
+        before = self.room.tally[layout.STEPS]
+        code = self.kernel.carry(self.rig, self.room, tau, span, slopes)
         if self.meter is not None:
-            self.meter.take(float(self.room[layout.TALLY][layout.STEPS] - before))
+            self.meter.take(float(self.room.tally[layout.STEPS] - before))
         if code == layout.TOO_MANY:
             raise Spent
         if code != layout.FINE:
             raise LostError(_lost(self.problem, code))
+
+    def recorded(self) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return start (n,), length (n,), side (n,) and values (n, 8, 4) of the steps recorded."""
+        count = int(self.room.tally[layout.ROWS])
+        log = np.array(self.room.log[: count * layout.ROW]).reshape(count, layout.ROW)
+        values = np.ascontiguousarray(log[:, 3:]).reshape(count, layout.NODES, layout.WIDTH)
+        return log[:, 0].copy(), log[:, 1].copy(), log[:, 2].copy(), values
 
     def rest_state(self, tau: float = 0.0) -> Floats:
         """The mass at rest with a relaxed spring, the contact unloaded; a rate-and-state contact has its steady age."""
@@ -119,7 +156,7 @@ class Machine:
     @property
     def is_smooth(self) -> bool:
         """Whether the contact has no state of its own: it holds truly in a stop."""
-        return self.rig[0] < layout.DAHL
+        return self.rig.code < layout.DAHL
 
 
 def _lost(problem: Problem, code: int) -> str:
@@ -173,37 +210,6 @@ def is_ready() -> bool:
     return bool(compiled.cache_info().currsize) or any(folder.glob("**/*.nbi"))
 
 
-def machine_of(problem: Problem, rtol: float, *, fast: bool, rows: int = 0) -> Machine:
-    """Set up a problem for the plain or the compiled kernel.
-
-    Parameters
-    ----------
-    problem : Problem
-    rtol : float
-        Tolerance of a step, over the size of each component.
-    fast : bool
-        Whether to take the compiled kernel.
-    rows : int
-        Space for so many recorded steps.
-
-    Raises
-    ------
-    SimulationError
-        The law is none that this solver knows.
-    """
-    engine = compiled() if fast else plain()
-    buffer = engine.buffer
-    sizes = (*layout.SIZES[:-1], rows * layout.ROW)
-    room = tuple(buffer((0.0,) * size) for size in sizes)
-    room[layout.SCALE][:] = buffer(_scale(problem))
-    tally = room[layout.TALLY]
-    tally[layout.TOLERANCE] = rtol
-    tally[layout.BUDGET] = CAP if fast else CAP_PLAIN
-    table = tuple(buffer(part) for part in (tableau.NODES, tableau.WEIGHTS, tableau.STAGES, tableau.BERNSTEIN))
-    force = tuple(buffer(part) for part in _force(problem))
-    return Machine(engine.kernel, buffer, problem, _rig(problem), force, table, room)
-
-
 def _rig(problem: Problem) -> layout.Rig:
     """The numbers of a problem in the kernel's order."""
     code, names = _code(problem)
@@ -212,13 +218,11 @@ def _rig(problem: Problem) -> layout.Rig:
     if code == layout.STRIBECK:
         up = down = own[0]
     size = 2 if code < layout.DAHL else 4 if code == layout.RATE_STATE else 3
-    sizes = [hypot(c, s) for c, s in zip(*problem.force, strict=True)]
-    first, second = (sum(k**n * c for k, c in enumerate(sizes, 1)) for n in (1, 2))
-    return (
-        *(float(code), problem.r, problem.beta, problem.parameter("gradient"), problem.zeta),
-        *(problem.frame_damping_ratio, *own, *((0.0,) * (5 - len(own)))),
-        *(up, down, float(size), 2.0 if code == layout.RATE_STATE else 1.0, first, second, _narrow(problem)),
-    )
+    ending = 2 if code == layout.RATE_STATE else 1
+    damping = 2.0 * problem.zeta * problem.r, 2.0 * problem.frame_damping_ratio * problem.r
+    law: Any = (*own, *((0.0,) * (5 - len(own))))
+    gradient = problem.parameter("gradient")
+    return layout.Rig(code, problem.r, problem.beta, gradient, *damping, law, up, down, size, ending, _narrow(problem))
 
 
 def _narrow(problem: Problem) -> float:
@@ -251,25 +255,12 @@ def _scale(problem: Problem) -> tuple[float, ...]:
     return reach, reach / min(1.0, problem.r), inner or 1.0, 1.0
 
 
-def _force(problem: Problem) -> tuple[tuple[float, ...], ...]:
-    """F; f for the frame's dashpot; f for the displacement of the mass; G of the power put in."""
-    f, fixed = (problem.base.cosine, problem.base.sine), problem.wall == "fixed"
-    lead = [2.0 * problem.frame_damping_ratio * problem.r * k for k in range(1, problem.base.harmonics + 1)]
-    put_in = (
-        tuple(c - each * s for c, s, each in zip(*f, lead, strict=True)),
-        tuple(s + each * c for c, s, each in zip(*f, lead, strict=True)),
-    )
-    none: tuple[tuple[float, ...], ...] = ((), ())
-    return (
-        *problem.force,
-        *(f if fixed and problem.frame_damping_ratio else none),
-        *(none if fixed else f),
-        *(put_in if fixed else problem.force),
-    )
+def contacts_of(problem: Problem, sides: Floats, states: Floats) -> tuple[Floats, Floats]:
+    """Force of the contact on the mass and its slip at states (m, 4) of phases of given sides, by the kernel's formula.
 
-
-def forces_of(problem: Problem, sides: Floats, states: Floats) -> Floats:
-    """Force of the contact on the mass at states (m, 4) of phases of given sides, by the plain kernel's own formula."""
-    rig, out = _rig(problem), [0.0] * len(sides)
-    plain().kernel.forces(rig, sides.tolist(), states.ravel().tolist(), out)
-    return np.array(out)
+    At rest, side 0, neither is known from the state: both are 0 here.
+    """
+    engine = compiled() if compiled.cache_info().currsize else plain()
+    force, slip = engine.zeros(len(sides)), engine.zeros(len(sides))
+    engine.kernel.contacts(_rig(problem), engine.flat(sides), engine.flat(states), force, slip)
+    return np.array(force), np.array(slip)

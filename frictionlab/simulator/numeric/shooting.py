@@ -9,18 +9,10 @@ from numpy.typing import NDArray
 
 from frictionlab.simulator.meter import WAITED_CYCLES, WAITED_STEPS
 from frictionlab.simulator.numeric import layout
-from frictionlab.simulator.numeric.machine import LostError, Machine, Spent
+from frictionlab.simulator.numeric.machine import LostError, Machine
 from frictionlab.simulator.problem import Problem
 
-__all__ = [
-    "Orbit",
-    "Spent",
-    "find_orbit",
-    "is_weakening",
-    "multiplier_of",
-    "propagate",
-    "settle",
-]
+__all__ = ["Orbit", "find_orbit", "is_weakening", "newton", "propagate", "settle"]
 
 TURN = 2.0 * pi
 LONGEST = 8  # cycles of a period
@@ -64,7 +56,11 @@ class Orbit:
     @property
     def multiplier(self) -> float:
         """What a small disturbance is multiplied by in one period: the largest; its modulus if it is complex."""
-        return multiplier_of(self.slopes)
+        if not np.all(np.isfinite(self.slopes)):
+            return float("inf")
+        values = np.linalg.eigvals(self.slopes)
+        top = values[np.argmax(np.abs(values))]
+        return float(top.real) if abs(top.imag) < 1e-12 * abs(top) else float(abs(top))
 
     @property
     def is_exact(self) -> bool:
@@ -75,15 +71,6 @@ class Orbit:
     def is_stable(self) -> bool:
         """Whether a small disturbance does not grow."""
         return abs(self.multiplier) < 1.0 + 1e-9
-
-
-def multiplier_of(slopes: Floats) -> float:
-    """Eigenvalue of largest modulus; the modulus itself if it is complex."""
-    if not np.all(np.isfinite(slopes)):
-        return float("inf")
-    values = np.linalg.eigvals(slopes)
-    top = values[np.argmax(np.abs(values))]
-    return float(top.real) if abs(top.imag) < 1e-12 * abs(top) else float(abs(top))
 
 
 def is_weakening(problem: Problem) -> bool:
@@ -104,9 +91,8 @@ def propagate(
     machine.put(state)
     for begun in np.arange(0.0, span - 1e-9, TURN):
         machine.carry(tau0, float(min(TURN, span - begun)), slopes=slopes)
-    room, size = machine.room, machine.size
-    matrix = np.array(room[layout.SLOPES]).reshape(layout.WIDTH, layout.WIDTH)[:size, :size]
-    return np.array(room[layout.STATE][:size]), matrix
+    matrix = np.array(machine.room.slopes).reshape(layout.WIDTH, layout.WIDTH)
+    return machine.state, matrix[: machine.size, : machine.size]
 
 
 def find_orbit(machine: Machine, start: Floats | None, is_held: Callable[[Floats], bool]) -> Orbit | None:
@@ -131,7 +117,7 @@ def settle(machine: Machine, begin: Floats, is_held: Callable[[Floats], bool]) -
     """Follow the run from a state until Newton can finish it: when it nearly repeats, and at times in any case."""
     past, close = [begin], CLOSE
     for waited in range(1, WAITED_CYCLES + 1):
-        if machine.room[layout.TALLY][layout.STEPS] > WAITED_STEPS:
+        if machine.room.tally[layout.STEPS] > WAITED_STEPS:
             return None
         past = [*past[-LONGEST:], propagate(machine, past[-1], TURN)[0]]
         misses = [_distance(machine, past[-1], other) for other in past[-2::-1]]
@@ -166,7 +152,7 @@ def _finish(machine: Machine, state: Floats, cycles: int) -> Orbit | None:
 
 def _size(machine: Machine, state: Floats) -> Floats:
     """What each component is compared with."""
-    return np.array(machine.room[layout.SCALE][: machine.size]) + np.abs(state)
+    return np.array(machine.room.scale[: machine.size]) + np.abs(state)
 
 
 def _distance(machine: Machine, one: Floats, other: Floats) -> float:
@@ -211,6 +197,6 @@ def _next(machine: Machine, state: Floats, reached: Floats, slopes: Floats, miss
     if not np.all(np.isfinite(change)):
         return reached
     new = state + change * min(1.0, (10.0 + 1e3 * miss) / (_distance(machine, state, state + change) + 1e-300))
-    if machine.is_smooth and abs(new[1]) < 1e-13 * machine.room[layout.SCALE][1]:
+    if machine.is_smooth and abs(new[1]) < 1e-13 * machine.room.scale[1]:
         new[1] = 0.0
     return np.asarray(new)

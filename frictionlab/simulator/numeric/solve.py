@@ -1,18 +1,18 @@
 """The two verbs: the steady state solved for, and the motion from initial conditions."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from math import isfinite, pi
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator.meter import STATE, Meter
+from frictionlab.simulator.motion import Timeline
 from frictionlab.simulator.notes import COARSE, SLOW, Note
 from frictionlab.simulator.numeric import layout, machine, shooting
-from frictionlab.simulator.numeric.machine import Machine, machine_of
+from frictionlab.simulator.numeric.machine import Machine, Spent
 from frictionlab.simulator.numeric.motion import NumericMotion
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import Regime, SteadyState
@@ -71,7 +71,12 @@ def steady(
     if _is_unbounded(problem):
         return SteadyState(problem, "numeric", "unbounded")
     start = near.orbit.state(0.0) if near is not None and isinstance(near.orbit, NumericMotion) else None
-    return _with_means(problem, rtol, lambda means: _steady(problem, means, start), MOST, meter)
+
+    def solved(rig: Machine) -> SteadyState:
+        state = None if start is None else start[: rig.size]
+        return _answer(rig, shooting.find_orbit(rig, state, lambda begin: _holds(rig, begin)))
+
+    return _with_machine(problem, rtol, solved, MOST, meter)
 
 
 def steady_from(problem: Problem, x0: float, v0: float) -> SteadyState:
@@ -83,13 +88,12 @@ def steady_from(problem: Problem, x0: float, v0: float) -> SteadyState:
         The law cannot be integrated with these parameters, or friction turns negative on the way.
     """
 
-    def settled(means: _Means) -> SteadyState:
-        rig = means.machine(problem)
+    def settled(rig: Machine) -> SteadyState:
         begin = rig.rest_state()
         begin[:2] += (x0, v0)
-        return _answer(problem, means, shooting.settle(rig, begin, _holds(problem, means)))
+        return _answer(rig, shooting.settle(rig, begin, lambda state: _holds(rig, state)))
 
-    return _with_means(problem, RTOL, settled, MOST)
+    return _with_machine(problem, RTOL, settled, MOST)
 
 
 def _check(rtol: float) -> None:
@@ -97,26 +101,10 @@ def _check(rtol: float) -> None:
         raise UsageError(f"numeric solver: rtol; expected between 1e-12 and 1e-3; got {rtol!r}")
 
 
-@dataclass(frozen=True)
-class _Means:
-    """How the work is done: plain or compiled, the tolerance, the steps allowed."""
-
-    fast: bool
-    rtol: float
-    steps: int
-    meter: Meter | None = None
-
-    def machine(self, problem: Problem, rows: int = 0) -> Machine:
-        """The problem set up so."""
-        rig = machine_of(problem, self.rtol, fast=self.fast, rows=rows)
-        rig.room[layout.TALLY][layout.BUDGET] = self.steps
-        return replace(rig, meter=self.meter)
-
-
-def _with_means(
+def _with_machine(
     problem: Problem,
     rtol: float,
-    work: Callable[[_Means], Result],
+    work: Callable[[Machine], Result],
     most: int = machine.CAP,
     meter: Meter | None = None,
 ) -> Result:
@@ -126,12 +114,12 @@ def _with_means(
         machine.compiled()  # steps that plain Python tries in vain would count twice
     if not machine.compiled.cache_info().currsize:
         try:
-            return work(_Means(fast=False, rtol=rtol, steps=HINT if machine.is_ready() else machine.CAP_PLAIN))
-        except shooting.Spent:
+            return work(Machine(problem, rtol, fast=False, steps=HINT if machine.is_ready() else None))
+        except Spent:
             machine.compiled()
     try:
-        return work(_Means(fast=True, rtol=rtol, steps=most, meter=meter))
-    except shooting.Spent:
+        return work(Machine(problem, rtol, fast=True, steps=most, meter=meter))
+    except Spent:
         raise SimulationError(
             machine.slips_in_jumps(problem)
             or f"simulation: law {problem.law.name} at r = {problem.r!r}, parameters {problem.parameters}; expected "
@@ -140,37 +128,28 @@ def _with_means(
         ) from None
 
 
-def _steady(problem: Problem, means: _Means, start: Floats | None) -> SteadyState:
-    rig = means.machine(problem)
-    found = shooting.find_orbit(rig, None if start is None else start[: rig.size], _holds(problem, means))
-    return _answer(problem, means, found)
+def _holds(rig: Machine, state: Floats) -> bool:
+    """Whether the contact holds over the cycle from a state."""
+    return _resting_share(_recorded(rig, state, 0.0, 1, periodic=False)) == 1.0
 
 
-def _holds(problem: Problem, means: _Means) -> Callable[[Floats], bool]:
-    """What tells of a state whether the contact holds over the cycle from there."""
-
-    def is_held(state: Floats) -> bool:
-        motion, _ = _recorded(problem, means, (state, 0.0, 1), periodic=False)
-        return _resting_share(motion) == 1.0
-
-    return is_held
-
-
-def _answer(problem: Problem, means: _Means, found: shooting.Orbit | None) -> SteadyState:
+def _answer(rig: Machine, found: shooting.Orbit | None) -> SteadyState:
     """The numbers of an orbit, by finer steps where its two energies differ by more than the tolerance."""
+    problem = rig.problem
     if found is None:
         gives = Note.NOT_PASSIVE if _gives_energy(problem) else Note(0)
         return SteadyState(problem, "numeric", "not found", notes=Note.UNSETTLED | gives)
     for _ in range(TIGHTER + 1):
-        told = _told(problem, found, *_recorded(problem, means, (found.state, 0.0, found.cycles), periodic=True))
+        motion = _recorded(rig, found.state, 0.0, found.cycles, periodic=True)
+        told = _told(problem, found, motion)
         off, size = told.closure_error or 0.0, told.energy_taken or 0.0
-        closed = off <= max(means.rtol, CLOSED) * size or off < SMALLEST
-        dear = REFINING * len(told.orbit.begin) > MOST if isinstance(told.orbit, NumericMotion) else True
+        closed = off <= max(rig.rtol, CLOSED) * size or off < SMALLEST
+        dear = REFINING * len(motion.side) > MOST
         in_vain = off * TIGHTEN**TIGHTER > HIDDEN * size
-        if closed or dear or in_vain or not found.is_exact or means.rtol * TIGHTEN < FINEST:
+        if closed or dear or in_vain or not found.is_exact or rig.rtol * TIGHTEN < FINEST:
             break
-        means = replace(means, rtol=means.rtol * TIGHTEN)
-        better = shooting.newton(means.machine(problem), found.state, found.cycles, mirrored=found.mirrored)
+        rig = rig.again(rtol=rig.rtol * TIGHTEN)
+        better = shooting.newton(rig, found.state, found.cycles, mirrored=found.mirrored)
         if better is None:
             break
         found = better
@@ -179,65 +158,49 @@ def _answer(problem: Problem, means: _Means, found: shooting.Orbit | None) -> St
     return told
 
 
-def _recorded(
-    problem: Problem, means: _Means, task: tuple[Floats, float, int], *, periodic: bool
-) -> tuple[NumericMotion, Any]:
-    """Run some cycles from a state with a record, and account for them; the motion and the tally."""
-    state, tau, cycles = task
+def _recorded(rig: Machine, state: Floats, tau: float, cycles: int, *, periodic: bool, first: int = 0) -> NumericMotion:
+    """The motion over some cycles from a state; `first` is the count of cycles that it begins with."""
     rows = 256 * cycles
     while True:
-        rig = means.machine(problem, rows)
-        tally = rig.room[layout.TALLY]
+        rig = rig.again(rows=rows)
         rig.put(state)
         cuts = [0]
         for _ in range(cycles):
             rig.carry(tau, TURN)
-            cuts.append(int(tally[layout.ROWS]))
+            cuts.append(int(rig.room.tally[layout.ROWS]))
         if cuts[-1] <= rows:
-            rig.kernel.account(rig.rig, rig.force, rig.table, rig.room)
-            return _motion(rig, cuts, periodic=periodic), tally
+            break
         rows = cuts[-1]
-
-
-def _motion(rig: Machine, cuts: list[int], *, periodic: bool) -> NumericMotion:
-    """The recorded steps as a motion; `cuts` says how many were recorded at the end of each cycle."""
-    count = cuts[-1]
-    log = np.array(rig.room[layout.LOG][: count * layout.ROW]).reshape(count, layout.ROW)
-    slip = rig.buffer((0.0,) * (count * layout.NODES))
-    if not rig.is_smooth:
-        rig.kernel.slips(rig.rig, rig.room, slip)
-    turns = np.repeat(np.arange(len(cuts) - 1), np.diff(cuts))
-    values = log[:, 3:].reshape(count, layout.NODES, layout.WIDTH)
-    slips = np.array(slip).reshape(count, layout.NODES)
-    columns = [np.ascontiguousarray(c) for c in (log[:, 0] + TURN * turns, log[:, 1], log[:, 2], values, slips)]
-    for column in columns:
+    begin, length, side, values = rig.recorded()
+    cycle = first + np.repeat(np.arange(cycles), np.diff(cuts))
+    for column in (begin, length, side, values, cycle):
         column.setflags(write=False)
-    begin, length, side, values, slips = columns
-    return NumericMotion(rig.problem, begin, length, side, values, slips, periodic)
+    return NumericMotion(rig.problem, Timeline(cycle, begin, length, periodic), side, values)
 
 
-def _told(problem: Problem, found: shooting.Orbit, motion: NumericMotion, tally: Any) -> SteadyState:
+def _told(problem: Problem, found: shooting.Orbit, motion: NumericMotion) -> SteadyState:
     """The numbers of an orbit."""
-    cycles, stops, resting = found.cycles, motion.stops, _resting_share(motion)
+    cycles, stops, resting, sums = found.cycles, motion.stops, _resting_share(motion), motion.integrals
     stuck = resting == 1.0
-    dissipated = float(tally[layout.WORK] + tally[layout.FRAME]) / cycles
-    put_in = float(tally[layout.INPUT]) / cycles + _carried(problem)
+    frame, (low, high) = 2.0 * problem.frame_damping_ratio * problem.r, motion.range
+    taken = (sums.work + frame * (sums.dragged if problem.wall == "fixed" else sums.squared)) / cycles
+    off = sums.closure_error(frame) / cycles
     regime: Regime = "stuck" if stuck else "stick-slip" if len(stops) else "continuous"
     return SteadyState(
         problem=problem,
         solver="numeric",
         outcome="stuck" if stuck else "periodic",
-        energy_taken=dissipated,
-        response_amplitude=0.5 * float(tally[layout.HIGH] - tally[layout.LOW]),
+        energy_taken=taken,
+        response_amplitude=0.5 * (high - low),
         stops_per_cycle=0.0 if stuck else len(stops) / cycles,
         stuck_fraction=resting,
         regime=regime,
         symmetric=_is_symmetric(found, motion),
         period_cycles=cycles,
         floquet_multiplier=found.multiplier,
-        closure_error=abs(put_in - dissipated),
+        closure_error=off,
         residual=found.residual,
-        notes=_notes(problem, found, abs(put_in - dissipated) / dissipated if dissipated else 0.0, stuck=stuck),
+        notes=_notes(problem, found, off / taken if taken else 0.0, stuck=stuck),
         orbit=motion,
     )
 
@@ -247,14 +210,6 @@ def _resting_share(motion: NumericMotion) -> float:
     stops = motion.stops
     share = float(np.sum(stops[:, 1] - stops[:, 0])) / (motion.end - motion.start)
     return 1.0 if share > 1.0 - 1e-12 else share
-
-
-def _carried(problem: Problem) -> float:
-    """What a fixed wall's frame dashpot takes from the base by itself: 2 zeta_f r integral f'^2 of a cycle."""
-    if problem.wall == "base":
-        return 0.0
-    pairs = enumerate(zip(problem.base.cosine, problem.base.sine, strict=True), 1)
-    return 2.0 * problem.frame_damping_ratio * problem.r * pi * sum(k * k * (c * c + s * s) for k, (c, s) in pairs)
 
 
 def _is_symmetric(found: shooting.Orbit, motion: NumericMotion) -> bool:
@@ -345,16 +300,13 @@ def run(
         raise SimulationError(
             f"run: initial conditions; expected finite numbers; got x0 = {x0}, v0 = {v0}, tau0 = {tau0}"
         )
-    start = np.array([x0, v0]), tau0 % TURN
-    return _with_means(problem, rtol, lambda means: _run(problem, means, start, (cycles, kept)))
 
+    def followed(rig: Machine) -> NumericMotion:
+        begun = tau0 % TURN
+        state = rig.rest_state(begun)
+        state[:2] += (x0, v0)
+        for _ in range(cycles - kept):
+            state = shooting.propagate(rig, state, TURN, tau0=begun)[0]
+        return _recorded(rig, state, begun, kept, periodic=False, first=cycles - kept)
 
-def _run(problem: Problem, means: _Means, start: tuple[Floats, float], count: tuple[int, int]) -> NumericMotion:
-    (offset, tau0), (cycles, kept) = start, count
-    rig = means.machine(problem)
-    state = rig.rest_state(tau0)
-    state[:2] += offset
-    for _ in range(cycles - kept):
-        state = shooting.propagate(rig, state, TURN, tau0=tau0)[0]
-    motion, _ = _recorded(problem, means, (state, tau0, kept), periodic=False)
-    return motion.later(TURN * (cycles - kept))
+    return _with_machine(problem, rtol, followed)

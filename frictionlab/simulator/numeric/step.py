@@ -8,30 +8,8 @@ is below the tolerance. So the motion is as good everywhere as the tolerance say
 
 from math import isfinite
 
-from frictionlab.simulator.numeric.contact import rates, series
-from frictionlab.simulator.numeric.layout import (
-    JACOBIAN,
-    MATRIX,
-    PIVOT,
-    PULL,
-    RATE,
-    REDUCED,
-    RIGHT,
-    SCALE,
-    SLOPES,
-    STAGES,
-    STATE,
-    TALLY,
-    TRIAL,
-    VALUES,
-    WIDTH,
-    Buffer,
-    Force,
-    Rig,
-    Room,
-    Table,
-)
-from frictionlab.simulator.numeric.layout import STEPS as TAKEN
+from frictionlab.simulator.numeric.contact import drive, rates
+from frictionlab.simulator.numeric.layout import STAGES, STEPS, WIDTH, Buffer, Rig, Room
 
 __all__ = [
     "add_springs",
@@ -57,9 +35,9 @@ FAILED = 1e300  # the size of a correction that does not exist
 LOST = 1e-10  # corrections that stay, but are no larger than this, are rounding in a stiff law
 
 
-def at_node(table: Table, room: Room, theta: float, component: int) -> float:
+def at_node(room: Room, theta: float, component: int) -> float:
     """Value of the last step's polynomial at a share theta of the step."""
-    nodes, weights, values = table[0], table[1], room[VALUES]
+    nodes, weights, values = room.nodes, room.weights, room.values
     above, below = 0.0, 0.0
     for i in range(STAGES + 1):
         gap = theta - nodes[i]
@@ -71,12 +49,12 @@ def at_node(table: Table, room: Room, theta: float, component: int) -> float:
     return above / below
 
 
-def predict(table: Table, room: Room, size: int, offset: float, ratio: float) -> None:
+def predict(room: Room, size: int, offset: float, ratio: float) -> None:
     """Write a first guess of the stages: the last polynomial, at shares offset + ratio * node of its step."""
-    trial, nodes = room[TRIAL], table[0]
+    trial, nodes = room.trial, room.nodes
     for i in range(1, STAGES + 1):
         for k in range(size):
-            trial[i * WIDTH + k] = at_node(table, room, offset + ratio * nodes[i], k)
+            trial[i * WIDTH + k] = at_node(room, offset + ratio * nodes[i], k)
 
 
 def factorise(matrix: Buffer, pivot: Buffer, size: int) -> bool:
@@ -121,9 +99,9 @@ def solve_step(matrix: Buffer, pivot: Buffer, right: Buffer, size: int) -> None:
         right[i] = total / matrix[i * size + i]
 
 
-def add_springs(table: Table, room: Room, h: float, size: int) -> None:
+def add_springs(room: Room, h: float, size: int) -> None:
     """Add to the matrix of the stages what follows from z by way of v."""
-    matrix, slopes, a, less = room[MATRIX], room[JACOBIAN], table[2], size - 1
+    matrix, slopes, a, less = room.matrix, room.jacobian, room.stages, size - 1
     whole = STAGES * less
     for k in range(less):
         for i in range(STAGES):
@@ -134,9 +112,9 @@ def add_springs(table: Table, room: Room, h: float, size: int) -> None:
                         matrix[(i * less + k) * whole + m * less] += share * a[j * STAGES + m]
 
 
-def fill_matrix(table: Table, room: Room, h: float, size: int) -> None:
+def fill_matrix(room: Room, h: float, size: int) -> None:
     """Write 1 - h A x J of the stages, J the slopes of their rates, with z' = v put in: one component less."""
-    matrix, slopes, a, less = room[MATRIX], room[JACOBIAN], table[2], size - 1
+    matrix, slopes, a, less = room.matrix, room.jacobian, room.stages, size - 1
     whole = STAGES * less
     for i in range(STAGES):
         for j in range(STAGES):
@@ -145,21 +123,21 @@ def fill_matrix(table: Table, room: Room, h: float, size: int) -> None:
                 row, first = (i * less + k) * whole + j * less, (j * WIDTH + k + 1) * WIDTH + 1
                 for m in range(less):
                     matrix[row + m] = share * slopes[first + m]
-    add_springs(table, room, h, size)
+    add_springs(room, h, size)
     for i in range(whole):
         matrix[i * whole + i] += 1.0
 
 
-def solve_stages(table: Table, room: Room, h: float, size: int) -> None:
+def solve_stages(room: Room, h: float, size: int) -> None:
     """Solve the linear equations of all stages in place of their right-hand side, z by what v makes of it."""
-    right, reduced, slopes, a, less = room[RIGHT], room[REDUCED], room[JACOBIAN], table[2], size - 1
+    right, reduced, slopes, a, less = room.right, room.reduced, room.jacobian, room.stages, size - 1
     for i in range(STAGES):
         for k in range(less):
             total = 0.0
             for j in range(STAGES):
                 total += a[i * STAGES + j] * slopes[(j * WIDTH + k + 1) * WIDTH] * right[j * size]
             reduced[i * less + k] = right[i * size + k + 1] + h * total
-    solve_step(room[MATRIX], room[PIVOT], reduced, STAGES * less)
+    solve_step(room.matrix, room.pivot, reduced, STAGES * less)
     for i in range(STAGES):
         total = 0.0
         for j in range(STAGES):
@@ -169,9 +147,9 @@ def solve_stages(table: Table, room: Room, h: float, size: int) -> None:
             right[i * size + k + 1] = reduced[i * less + k]
 
 
-def fill_right(table: Table, room: Room, h: float, size: int) -> None:
+def fill_right(room: Room, h: float, size: int) -> None:
     """Write by how much the stages miss their equations."""
-    trial, rate, right, a = room[TRIAL], room[RATE], room[RIGHT], table[2]
+    trial, rate, right, a = room.trial, room.rate, room.right, room.stages
     for i in range(STAGES):
         for k in range(size):
             total = 0.0
@@ -180,38 +158,37 @@ def fill_right(table: Table, room: Room, h: float, size: int) -> None:
             right[i * size + k] = (trial[k] - trial[(i + 1) * WIDTH + k]) + h * total
 
 
-def improve(rig: Rig, table: Table, room: Room, task: tuple[float, float, int, bool]) -> float:
+def improve(rig: Rig, room: Room, side: float, h: float, size: int, fresh: bool) -> float:  # noqa: FBT001 - numba
     """One correction of the stages by Newton's method; its size over the scale, or FAILED if there is none."""
-    side, h, size, fresh = task
-    trial, right, worst = room[TRIAL], room[RIGHT], 0.0
+    trial, right, worst = room.trial, room.right, 0.0
     for j in range(STAGES):
-        rates(rig, side, room[PULL][j], (trial, (j + 1) * WIDTH), (room[RATE], room[JACOBIAN], j))
+        rates(rig, room, side, room.pull[j], trial, (j + 1) * WIDTH, j)
     if fresh:
-        fill_matrix(table, room, h, size)
-        if not factorise(room[MATRIX], room[PIVOT], STAGES * (size - 1)):
+        fill_matrix(room, h, size)
+        if not factorise(room.matrix, room.pivot, STAGES * (size - 1)):
             return FAILED
-    fill_right(table, room, h, size)
-    solve_stages(table, room, h, size)
+    fill_right(room, h, size)
+    solve_stages(room, h, size)
     for i in range(STAGES):
         for k in range(size):
             change = right[i * size + k]
             trial[(i + 1) * WIDTH + k] += change
-            off = abs(change) / (room[SCALE][k] + abs(trial[k]))
+            off = abs(change) / (room.scale[k] + abs(trial[k]))
             worst = max(worst, off) if isfinite(off) else FAILED
     return worst
 
 
-def step(rig: Rig, force: Force, table: Table, room: Room, task: tuple[float, float, float, int]) -> bool:
-    """Solve one step from STATE at t over h, from the guess in TRIAL; False if Newton's method fails."""
-    side, t, h, size = task
-    room[TALLY][TAKEN] += 1.0
+def step(rig: Rig, room: Room, side: float, t: float, h: float) -> bool:
+    """Solve one step from `state` at t over h, from the guess in `trial`; False if Newton's method fails."""
+    size = rig.size
+    room.tally[STEPS] += 1.0
     for k in range(WIDTH):
-        room[TRIAL][k] = room[STATE][k]
+        room.trial[k] = room.state[k]
     for j in range(STAGES):
-        room[PULL][j] = series(force[0], force[1], t + table[0][j + 1] * h)[0]
+        room.pull[j] = drive(room, t + room.nodes[j + 1] * h)[0]
     before, fresh = FAILED, True
     for _ in range(MOST):
-        now = improve(rig, table, room, (side, h, size, fresh))
+        now = improve(rig, room, side, h, size, fresh)
         if now >= FAILED:
             return False
         ratio = now / before if before < FAILED else GUESS
@@ -224,15 +201,15 @@ def step(rig: Rig, force: Force, table: Table, room: Room, task: tuple[float, fl
     return False
 
 
-def error_of(table: Table, room: Room, size: int) -> float:
+def error_of(room: Room, size: int) -> float:
     """Size of the trial step's error over the scale."""
-    trial, weights, worst = room[TRIAL], table[1], 0.0
+    trial, weights, worst = room.trial, room.weights, 0.0
     for k in range(size):
         top, largest = 0.0, 0.0
         for i in range(STAGES + 1):
             top += weights[i] * (trial[i * WIDTH + k] - trial[k])
             largest = max(largest, abs(trial[i * WIDTH + k]))
-        worst = max(worst, abs(top) * PEAK / (room[SCALE][k] + largest))
+        worst = max(worst, abs(top) * PEAK / (room.scale[k] + largest))
     return worst
 
 
@@ -242,7 +219,7 @@ def coarseness(rig: Rig, room: Room) -> float:
     A Stribeck curve that falls within nu may stand between two nodes unseen, and the polynomial looks perfect. So near
     v = 0 two nodes are at most nu apart. The power is that of the error, so that the step shrinks in proportion.
     """
-    narrow, trial, widest = rig[17], room[TRIAL], 0.0
+    narrow, trial, widest = rig.narrow, room.trial, 0.0
     if narrow <= 0.0:
         return 0.0
     for i in range(STAGES):
@@ -253,15 +230,15 @@ def coarseness(rig: Rig, room: Room) -> float:
     return ratio * ratio * ratio * ratio * ratio * ratio * ratio
 
 
-def carry_slopes(table: Table, room: Room, h: float, size: int) -> None:
+def carry_slopes(room: Room, h: float, size: int) -> None:
     """Carry the slopes of the state over its start through the step just solved, with the factors of its solution."""
-    whole, right, slopes = STAGES * size, room[RIGHT], room[SLOPES]
-    fill_matrix(table, room, h, size)
-    factorise(room[MATRIX], room[PIVOT], STAGES * (size - 1))
+    whole, right, slopes = STAGES * size, room.right, room.slopes
+    fill_matrix(room, h, size)
+    factorise(room.matrix, room.pivot, STAGES * (size - 1))
     for column in range(size):
         for i in range(STAGES):
             for k in range(size):
                 right[i * size + k] = slopes[k * WIDTH + column]
-        solve_stages(table, room, h, size)
+        solve_stages(room, h, size)
         for k in range(size):
             slopes[k * WIDTH + column] = right[whole - size + k]

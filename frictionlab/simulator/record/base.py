@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from frictionlab.errors import SimulationError
-from frictionlab.simulator.record.spline import spline_slopes
+from frictionlab.simulator.problem import Problem
 
-__all__ = ["BaseRecord", "Interpolation", "Quantity"]
+__all__ = ["BaseRecord", "Quantity", "wall_of"]
 
-Interpolation = Literal["cubic", "linear"]
 Quantity = Literal["displacement", "acceleration"]
 Floats = NDArray[np.float64]
 EVEN = 1e-9  # of a step: stamps closer than this to equal steps are taken as equal
@@ -20,17 +19,15 @@ EVEN = 1e-9  # of a step: stamps closer than this to equal steps are taken as eq
 
 @dataclass(frozen=True)
 class BaseRecord:
-    """A motion of the base, sampled; between its samples a cubic spline (not-a-knot), or straight lines.
+    """A motion of the base, sampled; between its samples a cubic spline (not-a-knot).
 
     Parameters
     ----------
     time : array_like of shape (n,)
         tau = omega_n t, rad, strictly increasing; steps need not be equal.
     displacement : array_like of shape (n,)
-        Displacement of the base in any one unit.
-    interpolation : {"cubic", "linear"}
-        What the base does between samples. With smooth motions the cubic spline errs with the fourth power of the
-        sampling interval, straight lines with the second.
+        Displacement of the base in any one unit. With smooth motions the spline errs with the fourth power of the
+        sampling interval.
     rest : float, optional
         Displacement at which the spring of a mass at x = 0 is relaxed; left out, that of the first sample.
     scale : float, optional
@@ -54,7 +51,6 @@ class BaseRecord:
 
     time: Floats
     displacement: Floats
-    interpolation: Interpolation = "cubic"
     rest: float = float("nan")
     scale: float = float("nan")
     quantity: Quantity = "displacement"
@@ -64,15 +60,12 @@ class BaseRecord:
         time: ArrayLike,
         displacement: ArrayLike,
         *,
-        interpolation: Interpolation = "cubic",
         rest: float | None = None,
         scale: float | None = None,
         quantity: Quantity = "displacement",
     ) -> None:
         times, values = _column(time), _column(displacement)
         _check(times, values)
-        if interpolation not in ("cubic", "linear"):
-            raise SimulationError(f"base motion: interpolation; expected 'cubic' or 'linear'; got {interpolation!r}")
         if rest is None:
             rest = 0.0 if quantity == "acceleration" else float(values[0])
         zero = float(rest)
@@ -85,7 +78,6 @@ class BaseRecord:
         for name, value in (
             ("time", times),
             ("displacement", values),
-            ("interpolation", interpolation),
             ("rest", zero),
             ("scale", size),
             ("quantity", quantity),
@@ -113,14 +105,29 @@ class BaseRecord:
 
     @cached_property
     def speeds(self) -> Floats:
-        """Rate of `values` by tau at the samples, shape (n,): of the spline, or of the straight line that follows."""
-        if self.interpolation == "linear":
-            rates = np.diff(self.values) / np.diff(self.time)
-            return np.append(rates, rates[-1])
-        times, values = self.time.tolist(), self.values.tolist()
-        slopes = [0.0] * len(times)
-        spline_slopes(times, values, slopes, [0.0] * len(times))
-        return np.array(slopes)
+        """Rate of the spline through `values` by tau at the samples, shape (n,)."""
+        from scipy.interpolate import CubicSpline  # noqa: PLC0415 - 0.2 s that other work need not wait for
+
+        spline = CubicSpline(self.time, self.values)
+        return np.append(spline.c[2], spline(self.time[-1], 1))
+
+
+def wall_of(problem: Problem, base: BaseRecord) -> float:
+    """How the wall moves, in the words of `piece.force_of`.
+
+    Raises
+    ------
+    SimulationError
+        An acceleration of the base says nothing of where a fixed wall is.
+    """
+    if base.quantity == "displacement":
+        return 1.0 if problem.wall == "base" else 0.0
+    if problem.wall != "base":
+        raise SimulationError(
+            "simulation of a record: the base's acceleration; expected a wall that moves with the base (wall = 'base');"
+            " got a fixed one, which needs the base's displacement; do: integrate twice, with a high-pass"
+        )
+    return 2.0
 
 
 def _column(values: ArrayLike) -> Floats:

@@ -1,6 +1,5 @@
 """A sampled base motion under a law without exact phases: the numeric engine, piece by piece."""
 
-from dataclasses import dataclass, replace
 from math import inf, sqrt
 from typing import Any
 
@@ -9,58 +8,21 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.numeric import RTOL, layout, machine
-from frictionlab.simulator.numeric.machine import LostError, Machine, machine_of
-from frictionlab.simulator.numeric.motion import STOP_SHARE, ringing
+from frictionlab.simulator.numeric.machine import LostError, Machine
+from frictionlab.simulator.numeric.motion import NODES, Integrals, integrals, slow_times, stop_limits
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.record.base import BaseRecord
+from frictionlab.simulator.record.base import BaseRecord, wall_of
 from frictionlab.simulator.record.piece import cubic_of, force_of
 from frictionlab.simulator.record.response import Response
 
-__all__ = ["integrate", "load", "wall_of"]
+__all__ = ["integrate", "load"]
 
 Floats = NDArray[np.float64]
-_Found = tuple[Any, Any, tuple[Floats, ...]]  # tally, events; z, v and the contact's force at the samples
-CHUNK = 1 << 15  # pieces handed to the kernel at once
 LONGEST = 0.5  # rad: what is carried at once at most
 RECORDED = 4000  # steps that may be made within it, and
-ALLOWED = 20_000.0  # tried
-DWELL = 10.0  # a stop lasts at least so many times as long as slow slip takes in a turn
-TOUCH = 1e-13  # rad: a shorter stick of a rigid contact is a touch, not a stop
+ALLOWED = 20_000  # tried
+ROOM = 12_000  # steps recorded before they are accounted for
 WORTH_LOADING, WORTH_COMPILING = 500.0, 10_000.0  # pieces: in plain Python they take about as long
-
-
-@dataclass(frozen=True)
-class _Pieces:
-    """Start and length of each piece (m,), coefficients (m, 4) of the base and of the force in it."""
-
-    starts: Floats
-    lengths: Floats
-    base: Floats
-    pull: Floats
-
-    def part(self, buffer: Any, first: int) -> tuple[Any, ...]:
-        """Some of them as the kernel's buffers."""
-        some = slice(first, first + CHUNK)
-        columns = (self.starts[some], self.lengths[some], self.base[some].ravel(), self.pull[some].ravel())
-        return tuple(buffer(tuple(column.tolist())) for column in columns)
-
-
-def wall_of(problem: Problem, base: BaseRecord) -> float:
-    """How the wall moves, in the words of `piece.force_of`.
-
-    Raises
-    ------
-    SimulationError
-        An acceleration of the base says nothing of where a fixed wall is.
-    """
-    if base.quantity == "displacement":
-        return 1.0 if problem.wall == "base" else 0.0
-    if problem.wall != "base":
-        raise SimulationError(
-            "simulation of a record: the base's acceleration; expected a wall that moves with the base (wall = 'base');"
-            " got a fixed one, which needs the base's displacement; do: integrate twice, with a high-pass"
-        )
-    return 2.0
 
 
 def load(pieces: float) -> bool:
@@ -73,89 +35,110 @@ def load(pieces: float) -> bool:
     return False
 
 
-def integrate(problem: Problem, base: BaseRecord, slopes: Floats, start: tuple[float, float]) -> Response:
-    """Return the response of a law without exact phases; `slopes` of the base at its samples, `start` x and v."""
-    pieces = _pieces_of(problem, base, slopes)
-    rig = _machine(problem, pieces, fast=load(len(pieces.lengths)))
-    moving = wall_of(problem, base) == 1.0
-    first = float(base.values[0]), float(pieces.base[0, 1])
-    at = (start[0] - first[0], start[1] - first[1]) if moving else start
+def integrate(problem: Problem, base: BaseRecord, start: tuple[float, float]) -> Response:
+    """Return the response of a law without exact phases from a start x, v."""
+    h: Any = np.diff(base.time)  # the formulas of a piece take arrays as well
+    values: Any = base.values
+    slopes: Any = base.speeds
+    cubic: Any = cubic_of(values[:-1], values[1:], slopes[:-1], slopes[1:], h)
+    wall = wall_of(problem, base)
+    force = force_of(cubic, problem.frame_damping_ratio, wall)
+    curve, pull = (np.stack([c + 0.0 * h for c in each], axis=1) for each in (cubic, force))
+    at = (start[0] - float(values[0]), start[1] - float(slopes[0])) if wall == 1.0 else start
+    rig = _machine(problem, curve, pull, at, fast=load(len(h)))
+    sums, nodes, motion = _travelled(rig, base, curve, pull)
+    span = float(h.sum())
+    push, rate = (sqrt(2.0 * float(h @ pull[:, k] ** 2) / span) for k in (0, 1))  # amplitudes: the root of 2 of the rms
+    limits = stop_limits(problem, rate, push / rate)
+    return _response(problem, base, rig, (at, *motion), sums, _events(*nodes, *limits))
+
+
+def _machine(problem: Problem, curve: Floats, pull: Floats, at: tuple[float, float], *, fast: bool) -> Machine:
+    """The engine at its start, set up for a drive that is a cubic, its errors measured by what the drive does."""
+    rig = Machine(problem, RTOL, fast=fast, steps=ALLOWED, rows=ROOM)
+    rig.room = rig.room._replace(cosine=rig.buffer((0.0,) * 4), sine=rig.buffer(()))
     state = np.zeros(rig.size)
     state[:2] = at
     if rig.size == layout.WIDTH:
         state[3] = 1.0  # a rate-and-state contact has its steady age
     rig.put(state)
-    room = 256 + len(base.time) // 16
-    seen, events, motion = _travelled(rig, pieces, base, room, at)
-    if int(seen[layout.SEEN_EVENTS]) > room:
-        rig.put(state)
-        seen, events, motion = _travelled(rig, pieces, base, int(seen[layout.SEEN_EVENTS]), at)
-    return _response(problem, base, rig, (seen, events, motion), at)
+    rig.room.tally[layout.LENGTH] = LONGEST
+    push, rate = float(np.abs(pull[:, 0]).max()), float(np.abs(curve[:, 1]).max())
+    rig.room.scale[0], rig.room.scale[1] = min(push, 1.0), min(push, max(rate, 1e-3 * push))
+    return rig
 
 
-def _pieces_of(problem: Problem, base: BaseRecord, slopes: Floats) -> _Pieces:
-    """The base and the force it makes as cubics."""
-    h: Any = np.diff(base.time)  # the formulas of a piece take arrays as well
-    y0: Any = base.values[:-1]
-    y1: Any = base.values[1:]
-    d: Any = slopes
-    none = np.zeros_like(h)
-    straight = (y0, (y1 - y0) / h, none, none)
-    cubic: Any = cubic_of(y0, y1, d[:-1], d[1:], h) if len(slopes) else straight
-    wall = wall_of(problem, base)
-    pull = force_of(cubic, problem.frame_damping_ratio, wall)
-    columns = [np.stack([c + none for c in each], axis=1) for each in (cubic, pull)]
-    return _Pieces(base.time[:-1], h, *columns)
-
-
-def _machine(problem: Problem, pieces: _Pieces, *, fast: bool) -> Machine:
-    """The engine set up for a drive that is a cubic, its errors measured by what the drive does."""
-    rig = machine_of(problem, RTOL, fast=fast, rows=RECORDED)
-    none = (0.0,) * 4
-    force = tuple(rig.buffer(part) for part in (none, (), none, (), (), (), (), ()))
-    push, rate = float(np.abs(pieces.pull[:, 0]).max()), float(np.abs(pieces.base[:, 1]).max())
-    scale = rig.room[layout.SCALE]
-    scale[0], scale[1] = min(push, 1.0), min(push, max(rate, 1e-3 * push))
-    tally = rig.room[layout.TALLY]
-    tally[layout.BUDGET] = ALLOWED
-    return replace(rig, force=force)
-
-
-def _limits(problem: Problem, pieces: _Pieces) -> tuple[float, float, float]:
-    """Slip slower than this is a stop, the shortest one, and the longest slip that is part of one (rad).
-
-    As in a steady cycle (`numeric.motion.stop_speed`), where the drive's amplitudes are the root of 2 times its rms:
-    its force, and that force's rate, whose ratio is the drive's own time.
-    """
-    if problem.law.kind != "inner" or problem.beta == 0.0:
-        return 0.5, TOUCH, 0.0
-    share = max(STOP_SHARE, 1.0 / (1.0 + problem.parameter("stiffness_ratio", inf)))
-    span = float(pieces.lengths.sum())
-    push, rate = (sqrt(2.0 * float(pieces.lengths @ pieces.pull[:, k] ** 2) / span) for k in (0, 1))
-    return share * rate, DWELL * share * push / rate, ringing(problem)
-
-
-def _travelled(rig: Machine, pieces: _Pieces, base: BaseRecord, room: int, at: tuple[float, float]) -> _Found:
-    """What is seen of the motion, its events, and z, v and the contact's force at the samples."""
-    seen, events = rig.buffer((0.0,) * layout.SEEN), rig.buffer((0.0,) * (layout.EVENT * room))
-    seen[layout.LAST_TIME] = float(base.time[0])
-    rig.room[layout.TALLY][layout.LENGTH] = LONGEST
-    limits, kernel = _limits(rig.problem, pieces), rig.kernel
-    for k in range(4):
-        rig.force[0][k] = pieces.pull[0, k]
-    motion = [np.empty(len(base.time)) for _ in range(3)]
-    motion[0][0], motion[1][0] = at
-    motion[2][0] = kernel.force_now(rig.rig, rig.force, rig.room, 0.0)
-    for first in range(0, len(pieces.lengths), CHUNK):
-        part = pieces.part(rig.buffer, first)
-        out = tuple(rig.buffer((0.0,) * len(part[1])) for _ in range(3))
-        done, code = kernel.travel(rig.rig, rig.force, rig.table, rig.room, part, out, limits, seen, events, LONGEST)
+def _travelled(
+    rig: Machine, base: BaseRecord, curve: Floats, pull: Floats
+) -> tuple[Integrals, tuple[Floats, Floats, Floats], tuple[Floats, Floats, Floats]]:
+    """Integrals over the motion; time, slip and z at its steps' nodes; z, v and contact force at the samples."""
+    lengths, starts = np.diff(base.time), base.time[:-1]
+    pieces = rig.engine.flat(lengths), rig.engine.flat(pull)
+    ends = rig.engine.flat(np.full(len(lengths), -1.0))
+    sums, nodes, samples = Integrals(0.0, 0.0, 0.0, 0.0, 0.0), [], []
+    done = 0
+    while done < len(lengths):
+        rig.room.tally[layout.ROWS] = 0.0
+        code = rig.kernel.travel(rig.rig, rig.room, pieces, done, (LONGEST, RECORDED), ends)
+        counts = np.array(ends[done:])
+        part = int(np.count_nonzero(counts >= 0.0))
         if code != layout.FINE:
-            raise _lost(rig.problem, float(base.time[first + done]), code)
-        for column, found in zip(motion, out, strict=True):
-            column[first + 1 : first + 1 + done] = found
-    kernel.close(seen, events, limits[1], float(base.time[-1]))
-    return seen, events, tuple(motion)
+            raise _lost(rig.problem, float(base.time[done + part]), code)
+        last = counts[:part].astype(np.intp) - 1
+        begin, length, side, values = rig.recorded()
+        piece = done + np.repeat(np.arange(part), np.diff(last, prepend=-1))
+        t = begin[:, None] + length[:, None] * NODES
+        held, slip = machine.contacts_of(rig.problem, np.repeat(side, layout.NODES), values.reshape(-1, layout.WIDTH))
+        held, slip = held.reshape(t.shape), slip.reshape(t.shape)
+        drive = (_cubic(pull[piece], t), _slope(pull[piece], t), _slope(curve[piece], t))
+        found = integrals(length, values, (held, slip), drive, inner=not rig.is_smooth)
+        sums = Integrals(*(one + other for one, other in zip(sums, found, strict=True)))
+        n = np.where(side[:, None] == 0.0, drive[0] - values[:, :, 0], held)
+        if not done:
+            samples.append((values[:1, 0, 0], values[:1, 0, 1], n[:1, 0]))
+        samples.append((values[last, -1, 0], values[last, -1, 1], n[last, -1]))
+        nodes.append(((starts[piece][:, None] + t).ravel(), slip.ravel(), values[:, :, 0].ravel()))
+        done += part
+    x, v, n = (np.concatenate(column) for column in zip(*samples, strict=True))
+    times, slips, places = (np.concatenate(column) for column in zip(*nodes, strict=True))
+    return sums, (times, slips, places), (x, v, n)
+
+
+def _cubic(c: Floats, t: Floats) -> Floats:
+    """The values of cubics (n, 4) at times (n, 8) from their starts."""
+    c0, c1, c2, c3 = c.T[:, :, None]
+    return np.asarray(c0 + t * (c1 + t * (c2 + t * c3)))
+
+
+def _slope(c: Floats, t: Floats) -> Floats:
+    """The rates of cubics (n, 4) at times (n, 8) from their starts."""
+    _, c1, c2, c3 = c.T[:, :, None]
+    return np.asarray(c1 + t * (2.0 * c2 + 3.0 * t * c3))
+
+
+def _events(times: Floats, slip: Floats, z: Floats, slow: float, shortest: float, gap: float) -> tuple[Floats, Floats]:
+    """What begins, when and where (m, 3), as a `Response` lists it, and the stops (k, 2).
+
+    A slow time that does not last is a turn, and told only if slip goes on the other way.
+    """
+    spans = slow_times(times, slip, slow, gap)
+    lasts = spans[:, 1] - spans[:, 0] > shortest
+    places = z[np.minimum(np.searchsorted(times, spans[:, 0]), len(z) - 1)]
+    passed = np.searchsorted(spans[:, 1], times, side="right")
+    fast = np.flatnonzero((np.abs(slip) >= slow) & (np.searchsorted(spans[:, 0], times) <= passed))
+    way, passed = np.sign(slip[fast]), passed[fast]
+    before = np.concatenate(([0], passed[:-1]))
+    after = passed > before  # the first look at slip after a slow time
+    stopped = np.concatenate(([0], np.cumsum(lasts)))
+    begins = (np.diff(way, prepend=0.0) != 0.0) | (stopped[passed] > stopped[before])
+    at, span = fast[begins], passed[begins] - 1
+    since_slow = after[begins]
+    when = np.where(since_slow, spans[span, 1] if len(spans) else 0.0, times[at])
+    where = np.where(since_slow, places[span] if len(spans) else 0.0, z[at])
+    slides = np.column_stack((when, way[begins], where))
+    stops = np.column_stack((spans[lasts, 0], np.zeros(int(lasts.sum())), places[lasts]))
+    events = np.vstack((slides, stops))
+    return events[np.argsort(events[:, 0], kind="stable")], spans[lasts]
 
 
 def _lost(problem: Problem, tau: float, code: int) -> SimulationError:
@@ -173,37 +156,33 @@ def _response(
     problem: Problem,
     base: BaseRecord,
     rig: Machine,
-    found: tuple[Any, Any, tuple[Floats, ...]],
-    at: tuple[float, float],
+    motion: tuple[tuple[float, float], Floats, Floats, Floats],
+    sums: Integrals,
+    seen: tuple[Floats, Floats],
 ) -> Response:
-    seen, events, (x, v, n) = found
-    squared, spring = float(seen[layout.SEEN_SQUARED]), _spring_force(problem, rig)
+    """The numbers of a motion relative to the wall (its start; z, v and contact force at the samples)."""
+    at, z, v, n = motion
+    events, stops = seen
+    inner = float(rig.state[2]) if rig.size > 2 else 0.0
+    spring = inner * problem.parameter("stiffness_ratio") if problem.law.has("lugre") else inner
     stored = 0.5 * spring**2 / problem.parameter("stiffness_ratio", inf)
-    moving, frame, contact = wall_of(problem, base) == 1.0, problem.frame_damping_ratio, problem.zeta
-    friction = float(seen[layout.SEEN_WORK]) - 2.0 * contact * squared - stored
-    dragged = squared if problem.wall == "base" else float(seen[layout.SEEN_FRAME])
-    gained = 0.5 * float(x[-1] ** 2 + v[-1] ** 2 - at[0] ** 2 - at[1] ** 2)
-    put_in = float(seen[layout.SEEN_INPUT])
-    count = int(seen[layout.SEEN_EVENTS])
+    frame, dashpot = 2.0 * problem.frame_damping_ratio, 2.0 * problem.zeta * sums.squared
+    friction = sums.work - dashpot - stored
+    moving = wall_of(problem, base) == 1.0
+    slides = events[events[:, 1] != 0.0, 0]
     return Response(
         problem=problem,
         base=base,
-        displacement=x + base.values if moving else x,
+        displacement=z + base.values if moving else z,
         velocity=v + base.speeds if moving else v,
         contact_force=n,
-        events=np.array(events[: layout.EVENT * count], dtype=np.float64).reshape(-1, layout.EVENT),
-        energy=friction + 2.0 * contact * squared + 2.0 * frame * dragged,
+        events=events,
+        energy=friction + dashpot + frame * (sums.squared if problem.wall == "base" else sums.dragged),
         friction_energy=friction,
-        energy_input=put_in,
-        closure_error=abs(put_in - float(seen[layout.SEEN_WORK]) - 2.0 * frame * squared - gained),
-        path=float(seen[layout.SEEN_PATH]),
-        stops=int(seen[layout.SEEN_STOPS]),
-        time_stuck=float(seen[layout.SEEN_STUCK]),
+        energy_input=sums.put_in,
+        closure_error=sums.closure_error(frame, 0.5 * float(z[-1] ** 2 + v[-1] ** 2 - at[0] ** 2 - at[1] ** 2)),
+        path=sums.path,
+        stops=int(np.count_nonzero(stops[:, 0] > slides.min(initial=inf))),
+        time_stuck=float(np.sum(stops[:, 1] - stops[:, 0])),
         solver="numeric",
     )
-
-
-def _spring_force(problem: Problem, rig: Machine) -> float:
-    """Force in the contact's springs at the end: its inner state, as a force."""
-    inner = float(rig.room[layout.STATE][2]) if rig.size > 2 else 0.0
-    return inner * problem.parameter("stiffness_ratio") if problem.law.has("lugre") else inner

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 Buffer = list[float]  # or an array: anything indexed
 
-ENTRIES = ("travel", "spline_slopes")  # what Python calls of the kernel
+ENTRIES = ("travel",)  # what Python calls of the kernel
 OWNERS = ()
 INLINED = ()  # functions worth a copy at each call
 

@@ -15,15 +15,15 @@ from frictionlab.simulator.elastic.sliders import sliders_of
 from frictionlab.simulator.engine import Engine
 from frictionlab.simulator.laws import Law
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.record import events, layout, piece, spline, travel
-from frictionlab.simulator.record.base import BaseRecord
-from frictionlab.simulator.record.integrate import integrate, load, wall_of
+from frictionlab.simulator.record import events, layout, piece, travel
+from frictionlab.simulator.record.base import BaseRecord, wall_of
+from frictionlab.simulator.record.integrate import integrate, load
 from frictionlab.simulator.record.response import Response
 
 __all__ = ["prepare", "respond"]
 
 Floats = NDArray[np.float64]
-MODULES: tuple[ModuleType, ...] = (piece, spline, events, travel)
+MODULES: tuple[ModuleType, ...] = (piece, events, travel)
 FOLLOWED = ("coulomb", "place", "speed", "breakaway", "compliance", "iwan")  # terms with exact phases here
 FINE = 16.0  # steps per unit of the fastest phase's time
 MOST_CYCLES = 1e7  # natural periods: half a minute of compiled work that nothing interrupts
@@ -72,16 +72,15 @@ def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 
             "stamps in seconds?"
         )
     if not _is_exact(problem.law):
-        slopes, _ = _slopes(choose(len(base.time)), base)
-        return integrate(problem, base, np.asarray(slopes), (x0, v0))
-    rig, fine = _rig_of(problem, base), _steps_per_rad(problem)
+        return integrate(problem, base, (x0, v0))
+    wall, fine = wall_of(problem, base), _steps_per_rad(problem)
     engine = choose(_steps(base, fine))
-    room = 256 + len(base.time) // 64
-    run = _run(engine, problem, rig, base, fine, (x0, v0), room)
-    if run.count > room:
-        run = _run(engine, problem, rig, base, fine, (x0, v0), run.count)
+    start = (x0 - float(base.values[0]), v0 - float(base.speeds[0])) if wall == 1.0 else (x0, v0)
+    run = _run(engine, problem, base, fine, start, 256 + len(base.time) // 64)
+    if run.count > len(run.events) // layout.EVENT:
+        run = _run(engine, problem, base, fine, start, run.count)
     _refuse_negative_friction(problem, run)
-    return _response(problem, base, rig, run)
+    return _response(problem, base, run)
 
 
 def prepare(problem: Problem, base: BaseRecord, runs: int) -> None:
@@ -139,35 +138,26 @@ class _Run:
 
 
 def _run(
-    engine: Engine,
-    problem: Problem,
-    rig: layout.RecordRig,
-    base: BaseRecord,
-    fine: float,
-    start: tuple[float, float],
-    room: int,
+    engine: Engine, problem: Problem, base: BaseRecord, fine: float, start: tuple[float, float], events: int
 ) -> _Run:
-    """Let the kernel travel through the record, with room for a number of events."""
-    kernel, n = engine.kernel, len(base.time)
-    times, values, slopes, first = _samples(engine, base)
-    sliders = layout.RecordSliders(*(_column(engine, np.array(column)) for column in _sliders_of(problem)))
-    state, tally, free, record = (
-        _column(engine, np.zeros(size)) for size in (layout.STATE, layout.TALLY, layout.FREE, layout.EVENT * room)
-    )
-    motion = (_column(engine, np.zeros(n)), _column(engine, np.zeros(n)), _column(engine, np.zeros(n)))
-    moving = rig.wall == 1.0
-    at = (start[0] - float(base.values[0]), start[1] - first) if moving else start
-    state[layout.Z], state[layout.V] = at
-    reached = kernel.travel(
-        rig, sliders, state, tally, record, (times, values, slopes), (base.step, fine), motion, free
-    )
+    """Let the kernel travel through the record from a start z, v, with space for a number of events."""
+    n, none = len(base.time), [0.0] * len(_springs(problem)[0])
+    sliders = layout.RecordSliders(*(_column(engine, np.array(c)) for c in (*_springs(problem), none, none)))
+    sizes = (layout.STATE, layout.TALLY, layout.FREE, layout.EVENT * events, n, n, n)
+    state, tally, free, record, *motion = (_column(engine, np.zeros(size)) for size in sizes)
+    samples = tuple(_column(engine, column) for column in (base.time, base.values, base.speeds))
+    state[layout.Z], state[layout.V] = start
+    contact = problem.beta, problem.parameter("gradient"), *problem.static_ratios
+    rig = layout.RecordRig(problem.frame_damping_ratio, problem.zeta, *contact, wall_of(problem, base))
+    steps = base.step, fine
+    reached = engine.kernel.travel(rig, sliders, state, tally, record, samples, steps, tuple(motion), free)
     if reached < n - 1:
         raise SimulationError(
             f"simulation: events without end at tau = {base.time[reached]!r}: law {problem.law.name}, parameters "
             f"{problem.parameters}; expected some per sample; got more, last z = {state[layout.Z]!r}, v = "
             f"{state[layout.V]!r}; do: report these numbers"
         )
-    return _Run(at, sliders, state, tally, motion, record)
+    return _Run(start, sliders, state, tally, (motion[0], motion[1], motion[2]), record)
 
 
 def _column(engine: Engine, values: Floats) -> Any:
@@ -175,41 +165,14 @@ def _column(engine: Engine, values: Floats) -> Any:
     return values.tolist() if engine.buffer is list else values
 
 
-def _samples(engine: Engine, base: BaseRecord) -> tuple[Any, Any, Any, float]:
-    """Return the kernel's times, values and slopes (none for straight lines), and the base's speed at the start."""
-    return _column(engine, base.time), _column(engine, base.values), *_slopes(engine, base)
-
-
-def _slopes(engine: Engine, base: BaseRecord) -> tuple[Any, float]:
-    """The spline's slopes at the samples (none for straight lines), and the base's speed at the start."""
-    times, values = _column(engine, base.time), _column(engine, base.values)
-    if base.interpolation == "linear":
-        return _column(engine, np.zeros(0)), float((values[1] - values[0]) / (times[1] - times[0]))
-    slopes = _column(engine, np.zeros(len(base.time)))
-    engine.kernel.spline_slopes(times, values, slopes, _column(engine, np.zeros(len(base.time))))
-    return slopes, float(slopes[0])
-
-
-def _sliders_of(problem: Problem) -> tuple[list[float], list[float], list[float], list[float]]:
-    """Stiffness and slip force of each elastic slider, and room for what the kernel keeps of it; none: rigid."""
-    if problem.law.kind != "elastic":
-        return [], [], [], []
-    stiffness, strength = sliders_of(problem)
-    none = [0.0] * len(stiffness)
-    return list(stiffness), list(strength), none, list(none)
+def _springs(problem: Problem) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Stiffness and slip force of each elastic slider; none: rigid."""
+    return sliders_of(problem) if problem.law.kind == "elastic" else ((), ())
 
 
 def _is_exact(law: Law) -> bool:
     """Whether all phases of a law are exact under a sampled base."""
     return all(term.name in FOLLOWED for term in law.terms)
-
-
-def _rig_of(problem: Problem, base: BaseRecord) -> layout.RecordRig:
-    """Return the exact kernel's numbers."""
-    up, down = problem.static_ratios
-    wall = wall_of(problem, base)
-    gradient = problem.parameter("gradient")
-    return layout.RecordRig(problem.frame_damping_ratio, problem.zeta, problem.beta, gradient, up, down, wall)
 
 
 def _stiffest(problem: Problem) -> float:
@@ -226,7 +189,7 @@ def _stiffest(problem: Problem) -> float:
             f"simulation of a record: beta * |gradient|; expected less than 1; got {change:g}: friction changes along "
             "the path faster than the spring's force, and the mass would run away"
         )
-    return 1.0 + change + sum(_sliders_of(problem)[0])
+    return 1.0 + change + sum(_springs(problem)[0])
 
 
 def _refuse_negative_friction(problem: Problem, run: _Run) -> None:
@@ -249,15 +212,15 @@ def _stored(problem: Problem, run: _Run) -> float:
     return total
 
 
-def _response(problem: Problem, base: BaseRecord, rig: layout.RecordRig, run: _Run) -> Response:
+def _response(problem: Problem, base: BaseRecord, run: _Run) -> Response:
     tally, state = run.tally, run.state
     x, v, n = (np.asarray(column, dtype=np.float64) for column in run.motion)
-    friction = float(tally[layout.FRICTION_WORK]) - _stored(problem, run)
-    squared = float(tally[layout.SQUARED_SPEED])
-    frame = squared if rig.wall else float(tally[layout.SQUARED_FRAME_SPEED])
+    work, squared = float(tally[layout.FRICTION_WORK]), float(tally[layout.SQUARED_SPEED])
+    friction, zeta_c, zeta_f = work - _stored(problem, run), problem.zeta, problem.frame_damping_ratio
+    frame = squared if problem.wall == "base" else float(tally[layout.SQUARED_FRAME_SPEED])
     gained = 0.5 * float(state[layout.Z] ** 2 + state[layout.V] ** 2 - run.start[0] ** 2 - run.start[1] ** 2)
-    lost = float(tally[layout.FRICTION_WORK]) + 2.0 * (rig.frame + rig.contact) * squared
-    if rig.wall == 1.0:
+    put_in = float(tally[layout.INPUT])
+    if wall_of(problem, base) == 1.0:
         x, v = x + base.values, v + base.speeds
     return Response(
         problem=problem,
@@ -266,10 +229,10 @@ def _response(problem: Problem, base: BaseRecord, rig: layout.RecordRig, run: _R
         velocity=v,
         contact_force=n,
         events=np.array(run.events[: layout.EVENT * run.count], dtype=np.float64).reshape(-1, layout.EVENT),
-        energy=friction + 2.0 * rig.contact * squared + 2.0 * rig.frame * frame,
+        energy=friction + 2.0 * zeta_c * squared + 2.0 * zeta_f * frame,
         friction_energy=friction,
-        energy_input=float(tally[layout.INPUT]),
-        closure_error=abs(float(tally[layout.INPUT]) - lost - gained),
+        energy_input=put_in,
+        closure_error=abs(put_in - work - 2.0 * (zeta_f + zeta_c) * squared - gained),
         path=float(tally[layout.PATH]),
         stops=int(tally[layout.STOPS]),
         time_stuck=float(tally[layout.STUCK_TIME]),

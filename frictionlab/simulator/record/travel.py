@@ -227,15 +227,13 @@ def travel(
 ) -> int:
     """Carry the state through all samples; fill the motion (z, v, contact force) and return the last sample reached.
 
-    `samples`: times, values and slopes of the base (no slopes: straight lines). `steps`: the length of every piece, or
+    `samples`: times, values and slopes of the base. `steps`: the length of every piece, or
     0 where they differ; and how many steps a unit of time is parted into at least.
     """
     times, values, slopes = samples
     for i in range(len(times) - 1):
         length = steps[0] if steps[0] > 0.0 else times[i + 1] - times[i]
-        piece = (values[i], (values[i + 1] - values[i]) / length, 0.0, 0.0)
-        if len(slopes) > 0:
-            piece = cubic_of(values[i], values[i + 1], slopes[i], slopes[i + 1], length)
+        piece = cubic_of(values[i], values[i + 1], slopes[i], slopes[i + 1], length)
         if i == 0:
             push = force_of(piece, rig.frame, rig.wall)[0]
             begin(rig, sliders, state, tally, events, times[0], push)

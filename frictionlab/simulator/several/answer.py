@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import partial
 from math import ceil, inf, pi
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from frictionlab.errors import SimulationError
+from frictionlab.simulator.motion import Timeline, bisected
 from frictionlab.simulator.several.flow import Flow, Piece
 from frictionlab.simulator.structure import Contact, Structure
 
@@ -18,7 +18,6 @@ Floats = NDArray[np.float64]
 TURN = 2.0 * pi
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 CREEP = 1e-10  # Y in a cycle: a contact that slips no further is at rest, at the edge of where it holds
-BISECTIONS = 26
 PANEL = 1.0  # over the fastest rate of a phase: 16 nodes of it integrate to rounding
 
 
@@ -42,26 +41,23 @@ class StructureMotion:
     ----------
     flow : Flow
     pieces : tuple of Piece
-    begins : ndarray of shape (k,)
-        When each begins, rad, counted on over the cycles.
-    periodic : bool
-        Whether it repeats after its end.
+    timeline : Timeline
+        When they are.
     """
 
     flow: Flow
     pieces: tuple[Piece, ...]
-    begins: Floats
-    periodic: bool
+    timeline: Timeline
 
     @property
     def start(self) -> float:
         """Begin of the motion, rad."""
-        return float(self.begins[0])
+        return self.timeline.start
 
-    @cached_property
+    @property
     def end(self) -> float:
         """End of the motion (or of its first period), rad."""
-        return float(self.begins[-1] + self.pieces[-1].length)
+        return self.timeline.end
 
     def at(self, tau: ArrayLike) -> tuple[Floats, Floats]:
         """Return displacements and velocities (k, n) of the masses at times tau (k,), over Y.
@@ -78,7 +74,7 @@ class StructureMotion:
         >>> state.motion.at([0.0, 1.0])[0].shape
         (2, 2)
         """
-        index, since = self._placed(np.atleast_1d(np.asarray(tau, dtype=np.float64)))
+        _, _, index, since = self.timeline.place(np.atleast_1d(tau), None)
         n = self.flow.structure.masses
         q, v = np.empty((len(index), n)), np.empty((len(index), n))
         for i in np.unique(index):
@@ -88,7 +84,7 @@ class StructureMotion:
 
     def force(self, tau: ArrayLike) -> Floats:
         """Return the forces (k, c) of the contacts on their masses, against the motion, over k_1 Y, at times (k,)."""
-        index, since = self._placed(np.atleast_1d(np.asarray(tau, dtype=np.float64)))
+        _, _, index, since = self.timeline.place(np.atleast_1d(tau), None)
         force = np.empty((len(index), len(self.flow.structure.contacts)))
         for i in np.unique(index):
             force[index == i] = self.flow.contact_forces(self.pieces[i], since[index == i])
@@ -96,23 +92,7 @@ class StructureMotion:
 
     def stops_of(self, contact: int) -> Floats:
         """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
-        held = np.array(list(self.flow.holds(self.pieces, contact)))
-        fresh, last = held & ~np.append(False, held[:-1]), held & ~np.append(held[1:], False)
-        ends = self.begins + np.array([piece.length for piece in self.pieces])
-        return np.column_stack((self.begins[fresh], ends[last]))
-
-    def _placed(self, tau: Floats) -> tuple[NDArray[np.intp], Floats]:
-        """The piece that each time lies in, and the time since its begin."""
-        if self.periodic:
-            tau = self.start + np.mod(tau - self.start, self.end - self.start)
-        elif len(tau) and not self.start - 1e-9 <= tau.min() <= tau.max() <= self.end * (1.0 + 1e-12) + 1e-9:
-            raise SimulationError(
-                f"motion of a structure: expected times between {self.start:.6g} and {self.end:.6g} rad; got"
-                f" {tau.min():.6g} to {tau.max():.6g}"
-            )
-        index = np.maximum(np.searchsorted(self.begins, tau, side="right") - 1, 0)
-        lengths = np.array([piece.length for piece in self.pieces])
-        return index, np.clip(tau - self.begins[index], 0.0, lengths[index])
+        return self.timeline.spans(np.array(list(self.flow.holds(self.pieces, contact))))
 
 
 @dataclass(frozen=True)
@@ -251,21 +231,14 @@ def ranges(flow: Flow, pieces: Sequence[Piece]) -> Floats:
         q, v = piece.motion.after(times)
         for mass in range(n):
             turns = np.flatnonzero(v[:-1, mass] * v[1:, mass] < 0.0)
-            values = np.concatenate((q[[0, -1], mass], _turned(piece, mass, times[turns], times[turns + 1])))
+            at = bisected(partial(_speed, piece, mass), times[turns], times[turns + 1])
+            values = np.concatenate((q[[0, -1], mass], piece.motion.after(at)[0][:, mass]))
             found[mass] = min(found[mass, 0], values.min()), max(found[mass, 1], values.max())
     return found
 
 
-def _turned(piece: Piece, mass: int, low: Floats, high: Floats) -> Floats:
-    """Displacements of a mass where it turns, each time within a bracket: its error is the square of the time's."""
-    if not len(low):
-        return low
-    sign = np.sign(piece.motion.after(low)[1][:, mass])
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        same = np.sign(piece.motion.after(middle)[1][:, mass]) == sign
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return piece.motion.after(0.5 * (low + high))[0][:, mass]
+def _speed(piece: Piece, mass: int, times: Floats) -> Floats:
+    return piece.motion.after(times)[1][:, mass]
 
 
 def contact_numbers(motion: StructureMotion, number: int, contact: Contact, energy: float) -> ContactNumbers:

@@ -8,6 +8,7 @@ from math import pi
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.simulator.motion import Timeline
 from frictionlab.simulator.several.answer import (
     ContactNumbers,
     StructureMotion,
@@ -196,8 +197,10 @@ def _warnings(structure: Structure, multiplier: float) -> tuple[str, ...]:
 
 def _motion(flow: Flow, cycles: list[tuple[Piece, ...]], *, periodic: bool) -> StructureMotion:
     """Pieces of one cycle after the other as a motion; each cycle counts from its own begin."""
-    begins = [TURN * number + piece.motion.at.tau for number, pieces in enumerate(cycles) for piece in pieces]
-    return StructureMotion(flow, tuple(piece for pieces in cycles for piece in pieces), np.array(begins), periodic)
+    count = np.repeat(np.arange(len(cycles)), [len(pieces) for pieces in cycles])
+    pieces = tuple(piece for cycle in cycles for piece in cycle)
+    tau, length = (np.array(column) for column in zip(*((p.motion.at.tau, p.length) for p in pieces), strict=True))
+    return StructureMotion(flow, pieces, Timeline(count, tau, length, periodic))
 
 
 def follow(structure: Structure, cycles: int) -> StructureMotion:
