@@ -1,15 +1,17 @@
 """Maps of steady states, solved by many workers and written as they come."""
 
+import hashlib
 import time
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab import simulator
 from frictionlab.errors import ClusterError, SimulationError
 from frictionlab.files import check_replaceable, make_folder
 from frictionlab.hdf5.map_file import GrowingMap, finished_map, growing_map, is_map
@@ -17,7 +19,6 @@ from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.notes import WORDS, Note
-from frictionlab.simulator.source import digest
 from frictionlab.simulator.state import PLACES
 from frictionlab.simulator.sweep import FAILED, Grid, named, sweep_points, table, warm_up
 from frictionlab.tables import Row, is_table, write_rows
@@ -30,6 +31,19 @@ BLOCK = 20_000  # points read back at a time
 Floats = NDArray[np.float64]
 
 __all__ = ["FAILED", "KINDS", "Grid", "MapWarnings", "Solve", "Step", "faults", "make_map", "rows"]
+
+
+@cache
+def digest() -> str:
+    """A digest of all of the simulator's source, 16 hexadecimal digits: which build it is; 4 ms, once a process.
+
+    Two builds of one version number may give other last digits.
+    """
+    content, home = hashlib.sha256(), Path(simulator.__file__).parent
+    for path in sorted(home.rglob("*.py")):
+        content.update(path.relative_to(home).as_posix().encode())
+        content.update(path.read_bytes().replace(b"\r\n", b"\n"))
+    return content.hexdigest()[:16]
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ Valid for an undamped mass, a fixed wall and a pure cosine, below `friction_limi
 r = 1 and at r = 1/(2k+1); here both are written in the exact distance of 1/r to the nearest odd integer.
 """
 
-from collections.abc import Callable
 from math import ceil, cos, inf, pi, sin, sqrt
 
 from frictionlab.errors import SimulationError
@@ -105,31 +104,20 @@ def _steepest(r: float, a: float, b: float) -> float:
         beat = -2.0 * sin(0.5 * (1.0 / r + 1.0) * phi) * sin(0.5 * gap(r, 1.0) / r * phi)
         return abs(a * beat - b * sin(phi / r)) / sin(phi)
 
+    from scipy.optimize import minimize_scalar  # noqa: PLC0415 - 0.3 s that the simulator need not wait for
+
     count = 16 + 16 * ceil(1.0 / r)
     step = 0.5 * pi / count
     values = [abs(b) / r] + [ratio(step * i) for i in range(1, count + 1)]
     best = values[0]
     for i in range(count + 1):  # the ratio is even about both ends
         if values[i] >= values[abs(i - 1)] and values[i] >= values[min(i + 1, 2 * count - i - 1)]:
-            best = max(best, _peak(ratio, max(step * (i - 1), 1e-6 * step), min(step * (i + 1), 0.5 * pi)))
+            low, high = max(step * (i - 1), 1e-6 * step), min(step * (i + 1), 0.5 * pi)
+            peak = minimize_scalar(
+                lambda phi: -ratio(phi), bounds=(low, high), method="bounded", options={"xatol": 1e-9}
+            )
+            best = max(best, -float(peak.fun), ratio(high))
     return best
-
-
-def _peak(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return the maximum of a function with one peak between low and high, by golden section."""
-    share = 0.5 * (sqrt(5.0) - 1.0)
-    left, right = high - share * (high - low), low + share * (high - low)
-    at_left, at_right = function(left), function(right)
-    while high - low > 1e-9 * high:
-        if at_left > at_right:
-            high, right, at_right = right, left, at_left
-            left = high - share * (high - low)
-            at_left = function(left)
-        else:
-            low, left, at_left = left, right, at_right
-            right = low + share * (high - low)
-            at_right = function(right)
-    return max(at_left, at_right, function(high))
 
 
 def viscous_amplitude(r: float, zeta: float) -> float:

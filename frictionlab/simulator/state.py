@@ -10,7 +10,7 @@ from frictionlab.simulator.motion import Energies, Motion, energies_of
 from frictionlab.simulator.notes import Note, asked_of, notes_of, sentences
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["KEYS", "Outcome", "Regime", "Solver", "SteadyState", "from_numbers", "outcome_of", "regime_of"]
+__all__ = ["KEYS", "Outcome", "Regime", "Solver", "SteadyState", "from_numbers", "to_numbers"]
 
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 Outcome = Literal["periodic", "stuck", "unbounded", "not settled", "not found"]
@@ -187,30 +187,15 @@ def _cycles(count: int | None) -> str:
     return "cycle" if count == 1 else f"{count} cycles"
 
 
-def outcome_of(row: Any) -> Outcome:
-    """Return the outcome of a kernel's row."""
-    return OUTCOMES[int(row[layout.OUTCOME])]
-
-
-def regime_of(row: Any) -> Regime | None:
-    """Return the regime of a kernel's row."""
-    outcome = outcome_of(row)
-    if outcome not in ("periodic", "stuck"):
-        return None
-    if outcome == "stuck":
-        return "stuck"
-    return "stick-slip" if row[layout.STOPS] > 0.0 else "continuous"
-
-
 def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyState:
     """Turn a kernel's row into a steady state."""
-    outcome, said = outcome_of(row), int(notes_of(asked_of(problem), row))
+    outcome, said = OUTCOMES[int(row[layout.OUTCOME])], int(notes_of(asked_of(problem), row))
+    miss = float(row[layout.MISS])
     if outcome not in ("periodic", "stuck"):
-        parts, given_up = (bool(note & said) for note in (Note.PARTS, Note.GIVEN_UP))
-        miss = float(row[layout.MISS])
-        residual = miss if given_up and isfinite(miss) else None
-        growth = miss if parts else None
+        residual = miss if said & Note.GIVEN_UP and isfinite(miss) else None
+        growth = miss if said & Note.PARTS else None
         return SteadyState(problem, "exact", outcome, residual=residual, growth_per_cycle=growth, notes=said)
+    moves: Regime = "stick-slip" if row[layout.STOPS] > 0.0 else "continuous"
     return SteadyState(
         problem=problem,
         solver=SOLVERS[int(row[layout.CLOSED_FORM])],
@@ -219,12 +204,12 @@ def from_numbers(problem: Problem, row: Any, orbit: Motion | None) -> SteadyStat
         response_amplitude=float(row[layout.AMPLITUDE]),
         stops_per_cycle=float(row[layout.STOPS]),
         stuck_fraction=float(row[layout.STUCK_SHARE]),
-        regime=regime_of(row),
+        regime="stuck" if outcome == "stuck" else moves,
         symmetric=bool(row[layout.SYMMETRIC]),
         period_cycles=int(row[layout.PERIOD]),
         floquet_multiplier=float(row[layout.MULTIPLIER]),
         closure_error=float(row[layout.CLOSURE]),
-        residual=float(row[layout.MISS]),
+        residual=miss,
         notes=said,
         orbit=orbit,
     )

@@ -69,7 +69,7 @@ def test_a_grazing_stop_is_met_or_passed_as_it_must_be(r: float, depth: float) -
 def test_at_rest_the_decision_comes_before_the_search() -> None:
     held = phases_of(Problem(0.5, 0.4), cycles=1, x0=0.7)  # |cos 0 - 0.7| = 0.3 <= 0.4: sticks
     assert held.side[0] == 0.0
-    assert held.duration[0] == pytest.approx(acos(0.3), abs=1e-15)  # until cos(tau) - 0.7 = -0.4
+    assert held.timeline.duration[0] == pytest.approx(acos(0.3), abs=1e-15)  # until cos(tau) - 0.7 = -0.4
     assert held.side[1] == -1.0
     free = phases_of(Problem(0.5, 0.4), cycles=1, x0=0.5)
     assert free.side[0] == 1.0
@@ -111,7 +111,7 @@ def test_a_cycle_from_anywhere_agrees_with_the_naive_twin(r: float, beta: float,
     slow = naive.run(r, beta, mu, 0.0, z, v)
     fast = phases_of(Problem(r, beta, mu), cycles=1, x0=z, v0=v)
     x, speed = fast.at(2 * pi)
-    shortest = float(fast.duration.min())
+    shortest = float(fast.timeline.duration.min())
     if shortest < 1e-3:
         return  # so short a phase is beyond the twin's scan
     assert float(x) == pytest.approx(slow.z, abs=1e-7)

@@ -1,24 +1,26 @@
-"""The contact laws: one file a term; a law is a sum of terms that starts with Coulomb friction.
+"""The contact laws; a law is a sum of terms that starts with Coulomb friction.
 
     law_of("coulomb+place+speed") -> Law, its parameters with symbol, words, domain and usual range
 
-A new term is a new file and a line in TERMS; its force stands in the solver of its kind.
+A new term is a line in TERMS: with its formula in a file of its own if it is integrated, else in `exact.py`.
 """
 
 from frictionlab.errors import ParameterError
 from frictionlab.simulator.laws.bouc_wen import BOUC_WEN
-from frictionlab.simulator.laws.breakaway import BREAKAWAY
-from frictionlab.simulator.laws.compliance import COMPLIANCE
-from frictionlab.simulator.laws.coulomb import COULOMB
 from frictionlab.simulator.laws.dahl import DAHL
-from frictionlab.simulator.laws.frame import FRAME_DAMPING
-from frictionlab.simulator.laws.iwan import IWAN
+from frictionlab.simulator.laws.exact import (
+    BREAKAWAY,
+    COMPLIANCE,
+    COULOMB,
+    FRAME_DAMPING,
+    IWAN,
+    PLACE,
+    SPEED,
+)
 from frictionlab.simulator.laws.law import Kind, Law, Parameter, Scale, Term
 from frictionlab.simulator.laws.logarithm import LOGARITHM
 from frictionlab.simulator.laws.lugre import LUGRE
-from frictionlab.simulator.laws.place import PLACE
 from frictionlab.simulator.laws.rate_state import RATE_STATE
-from frictionlab.simulator.laws.speed import SPEED
 from frictionlab.simulator.laws.stribeck import STRIBECK
 
 __all__ = ["TERMS", "Kind", "Law", "Parameter", "Scale", "Term", "law_of"]

@@ -2,8 +2,8 @@
 
 from math import exp, inf, log
 
+from frictionlab.simulator.laws.exact import STIFFNESS, YIELDING
 from frictionlab.simulator.laws.law import Parameter, Term
-from frictionlab.simulator.laws.stiffness import STIFFNESS, YIELDING
 
 BOUC_WEN = Term(
     name="bouc-wen",

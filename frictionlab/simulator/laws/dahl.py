@@ -1,7 +1,7 @@
 """A contact that yields and slips without a corner between the two (Dahl)."""
 
+from frictionlab.simulator.laws.exact import STIFFNESS, YIELDING
 from frictionlab.simulator.laws.law import Term
-from frictionlab.simulator.laws.stiffness import STIFFNESS, YIELDING
 
 DAHL = Term(
     name="dahl",

@@ -2,8 +2,8 @@
 
 from math import exp, inf
 
+from frictionlab.simulator.laws.exact import STIFFNESS, YIELDING
 from frictionlab.simulator.laws.law import Parameter, Term
-from frictionlab.simulator.laws.stiffness import STIFFNESS, YIELDING
 from frictionlab.simulator.laws.stribeck import STATIC_RATIO, STRIBECK_SPEED
 
 LUGRE = Term(

@@ -6,8 +6,8 @@ A. Cabboi, T. Putelat and J. Woodhouse, The frequency response of dynamic fricti
 
 from math import exp, inf
 
+from frictionlab.simulator.laws.exact import STIFFNESS, YIELDING
 from frictionlab.simulator.laws.law import Parameter, Term
-from frictionlab.simulator.laws.stiffness import STIFFNESS, YIELDING
 
 
 def _positive(

@@ -15,7 +15,7 @@ from frictionlab.simulator.elastic.sliders import sliders_of
 from frictionlab.simulator.engine import Engine
 from frictionlab.simulator.laws import Law
 from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.record import events, layout, piece, travel
+from frictionlab.simulator.record import layout, piece, travel
 from frictionlab.simulator.record.base import BaseRecord, wall_of
 from frictionlab.simulator.record.integrate import integrate, load
 from frictionlab.simulator.record.response import Response
@@ -23,7 +23,7 @@ from frictionlab.simulator.record.response import Response
 __all__ = ["prepare", "respond"]
 
 Floats = NDArray[np.float64]
-MODULES: tuple[ModuleType, ...] = (piece, events, travel)
+MODULES: tuple[ModuleType, ...] = (piece, travel)
 FOLLOWED = ("coulomb", "place", "speed", "breakaway", "compliance", "iwan")  # terms with exact phases here
 FINE = 16.0  # steps per unit of the fastest phase's time
 MOST_CYCLES = 1e7  # natural periods: half a minute of compiled work that nothing interrupts
