@@ -37,7 +37,6 @@ from frictionlab.inference.unknowns import STRONGEST, Unknown
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import Problem, SteadyState, steady_state
-from frictionlab.simulator import observe as observe_state
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.uncertainty import Sources, unit_uncertainty
 
@@ -200,9 +199,9 @@ class ShownState:
 
 def seen(observation: CycleObservation, values: Mapping[str, float], state: SteadyState) -> ShownState:
     """Return a state as the sensors would show it: through the gain and the lag that the fit found."""
-    shown, measurement = observe_state(state), observation.measurement
+    measurement = observation.measurement
     if state.orbit is None:
-        return ShownState(None, shown.energy_per_cycle, shown.response_amplitude)
+        return ShownState(None, state.energy_per_cycle, state.response_amplitude)
     tau, periods, orbit = measurement.cycle.tau, state.period_cycles or 1, state.orbit
 
     def mean_cycle(late: float) -> FloatArray:
@@ -211,11 +210,11 @@ def seen(observation: CycleObservation, values: Mapping[str, float], state: Stea
 
     plain = mean_cycle(0.0)
     gain, late = observation.gain_and_phase(complex(np.fft.rfft(plain)[1]) * 2.0 / len(plain), values)
-    amplitude = None if shown.response_amplitude is None else gain * shown.response_amplitude
+    amplitude = None if state.response_amplitude is None else gain * state.response_amplitude
     cycle = gain * mean_cycle(late) + values.get("base_in_mass", 0.0) * np.cos(tau)
     for name, power in BENDS.items():
         cycle = cycle + values.get(name, 0.0) * bent(cycle, power)
-    energy = shown.energy_per_cycle
+    energy = state.energy_per_cycle
     if energy is not None and (gain != 1.0 or late != 0.0):
         energy += _area(cycle, state.problem) - _area(plain, state.problem)
     return ShownState(in_band(cycle - cycle.mean(), measurement.cycle.kept), energy, amplitude)

@@ -12,7 +12,7 @@ from frictionlab.errors import FrictionlabError, SimulationError
 from frictionlab.inference.material_law import DETUNING, MaterialLaw
 from frictionlab.recording import Recording
 from frictionlab.schema import PREDICTED, PREDICTED_RECORD, PREDICTIONS
-from frictionlab.simulator import COSINE, Base, SteadyState, observe, steady_state
+from frictionlab.simulator import COSINE, Base, SteadyState, steady_state
 
 FloatArray = NDArray[np.float64]
 
@@ -167,10 +167,9 @@ def _test(
     tau = np.linspace(0.0, 2.0 * np.pi, POINTS)
     middle = np.full(POINTS, np.nan) if best.orbit is None else best.orbit.at(tau)[0]
     motions = [s.orbit.at(tau)[0] for s in states if s.orbit is not None]
-    seen, others = observe(best), [observe(s) for s in states]
     factors = (1.0, amplitude, 1.0, law.rig["stiffness_n_per_m"] * amplitude**2, 1.0)
     numbers = {
-        name: band_of(getattr(seen, key), [getattr(o, key) for o in others], factor)
+        name: band_of(getattr(best, key), [getattr(s, key) for s in states], factor)
         for name, factor in zip(PREDICTED, factors, strict=True)
         for key in [name.removesuffix("_m").removesuffix("_j")]
     }

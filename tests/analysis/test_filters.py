@@ -12,7 +12,7 @@ from frictionlab.errors import AnalysisError
 from frictionlab.inference import compare, predict
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene
-from frictionlab.simulator import Problem, observe, steady_state
+from frictionlab.simulator import Problem, steady_state
 from tests.benchmarks.uncertainty_coverage import TABLES, Sensors, filters_of, off_as_declared
 from tests.inference.contacts import recorded, scene
 
@@ -57,7 +57,7 @@ def test_the_third_harmonic_of_a_mass_that_slides_is_what_its_friction_makes() -
     assert state.orbit is not None
     x = state.orbit.at(2 * np.pi * np.arange(512) / 512)[0]
     found = abs(np.fft.rfft(x)[3]) * 2.0 / 512
-    energy = observe(state).energy_per_cycle
+    energy = state.energy_per_cycle
     assert energy is not None
     friction = energy / (4.0 * 0.5 * float(np.ptp(x)))
     assert third_lost(friction, 1.6, 5.0, SensorChannel(cutoff=5.0, order=8)) == pytest.approx(found, rel=0.01)
@@ -71,7 +71,7 @@ def test_a_law_is_compared_in_the_band_that_a_filter_leaves(r: float, cutoff: fl
     """It was compared with all its harmonics: a misfit of 4 to 52 standard errors, the amplitude 3 to 24 u off."""
     recording, what = through(r, (cutoff, order), (20.0, 1))
     found, measured = compare(recording, what), measure(recording, what)
-    shown = observe(steady_state(Problem(r, 0.4)))
+    shown = steady_state(Problem(r, 0.4))
     assert found.verdict == "explained"
     assert found.friction_ratio == pytest.approx(0.4, abs=3.0 * (found.friction_ratio_u or 0.0))
     assert (found.friction_ratio_u or 1.0) < 0.006

@@ -7,7 +7,7 @@ import pytest
 from frictionlab.campaign import FrictionFit, evaluate, trial_of
 from frictionlab.errors import UsageError
 from frictionlab.scene import Scene, scene_from_tables
-from frictionlab.simulator import Problem, observe, steady_state
+from frictionlab.simulator import Problem, steady_state
 from tests.campaign.fabricate import AMPLITUDE, SCENE, STIFFNESS, row
 
 TRUE, FORCE = 0.4, 1.5
@@ -29,7 +29,7 @@ def rows_of(scene: Scene, **parameters: float) -> list[dict[str, object]]:
             r, BETA, wall=scene.model.wall, law=scene.model.law, parameters=parameters or None,
             frame_damping_ratio=scene.frame_damping_ratio,
         )  # fmt: skip
-        seen = observe(steady_state(problem))
+        seen = steady_state(problem)
         shown = {"energy_per_cycle": seen.energy_per_cycle, "response_amplitude": seen.response_amplitude}
         rows.append({**row("steel", FORCE, r, TRUE, noise=0.0), **shown, "regime": seen.regime})
     return rows

@@ -29,7 +29,7 @@ from frictionlab.inference.material_law import (
 )
 from frictionlab.inference.predictive import predict_tests
 from frictionlab.schema import PREDICTIONS
-from frictionlab.simulator import Problem, observe, steady_state
+from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.laws import TERMS, law_of
 
 K, F = 1955.0, 3.13
@@ -175,7 +175,7 @@ def test_a_damaged_law_is_refused_by_file_and_key(tmp_path: Path, old: str, new:
 def test_a_prediction_is_the_steady_state_in_metres_and_joules() -> None:
     y, force = 2e-3, 4.0
     test = fl.predict(law_with({COEFFICIENT: 0.3}), r=0.7, normal_force_n=force, base_amplitude_m=y, draws=5).tests[0]
-    seen = observe(steady_state(Problem(0.7, 0.3 * force / (K * y))))
+    seen = steady_state(Problem(0.7, 0.3 * force / (K * y)))
     amplitude, energy = (test.numbers[name].value or 0.0 for name in ("response_amplitude_m", "energy_per_cycle_j"))
     assert amplitude == pytest.approx(y * (seen.response_amplitude or 0.0))
     assert energy == pytest.approx(K * y**2 * (seen.energy_per_cycle or 0.0))
@@ -192,7 +192,7 @@ def test_a_band_holds_95_of_100_laws() -> None:
     band = predict_tests(law, [0.3], normal_force_n=3.0, base_amplitude_m=2e-3, draws=400).tests[0].numbers
     wide = 1.96 * math.hypot(u, scatter)
     for end, sign in ((band["energy_per_cycle"].low, -1.0), (band["energy_per_cycle"].high, 1.0)):
-        exact = observe(steady_state(law.problem(3.0, 2e-3, 0.3, values={COEFFICIENT: 0.3 * (1.0 + sign * wide)})))
+        exact = steady_state(law.problem(3.0, 2e-3, 0.3, values={COEFFICIENT: 0.3 * (1.0 + sign * wide)}))
         assert end == pytest.approx(exact.energy_per_cycle, rel=0.01)
 
 
