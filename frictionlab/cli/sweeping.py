@@ -57,7 +57,7 @@ def sweep(
     four = zip(AXES, (r, beta, mu or "1", zeta or "0"), strict=True)
     axes = {name: tuple(values_of(text, f"--{name}")) for name, text in four}
     more = tuple((name, tuple(values_of(text, f"--parameter {name}"))) for name, text in said.items())
-    grid = maps.Grid(**axes, wall=wall, law=law or "coulomb", parameters=more)
+    grid = maps.Grid(axes["r"], axes["beta"], axes["mu"], axes["zeta"], wall, law or "coulomb", more)
     check_output(output, STEADY_STATES, force=force, rows=len(grid))
     figure = figure_file(plot, "map", force=force)
     columns = {} if figure is None else _columns(grid, figure)

@@ -302,12 +302,15 @@ def sweep(
     >>> [(row["gradient"], row["stops_per_cycle"]) for row in states.rows()]
     [(0.0, 2.0), (0.05, 1.0)]
     """
-    axes = (tuple(float(value) for value in values) for values in (r, beta, mu, zeta))
-    more = tuple((name, tuple(float(value) for value in values)) for name, values in (parameters or {}).items())
-    grid = Grid(*axes, wall=wall, law=law, parameters=more, base=base)
+    more = tuple((name, _numbers(values)) for name, values in (parameters or {}).items())
+    grid = Grid(_numbers(r), _numbers(beta), _numbers(mu), _numbers(zeta), wall, law, more, base)
     fast = grid.worth_compiling
     chunks = [range(start, min(start + CHUNK, len(grid))) for start in range(0, len(grid), CHUNK)]
     return StateMap(grid, np.concatenate([sweep_points(grid.points(c), grid.family, fast=fast) for c in chunks]))
+
+
+def _numbers(values: Sequence[float]) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
 
 
 def _are_many(points: float, law: str) -> bool:
