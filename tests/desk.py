@@ -6,8 +6,13 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from typer.testing import CliRunner
+
+from frictionlab.cli import app
+
 ROOT = Path(__file__).parents[1]
 BIN = Path(sys.executable).parent
+Answer = subprocess.CompletedProcess[str]
 MAKE = ("make", f"BIN={BIN}", f"FRICTIONLAB={BIN / 'frictionlab'}")
 """With the environment that runs the tests: nothing is installed."""
 OF_MAKE = {
@@ -26,7 +31,14 @@ def set_up(folder: Path, *names: str) -> Path:
     return folder
 
 
-def run_in(folder: Path, words: Sequence[str]) -> "subprocess.CompletedProcess[str]":
+def run_in(folder: Path, words: Sequence[str]) -> Answer:
     """Run a command there; not as a child of the make that may be running the tests."""
     alone = {key: value for key, value in os.environ.items() if key not in OF_MAKE}
     return subprocess.run(words, cwd=folder, env=alone, capture_output=True, text=True, check=False, timeout=170)
+
+
+def answer(*words: str | Path) -> Answer:
+    """What a command says and returns, run in this process and this folder: a second sooner than as one of its own."""
+    line = [str(word) for word in words]
+    done = CliRunner().invoke(app, line)
+    return subprocess.CompletedProcess(line, done.exit_code, done.stdout, done.stderr)

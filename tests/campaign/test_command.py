@@ -2,8 +2,6 @@
 
 import csv
 import json
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -13,8 +11,9 @@ from frictionlab.hdf5 import write_tree
 from frictionlab.tables import write_rows
 from frictionlab.verbs.evaluate import recordings_beside
 from tests.campaign.fabricate import COEFFICIENTS, small_campaign
+from tests.desk import Answer, answer
 
-Run = Callable[..., "subprocess.CompletedProcess[str]"]
+Run = Callable[..., Answer]
 TOML = """
 [rig]
 mass_kg = 3.0799
@@ -33,12 +32,9 @@ friction_scatter = %g
 
 
 @pytest.fixture
-def run(tmp_path: Path) -> Run:
-    def command(*words: str | Path) -> "subprocess.CompletedProcess[str]":
-        line = [str(Path(sys.executable).parent / "frictionlab"), *map(str, words)]
-        return subprocess.run(line, capture_output=True, text=True, check=False, cwd=tmp_path, timeout=110)
-
-    return command
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
+    monkeypatch.chdir(tmp_path)
+    return answer
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:

@@ -3,8 +3,6 @@
 import csv
 import json
 import math
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -31,6 +29,7 @@ from frictionlab.inference.predictive import predict_tests
 from frictionlab.schema import PREDICTIONS
 from frictionlab.simulator import Problem, steady_state
 from frictionlab.simulator.laws import TERMS, law_of
+from tests.desk import Answer, answer
 
 K, F = 1955.0, 3.13
 RIG = {"natural_frequency_hz": F, "stiffness_n_per_m": K, FRAME: 0.0}
@@ -59,9 +58,8 @@ def law_with(values: dict[str, float], name: str = "coulomb", u: float = 0.0, sc
     )
 
 
-def command(*words: str | Path) -> "subprocess.CompletedProcess[str]":
-    line = [str(Path(sys.executable).parent / "frictionlab"), "predict", *map(str, words)]
-    return subprocess.run(line, capture_output=True, text=True, check=False, timeout=100)
+def command(*words: str | Path) -> Answer:
+    return answer("predict", *words)
 
 
 def test_friction_is_the_coefficient_times_the_normal_force_over_k_y() -> None:

@@ -14,7 +14,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.cli import app
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.experiment import facts_of
-from frictionlab.inference import predict
+from frictionlab.inference.compare import identified
 from frictionlab.planning import Plan, plan_tests
 from frictionlab.scene import Scene, scene_from_tables
 from frictionlab.simulator import Problem
@@ -59,7 +59,7 @@ def test_the_errors_promised_are_those_achieved() -> None:
     found = []
     for seed in range(30):
         recording = recorded(Problem(best.frequency_ratio, beta), np.random.default_rng(seed))
-        found.append(predict(measure(recording, scene()), scene()).friction_ratio)
+        found.append(identified(measure(recording, scene()), scene(), None)[0].values()["beta"])
     achieved = float(np.std(found, ddof=1))
     assert best.expected["beta"] is not None
     assert achieved == pytest.approx(best.expected["beta"], rel=0.45)  # thirty repeats tell a scatter to 13 %
