@@ -101,7 +101,7 @@ class LogOptions:
     )
     time_unit: str | None = _unit("Unit of the time column: s ms us ns min h.", "time", TIME)
     variable: str | None = _option(
-        "MATLAB, HDF5, NumPy: the variable that holds the log.", "NAME", bool, "the name of a variable"
+        "MATLAB, JSON, NumPy: the variable that holds the log.", "NAME", bool, "the name of a variable"
     )
     test: str | int | None = _option(
         *("A file of several tests: which one, by its number from 1.", "N"),

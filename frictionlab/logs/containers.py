@@ -1,9 +1,10 @@
 """Logs that are not text, each read by a small adapter over a library; `READERS` lists them.
 
-MATLAB's .mat, foreign HDF5, NumPy, and National Instruments' TDMS where npTDMS is installed; Excel's workbooks become
-text instead (`frictionlab.logs.unpack`). What is known and not read is named by `refuse_by_name`.
+MATLAB's .mat, foreign HDF5, NumPy, JSON, Parquet, and National Instruments' TDMS where npTDMS is installed. Excel's
+workbooks become text instead (`frictionlab.logs.unpack`). What is known and not read is named by `refuse_by_name`.
 """
 
+import json
 import logging
 import warnings
 import zipfile
@@ -18,7 +19,7 @@ from frictionlab.errors import FrictionlabError, LogError
 from frictionlab.hdf5 import arrays_inside, is_recording
 from frictionlab.hdf5.trial import fault_of
 from frictionlab.log_options import LogOptions
-from frictionlab.logs.sheet import Sheet, check_size, sheet_of, usual_length
+from frictionlab.logs.sheet import FREE_BYTES, Sheet, check_size, sheet_of, usual_length
 
 _READ = (
     *("double", "single", "logical", "struct", "cell"),
@@ -74,6 +75,47 @@ def read_numpy(path: Path, options: LogOptions) -> Sheet:
     return sheet_of("NumPy", {path.stem: np.array(array)} if array.dtype.names is None else np.array(array), options)
 
 
+def read_json(path: Path, options: LogOptions) -> Sheet:
+    """Read arrays by name, records (a mapping a row), columns with data, or a list of tests.
+
+    Raises
+    ------
+    LogError
+        Damaged, larger than it may be, or without arrays of numbers.
+    """
+    if path.stat().st_size > FREE_BYTES:
+        raise LogError(f"more than {FREE_BYTES / 1e6:.0f} MB of JSON: save it as text or Parquet")
+    return sheet_of("JSON", json.loads(path.read_bytes()), options)
+
+
+def read_parquet(path: Path, _options: LogOptions) -> Sheet:
+    """Read the columns of numbers and of moments.
+
+    Raises
+    ------
+    LogError
+        Damaged, or without such columns.
+    """
+    import pyarrow as pa  # noqa: PLC0415 - 0.1 s that other logs need not wait for
+    import pyarrow.parquet as pq  # noqa: PLC0415
+
+    file = pq.ParquetFile(path)
+    check_size(file.metadata.num_rows * file.metadata.num_columns, path.stat().st_size)
+    table = file.read()
+    chosen, moments = dict[str, NDArray[np.float64]](), set[int]()
+    for name in table.column_names:
+        column, kind = table.column(name), table.schema.field(name).type
+        if pa.types.is_timestamp(kind):
+            moments.add(len(chosen))
+            nanoseconds = column.cast(pa.timestamp("ns")).cast(pa.int64())
+            chosen[name] = np.asarray(nanoseconds.to_numpy(), dtype=np.float64) / 1e9
+        elif pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_decimal(kind):
+            chosen[name] = np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
+    if not chosen:
+        raise LogError(f"no columns of numbers; got {', '.join(table.column_names) or 'none'}")
+    return Sheet("Parquet", tuple(chosen), tuple(chosen.values()), moments=frozenset(moments))
+
+
 def read_tdms(path: Path, _options: LogOptions) -> Sheet:
     """Read the channels of the length that most have, with their units; and the waveform's interval and start.
 
@@ -126,7 +168,9 @@ def _waveform(channels: list[Any]) -> dict[str, float | str]:
     return facts
 
 
-READERS = {"matlab": read_matlab, "numpy": read_numpy, "tdms": read_tdms}
+READERS = {
+    "matlab": read_matlab, "numpy": read_numpy, "json": read_json, "parquet": read_parquet, "tdms": read_tdms,
+}  # fmt: skip
 
 
 def kind_of_container(first: bytes, path: Path) -> str:
@@ -138,7 +182,9 @@ def kind_of_container(first: bytes, path: Path) -> str:
         return "matlab"
     if first.startswith(b"\x93NUMPY") or (first.startswith(b"PK") and suffix == ".npz"):
         return "numpy"
-    return "tdms" if first.startswith(b"TDSm") else ""
+    if suffix == ".json" and first.lstrip()[:1] in (b"{", b"["):
+        return "json"
+    return {b"TDSm": "tdms", b"PAR1": "parquet"}.get(first[:4], "")
 
 
 _KINDS = (
@@ -154,14 +200,13 @@ _KINDS = (
     (b"\x04\x22\x4d\x18", "compressed by LZ4: unpack it first"),
     (b"BZh", "compressed by bzip2: unpack it first, or pack it by gzip or zip"),
     (b"\xfd7zXZ\0", "compressed by xz: unpack it first, or pack it by gzip or zip"),
-    (b"PAR1", "a Parquet table: save it as text"),
     (b"MDF     ", "an ASAM MDF measurement: export it as text or as MATLAB"),
     (b"SQLite format 3", "a database (SQLite): export the log as text"),
     (b"\x80\x04\x95", "a Python pickle, which could run anything: save it as text"),
     (b"\x80\x05\x95", "a Python pickle, which could run anything: save it as text"),
-    (b"ARROW1", "an Arrow (Feather) file: save it as text"),
-    (b"CDF\x01", "a netCDF 3 file: save it as text or MATLAB"),
-    (b"CDF\x02", "a netCDF 3 file: save it as text or MATLAB"),
+    (b"ARROW1", "an Arrow (Feather) file: save it as Parquet"),
+    (b"CDF\x01", "a netCDF 3 file: save it as text, MATLAB or Parquet"),
+    (b"CDF\x02", "a netCDF 3 file: save it as text, MATLAB or Parquet"),
     (b"\x7fELF", "a program"),
     (b"MZ", "a Windows program"),
     (b"source,status,reason,", "a table of results, not a log: `frictionlab show` and `frictionlab campaign` read it"),
@@ -170,7 +215,6 @@ _KINDS = (
 _SUFFIXES = {
     ".toml": "a scene (give it to --scene)",
     ".jsonl": "a table of results",
-    ".json": "JSON (save its columns as .csv)",
     ".md": "a text to read",
     ".html": "a web page",
     ".svg": "a drawing",

@@ -60,7 +60,7 @@ def check_size(numbers: int, packed: int) -> None:
 
 
 def sheet_of(layout: str, content: Any, options: LogOptions, others: str = "") -> Sheet:
-    """Make a sheet of what a container holds: named arrays, also in structures, several tests.
+    """Make a sheet of what a container holds: named arrays, also in structures, lists of records, several tests.
 
     Parameters
     ----------
@@ -109,7 +109,9 @@ def sheet_of(layout: str, content: Any, options: LogOptions, others: str = "") -
     wanted = {name: column for name, column in columns.items() if len(column) == usual}
     short = tuple(name.rpartition(".")[2] for name in wanted)
     titles = short if len(set(short)) == len(short) else tuple(wanted)
-    return Sheet(layout, titles, tuple(wanted.values()), facts=facts)
+    said = chosen.get("units", {}) if isinstance(chosen, Mapping) else {}
+    units = tuple(str(said.get(title, "")) for title in titles) if isinstance(said, Mapping) else ()
+    return Sheet(layout, titles, tuple(wanted.values()), units, facts=facts)
 
 
 def _part(content: Any, variable: str) -> Any:
@@ -133,9 +135,13 @@ def _tests(content: Any) -> list[Any]:
             break
         content = inner
     if isinstance(content, list) and content and all(isinstance(each, Mapping) for each in content):
+        if not any(np.ndim(value) for each in content for value in each.values()):
+            return [{key: [each.get(key) for each in content] for key in content[0]}]  # records: a row each
         return content
     if not isinstance(content, Mapping):
         return [{"column": content}]
+    if {"columns", "data"} <= set(content) and np.ndim(content["data"]) == 2:
+        return [dict(zip(map(str, content["columns"]), np.asarray(content["data"], dtype=object).T, strict=False))]
     groups = [each for each in content.values() if isinstance(each, Mapping)]
     if len(groups) > 1 and len({tuple(each) for each in groups}) == 1:
         return groups
@@ -159,7 +165,7 @@ def _cells(value: Any) -> bool:
 
 
 def _leaves(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, NDArray[np.float64]]]:
-    """The arrays of numbers below a part of a container, each with its path."""
+    """The arrays of numbers below a part of a container, each with its path; no value is nan."""
     if isinstance(value, Mapping):
         for key, inner in value.items() if depth < 3 else ():
             yield from _leaves(f"{name}.{key}" if name else str(key), inner, depth + 1)
@@ -169,6 +175,8 @@ def _leaves(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, NDArra
         if array.dtype.names is not None:
             yield from _leaves(name, {field: array[field] for field in array.dtype.names}, depth)
             return
+        if array.dtype == object:
+            array = np.array([np.nan if each is None else each for each in array.ravel()]).reshape(array.shape)
     except ValueError:  # rows of several lengths
         return
     if array.dtype.kind in "fiu" and array.size:

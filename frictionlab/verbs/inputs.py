@@ -28,7 +28,7 @@ FilePath = str | PathLike[str]
 AnyScene = Scene | FilePath | None
 FAILED = "failed"
 PACKAGE = Path(__file__).parents[1]
-PLAIN = (".csv", ".txt", ".tsv", ".asc", ".dat", ".lvm", ".mat", ".xlsx", ".tdms")
+PLAIN = (".csv", ".txt", ".tsv", ".asc", ".dat", ".lvm", ".mat", ".xlsx", ".parquet", ".tdms")
 
 _EXPECTED = (
     f"expected *.csv (or {', '.join(s[1:] for s in PLAIN[1:])}, or one of them packed as"

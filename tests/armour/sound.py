@@ -136,6 +136,7 @@ MAKE: dict[str, tuple[str, Callable[[Path], object]]] = {
     "log.mat4": ("l.mat", lambda path: scipy.io.savemat(path, _named(), format="4")),
     "log.mat5": ("l.mat", lambda path: scipy.io.savemat(path, {str(k): v.to_numpy() for k, v in _frame().items()})),
     "log.mat73": ("l.mat", _matlab),
+    "log.parquet": ("l.parquet", lambda path: _frame().to_parquet(path)),
     "log.xlsx": ("l.xlsx", lambda path: _frame().to_excel(path, index=False)),
 }
 """Kind -> name of the file, and what writes a sound one. A bare one has no seal."""

@@ -166,7 +166,6 @@ def test_a_member_of_an_archive_without_a_name_is_no_log(tmp_path: Path) -> None
     ("name", "text", "words"),
     [
         ("scene.toml", "[log]\nsampling_rate_hz = 250.0\n", r"a scene \(give it to --scene\), not a log"),
-        ("log.json", '{"t": [0, 1]}', r"JSON \(save its columns as .csv\), not a log"),
         ("README.md", "# Logs\n1 2 3\n", "a text to read, not a log"),
         ("rows.csv", "source,status,reason,warnings\na.h5,ok,,\n", "a table of results, not a log"),
     ],

@@ -3,6 +3,7 @@
 import contextlib
 import gzip
 import io
+import json
 import zipfile
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
@@ -12,6 +13,8 @@ from typing import Literal
 import h5py
 import numpy as np
 import openpyxl
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 import scipy.io
 from nptdms import ChannelObject, TdmsWriter
@@ -194,6 +197,25 @@ def test_excel_with_two_sheets_of_numbers_is_asked_about(tmp_path: Path) -> None
         read_log(tmp_path / "log.xlsx")
 
 
+def test_parquet_with_moments_and_words(tmp_path: Path) -> None:
+    start = np.datetime64("2024-09-14T02:16:47.000000000")
+    stamps = start + (np.round(T * 1e9)).astype("timedelta64[ns]")
+    columns = {"stamp": stamps, "mass_mm": X, "base_mm": Y, "note": ["ok"] * len(T)}
+    pq.write_table(pa.table(columns), tmp_path / "log.parquet")
+    recording = read_log(tmp_path / "log.parquet", LogOptions(time="stamp"))
+    assert recording.time == pytest.approx(DATA.time, abs=1e-6)
+    assert np.array_equal(recording.mass_displacement, DATA.mass)
+    pq.write_table(pa.table({"t": T, "x": X, "y": Y}), tmp_path / "log.parquet")
+    assert_is_the_log(read_log(tmp_path / "log.parquet", LogOptions(unit="mm")))
+
+
+def test_a_parquet_file_that_asks_for_too_much_memory_is_refused(tmp_path: Path) -> None:
+    zeros = pa.table({"x": np.zeros(40_000_000, np.int8)})
+    pq.write_table(zeros, tmp_path / "log.parquet")
+    with pytest.raises(LogError, match=r"asks for 0.32 GB of numbers: accepted are 0.268 GB"):
+        read_log(tmp_path / "log.parquet")
+
+
 def test_tdms_states_its_rate_and_units(tmp_path: Path) -> None:
     facts = {"wf_increment": 0.004, "unit_string": "mm"}
     with TdmsWriter(tmp_path / "log.tdms") as writer:
@@ -222,7 +244,6 @@ def test_tdms_without_its_library_says_what_to_install(tmp_path: Path, monkeypat
         (b"SQLite format 3\x00", "a database"),
         (b"BZh91AY", "compressed by bzip2: unpack it first"),
         (b"\xfd7zXZ\x00", "compressed by xz: unpack it first"),
-        (b"PAR1", "a Parquet table: save it as text"),
     ],
 )
 def test_what_is_not_read_is_named(first: bytes, words: str, tmp_path: Path) -> None:
@@ -249,11 +270,13 @@ def damaged(raw: bytes, generator: np.random.Generator) -> bytes:
     return bytes(data)
 
 
-@pytest.mark.parametrize("kind", ["4", "5", "5 plain", "7.3", "tdms", "xlsx"])
+@pytest.mark.parametrize("kind", ["4", "5", "5 plain", "7.3", "parquet", "tdms", "xlsx"])
 def test_damaged_binary_logs_are_read_or_refused_in_words(kind: str, tmp_path: Path) -> None:
     """Any other exception fails; scipy itself ends the process on a wrong type code, which is looked for before."""
     path = tmp_path / "log.bin"
-    if kind == "tdms":
+    if kind == "parquet":
+        pq.write_table(pa.table({"t": T, "x": X, "y": Y}), path)
+    elif kind == "tdms":
         with TdmsWriter(path) as writer:
             writer.write_segment([ChannelObject("rig", n, v, {"wf_increment": 0.004}) for n, v in (("x", X), ("y", Y))])
     elif kind == "xlsx":
@@ -273,6 +296,32 @@ def test_damaged_binary_logs_are_read_or_refused_in_words(kind: str, tmp_path: P
         path.write_bytes(damaged(raw, generator))
         with contextlib.suppress(LogError):
             assert len(read_log(path, LogOptions(unit="mm"))) > 1
+
+
+CONTENT: dict[str, object] = {"t": T, "mass [mm]": X, "base [mm]": Y}
+ROWS = [{"t": t, "mass [mm]": x, "base [mm]": y} for t, x, y in zip(T.tolist(), X.tolist(), Y.tolist(), strict=True)]
+LISTS = {name: np.asarray(values).tolist() for name, values in CONTENT.items()}
+
+
+@pytest.mark.parametrize(
+    ("content", "options"),
+    [
+        (LISTS, LogOptions()),
+        (ROWS, LogOptions()),
+        ({"data": ROWS}, LogOptions()),
+        ({"columns": list(LISTS), "data": np.column_stack(list(CONTENT.values())).tolist()}, LogOptions()),  # type: ignore[arg-type]
+        ({"run": LISTS, "note": "x"}, LogOptions(variable="run")),
+        ([LISTS, LISTS], LogOptions(test=2)),
+        ({"a": LISTS, "b": LISTS}, LogOptions(test="1")),
+        (
+            {"t": LISTS["t"], "x": LISTS["mass [mm]"], "y": LISTS["base [mm]"], "units": {"x": "mm", "y": "mm"}},
+            LogOptions(),
+        ),
+    ],
+)
+def test_json_of_any_shape_is_the_log(content: object, options: LogOptions, tmp_path: Path) -> None:
+    (tmp_path / "log.json").write_text(json.dumps(content))
+    assert_is_the_log(read_log(tmp_path / "log.json", options))
 
 
 def test_arrays_of_numpy_are_the_log(tmp_path: Path) -> None:
