@@ -48,6 +48,13 @@ MODULES = {
     "tradeoff": "show",
 }
 """The module of a command that has not its own name."""
+OLD_NAMES = {
+    "compare": "compare-numeric",
+    "--friction-ratio": "--beta",
+    "--static-ratio": "--mu",
+    "--contact-damping-ratio": "--zeta",
+}
+"""Names of commands and options that are still taken, for one version, and those to give instead."""
 MORE = frozenset(
     (
         "--workers", "--scheduler", "--accuracy", "--force", "--quiet", "--verbose", "--padding",
@@ -88,7 +95,9 @@ class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> Any:
         """Read the options; refuse what stands for nothing, and what is no number to a person."""
         ctx.meta[_ALL] = "--help-all" in args
-        args = ["--help" if word == "--help-all" else word for word in args]
+        args = [
+            "--help" if word == "--help-all" else current_name(word) if word.startswith("--") else word for word in args
+        ]
         if any("--contact-force" in param.opts for param in self.get_params(ctx)):
             args = _with_force_column(args)
         if "" in args and not ctx.resilient_parsing:
@@ -126,6 +135,15 @@ def _with_force_column(args: list[str]) -> list[str]:
     return found
 
 
+def current_name(word: str) -> str:
+    """The name that has taken the place of an old one, with a line that says it; any other word as it is."""
+    name, equals, value = word.partition("=")
+    if name not in OLD_NAMES:
+        return word
+    complain(f"note: {name} is now {OLD_NAMES[name]}; the old name is taken until the next version")
+    return f"{OLD_NAMES[name]}{equals}{value}"
+
+
 def _in_words(error: typer.BadParameter) -> str:
     """What a library found wrong with a value, with the value."""
     faults: list[Any] = getattr(error.__cause__, "errors", list)()
@@ -153,6 +171,7 @@ class Commands(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
         """The command of a name; None where there is none."""
+        cmd_name = current_name(cmd_name)
         if cmd_name not in COMMANDS:
             return None
         from frictionlab.cli.options import with_options
