@@ -8,6 +8,7 @@ import pytest
 from hypothesis import settings
 
 from frictionlab.simulator.sweep import warm_up
+from tests.desk import Run, answer
 
 settings.register_profile("house", derandomize=True)
 settings.load_profile("house")
@@ -33,6 +34,13 @@ def pytest_configure(config: pytest.Config) -> None:
     if hasattr(config, "workerinput"):  # what each process of the tests solves, it solves compiled
         for law in KERNELS:
             warm_up(law)
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Runs a command, in this process and in a folder of the test's own."""
+    monkeypatch.chdir(tmp_path)
+    return answer
 
 
 FAST = """

@@ -3,7 +3,7 @@
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from typer.testing import CliRunner
@@ -13,6 +13,7 @@ from frictionlab.cli import app
 ROOT = Path(__file__).parents[1]
 BIN = Path(sys.executable).parent
 Answer = subprocess.CompletedProcess[str]
+Run = Callable[..., Answer]
 MAKE = ("make", f"BIN={BIN}", f"FRICTIONLAB={BIN / 'frictionlab'}")
 """With the environment that runs the tests: nothing is installed."""
 OF_MAKE = {

@@ -5,37 +5,22 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable
 from math import cos, pi
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
-from frictionlab.cli import app
-from tests.desk import ROOT
+from tests.desk import ROOT, Run, answer
 
 SAMPLE = ROOT / "sample_data" / "steel_N1.25_r0.3.csv"
 SCENE = ROOT / "configs" / "sample_data.toml"
 FRICTIONLAB = Path(sys.executable).parent / "frictionlab"
-Run = Callable[..., "subprocess.CompletedProcess[str]"]
-
-
-def in_process(*words: str | Path) -> "subprocess.CompletedProcess[str]":
-    done = CliRunner().invoke(app, [str(word) for word in words])
-    return subprocess.CompletedProcess(words, done.exit_code, done.stdout, done.stderr)
-
-
-@pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
-    monkeypatch.chdir(tmp_path)
-    return in_process
 
 
 @pytest.fixture(scope="session")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("recordings") / "steel.h5"
-    assert in_process("ingest", SAMPLE, "--scene", SCENE, "-o", path).returncode == 0
+    assert answer("ingest", SAMPLE, "--scene", SCENE, "-o", path).returncode == 0
     return path
 
 
@@ -72,10 +57,8 @@ def test_a_misspelt_command_is_told_what_was_meant_and_completion_knows_all(run:
 
 def test_old_names_are_taken_and_the_new_ones_said(run: Run) -> None:
     new = json.loads(run("simulate", "--r", "0.5", "--beta", "0.4", "--mu", "1.5", "--zeta", "0.01", "--json").stdout)
-    old = run(
-        *("simulate", "--r", "0.5", "--friction-ratio", "0.4", "--static-ratio=1.5"),
-        *("--contact-damping-ratio", "0.01", "--json"),
-    )
+    names = "--friction-ratio 0.4 --static-ratio=1.5 --contact-damping-ratio 0.01"
+    old = run("simulate", "--r", "0.5", *names.split(), "--json")
     assert json.loads(old.stdout) | {"wall_s": new["wall_s"]} == new
     assert "note: --friction-ratio is now --beta; the old name is taken until the next version" in old.stderr
     assert "--static-ratio is now --mu" in old.stderr

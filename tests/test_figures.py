@@ -6,7 +6,9 @@ import pytest
 from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
 
+from frictionlab.figures.simulated import draw_motion
 from frictionlab.figures.style import caution, look, new_figure, plain_decades, save
+from frictionlab.simulator import Problem, steady_state
 
 
 def test_what_warns_of_a_number_stands_below_its_figure() -> None:
@@ -18,6 +20,19 @@ def test_what_warns_of_a_number_stands_below_its_figure() -> None:
     quiet = new_figure()
     caution(quiet, ())
     assert not quiet.get_supxlabel()
+
+
+@pytest.mark.parametrize(
+    ("law", "parameters"), [("coulomb", {}), ("coulomb+stribeck", {"static_ratio": 1.2, "stribeck_speed": 0.2})]
+)
+def test_a_stop_that_goes_on_into_the_next_period_is_shaded_in_both(law: str, parameters: dict[str, float]) -> None:
+    state = steady_state(Problem(0.3, 0.5, law=law, parameters=parameters))
+    assert state.orbit is not None
+    ax = draw_motion(state, new_figure().subplots())
+    shaded = [patch.get_extents().transformed(ax.transData.inverted()) for patch in ax.patches]
+    for place in (0.02, 1.98, 2.02, 3.98):  # the mass stands where the base turns
+        assert any(box.x0 < place < box.x1 for box in shaded)
+    assert ax.get_xlim() == pytest.approx((0.0, 4.0))
 
 
 def test_a_picture_is_drawn_once_and_is_the_same_bytes_each_time(

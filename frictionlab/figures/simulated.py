@@ -75,7 +75,8 @@ def draw_motion(state: "SteadyState", ax: Axes, color: str = style.PREDICTED, pe
     ax.plot(tau / np.pi, x, color=color, label="mass $x/Y$")
     if state.orbit is not None:
         period = state.orbit.end - state.orbit.start
-        stops = [(a + n * period, b + n * period) for n in range(periods) for a, b in state.orbit.stops]
+        shown = range(-1, periods) if state.orbit.timeline.periodic else range(1)  # -1: a stop that was begun before
+        stops = [(a + n * period, b + n * period) for n in shown for a, b in state.orbit.stops]
         style.shade(ax, [(begin / np.pi, end / np.pi) for begin, end in stops])
     ax.set(
         xlabel=r"phase of the drive $\tau/\pi$", ylabel="displacement over $Y$", xlim=(tau[0] / np.pi, tau[-1] / np.pi)

@@ -34,13 +34,13 @@ REST, NONE = "#B0B0B0", "#F2EFE6"
 TURN = 2.0 * np.pi
 MOST_POINTS = 4000  # of a line: more cannot be seen in print
 # Okabe and Ito, "Color universal design" (2008): told apart with any common colour blindness, and in grey.
-BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, YELLOW, BLACK = (
-    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442", "#000000",
+BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK = (
+    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#000000",
 )  # fmt: skip
 GREY = "#8A8A8A"
 MEASURED, PREDICTED, BASE = BLUE, VERMILION, "#4A4A4A"
 PALETTE = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
-COLUMN, PAGE = 3.5, 7.2  # widths in inches: one column and the whole page of a journal
+PAGE = 7.2  # width of a journal's page, inches
 HEADLINE = 105  # letters a line above a figure of the whole page
 LETTERS, FORE = 150, 40  # of a line below a figure; where the name of a number ends
 

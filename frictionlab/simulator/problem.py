@@ -222,8 +222,7 @@ class Problem:
 
     def with_r(self, r: float) -> Self:
         """Return the problem at another frequency ratio."""
-        checked = Problem(r, self.beta)
-        return self._but(r=checked.r)
+        return self._but(r=Problem(r, self.beta).r)
 
     def in_frame_time(self) -> Self:
         """Return the same oscillator with time counted in omega_n t (r = 1): what its law says of speeds is scaled.

@@ -2,7 +2,6 @@
 
 import csv
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,9 +10,8 @@ from frictionlab.hdf5 import write_tree
 from frictionlab.tables import write_rows
 from frictionlab.verbs.evaluate import recordings_beside
 from tests.campaign.fabricate import COEFFICIENTS, small_campaign
-from tests.desk import Answer, answer
+from tests.desk import Run
 
-Run = Callable[..., Answer]
 TOML = """
 [rig]
 mass_kg = 3.0799
@@ -29,12 +27,6 @@ frequency_ratios = [0.35, 1.4]
 friction_coefficient = %g
 friction_scatter = %g
 """
-
-
-@pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
-    monkeypatch.chdir(tmp_path)
-    return answer
 
 
 def rows_of(path: Path) -> list[dict[str, str]]:
