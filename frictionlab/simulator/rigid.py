@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from math import hypot, inf, pi
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,6 +41,14 @@ class Trajectory(Motion):
     problem: Problem
     phases: Floats
     timeline: Timeline
+
+    @classmethod
+    def of_rows(cls, problem: Problem, phases: Floats, *, periodic: bool, first: int = 0) -> Self:
+        """Return the motion of these phases, counted on from a first cycle."""
+        cycle = first + cycles_of(phases[:, 1], phases[:, 2])
+        for column in (phases, cycle):
+            column.setflags(write=False)
+        return cls(problem, phases, Timeline(cycle, phases[:, 1], phases[:, 2], periodic))
 
     @property
     def side(self) -> Floats:
@@ -83,7 +91,9 @@ class Trajectory(Motion):
     def _evaluate(self, index: NDArray[np.intp], within: Floats) -> Floats:
         """Return z, v and the contact's force but for its dashpot at times within the phases given, a row each."""
         engine = engines.choose(0.05 * len(index))
-        rig, force = engines.set_up(engine, self.problem)
+        return self._evaluated(engine, *engines.set_up(engine, self.problem), index, within)
+
+    def _evaluated(self, engine: Any, rig: Any, force: Any, index: NDArray[np.intp], within: Floats) -> Floats:
         states = engine.zeros(3 * len(index))
         engine.kernel.evaluate(rig, force, engine.flat(self.phases[index]), engine.flat(within), states)
         return np.asarray(states, dtype=np.float64).reshape(-1, 3)
@@ -104,10 +114,7 @@ def recorded(record: Any, count: int, *, mirror: bool, directed: bool) -> Floats
 def _trajectory(problem: Problem, room: Any, *, periodic: bool, mirror: bool = False, first: int = 0) -> Trajectory:
     """The phases recorded in a room, mirrored or not, counted on from a first cycle."""
     rows = recorded(room.phases, int(room.tally[layout.PHASES]), mirror=mirror, directed=True)
-    cycle = first + cycles_of(rows[:, 1], rows[:, 2])
-    for column in (rows, cycle):
-        column.setflags(write=False)
-    return Trajectory(problem, rows, Timeline(cycle, rows[:, 1], rows[:, 2], periodic))
+    return Trajectory.of_rows(problem, rows, periodic=periodic, first=first)
 
 
 def run(problem: Problem, *, cycles: int, x0: float, v0: float, tau0: float, keep: int) -> Trajectory:
