@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from math import hypot, inf, pi
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,7 +15,7 @@ from frictionlab.simulator.motion import Motion, Timeline, cycles_of
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import SteadyState, from_numbers
 
-__all__ = ["Trajectory", "last", "recorded", "refuse_chatter", "run", "steady", "steady_from"]
+__all__ = ["Trajectory", "last", "refuse_chatter", "run", "steady", "steady_from"]
 
 TURN = 2.0 * pi
 CLOSED = {"auto": 0, "closed-form": 1, "exact": -1}
@@ -41,14 +41,25 @@ class Trajectory(Motion):
     problem: Problem
     phases: Floats
     timeline: Timeline
+    directed: ClassVar[bool] = True
+    """Whether a phase names the direction of its slide first."""
 
     @classmethod
-    def of_rows(cls, problem: Problem, phases: Floats, *, periodic: bool, first: int = 0) -> Self:
-        """Return the motion of these phases, counted on from a first cycle."""
-        cycle = first + cycles_of(phases[:, 1], phases[:, 2])
-        for column in (phases, cycle):
+    def of_record(
+        cls, problem: Problem, record: Any, count: int, *, periodic: bool, mirror: bool = False, first: int = 0
+    ) -> Self:
+        """Build a motion from a kernel's record of so many phases, the first of them in cycle `first`.
+
+        `mirror` appends the second, mirrored half of a period.
+        """
+        rows = np.array(record[: layout.PHASE * count], dtype=np.float64).reshape(count, layout.PHASE)
+        if mirror:
+            flip = np.array([-1.0 if cls.directed else 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, 1.0, -1.0])
+            rows = np.vstack((rows, rows * flip + np.array([0.0, pi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
+        rows, cycle = rows + 0.0, first + cycles_of(rows[:, 1], rows[:, 2])
+        for column in (rows, cycle):
             column.setflags(write=False)
-        return cls(problem, phases, Timeline(cycle, phases[:, 1], phases[:, 2], periodic))
+        return cls(problem, rows, Timeline(cycle, rows[:, 1], rows[:, 2], periodic))
 
     @property
     def side(self) -> Floats:
@@ -99,24 +110,6 @@ class Trajectory(Motion):
         return np.asarray(states, dtype=np.float64).reshape(-1, 3)
 
 
-def recorded(record: Any, count: int, *, mirror: bool, directed: bool) -> Floats:
-    """Return a kernel's record of phases, a row each; `mirror` appends the second, mirrored half of a period.
-
-    `directed` phases name the direction of their slide first.
-    """
-    rows = np.array(record[: layout.PHASE * count], dtype=np.float64).reshape(count, layout.PHASE)
-    if mirror:
-        flip = np.array([-1.0 if directed else 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, 1.0, -1.0])
-        rows = np.vstack((rows, rows * flip + np.array([0.0, pi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
-    return rows + 0.0
-
-
-def _trajectory(problem: Problem, room: Any, *, periodic: bool, mirror: bool = False, first: int = 0) -> Trajectory:
-    """The phases recorded in a room, mirrored or not, counted on from a first cycle."""
-    rows = recorded(room.phases, int(room.tally[layout.PHASES]), mirror=mirror, directed=True)
-    return Trajectory.of_rows(problem, rows, periodic=periodic, first=first)
-
-
 def run(problem: Problem, *, cycles: int, x0: float, v0: float, tau0: float, keep: int) -> Trajectory:
     """Carry the motion over cycles of the drive by exact phases; the last `keep` cycles are recorded."""
     engine = engines.choose(cycles * (2.0 + 1.0 / problem.r))
@@ -135,7 +128,9 @@ def run(problem: Problem, *, cycles: int, x0: float, v0: float, tau0: float, kee
     _, _, room = carried(z, v, keep, phases)
     if room.tally[layout.PHASES] > phases:
         _, _, room = carried(z, v, keep, int(room.tally[layout.PHASES]))
-    return _trajectory(problem, room, periodic=False, first=cycles - keep)
+    return Trajectory.of_record(
+        problem, room.phases, int(room.tally[layout.PHASES]), periodic=False, first=cycles - keep
+    )
 
 
 def refuse_chatter(problem: Problem, code: int, tau: float, z: float, v: float) -> None:
@@ -189,7 +184,8 @@ def _solved(
             "an undamped mass under a pure cosine (2.10); got stops, damping or harmonics; do: use solver 'exact'"
         )
     moved, mirror = code in (layout.PERIODIC, layout.STUCK), bool(row[layout.SIGN] < 0.0)
-    orbit = _trajectory(problem, room, periodic=True, mirror=mirror) if moved else None
+    count = int(room.tally[layout.PHASES])
+    orbit = Trajectory.of_record(problem, room.phases, count, periodic=True, mirror=mirror) if moved else None
     return from_numbers(problem, row, orbit), float(room.meter[0])
 
 

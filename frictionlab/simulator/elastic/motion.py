@@ -1,15 +1,14 @@
 """A motion with an elastic contact as a list of phases: exact between its events, evaluated anywhere."""
 
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.simulator.elastic import engine as engines
-from frictionlab.simulator.problem import Problem
-from frictionlab.simulator.rigid import Trajectory, recorded
+from frictionlab.simulator.rigid import Trajectory
 
-__all__ = ["ElasticMotion", "from_phases"]
+__all__ = ["ElasticMotion"]
 
 Floats = NDArray[np.float64]
 
@@ -19,6 +18,8 @@ class ElasticMotion(Trajectory):
 
     The first number of a phase is how many sliders slip, and a stop a time in which none does: the mass may move in it.
     """
+
+    directed: ClassVar[bool] = False
 
     @property
     def slipping(self) -> Floats:
@@ -36,14 +37,3 @@ class ElasticMotion(Trajectory):
         engine = engines.choose(0.05 * len(index))
         rig, _, force = engines.set_up(engine, self.problem)
         return self._evaluated(engine, rig, force, index, within)
-
-
-def from_phases(
-    problem: Problem, record: Any, count: int, *, periodic: bool, mirror: bool, first: int = 0
-) -> ElasticMotion:
-    """Build a motion from the kernel's record; `mirror` appends the second, mirrored half of a period.
-
-    `first` is the cycle in which the record begins.
-    """
-    rows = recorded(record, count, mirror=mirror, directed=False)
-    return ElasticMotion.of_rows(problem, rows, periodic=periodic, first=first)

@@ -6,7 +6,7 @@ from typing import Any
 
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.elastic import engine as engines
-from frictionlab.simulator.elastic.motion import ElasticMotion, from_phases
+from frictionlab.simulator.elastic.motion import ElasticMotion
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.kernel.layout import CONTACT, DERIVED, PLAIN, PULLED
 from frictionlab.simulator.meter import LOOKS, STATE, Meter
@@ -100,7 +100,7 @@ def _solved(
     if code == layout.CHATTERED:
         raise _endless(problem, float(row[layout.START]), float(row[layout.START_Z]), float(row[layout.START_V]))
     moved, mirror = code in (layout.PERIODIC, layout.STUCK), bool(row[layout.SIGN] < 0.0)
-    orbit = from_phases(problem, room.phases, count, periodic=True, mirror=mirror) if moved else None
+    orbit = ElasticMotion.of_record(problem, room.phases, count, periodic=True, mirror=mirror) if moved else None
     return from_numbers(problem, row, orbit)
 
 
@@ -154,7 +154,7 @@ def run(
         _carry(engine, problem, (rig, sliders, force), room, tau0, keep)
         count = int(room.tally[layout.PHASES])
         if count <= phases:
-            return from_phases(problem, room.phases, count, periodic=False, mirror=False, first=cycles - keep)
+            return ElasticMotion.of_record(problem, room.phases, count, periodic=False, first=cycles - keep)
         phases = count
 
 
