@@ -1,7 +1,9 @@
-"""A frame of two storeys from scene to numbers: simulated, logged, read and measured; fits refuse it by name."""
+"""A frame of two storeys from log to law: simulated, logged, read, measured, and the law of a contact found."""
 
 import json
+import math
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -11,8 +13,13 @@ from typer.testing import CliRunner, Result
 import frictionlab as fl
 from frictionlab.cli import app
 from frictionlab.errors import SceneError, UsageError
-from frictionlab.scene import read_scene
+from frictionlab.inference.observations import observe
+from frictionlab.recording import Channel, Recording
+from frictionlab.scene import read_scene, scene_from_tables
 from frictionlab.scene.storeys import structure_of
+from frictionlab.simulator import Contact
+from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.several import steady
 from frictionlab.simulator.state import KEYS
 
 SCENE = """
@@ -103,10 +110,74 @@ def test_logs_of_two_storeys_are_read_and_measured_to_their_truth(desk: Path) ->
     assert truth["natural_frequencies_hz"] == pytest.approx([2.25079, 4.50158], rel=1e-5)
 
 
-def test_a_fit_refuses_several_masses_by_name(desk: Path) -> None:
+def test_the_law_of_a_contact_is_found_by_the_motion_of_all_masses(desk: Path) -> None:
     (test,) = fl.synthesize(desk / "two.toml", desk / "logs")
-    with pytest.raises(UsageError, match=r"a law is fitted to one mass with one contact, .* got 2 \[\[rig\.masses\]\]"):
-        fl.compare(desk / "logs" / test.log, desk / "two.toml")
+    found = fl.compare(desk / "logs" / test.log, desk / "two.toml")
+    beta = found.parameters["beta"]
+    assert (found.law, found.verdict) == ("coulomb", "explained")
+    assert abs(beta["value"] - test.friction_ratio) < 2.0 * beta["u"] < 0.02
+    assert found.friction_coefficient == pytest.approx(0.3, abs=2.0 * (found.friction_coefficient_u or 0.0))
+    assert {"storey_2_frequency", "storey_2_damping", "gain_2"} <= set(found.nuisances)
+    assert "mass 1 of 2 against the wall, 1 more contacts as the scene says" in found.model
+    assert found.contact is not None
+    assert np.nanmedian(np.abs(found.contact.force)) == pytest.approx(test.friction_ratio, rel=0.02)
+
+
+def test_a_contact_between_two_masses_is_found_and_its_force_is_recovered() -> None:
+    law = law_of("coulomb+place")
+    truth = (0.08, 0.1)
+    scene = scene_from_tables(
+        {
+            "rig": {
+                "masses": [
+                    {"mass_kg": 2.0, "stiffness_n_per_m": 800.0, "damping_ratio": 0.01},
+                    {"mass_kg": 1.0, "stiffness_n_per_m": 300.0, "damping_ratio": 0.01},
+                ],
+                "contacts": [{"mass": 2, "against": 1, "law": law.name}],
+            },
+            "analysis": {"transient_s": 2.0},
+        }
+    )
+    rubs = Contact(2, 1, law, law.complete({"beta": truth[0], "gradient": truth[1]}))
+    motion = steady(structure_of(scene, 0.5, 2e-3, first=rubs)).motion
+    assert motion is not None
+    t, noise = np.arange(6000) / 400.0, np.random.default_rng(4).normal(0.0, 1e-6, (3, 6000))
+    tau = math.pi * (scene.rig.natural_frequency or 0.0) * t
+    (q, _), base = motion.at(np.mod(tau, math.tau)), np.cos(tau)
+    x, upper, y = 2e-3 * np.array([q[:, 0], q[:, 1], base]) + noise
+    found = fl.compare(Recording(t, x, y, channels=(Channel("mass_2_displacement", upper),)), scene)
+    for name, value in zip(("beta", "gradient"), truth, strict=True):
+        estimate = found.parameters[name]
+        assert abs(estimate["value"] - value) < 2.0 * estimate["u"] < 0.1 * value
+    assert found.contact is not None
+    assert found.contact.law_force is not None
+    gap = found.contact.force - found.contact.law_force
+    assert float(np.sqrt(np.mean(gap**2))) < 0.2 * truth[0]  # harmonics beyond 25 fade in what is recovered
+
+
+@pytest.mark.parametrize(
+    ("asked", "match"),
+    [
+        ({"law": "coulomb+lugre"}, "in a frame of several masses the contact that is fitted is a sum of coulomb"),
+        ({"law": "coulomb+compliance"}, r"give stiffness_ratio in \[\[rig\.contacts\]\]"),
+        ({"whole": True}, r"expected one mass with one contact, .* got 2 \[\[rig\.masses\]\]"),
+    ],
+)
+def test_a_fit_of_several_masses_refuses_by_name_what_it_cannot_do(
+    desk: Path, asked: dict[str, Any], match: str
+) -> None:
+    (test,) = fl.synthesize(desk / "two.toml", desk / "logs")
+    with pytest.raises(UsageError, match=match):
+        fl.compare(desk / "logs" / test.log, desk / "two.toml", **asked)
+
+
+def test_more_masses_than_the_scene_has_are_refused(desk: Path) -> None:
+    (test,) = fl.synthesize(desk / "two.toml", desk / "logs")
+    measured = fl.analyze(desk / "logs" / test.log, desk / "two.toml")
+    scene = read_scene(desk / "two.toml")
+    one = scene.model_copy(update={"rig": scene.rig.model_copy(update={"masses": scene.rig.masses[:1]})})
+    with pytest.raises(UsageError, match=r"expected 1 masses, as \[\[rig\.masses\]\] has them; got 2 measured"):
+        observe(measured, one)
 
 
 def test_a_contact_without_friction_is_refused(desk: Path) -> None:

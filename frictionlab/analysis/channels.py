@@ -10,7 +10,7 @@ future are missing, are cut.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -303,6 +303,20 @@ RATES = {"velocity": 1, "acceleration": 2}  # quantity -> integrations
 FORCES = ("contact_force", "torque")
 KEPT = (*FORCES, "normal_force", "mass_velocity")
 """Channels that are measured beside the displacements."""
+
+
+def other_masses(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the displacements of a frame's masses from the second on, as far as they follow each other.
+
+    Examples
+    --------
+    >>> other_masses(["base_displacement", "mass_2_displacement", "mass_displacement"])
+    ('mass_2_displacement',)
+    """
+    known, found = set(names), list[str]()
+    while (name := f"mass_{len(found) + 2}_displacement") in known:
+        found.append(name)
+    return tuple(found)
 
 
 @dataclass(frozen=True)

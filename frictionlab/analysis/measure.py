@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from frictionlab.analysis import channels, cycles, doubts, energy, response, signals, steadiness
 from frictionlab.analysis.channels import SensorChannel
 from frictionlab.analysis.layout import Layout, approach, lay_out, slow_wander
-from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement, traces
+from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement, OtherMass, traces
 from frictionlab.analysis.response import Response
 from frictionlab.analysis.signals import Stretch
 from frictionlab.errors import AnalysisError
@@ -216,6 +216,8 @@ def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], l
                 for motion, way in zip((found.mass, found.base), channels_of(scene), strict=True)
             )
             more = {name: seen[name] for name in channels.KEPT if name in seen}
+            of_mass = channels_of(scene)[0]
+            more |= {name: channels.restored(seen[name], step, of_mass) for name in channels.other_masses(seen)}
             parts.append(Stretch(float(time[0]), step, mass, base, more).part(found.first, found.last))
             said = found.warnings
     warnings += said
@@ -324,10 +326,8 @@ def _mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: SensorCh
     mass = np.roll(layout.mass[used].mean(axis=0) - wander, -quarter)
     base = np.roll(layout.base[used].mean(axis=0) - layout.base_wander, -quarter)
     smooth, velocity = (np.roll(c, -quarter) for c in response.mean_cycle(layout, used, answer.how))
-    single = layout.mass
-    if len(single) > MOST_SINGLE:
-        single = single[np.linspace(0, len(single) - 1, MOST_SINGLE).astype(np.intp)]
-    each = np.fft.rfft(single, axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / points)
+    others = [layout.more[name] / layout.drive.amplitude for name in channels.other_masses(layout.more)]
+    means = [rows[used].mean(axis=0) - slow_wander(rows.mean(axis=1), points, layout.blocks)[0] for rows in others]
     return Cycle(
         tau=2.0 * math.pi * np.arange(points) / points,
         mass=mass - mass.mean(),
@@ -336,9 +336,21 @@ def _mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: SensorCh
         mass_velocity=velocity,
         base_cosine=layout.drive.harmonics.real.copy(),
         base_sine=-layout.drive.harmonics.imag,
-        each=np.asarray(each * 1j ** np.arange(1, each.shape[1] + 1)),  # counted from the top of the base's motion
+        each=_single_cycles(layout.mass),
+        others=tuple(
+            OtherMass(np.roll(mean - mean.mean(), -quarter), _single_cycles(rows))
+            for mean, rows in zip(means, others, strict=True)
+        ),
         kept=channels.kept(layout.drive.frequency * np.arange(1, points // 2 + 1), of_mass),
     )
+
+
+def _single_cycles(rows: FloatArray) -> NDArray[np.complex128]:
+    """Harmonics (n, K) of single cycles (m, p), at most `MOST_SINGLE`, counted from the top of the base's motion."""
+    if len(rows) > MOST_SINGLE:
+        rows = rows[np.linspace(0, len(rows) - 1, MOST_SINGLE).astype(np.intp)]
+    each = np.fft.rfft(rows, axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / rows.shape[1])
+    return np.asarray(each * 1j ** np.arange(1, each.shape[1] + 1))
 
 
 def _cut_away(

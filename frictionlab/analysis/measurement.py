@@ -34,7 +34,8 @@ class Cycle:
     ``kept`` (p // 2,): how much of the mass's harmonics 1 to p // 2 its filter leaves once it is taken back;
     ``each`` (n, K): complex amplitudes of harmonics 1 to K of x/Y in single steady cycles, up to 400 of them evenly
     chosen: how far one cycle may be from another;
-    ``force`` (p,) N (a torque: N m): at the contact, about its mean, known inertia taken off; None: not measured.
+    ``force`` (p,) N (a torque: N m): at the contact, about its mean, known inertia taken off; None: not measured;
+    ``others``: the masses from the second on, of a frame of several.
     """
 
     tau: FloatArray
@@ -47,6 +48,15 @@ class Cycle:
     each: NDArray[np.complex128]
     kept: FloatArray
     force: FloatArray | None = None
+    others: "tuple[OtherMass, ...]" = ()
+
+
+@dataclass(frozen=True)
+class OtherMass:
+    """A further mass in the same cycles: its mean cycle ``mass`` (p,) and single cycles ``each`` (n, K), as `Cycle`."""
+
+    mass: FloatArray
+    each: NDArray[np.complex128]
 
 
 @dataclass(frozen=True)

@@ -80,7 +80,7 @@ class Model:
     def words(self) -> str:
         """The model as a reader would say it."""
         solver = "" if self.solver == "auto" else f", solver {self.solver}"
-        return model_words(self.law, self.wall, dict(self.held), base_words(1)) + solver
+        return model_words(self.law, f"{self.wall} wall", dict(self.held), base_words(1)) + solver
 
 
 def model_of(scene: Scene, *, recorded: bool = False) -> Model:

@@ -91,7 +91,7 @@ def _series(measurement: "Measurement") -> dict[str, object]:
     import numpy as np
 
     series = {f.name: np.asarray(getattr(measurement.series, f.name), dtype=float) for f in fields(measurement.series)}
-    cycle = {name: values for name, values in vars(measurement.cycle).items() if values is not None}
+    cycle = {name: values for name, values in vars(measurement.cycle).items() if isinstance(values, np.ndarray)}
     tree: dict[str, object] = {**series, "mean_cycle": cycle}
     if measurement.trend is not None:
         tree["trend"] = {f.name: getattr(measurement.trend, f.name) for f in fields(measurement.trend)}

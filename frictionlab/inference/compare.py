@@ -17,7 +17,7 @@ from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
-from frictionlab.inference.comparison import Comparison, ContactForce, Fitted, Verdict, contact_force
+from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, Verdict
 from frictionlab.inference.diagnose import Diagnosis, diagnose
 from frictionlab.inference.fit import Fit, Model, Test, fit_from, start_place
 from frictionlab.inference.ladder import Ladder, Rung, climb
@@ -228,16 +228,12 @@ def _area(cycle: FloatArray, problem: Problem) -> float:
     return float(math.pi * np.sum(np.arange(1, count + 1) * (np.conj(base.lines[:count]) * 1j * lines).real))
 
 
-def nrmse_of(measured: FloatArray, predicted: FloatArray) -> float:
-    """Return the rms of measured minus predicted, both about their means, over the rms of the measured."""
-    gap = measured - measured.mean() - (predicted - predicted.mean())
-    return float(np.sqrt(np.mean(gap**2) / np.mean((measured - measured.mean()) ** 2)))
-
-
 def state_of(observation: CycleObservation, values: Mapping[str, float], solver: Solver = "auto") -> SteadyState:
     """Return the predicted steady state; a solver without a frame's dashpot leaves out one that was only fitted."""
     plain = solver in UNDAMPED and "frame_damping_ratio" not in observation.held
     kept = {name: value for name, value in values.items() if not (plain and name == "frame_damping_ratio")}
+    if not observation.single:
+        return observation.state(kept) or SteadyState(observation.problem(kept), "exact", "not found")
     return steady_state(observation.problem(kept), solver=solver)
 
 
@@ -255,7 +251,7 @@ def compared(
     observation = cycle_of(found.tests[0])
     state = state_of(observation, found.values(), solver)
     prediction, cycle = seen(observation, found.values(), state), measurement.cycle
-    nrmse = None if prediction.cycle is None else nrmse_of(cycle.mass, prediction.cycle)
+    nrmse = None if prediction.cycle is None else observation.left(prediction.cycle, found.values())
     floor = observation.cycles.floor
     misfit = None if nrmse is None else nrmse / floor
     explained = misfit is not None and misfit <= EXPLAINED
@@ -270,7 +266,7 @@ def compared(
     if prediction.cycle is None:
         said.append(f"no prediction: {state.outcome}")
     rows, points = _rows(ladder, nrmse)
-    amplitude, normal_force = measurement.base_amplitude, measurement.normal_force_n
+    amplitude, normal_force = measurement.base_amplitude, observation.normal_force
     friction = friction_of(found, scene, measurement.sources, amplitude=amplitude, normal_force=normal_force)
     words = f"{observation.law.name}{_judged_words(nrmse, misfit, verdict)}"
     contact = replace(_contact(found, scene, state, prediction, words, said), laws=points)
@@ -288,7 +284,9 @@ def compared(
         misfit=misfit,
         verdict=verdict,
         parameters={name: asdict(e) for name, e in parameters.items()},
-        model=model_words(observation.law, observation.wall, observation.held, base_words(observation.base.harmonics)),
+        model=model_words(
+            observation.law, observation.place_words, observation.held, base_words(observation.base.harmonics)
+        ),
         solver=state.solver,
         closure_error=state.closure_error,
         nuisances=found.nuisances(),
@@ -310,20 +308,20 @@ def _contact(
 ) -> ContactForce:
     """Measured friction force over the predicted one; ``said``: law and verdict in words."""
     observation = cycle_of(found.tests[0])
-    measurement, cycles, orbit = observation.measurement, observation.cycles, state.orbit
+    measurement, cycles = observation.measurement, observation.cycles
     late, cycle = observation.gain_and_phase(0.0, found.values())[1], measurement.cycle
-    x, v = (None, None) if orbit is None else orbit.at(cycle.tau + late)
-    of_law = None if orbit is None else orbit.force(cycle.tau + late)
+    law = observation.law_at_contact(state, cycle.tau + late)
+    seen = observation.measured_contact(state, late) or AtContact(*np.full((3, len(cycle.tau)), math.nan))
     return ContactForce(
         source=measurement.source,
         law=state.problem.law.name,
         tau=cycle.tau,
-        displacement=cycle.mass_smooth,
-        velocity=cycle.mass_velocity,
-        force=contact_force(measurement, state.problem, late) + (0.0 if of_law is None else of_law.mean()),
-        law_displacement=None if x is None else x - x.mean(),
-        law_velocity=v,
-        law_force=of_law,
+        displacement=seen.displacement,
+        velocity=seen.velocity,
+        force=seen.force + (0.0 if law is None else law.force.mean()),
+        law_displacement=None if law is None else law.displacement - law.displacement.mean(),
+        law_velocity=None if law is None else law.velocity,
+        law_force=None if law is None else law.force,
         residual=None if prediction.cycle is None else cycle.mass - prediction.cycle,
         floor=cycles.floor * math.sqrt(cycles.power),
         laws={},
@@ -395,15 +393,15 @@ def _nrmse_of_rung(rung: Rung) -> float | None:
     return observation.nrmse(rung.fit.residual())
 
 
-def model_words(law: Law, wall: str, held: Mapping[str, float], base: str) -> str:
-    """Return the physics that was switched on, as words; ``base``: what drove it."""
+def model_words(law: Law, place: str, held: Mapping[str, float], base: str) -> str:
+    """Return the physics that was switched on, as words; ``place``: where it rubs; ``base``: what drove it."""
     held = {name: value for name, value in held.items() if name != "beta"}
     frame = held.pop("frame_damping_ratio", 0.0)
     if "static_ratio_up" in held and held["static_ratio_up"] == held.get("static_ratio_down"):
         held = {"static ratio": held.pop("static_ratio_up")} | held
         del held["static_ratio_down"]
     held |= {"frame damping": frame} if frame else {}
-    return ", ".join([law.words, f"{wall} wall", *(f"{name} {value:g}" for name, value in held.items()), base])
+    return ", ".join([law.words, place, *(f"{name} {value:g}" for name, value in held.items()), base])
 
 
 def base_words(count: int) -> str:

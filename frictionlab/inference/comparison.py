@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -131,6 +131,14 @@ class ContactForce:
     unit_n: float | None = None
     said: str = ""
     warnings: tuple[str, ...] = ()
+
+
+class AtContact(NamedTuple):
+    """What a contact does at the phases of a cycle (p,): place in Y, velocity by phase, force on its mass over k Y."""
+
+    displacement: FloatArray
+    velocity: FloatArray
+    force: FloatArray
 
 
 def contact_force(measurement: Measurement, problem: Problem | None = None, late: float = 0.0) -> FloatArray:

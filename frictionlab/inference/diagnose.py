@@ -143,7 +143,7 @@ def _causes(observation: CycleObservation) -> tuple[Cause, ...]:
         ),
         Cause(Unknown("lag_s", "lag", sd=lag, key="sensors.lag_s"), (-lag, lag)),
     ]
-    if observation.wall == "fixed":
+    if observation.wall == "fixed" and observation.single:
         play = Unknown("play", "play in the frame", sd=3e-5 / unit, low=0.0, folded=True)
         causes += [
             Cause(Unknown("spring_cubic", "cubic spring", sd=0.05), (-0.02, 0.02)),
@@ -297,7 +297,7 @@ def _untold_play(found: Posterior) -> Iterator[str]:
     what the other unknowns make of the change that such a play brings, and whether the noise would hide the rest.
     """
     observation, beta, values = cycle_of(found.tests[0]), found.fit.find("beta"), found.values()
-    if beta is None or observation.wall != "fixed":
+    if beta is None or observation.wall != "fixed" or not observation.single:
         return
     sharp = replace(observation, spring_harmonics=SHARP, work=Meter(math.inf))
     small, times = LITTLE_PLAY / observation.unit, USUAL_PLAY / LITTLE_PLAY
@@ -357,9 +357,8 @@ def _richer(found: Posterior) -> tuple[Posterior, list[str]]:
             f"friction_ratio: {own:.4g} under this law, {richer[0]:.4g} if friction may vary with place and speed; its"
             " error holds the difference"
         )
-    if not observation.law.has("speed") and (
-        not apart or (richer is not None and richer[1] > 2 * observation.cycles.floor)
-    ):
+    loop_tells = observation.single and not observation.law.has("speed")
+    if loop_tells and (not apart or (richer is not None and richer[1] > 2 * observation.cycles.floor)):
         energy = loop_friction_ratio(observation.measurement, observation.wall)
         if abs(energy - own) > abs(apart - own if apart else 0.0) and abs(energy / own - 1.0) > 0.01:
             apart = energy

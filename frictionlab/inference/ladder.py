@@ -120,9 +120,15 @@ def climb(
     """
     ladder = _Climb(observations, amontons=amontons, accuracy=accuracy, watch=watch)
     bottom = ladder.bottom()
-    top = ladder.upward(bottom, CHEAP if accuracy == "fast" else EXACT)
+    several = not all(observation.single for observation in observations)
+    top = ladder.upward(bottom, CHEAP if several or accuracy == "fast" else EXACT)
     if accuracy == "exact" or (accuracy != "fast" and not ladder.is_noise(top)):
-        top = ladder.onto_numeric(bottom, top)
+        if several:
+            rigid = "not tried: in a frame of several masses the contact that is fitted is rigid"
+            dear = tuple(term for term in (*EXACT, *NUMERIC, *DEAR) if term not in CHEAP)
+            ladder.left_out |= dict.fromkeys(laws_above(bottom.law, dear, 1), rigid)
+        else:
+            top = ladder.onto_numeric(bottom, top)
     rungs = tuple(replace(r, required=r.required or r.law is top.law) for r in ladder.rungs)
     found = ladder.found_again(top)
     return Ladder(rungs, top, told_apart(found, top, rungs), ladder.left_out)

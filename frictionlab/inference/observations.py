@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import eigh
 
-from frictionlab.analysis.measurement import Measurement
+from frictionlab.analysis.measurement import Cycle, Measurement, OtherMass
 from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.errors import AnalysisError, FrictionlabError, UsageError
+from frictionlab.inference.comparison import AtContact, contact_force
 from frictionlab.inference.observation import BENDS, SENSORS, Observation, Reached, Values
 from frictionlab.inference.unknowns import Unknown, of_rig
 from frictionlab.scene import Scene
@@ -189,6 +190,8 @@ class CycleObservation(Observation):
     work: Meter = field(default_factory=lambda: Meter(math.inf), compare=False)
     steps: ClassVar = (STEP, -STEP, 0.1 * STEP)
     by_sensors: ClassVar = (*SENSORS, "mass_in_base")
+    single: ClassVar[bool] = True
+    """One mass with one contact: the loop's energy is its contact's, and a spring stands between mass and base."""
 
     @property
     def r(self) -> float:
@@ -220,6 +223,11 @@ class CycleObservation(Observation):
             unit=self.unit,
             distorted=self.base.harmonics > 1,
         )
+
+    @property
+    def place_words(self) -> str:
+        """Where the contact is, as words."""
+        return f"{self.wall} wall"
 
     @property
     def turn(self) -> float:
@@ -317,6 +325,22 @@ class CycleObservation(Observation):
                 shown = shown + values[name] * _bent_lines(shown, power)
         return parts(np.asarray(self.kept * shown))
 
+    def measured_contact(self, state: SteadyState, late: float) -> AtContact | None:
+        """Return the motion of the contact and its force (over k Y) by the measured cycle; None: not measured.
+
+        ``late``: phase by which the base's channel is behind, rad.
+        """
+        cycle = self.measurement.cycle
+        return AtContact(cycle.mass_smooth, cycle.mass_velocity, contact_force(self.measurement, state.problem, late))
+
+    def law_at_contact(self, state: SteadyState, tau: FloatArray) -> AtContact | None:
+        """Return the same in the prediction, at phases tau (p,); None where nothing moves."""
+        return None if state.orbit is None else AtContact(*state.orbit.at(tau), state.orbit.force(tau))
+
+    def left(self, predicted: FloatArray, values: Values) -> float:  # noqa: ARG002 - of several masses it takes these
+        """Return the rms of measured minus predicted cycle (p,), about their means, over the rms of the measured."""
+        return nrmse_of(self.measurement.cycle.mass, predicted)
+
     def gain_and_phase(self, first: complex, values: Values) -> tuple[float, float]:
         """Return gain, and phase (rad of the drive) by which a cycle is shown; ``first``: its first harmonic, over Y.
 
@@ -360,6 +384,13 @@ class CycleObservation(Observation):
         """Return the rms of a whitened residual (2 K,) over the rms of the measured mean cycle."""
         gap = self.gap(residual)
         return math.sqrt(0.5 * float(gap @ gap) / self.cycles.power)
+
+
+def nrmse_of(measured: FloatArray, predicted: FloatArray) -> float:
+    """Return the rms of measured minus predicted, both about their means, over the rms of the measured."""
+    about = measured - measured.mean()
+    gap = about - (predicted - predicted.mean())
+    return float(np.sqrt(np.mean(gap**2) / np.mean(about**2)))
 
 
 def of_few(each: FloatArray, assumed: FloatArray) -> FloatArray:
@@ -429,6 +460,23 @@ def _bent_lines(lines: ComplexArray, power: int) -> ComplexArray:
     return harmonics_of(bent(np.fft.irfft(half, points), power), len(lines))
 
 
+def refuse_several(scene: Scene) -> None:
+    """Refuse a frame of several masses or contacts where only one mass with one contact can be fitted.
+
+    Raises
+    ------
+    UsageError
+        The scene has ``[[rig.masses]]`` or ``[[rig.contacts]]``.
+    """
+    masses, contacts = len(scene.rig.masses), len(scene.rig.contacts)
+    if masses or contacts:
+        raise UsageError(
+            "rig: expected one mass with one contact, as [rig] and [model] say, for campaigns, plans, whole records and"
+            f" tables over frequency; got {masses} [[rig.masses]] and {contacts} [[rig.contacts]]; simulate,"
+            " synthesize, analyze, free-vibration and compare-numeric know several"
+        )
+
+
 def law_and_held(scene: Scene, law: str | Law | None = None) -> tuple[Law, dict[str, float]]:
     """Return the law that a scene (or the caller) names, and the parameters that the scene holds fixed.
 
@@ -439,12 +487,8 @@ def law_and_held(scene: Scene, law: str | Law | None = None) -> tuple[Law, dict[
     UsageError
         The scene holds a parameter that the law lacks, or has several masses or contacts.
     """
-    model, masses, contacts = scene.model, len(scene.rig.masses), len(scene.rig.contacts)
-    if masses or contacts:
-        raise UsageError(
-            f"rig: a law is fitted to one mass with one contact, as [rig] and [model] say; got {masses} [[rig.masses]]"
-            f" and {contacts} [[rig.contacts]]; simulate, synthesize, analyze and free-vibration know several"
-        )
+    model = scene.model
+    refuse_several(scene)
     chosen = law_of(model.law if law is None else law)
     held = dict(model.parameters) if law is None or law_of(law).name == law_of(model.law).name else {}
     names = {p.name for p in chosen.own}
@@ -474,6 +518,10 @@ def observe(measurement: Measurement, scene: Scene, law: str | Law | None = None
             "no frequency ratio: the natural frequency is not known: give rig.natural_frequency_hz in the scene, or"
             " mass_kg and stiffness_n_per_m; `frictionlab free-vibration` measures it"
         )
+    if scene.rig.masses or scene.rig.contacts:
+        from frictionlab.inference.storeys import observe_storeys  # noqa: PLC0415 - for frames of several masses alone
+
+        return observe_storeys(measurement, scene, law)
     chosen, held = law_and_held(scene, law)
     base = measured_base(measurement, scene.model.base_harmonics)
     cycles = cycles_of(measurement)
@@ -505,26 +553,29 @@ def measured_base(measurement: Measurement, least: int = 1) -> Base:
     return Base(tuple(cosine.tolist()), tuple(sine.tolist()))
 
 
-def cycles_of(measurement: Measurement, *, every: bool = False) -> Cycles:
+def cycles_of(measurement: Measurement, *, every: bool = False, masses: int = 1) -> Cycles:
     """Return the measured mean cycle with the covariance that its steady cycles show.
 
-    ``every``: the mean of all steady cycles, not of those that the energy rule takes.
+    ``every``: the mean of all steady cycles, not of those that the energy rule takes; ``masses``: how many masses of a
+    frame, one after the other. The noise of the first one's sensor stands for all.
     """
     cycle = measurement.cycle
     samples = measurement.sampling_rate_hz / measurement.drive_frequency_hz
     points = min(samples, len(cycle.tau))
     count = min(cycle.each.shape[1], harmonics_worth_keeping(measurement.frequency_ratio or 1.0, points))
-    single = parts(cycle.each[:, :count])
-    mean = single.mean(axis=0) if every else parts(harmonics_of(cycle.mass, count))
+    moved: tuple[Cycle | OtherMass, ...] = (cycle, *cycle.others[: masses - 1])
+    single = np.concatenate([parts(one.each[:, :count]) for one in moved], axis=1)
+    means = np.concatenate([parts(harmonics_of(one.mass, count)) for one in moved])
+    mean = single.mean(axis=0) if every else means
     used = len(single) if every else max(1, int(measurement.series.used.sum()))
-    power = float(np.mean(cycle.mass**2))
+    power = sum(float(np.mean(one.mass**2)) for one in moved)
     sensor = 2.0 * (measurement.mass_noise_m / measurement.base_amplitude_m) ** 2 / samples
     least = sensor + 2.0 * ROUNDING**2 * power / count
-    beyond = sensor / used * max(0.0, 0.5 * samples - count)
+    beyond = masses * sensor / used * max(0.0, 0.5 * samples - count)
     scatters = len(single) >= FEWEST_CYCLES
     raised = _raised(single) if scatters else 1.0
-    single_covariance = shrunk(single, least) if scatters else np.eye(2 * count) * least
-    of_base = _by_base(mean, measurement.base_amplitude_m_se / measurement.base_amplitude_m)
+    single_covariance = shrunk(single, least) if scatters else np.eye(len(mean)) * least
+    of_base = _by_base(mean, masses, measurement.base_amplitude_m_se / measurement.base_amplitude_m)
     covariance = single_covariance * (raised / used) + of_base
     return Cycles(mean, single, covariance, sensor / used, used, scatters, power, beyond, of_base, raised)
 
@@ -587,12 +638,12 @@ def _raised(single: FloatArray) -> float:
     return min(max(1.0, float(variance_inflation(series[:, None])[0])), MOST_RAISED)
 
 
-def _by_base(mean: FloatArray, relative: float) -> FloatArray:
-    """Covariance (2 K, 2 K) that the noise of the base sensor adds: all is over its amplitude, from its phase on.
+def _by_base(mean: FloatArray, masses: int, relative: float) -> FloatArray:
+    """Covariance (d, d) that the noise of the base sensor adds: all is over its amplitude, from its phase on.
 
     `relative` is the standard error of the base's amplitude over it, which is also that of its phase in rad.
     """
-    order = np.arange(1, len(mean) // 2 + 1)
-    cosine, sine = np.split(mean, 2)
-    later = np.concatenate([order * sine, -order * cosine])
+    lines = mean.reshape(masses, 2, -1)
+    order = np.arange(1, lines.shape[2] + 1)
+    later = np.stack([order * lines[:, 1], -order * lines[:, 0]], axis=1).ravel()
     return np.asarray(relative**2 * (np.outer(mean, mean) + np.outer(later, later)))

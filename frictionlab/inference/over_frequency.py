@@ -321,7 +321,7 @@ def compare_table(
         warnings=tuple(said),
         law=observation.law.name,
         parameters={name: asdict(e) for name, e in found.parameters().items()},
-        model=model_words(observation.law, observation.wall, observation.held, "cosine base"),
+        model=model_words(observation.law, f"{observation.wall} wall", observation.held, "cosine base"),
         solver="exact" if reference is None else reference.solver,
         closure_error=max((abs(s.closure_error) for s in states if s is not None and s.closure_error), default=None),
         nuisances=found.nuisances(),

@@ -22,7 +22,7 @@ from frictionlab.inference.comparison import Comparison, Fitted, WholeRecord
 from frictionlab.inference.diagnose import strained_facts
 from frictionlab.inference.fit import Fit, Place, Test, log_evidence, reweighed
 from frictionlab.inference.ladder import EXACT, NUMERIC, REQUIRED, laws_above
-from frictionlab.inference.observations import CycleObservation, cycle_of, law_and_held
+from frictionlab.inference.observations import CycleObservation, cycle_of, law_and_held, refuse_several
 from frictionlab.inference.posterior import ParameterEstimate, Posterior, posterior_of
 from frictionlab.inference.record import (
     RUNS,
@@ -74,6 +74,7 @@ def compare_whole(
     RecordingError
         The base has a gap or jumps.
     """
+    refuse_several(scene)
     measurement, why = _measured(recording, scene, fit=fit)
     if measurement is None:
         return _without_cycle(recording, scene, why, law, friction_ratio)

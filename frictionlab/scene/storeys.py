@@ -2,13 +2,19 @@
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from frictionlab.errors import ParameterError, SceneError
 from frictionlab.scene.keys import Scene
 from frictionlab.scene.rig import RigContact
 from frictionlab.simulator.laws import law_of
+from frictionlab.simulator.problem import COSINE, Base
 from frictionlab.simulator.structure import Contact, Structure
 
-__all__ = ["has_several", "structure_of"]
+FloatArray = NDArray[np.float64]
+
+__all__ = ["contacts_of", "has_several", "storeys_of", "structure_of"]
 
 
 def has_several(scene: Scene) -> bool:
@@ -24,6 +30,9 @@ def structure_of(
     beta: float | None = None,
     coefficient: float | None = None,
     normal_force_n: float | None = None,
+    first: Contact | None = None,
+    storeys: FloatArray | None = None,
+    base: Base = COSINE,
 ) -> Structure:
     """Return the scene's frame at a frequency ratio; friction over k_1 Y, eq. (2.8).
 
@@ -39,23 +48,23 @@ def structure_of(
         Of the first contact, in place of the scene's.
     normal_force_n : float, optional
         Of the contacts that do not say their own; by default that of ``[experiment]``.
+    first : Contact, optional
+        In place of the scene's first contact.
+    storeys : ndarray of shape (3, n), optional
+        In place of the scene's (`storeys_of`).
+    base : Base
 
     Raises
     ------
     SceneError
         A contact whose friction is not known, or that cannot be simulated.
     """
-    rig, model = scene.rig, scene.model
-    contacts = rig.contacts or [
-        RigContact(
-            against="base" if model.wall == "base" else "wall",
-            law="coulomb" if model.law == "auto" else model.law,
-            parameters={name: value for name, value in model.parameters.items() if name != "beta"},
-        )
-    ]
     load = normal_force_n or scene.experiment.normal_force_n
     found = []
-    for number, contact in enumerate(contacts):
+    for number, contact in enumerate(contacts_of(scene)):
+        if number == 0 and first is not None:
+            found.append(first)
+            continue
         given = coefficient if number == 0 else None
         ratio = beta if number == 0 else None
         if ratio is None:
@@ -67,11 +76,26 @@ def structure_of(
             )
         except ParameterError as error:
             raise SceneError(f"rig.contacts.{number}: {error}") from error
-    storeys = [(m.mass_kg, m.stiffness_n_per_m, m.damping_ratio or 0.0) for m in rig.masses] or [
-        (1.0, 1.0, scene.frame_damping_ratio)
+    mass, stiffness, damping = storeys_of(scene) if storeys is None else storeys
+    return Structure.of_storeys(r, mass, stiffness, damping, found, base)
+
+
+def contacts_of(scene: Scene) -> list[RigContact]:
+    """Return the contacts of a scene: without ``[[rig.contacts]]`` mass 1 rubs as ``[model]`` says."""
+    model = scene.model
+    return scene.rig.contacts or [
+        RigContact(
+            against="base" if model.wall == "base" else "wall",
+            law="coulomb" if model.law == "auto" else model.law,
+            parameters={name: value for name, value in model.parameters.items() if name != "beta"},
+        )
     ]
-    masses, stiffness, damping = zip(*storeys, strict=True)
-    return Structure.of_storeys(r, masses, stiffness, damping, found)
+
+
+def storeys_of(scene: Scene) -> FloatArray:
+    """Return masses, stiffnesses and damping ratios (3, n) of a scene's storeys, from the base up."""
+    storeys = [(m.mass_kg, m.stiffness_n_per_m, m.damping_ratio or 0.0) for m in scene.rig.masses]
+    return np.array(storeys or [(1.0, 1.0, scene.frame_damping_ratio)]).T
 
 
 def _friction_ratio(

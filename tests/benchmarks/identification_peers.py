@@ -21,9 +21,8 @@ from numpy.typing import NDArray
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.inference import compare
-from frictionlab.inference.compare import nrmse_of
 from frictionlab.inference.comparison import contact_force
-from frictionlab.inference.observations import measured_base
+from frictionlab.inference.observations import measured_base, nrmse_of
 from frictionlab.logs import read_log
 from frictionlab.recording import Recording
 from frictionlab.scene import Scene, read_scene

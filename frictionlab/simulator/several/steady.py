@@ -78,12 +78,14 @@ class _Section:
         return (state, jacobian, miss) if jacobian is not None and miss <= CLOSE * whole else None
 
 
-def steady(structure: Structure) -> StructureState:
+def steady(structure: Structure, *, near: StructureState | None = None) -> StructureState:
     """Return the steady state of a structure that the motion from rest settles on.
 
     Parameters
     ----------
     structure : Structure
+    near : StructureState, optional
+        Of a structure that is nearly the same: where it leads to a stable orbit of as many cycles, that is the answer.
 
     Raises
     ------
@@ -101,6 +103,9 @@ def steady(structure: Structure) -> StructureState:
     '2.1260422664'
     """
     flow = Flow(structure)
+    beside = _beside(flow, near)
+    if beside is not None:
+        return beside
     at = flow.at_rest()
     state = np.concatenate((at.q, at.v, at.anchors))
     lengths = [1] if structure.has_mirror_image else []
@@ -120,6 +125,18 @@ def steady(structure: Structure) -> StructureState:
     if grown > GROWS:
         return StructureState(structure, "unbounded")
     return StructureState(structure, "not found", warnings=(NOT_FOUND,))
+
+
+def _beside(flow: Flow, near: StructureState | None) -> StructureState | None:
+    """The stable orbit that Newton's method finds from another structure's; None where there is none."""
+    if near is None or near.motion is None or len(near.motion.flow.sliders) != len(flow.sliders):
+        return None
+    at, halves = near.motion.pieces[0].motion.at, 2 * (near.period_cycles or 1)
+    section = _Section(flow, 1 if flow.structure.has_mirror_image and halves == 2 else halves)
+    found = section.orbit_near(np.concatenate((at.q, at.v, at.anchors)))
+    if found is None or np.abs(np.linalg.eigvals(found[1])).max() > 1.0 + 1e-9:
+        return None
+    return _answer(section, *found)
 
 
 def _is_approached(section: _Section, state: Floats, orbit: Floats, jacobian: Floats) -> bool:

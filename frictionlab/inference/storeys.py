@@ -1,0 +1,304 @@
+"""One test of a frame of several masses: what its sensors show of all of them, under the law of one contact.
+
+The first of ``[[rig.contacts]]`` is fitted as the contact of a single mass is; the others are as the scene says. The
+data are the harmonics of every mass that was measured, with one covariance.
+"""
+
+import math
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.analysis.measurement import Measurement
+from frictionlab.errors import FrictionlabError, UsageError
+from frictionlab.inference.comparison import FADE, AtContact
+from frictionlab.inference.observation import SENSORS, Values
+from frictionlab.inference.observations import (
+    LEAST_POINTS,
+    ComplexArray,
+    CycleObservation,
+    Motion,
+    cycles_of,
+    harmonics_of,
+    measured_base,
+    parts,
+)
+from frictionlab.inference.unknowns import SMALLEST, STRONGEST, Unknown
+from frictionlab.scene import Scene
+from frictionlab.scene.storeys import contacts_of, storeys_of, structure_of
+from frictionlab.simulator import Contact, Problem, SteadyState, Structure
+from frictionlab.simulator import Motion as MotionOfOne
+from frictionlab.simulator.laws import Law, law_of
+from frictionlab.simulator.meter import OverspentError
+from frictionlab.simulator.several import StructureState, steady
+from frictionlab.simulator.several.answer import StructureMotion
+
+FloatArray = NDArray[np.float64]
+COST = 400.0  # steps of integration that a steady state of several masses costs, about
+FREQUENCY, DAMPING, GAIN = "storey_{}_frequency", "storey_{}_damping", "gain_{}"  # from the second storey on
+MOST = 9  # masses whose sensors may have a gain of their own
+
+
+@dataclass(frozen=True)
+class FirstMass:
+    """The motion of the first mass of a structure, evaluated like that of a single one."""
+
+    motion: StructureMotion
+
+    def at(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return displacement and velocity (k,) at times tau (k,), over Y."""
+        q, v = self.motion.at(tau)
+        return q[:, 0], v[:, 0]
+
+
+@dataclass(frozen=True)
+class StoreyState(SteadyState):
+    """The steady state of a structure as that of its first mass and first contact; ``whole``: all of it."""
+
+    whole: StructureState | None = None
+
+    @classmethod
+    def of(cls, problem: Problem, whole: StructureState) -> "StoreyState":
+        """Of a structure whose first contact is that of a problem.
+
+        Stops and regime are those of the motion against the wall, as `analyze` counts them: of a contact elsewhere they
+        are not known.
+        """
+        contact = whole.contacts[0] if whole.contacts else None
+        seen = contact if contact is not None and (contact.mass, contact.against) == (1, "wall") else None
+        return cls(
+            problem=problem,
+            solver="exact",
+            outcome=whole.outcome,  # type: ignore[arg-type] # the same words
+            response_amplitude=whole.response_amplitudes[0] if whole.response_amplitudes else None,
+            stops_per_cycle=seen.stops_per_cycle if seen else None,
+            stuck_fraction=seen.stuck_fraction if seen else None,
+            regime=whole.regime if seen else None,  # type: ignore[arg-type] # as above
+            period_cycles=whole.period_cycles,
+            floquet_multiplier=whole.floquet_multiplier,
+            closure_error=whole.closure_error,
+            residual=whole.residual,
+            orbit=None if whole.motion is None else cast("MotionOfOne", FirstMass(whole.motion)),
+            whole=whole,
+        )
+
+    @property
+    def energy_per_cycle(self) -> float | None:
+        """Area of the loop of base over the first mass's displacement per cycle, over k_1 Y^2 (2.18)."""
+        return self.whole.energy_per_cycle if self.whole else None
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Sentences about what the numbers do not say."""
+        return self.whole.warnings if self.whole else ()
+
+
+@dataclass(frozen=True)
+class StoreyObservation(CycleObservation):
+    """The mean cycle of all measured masses of a frame, under the law of its first contact.
+
+    Data are harmonics of the first mass (2 K,), then of the next, as far as they were measured.
+
+    Parameters
+    ----------
+    scene : Scene
+        ``[[rig.masses]]``, ``[[rig.contacts]]``.
+    seen_masses : int
+        How many masses were measured, from the first on.
+    load : float or None
+        Normal force of the first contact, N.
+    """
+
+    scene: Scene = field(default_factory=Scene)
+    seen_masses: int = 1
+    load: float | None = None
+    single: ClassVar[bool] = False
+    by_sensors: ClassVar = (*SENSORS, "mass_in_base", *(GAIN.format(i) for i in range(2, MOST + 1)))
+
+    @property
+    def count(self) -> int:
+        """Number of harmonics of each mass."""
+        return len(self.cycles.mean) // (2 * self.seen_masses)
+
+    @property
+    def normal_force(self) -> float | None:
+        """Normal force of the first contact, N; None where it is not known."""
+        return self.load
+
+    @property
+    def place_words(self) -> str:
+        """Where the contact is, as words."""
+        rig, at = self.scene.rig, contacts_of(self.scene)
+        against = f"mass {at[0].against}" if isinstance(at[0].against, int) else f"the {at[0].against}"
+        others = f", {len(at) - 1} more contacts as the scene says" if len(at) > 1 else ""
+        return f"mass {at[0].mass} of {max(len(rig.masses), 1)} against {against}{others}"
+
+    @property
+    def rig_unknowns(self) -> tuple[Unknown, ...]:
+        """What is not known of sensors and rig: of upper storeys and their sensors as much as of the first."""
+        sources, known = self.measurement.sources, super().rig_unknowns
+        gain = next((u for u in known if u.name == "gain"), None)
+        more: list[Unknown] = []
+        for i, storey in enumerate(self.scene.rig.masses[1:], 2):
+            key, zeta, sd = f"rig.masses.{i - 1}", storey.damping_ratio or 0.0, sources.damping_ratio
+            detuned = Unknown(FREQUENCY.format(i), f"natural frequency of storey {i}", sd=sources.natural_frequency)
+            damped = Unknown(DAMPING.format(i), f"damping of storey {i}", mean=zeta, sd=sd, folded=zeta == 0.0)
+            low = max(-STRONGEST, -zeta / sd) if sd > 0.0 else 0.0
+            more += [replace(detuned, key=key), replace(damped, key=key, low=low)]
+        more = [u for u in more if u.sd > SMALLEST]
+        more += [
+            Unknown(GAIN.format(i), f"gain of the sensor of mass {i}", sd=gain.sd, key=gain.key)
+            for i in range(2, self.seen_masses + 1)
+            if gain is not None
+        ]
+        return (*known, *more)
+
+    def structure(self, values: Values) -> Structure:
+        """Return the frame at some values of the unknowns."""
+        problem, at = self.problem(values), contacts_of(self.scene)[0]
+        numbers = self.law.complete({p.name: problem.parameters[p.name] for p in self.law.own})
+        mass, stiffness, damping = storeys_of(self.scene)
+        for i in range(2, len(mass) + 1):
+            stiffness[i - 1] *= (1.0 + values.get(FREQUENCY.format(i), 0.0)) ** 2
+            damping[i - 1] = max(values.get(DAMPING.format(i), damping[i - 1]), 0.0)
+        damping[0] = problem.frame_damping_ratio
+        return structure_of(
+            self.scene,
+            problem.r,
+            self.unit,
+            first=Contact(at.mass, at.against, self.law, numbers),
+            storeys=np.array([mass, stiffness, damping]),
+            base=problem.base,
+        )
+
+    def state(self, values: Values, near: SteadyState | None = None) -> StoreyState | None:
+        """Return the steady state at some values; None where there is none."""
+        self.work.take(COST)
+        begun = near.whole if isinstance(near, StoreyState) else None
+        try:
+            return StoreyState.of(self.problem(values), steady(self.structure(values), near=begun))
+        except OverspentError:
+            raise
+        except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError, ValueError):
+            return None
+
+    def motion(self, values: Values, near: Motion | None = None) -> Motion | None:
+        """Return the steady state and the harmonics (n K,) of the measured masses, before the sensors."""
+        state = self.state(values, None if near is None else near[0])
+        if state is None or state.whole is None or state.whole.motion is None:
+            return None
+        points, periods = max(LEAST_POINTS, 4 * self.count), state.period_cycles or 1
+        tau = 2.0 * np.pi * np.arange(points * periods) / points
+        q = state.whole.motion.at(tau)[0][:, : self.seen_masses]
+        cycles = q.reshape(periods, points, -1).mean(axis=0)
+        return state, np.concatenate([harmonics_of(cycle, self.count) for cycle in cycles.T])
+
+    def seen(self, motion: Motion, values: Values) -> FloatArray:
+        """Return harmonics as the sensors show them (2 n K,)."""
+        lines = motion[1].reshape(self.seen_masses, -1)
+        shown = [super().seen((motion[0], lines[0]), values)]
+        _, late = self.gain_and_phase(complex(lines[0, 0]), values)
+        turned = self.kept * np.exp(1j * np.arange(1, self.count + 1) * late)
+        shown += [
+            parts(np.asarray((1.0 + values.get(GAIN.format(i), 0.0)) * turned * line))
+            for i, line in enumerate(lines[1:], 2)
+        ]
+        return np.concatenate(shown)
+
+    def measured_contact(self, state: SteadyState, late: float) -> AtContact | None:
+        """Return slip and force of the first contact by the measured motion; None where its masses were not measured.
+
+        What the equation of motion leaves at its mass, less what the other contacts there take in the prediction.
+        """
+        structure = state.whole.structure if isinstance(state, StoreyState) and state.whole else None
+        motion = state.whole.motion if isinstance(state, StoreyState) and state.whole else None
+        if structure is None or motion is None or structure.masses > self.seen_masses:
+            return None
+        contact, cycle = structure.contacts[0], self.measurement.cycle
+        half = 0.5 * len(cycle.tau)
+        masses = [cycle.mass_smooth, *(other.mass for other in cycle.others)]
+        lines = np.array([np.fft.rfft(mass)[1:] / half for mass in masses])
+        order = np.arange(1, lines.shape[1] + 1)
+        fade = np.exp(-((order / FADE) ** 2))
+        base = np.zeros(len(order), dtype=np.complex128)
+        count = min(structure.base.harmonics, len(base))
+        base[:count] = structure.base.lines[:count]
+        base = base * np.exp(1j * late * order)
+        rate = structure.r * order
+        at = contact.mass - 1
+        elastic = structure.stiffness[at] @ (base - lines)
+        viscous = 1j * rate * (structure.damping[at] @ (base - lines))
+        left = elastic + viscous + rate**2 * (structure.mass[at] @ lines)
+        row = structure.row(contact)
+        slip = row @ lines - (base if contact.against == "base" else 0.0)
+        n, z, v = (self._over(fade * part, half) for part in (left, slip, 1j * order * slip))
+        rows = np.array([structure.row(c)[at] for c in structure.contacts])
+        others = np.fft.rfft(motion.force(cycle.tau + late)[:, 1:] @ rows[1:])[1:] / half
+        return AtContact(z, v, n - self._over(fade * others, half))
+
+    def law_at_contact(self, state: SteadyState, tau: FloatArray) -> AtContact | None:
+        """Return slip, its velocity and the force of the first contact in the prediction."""
+        motion = state.whole.motion if isinstance(state, StoreyState) and state.whole else None
+        if motion is None:
+            return None
+        structure = motion.flow.structure
+        contact, (q, v) = structure.contacts[0], motion.at(tau)
+        row, follow = structure.row(contact), float(contact.against == "base")
+        z = q @ row - follow * structure.base.at(tau)
+        return AtContact(z, v @ row - follow * structure.base.rate_at(tau), motion.force(tau)[:, 0])
+
+    def _over(self, lines: ComplexArray, half: float) -> FloatArray:
+        return np.asarray(np.fft.irfft(np.concatenate([[0.0], half * lines]), len(self.measurement.cycle.tau)))
+
+    def left(self, predicted: FloatArray, values: Values) -> float:  # noqa: ARG002 - of one mass it takes that
+        """Return the rms over all masses of what the prediction leaves, over that of the measured."""
+        shown = self.predict(values)
+        return math.nan if shown is None else self.nrmse(self.white(self.data - shown))
+
+
+def observe_storeys(measurement: Measurement, scene: Scene, law: str | Law | None) -> StoreyObservation:
+    """Return a measured test of a frame of several masses as a fit sees it.
+
+    ``law``: of the first contact, in place of the scene's: then its parameters in the scene are not held.
+
+    Raises
+    ------
+    SceneError
+        The friction of another contact is not known.
+    UsageError
+        More masses were measured than the scene has, or the law's phases are not linear.
+    """
+    rig, seen = scene.rig, 1 + len(measurement.cycle.others)
+    masses = max(len(rig.masses), 1)
+    if seen > masses:
+        raise UsageError(
+            f"{measurement.source}: expected {masses} masses, as [[rig.masses]] has them; got {seen} measured: give"
+            " each its table, from the base up"
+        )
+    contact = contacts_of(scene)[0]
+    chosen = law_of(contact.law if law is None else law)
+    held = dict(contact.parameters) if law is None else {}
+    if rig.damping is not None:
+        held["frame_damping_ratio"] = rig.damping
+    soft = [p.name for t in chosen.terms if t.kind != "rigid" for p in t.parameters if p.name not in held]
+    if not chosen.is_exact or soft:
+        raise UsageError(
+            f"law {chosen.name}: in a frame of several masses the contact that is fitted is a sum of coulomb, place,"
+            " speed and breakaway (rig.contacts, --law); one that yields has many minima there"
+            + (f": give {', '.join(soft)} in [[rig.contacts]]" if chosen.is_exact else "")
+        )
+    cycles = cycles_of(measurement, masses=seen)
+    return StoreyObservation(
+        measurement,
+        cycles,
+        chosen,
+        held,
+        "fixed",
+        measured_base(measurement, scene.model.base_harmonics),
+        measurement.cycle.kept[: len(cycles.mean) // (2 * seen)],
+        scene=scene,
+        seen_masses=seen,
+        load=contact.normal_force_n or measurement.normal_force_n,
+    )
