@@ -5,16 +5,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis.channels import denoised, integrated, integrated_noise
 from frictionlab.analysis.signals import white_noise
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import RecordingError
 from frictionlab.recording import Quality, Recording, Source
 from frictionlab.simulator import Problem
 from frictionlab.simulator.record import BaseRecord, Response, respond
 
-FloatArray = NDArray[np.float64]
 FAR = 10.0  # times the steps around it: such a step is a jump ...
 LARGE = 0.05  # ... if it is this share of the whole range
 AROUND = 5  # steps looked at on either side

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from typing import Literal, Self, overload
 
 import numpy as np
-from numpy.typing import NDArray
+
+from frictionlab.arrays import FloatArray
 
 Part = Literal["value", "se", "u"]
 
@@ -145,9 +146,6 @@ class FlatKnown:
             return self
         number: float | None = getattr(getattr(result, self._estimate), self._part)
         return math.nan if number is None else number
-
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab import simulator
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import ClusterError, SimulationError
 from frictionlab.files import check_replaceable, make_folder
 from frictionlab.hdf5.map_file import GrowingMap, finished_map, growing_map, is_map
@@ -28,7 +29,6 @@ KINDS = {"solver": "S11", "outcome": "S10", "regime": "S10"} | dict.fromkeys(PLA
 CHECKPOINT_S = 2.0  # what a killed sweep loses at most, beside what was in work
 BATCH_S = 1.0  # seconds of work in a batch
 BLOCK = 20_000  # points read back at a time
-Floats = NDArray[np.float64]
 
 __all__ = ["FAILED", "KINDS", "Grid", "MapWarnings", "Solve", "Step", "faults", "make_map", "rows"]
 
@@ -73,7 +73,7 @@ class Solve:
             )
         return _records(self._solve(self.grid.points(numbers)))
 
-    def _solve(self, points: Floats) -> Floats:
+    def _solve(self, points: FloatArray) -> FloatArray:
         try:
             return sweep_points(points, self.grid.family, fast=self.fast)
         except SimulationError:  # one of them cannot be solved: alone, it costs only itself
@@ -240,7 +240,7 @@ def _solved(grid: Grid, file: GrowingMap, workers: int | None, scheduler: str | 
         yield step
 
 
-def _records(numbers: Floats) -> NDArray[np.void]:
+def _records(numbers: FloatArray) -> NDArray[np.void]:
     records = np.empty(len(numbers), dtype=list(KINDS.items()))
     for key, values in named(numbers).items():
         records[key] = values

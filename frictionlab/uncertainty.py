@@ -19,11 +19,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.scene import Scene
 
-FloatArray = NDArray[np.float64]
 Shares = Mapping[str, float]
 STATISTICAL = "noise and scatter"
 LINES = "hum and other lines"

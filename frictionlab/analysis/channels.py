@@ -14,15 +14,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
 from frictionlab.analysis import spectrum
 from frictionlab.analysis.signals import white_noise
+from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 LEAST_GAIN = 0.3  # a filter is taken back up to here: beyond, noise would grow more than the signal
 NARROWER = 2.0  # times: a cycle through so much narrower a filter shows how much this one may have cut away
 MATTERS = 0.002  # of the amplitude: from so much on it is said

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.signals import line, variance_inflation
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 
-FloatArray = NDArray[np.float64]
 FEW_PASSES = 8  # of the phase where there are fewer than three cycles, and the first guess is poor
 OVERLAP = 0.125  # of a cycle: steps of the phase's window where there are fewer than three cycles
 _CHUNK = 1 << 16  # samples folded at a time: stays in the cache

@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import least_squares
 
-FloatArray = NDArray[np.float64]
+from frictionlab.arrays import FloatArray
+
 _FEWEST_GROUPS = 6
 _ONE_SIDED = 1.645  # 95 % of a normal distribution lie below its mean and so many standard deviations
 _TRIED = np.concatenate([[0.0], np.geomspace(1e-5, 0.5, 60)])

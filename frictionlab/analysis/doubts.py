@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis import mistakes, steadiness
 from frictionlab.analysis.cycles import first_harmonic
@@ -15,7 +14,6 @@ from frictionlab.analysis.response import Response
 from frictionlab.analysis.spectrum import Smoother
 from frictionlab.estimate import Estimate
 
-FloatArray = NDArray[np.float64]
 FEW_CYCLES = 5
 COARSE = 0.02  # sensor step over the amplitude of the response: what stands still longer than that may be moving
 QUIET = 0.01  # rounding that noise does not average away, over the step: a sensor that shows the same in every cycle

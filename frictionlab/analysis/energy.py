@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis import channels, steadiness
 from frictionlab.analysis.signals import variance_of_mean
+from frictionlab.arrays import FloatArray
 from frictionlab.cycle_rule import window_of
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from frictionlab.analysis.measurement import Cycle
     from frictionlab.analysis.response import Response
 
-FloatArray = NDArray[np.float64]
 FEW = 8  # cycles that tell their own scatter; fewer take that of all
 CLEAR = 2.0  # deviations by which scatter must exceed what noise explains
 

@@ -5,16 +5,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis.decay import DecayFit, first_guess, fit_decay, misfit_of
 from frictionlab.analysis.hum import without_high_lines
 from frictionlab.analysis.signals import EVEN, stray
 from frictionlab.analysis.taps import Turnings, find_taps
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Average, Estimate, average
 
-FloatArray = NDArray[np.float64]
 _PER_HALF_CYCLE = 40  # samples that a fit needs; more are averaged
 _ODD = 0.02  # rms left over the first swing: of another kind than viscous and Coulomb
 _NO_DECAY = 0.1  # ... and no free decay at all

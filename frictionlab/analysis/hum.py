@@ -9,13 +9,12 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis import cycles
 from frictionlab.analysis.signals import Stretch, sensor_step
 from frictionlab.analysis.spectrum import Spectrum, amplitude_spectrum, refined
+from frictionlab.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 LEAST = 5e-4  # of the base's amplitude: smaller lines change no number by more than its error
 FAINTEST = 1e-4  # the same of lines where no frame follows: of these nothing else may come
 CLEAR = 8.0  # times the median of the neighbourhood; the highest of 4 million bins of white noise is 4.7 times it

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis import cycles, hum, signals, spectrum, steadiness
 from frictionlab.analysis.hum import Foreign
 from frictionlab.analysis.signals import Stretch
+from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 FEWEST_SAMPLES = 6  # a cycle; with 5 the base's amplitude comes out 3 % low, with 3 the motion is lost
 SHOWN = 10.0  # times the drive: how far a spectrum is kept
 FINE_SAMPLES = 24  # a cycle; between fewer a cubic takes from the third harmonic

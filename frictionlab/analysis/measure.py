@@ -24,6 +24,7 @@ from frictionlab.analysis.layout import Layout, approach, lay_out, slow_wander
 from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement, OtherMass, traces
 from frictionlab.analysis.response import Response
 from frictionlab.analysis.signals import Stretch
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
 from frictionlab.recording import Fact, Recording
@@ -31,7 +32,6 @@ from frictionlab.sampling import clock_breaks
 from frictionlab.scene import Scene
 from frictionlab.uncertainty import FILTER, LINES, STATISTICAL, Shares, Sources, combined, cycle_budget, sources_of
 
-FloatArray = NDArray[np.float64]
 NO_NATURAL_FREQUENCY = (
     "frequency_ratio: the natural frequency is not known: give natural_frequency_hz in [rig] of the scene or"
     " --natural-frequency; `frictionlab free-vibration` measures it"

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.steadiness import Trend
+from frictionlab.arrays import FloatArray
 from frictionlab.estimate import Estimate, Flat, FlatKnown
 from frictionlab.schema import MEASUREMENTS
 from frictionlab.schema.result import Result
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from frictionlab.analysis.spectrum import Spectrum
     from frictionlab.analysis.stops import Stops
 
-FloatArray = NDArray[np.float64]
 SHOWN_CYCLES, SHOWN_LOOPS = 6, 30
 SHOWN_POINTS, SHOWN_LINES = 512, 8000  # a cycle, a spectrum
 

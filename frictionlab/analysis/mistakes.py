@@ -3,12 +3,11 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis import stops
 from frictionlab.analysis.spectrum import smoothed, smoother
+from frictionlab.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 ALIKE = 0.005  # rms of mass minus base over the base's: no frame with a contact follows its base so closely
 GIVES = 0.01  # energy (k Y^2) below minus this is no error of a contact that takes nearly none
 SURE = 5.0  # standard errors

@@ -4,7 +4,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis import energy, stops
 from frictionlab.analysis.cycles import chunks
@@ -12,8 +11,8 @@ from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.signals import white_noise
 from frictionlab.analysis.spectrum import Smoother, smoothed, smoother
 from frictionlab.analysis.stops import Move, Stops
+from frictionlab.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 FEW = 5  # cycles whose mean tells a slip within a stop
 LEVELLED = 0.5  # of the range, which stops of one place each never take away
 FINE = 512  # points a cycle, at least, on which stops and extremes are looked for

@@ -18,11 +18,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 
-FloatArray = NDArray[np.float64]
 EVEN = 0.02  # of a step: stamps that stray no further from an even clock are even
 COARSE_STEPS = 4
 MOST_EVEN = 1e6  # samples on an even clock, or 20 times those there are

@@ -17,9 +17,9 @@ from numpy import fft
 from numpy.typing import NDArray
 
 from frictionlab.analysis.cycles import chunks
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 
-FloatArray = NDArray[np.float64]
 DEFAULT_PADDING = 4
 PART = 1 << 15  # points of a window made at a time: they stay in the cache
 LONGEST = 1 << 23

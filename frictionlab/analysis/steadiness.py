@@ -13,8 +13,8 @@ from frictionlab.analysis import cycles, spectrum
 from frictionlab.analysis.cycles import chunks
 from frictionlab.analysis.signals import Stretch, line, variance_inflation, white_noise
 from frictionlab.analysis.stops import runs
+from frictionlab.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 COARSE_POINTS = 64  # of a cycle, to find the transient on
 REPEATS = 0.005  # of the motion: cycles that differ by less repeat
 IRREGULAR = 0.02  # of the cycles after the transient may be farther off

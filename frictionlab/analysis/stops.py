@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from frictionlab.arrays import FloatArray
+
 IntArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 TURN = 2.0 * math.pi

@@ -17,9 +17,9 @@ from scipy.signal import find_peaks
 from frictionlab.analysis.hum import without_high_lines
 from frictionlab.analysis.signals import white_noise
 from frictionlab.analysis.spectrum import amplitude_spectrum
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 
-FloatArray = NDArray[np.float64]
 LEAST_SWINGS = 6  # half-cycles
 _ABOVE_NOISE = 10.0  # what turns back by less is no turning point
 _RISE = 1.1  # a swing so much larger than the smallest before it begins another tap

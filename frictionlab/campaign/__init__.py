@@ -13,10 +13,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.steadiness import Trend
+from frictionlab.arrays import FloatArray
 from frictionlab.campaign.amontons import AmontonsTest, amontons
 from frictionlab.campaign.drift import Drift, drift_of
 from frictionlab.campaign.friction import Cause, FrictionFit, Known, Verdict, fit_group
@@ -76,7 +76,6 @@ __all__ = [
     "trial_of",
 ]
 
-FloatArray = NDArray[np.float64]
 CURVE_POINTS = 160
 DEAR_POINTS = 16  # of a law that is integrated step by step
 SLOWEST_HZ = 100.0  # sampling rate that is taken where no measurement tells it

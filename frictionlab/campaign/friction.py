@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from frictionlab.arrays import FloatArray
 from frictionlab.campaign.prediction import Local, Model, Own, PredictedState, local, own_estimate, pooled_shifts
 from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat, scatter_beyond, weighted_mean
 from frictionlab.uncertainty import Sources, unit_uncertainty
 
-FloatArray = NDArray[np.float64]
 UNSTEADY = 0.2  # excess irregularity above which one steady state cannot stand for the test
 ASYMMETRIC = 0.1  # asymmetry above which a symmetric law cannot stand for the test
 OUTLIER = 4.0  # robust standard deviations

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, stdtrit
 
+from frictionlab.arrays import FloatArray
 from frictionlab.campaign.friction import Cause, FrictionFit, Known, LeftOut, Verdict, in_newtons, reach_of
 from frictionlab.campaign.prediction import FREQUENCY, GAIN, LAG, Model, local, prepare
 from frictionlab.errors import FrictionlabError
@@ -27,7 +27,6 @@ from frictionlab.inference.unknowns import STRAINED
 from frictionlab.simulator import Problem
 from frictionlab.simulator.laws import Law, law_of
 
-FloatArray = NDArray[np.float64]
 OUT = frozenset({Cause.LONG, Cause.STUCK, Cause.UNSTEADY, Cause.UNSETTLED})
 """Such a test has no steady cycle that a law could be fitted to."""
 OUTLIER = 4.0  # robust standard deviations from which a test stands out ...

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.campaign.joint_fit import JointFit
 from frictionlab.estimate import Estimate, Flat
 from frictionlab.inference.comparison import contact_force
@@ -15,7 +15,6 @@ from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
 from frictionlab.tables import Row
 
-FloatArray = NDArray[np.float64]
 SHOWN = 3  # loops of a material
 
 

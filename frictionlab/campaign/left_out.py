@@ -12,16 +12,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.special import stdtrit
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.fit import Model, scatter_scale
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.inference.posterior import Posterior, infer, model_of
-
-FloatArray = NDArray[np.float64]
 
 FEW = 8  # tests up to which the fit is made again
 MOVES = 0.1  # of the noise: a direction along which the cycle moves by less is not followed ...

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.campaign.trials import Trial
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.inference.compare import base_words, model_words
@@ -25,7 +25,6 @@ from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.problem import Wall
 from frictionlab.uncertainty import Sources
 
-FloatArray = NDArray[np.float64]
 COULOMB = law_of("coulomb")
 STEP = 0.005  # relative step of the slopes: wide enough to see past the small steps where a stop appears
 

@@ -10,15 +10,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
+from frictionlab.arrays import FloatArray
 from frictionlab.campaign.drift import Drift
 from frictionlab.campaign.friction import TRANSIENT, FrictionFit, Verdict
 from frictionlab.campaign.prediction import GAIN, LAG, RIG
 from frictionlab.campaign.trials import levels, nearest
 
-FloatArray = NDArray[np.float64]
 SURE = 0.05
 CRITERIA = ("energy", "consistency", "drift")
 Cell = tuple[float, float]

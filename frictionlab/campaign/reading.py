@@ -8,9 +8,9 @@ from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis.steadiness import Trend
+from frictionlab.arrays import FloatArray
 from frictionlab.campaign.laws import is_comparison
 from frictionlab.campaign.trials import Trial
 from frictionlab.errors import FrictionlabError, RecordingError, UsageError
@@ -81,7 +81,6 @@ def _trend(tree: Mapping[str, Any]) -> Trend:
     return Trend(time, value, slope, error, low, high, level)
 
 
-FloatArray = NDArray[np.float64]
 CYCLES = 8  # shown of a short test, its last ones
 BINS = 800  # an envelope has so many pairs of lowest and highest
 

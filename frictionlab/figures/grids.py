@@ -12,6 +12,7 @@ from matplotlib.colors import BoundaryNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from frictionlab.arrays import FloatArray
 from frictionlab.campaign import Campaign, Verdict
 from frictionlab.campaign.trials import levels, nearest
 from frictionlab.figures.style import (
@@ -20,7 +21,6 @@ from frictionlab.figures.style import (
     MEASURED,
     PAGE,
     VERMILION,
-    FloatArray,
     caution,
     look,
     new_figure,

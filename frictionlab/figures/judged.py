@@ -8,8 +8,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.figures import style
-from frictionlab.figures.style import FloatArray
 from frictionlab.inference import Comparison, ContactForce
 from frictionlab.inference.comparison import OverFrequency
 

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from frictionlab.arrays import FloatArray
 from frictionlab.campaign import (
     CRITERIA,
     Campaign,
@@ -23,7 +24,6 @@ from frictionlab.campaign import (
 from frictionlab.campaign.trials import levels, nearest
 from frictionlab.figures import style
 from frictionlab.figures.grids import resonance_band
-from frictionlab.figures.style import FloatArray
 
 NAME = 24  # letters of a name in a line
 STEP = 5.0  # log evidence beyond which the scale is logarithmic

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from frictionlab.arrays import FloatArray
 from frictionlab.figures import style
-from frictionlab.figures.style import FloatArray
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

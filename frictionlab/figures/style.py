@@ -23,10 +23,10 @@ from matplotlib.text import Text
 from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.figures.mark import MAKER, METADATA, is_figure
 from frictionlab.files import write_whole
 
-FloatArray = NDArray[np.float64]
 AT_REST = -1.0
 """Stands for a mass that rests during the whole cycle, in arrays of stops."""
 SINGLE = 8  # stops up to which each number has a colour of its own; beyond, classes double

@@ -10,11 +10,11 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis.channels import in_band
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, Verdict
@@ -40,7 +40,6 @@ from frictionlab.simulator import Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.uncertainty import Sources, unit_uncertainty
 
-FloatArray = NDArray[np.float64]
 UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
 FAINT = 0.1  # error of the measured cycle over its size from which nearly any law explains it
 VAGUE = 0.1  # relative uncertainty from which a friction ratio is called vague

@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.estimate import Estimate, Flat, FlatKnown
 from frictionlab.schema import COMPARISONS
 from frictionlab.schema.result import Result
 from frictionlab.simulator import Problem
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 FADE = 25.0  # harmonics above this fade out: noise times k^2 rules there
 
 Verdict = Literal["explained", "strained", "misfit"]

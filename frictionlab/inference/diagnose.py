@@ -10,8 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
 from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, reweighed, weighed
 from frictionlab.inference.observations import STATES, CycleObservation, cycle_of, prepare
@@ -22,7 +22,6 @@ from frictionlab.scene import Scene
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.meter import Meter
 
-FloatArray = NDArray[np.float64]
 NEAR_RESONANCE = 0.8  # frequency ratio from which all other causes are tried whatever the fit says
 OF_THE_SPRING = ("spring_cubic",)  # always tried: friction bends to it and explains as well
 ANSWERS = 5.0  # logarithm of the Bayes factor from which a cause is named

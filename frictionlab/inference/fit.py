@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_ndtr, logsumexp, ndtri_exp
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.observation import Observation
 from frictionlab.inference.unknowns import Unknown
 
-FloatArray = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 ENOUGH = 1e-7  # of the sum of squares: a step that is foretold to gain less is not made ...

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, ParameterError
 from frictionlab.inference.fit import (
     Fit,
@@ -39,7 +39,6 @@ from frictionlab.inference.starts import FIRST_GUESSES, starting_points
 from frictionlab.simulator.laws import TERMS, Law, law_of
 from frictionlab.simulator.meter import Meter, OverspentError
 
-FloatArray = NDArray[np.float64]
 EXACT = ("place", "speed", "breakaway", "compliance")
 CHEAP = EXACT[:3]  # a rigid contact: a fraction of a millisecond a steady state
 NUMERIC = ("logarithm", "stribeck", "dahl", "bouc-wen")  # milliseconds a steady state ...

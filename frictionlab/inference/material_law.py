@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.files import check_regular, write_whole
 from frictionlab.scene.physical import factor_of
@@ -26,7 +27,6 @@ from frictionlab.simulator.problem import Wall
 if TYPE_CHECKING:
     from frictionlab.inference.posterior import Posterior
 
-FloatArray = NDArray[np.float64]
 
 FORMAT, VERSION = "frictionlab law", 1
 COEFFICIENT = "friction_coefficient"

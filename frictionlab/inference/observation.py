@@ -12,15 +12,14 @@ from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.unknowns import Unknown
 from frictionlab.simulator import COSINE, Base, Problem
 from frictionlab.simulator.laws import Law
 from frictionlab.simulator.problem import Wall
 
-FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 BENDS = {"parabola": 2, "cubic": 3}  # powers of its place by which the mass's sensor bends a motion
 SENSORS = ("gain", "lag_s", "base_in_mass", *BENDS)  # what is done to a motion that stays the same

@@ -14,11 +14,11 @@ from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from frictionlab.analysis.measurement import Cycle, Measurement, OtherMass
 from frictionlab.analysis.signals import student, variance_inflation
+from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError, FrictionlabError, UsageError
 from frictionlab.inference.comparison import AtContact, contact_force
 from frictionlab.inference.observation import BENDS, SENSORS, Observation, Reached, Values
@@ -29,8 +29,6 @@ from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.meter import Meter, OverspentError
 from frictionlab.simulator.problem import Wall
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Motion = tuple[SteadyState, ComplexArray]
 
 FEWEST_CYCLES = 3  # below so many the cycles say nothing of their own scatter
@@ -519,7 +517,7 @@ def observe(measurement: Measurement, scene: Scene, law: str | Law | None = None
             " mass_kg and stiffness_n_per_m; `frictionlab free-vibration` measures it"
         )
     if scene.rig.masses or scene.rig.contacts:
-        from frictionlab.inference.storeys import observe_storeys  # noqa: PLC0415 - for frames of several masses alone
+        from frictionlab.inference.storey_cycle import observe_storeys  # noqa: PLC0415 - for frames of several masses alone
 
         return observe_storeys(measurement, scene, law)
     chosen, held = law_and_held(scene, law)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.signals import student
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, FrictionlabError, UsageError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.compare import AUTO, caveats, friction_of, model_words
@@ -28,7 +29,6 @@ from frictionlab.simulator.meter import Meter
 from frictionlab.simulator.problem import Wall
 from frictionlab.uncertainty import Sources, sources_of
 
-FloatArray = NDArray[np.float64]
 SEEN = ("natural_frequency", "gain", "lag_s", "frame_damping_ratio")  # what a table over frequency tells of the rig
 UNIT = "base_amplitude"
 TRIED = np.geomspace(0.02, 2.0, 14)  # friction ratios to begin from

@@ -13,9 +13,9 @@ from functools import cached_property
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import gammaincinv, ndtr, ndtri, stdtrit
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.fit import (
     Fit,
@@ -34,7 +34,6 @@ from frictionlab.inference.starts import starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown, factor, of_law
 from frictionlab.simulator.laws import Law, Parameter
 
-FloatArray = NDArray[np.float64]
 LEVEL = 0.95  # of a limit
 EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own scatter is known to a factor of 2 at most
 NOISE_LEVEL = 0.01  # of chi-square, beyond which a misfit is no noise

@@ -5,16 +5,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.base_motion import RecordResponse, respond_to
 from frictionlab.errors import FrictionlabError, SimulationError
 from frictionlab.inference.material_law import DETUNING, MaterialLaw
 from frictionlab.recording import Recording
 from frictionlab.schema import PREDICTED, PREDICTED_RECORD, PREDICTIONS
 from frictionlab.simulator import COSINE, Base, SteadyState, steady_state
-
-FloatArray = NDArray[np.float64]
 
 LOW, HIGH = 0.025, 0.975  # probabilities at the ends of a band
 POINTS = 361  # of a cycle, both ends

@@ -7,12 +7,12 @@ from functools import cached_property
 from typing import ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis.channels import best_penalty, gain_kept, restored, spline
 from frictionlab.analysis.measure import channels_of
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.analysis.signals import student, variance_inflation, white_noise
+from frictionlab.arrays import FloatArray
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import AnalysisError, FrictionlabError
 from frictionlab.inference.fit import Fit, Model, Test, fit_from, reweighed
@@ -27,7 +27,6 @@ from frictionlab.simulator.problem import Wall
 from frictionlab.simulator.record import BaseRecord, Response, prepare, respond
 from frictionlab.uncertainty import Sources
 
-FloatArray = NDArray[np.float64]
 DENSE = 120.0  # samples per period of drive or frame, whichever is shorter, that a fit needs at most
 STEP = 1e-3  # of a prior's standard deviation: finite differences of the simulated record
 FEWEST, FEWEST_PERIODS = 64, 4.0  # samples, and periods of the frame, that a record without a cycle has at least

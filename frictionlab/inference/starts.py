@@ -11,15 +11,14 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.inference.fit import Model
 from frictionlab.inference.observations import cycle_of
 from frictionlab.simulator.problem import Wall
 
-FloatArray = NDArray[np.float64]
 LARGEST = 4.0  # friction ratio at which a contact that hardly slips is still looked for
 TRIED = 256  # friction ratios on either side of the one that takes in most
 SEARCH = np.geomspace(0.05, 3.0, 49)  # friction ratios tried, over the loop's

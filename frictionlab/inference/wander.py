@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.inference.record import RecordObservation, Track, spread_of
 from frictionlab.simulator.record import BaseRecord, respond
 
-FloatArray = NDArray[np.float64]
 Periods = NDArray[np.intp]
 STEPS = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 41)])  # of the walk, over beta, that are tried
 WIDE = 10.0  # over beta: what is known of the first value

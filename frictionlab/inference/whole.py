@@ -11,10 +11,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis.measure import material_of, measure, normal_force_of, source_of, sources_of_test
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
 from frictionlab.inference.compare import AUTO, compared, friction_of, identified
@@ -41,7 +41,6 @@ from frictionlab.scene import Scene, Solver
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.record import prepare
 
-FloatArray = NDArray[np.float64]
 LEAVES = 2.0  # times the usual misfit of a period at which the prediction has left the measurement
 NOISE = 3.0  # times the sensor's noise, at least
 FEW = 3  # periods, at most, that tell no usual one

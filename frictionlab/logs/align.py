@@ -13,13 +13,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
 from frictionlab.logs.clock import Clock
 from frictionlab.logs.sensor import Sensed
 from frictionlab.recording import Fact, Quality
 
-FloatArray = NDArray[np.float64]
 Series = tuple[FloatArray, FloatArray]
 _WINDOWS = (8, 16)  # fewest and most
 _CYCLES = 4  # in a window at least

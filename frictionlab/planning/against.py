@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.inference.fit import log_evidence
 from frictionlab.inference.posterior import infer
@@ -23,7 +24,6 @@ from frictionlab.simulator.laws import law_of
 if TYPE_CHECKING:
     from frictionlab.planning.choose import Limits
 
-FloatArray = NDArray[np.float64]
 NEAR = 12  # candidates of a choice between two laws to which both are fitted, at least
 MOST_STEPS = 12  # of a fit: the evidence need not be known better
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.errors import ParameterError, SceneError, UsageError
 from frictionlab.inference.observations import law_and_held
@@ -14,7 +13,6 @@ from frictionlab.scene import Scene
 from frictionlab.simulator.laws import Law, Parameter, law_of
 from frictionlab.uncertainty import Sources, sources_of
 
-FloatArray = NDArray[np.float64]
 ASSUMED_COEFFICIENT = (0.4, 0.2)  # dry contacts lie about here; said where it is assumed
 FRICTION = ("beta", "friction_coefficient")
 FIRST_VALUES = {"contact_damping_ratio": 0.03, "gradient": 0.03, "static_ratio_up": 1.1, "static_ratio_down": 1.1}

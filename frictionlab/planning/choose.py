@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import SceneError, UsageError
 from frictionlab.inference.ladder import REQUIRED
 from frictionlab.inference.unknowns import Unknown
@@ -24,7 +25,6 @@ from frictionlab.planning.virtual_test import (
 )
 from frictionlab.scene import Scene
 
-FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 MOST = 10  # tests, where nobody says how many
 SWEEPS = 2  # through the tests chosen, each compared with all others again

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Cycle, Measurement
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, SimulationError
 from frictionlab.inference.fit import Fit, Model, Place, Test
 from frictionlab.inference.observations import CycleObservation, harmonics_of, observe, parts
@@ -22,7 +23,6 @@ from frictionlab.planning.candidates import Candidate, Laboratory
 from frictionlab.simulator import Problem, SteadyState, steady_state
 from frictionlab.uncertainty import Sources
 
-FloatArray = NDArray[np.float64]
 POINTS = 512  # of a virtual cycle
 HARMONICS = 64
 MOST_CYCLES = 60  # drawn of a test: more cycles scatter like these

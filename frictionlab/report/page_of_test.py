@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from numpy.typing import NDArray
 
 from frictionlab import __version__
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.arrays import FloatArray
 from frictionlab.campaign import Campaign, Trial, Verdict
 from frictionlab.campaign.trials import short_name
 from frictionlab.estimate import Estimate
@@ -26,7 +26,6 @@ from frictionlab.scene import Scene
 from frictionlab.simulator import Problem
 from frictionlab.tables import Row
 
-FloatArray = NDArray[np.float64]
 WIDTH, HEIGHT, WIDE = 460.0, 270.0, 920.0
 LEFT, RIGHT, TOP, BOTTOM = 62.0, 12.0, 12.0, 44.0
 MOST_POINTS = 1500  # of a line: more than its pixels

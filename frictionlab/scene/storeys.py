@@ -3,18 +3,14 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import ParameterError, SceneError
 from frictionlab.scene.keys import Scene
 from frictionlab.scene.rig import RigContact
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.problem import COSINE, Base
 from frictionlab.simulator.structure import Contact, Structure
-
-FloatArray = NDArray[np.float64]
-
-__all__ = ["contacts_of", "has_several", "storeys_of", "structure_of"]
 
 
 def has_several(scene: Scene) -> bool:

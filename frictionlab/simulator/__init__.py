@@ -8,13 +8,6 @@
 The mathematics stands in the README of this folder.
 """
 
-from frictionlab.simulator.closed_form import (
-    continuous_amplitude,
-    continuous_energy,
-    friction_limit,
-    viscous_amplitude,
-    viscous_energy,
-)
 from frictionlab.simulator.coexisting import Attractor, coexisting
 from frictionlab.simulator.motion import Motion
 from frictionlab.simulator.problem import COSINE, Base, Problem
@@ -39,14 +32,9 @@ __all__ = [
     "ThesisRun",
     "Trajectory",
     "coexisting",
-    "continuous_amplitude",
-    "continuous_energy",
-    "friction_limit",
     "last_cycle",
     "simulate",
     "steady_state",
     "sweep",
     "thesis_run",
-    "viscous_amplitude",
-    "viscous_energy",
 ]

@@ -12,8 +12,6 @@ from frictionlab.simulator.solve import steady_state
 from frictionlab.simulator.state import SteadyState
 from frictionlab.simulator.sweep import warm_up
 
-__all__ = ["Attractor", "coexisting"]
-
 SAME = 1e-6  # orbits whose energy and amplitude differ by less, over the largest, are one (mirror images are)
 STARTS, NUMERIC_STARTS = 200, 50  # where slides are exact, and where each takes a tenth of a second
 WORTH_COMPILING = 20  # starts

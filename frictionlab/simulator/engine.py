@@ -37,24 +37,6 @@ from frictionlab.simulator.kernel import (
 )
 from frictionlab.simulator.problem import Problem
 
-__all__ = [
-    "Engine",
-    "as_it_stands",
-    "borrowed",
-    "choose",
-    "compile_modules",
-    "compiled",
-    "contact_of",
-    "functions_of",
-    "hand_over_after",
-    "is_worth_it",
-    "machine_code_folder",
-    "make_force",
-    "make_room",
-    "plain",
-    "set_up",
-]
-
 # Each uses only those before it.
 MODULES = (motion, events, shooting, outlook, resonance, settle, orbits, accounts, points)
 LOOKS = 6.0  # at a slide, while its end is looked for

@@ -3,16 +3,12 @@
 from math import hypot, pi
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.simulator.motion import Motion, nodes_of
 from frictionlab.simulator.state import Regime, SteadyState
 
-__all__ = ["SETTLED", "last_of"]
-
 SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
 DENSE = 20_000  # points a cycle is looked at for its range: 1e-8 of it
-Floats = NDArray[np.float64]
 
 
 def last_of(motion: Motion, solver: str) -> SteadyState:

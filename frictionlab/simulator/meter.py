@@ -2,8 +2,6 @@
 
 from frictionlab.errors import FrictionlabError
 
-__all__ = ["WAITED_CYCLES", "WAITED_STEPS", "Meter", "OverspentError"]
-
 WAITED_CYCLES = 400  # that an integrated motion is followed from rest before the answer is "not found"
 WAITED_STEPS = 150_000  # and the steps of it; some seconds
 STATE = 100.0  # steps of integration that one steady state costs beside its own

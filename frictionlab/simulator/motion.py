@@ -10,13 +10,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["Energies", "Motion", "Timeline", "bisected", "cycles_of", "energies_of", "nodes_of"]
-
 TURN = 2.0 * np.pi
-Floats = NDArray[np.float64]
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 PANEL = 0.5  # of the shortest of natural and drive's time scale: far below rounding between events
 BISECTIONS = 50  # of an interval: to rounding
@@ -41,12 +39,12 @@ class Timeline:
     """
 
     cycle: NDArray[np.int64]
-    tau: Floats
-    duration: Floats
+    tau: FloatArray
+    duration: FloatArray
     periodic: bool
 
     @property
-    def begins(self) -> Floats:
+    def begins(self) -> FloatArray:
         """Start of each phase, rad."""
         return np.asarray(self.cycle * TURN + self.tau, dtype=np.float64)
 
@@ -60,7 +58,7 @@ class Timeline:
         """End of the motion (or of its first period), rad."""
         return float(self.begins[-1] + self.duration[-1])
 
-    def spans(self, held: NDArray[np.bool_]) -> Floats:
+    def spans(self, held: NDArray[np.bool_]) -> FloatArray:
         """Return begin and end, rad, shape (m, 2), of the times in which phases hold; those in a row are one."""
         fresh = held & ~np.concatenate(([False], held[:-1]))
         last = held & ~np.concatenate((held[1:], [False]))
@@ -68,7 +66,7 @@ class Timeline:
 
     def place(
         self, tau: ArrayLike, cycle: ArrayLike | None
-    ) -> tuple[tuple[int, ...], Floats, NDArray[np.intp], Floats]:
+    ) -> tuple[tuple[int, ...], FloatArray, NDArray[np.intp], FloatArray]:
         """Return the shape of times; flat: phase of the drive, number of the phase, and time since that began.
 
         Parameters
@@ -92,7 +90,7 @@ class Timeline:
         within = local - self.tau[index] + (turns + first - self.cycle[index]) * TURN
         return times.shape, local, index, np.maximum(within, 0.0)
 
-    def _fold(self, tau: Floats, turns: Floats) -> tuple[Floats, Floats]:
+    def _fold(self, tau: FloatArray, turns: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return times as a phase of the drive in the motion's first cycle, and whole turns since; a period repeats."""
         low, first = float(self.tau[0]), int(self.cycle[0])
         high = float((self.cycle[-1] - first) * TURN + self.tau[-1] + self.duration[-1])
@@ -129,20 +127,20 @@ class Motion(ABC):
 
     @property
     @abstractmethod
-    def stops(self) -> Floats:
+    def stops(self) -> FloatArray:
         """Begin and end of each stop, rad, shape (m, 2): times in which the contact does not slip."""
 
     @property
     @abstractmethod
-    def turning_points(self) -> tuple[Floats, Floats]:
+    def turning_points(self) -> tuple[FloatArray, FloatArray]:
         """Times (rad) at which the mass turns relative to the wall, and the displacement x there."""
 
     @abstractmethod
-    def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> Floats:
+    def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> FloatArray:
         """Return the force of the contact on the mass, against the motion, over k Y, at times tau."""
 
     @abstractmethod
-    def _evaluate(self, index: NDArray[np.intp], within: Floats) -> Floats:
+    def _evaluate(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
         """Return z, v and what else the motion has, a row each, at the given times within the given phases."""
 
     @property
@@ -155,7 +153,7 @@ class Motion(ABC):
         """End of the motion (or of its first period), rad."""
         return self.timeline.end
 
-    def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[Floats, Floats]:
+    def at(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> tuple[FloatArray, FloatArray]:
         """Return displacement x and velocity x' of the mass at any times, to rounding.
 
         Parameters
@@ -190,7 +188,7 @@ class Motion(ABC):
         return x.reshape(shape), v.reshape(shape)
 
 
-def cycles_of(tau: Floats, duration: Floats) -> NDArray[np.int64]:
+def cycles_of(tau: FloatArray, duration: FloatArray) -> NDArray[np.int64]:
     """Return the cycle in which each phase begins, counted from the first: from starts within a cycle, and lengths.
 
     A phase ends where the next one begins, or whole turns later. A phase without length (two sliders that give way at
@@ -205,7 +203,7 @@ def cycles_of(tau: Floats, duration: Floats) -> NDArray[np.int64]:
     return np.concatenate((np.zeros(1, np.int64), np.cumsum(turns)))
 
 
-def bisected(rate: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
+def bisected(rate: Callable[[FloatArray], FloatArray], low: FloatArray, high: FloatArray) -> FloatArray:
     """Return where a rate changes its sign, once in each interval."""
     falls = rate(low) > 0.0
     for _ in range(BISECTIONS if len(low) else 0):
@@ -249,7 +247,7 @@ def energies_of(problem: Problem, taken: float | None, motion: Motion | None) ->
     return Energies(area / cycles, taken - frame, frame)
 
 
-def nodes_of(motion: Motion) -> tuple[Floats, Floats]:
+def nodes_of(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """Gauss-Legendre nodes and weights from the motion's start to its end, in panels cut at its events."""
     problem = motion.problem
     longest = PANEL * min(problem.r, 1.0 / problem.base.harmonics)

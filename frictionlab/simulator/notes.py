@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from frictionlab.simulator.problem import Problem
     from frictionlab.simulator.state import SteadyState
 
-__all__ = ["WORDS", "Asked", "Note", "asked_of", "drive_of", "in_continuum", "notes_of", "sentences"]
-
 LOOSE = 1e-10  # relative closure error of exact phases above which it is said
 COARSE = 1e-6  # the same of a law that is integrated
 ROUNDING = 1e-14  # of the force times the amplitude: what rounding leaves of the work put in

@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from frictionlab.errors import ParameterError, SimulationError
 from frictionlab.simulator.laws import Law, law_of
 
-__all__ = ["COSINE", "Base", "Problem", "Wall"]
-
 Wall = Literal["fixed", "base"]
 
 

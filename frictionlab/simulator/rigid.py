@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel import layout
@@ -15,11 +16,8 @@ from frictionlab.simulator.motion import Motion, Timeline, cycles_of
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import SteadyState, from_numbers
 
-__all__ = ["Trajectory", "last", "refuse_chatter", "run", "steady", "steady_from"]
-
 TURN = 2.0 * pi
 CLOSED = {"auto": 0, "closed-form": 1, "exact": -1}
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,7 @@ class Trajectory(Motion):
     """
 
     problem: Problem
-    phases: Floats
+    phases: FloatArray
     timeline: Timeline
     directed: ClassVar[bool] = True
     """Whether a phase names the direction of its slide first."""
@@ -62,23 +60,23 @@ class Trajectory(Motion):
         return cls(problem, rows, Timeline(cycle, rows[:, 1], rows[:, 2], periodic))
 
     @property
-    def side(self) -> Floats:
+    def side(self) -> FloatArray:
         """Direction of each phase: +1, -1 (sliding), 0 (sticking)."""
         return self.phases[:, 0]
 
     @property
-    def stops(self) -> Floats:
+    def stops(self) -> FloatArray:
         """Begin and end of each stop, rad, shape (m, 2); sticks that continue across a cut are one stop."""
         return self.timeline.spans(self.side == 0.0)
 
     @property
-    def turning_points(self) -> tuple[Floats, Floats]:
+    def turning_points(self) -> tuple[FloatArray, FloatArray]:
         """Times (rad) at which a slide starts or ends at rest relative to the wall, and the displacement x there."""
         at_rest = (self.phases[:, 4] == 0.0) & np.concatenate(([True], np.diff(self.phases[:, 3]) != 0.0))
         times = self.timeline.begins[at_rest]
         return times, self.at(times)[0]
 
-    def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> Floats:
+    def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> FloatArray:
         """Return the force of the contact on the mass, against the motion, over k Y, at any times.
 
         In a slide ``n = s beta (1 + q z) + 2 zeta_c r v``; in a stop what holds the mass, ``n = F - z``.
@@ -96,15 +94,15 @@ class Trajectory(Motion):
         """
         shape, _, index, within = self.timeline.place(tau, cycle)
         _, v, pull = self._evaluate(index, within).T
-        found: Floats = pull + 2.0 * self.problem.zeta * self.problem.r * v
+        found: FloatArray = pull + 2.0 * self.problem.zeta * self.problem.r * v
         return found.reshape(shape)
 
-    def _evaluate(self, index: NDArray[np.intp], within: Floats) -> Floats:
+    def _evaluate(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
         """Return z, v and the contact's force but for its dashpot at times within the phases given, a row each."""
         engine = engines.choose(0.05 * len(index))
         return self._evaluated(engine, *engines.set_up(engine, self.problem), index, within)
 
-    def _evaluated(self, engine: Any, rig: Any, force: Any, index: NDArray[np.intp], within: Floats) -> Floats:
+    def _evaluated(self, engine: Any, rig: Any, force: Any, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
         states = engine.zeros(3 * len(index))
         engine.kernel.evaluate(rig, force, engine.flat(self.phases[index]), engine.flat(within), states)
         return np.asarray(states, dtype=np.float64).reshape(-1, 3)

@@ -11,8 +11,6 @@ from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import Solver, SteadyState
 from frictionlab.simulator.thesis import waited
 
-__all__ = ["last_cycle", "simulate", "steady_state"]
-
 ANSWERS: dict[str, tuple[str, ...]] = {  # kind of a law: the solvers that know it
     "rigid": get_args(Solver),
     "elastic": ("auto", "exact"),

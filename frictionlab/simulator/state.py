@@ -10,8 +10,6 @@ from frictionlab.simulator.motion import Energies, Motion, energies_of
 from frictionlab.simulator.notes import Note, asked_of, notes_of, sentences
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["KEYS", "Outcome", "Regime", "Solver", "SteadyState", "from_numbers", "to_numbers"]
-
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 Outcome = Literal["periodic", "stuck", "unbounded", "not settled", "not found"]
 Regime = Literal["continuous", "stick-slip", "stuck"]

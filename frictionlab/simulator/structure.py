@@ -8,13 +8,11 @@ from math import isfinite
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import ParameterError
 from frictionlab.simulator.laws import Law
 from frictionlab.simulator.problem import COSINE, Base
 
-__all__ = ["Contact", "Structure"]
-
-Floats = NDArray[np.float64]
 LINEAR = frozenset({"coulomb", "place", "speed", "breakaway", "compliance", "iwan"})
 
 
@@ -109,9 +107,9 @@ class Structure:
     """
 
     r: float
-    mass: Floats
-    damping: Floats
-    stiffness: Floats
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
     contacts: tuple[Contact, ...] = ()
     base: Base = field(default=COSINE)
 
@@ -171,7 +169,7 @@ class Structure:
         """Number of masses."""
         return len(self.mass)
 
-    def row(self, contact: Contact) -> Floats:
+    def row(self, contact: Contact) -> FloatArray:
         """Return the row (n,) whose product with the masses' displacements is the contact's, but for the base."""
         row = np.zeros(self.masses)
         row[contact.mass - 1] = 1.0
@@ -186,7 +184,7 @@ class Structure:
         return k, np.array([k**order * self.base.lines for order in range(4)])
 
     @cached_property
-    def natural_frequencies(self) -> Floats:
+    def natural_frequencies(self) -> FloatArray:
         """Natural frequencies (n,) without contacts, over that of the first storey alone."""
         root = np.linalg.inv(np.linalg.cholesky(self.mass))
         return np.asarray(np.sqrt(np.linalg.eigvalsh(root @ self.stiffness @ root.T)))
@@ -204,7 +202,7 @@ class Structure:
         return all(c.parameter("gradient") == 0.0 and max(c.static_ratios) == 1.0 for c in self.contacts)
 
 
-def _chain(values: Floats) -> Floats:
+def _chain(values: FloatArray) -> FloatArray:
     """Return the matrix of springs (or dashpots) in a row, the first one on the base."""
     matrix = np.diag(values.astype(np.float64))
     for i in range(1, len(values)):

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.kernel import layout
@@ -21,18 +22,6 @@ from frictionlab.simulator.problem import COSINE, Base, Problem, Wall
 from frictionlab.simulator.solve import steady_state
 from frictionlab.simulator.state import KEYS, OUTCOMES, PLACES, SOLVERS, SteadyState, to_numbers
 
-__all__ = [
-    "Family",
-    "Grid",
-    "StateMap",
-    "named",
-    "sweep",
-    "sweep_points",
-    "table",
-    "warm_up",
-]
-
-Floats = NDArray[np.float64]
 FAILED = "failed"  # outcome of a point that could not be solved
 MANY = {"elastic": 100, "smooth": 16, "inner": 4}  # points solved one by one, from which a compiled kernel is loaded
 UNMADE = 10  # times as many where a numeric one must be compiled first
@@ -72,7 +61,7 @@ class Family:
         values = dict(zip(self.names, more, strict=True))
         return Problem(r, beta, mu, zeta, self.wall, self.base, law=self.law, parameters=values)
 
-    def contacts(self, points: Floats) -> Floats:
+    def contacts(self, points: FloatArray) -> FloatArray:
         """Return the points as the rigid kernel reads them: r and the numbers of `layout.Contact`, shape (n, 7)."""
         values = dict(zip(self.coordinates, points.T, strict=True))
         up, down = (values.get(f"static_ratio_{way}", values["mu"]) for way in ("up", "down"))
@@ -80,7 +69,7 @@ class Family:
         gradient, frame = values.get("gradient", none), values.get("frame_damping_ratio", none)
         return np.column_stack((values["r"], values["beta"], gradient, up, down, damping, frame))
 
-    def asked(self, contacts: Floats) -> Asked:
+    def asked(self, contacts: FloatArray) -> Asked:
         """Return what is asked at points of a rigid law, given as `contacts` tells them, as notes depend on it."""
         r, beta, gradient, up, down, zeta, frame = contacts.T
         drive = drive_of(r, frame, self.wall, self.base)
@@ -154,12 +143,12 @@ class Grid:
             return _are_many(float(len(self)), self.law)
         return engines.is_worth_it(others * (10.0 * len(r) + float(np.sum(4.0 / r))))
 
-    def axes(self) -> dict[str, Floats]:
+    def axes(self) -> dict[str, FloatArray]:
         """The values along each axis."""
         values = {name: getattr(self, name) for name in AXES} | dict(self.parameters)
         return {name: np.array(along, dtype=np.float64) for name, along in values.items()}
 
-    def points(self, numbers: Sequence[int]) -> Floats:
+    def points(self, numbers: Sequence[int]) -> FloatArray:
         """The points of these neighbouring numbers, shape (n, 4 and more): r, beta, mu, zeta, further parameters."""
         axes = list(self.axes().values())
         places = np.unravel_index(np.arange(numbers[0], numbers[-1] + 1), tuple(len(axis) for axis in axes))
@@ -179,7 +168,7 @@ class StateMap:
     """
 
     grid: Grid
-    numbers: Floats
+    numbers: FloatArray
 
     def __repr__(self) -> str:
         along = [
@@ -202,7 +191,7 @@ class StateMap:
         return table(self.grid.points(range(len(self.grid))), self.grid.family, named(self.numbers))
 
 
-def named(numbers: Floats) -> dict[str, NDArray[Any]]:
+def named(numbers: FloatArray) -> dict[str, NDArray[Any]]:
     """Return one array (n,) per key of the contract: numbers with NaN, texts with "", for what is not.
 
     Warnings are told as the bits of `notes.Note`; `table` makes sentences of them.
@@ -225,7 +214,7 @@ def named(numbers: Floats) -> dict[str, NDArray[Any]]:
     return texts | {key: numbers[:, position] for key, position in PLACES.items()} | {"warnings": notes}
 
 
-def table(points: Floats, family: Family, columns: Mapping[str, NDArray[Any]]) -> Iterator[dict[str, object]]:
+def table(points: FloatArray, family: Family, columns: Mapping[str, NDArray[Any]]) -> Iterator[dict[str, object]]:
     """Yield the contract's keys of points (n, coordinates) and what `named` says of them; what does not exist is None.
 
     A law other than plain Coulomb friction, and its parameters that vary, stand after them.
@@ -239,7 +228,7 @@ def table(points: Floats, family: Family, columns: Mapping[str, NDArray[Any]]) -
         yield row | {"warnings": _said(row, family, point) if row["warnings"] else []}
 
 
-def _said(row: Mapping[str, Any], family: Family, point: Floats) -> list[str]:
+def _said(row: Mapping[str, Any], family: Family, point: FloatArray) -> list[str]:
     """Return the sentences of a point's notes, with its numbers."""
     if row["outcome"] == FAILED:
         return [f"{WORDS[Note.FAILED]}."]
@@ -338,7 +327,7 @@ def warm_up(law: str) -> None:
         compiled_machine()
 
 
-def sweep_points(points: Floats, family: Family, *, fast: bool) -> Floats:
+def sweep_points(points: FloatArray, family: Family, *, fast: bool) -> FloatArray:
     """Return the kernel's rows of points given as (n, coordinates). What a worker does."""
     if law_of(family.law).kind != "rigid" or _needs_motion(points, family):
         if fast:
@@ -358,12 +347,12 @@ def sweep_points(points: Floats, family: Family, *, fast: bool) -> Floats:
     return numbers
 
 
-def _needs_motion(points: Floats, family: Family) -> bool:
+def _needs_motion(points: FloatArray, family: Family) -> bool:
     """Whether the area of the loop does not follow from what is taken (`energies_of`)."""
     return bool(family.contacts(points)[:, -1].any()) or (family.wall == "base" and family.base.harmonics > 1)
 
 
-def _call(engine: engines.Engine, points: Floats, family: Family, phases: int) -> Floats:
+def _call(engine: engines.Engine, points: FloatArray, family: Family, phases: int) -> FloatArray:
     """Call the kernel once for all points."""
     base = family.base
     room = engines.make_room(engine, Problem(1.0, 0.0, wall=family.wall, base=base), phases)
@@ -374,7 +363,7 @@ def _call(engine: engines.Engine, points: Floats, family: Family, phases: int) -
     return _with_notes(np.array(rows, dtype=np.float64).reshape(len(points), layout.ROW), points, family)
 
 
-def _with_notes(rows: Floats, points: Floats, family: Family) -> Floats:
+def _with_notes(rows: FloatArray, points: FloatArray, family: Family) -> FloatArray:
     """Add notes to the kernel's rows; where a motion does not repeat, MISS is its growth and moves to that column."""
     parts, kept = rows[:, layout.OUTCOME] == layout.PARTING, (layout.PERIODIC, layout.STUCK, layout.COSTLY)
     rows[:, layout.GROWTH] = np.where(parts, rows[:, layout.MISS], np.nan)

@@ -10,19 +10,16 @@ from math import cos, hypot, pi, sin
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator.last import SETTLED
 from frictionlab.simulator.problem import Base, Problem
 from frictionlab.simulator.state import Regime, SteadyState
 
-__all__ = ["ThesisRun", "thesis_run", "waited"]
-
 TURN = 2.0 * pi
 MARGIN = 1e-9  # the thesis's epsilon (rad): a slide starts so long after its release, lest the event end it at once
 MOST_EVENTS = 5000  # per cycle
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -45,13 +42,13 @@ class ThesisRun:
     """
 
     problem: Problem
-    time: Floats
-    states: Floats
+    time: FloatArray
+    states: FloatArray
     stops: int
     stuck_time: float
 
     @property
-    def displacement(self) -> Floats:
+    def displacement(self) -> FloatArray:
         """Displacement relative to the wall (n,), over Y."""
         return np.asarray(self.states[0])
 
@@ -120,7 +117,7 @@ def _check_law(problem: Problem) -> None:
 
 def _one_cycle(
     problem: Problem,
-    start: Floats,
+    start: FloatArray,
     slid: bool,  # noqa: FBT001 - a state, no option
     tolerances: dict[str, float],
 ) -> tuple[ThesisRun, bool]:
@@ -149,7 +146,9 @@ def _one_cycle(
     return ThesisRun(problem, np.concatenate(times), np.concatenate(states, axis=1), stops, stuck), slid
 
 
-def _slide(p: Problem, tau: float, state: Floats, pull: float, tolerances: dict[str, float]) -> tuple[Floats, Floats]:
+def _slide(
+    p: Problem, tau: float, state: FloatArray, pull: float, tolerances: dict[str, float]
+) -> tuple[FloatArray, FloatArray]:
     """Integrate a slide until the velocity is zero or the cycle ends; from rest it starts epsilon later, moving."""
     from scipy.integrate import solve_ivp  # noqa: PLC0415 - 0.6 s that the exact solver does not need
 
@@ -159,14 +158,14 @@ def _slide(p: Problem, tau: float, state: Floats, pull: float, tolerances: dict[
         tau += MARGIN
     harmonics = list(enumerate(zip(*p.force, strict=True), 1))
 
-    def derivative(tau: float, y: Floats) -> tuple[float, float, float, float]:
+    def derivative(tau: float, y: FloatArray) -> tuple[float, float, float, float]:
         force = 0.0
         for k, (a, b) in harmonics:
             force += a * cos(k * tau) + (b * sin(k * tau) if b else 0.0)
         acceleration = (force - y[0] - p.beta * side - 2.0 * p.zeta * p.r * y[1]) / p.r**2
         return y[1], acceleration, force * y[1], p.beta * side * y[1] + 2.0 * p.zeta * p.r * y[1] ** 2
 
-    def at_rest(_tau: float, y: Floats) -> float:
+    def at_rest(_tau: float, y: FloatArray) -> float:
         return float(y[1])
 
     rest: Any = at_rest

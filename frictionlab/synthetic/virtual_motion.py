@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from frictionlab.arrays import FloatArray
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import FrictionlabError, SceneError
 from frictionlab.hdf5 import read_recording
@@ -24,7 +24,6 @@ from frictionlab.simulator.record import BaseRecord, Response, respond
 from frictionlab.simulator.several import follow, steady
 from frictionlab.synthetic.virtual_rig import SyntheticTest
 
-FloatArray = NDArray[np.float64]
 Draws = Callable[[str], np.random.Generator]
 FINE = 200  # points per period of the fastest part: a spline through them errs by 3e-9 of it
 HOUR = 3600.0

@@ -7,8 +7,8 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import SceneError
 from frictionlab.files import check_replaceable, make_folder, write_whole
 from frictionlab.scene import Scene
@@ -27,7 +27,6 @@ from frictionlab.synthetic.virtual_motion import (
 )
 from frictionlab.synthetic.virtual_rig import SyntheticTest, virtual_tests
 
-FloatArray = NDArray[np.float64]
 MILLIMETRES = 1e3  # the logs are written in the sensor's unit
 MARK = b"# SYNTHETIC: "
 _FIRST = ("log", "material", "normal_force_n", "frequency_ratio", "friction_ratio")  # keys of a truth, in order

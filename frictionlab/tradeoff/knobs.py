@@ -14,10 +14,10 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis import cycles, energy, spectrum
 from frictionlab.analysis.measure import measure
+from frictionlab.arrays import FloatArray
 from frictionlab.files import write_whole
 from frictionlab.hdf5 import read_recording
 from frictionlab.hdf5.recordings import pieces_of
@@ -29,9 +29,8 @@ from frictionlab.simulator import Base, Motion, Problem, Solver, SteadyState, la
 from frictionlab.simulator.numeric import RTOL, steady
 from frictionlab.tradeoff.setting import Run, Setting, run_trials
 
-Floats = NDArray[np.float64]
 Knob = Callable[[], tuple[Setting, ...]]
-Measured = tuple[str, Callable[[Recording], float | Floats], bool, float]
+Measured = tuple[str, Callable[[Recording], float | FloatArray], bool, float]
 ENERGY = "energy_per_cycle"
 # Energy per cycle (r, beta) from 50-digit orbits: tests/extremes/reference/make_orbits.py, rounded to 25 digits.
 CONTINUOUS, CONTINUOUS_ENERGY = Problem(0.7, 0.5), 3.488507872497761966686743
@@ -157,7 +156,7 @@ def _each(knob: str, quantity: str, truth: float, *settings: Measured, count: in
     return tuple(replace(s, seconds=s.seconds / count) for s in run_trials(knob, quantity, TRUTH, trials))
 
 
-def _all(run: Callable[[Recording], float | Floats], those: list[Recording]) -> Floats:
+def _all(run: Callable[[Recording], float | FloatArray], those: list[Recording]) -> FloatArray:
     return np.hstack([run(one) for one in those])
 
 
@@ -199,7 +198,7 @@ def points_per_cycle() -> tuple[Setting, ...]:
     return _each("points per cycle", f"{ENERGY} of one cycle", orbit()[1], *settings, count=RECORDINGS)
 
 
-def _loop_energy(one: Recording, *, points: int) -> Floats:
+def _loop_energy(one: Recording, *, points: int) -> FloatArray:
     """Area of each loop, as `frictionlab.analysis` takes it."""
     period = RATE_HZ / DRIVE_HZ
     start = 1.0 + period * np.arange(math.floor(DURATION_S * DRIVE_HZ) - 1, dtype=np.float64)
@@ -221,7 +220,7 @@ def _energy(one: Recording, rule: str) -> float:
     return measure(one, scene).energy_per_cycle
 
 
-def _cycle_energies(one: Recording, scene: Scene) -> Floats:
+def _cycle_energies(one: Recording, scene: Scene) -> FloatArray:
     return measure(one, scene).series.energy
 
 

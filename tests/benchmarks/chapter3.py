@@ -19,19 +19,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from frictionlab.figures.style import BASE, GREY, PAGE, PALETTE, PREDICTED, VERMILION, look, new_figure, save
-from frictionlab.simulator import (
-    Motion,
-    Problem,
-    SteadyState,
+from frictionlab.simulator import Motion, Problem, SteadyState, last_cycle, simulate, steady_state, sweep
+from tests.benchmarks import law_loops
+from tests.simulator.closed_form import (
     continuous_energy,
     friction_limit,
-    last_cycle,
-    simulate,
-    steady_state,
-    sweep,
     viscous_energy,
 )
-from tests.benchmarks import law_loops
 
 Floats = NDArray[np.float64]
 TURN = 2.0 * np.pi

@@ -9,15 +9,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from frictionlab.errors import SimulationError
-from frictionlab.simulator import (
-    Problem,
+from frictionlab.simulator import Problem, last_cycle, steady_state, sweep, thesis_run
+from tests.simulator.closed_form import (
     continuous_amplitude,
     continuous_energy,
     friction_limit,
-    last_cycle,
-    steady_state,
-    sweep,
-    thesis_run,
     viscous_amplitude,
     viscous_energy,
 )
@@ -80,11 +76,6 @@ def test_beside_resonance_the_amplitude_follows_its_limit(d: float) -> None:
     assert continuous_amplitude(1.0 + d, beta) * abs(exact_d) == pytest.approx(
         np.sqrt(0.25 - 4 * beta**2 / pi**2), rel=2 * abs(d) + 1e-12
     )
-
-
-def test_the_closed_form_refuses_stops() -> None:
-    with pytest.raises(SimulationError, match=r"expected beta from 0 to 0\.333333333333"):
-        continuous_amplitude(0.5, 0.4)
 
 
 def test_friction_and_hysteresis_energies_agree_over_the_continuous_domain() -> None:

@@ -14,7 +14,7 @@ from mpmath import mpf
 from frictionlab.errors import ParameterError, SimulationError
 from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_state
 from frictionlab.simulator.elastic import engine, iwan_sliders, run, sliders_of, steady
-from frictionlab.simulator.elastic.motion import ElasticMotion
+from frictionlab.simulator.elastic.solve import ElasticMotion
 from tests.simulator import elastic_twin
 
 TURN = 2.0 * pi

@@ -11,8 +11,11 @@ from hypothesis import strategies as st
 from mpmath import mpf
 
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.simulator import Base, Problem, friction_limit, last_cycle, simulate, steady_state
+from frictionlab.simulator import Base, Problem, last_cycle, simulate, steady_state
 from tests.simulator import naive
+from tests.simulator.closed_form import (
+    friction_limit,
+)
 from tests.simulator.phases import phases_of
 
 PERIODS = [

@@ -4,8 +4,6 @@ from frictionlab.errors import SimulationError
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.structure import Contact
 
-__all__ = ["iwan_sliders", "sliders_of"]
-
 
 def iwan_sliders(stiffness: float, beta: float, count: int, chi: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return stiffness and strength of sliders whose slip lengths phi have the density R phi^chi up to phi_max.

@@ -2,22 +2,50 @@
 
 from dataclasses import replace
 from math import pi
-from typing import Any
+from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.elastic import engine as engines
-from frictionlab.simulator.elastic.motion import ElasticMotion
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.kernel.layout import CONTACT, DERIVED, PLAIN, PULLED
 from frictionlab.simulator.meter import LOOKS, STATE, Meter
 from frictionlab.simulator.problem import Problem
+from frictionlab.simulator.rigid import Trajectory
 from frictionlab.simulator.state import SteadyState, from_numbers
-
-__all__ = ["last", "run", "steady", "steady_from"]
 
 ROOM = 1e5  # phases for which there is room at first; a motion that has more is begun again
 UNMETERED = 1e15  # looks at a phase: more than any search takes, and each still counts
 SETTLED = 1e-6  # a cycle repeats if its end misses its start by less than this share of its size
+
+
+class ElasticMotion(Trajectory):
+    """A motion of one problem, phase by phase: in each the same sliders slip; the mass moves one way, or none slips.
+
+    The first number of a phase is how many sliders slip, and a stop a time in which none does: the mass may move in it.
+    """
+
+    directed: ClassVar[bool] = False
+
+    @property
+    def slipping(self) -> FloatArray:
+        """How many sliders slip in each phase."""
+        return self.phases[:, 0]
+
+    @property
+    def turning_points(self) -> tuple[FloatArray, FloatArray]:
+        """Times (rad) at which the mass is at rest relative to the wall, and the displacement x there."""
+        times = self.timeline.begins[self.phases[:, 4] == 0.0]
+        return times, self.at(times)[0]
+
+    def _evaluate(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
+        """Return z, v and the sliders' force at times within the phases of an index, a row each."""
+        engine = engines.choose(0.05 * len(index))
+        rig, _, force = engines.set_up(engine, self.problem)
+        return self._evaluated(engine, rig, force, index, within)
 
 
 def steady(problem: Problem, *, meter: Meter | None = None) -> SteadyState:
@@ -109,18 +137,7 @@ def run(
 ) -> ElasticMotion:
     """Return the motion from initial conditions over a number of cycles; the contact is relaxed at the start.
 
-    Parameters
-    ----------
-    problem : Problem
-        What moves.
-    cycles : int
-        Cycles of the drive; >= 1.
-    x0, v0 : float
-        Displacement over Y and its derivative with respect to tau, at tau0.
-    tau0 : float
-        Phase of the drive at the start, rad.
-    keep : int, optional
-        Record only the last so many cycles (all, unless given).
+    Parameters are those of `frictionlab.simulator.simulate`.
 
     Raises
     ------

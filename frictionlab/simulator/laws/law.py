@@ -8,8 +8,6 @@ from typing import Any, Literal
 
 from frictionlab.errors import ParameterError
 
-__all__ = ["Kind", "Law", "Parameter", "Scale", "Term"]
-
 Kind = Literal["rigid", "elastic", "smooth", "inner"]
 Scale = Literal["linear", "log"]
 Check = Callable[[Mapping[str, float]], str | None]

@@ -26,8 +26,6 @@ from frictionlab.simulator.numeric.layout import (
     Room,
 )
 
-__all__ = ["acceleration", "age", "contact", "contacts", "drive", "factor", "inner", "rates", "slip_speed"]
-
 Inner = tuple[float, float, float, float, float, float, float, float, float]
 
 

@@ -5,16 +5,14 @@ from math import hypot
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.engine import Engine, as_it_stands, compile_modules, machine_code_folder
 from frictionlab.simulator.laws import bouc_wen, dahl, logarithm, lugre, rate_state, stribeck
 from frictionlab.simulator.meter import Meter
 from frictionlab.simulator.numeric import contact, layout, phases, step, tableau
 from frictionlab.simulator.problem import Problem
-
-__all__ = ["LostError", "Machine", "Spent", "compiled", "contacts_of", "is_ready", "plain", "slips_in_jumps"]
 
 FORMULAS = {
     stribeck: ("stribeck_factor",),
@@ -36,7 +34,6 @@ CODES = {
         ("direct_effect", "evolution_effect", "slip_distance", "reference_speed", "stiffness_ratio"),
     ),
 }
-Floats = NDArray[np.float64]
 FIRST = 0.3  # rad of the faster of drive's harmonics and free vibration: first step tried
 CAP_PLAIN, CAP = 20_000, 3_000_000  # steps before plain Python, and before the compiled kernel, give up
 
@@ -105,11 +102,11 @@ class Machine:
         return self.rig.size
 
     @property
-    def state(self) -> Floats:
+    def state(self) -> FloatArray:
         """The state now."""
         return np.array(self.room.state[: self.size])
 
-    def put(self, state: Floats) -> None:
+    def put(self, state: FloatArray) -> None:
         """Set the state; its slopes over itself are then 1, and steps begin as if nothing had gone before."""
         self.room.tally[layout.LENGTH] = FIRST * min(self.problem.r, 1.0) / self.problem.base.harmonics
         padded = (*state.tolist(), *((0.0,) * (layout.WIDTH - self.size)))
@@ -137,14 +134,14 @@ class Machine:
         if code != layout.FINE:
             raise LostError(_lost(self.problem, code))
 
-    def recorded(self) -> tuple[Floats, Floats, Floats, Floats]:
+    def recorded(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Return start (n,), length (n,), side (n,) and values (n, 8, 4) of the steps recorded."""
         count = int(self.room.tally[layout.ROWS])
         log = np.array(self.room.log[: count * layout.ROW]).reshape(count, layout.ROW)
         values = np.ascontiguousarray(log[:, 3:]).reshape(count, layout.NODES, layout.WIDTH)
         return log[:, 0].copy(), log[:, 1].copy(), log[:, 2].copy(), values
 
-    def rest_state(self, tau: float = 0.0) -> Floats:
+    def rest_state(self, tau: float = 0.0) -> FloatArray:
         """The mass at rest with a relaxed spring, the contact unloaded; a rate-and-state contact has its steady age."""
         state = np.zeros(self.size)
         if self.problem.wall == "base":
@@ -255,7 +252,7 @@ def _scale(problem: Problem) -> tuple[float, ...]:
     return reach, reach / min(1.0, problem.r), inner or 1.0, 1.0
 
 
-def contacts_of(problem: Problem, sides: Floats, states: Floats) -> tuple[Floats, Floats]:
+def contacts_of(problem: Problem, sides: FloatArray, states: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Force of the contact on the mass and its slip at states (m, 4) of phases of given sides, by the kernel's formula.
 
     At rest, side 0, neither is known from the state: both are 0 here.

@@ -8,18 +8,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.simulator.motion import Motion, Timeline, bisected
 from frictionlab.simulator.numeric import layout, machine, tableau
 from frictionlab.simulator.problem import Base, Problem
-
-__all__ = ["Integrals", "NumericMotion", "integrals", "slow_times", "stop_limits"]
 
 STOP_SHARE = 1e-3  # of the drive's largest rate: slower slip is none, where the contact always creeps
 DWELL = 10.0  # a stop lasts at least so many times as long as that speed, over the drive's rate: else it is a turn
 TOUCH = 1e-13  # rad: a shorter stick of a rigid contact is a touch, not a stop
 NODES, WEIGHTS = np.array(tableau.NODES), np.array(tableau.WEIGHTS)
 QUADRATURE = np.array(tableau.STAGES[-layout.STAGES :])  # of a step's nodes but the first
-Floats = NDArray[np.float64]
 
 
 def stop_limits(problem: Problem, rate: float, own_time: float = 1.0) -> tuple[float, float, float]:
@@ -37,7 +35,7 @@ def stop_limits(problem: Problem, rate: float, own_time: float = 1.0) -> tuple[f
     return share * rate, DWELL * share * own_time, 2.0 * pi * problem.r / sqrt(1.0 + kappa)
 
 
-def slow_times(times: Floats, slip: Floats, slow: float, gap: float) -> Floats:
+def slow_times(times: FloatArray, slip: FloatArray, slow: float, gap: float) -> FloatArray:
     """Spans of time (m, 2) in which samples of slip are slow, ends by a straight line; made one across shorter gaps."""
     size = np.abs(slip)
     held = size < slow
@@ -67,7 +65,12 @@ class Integrals(NamedTuple):
 
 
 def integrals(
-    length: Floats, values: Floats, contact: tuple[Floats, Floats], drive: tuple[Floats, Floats, Floats], *, inner: bool
+    length: FloatArray,
+    values: FloatArray,
+    contact: tuple[FloatArray, FloatArray],
+    drive: tuple[FloatArray, FloatArray, FloatArray],
+    *,
+    inner: bool,
 ) -> Integrals:
     """Integrate over recorded steps by their own nodes.
 
@@ -114,17 +117,17 @@ class NumericMotion(Motion):
 
     problem: Problem
     timeline: Timeline
-    side: Floats
-    values: Floats
+    side: FloatArray
+    values: FloatArray
 
     @cached_property
-    def times(self) -> Floats:
+    def times(self) -> FloatArray:
         """Times of all nodes, rad, shape (n, 8)."""
-        times: Floats = self.timeline.begins[:, None] + self.timeline.duration[:, None] * NODES
+        times: FloatArray = self.timeline.begins[:, None] + self.timeline.duration[:, None] * NODES
         return times
 
     @cached_property
-    def contact(self) -> tuple[Floats, Floats]:
+    def contact(self) -> tuple[FloatArray, FloatArray]:
         """Force of the contact, and the speed at which it slips, at all nodes, shape (n, 8)."""
         sides = np.repeat(self.side, layout.NODES)
         force, slip = machine.contacts_of(self.problem, sides, self.values.reshape(-1, layout.WIDTH))
@@ -139,12 +142,12 @@ class NumericMotion(Motion):
         inner = problem.law.kind == "inner" and problem.beta > 0.0
         return integrals(self.timeline.duration, self.values, self.contact, drive, inner=inner)
 
-    def state(self, tau: ArrayLike) -> Floats:
+    def state(self, tau: ArrayLike) -> FloatArray:
         """Return z, v and the inner states (relative to the wall) at times tau, shape (..., 4)."""
         shape, _, index, within = self.timeline.place(tau, None)
         return self._evaluate(index, within).reshape(*shape, layout.WIDTH)
 
-    def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> Floats:
+    def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> FloatArray:
         """Return the force of the contact on the mass, against the motion, over k Y, at times tau."""
         shape, local, index, within = self.timeline.place(tau, cycle)
         states, sides = self._evaluate(index, within), self.side[index]
@@ -153,7 +156,7 @@ class NumericMotion(Motion):
         return np.where(sides == 0.0, pull, sliding).reshape(shape)
 
     @property
-    def stops(self) -> Floats:
+    def stops(self) -> FloatArray:
         """Begin and end of each stop, rad, shape (m, 2): as `stop_limits` says.
 
         A periodic motion's stop across its end is told once, its end beyond it.
@@ -167,7 +170,7 @@ class NumericMotion(Motion):
         return spans[spans[:, 1] - spans[:, 0] > shortest]
 
     @property
-    def turning_points(self) -> tuple[Floats, Floats]:
+    def turning_points(self) -> tuple[FloatArray, FloatArray]:
         """Times (rad) at which the mass turns relative to the wall, or starts or ends a stop, and x there."""
         v, times = self.values[:, :, 1].ravel(), self.times.ravel()
         over = np.flatnonzero(v[:-1] * v[1:] < 0.0)
@@ -188,7 +191,7 @@ class NumericMotion(Motion):
         x = np.concatenate((x.ravel(), self.at(turned)[0]))
         return float(x.min()), float(x.max())
 
-    def _evaluate(self, index: NDArray[np.intp], within: Floats) -> Floats:
+    def _evaluate(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
         """The polynomials through the nodes' values (m, 4), at times within the steps of an index: barycentric."""
         theta = np.clip(within / self.timeline.duration[index], 0.0, 1.0)
         gap = theta[:, None] - NODES

@@ -29,23 +29,6 @@ from frictionlab.simulator.numeric.layout import (
 )
 from frictionlab.simulator.numeric.step import carry_slopes, coarseness, error_of, predict, step
 
-__all__ = [
-    "accept",
-    "advance",
-    "carry",
-    "choose_side",
-    "cut_after",
-    "cut_before",
-    "first_crossing",
-    "guess",
-    "land",
-    "least_between",
-    "record",
-    "release",
-    "rest",
-    "travel",
-]
-
 SHORTEST = 1e-13  # share of a step: two crossings closer than this are one
 SHORT = 1e-12  # rad: a phase so short is a second look at the same corner
 TINY = 1e-14  # of the component that ends a phase: zero

@@ -5,14 +5,12 @@ from dataclasses import dataclass, replace
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.simulator.meter import WAITED_CYCLES, WAITED_STEPS
 from frictionlab.simulator.numeric import layout
 from frictionlab.simulator.numeric.machine import LostError, Machine
 from frictionlab.simulator.problem import Problem
-
-__all__ = ["Orbit", "find_orbit", "is_weakening", "newton", "propagate", "settle"]
 
 TURN = 2.0 * pi
 LONGEST = 8  # cycles of a period
@@ -23,7 +21,6 @@ CLOSE = 1e-3  # a run has nearly repeated: Newton may finish it
 NEAR = 0.1  # how far Newton may move from there, over the size of the motion
 CONVERGED = 1e-11  # of the motion's size: rounding of the steps' ends
 ALMOST = 1e-8  # and what is taken if nothing better comes
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -46,11 +43,11 @@ class Orbit:
         False if the run from rest was still far from it when waiting ended.
     """
 
-    state: Floats
+    state: FloatArray
     cycles: int
     mirrored: bool
     residual: float
-    slopes: Floats
+    slopes: FloatArray
     awaited: bool = True
 
     @property
@@ -85,8 +82,8 @@ def is_weakening(problem: Problem) -> bool:
 
 
 def propagate(
-    machine: Machine, state: Floats, span: float, *, slopes: bool = False, tau0: float = 0.0
-) -> tuple[Floats, Floats]:
+    machine: Machine, state: FloatArray, span: float, *, slopes: bool = False, tau0: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
     """Carry a state from tau0 over a span, cycle by cycle; the state reached and, if asked for, its slopes."""
     machine.put(state)
     for begun in np.arange(0.0, span - 1e-9, TURN):
@@ -95,7 +92,7 @@ def propagate(
     return machine.state, matrix[: machine.size, : machine.size]
 
 
-def find_orbit(machine: Machine, start: Floats | None, is_held: Callable[[Floats], bool]) -> Orbit | None:
+def find_orbit(machine: Machine, start: FloatArray | None, is_held: Callable[[FloatArray], bool]) -> Orbit | None:
     """Find the steady state: that of a neighbour, or the one that the motion from rest settles on.
 
     Where friction does not weaken with speed, the first stable orbit that Newton finds is the answer. Where it does,
@@ -113,7 +110,7 @@ def find_orbit(machine: Machine, start: Floats | None, is_held: Callable[[Floats
     return settle(machine, machine.rest_state(), is_held)
 
 
-def settle(machine: Machine, begin: Floats, is_held: Callable[[Floats], bool]) -> Orbit | None:
+def settle(machine: Machine, begin: FloatArray, is_held: Callable[[FloatArray], bool]) -> Orbit | None:
     """Follow the run from a state until Newton can finish it: when it nearly repeats, and at times in any case."""
     past, close = [begin], CLOSE
     for waited in range(1, WAITED_CYCLES + 1):
@@ -133,13 +130,13 @@ def settle(machine: Machine, begin: Floats, is_held: Callable[[Floats], bool]) -
     return replace(found, awaited=False) if found is not None and found.is_stable else None
 
 
-def _creeping(machine: Machine, state: Floats, miss: float) -> Orbit:
+def _creeping(machine: Machine, state: FloatArray, miss: float) -> Orbit:
     """A state that nearly repeats, as it is."""
     slopes = propagate(machine, state, TURN, slopes=True)[1]
     return Orbit(state, 1, mirrored=False, residual=miss, slopes=slopes)
 
 
-def _finish(machine: Machine, state: Floats, cycles: int) -> Orbit | None:
+def _finish(machine: Machine, state: FloatArray, cycles: int) -> Orbit | None:
     """The stable orbit close to a state, of as few cycles as it has; None if there is none."""
     counts = [n for n in range(1, cycles + 1) if cycles % n == 0]
     alike = cycles == 1 and machine.problem.has_mirror_image
@@ -150,22 +147,22 @@ def _finish(machine: Machine, state: Floats, cycles: int) -> Orbit | None:
     return None
 
 
-def _size(machine: Machine, state: Floats) -> Floats:
+def _size(machine: Machine, state: FloatArray) -> FloatArray:
     """What each component is compared with."""
     return np.array(machine.room.scale[: machine.size]) + np.abs(state)
 
 
-def _distance(machine: Machine, one: Floats, other: Floats) -> float:
+def _distance(machine: Machine, one: FloatArray, other: FloatArray) -> float:
     return float(np.max(np.abs(one - other) / _size(machine, one)))
 
 
-def newton(machine: Machine, state: Floats, cycles: int, *, mirrored: bool) -> Orbit | None:
+def newton(machine: Machine, state: FloatArray, cycles: int, *, mirrored: bool) -> Orbit | None:
     """Newton's method on the map of a period, or of half a period mirrored; None if it does not converge."""
     sign = np.ones(machine.size)
     span = TURN * cycles
     if mirrored:
         sign[:3], span = -1.0, pi
-    best: tuple[float, Floats, Floats] | None = None
+    best: tuple[float, FloatArray, FloatArray] | None = None
     for _ in range(NEWTON):
         try:
             reached, slopes = propagate(machine, state, span, slopes=True)
@@ -188,7 +185,7 @@ def newton(machine: Machine, state: Floats, cycles: int, *, mirrored: bool) -> O
     return Orbit(best[1], cycles, mirrored, best[0], whole)
 
 
-def _next(machine: Machine, state: Floats, reached: Floats, slopes: Floats, miss: float) -> Floats:
+def _next(machine: Machine, state: FloatArray, reached: FloatArray, slopes: FloatArray, miss: float) -> FloatArray:
     """Newton's next state, not absurdly far away; the state reached where there is none."""
     try:
         change = np.linalg.solve(np.eye(machine.size) - slopes, reached - state)

@@ -5,8 +5,8 @@ from math import isfinite, pi
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.simulator.meter import STATE, Meter
 from frictionlab.simulator.motion import Timeline
@@ -17,8 +17,6 @@ from frictionlab.simulator.numeric.motion import NumericMotion
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.state import Regime, SteadyState
 
-__all__ = ["RTOL", "run", "steady", "steady_from"]
-
 TURN = 2.0 * pi
 RTOL = 1e-8
 FINEST, COARSEST = 1e-12, 1e-3
@@ -28,7 +26,6 @@ REFINING = 14  # periods' steps that an orbit by finer steps takes: it may cost 
 HIDDEN = 0.1  # and one above which the energy is not known at all
 MOST = 200_000  # steps of a search for a steady state: some seconds; a run of many cycles may take more
 HINT = 2_000  # steps that plain Python may try where the compiled kernel is a second away
-Floats = NDArray[np.float64]
 Result = TypeVar("Result")
 
 
@@ -128,7 +125,7 @@ def _with_machine(
         ) from None
 
 
-def _holds(rig: Machine, state: Floats) -> bool:
+def _holds(rig: Machine, state: FloatArray) -> bool:
     """Whether the contact holds over the cycle from a state."""
     return _resting_share(_recorded(rig, state, 0.0, 1, periodic=False)) == 1.0
 
@@ -158,7 +155,9 @@ def _answer(rig: Machine, found: shooting.Orbit | None) -> SteadyState:
     return told
 
 
-def _recorded(rig: Machine, state: Floats, tau: float, cycles: int, *, periodic: bool, first: int = 0) -> NumericMotion:
+def _recorded(
+    rig: Machine, state: FloatArray, tau: float, cycles: int, *, periodic: bool, first: int = 0
+) -> NumericMotion:
     """The motion over some cycles from a state; `first` is the count of cycles that it begins with."""
     rows = 256 * cycles
     while True:
@@ -262,20 +261,12 @@ def run(
     keep: int | None = None,
     rtol: float = RTOL,
 ) -> NumericMotion:
-    """Return the motion from initial conditions over a number of cycles.
+    """Return the motion from initial conditions over a number of cycles; the contact is unloaded at the start.
 
     Parameters
     ----------
-    problem : Problem
-        What moves.
-    cycles : int
-        Cycles of the drive; >= 1.
-    x0, v0 : float
-        Displacement over Y and its derivative at tau0; the contact is unloaded there.
-    tau0 : float
-        Phase of the drive at the start, rad.
-    keep : int, optional
-        Record only the last so many cycles (all, unless given).
+    problem, cycles, x0, v0, tau0, keep
+        As in `frictionlab.simulator.simulate`.
     rtol : float
         Tolerance of the polynomial of each step, over the size of each component.
 

@@ -11,22 +11,6 @@ from math import isfinite
 from frictionlab.simulator.numeric.contact import drive, rates
 from frictionlab.simulator.numeric.layout import STAGES, STEPS, WIDTH, Buffer, Rig, Room
 
-__all__ = [
-    "add_springs",
-    "at_node",
-    "carry_slopes",
-    "coarseness",
-    "error_of",
-    "factorise",
-    "fill_matrix",
-    "fill_right",
-    "improve",
-    "predict",
-    "solve_stages",
-    "solve_step",
-    "step",
-]
-
 PEAK = 7e-5  # largest value of the node polynomial on the step
 MOST = 12  # of Newton's steps; two to four are usual
 ROUNDING = 1e-14  # a correction so small is none

@@ -4,8 +4,6 @@ E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, section IV.
 of P_7 - P_6 with 50 digits; a test holds them against the order conditions.
 """
 
-__all__ = ["BERNSTEIN", "NODES", "STAGES", "WEIGHTS"]
-
 # the start of a step, then its stages
 NODES = (
     0.0,

@@ -5,15 +5,13 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.problem import Problem
 
-__all__ = ["BaseRecord", "Quantity", "wall_of"]
-
 Quantity = Literal["displacement", "acceleration"]
-Floats = NDArray[np.float64]
 EVEN = 1e-9  # of a step: stamps closer than this to equal steps are taken as equal
 
 
@@ -49,8 +47,8 @@ class BaseRecord:
     (1.0, [0.0, 1.0, -1.0, 0.0])
     """
 
-    time: Floats
-    displacement: Floats
+    time: FloatArray
+    displacement: FloatArray
     rest: float = float("nan")
     scale: float = float("nan")
     quantity: Quantity = "displacement"
@@ -85,7 +83,7 @@ class BaseRecord:
             object.__setattr__(self, name, value)
 
     @cached_property
-    def values(self) -> Floats:
+    def values(self) -> FloatArray:
         """Displacement from `rest` over `scale`, shape (n,)."""
         values = (self.displacement - self.rest) / self.scale
         values.setflags(write=False)
@@ -104,7 +102,7 @@ class BaseRecord:
         return step
 
     @cached_property
-    def speeds(self) -> Floats:
+    def speeds(self) -> FloatArray:
         """Rate of the spline through `values` by tau at the samples, shape (n,)."""
         from scipy.interpolate import CubicSpline  # noqa: PLC0415 - 0.2 s that other work need not wait for
 
@@ -130,13 +128,13 @@ def wall_of(problem: Problem, base: BaseRecord) -> float:
     return 2.0
 
 
-def _column(values: ArrayLike) -> Floats:
+def _column(values: ArrayLike) -> FloatArray:
     array = np.ascontiguousarray(values, dtype=np.float64).view()
     array.setflags(write=False)
     return array
 
 
-def _check(times: Floats, values: Floats) -> None:
+def _check(times: FloatArray, values: FloatArray) -> None:
     if times.ndim != 1 or times.shape != values.shape or len(times) < 2:
         raise SimulationError(
             f"base motion: expected times and displacements of one length, at least 2; got shapes {times.shape} and "

@@ -4,8 +4,8 @@ from math import inf, sqrt
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.numeric import RTOL, layout, machine
 from frictionlab.simulator.numeric.machine import LostError, Machine
@@ -15,9 +15,6 @@ from frictionlab.simulator.record.base import BaseRecord, wall_of
 from frictionlab.simulator.record.piece import cubic_of, force_of
 from frictionlab.simulator.record.response import Response
 
-__all__ = ["integrate", "load"]
-
-Floats = NDArray[np.float64]
 LONGEST = 0.5  # rad: what is carried at once at most
 RECORDED = 4000  # steps that may be made within it, and
 ALLOWED = 20_000  # tried
@@ -53,7 +50,7 @@ def integrate(problem: Problem, base: BaseRecord, start: tuple[float, float]) ->
     return _response(problem, base, rig, (at, *motion), sums, _events(*nodes, *limits))
 
 
-def _machine(problem: Problem, curve: Floats, pull: Floats, at: tuple[float, float], *, fast: bool) -> Machine:
+def _machine(problem: Problem, curve: FloatArray, pull: FloatArray, at: tuple[float, float], *, fast: bool) -> Machine:
     """The engine at its start, set up for a drive that is a cubic, its errors measured by what the drive does."""
     rig = Machine(problem, RTOL, fast=fast, steps=ALLOWED, rows=ROOM)
     rig.room = rig.room._replace(cosine=rig.buffer((0.0,) * 4), sine=rig.buffer(()))
@@ -69,8 +66,8 @@ def _machine(problem: Problem, curve: Floats, pull: Floats, at: tuple[float, flo
 
 
 def _travelled(
-    rig: Machine, base: BaseRecord, curve: Floats, pull: Floats
-) -> tuple[Integrals, tuple[Floats, Floats, Floats], tuple[Floats, Floats, Floats]]:
+    rig: Machine, base: BaseRecord, curve: FloatArray, pull: FloatArray
+) -> tuple[Integrals, tuple[FloatArray, FloatArray, FloatArray], tuple[FloatArray, FloatArray, FloatArray]]:
     """Integrals over the motion; time, slip and z at its steps' nodes; z, v and contact force at the samples."""
     lengths, starts = np.diff(base.time), base.time[:-1]
     pieces = rig.engine.flat(lengths), rig.engine.flat(pull)
@@ -104,19 +101,21 @@ def _travelled(
     return sums, (times, slips, places), (x, v, n)
 
 
-def _cubic(c: Floats, t: Floats) -> Floats:
+def _cubic(c: FloatArray, t: FloatArray) -> FloatArray:
     """The values of cubics (n, 4) at times (n, 8) from their starts."""
     c0, c1, c2, c3 = c.T[:, :, None]
     return np.asarray(c0 + t * (c1 + t * (c2 + t * c3)))
 
 
-def _slope(c: Floats, t: Floats) -> Floats:
+def _slope(c: FloatArray, t: FloatArray) -> FloatArray:
     """The rates of cubics (n, 4) at times (n, 8) from their starts."""
     _, c1, c2, c3 = c.T[:, :, None]
     return np.asarray(c1 + t * (2.0 * c2 + 3.0 * t * c3))
 
 
-def _events(times: Floats, slip: Floats, z: Floats, slow: float, shortest: float, gap: float) -> tuple[Floats, Floats]:
+def _events(
+    times: FloatArray, slip: FloatArray, z: FloatArray, slow: float, shortest: float, gap: float
+) -> tuple[FloatArray, FloatArray]:
     """What begins, when and where (m, 3), as a `Response` lists it, and the stops (k, 2).
 
     A slow time that does not last is a turn, and told only if slip goes on the other way.
@@ -156,9 +155,9 @@ def _response(
     problem: Problem,
     base: BaseRecord,
     rig: Machine,
-    motion: tuple[tuple[float, float], Floats, Floats, Floats],
+    motion: tuple[tuple[float, float], FloatArray, FloatArray, FloatArray],
     sums: Integrals,
-    seen: tuple[Floats, Floats],
+    seen: tuple[FloatArray, FloatArray],
 ) -> Response:
     """The numbers of a motion relative to the wall (its start; z, v and contact force at the samples)."""
     at, z, v, n = motion

@@ -11,8 +11,6 @@ from math import sqrt
 
 from frictionlab.simulator.record.layout import Cubic, Free, Jet
 
-__all__ = ["cubic_of", "force_of", "free_motion", "jerk_bound", "moved", "product_integral", "safe_step", "shifted"]
-
 TERMS = 9
 
 

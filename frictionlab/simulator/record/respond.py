@@ -7,8 +7,8 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator import engine as engines
 from frictionlab.simulator.elastic.sliders import sliders_of
@@ -20,9 +20,6 @@ from frictionlab.simulator.record.base import BaseRecord, wall_of
 from frictionlab.simulator.record.integrate import integrate, load
 from frictionlab.simulator.record.response import Response
 
-__all__ = ["prepare", "respond"]
-
-Floats = NDArray[np.float64]
 MODULES: tuple[ModuleType, ...] = (piece, travel)
 FOLLOWED = ("coulomb", "place", "speed", "breakaway", "compliance", "iwan")  # terms with exact phases here
 FINE = 16.0  # steps per unit of the fastest phase's time
@@ -160,7 +157,7 @@ def _run(
     return _Run(start, sliders, state, tally, (motion[0], motion[1], motion[2]), record)
 
 
-def _column(engine: Engine, values: Floats) -> Any:
+def _column(engine: Engine, values: FloatArray) -> Any:
     """An array as the engine's kind of buffer; not copied where arrays are that."""
     return values.tolist() if engine.buffer is list else values
 

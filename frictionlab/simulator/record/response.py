@@ -4,14 +4,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.record.base import BaseRecord
-
-__all__ = ["Response"]
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -52,10 +48,10 @@ class Response:
 
     problem: Problem
     base: BaseRecord
-    displacement: Floats
-    velocity: Floats
-    contact_force: Floats
-    events: Floats
+    displacement: FloatArray
+    velocity: FloatArray
+    contact_force: FloatArray
+    events: FloatArray
     energy: float
     friction_energy: float
     energy_input: float
@@ -66,7 +62,7 @@ class Response:
     solver: Literal["exact", "numeric"] = "exact"
 
     @property
-    def time(self) -> Floats:
+    def time(self) -> FloatArray:
         """Times of the samples, tau in rad."""
         return self.base.time
 
@@ -76,7 +72,7 @@ class Response:
         return self.time_stuck / float(self.time[-1] - self.time[0])
 
     @property
-    def relative_displacement(self) -> Floats:
+    def relative_displacement(self) -> FloatArray:
         """Displacement of the mass from the base (n,)."""
         if self.base.quantity == "acceleration":
             return self.displacement
@@ -93,7 +89,7 @@ class Response:
         }
 
     @property
-    def intervals_stuck(self) -> Floats:
+    def intervals_stuck(self) -> FloatArray:
         """Begin and end of each time in which the contact does not slip, rad, shape (k, 2)."""
         begins = self.events[:, 0]
         ends = np.append(begins[1:], self.time[-1])
@@ -101,5 +97,5 @@ class Response:
         return np.column_stack((begins[held], ends[held]))
 
 
-def _largest(values: Floats) -> float:
+def _largest(values: FloatArray) -> float:
     return float(max(values.max(), -values.min()))

@@ -48,32 +48,6 @@ from frictionlab.simulator.record.piece import (
     shifted,
 )
 
-__all__ = [
-    "advance",
-    "begin",
-    "begin_slide",
-    "begin_stop",
-    "book",
-    "close",
-    "contact_force",
-    "crossing",
-    "decide",
-    "first_step",
-    "give_way",
-    "glides",
-    "hold",
-    "note",
-    "release",
-    "rests",
-    "root_between",
-    "set_phase",
-    "slide_end",
-    "threshold_step",
-    "through",
-    "travel",
-    "yield_step",
-]
-
 STILL = 1e-13  # rad: a shorter stick is a touch, not a stop
 MOST_EVENTS = 2000  # within one step
 

@@ -6,15 +6,13 @@ from functools import partial
 from math import ceil, inf, pi
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from frictionlab.arrays import FloatArray
 from frictionlab.simulator.motion import Timeline, bisected
 from frictionlab.simulator.several.flow import Flow, Piece
 from frictionlab.simulator.structure import Contact, Structure
 
-__all__ = ["ContactNumbers", "StructureMotion", "StructureState", "contact_numbers", "energies", "ranges"]
-
-Floats = NDArray[np.float64]
 TURN = 2.0 * pi
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
 CREEP = 1e-10  # Y in a cycle: a contact that slips no further is at rest, at the edge of where it holds
@@ -59,7 +57,7 @@ class StructureMotion:
         """End of the motion (or of its first period), rad."""
         return self.timeline.end
 
-    def at(self, tau: ArrayLike) -> tuple[Floats, Floats]:
+    def at(self, tau: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return displacements and velocities (k, n) of the masses at times tau (k,), over Y.
 
         Raises
@@ -82,7 +80,7 @@ class StructureMotion:
             q[here], v[here] = self.pieces[i].motion.after(since[here])
         return q, v
 
-    def force(self, tau: ArrayLike) -> Floats:
+    def force(self, tau: ArrayLike) -> FloatArray:
         """Return the forces (k, c) of the contacts on their masses, against the motion, over k_1 Y, at times (k,)."""
         _, _, index, since = self.timeline.place(np.atleast_1d(tau), None)
         force = np.empty((len(index), len(self.flow.structure.contacts)))
@@ -90,7 +88,7 @@ class StructureMotion:
             force[index == i] = self.flow.contact_forces(self.pieces[i], since[index == i])
         return force
 
-    def stops_of(self, contact: int) -> Floats:
+    def stops_of(self, contact: int) -> FloatArray:
         """Begin and end of each stop (m, 2), rad, of a contact (from 0); stops that go on across a cut are one."""
         return self.timeline.spans(np.array(list(self.flow.holds(self.pieces, contact))))
 
@@ -193,7 +191,7 @@ class StructureState:
         }
 
 
-def energies(flow: Flow, pieces: Sequence[Piece]) -> dict[str, float | Floats]:
+def energies(flow: Flow, pieces: Sequence[Piece]) -> dict[str, float | FloatArray]:
     """Return ``input``, ``loop``, ``frame`` and ``contacts`` (c,): energies over k_1 Y^2 of a motion, in all.
 
     The base works against springs, dashpots and what rubs against it; the loop is the integral of f dx_1 (2.18).
@@ -221,7 +219,7 @@ def energies(flow: Flow, pieces: Sequence[Piece]) -> dict[str, float | Floats]:
     return {"input": put_in, "loop": loop, "frame": frame, "contacts": contacts}
 
 
-def ranges(flow: Flow, pieces: Sequence[Piece]) -> Floats:
+def ranges(flow: Flow, pieces: Sequence[Piece]) -> FloatArray:
     """Return least and largest displacement (n, 2) of each mass over a motion."""
     n = flow.structure.masses
     found = np.column_stack((np.full(n, inf), np.full(n, -inf)))
@@ -237,7 +235,7 @@ def ranges(flow: Flow, pieces: Sequence[Piece]) -> Floats:
     return found
 
 
-def _speed(piece: Piece, mass: int, times: Floats) -> Floats:
+def _speed(piece: Piece, mass: int, times: FloatArray) -> FloatArray:
     return piece.motion.after(times)[1][:, mass]
 
 

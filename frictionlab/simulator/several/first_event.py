@@ -8,9 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["first_event", "held_over", "modes_over"]
+from frictionlab.arrays import FloatArray
 
-Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Function = TypeVar("Function", bound=Callable[..., Any])
 WINDOW = 1.5  # over the fastest rate: the third derivative is bounded over so long at a time
@@ -51,7 +50,7 @@ def quotient(a: complex, b: complex, t: float) -> complex:
 
 
 @compiled
-def modes_over(times: Floats, rates: Complexes, drive: tuple[Any, ...]) -> Complexes:
+def modes_over(times: FloatArray, rates: Complexes, drive: tuple[Any, ...]) -> Complexes:
     """Return the modes (k, d) at times (k,)."""
     w = np.empty((len(times), len(rates)), np.complex128)
     for i in range(len(times)):
@@ -167,7 +166,7 @@ def first_event(
     drive: tuple[Any, ...],
     rows: Complexes,
     waves: Complexes,
-    offsets: Floats,
+    offsets: FloatArray,
     lead: NDArray[np.int64],
     span: float,
 ) -> tuple[float, int]:

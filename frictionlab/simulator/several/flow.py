@@ -6,16 +6,13 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.several.first_event import first_event
 from frictionlab.simulator.several.linear_phase import ModalMotion, Phase, Slider, Station, drive_of, sliders_in
 from frictionlab.simulator.structure import Structure
 
-__all__ = ["Flow", "FlowRun", "Piece"]
-
-Floats = NDArray[np.float64]
 Modes = tuple[int, ...]
 Lead = dict[tuple[int, int], int]
 """(contact, 0) or (slider, side) -> how many of value and slope of its event's function are zero at a phase's begin."""
@@ -30,7 +27,7 @@ class Event(NamedTuple):
 
     slider: int
     side: int  # 0: its slip ends; +-1: it gives way up or down
-    form: Floats
+    form: FloatArray
 
 
 @dataclass(frozen=True)
@@ -47,7 +44,7 @@ class FlowRun:
     """A motion over a span: its end, the derivative of its end by its start (if asked), its pieces."""
 
     end: Station
-    jacobian: Floats | None
+    jacobian: FloatArray | None
     pieces: tuple[Piece, ...]
 
 
@@ -67,7 +64,7 @@ class Flow:
     def __init__(self, structure: Structure) -> None:
         self.structure, self.sliders = structure, sliders_in(structure)
         self.phases: dict[Modes, Phase] = {}
-        self.events: dict[Modes, tuple[list[Event], tuple[NDArray[np.complex128], NDArray[np.complex128], Floats]]] = {}
+        self.events: dict[Modes, tuple[list[Event], tuple[ComplexArray, ComplexArray, FloatArray]]] = {}
         self.rigid = [e for e, slider in enumerate(self.sliders) if slider.is_rigid]
         rows = np.array([[*self.sliders[e].row, self.sliders[e].follow] for e in self.rigid])
         if len(rows) and np.linalg.matrix_rank(rows) < len(rows):
@@ -88,7 +85,7 @@ class Flow:
             self.phases[modes] = Phase(self.structure, self.sliders, modes)
         return self.phases[modes]
 
-    def station(self, tau: float, state: Floats) -> Station:
+    def station(self, tau: float, state: FloatArray) -> Station:
         """Return a state (q, v, anchors) as a moment."""
         n = self.structure.masses
         return Station(tau, state[:n], state[n : 2 * n], state[2 * n :])
@@ -134,7 +131,9 @@ class Flow:
             if jacobian is not None:
                 jacobian = self._saltation(event, earlier, before, modes, at) @ jacobian
 
-    def _ended(self, modes: Modes, at: Station, end: float, jacobian: Floats | None, pieces: list[Piece]) -> FlowRun:
+    def _ended(
+        self, modes: Modes, at: Station, end: float, jacobian: FloatArray | None, pieces: list[Piece]
+    ) -> FlowRun:
         """The run at its end: the anchors of what slips follow their contact."""
         anchors, n = at.anchors.copy(), self.structure.masses
         for e, (slider, mode) in enumerate(zip(self.sliders, modes, strict=True)):
@@ -170,11 +169,11 @@ class Flow:
     def _speed(self, slider: Slider, at: Station) -> float:
         return float(slider.row @ at.v - slider.follow * drive_of(self.structure, at.tau)[1])
 
-    def vector(self, at: Station) -> Floats:
+    def vector(self, at: Station) -> FloatArray:
         """Return (q, v, anchors, f, f', f'', 1) at a moment, which linear forms are over."""
         return np.concatenate((at.q, at.v, at.anchors, drive_of(self.structure, at.tau)[:3], (1.0,)))
 
-    def _rates(self, modes: Modes, at: Station) -> Floats:
+    def _rates(self, modes: Modes, at: Station) -> FloatArray:
         """Return the derivative of `vector` within a phase."""
         acceleration = self.phase(modes).accelerations @ self.vector(at)
         drive = drive_of(self.structure, at.tau)[1:]
@@ -342,7 +341,7 @@ class Flow:
         smooth = (slider.up if event.side > 0 else slider.down) == 1.0
         return self._settled(tuple(changed), at, resting, {(slider.contact, 0): 2 if smooth else 1}, event.slider)
 
-    def _saltation(self, event: Event, earlier: Modes, before: Station, modes: Modes, after: Station) -> Floats:
+    def _saltation(self, event: Event, earlier: Modes, before: Station, modes: Modes, after: Station) -> FloatArray:
         """Return what an event makes of the derivative: the jump of the state's rate, at the time that shifts."""
         n, size = self.structure.masses, self.size
         reset = np.eye(size)
@@ -365,7 +364,7 @@ class Flow:
             f" per cycle and natural period; last q = {at.q.tolist()}, v = {at.v.tolist()}; do: report these numbers"
         )
 
-    def contact_forces(self, piece: Piece, times: Floats) -> Floats:
+    def contact_forces(self, piece: Piece, times: FloatArray) -> FloatArray:
         """Return the forces (k, c) of the contacts on their masses at times after a piece's begin."""
         q, v = piece.motion.after(times)
         tau = piece.motion.at.tau + times

@@ -12,14 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError
 from frictionlab.simulator.elastic.sliders import sliders_of
 from frictionlab.simulator.several.first_event import held_over, modes_over
 from frictionlab.simulator.structure import Structure
 
-__all__ = ["Phase", "Slider", "Station", "drive_of", "sliders_in"]
-
-Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
 
@@ -42,7 +40,7 @@ class Slider:
     """
 
     contact: int
-    row: Floats
+    row: FloatArray
     follow: float
     spring: float
     limit: float
@@ -82,12 +80,12 @@ class Station(NamedTuple):
     """A moment: phase of the drive (rad), displacements, velocities (n,) and anchors of the sliders (s,)."""
 
     tau: float
-    q: Floats
-    v: Floats
-    anchors: Floats
+    q: FloatArray
+    v: FloatArray
+    anchors: FloatArray
 
 
-def drive_of(structure: Structure, tau: float) -> Floats:
+def drive_of(structure: Structure, tau: float) -> FloatArray:
     """Return the base's displacement f and its first three derivatives (4,)."""
     k, lines = structure.harmonics
     return np.asarray((lines @ np.exp(k * tau)).real)
@@ -215,7 +213,7 @@ class Phase:
         lines = 0.5 * self.excited @ np.hstack((both, both.conj()))
         return ModalMotion(self, at, start, constant, lines, np.concatenate((turns, -turns)).astype(np.float64), rest)
 
-    def in_modes(self, forms: Floats) -> tuple[Complexes, Complexes, Floats]:
+    def in_modes(self, forms: FloatArray) -> tuple[Complexes, Complexes, FloatArray]:
         """Return linear forms over (q, v, anchors, f, f', f'', 1) as rows over the modes, over harmonics, and the rest.
 
         The rest (e, n + s + 1) is over what is carried along at rest, the anchors, and alone.
@@ -238,15 +236,15 @@ class ModalMotion(NamedTuple):
     start: Complexes
     constant: Complexes
     lines: Complexes
-    turns: Floats
-    rest: Floats
+    turns: FloatArray
+    rest: FloatArray
 
     @property
-    def drive(self) -> tuple[Complexes, Complexes, Complexes, Floats]:
+    def drive(self) -> tuple[Complexes, Complexes, Complexes, FloatArray]:
         """The modes' start and excitation, as `first_event` takes them."""
         return self.start, self.constant, self.lines, self.turns
 
-    def after(self, times: Floats) -> tuple[Floats, Floats]:
+    def after(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return displacements and velocities (k, n) at times (k,) after the motion's begin."""
         phase, times = self.phase, np.ascontiguousarray(times, dtype=np.float64)
         w = modes_over(times, phase.rates, self.drive)
@@ -258,7 +256,7 @@ class ModalMotion(NamedTuple):
             q, v = q + np.outer(base.at(tau), along), v + np.outer(base.rate_at(tau), along)
         return q, v
 
-    def tangent(self, span: float) -> Floats:
+    def tangent(self, span: float) -> FloatArray:
         """Return the derivative of (q, v, anchors) after a span by those at the begin."""
         phase, n, count = self.phase, self.phase.structure.masses, len(self.phase.sliders)
         grown, held = np.exp(phase.rates * span), held_over(span, phase.rates)

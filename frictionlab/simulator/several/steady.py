@@ -6,8 +6,8 @@ An orbit is told only if it is stable and the run from rest itself draws nearer 
 from math import pi
 
 import numpy as np
-from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.simulator.motion import Timeline
 from frictionlab.simulator.several.answer import (
     ContactNumbers,
@@ -20,9 +20,6 @@ from frictionlab.simulator.several.answer import (
 from frictionlab.simulator.several.flow import Flow, Piece
 from frictionlab.simulator.structure import Structure
 
-__all__ = ["follow", "steady"]
-
-Floats = NDArray[np.float64]
 TURN = 2.0 * pi
 PATIENCE = (2, 4, 10, 20, 40, 80, 160, 320)  # cycles further from rest, after each of which an orbit is tried
 PERIODS = (1, 2, 3, 4, 8)  # cycles of the orbits looked for
@@ -44,17 +41,19 @@ class _Section:
         n, count = flow.structure.masses, len(flow.sliders)
         self.weights = np.concatenate((np.ones(n), np.full(n, flow.structure.r), np.ones(count)))
 
-    def image(self, state: Floats, *, tangent: bool = False) -> tuple[Floats, Floats | None, tuple[Piece, ...]]:
+    def image(
+        self, state: FloatArray, *, tangent: bool = False
+    ) -> tuple[FloatArray, FloatArray | None, tuple[Piece, ...]]:
         """Return a state's image, the map's derivative, and the pieces of the way."""
         run = self.flow.run(self.flow.station(0.0, state), self.halves * pi, tangent=tangent)
         end = np.concatenate((run.end.q, run.end.v, run.end.anchors))
         return self.sign * end, None if run.jacobian is None else self.sign * run.jacobian, run.pieces
 
-    def size(self, vector: Floats) -> float:
+    def size(self, vector: FloatArray) -> float:
         """Length of a state, velocities times r."""
         return float(np.linalg.norm(self.weights * vector))
 
-    def orbit_near(self, state: Floats) -> tuple[Floats, Floats, float] | None:
+    def orbit_near(self, state: FloatArray) -> tuple[FloatArray, FloatArray, float] | None:
         """Return a fixed point near a state with the map's derivative and its miss, by Newton's method; none: None.
 
         What the map leaves as it is (a contact that never slips) stays.
@@ -139,7 +138,7 @@ def _beside(flow: Flow, near: StructureState | None) -> StructureState | None:
     return _answer(section, *found)
 
 
-def _is_approached(section: _Section, state: Floats, orbit: Floats, jacobian: Floats) -> bool:
+def _is_approached(section: _Section, state: FloatArray, orbit: FloatArray, jacobian: FloatArray) -> bool:
     """Whether an orbit is stable and the run draws nearer, to half the distance, as fast as its multiplier says."""
     moduli = np.abs(np.linalg.eigvals(jacobian))
     if moduli.max() > 1.0 + 1e-9:
@@ -155,7 +154,7 @@ def _is_approached(section: _Section, state: Floats, orbit: Floats, jacobian: Fl
     return False
 
 
-def _answer(section: _Section, state: Floats, jacobian: Floats, miss: float) -> StructureState:
+def _answer(section: _Section, state: FloatArray, jacobian: FloatArray, miss: float) -> StructureState:
     """The numbers of an orbit; one over half a cycle is followed over the whole."""
     flow, structure = section.flow, section.flow.structure
     halves = 2 if section.halves == 1 else section.halves
@@ -192,7 +191,7 @@ def _answer(section: _Section, state: Floats, jacobian: Floats, miss: float) -> 
     )
 
 
-def _largest(jacobian: Floats, flow: Flow, pieces: tuple[Piece, ...]) -> float:
+def _largest(jacobian: FloatArray, flow: Flow, pieces: tuple[Piece, ...]) -> float:
     """The multiplier of largest modulus; the ones of what never slips are left out."""
     values = np.linalg.eigvals(jacobian)
     frozen = sum(slider.is_rigid for slider in flow.sliders)  # their anchors are not used

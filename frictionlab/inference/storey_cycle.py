@@ -9,15 +9,14 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
+from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.inference.comparison import FADE, AtContact
 from frictionlab.inference.observation import SENSORS, Values
 from frictionlab.inference.observations import (
     LEAST_POINTS,
-    ComplexArray,
     CycleObservation,
     Motion,
     cycles_of,
@@ -35,7 +34,6 @@ from frictionlab.simulator.meter import OverspentError
 from frictionlab.simulator.several import StructureState, steady
 from frictionlab.simulator.several.answer import StructureMotion
 
-FloatArray = NDArray[np.float64]
 COST = 400.0  # steps of integration that a steady state of several masses costs, about
 FREQUENCY, DAMPING, GAIN = "storey_{}_frequency", "storey_{}_damping", "gain_{}"  # from the second storey on
 MOST = 9  # masses whose sensors may have a gain of their own

@@ -6,85 +6,33 @@ r = 1 and at r = 1/(2k+1); here both are written in the exact distance of 1/r to
 
 from math import ceil, cos, inf, pi, sin, sqrt
 
-from frictionlab.errors import SimulationError
+from scipy.optimize import minimize_scalar
+
 from frictionlab.simulator.kernel.motion import gap
 from frictionlab.simulator.kernel.outlook import den_hartog
 
-__all__ = ["continuous_amplitude", "continuous_energy", "friction_limit", "viscous_amplitude", "viscous_energy"]
-
 
 def continuous_amplitude(r: float, beta: float) -> float:
-    """Return the amplitude X = sqrt(V^2 - beta^2 U^2) of continuous motion over Y, eqs (2.11)-(2.13).
-
-    Parameters
-    ----------
-    r, beta : float
-        Frequency ratio and friction ratio, with ``beta < friction_limit(r)``.
-
-    Raises
-    ------
-    SimulationError
-        If there is no continuous motion at this point.
-
-    Examples
-    --------
-    >>> round(continuous_amplitude(0.7, 0.5), 12)
-    1.744253936249
-    """
-    limit = friction_limit(r)
-    if not 0.0 <= beta <= limit:
-        raise SimulationError(
-            f"closed form: r = {r!r}; expected beta from 0 to {limit:.12g}, where the motion is continuous; "
-            f"got {beta!r}; do: use steady_state, which also solves motions with stops"
-        )
+    """Return the amplitude X = sqrt(V^2 - beta^2 U^2) of continuous motion over Y, eqs (2.11)-(2.13)."""
     amplitude, _ = den_hartog(r, beta)
     return amplitude if amplitude > 0.0 else inf
 
 
 def continuous_energy(r: float, beta: float) -> float:
-    """Return the energy dissipated per cycle of continuous motion over k Y^2: 4 beta X, eq. (2.23).
-
-    Raises
-    ------
-    SimulationError
-        If there is no continuous motion at this point.
-
-    Examples
-    --------
-    >>> round(continuous_energy(0.7, 0.5), 10)
-    3.4885078725
-    """
+    """Return the energy dissipated per cycle of continuous motion over k Y^2: 4 beta X, eq. (2.23)."""
     return 4.0 * beta * continuous_amplitude(r, beta)
 
 
 def friction_limit(r: float) -> float:
-    r"""Return beta_lim(r), the friction ratio up to which the motion is continuous: no stop in a cycle (mu = 1).
+    """Return beta_lim(r), the friction ratio up to which the motion is continuous: no stop in a cycle (mu = 1).
 
     The velocity of (2.22) must keep its sign for half a period: ``X >= beta S`` with, counted back from the turn,
 
     ``S = max over 0 < phi < pi of [A (cos(phi/r) - cos phi) - B sin(phi/r)] / (r B sin phi)``
 
     where ``A, B = sin, cos(pi/2r)``; with X from (2.11) that is ``beta_lim = |V| / sqrt(U^2 + S^2)``, written as
-    ``r |V B| / sqrt(A^2 + (r B S)^2)``. At r = 1 it is pi/4, at r = 1/(2k+1) it is 0, and at r = 1/(2n) it is
-    1/(4 n^2 - 1), the bound of eq. (3.3).
-
-    Parameters
-    ----------
-    r : float
-        Frequency ratio, > 0.
-
-    Raises
-    ------
-    SimulationError
-        If r is not positive.
-
-    Examples
-    --------
-    >>> round(friction_limit(0.5), 12), round(friction_limit(1.0), 12)
-    (0.333333333333, 0.785398163397)
+    ``r |V B| / sqrt(A^2 + (r B S)^2)``. At r = 1/(2n) it is 1/(4 n^2 - 1), the bound of eq. (3.3).
     """
-    if not r > 0.0:
-        raise SimulationError(f"friction limit: r; expected > 0; got {r!r}")
     odd = 2.0 * (0.5 / r // 1.0) + 1.0
     away = gap(r, odd) / r  # 1/r - odd
     turn = -1.0 if odd % 4.0 == 3.0 else 1.0
@@ -104,8 +52,6 @@ def _steepest(r: float, a: float, b: float) -> float:
         beat = -2.0 * sin(0.5 * (1.0 / r + 1.0) * phi) * sin(0.5 * gap(r, 1.0) / r * phi)
         return abs(a * beat - b * sin(phi / r)) / sin(phi)
 
-    from scipy.optimize import minimize_scalar  # noqa: PLC0415 - 0.3 s that the simulator need not wait for
-
     count = 16 + 16 * ceil(1.0 / r)
     step = 0.5 * pi / count
     values = [abs(b) / r] + [ratio(step * i) for i in range(1, count + 1)]
@@ -121,22 +67,10 @@ def _steepest(r: float, a: float, b: float) -> float:
 
 
 def viscous_amplitude(r: float, zeta: float) -> float:
-    """Return the amplitude over Y of the oscillator with a dashpot and no friction, eq. (3.5).
-
-    Examples
-    --------
-    >>> viscous_amplitude(1.0, 0.25)
-    2.0
-    """
+    """Return the amplitude over Y of the oscillator with a dashpot and no friction, eq. (3.5)."""
     return 1.0 / sqrt((gap(r, 1.0) * (1.0 + r)) ** 2 + (2.0 * zeta * r) ** 2)
 
 
 def viscous_energy(r: float, zeta: float) -> float:
-    """Return the energy per cycle of the viscous oscillator over k Y^2: 2 zeta r times the integral of x'^2, eq. (3.7).
-
-    Examples
-    --------
-    >>> round(viscous_energy(1.0, 0.5), 12) == round(pi, 12)
-    True
-    """
+    """Return the energy per cycle of the viscous oscillator over k Y^2: 2 zeta r times the integral of x'^2, (3.7)."""
     return 2.0 * pi * zeta * r * viscous_amplitude(r, zeta) ** 2
