@@ -45,7 +45,7 @@ def test_every_column_is_told_in_a_sentence(table: Table) -> None:
 @EACH
 def test_what_is_shown_exists_and_begins_within_80_characters(table: Table) -> None:
     assert set(table.shown) <= set(table.names)
-    assert set(table.shown_where_known) <= set(table.shown)
+    assert set(table.where_known) <= set(table.shown)
     assert 4 <= table.lead <= len(table.columns)
 
 

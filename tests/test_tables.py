@@ -215,7 +215,10 @@ def test_no_output_replaces_an_input_by_whatever_name(tmp_path: Path, link: Call
         ("\n[1]\n", r"line 2: .* got '\[1\]'"),
         ('{"normal_force_n": ' + "9" * 400 + "}", "line 1: normal_force_n: expected a number"),
         ('{"normal_force_n": ' + "9" * 5000 + "}", "line 1: expected a JSON object"),
-        ('{"normal_force_n": "much"}', "normal_force_n: expected a number or null; got 'much'"),
+        (
+            '{"normal_force_n": "much"}',
+            r"normal_force_n: expected a number, or nothing \(null, an empty cell\); got 'much'",
+        ),
         ('{"normal_force_n": [1]}', "normal_force_n: expected a number"),
         ('{"material": {"a": 1}}', "material: expected text"),
         ("[" * 100_000, "line 1: expected a JSON object"),
@@ -233,7 +236,7 @@ def test_a_damaged_result_is_refused_with_its_line(tmp_path: Path, text: str, ma
     [
         ("a.h5,1.5,9", "line 2: expected 2 cells as in the head; got 3"),
         ("a.h5", "line 2: expected 2 cells as in the head; got 1"),
-        ("a.h5,much", "line 2: frequency_ratio: expected a number or an empty cell; got 'much'"),
+        ("a.h5,much", r"line 2: frequency_ratio: expected a number, or nothing \(null, an empty cell\); got 'much'"),
         ("a.h5,inf", "frequency_ratio: expected a number"),
         (f"a.h5,{'9' * 400}", "line 2: frequency_ratio: expected a number"),
         (f"{'x' * 200_000},1", "line 2: expected comma-separated cells; field larger"),

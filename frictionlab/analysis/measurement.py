@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.arrays import FloatArray
 from frictionlab.estimate import Estimate, Flat, FlatKnown
-from frictionlab.schema import MEASUREMENTS
-from frictionlab.schema.result import Result
+from frictionlab.schema import MEASUREMENTS, Result
 from frictionlab.uncertainty import Shares, Sources
 
 if TYPE_CHECKING:

@@ -48,7 +48,7 @@ from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference.material_law import MaterialLaw, material_law_of
 from frictionlab.inference.observations import CycleObservation
 from frictionlab.scene import Scene
-from frictionlab.schema.result import Result
+from frictionlab.schema import Result
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.tables import Row
 from frictionlab.uncertainty import Sources, sources_of

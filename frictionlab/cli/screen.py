@@ -208,7 +208,7 @@ def _heads(columns: Table | Sequence[str] | Mapping[str, str], rows: Sequence[Ro
     if not isinstance(columns, Table):
         return dict(columns) if isinstance(columns, Mapping) else {key: printable(key) for key in columns}
     known = {key for row in rows for key, value in row.items() if plain(value) is not None}
-    names = [name for name in columns.shown if name in known or name not in columns.shown_where_known]
+    names = [name for name in columns.shown if name in known or name not in columns.where_known]
     own = {column.name for column in columns.columns}  # a map has columns of its own: the parameters of its law
     more = dict.fromkeys(key for row in rows for key in row if columns.kind in ("map", "motion") and key not in own)
     return {name: _head(name, columns) for name in (*more, *names)}

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.estimate import Estimate, Flat, FlatKnown
-from frictionlab.schema import COMPARISONS
-from frictionlab.schema.result import Result
+from frictionlab.schema import COMPARISONS, Result
 from frictionlab.simulator import Problem
 
 FADE = 25.0  # harmonics above this fade out: noise times k^2 rules there

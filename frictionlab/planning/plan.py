@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from frictionlab.scene import Scene
-from frictionlab.schema import PLANS
-from frictionlab.schema.result import Result
+from frictionlab.schema import PLANS, Result
 
 
 @dataclass(frozen=True)

@@ -1,232 +1,216 @@
 """Every column of every table: its name, type, unit, title and a sentence; the one home of these facts.
 
-From here follow the files (CSV, JSON Lines, Excel, HDF5 with ``units`` and ``long_name``), what ``show`` and
-the commands print, and the list of columns in this folder's README. Nothing but the standard library is imported.
+From here follow the files (CSV, JSON Lines, Excel, HDF5 with ``units`` and ``long_name``), and what ``show`` and
+the commands print. The facts are two lists beside this file:
 
-- here: the kinds of tables: which columns stand in each, in their order, and which of them a screen shows
-- ``columns.csv``: the one list, a line a column; ``column_list``: what a column and a table are
+- ``columns.csv``: a column a line. ``X_se`` and ``X_u`` need none: they are the errors of ``X``; nor do ``X_low`` and
+  ``X_high``, the ends of its band. What a name means in one table alone stands as ``TABLE:NAME``.
+- ``tables.toml``: the kinds of tables: which columns stand in each, and which of them a screen shows.
 """
 
-from collections.abc import Sequence
+import csv
+import html
+import io
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from frictionlab.schema.column_list import Column, Table, Type, column_named
+if TYPE_CHECKING:
+    import pandas as pd
 
-__all__ = ["Column", "Table", "Type", "column_of", "is_marked", "table_of"]  # beside the kinds below
-
-
-def _table(
-    kind: str,
-    sentence: str,
-    names: str,
-    *,
-    lead: int,
-    shown: str,
-    where_known: str = "",
-    series: str = "",
-    takes_facts: bool = False,
-) -> Table:
-    """A table of columns by their names."""
-    found = tuple(column_named(name, kind) for name in names.split())
-    behind = tuple(column_named(name, kind) for name in series.split())
-    return Table(kind, sentence, found, lead, tuple(shown.split()), tuple(where_known.split()), behind, takes_facts)
+_CF_UNITS = {"": "1", "kY²": "1", "Y": "1", "kY²/h": "h-1", "1/h": "h-1"}
+"""Units as CF conventions (UDUNITS) write them, where a reader's table says what a number is counted in."""
+_OF_ANOTHER = {
+    "se": "Standard error of {}: noise, and the scatter from cycle to cycle or test to test.",
+    "u": "Combined standard uncertainty of {}: its standard error, and what sensors, clock and rig add.",
+    "low": "Lower end of the 95 % band of {}: errors of the law, and the scatter from test to test.",
+    "high": "Upper end of the 95 % band of {}: errors of the law, and the scatter from test to test.",
+}
+MOST = 20  # rows in a notebook's table
 
 
-_OUTCOME = "source status reason"
-OUTCOME = tuple(column_named(name) for name in _OUTCOME.split())
+class Type(Enum):
+    """What stands in the cells of a column; beside it every cell may be empty, for what is not known."""
+
+    NUMBER = "number"
+    WHOLE = "whole number"
+    YES_NO = "yes/no"
+    TEXT = "text"
+    SENTENCES = "list of sentences"
+    OBJECT = "object"
+
+    @property
+    def is_number(self) -> bool:
+        """Whether the cells can be reckoned with."""
+        return self in (Type.NUMBER, Type.WHOLE)
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column, the same in every file and table it stands in.
+
+    Attributes
+    ----------
+    name
+        Key in JSON, head in CSV, name of the dataset in HDF5.
+    type
+        What its cells hold.
+    unit
+        As readers write it: ``Hz``, ``kY²`` (k Y^2), empty for a plain number and for text.
+    title
+        Short, for tables on a screen; no two columns of a table have the same.
+    sentence
+        What it is, in plain English.
+    error_of
+        Name of the column whose error this is; empty if it is none.
+
+    Examples
+    --------
+    >>> force = Column("normal_force_n", Type.NUMBER, "N", "normal force", "Force that presses the contact together.")
+    >>> force.head, force.units
+    ('normal force [N]', 'N')
+    """
+
+    name: str
+    type: Type
+    unit: str
+    title: str
+    sentence: str
+    error_of: str = ""
+
+    @property
+    def head(self) -> str:
+        """The title with its unit; of an error without, for the number that it belongs to has the same."""
+        return f"{self.title} [{self.unit}]" if self.unit and not self.error_of else self.title
+
+    @property
+    def units(self) -> str:
+        """The unit as a file says it (CF conventions); ``1`` for a plain number, empty for what is no number."""
+        has_unit = self.type.is_number or self.type is Type.YES_NO
+        return _CF_UNITS.get(self.unit, self.unit) if has_unit else ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """One kind of table, as ``tables.toml`` lists it.
+
+    Attributes
+    ----------
+    kind
+        Its name, in the plural.
+    sentence
+        What one row is.
+    columns
+        All its columns, in order.
+    lead
+        So many of them, from the first on, are the mark by which a file is known to be of this kind: all of them, in
+        this order, before any other column.
+    shown
+        Names of the columns for a screen, the most telling first: those that find no place are left out from the end.
+    where_known
+        Those of the shown columns that are left out where no row knows them.
+    series
+        Columns of the arrays that may stand behind a row (one value per cycle, a mean cycle), in HDF5 only.
+    takes_facts
+        Whether columns of the user's own (facts of a test, from a sheet) may follow.
+    """
+
+    kind: str
+    sentence: str
+    columns: tuple[Column, ...]
+    lead: int
+    shown: tuple[str, ...]
+    where_known: tuple[str, ...] = ()
+    series: tuple[Column, ...] = ()
+    takes_facts: bool = False
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of all its columns, in order."""
+        return tuple(column.name for column in self.columns)
+
+    @property
+    def mark(self) -> tuple[str, ...]:
+        """The names that stand first in every file of this kind."""
+        return self.names[: self.lead]
+
+    @property
+    def format(self) -> str:
+        """What an HDF5 file of this kind calls itself."""
+        return f"frictionlab {self.kind}"
+
+    def row(self, result: object) -> dict[str, object]:
+        """The row of a result that has an attribute for each column; NaN is not known, which is None."""
+        values = ((name, getattr(result, name)) for name in self.names)
+        return {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in values}
+
+    def column(self, name: str) -> Column | None:
+        """The column of this name, of the rows or of the series behind them; None if it is the user's own."""
+        return next((column for column in (*self.columns, *self.series) if column.name == name), None)
+
+
+def _read_columns() -> dict[str, Column]:
+    with Path(__file__).with_name("columns.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.reader(file))[1:]
+    return {key: Column(key.rpartition(":")[2], Type(kind), unit, title, said) for key, kind, unit, title, said in rows}
+
+
+_COLUMNS = _read_columns()
+
+
+def _column_named(name: str, table: str = "") -> Column:
+    """The column of a name in a table; of ``X_se`` and ``X_u`` the error of ``X``, of ``X_low`` an end of its band.
+
+    Examples
+    --------
+    >>> _column_named("friction_force_n_u").head
+    'friction u'
+    """
+    for key in (f"{table}:{name}", name):
+        if key in _COLUMNS:
+            return _COLUMNS[key]
+    stem, _, ending = name.rpartition("_")
+    of, sentence = _COLUMNS[stem], _OF_ANOTHER[ending].format(stem)
+    return Column(name, Type.NUMBER, of.unit, f"{of.title} {ending}", sentence, stem)
+
+
+def _read_tables() -> dict[str, Table]:
+    listed: Mapping[str, dict[str, Any]] = tomllib.loads(
+        Path(__file__).with_name("tables.toml").read_text(encoding="utf-8")
+    )
+    found = {}
+    for kind, facts in listed.items():
+        first = listed[facts["like"]]["columns"] if "like" in facts else ""
+        columns, series = (
+            tuple(_column_named(name, kind) for name in names.split())
+            for names in (f"{first} {facts['columns']}", facts.get("series", ""))
+        )
+        shown, where_known = (tuple(facts.get(key, "").split()) for key in ("shown", "where_known"))
+        takes_facts = facts.get("takes_facts", False)
+        found[kind] = Table(kind, facts["sentence"], columns, facts["lead"], shown, where_known, series, takes_facts)
+    return found
+
+
+_TABLES = _read_tables()
+TABLES = tuple(_TABLES.values())
+MEASUREMENTS, COMPARISONS = _TABLES["measurements"], _TABLES["comparisons"]
+LAWS, RECORD_LAWS = _TABLES["laws"], _TABLES["laws of a record"]
+FREE_VIBRATIONS = _TABLES["free vibrations"]
+TESTS, FRICTION, RANKING = _TABLES["tests"], _TABLES["friction"], _TABLES["ranking"]
+DRIFTS, LEFT_OUT = _TABLES["drifts"], _TABLES["left out"]
+MATERIAL_LAWS, LAW_PARAMETERS = _TABLES["material laws"], _TABLES["law parameters"]
+STEADY_STATES, MOTIONS, RESPONSES = _TABLES["map"], _TABLES["motion"], _TABLES["response"]
+PREDICTIONS, PLANS, TRADES = _TABLES["predictions"], _TABLES["plan"], _TABLES["trade"]
+OUTCOME = ("source", "status", "reason")
 """All that a row has whose input failed."""
-
-_MEASUREMENT = f"""{_OUTCOME} warnings material normal_force_n sampling_rate_hz duration_s transient_s
-    drive_frequency_hz drive_frequency_hz_se natural_frequency_hz frequency_ratio frequency_ratio_se
-    base_amplitude_m base_amplitude_m_se base_distortion cycles energy_per_cycle energy_per_cycle_se
-    energy_per_cycle_j energy_rule response_amplitude response_amplitude_se irregularity_index irregularity_floor
-    base_irregularity_index stops_per_cycle stuck_fraction regime asymmetry energy_input_per_cycle
-    energy_trend_per_hour energy_trend_per_hour_se steady_energy_per_cycle steady_energy_per_cycle_se
-    steady_response_amplitude steady_response_amplitude_se settled_s shortest_stop smallest_slip mass_noise_m
-    base_noise_m accuracy frequency_ratio_u base_amplitude_m_u energy_per_cycle_u response_amplitude_u budget
-    force_energy_per_cycle force_energy_per_cycle_j measured_friction_coefficient measured_friction_coefficient_u
-    measured_friction_force_n"""
-MEASUREMENTS = _table(
-    "measurements",
-    "One recording: its drive, its response and the energy its contact takes.",
-    _MEASUREMENT,
-    lead=6,
-    shown="""source frequency_ratio energy_per_cycle energy_per_cycle_se response_amplitude irregularity_index
-        stops_per_cycle regime""",
-    series="""time used energy amplitude position stops stuck tau mass base mass_smooth mass_velocity base_cosine each
-        kept base_sine value force""",
-)
-COMPARISONS = _table(
-    "comparisons",
-    "One recording's steady cycle over its prediction.",
-    f"""{_OUTCOME} warnings frequency_ratio energy_per_cycle response_amplitude stops_per_cycle regime friction_ratio
-        friction_ratio_se friction_force_n friction_coefficient predicted_energy_per_cycle
-        predicted_response_amplitude predicted_stops_per_cycle predicted_regime energy_difference response_nrmse model
-        solver closure_error friction_force_n_se friction_coefficient_se accuracy law parameters response_floor misfit
-        verdict laws record_nrmse record_energy_difference cycle_law record_laws friction_ratio_u friction_force_n_u
-        friction_coefficient_u nuisances levels budget""",
-    lead=6,
-    shown="""source frequency_ratio energy_per_cycle friction_ratio friction_ratio_u predicted_energy_per_cycle
-        response_nrmse misfit verdict friction_force_n friction_coefficient record_nrmse record_energy_difference
-        stops_per_cycle predicted_stops_per_cycle regime""",
-    where_known="friction_force_n friction_coefficient record_nrmse record_energy_difference",
-)
-LAWS = _table(
-    "laws",
-    "One law of the ladder that `--law auto` climbs.",
-    "law parameters log_evidence response_nrmse held_out_nrmse required seconds note",
-    lead=4,
-    shown="law log_evidence response_nrmse held_out_nrmse required seconds",
-)
-RECORD_LAWS = _table(
-    "laws of a record",
-    "One law that a whole record tries (`--law auto --fit whole`).",
-    "law parameters log_evidence_gain record_nrmse required seconds note",
-    lead=4,
-    shown="law log_evidence_gain record_nrmse required seconds",
-)
-FREE_VIBRATIONS = _table(
-    "free vibrations",
-    "One tap: one free decay of the mass.",
-    f"""{_OUTCOME} tap start_s natural_frequency_hz natural_frequency_hz_se damped_frequency_hz damping_ratio
-        damping_ratio_se damping_ratio_upper friction_m friction_m_se friction_m_upper friction_over_swing amplitude_m
-        half_cycles misfit cubic_share cubic_share_se warnings friction_n""",
-    lead=6,
-    shown="""source tap natural_frequency_hz natural_frequency_hz_se damping_ratio damping_ratio_se friction_m
-        friction_m_se half_cycles""",
-)
-TESTS = _table(
-    "tests",
-    "One test of a campaign (`measurements.csv`): its measurement, and what the fit says of it.",
-    f"""{_MEASUREMENT} irregularity_low irregularity_high test_friction_ratio test_friction_ratio_se
-        predicted_energy_per_cycle predicted_response_amplitude predicted_stops_per_cycle energy_residual
-        left_out_of_fit left_out_code test_friction_ratio_u test_misfit""",
-    lead=6,
-    shown="""source material normal_force_n frequency_ratio energy_per_cycle predicted_energy_per_cycle energy_residual
-        regime left_out_code""",
-    takes_facts=True,
-)
-FRICTION = _table(
-    "friction",
-    "One material under one normal force (`friction.csv`).",
-    """material normal_force_n tests friction_ratio friction_ratio_se friction_force_n friction_force_n_se
-        friction_coefficient friction_coefficient_se friction_coefficient_low friction_coefficient_high tests_used
-        scatter amontons_p note friction_ratio_u friction_force_n_u friction_coefficient_u law tests_chi_square
-        tests_freedom tests_p""",
-    lead=9,
-    shown="""material normal_force_n tests friction_ratio friction_ratio_u friction_coefficient
-        friction_coefficient_u""",
-)
-MATERIAL_LAWS = _table(
-    "material laws",
-    "One contact law for one material, by the evidence of all its tests (`laws.csv`).",
-    "material law tests log_evidence required gain response_nrmse",
-    lead=5,
-    shown="material law tests gain response_nrmse required",
-)
-LAW_PARAMETERS = _table(
-    "law parameters",
-    "One parameter of the contact law of one material, by all its tests (`parameters.csv`).",
-    """material law parameter value value_se value_u physical_value physical_value_se physical_value_u unit is_told
-        scatter tests_p""",
-    lead=5,
-    shown="material law parameter value value_u physical_value physical_value_u unit is_told",
-)
-LEFT_OUT = _table(
-    "left out",
-    "One test predicted by the law of all others (`left_out.csv`).",
-    """source material predicted_energy_per_cycle measured_energy_per_cycle predicted_response_amplitude response_nrmse
-        response_nrmse_own band_holds measured_response_amplitude predicted_energy_per_cycle_low
-        predicted_energy_per_cycle_high predicted_response_amplitude_low predicted_response_amplitude_high reason""",
-    lead=4,
-    shown="""source material predicted_energy_per_cycle measured_energy_per_cycle response_nrmse response_nrmse_own
-        band_holds""",
-)
-RANKING = _table(
-    "ranking",
-    "One material by one criterion, best first (`ranking.csv`).",
-    "criterion rank material value value_se unit tied_with evidence value_u",
-    lead=5,
-    shown="criterion rank material value value_u",
-)
-DRIFTS = _table(
-    "drifts",
-    "One long test (`drift.csv`).",
-    """source material normal_force_n frequency_ratio duration_s slope_per_hour slope_per_hour_se slope_per_hour_low
-        slope_per_hour_high relative_slope_per_hour relative_slope_per_hour_se friction_slope_per_hour
-        friction_slope_per_hour_se verdict note""",
-    lead=7,
-    shown="""source material normal_force_n frequency_ratio relative_slope_per_hour relative_slope_per_hour_se
-        friction_slope_per_hour verdict""",
-)
-_STATE = """r beta mu zeta wall solver outcome energy_per_cycle response_amplitude stops_per_cycle stuck_fraction regime
-    symmetric period_cycles floquet_multiplier closure_error residual growth_per_cycle
-    contact_energy_per_cycle frame_energy_per_cycle warnings"""
-_STATE_SHOWN = "r beta mu zeta energy_per_cycle response_amplitude stops_per_cycle outcome"
-STEADY_STATES = _table("map", "One steady state of a map (`sweep`).", _STATE, lead=7, shown=_STATE_SHOWN)
-MOTIONS = _table(
-    "motion",
-    "One steady state, or the last of N cycles from rest (`simulate`).",
-    f"""{_STATE} wall_s law parameters basin_share response_amplitudes contacts response_amplitude_m energy_per_cycle_j
-        friction_force_n""",
-    lead=7,
-    shown=_STATE_SHOWN,
-    series="tau displacement velocity base stops",
-)
 _AMPLITUDE = ("response_amplitude", "response_amplitude_m")
 PREDICTED = (*_AMPLITUDE, "energy_per_cycle", "energy_per_cycle_j", "stops_per_cycle")
 PREDICTED_RECORD = (*_AMPLITUDE, "record_energy", "record_energy_j", "record_stops")
 """What a law predicts of a steady cycle, and of a whole record (largest displacement), each with its band."""
-PREDICTIONS = _table(
-    "predictions",
-    "A test not made, by the law of its material (`predict`).",
-    f"""material law frequency_ratio normal_force_n base_amplitude_m regime
-        {" ".join(f"{n} {n}_low {n}_high" for n in dict.fromkeys((*PREDICTED, *PREDICTED_RECORD)))} warnings""",
-    lead=6,
-    shown="""frequency_ratio normal_force_n base_amplitude_m response_amplitude_m energy_per_cycle_j stops_per_cycle
-        regime""",
-)
-RESPONSES = _table(
-    "response",
-    "The response to any motion of the base, from rest (`simulate --base-motion`).",
-    f"""{_OUTCOME} warnings natural_frequency_hz base_largest_m base_u_m beta wall law parameters solver samples
-        duration_s energy energy_j friction_energy closure_error path path_m stops time_stuck_s stuck_fraction
-        peak_displacement peak_displacement_m peak_relative_displacement peak_velocity_m_per_s peak_contact_force
-        peak_contact_force_n sampling_error wall_s""",
-    lead=7,
-    shown="source base_largest_m energy path stops time_stuck_s peak_displacement",
-    series="contact_force",
-)
-PLANS = _table(
-    "plan",
-    "One test to make, best first (`plan`).",
-    """rank frequency_ratio normal_force_n base_amplitude_m duration_s regime expected cumulative response_m expected_u
-        cumulative_u log_bayes log_bayes_against log_bayes_after laboratory_s total_s drive_frequency_hz values told""",
-    lead=7,
-    shown="rank frequency_ratio normal_force_n base_amplitude_m duration_s regime total_s",
-)
-TRADES = _table(
-    "trade",
-    "One setting of one accuracy knob (`tradeoff`).",
-    "knob setting quantity error seconds default dominated over_bound size_bytes reference",
-    lead=7,
-    shown="knob setting quantity error seconds default dominated over_bound size_bytes",
-)
-TABLES = (
-    *(
-        MEASUREMENTS,
-        COMPARISONS,
-        LAWS,
-        RECORD_LAWS,
-        FREE_VIBRATIONS,
-        TESTS,
-        FRICTION,
-        RANKING,
-        DRIFTS,
-        MATERIAL_LAWS,
-        LEFT_OUT,
-    ),
-    *(LAW_PARAMETERS, STEADY_STATES, MOTIONS, PREDICTIONS, RESPONSES, PLANS, TRADES),
-)
 
 
 def is_marked(names: Sequence[str], table: Table) -> bool:
@@ -260,3 +244,32 @@ def column_of(name: str, table: Table | None = None) -> Column | None:
     """The column of this name in a table or, without one, in the first that has it; None for a user's own column."""
     found = (t.column(name) for t in (TABLES if table is None else (table,)))
     return next((column for column in found if column is not None), None)
+
+
+class Result:
+    """A result that is one row or several: it turns itself into a frame of pandas, and shows itself in a notebook."""
+
+    def rows(self) -> list[dict[str, object]]:
+        """Its rows, with the keys of JSON; of most results one."""
+        row: Any = getattr(self, "row", dict)
+        return [row()]
+
+    def to_pandas(self) -> "pd.DataFrame":
+        """Return its rows as a frame."""
+        import pandas as pd  # noqa: PLC0415 - a result that nobody turns into a frame does not wait for pandas
+
+        return pd.DataFrame(self.rows())
+
+    def _repr_html_(self) -> str:
+        """A small table of what is known, and the figure, as SVG, where there is one."""
+        import frictionlab  # noqa: PLC0415 - figures are drawn by a part of the package above this one
+
+        frame = self.to_pandas().dropna(axis="columns", how="all")
+        table = frame.T if len(frame) == 1 else frame
+        shown: str = table.to_html(max_rows=MOST, max_cols=MOST // 2, header=len(frame) != 1, index=len(frame) == 1)
+        image = io.StringIO()
+        try:
+            frictionlab.plot(self).savefig(image, format="svg")
+        except frictionlab.UsageError:  # a result that has no figure
+            image = io.StringIO()
+        return f"<p>{html.escape(repr(self))}</p>{shown}{''.join(image.getvalue().partition('<svg')[1:])}"

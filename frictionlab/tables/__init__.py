@@ -10,14 +10,14 @@ all of them and in order (of JSON Lines the keys of the first row that did not f
 
 import csv
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import chain
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain, islice
 from os import PathLike
 from pathlib import Path
 
 from frictionlab.errors import UsageError
 from frictionlab.files import make_folder, refuse_inputs, refuse_protected, write_whole
-from frictionlab.schema import TABLES, Table, is_marked, table_of
+from frictionlab.schema import OUTCOME, TABLES, Table, is_marked, table_of
 from frictionlab.tables import texts
 from frictionlab.tables.texts import SENTENCES, Row, encodable, json_line, plain
 
@@ -35,7 +35,7 @@ __all__ = [
 ]
 
 SUFFIXES = (".csv", ".jsonl", ".h5", ".xlsx")
-TEXTS = (".csv", ".jsonl")
+EITHER = ".csv, .jsonl, .h5 or .xlsx"
 SHEET_ROWS = (1 << 20) - 1  # of a spreadsheet, beside its head
 
 
@@ -82,43 +82,34 @@ def write_rows(
     """
     check_output(path, table, force=force, inputs=inputs)
     make_folder(path.parent)
-    if _kind(path) == ".h5":
-        _write_tree(rows, path, table, series or {}, force=force)
-    else:
-        write_whole(path, _encoded(rows, path, table))
-
-
-def _encoded(rows: Iterable[Row], path: Path, table: Table | None) -> bytes | Iterator[bytes]:
     if _kind(path) == ".jsonl":
-        return texts.in_pieces(json_line(row) + "\n" for row in rows)
+        write_whole(path, texts.in_pieces(json_line(row) + "\n" for row in rows))
+        return
     names, rows = _columns(rows, table)
     if _kind(path) == ".csv":
-        return texts.in_pieces(texts.csv_lines(rows, names))
+        write_whole(path, texts.in_pieces(texts.csv_lines(rows, names)))
+        return
     from frictionlab.tables import frames
 
-    return frames.excel_bytes(rows, names)
-
-
-def _write_tree(
-    rows: Iterable[Row], path: Path, table: Table | None, series: Mapping[str, object], *, force: bool
-) -> None:
-    from frictionlab.hdf5 import write_tree
-    from frictionlab.tables import frames
-
+    if _kind(path) == ".xlsx":
+        write_whole(path, frames.excel_bytes(rows, names))
+        return
     if table is None:
         raise UsageError(f"{path}: HDF5 says what its rows are: expected the table they belong to; got none")
-    names, rows = _columns(rows, table)
-    write_tree(frames.tree_of(rows, names, table, series), path, kind=table.format, force=force, columns=table.column)
+    from frictionlab.hdf5 import write_tree
+
+    tree = frames.tree_of(rows, names, table, series or {})
+    write_tree(tree, path, kind=table.format, force=force, columns=table.column)
 
 
 def _columns(rows: Iterable[Row], table: Table | None) -> tuple[list[str], Iterable[Row]]:
-    """The names of all columns; of rows that come one by one and of a known table, the first row tells the last."""
+    """The names of all columns; of rows that come one by one and of a known table, the first row says the last."""
     known = () if table is None else table.names
     if isinstance(rows, Sequence) or table is None:
         rows = list(rows)
         return list(dict.fromkeys(map(encodable, chain(known, *rows)))), rows
     coming = iter(rows)
-    first = [row for _, row in zip(range(1), coming, strict=False)]
+    first = list(islice(coming, 1))
     return list(dict.fromkeys(map(encodable, chain(known, *first)))), chain(first, coming)
 
 
@@ -144,7 +135,7 @@ def check_output(
         Another suffix, no folder can be made there, or a file of another kind or an input stands there.
     """
     if _kind(path) not in SUFFIXES:
-        raise UsageError(f"{path}: expected an output ending in {_either(SUFFIXES)}; got {path.suffix or 'no suffix'}")
+        raise UsageError(f"{path}: expected an output ending in {EITHER}; got {path.suffix or 'no suffix'}")
     if _kind(path) == ".xlsx" and rows > SHEET_ROWS:
         raise UsageError(f"{path}: a spreadsheet holds {SHEET_ROWS} rows, not {rows}: write .csv")
     above = next(parent for parent in (*path.parents, Path.cwd()) if os.path.lexists(parent))
@@ -160,10 +151,6 @@ def check_output(
     refuse_protected(path, force=force)
 
 
-def _either(names: Sequence[str]) -> str:
-    return " or ".join(filter(None, (", ".join(names[:-1]), names[-1])))
-
-
 def is_table(path: Path, table: Table | None = None) -> bool:
     """Whether this file is of this kind (without one: of any kind of this tool), by its mark; an empty one is."""
     kinds = TABLES if table is None else (table,)
@@ -172,18 +159,21 @@ def is_table(path: Path, table: Table | None = None) -> bool:
             return path.is_file()
         if _kind(path) == ".h5":
             return _format_of(path) in {kind.format for kind in kinds}
-        if _kind(path) in TEXTS:
-            names = texts.names_in_csv(path) if _kind(path) == ".csv" else texts.names_in_json(path)
-        else:
-            from frictionlab.tables import frames
-
-            names = frames.names_in_excel(path)
+        names = _names_in(path)
     except (OSError, ValueError, KeyError, RecursionError, csv.Error):
         return False
-    if names == texts.FAILED:
+    if names == OUTCOME:
         return True
     nearest = table_of(names)  # a map begins as a single state does: the kind with most of the columns counts
     return any(is_marked(names, kind) and (table is None or nearest is kind) for kind in kinds)
+
+
+def _names_in(path: Path) -> tuple[str, ...]:
+    if _kind(path) == ".xlsx":
+        from frictionlab.tables import frames
+
+        return frames.names_in_excel(path)
+    return texts.names_in_csv(path) if _kind(path) == ".csv" else texts.names_in_json(path)
 
 
 def has_rows(path: Path) -> bool:
@@ -213,26 +203,22 @@ def read_rows(path: str | PathLike[str], table: Table | None = None) -> list[dic
     path = Path(path)
     if not path.is_file():
         raise UsageError(f"{path}: cannot be read (no such file): give the path of an existing result")
-    if _kind(path) == ".h5":
-        return list(_rows_of_tree(path, table))
     if _kind(path) not in SUFFIXES:
-        raise UsageError(f"{path}: expected a result ending in {_either(SUFFIXES)}; got {path.suffix or 'no suffix'}")
-    try:
-        if _kind(path) in TEXTS:
-            return list((texts.read_csv if _kind(path) == ".csv" else texts.read_json_lines)(path, table))
+        raise UsageError(f"{path}: expected a result ending in {EITHER}; got {path.suffix or 'no suffix'}")
+    if _kind(path) == ".h5":
+        from frictionlab.hdf5 import read_tree
         from frictionlab.tables import frames
 
-        return list(frames.read_excel(path, table))
+        found = _format_of(path)
+        kind = table or next((kind for kind in TABLES if kind.format == found), None)
+        if kind is None:
+            raise UsageError(f"{path}: expected a table of frictionlab; got {found or 'another file'}")
+        return list(frames.rows_of(read_tree(path, kind=kind.format), path, kind))
+    try:
+        if _kind(path) == ".xlsx":
+            from frictionlab.tables import frames
+
+            return list(frames.read_excel(path, table))
+        return list((texts.read_csv if _kind(path) == ".csv" else texts.read_json_lines)(path, table))
     except OSError as error:
         raise UsageError(f"{path}: cannot be read ({error.strerror}): give the path of an existing result") from error
-
-
-def _rows_of_tree(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
-    from frictionlab.hdf5 import read_tree
-    from frictionlab.tables import frames
-
-    found = _format_of(path)
-    kind = table or next((kind for kind in TABLES if kind.format == found), None)
-    if kind is None:
-        raise UsageError(f"{path}: expected a table of frictionlab; got {found or 'another file'}")
-    return frames.rows_of(read_tree(path, kind=kind.format), path, kind)

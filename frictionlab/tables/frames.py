@@ -11,8 +11,10 @@ from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from frictionlab.errors import RecordingError, UsageError
-from frictionlab.schema import MOTIONS, STEADY_STATES, Column, Table, Type, column_of, table_of
+from frictionlab.schema import MOTIONS, STEADY_STATES, Table, Type, column_of, table_of
 from frictionlab.tables import SHEET_ROWS
 from frictionlab.tables.texts import CellError, Row, checked, flat, harmless, unquoted
 
@@ -76,18 +78,12 @@ def read_excel(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
     kind = table or table_of(names)
     columns = [column_of(name, kind) for name in names]
     for number, line in enumerate(frame.astype(object).where(frame.notna(), None).to_numpy().tolist(), 2):
+        cells = (unquoted(cell) if isinstance(cell, str) else cell for cell in line)
+        known = (c if c is None or isinstance(c, (bool, int, float)) else str(c) for c in cells)  # a date is text
         try:
-            cells = zip(map(_known, line), columns, strict=True)
-            yield dict(zip(names, (checked(cell, column) for cell, column in cells), strict=True))
+            yield {name: checked(cell, column) for name, cell, column in zip(names, known, columns, strict=True)}
         except CellError as error:
             raise UsageError(f"{path}, row {number}: {error}: correct it, or make the file again") from error
-
-
-def _known(cell: object) -> object:
-    """A cell as a row can hold it: a date, say, as text."""
-    if isinstance(cell, str):
-        return unquoted(cell)
-    return cell if cell is None or isinstance(cell, (bool, int, float)) else str(cell)
 
 
 def names_in_excel(path: Path) -> tuple[str, ...]:
@@ -120,21 +116,19 @@ def tree_of(
 ) -> dict[str, object]:
     """The file of these rows; ``series``: what stands behind them, by the number of the row."""
     every = list(rows)
-    columns = {name: _array(name, [row.get(name) for row in every], table) for name in names}
+    columns = {name: _array(name, [flat(row.get(name)) for row in every], table) for name in names}
     return {ROWS: columns, SERIES: dict(series)}
 
 
-def _array(name: str, values: Sequence[object], table: Table | None) -> object:
+def _array(name: str, cells: Sequence[bool | float | str | None], table: Table | None) -> object:
     """A column as HDF5 holds it: texts (empty: not known), or floats (NaN: not known)."""
-    column, cells = column_of(name, table), [flat(value) for value in values]
+    column = column_of(name, table)
     if column is not None:
         is_text = column.type in (Type.TEXT, Type.SENTENCES, Type.OBJECT)
     else:
         is_text = any(isinstance(cell, str) for cell in cells) or all(cell is None for cell in cells)
     if is_text:
         return ["" if cell is None else str(cell) for cell in cells]
-    import numpy as np
-
     return np.array([float("nan") if cell is None else float(cell) for cell in cells])
 
 
@@ -149,24 +143,20 @@ def rows_of(tree: Mapping[str, Any], path: Path, table: Table) -> Iterator[dict[
     if ROWS not in tree:
         raise RecordingError(f"{path}: expected a table with rows; got a {table.kind}: open it with `frictionlab show`")
     columns = tree[ROWS]
-    if not isinstance(columns, Mapping) or not all(map(_is_column, columns.values())):
+    if not isinstance(columns, Mapping) or any(np.ndim(values) != 1 for values in columns.values()):
         raise RecordingError(f"{path}: damaged {table.format}: expected a group of columns under {ROWS!r}")
     lengths = {len(values) for values in columns.values()}
     if len(lengths) > 1:
         raise RecordingError(f"{path}: damaged {table.format}: columns of {min(lengths)} and of {max(lengths)} rows")
     for number, line in enumerate(zip(*columns.values(), strict=True), 1):
-        try:
-            yield {name: _cell(cell, column_of(name, table)) for name, cell in zip(columns, line, strict=True)}
-        except CellError as error:
-            raise RecordingError(f"{path}, row {number}: {error}: make it again") from error
-
-
-def _is_column(values: object) -> bool:
-    return isinstance(values, list) or (hasattr(values, "__len__") and getattr(values, "ndim", 0) == 1)
-
-
-def _cell(cell: Any, column: Column | None) -> object:
-    value = cell.item() if hasattr(cell, "item") else cell
-    if column is not None and column.type is Type.WHOLE and isinstance(value, float) and value.is_integer():
-        value = int(value)
-    return checked(None if value == "" else value, column)
+        row: dict[str, object] = {}
+        for name, cell in zip(columns, line, strict=True):
+            column = column_of(name, table)
+            value = cell.item() if hasattr(cell, "item") else cell
+            if column is not None and column.type is Type.WHOLE and isinstance(value, float) and value.is_integer():
+                value = int(value)
+            try:
+                row[name] = checked(None if value == "" else value, column)
+            except CellError as error:
+                raise RecordingError(f"{path}, row {number}: {error}: make it again") from error
+        yield row

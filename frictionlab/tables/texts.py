@@ -10,9 +10,8 @@ import json
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
-from typing import Any
 
 from frictionlab.errors import UsageError
 from frictionlab.schema import OUTCOME, Column, Table, Type, column_of, table_of
@@ -22,8 +21,6 @@ Row = Mapping[str, object]
 SENTENCES = " | "  # between the sentences of a list in one cell
 NOT_KNOWN = frozenset({"", "nan", "na", "n/a", "null", "none"})
 LINES_AT_ONCE = 1000
-_DEEPEST = 100  # objects and lists inside each other, of a row
-FAILED = tuple(column.name for column in OUTCOME)
 FIRST_BYTES = 1 << 20  # of a file, in which its mark must be found
 MOST_DIGITS = 15  # of a whole number; beyond, not even a float tells two of them apart
 GRAVE = re.compile(
@@ -33,8 +30,15 @@ GRAVE = re.compile(
 _DIGITS = re.compile(r"\d[\d.]*(?:e[+-]?\d+)?")
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*", re.ASCII)
 _FORMULA = re.compile(r"'*[=+\-@\t\r\uff1d\uff0b\uff0d\uff20]")  # full-width forms as well
-_QUOTED_FORMULA = re.compile(r"'+[=+\-@\t\r\uff1d\uff0b\uff0d\uff20]")
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ufffe\uffff]")  # escape sequences of terminals begin so
+_EXPECTED = {
+    Type.NUMBER: "a number, or nothing (null, an empty cell)",
+    Type.WHOLE: "a number, or nothing (null, an empty cell)",
+    Type.YES_NO: "true or false",
+    Type.TEXT: "text",
+    Type.SENTENCES: "a list of sentences",
+    Type.OBJECT: "an object as JSON",
+}
 
 
 class CellError(ValueError):
@@ -85,7 +89,7 @@ def harmless(words: str) -> str:
 
 def unquoted(words: str) -> str:
     """What `harmless` was given."""
-    return words[1:] if _QUOTED_FORMULA.match(words) else words
+    return words[1:] if words.startswith("'") and _FORMULA.match(words) else words
 
 
 def encodable(words: str) -> str:
@@ -127,54 +131,54 @@ def value_of(words: str, column: Column | None) -> object:
     >>> [value_of(words, None) for words in ("", "3", "0.5", "true", "steel", "'-1")]
     [None, 3, 0.5, True, 'steel', '-1']
     """
-    if column is None:
-        return _guess(words)
-    if column.type.is_number:
-        return _number(words, column)
-    if column.type is Type.YES_NO and words.strip().lower() in ("true", "false"):
-        return words.strip().lower() == "true"
+    if column is not None and column.type.is_number and words.strip().lower() in NOT_KNOWN:
+        return None
+    if column is None or column.type.is_number or column.type is Type.YES_NO:
+        said = words if column is None else words.strip().lower()
+        if said in ("true", "false"):
+            return checked(said == "true", column)
+        if _NUMBER.fullmatch(words) and math.isfinite(float(words)):
+            digits = words.strip().lstrip("+-")
+            is_whole = digits.isdigit() and len(digits) <= MOST_DIGITS
+            return checked(int(words) if is_whole else float(words), column)
     return checked(unquoted(words) or None, column)
 
 
-def _guess(words: str) -> object:
-    if words in ("true", "false"):
-        return words == "true"
-    if _NUMBER.fullmatch(words) and math.isfinite(float(words)):
-        return _shortest(words)
-    return unquoted(words) or None
-
-
-def _shortest(words: str) -> int | float:
-    digits = words.strip().lstrip("+-")
-    return int(words) if digits.isdigit() and len(digits) <= MOST_DIGITS else float(words)
-
-
-def _number(words: str, column: Column) -> int | float | None:
-    if words.strip().lower() in NOT_KNOWN:
-        return None
-    if not _NUMBER.fullmatch(words) or not math.isfinite(float(words)):
-        raise CellError(f"{column.name}: expected a number or an empty cell; got {_short(words)}")
-    return _shortest(words)
-
-
 def checked(value: object, column: Column | None) -> object:
-    """A value from JSON, Excel or HDF5 as its column has it: finite numbers, texts that can be encoded.
+    """A value as its column has it: finite numbers, texts that can be encoded; one of the user's own as it is.
 
     Raises
     ------
     CellError
         The column expects something else.
     """
-    value = plain(value) if not isinstance(value, int) else value
-    if value is None:
-        return [] if column is not None and column.type is Type.SENTENCES else None
-    if isinstance(value, int) and not isinstance(value, bool) and abs(value) > 10**308:
-        raise CellError(
-            f"{column.name if column else 'cell'}: expected a number; got one of {len(f'{value:x}')} hexadecimal digits"
-        )
+    value = value if isinstance(value, int) else plain(value)
+    if isinstance(value, int) and abs(value) > 10**308:
+        raise CellError(f"{column.name if column else 'cell'}: expected a number; got one of over 308 digits")
     if column is None:
         return _clean(value)
-    return _READERS[column.type](value, column)
+    if value is None:
+        return [] if column.type is Type.SENTENCES else None
+    match column.type:
+        case Type.NUMBER | Type.WHOLE if isinstance(value, (int, float)) and not isinstance(value, bool):
+            return value
+        case Type.YES_NO if value in (0, 1):
+            return bool(value)
+        case Type.TEXT if not isinstance(value, (dict, list)):
+            return encodable(str(value))
+        case Type.SENTENCES if isinstance(value, (str, list)):
+            sentences = value.split(SENTENCES) if isinstance(value, str) else value
+            return [encodable(str(item)) for item in sentences]
+        case Type.OBJECT if not isinstance(value, str):
+            return _clean(value)
+        case Type.OBJECT if isinstance(value, str):
+            try:
+                return _clean(json.loads(value))
+            except (ValueError, RecursionError):
+                pass
+    said = repr(value)
+    short = said if len(said) <= 40 else f"{said[:40]}... ({len(said)} characters)"
+    raise CellError(f"{column.name}: expected {_EXPECTED[column.type]}; got {short}")
 
 
 def _clean(value: object) -> object:
@@ -185,56 +189,6 @@ def _clean(value: object) -> object:
     if isinstance(value, dict):
         return {encodable(str(key)): _clean(item) for key, item in value.items()}
     return value
-
-
-def _as_number(value: object, column: Column) -> object:
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise CellError(f"{column.name}: expected a number or null; got {_short(value)}")
-    return value
-
-
-def _as_yes_no(value: object, column: Column) -> object:
-    if value in (0, 1):
-        return bool(value)
-    raise CellError(f"{column.name}: expected true or false; got {_short(value)}")
-
-
-def _as_text(value: object, column: Column) -> object:
-    if isinstance(value, (dict, list)):
-        raise CellError(f"{column.name}: expected text; got {_short(value)}")
-    return encodable(str(value))
-
-
-def _as_sentences(value: object, column: Column) -> object:
-    if isinstance(value, str):
-        return [encodable(item) for item in value.split(SENTENCES)] if value else []
-    if isinstance(value, list):
-        return [encodable(str(item)) for item in value]
-    raise CellError(f"{column.name}: expected a list of sentences; got {_short(value)}")
-
-
-def _as_object(value: object, column: Column) -> object:
-    if not isinstance(value, str):
-        return _clean(value)
-    try:
-        return _clean(json.loads(value))
-    except (ValueError, RecursionError) as error:
-        raise CellError(f"{column.name}: expected an object as JSON; got {_short(value)}") from error
-
-
-_READERS = {
-    Type.NUMBER: _as_number,
-    Type.WHOLE: _as_number,
-    Type.YES_NO: _as_yes_no,
-    Type.TEXT: _as_text,
-    Type.SENTENCES: _as_sentences,
-    Type.OBJECT: _as_object,
-}
-
-
-def _short(value: object) -> str:
-    said = repr(value)
-    return said if len(said) <= 40 else f"{said[:40]}... ({len(said)} characters)"
 
 
 def json_line(row: Row) -> str:
@@ -256,15 +210,14 @@ def in_pieces(lines: Iterator[str]) -> Iterator[bytes]:
 
 def csv_lines(rows: Iterable[Row], names: Sequence[str]) -> Iterator[str]:
     """The head, then one line per row."""
-    yield _csv_line([harmless(name) for name in names])
-    for row in rows:
-        yield _csv_line([cell_of(row.get(name)) for name in names])
-
-
-def _csv_line(cells: Sequence[str]) -> str:
-    line = io.StringIO()
-    csv.writer(line, lineterminator="\n").writerow(cells)
-    return line.getvalue()
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    heads = [harmless(name) for name in names]
+    for cells in chain([heads], ([cell_of(row.get(name)) for name in names] for row in rows)):
+        writer.writerow(cells)
+        yield buffer.getvalue()
+        buffer.seek(0)
+        buffer.truncate()
 
 
 def read_json_lines(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
@@ -276,37 +229,18 @@ def read_json_lines(path: Path, table: Table | None) -> Iterator[dict[str, objec
         A line is no JSON object, or a value is not what its column says.
     """
     for number, line in enumerate(_text_of(path).split("\n"), 1):
-        if line.strip():
-            row = _object(path, number, line)
-            try:
-                yield {encodable(key): checked(value, column_of(key, table)) for key, value in row.items()}
-            except (CellError, RecursionError) as error:
-                said = "nested too deep" if isinstance(error, RecursionError) else error
-                raise UsageError(f"{path}, line {number}: {said}: correct it, or make the file again") from error
-
-
-def _check_depth(row: object, line: str) -> None:
-    """Raise `RecursionError` for what is nested deeper than any result; how deep JSON itself goes depends on Python."""
-    level: list[Any]
-    level, depth = [row] if line.count("{") + line.count("[") > _DEEPEST else [], 0
-    while level:
-        depth += 1
-        if depth > _DEEPEST:
-            raise RecursionError
-        inner = [value.values() if isinstance(value, dict) else value for value in level]
-        level = [value for values in inner for value in values if isinstance(value, (dict, list))]
-
-
-def _object(path: Path, number: int, line: str) -> dict[str, object]:
-    try:
-        row = json.loads(line)
-        _check_depth(row, line)
-    except (ValueError, RecursionError) as error:
-        said = "nested too deep" if isinstance(error, RecursionError) else error
-        raise UsageError(f"{path}, line {number}: expected a JSON object; {said}") from error
-    if not isinstance(row, dict):
-        raise UsageError(f"{path}, line {number}: expected a JSON object; got {line[:60]!r}")
-    return row
+        if not line.strip():
+            continue
+        try:
+            row = json.loads(line)
+            if not isinstance(row, dict):
+                raise UsageError(f"{path}, line {number}: expected a JSON object; got {line[:60]!r}")
+            yield {encodable(key): checked(value, column_of(key, table)) for key, value in row.items()}
+        except CellError as error:
+            raise UsageError(f"{path}, line {number}: {error}: correct it, or make the file again") from error
+        except (ValueError, RecursionError) as error:
+            said = "nested too deep" if isinstance(error, RecursionError) else error
+            raise UsageError(f"{path}, line {number}: expected a JSON object; {said}") from error
 
 
 def read_csv(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
@@ -320,32 +254,21 @@ def read_csv(path: Path, table: Table | None) -> Iterator[dict[str, object]]:
     reader = csv.reader(io.StringIO(_text_of(path), newline=""))
     try:
         names = [unquoted(name) for name in next(reader, [])]
-        _check_names(path, names)
+        twice = sorted({name for name in names if name and names.count(name) > 1})
+        if twice:
+            raise UsageError(f"{path}, line 1: expected each column once; got {twice[0][:60]!r} more than once")
         kind = table or table_of(names)
-        columns = [(name, column_of(name, kind)) for name in names]
-        for cells in reader:
-            if cells:
-                yield _csv_row(path, reader.line_num, columns, cells)
+        columns = [column_of(name, kind) for name in names]
+        for cells in filter(None, reader):
+            if len(cells) != len(names):
+                where = f"{path}, line {reader.line_num}"
+                raise UsageError(f"{where}: expected {len(names)} cells as in the head; got {len(cells)}")
+            read = zip(names, cells, columns, strict=True)
+            yield {name: value_of(cell, column) for name, cell, column in read if name}
+    except CellError as error:
+        raise UsageError(f"{path}, line {reader.line_num}: {error}: correct it, or make the file again") from error
     except csv.Error as error:
         raise UsageError(f"{path}, line {reader.line_num}: expected comma-separated cells; {error}") from error
-
-
-def _check_names(path: Path, names: Sequence[str]) -> None:
-    twice = sorted({name for name in names if name and names.count(name) > 1})
-    if twice:
-        raise UsageError(f"{path}, line 1: expected each column once; got {twice[0][:60]!r} more than once")
-
-
-def _csv_row(
-    path: Path, number: int, columns: Sequence[tuple[str, Column | None]], cells: Sequence[str]
-) -> dict[str, object]:
-    if len(cells) != len(columns):
-        raise UsageError(f"{path}, line {number}: expected {len(columns)} cells as in the head; got {len(cells)}")
-    try:
-        pairs = zip(columns, cells, strict=True)
-        return {name: value_of(cell, column) for (name, column), cell in pairs if name}
-    except CellError as error:
-        raise UsageError(f"{path}, line {number}: {error}: correct it, or make the file again") from error
 
 
 def _text_of(path: Path) -> str:
@@ -370,7 +293,7 @@ def names_in_json(path: Path) -> tuple[str, ...]:
         for line in file.read(FIRST_BYTES).split("\n"):
             row = json.loads(line) if line.strip() else dict.fromkeys(found)
             found = tuple(row) if isinstance(row, dict) else ("",)
-            if found and found != FAILED:
+            if found and found != OUTCOME:
                 break
     return found
 
