@@ -163,14 +163,19 @@ class LogOptions:
         values = {f.name: getattr(self, f.name) for f in fields(self)}
         return {f.name: values[f.name] for f in fields(self) if values[f.name] != f.default}
 
-    def unit_of(self, option: str) -> tuple[str, float | None]:
-        """The unit said of the column of an option; and, where it stands for a volt, how many of it a volt is."""
+    def unit_of(self, role: str) -> tuple[str, float | None, float]:
+        """The unit said of a channel; where it stands for a volt, how many of it a volt is, and its value at 0 V."""
+        if role in ("mass", "base", "relative"):
+            per_volt = {"mass": self.mass_metres_per_volt, "base": self.base_metres_per_volt}.get(role)
+            if per_volt is None:
+                return self.unit or "", None, 0.0
+            return "m", per_volt, self.mass_offset_m if role == "mass" else self.base_offset_m
         pairs = dict(_pairs(self.units or ""))
-        said = pairs.get(option) or (pairs.get("force", "") if option == "contact_force" else "")
+        said = pairs.get(role) or (pairs.get("force", "") if role == "contact_force" else "")
         match = _CALIBRATION.fullmatch(said)
         if match is None:
-            return known_unit(said), None
-        return known_unit(match[2]), float(match[1]) * (1e3 if match[3] == "mV" else 1.0)
+            return known_unit(said), None, 0.0
+        return known_unit(match[2]), float(match[1]) * (1e3 if match[3] == "mV" else 1.0), 0.0
 
 
 def _pairs(said: Mapping[str, str] | str) -> list[tuple[str, str]]:

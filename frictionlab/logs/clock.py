@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
-from frictionlab.logs.cells import date, month_or_day, plain
 from frictionlab.logs.columns import candidates
-from frictionlab.logs.dialect import split
+from frictionlab.logs.dialect import date, month_or_day, plain
 from frictionlab.logs.table import LogTable
 from frictionlab.recording import LATEST_S, Fact, Quality
 from frictionlab.sampling import sampling_interval, step_range
@@ -27,6 +26,12 @@ _DOUBTED_HZ = 20_000.0  # of a log shorter than a second: the unit of its time m
 _STATED_TOLERANCE = 1e-4
 _SHORTEST_BRIDGE = 3.5
 """Steps: a hole of up to three missing samples is always short."""
+_LOW_HZ, _HIGH_HZ = 10.0, 10_000.0
+"""Sampling rates that a rig of this kind is logged at; three decades, so that of s, ms and us one fits."""
+_EPOCH_S = (1e8, 1e10)
+"""Stamps between these [s] count from 1970 (1973 to 2286)."""
+_SAME_RATE = 1e-3
+_FRACTION = re.compile(r"[.,](\d+)\s*(?:Z|[AaPp]\.?[Mm]\.?)?$")
 
 
 @dataclass
@@ -162,26 +167,24 @@ def _flag_holes(base: Clock, bridge_s: float) -> None:
     repeated = steps == 0.0
     coarse = np.count_nonzero(repeated) > 0.1 * len(steps)
     resolution = float(steps[steps > 0.0].min()) if coarse else 0.0
-    if steps.max() > 1.5 * base.interval + resolution:
-        _flag_missing(base, steps, steps > 1.5 * base.interval + resolution)
+    holes = steps > 1.5 * base.interval + resolution
+    if holes.any():
+        long = holes & (steps > base.bridge)
+        base.quality[1:][holes] |= np.uint8(Quality.GAP_BEFORE)
+        base.quality[1:][long] |= np.uint8(Quality.NOT_BRIDGED)
+        base.missing = int(np.maximum(np.rint(steps[holes] / base.interval) - 1, 1).sum())
+        where = f"in {np.count_nonzero(holes)} places (flagged gap_before)"
+        base.warnings.append(f"{base.missing} samples are missing {where}")
+        base.warnings += [
+            f"a gap of {steps[i]:.6g} s after {base.time[i]:.6g} s is longer than {base.bridge:.3g} s: no cycle is cut "
+            "across it"
+            for i in np.flatnonzero(long)[:5].tolist()
+        ]
     if coarse:
         _recount(base, resolution)
     elif repeated.any():
         base.quality[1:][repeated] |= np.uint8(Quality.DUPLICATED)
         base.warnings.append(f"{np.count_nonzero(repeated)} time stamps repeat the one before (flagged duplicated)")
-
-
-def _flag_missing(base: Clock, steps: NDArray[np.float64], holes: NDArray[np.bool_]) -> None:
-    long = holes & (steps > base.bridge)
-    base.quality[1:][holes] |= np.uint8(Quality.GAP_BEFORE)
-    base.quality[1:][long] |= np.uint8(Quality.NOT_BRIDGED)
-    base.missing = int(np.maximum(np.rint(steps[holes] / base.interval) - 1, 1).sum())
-    base.warnings.append(f"{base.missing} samples are missing in {np.count_nonzero(holes)} places (flagged gap_before)")
-    for i in np.flatnonzero(long)[:5].tolist():
-        base.warnings.append(
-            f"a gap of {steps[i]:.6g} s after {base.time[i]:.6g} s is longer than {base.bridge:.3g} s: no cycle is cut "
-            "across it"
-        )
 
 
 def _recount(base: Clock, resolution: float) -> None:
@@ -196,16 +199,6 @@ def _recount(base: Clock, resolution: float) -> None:
         f"time stamps are {resolution:.3g} s coarse, samples {base.interval:.6g} s apart: samples are counted along a "
         "straight line through the stamps"
     )
-
-
-_LOW_HZ, _HIGH_HZ = 10.0, 10_000.0
-"""Sampling rates that a rig of this kind is logged at; three decades, so that of s, ms and us one fits."""
-_EPOCH_S = (1e8, 1e10)
-"""Stamps between these [s] count from 1970 (1973 to 2286)."""
-
-
-_SAME_RATE = 1e-3
-_FRACTION = re.compile(r"[.,](\d+)\s*(?:Z|[AaPp]\.?[Mm]\.?)?$")
 
 
 def clock_of(table: LogTable, options: LogOptions) -> Clock:
@@ -223,24 +216,33 @@ def clock_of(table: LogTable, options: LogOptions) -> Clock:
     if "time" not in table.values:
         return _counted(table, options, stated_s, start_s)
     values = table.values.pop("time")
+    first, warnings = float(values[0]), list[str]()
     if table.log.layout.dialect.kinds[table.columns["time"].index] == "m":
-        return _clock_times(table, values, stated_s, options)
-    unit, evidence, warnings = _unit(table, values, options)
-    first = float(values[0])
-    if _EPOCH_S[0] < first / TIME[unit] < _EPOCH_S[1]:
-        stamps = to_si(values - first, unit)
-        start_s, resolution = first / TIME[unit], _last_digit(table) / TIME[unit]
-        evidence.append("stamps count from 1970: the first one is 0 in the recording")
+        # where they show no date, it may stand in a column, and midnight passes
+        values = (
+            values + 86400.0 * np.cumsum(np.append(False, np.diff(values) < -43200.0)) if first < 172800.0 else values
+        )
+        cells = table.log.layout.dialect.example
+        start_s = first + (next(filter(None, map(date, cells)), 0.0) if first < 172800.0 else 0.0)
+        evidence = ["the time column holds clock times: the first one is 0 in the recording"]
+        unit, stamps, resolution = "clock time", values - first, _last_digit(table)
+        if doubtful := next(filter(month_or_day, cells), None):
+            warnings.append(f"the date in {plain(doubtful)!r} may have its day or its month first: the month is taken")
     else:
-        stamps, resolution = to_si(values, unit), 1e-3
+        unit, evidence, warnings = _unit(table, values, options)
+        if _EPOCH_S[0] < first / TIME[unit] < _EPOCH_S[1]:
+            stamps, start_s, resolution = (
+                to_si(values - first, unit),
+                first / TIME[unit],
+                _last_digit(table) / TIME[unit],
+            )
+            evidence.append("stamps count from 1970: the first one is 0 in the recording")
+        else:
+            stamps, resolution = to_si(values, unit), 1e-3
     clock = time_base(stamps, table.name, bridge_s=options.bridge_s, stated_s=stated_s)
     clock.warnings[:0] = warnings
     clock.evidence = tuple(evidence)
-    return _known(clock, unit, start_s, resolution)
-
-
-def _known(clock: Clock, unit: str, start_s: float | None, resolution_s: float) -> Clock:
-    clock.start_s, clock.resolution_s, clock.facts = start_s, resolution_s, {"time_unit": unit}
+    clock.start_s, clock.resolution_s, clock.facts = start_s, resolution, {"time_unit": unit}
     if start_s is not None and start_s >= _EPOCH_S[0]:
         clock.facts["start_time"] = datetime.fromtimestamp(start_s, UTC).isoformat(timespec="milliseconds")
     return clock
@@ -251,26 +253,10 @@ def _last_digit(table: LogTable) -> float:
 
     A log without text holds doubles, which show seconds since 1970 to less than a microsecond.
     """
-    dialect, column = table.log.layout.dialect, table.columns["time"].index
-    rows = (split(line, dialect.separator) for line in table.log.head.lines[dialect.first :][:50])
-    cells = [plain(cells[column]) for cells in rows if len(cells) == dialect.fields]
+    index = table.columns["time"].index
+    cells = [plain(row[index]) for row in table.log.rows(50)]
     digits = [len(match[1]) for cell in cells if (match := _FRACTION.search(cell))]
     return 10.0 ** -max(digits, default=0) if cells else 1e-6
-
-
-def _clock_times(table: LogTable, values: NDArray[np.float64], stated_s: float | None, options: LogOptions) -> Clock:
-    """Clock times as stamps from the first; where they show no date, it may stand in a column, and midnight passes."""
-    wraps = np.cumsum(np.concatenate([[False], np.diff(values) < -43200.0]))
-    values = values + 86400.0 * wraps if values[0] < 86400.0 * 2 else values
-    first = float(values[0])
-    cells = table.log.layout.dialect.example
-    start_s = first + (next(filter(None, map(date, cells)), 0.0) if first < 86400.0 * 2 else 0.0)
-    clock = time_base(values - first, table.name, bridge_s=options.bridge_s, stated_s=stated_s)
-    clock.evidence = ("the time column holds clock times: the first one is 0 in the recording",)
-    if doubtful := next(filter(month_or_day, cells), None):
-        said = f"the date in {plain(doubtful)!r} may have its day or its month first: the month is taken"
-        clock.warnings.insert(0, said)
-    return _known(clock, "clock time", start_s, _last_digit(table))
 
 
 def _unit(table: LogTable, values: NDArray[np.float64], options: LogOptions) -> tuple[str, list[str], list[str]]:
@@ -313,7 +299,7 @@ def _counted(table: LogTable, options: LogOptions, stated_s: float | None, start
     interval = 1.0 / rate if rate is not None else stated_s or 0.0
     said = f"{rate:g} Hz as given" if rate is not None else f"{stated_s:.9g} s apart as the log states"
     with np.errstate(over="ignore", invalid="ignore"):  # the recording refuses what is not finite
-        time = np.arange(table.samples, dtype=np.float64) * np.float64(interval)
+        time = np.arange(table.body.counts["data"], dtype=np.float64) * np.float64(interval)
     bridge = max(options.bridge_s, _SHORTEST_BRIDGE * interval)
     return Clock(
         *(time, np.zeros(len(time), np.uint8), none, interval, bridge),

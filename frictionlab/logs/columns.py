@@ -10,18 +10,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import FURTHER, LogOptions
 from frictionlab.units import LENGTH, TIME, VOLTS, known_unit, quantity_of, split_unit
 
 if TYPE_CHECKING:
-    from frictionlab.logs.header import LogLayout
+    from frictionlab.logs.layouts import LogLayout
     from frictionlab.logs.table import OpenLog
 
-_EVEN = 0.2
-_FEWEST = 8
 _TIME = re.compile(
     r"t|x_value|elapsed|epoch|date ?time|clock|dt|"
     r"((acquisition|acq|relative|elapsed|epoch|abs|absolute|system|measurement|sample|sampling|log)[ _-]*)?"
@@ -77,21 +74,15 @@ def roles_named(titles: Sequence[str]) -> int:
 def by_option(columns: Sequence[LogColumn], said: str | int, role: str, file: str) -> LogColumn:
     """Find the column that a user named, by title, by name without unit, or by number from 1."""
     text = str(said).strip()
-    folded = text.casefold()
-    for matches in (
-        [c for c in columns if c.title.strip().casefold() == folded],
-        [
-            c
-            for c in columns
-            if c.name.casefold() == folded or split_unit(text)[0].casefold() == c.name.casefold() != ""
-        ],
-    ):
-        if len(matches) == 1:
-            return matches[0]
-        if matches:
-            raise LogError(
-                f"{file}: {_flag(role)} {text!r}: several columns are called so: {_list(matches)}: give a number"
-            )
+    folded, name = text.casefold(), split_unit(text)[0].casefold()
+    titled = [c for c in columns if c.title.strip().casefold() == folded]
+    matches = titled or [c for c in columns if c.name.casefold() in {folded, name} - {""}]
+    if len(matches) == 1:
+        return matches[0]
+    if matches:
+        raise LogError(
+            f"{file}: {_flag(role)} {text!r}: several columns are called so: {_list(matches)}: give a number"
+        )
     if text.isascii() and text.isdecimal() and 1 <= int(text) <= len(columns):
         return columns[int(text) - 1]
     raise LogError(f"{file}: {_flag(role)} {text!r}: no such column; the log has {_list(columns)}")
@@ -138,20 +129,6 @@ def pick(columns: Sequence[LogColumn], role: str, file: str) -> LogColumn | None
     return found[0] if found else None
 
 
-def unassigned(columns: Sequence[LogColumn], file: str, time: LogColumn | None) -> LogError:
-    """Say that mass and base cannot be told apart, and all that has to be given."""
-    one, two = (columns[0].index + 1, columns[1].index + 1) if len(columns) > 1 else (columns[0].index + 1, 0)
-    order = f"--mass {one} --base {two}, or --mass {two} --base {one}" if len(columns) == 2 else "--mass and --base"
-    more = [] if time is not None else ["--time or --sampling-rate where no column says it is the time"]
-    more += ["--unit where the sensor's step does not tell it"] if not any(c.unit for c in columns) else []
-    rest = f"; and {', '.join(more)}" if more else ""
-    known = f" (time is {time})" if time is not None else ""
-    return LogError(
-        f"{file}: which column is the mass, which the base? {_list(columns)} could be either{known}: give {order}, "
-        f"a name or a number from 1{rest}"
-    )
-
-
 def assign(
     log: "OpenLog", options: LogOptions, roles: Sequence[str], *, further: bool = False
 ) -> tuple[dict[str, LogColumn], list[str]]:
@@ -167,28 +144,35 @@ def assign(
     """
     layout, file = log.layout, log.name
     columns = _numeric(layout, options)
-    found: dict[str, LogColumn] = {}
+    found = {role: layout.columns[index] for role, index in layout.prefer.items() if role in ("time", *roles)}
     for role in ("time", *roles):
-        said = getattr(options, role)
-        if said is not None:
+        if (said := getattr(options, role)) is not None:
             found[role] = by_option(layout.columns, said, role, file)
-        elif role in layout.prefer:
-            found[role] = layout.columns[layout.prefer[role]]
     more, warnings = _further(layout, columns, found, options, file) if further else ({}, [])
     columns = _left(columns, more)
     if options.sampling_rate_hz is not None and options.time is None:
         found.pop("time", None)
-    elif "time" not in found and not layout.time_of and (time := _time(_left(columns, found), log)):
-        found["time"] = time
+    elif "time" not in found and not layout.time_of:
+        free = _left(columns, found)
+        time = pick(free, "time", file) or ("interval_s" not in layout.facts and _time_by_values(free, log)) or None
+        found |= {"time": time} if time else {}
     if layout.time_of:
         times = set(layout.time_of.values())
         columns = [c for c in columns if c.index not in times or c in found.values()]
-    lone = further and options.sampling_rate_hz is not None and len(columns) == 1
+    lone = further and options.sampling_rate_hz is not None and len(columns) == 1 and is_displacement(columns[0])
+    lone = lone and not candidates(columns, "time")
     # beside other channels, a bare number is a length only where its name says whose
     sure = [c for c in columns if not more or c.unit in LENGTH or candidates([c], "mass") or candidates([c], "base")]
     found = _with_displacements(sure, found, options, roles, file, alone=bool(more) or lone)
-    found = {role: layout.columns[column.index] for role, column in found.items()}
-    return _with_own_times(layout, found | more, roles) if layout.time_of else found | more, warnings
+    found = {role: layout.columns[column.index] for role, column in (found | more).items()}
+    if layout.time_of and "time" not in found:  # each channel's own, where the user named none: the first one's is time
+        own = [(role, layout.time_of.get(column.index)) for role, column in found.items()]
+        first = own[0][1] if own else None
+        if first is not None:
+            others = [(role, index) for role, index in own if role in roles[1:] and index not in (None, first)]
+            of_others = {f"{role}_time": layout.columns[index] for role, index in others}
+            found = {"time": layout.columns[first]} | found | of_others
+    return found, warnings
 
 
 def _further(
@@ -263,35 +247,15 @@ def _numeric(layout: "LogLayout", options: LogOptions) -> list[LogColumn]:
     return [replace(c, unit="") if c.unit in VOLTS else c for c in columns]
 
 
-def _time(columns: Sequence[LogColumn], log: "OpenLog") -> LogColumn | None:
-    """The column of time by its name or unit, else by its numbers where nothing else says the rate."""
-    time = pick(columns, "time", log.name)
-    return _time_by_values(columns, log) if time is None and "interval_s" not in log.layout.facts else time
-
-
 def _time_by_values(columns: Sequence[LogColumn], log: "OpenLog") -> LogColumn | None:
     """The one column without a name and a unit whose numbers rise in even steps."""
-    rising = [c for c in columns if not c.title and not c.unit and _rises(log.beginning(c.index))]
+
+    def rises(index: int) -> bool:
+        steps = np.diff(log.beginning(index))
+        return len(steps) >= 8 and steps.min() > 0.0 and bool(np.ptp(steps) <= 0.2 * np.median(steps))
+
+    rising = [c for c in columns if not c.title and not c.unit and rises(c.index)]
     return rising[0] if len(rising) == 1 else None
-
-
-def _rises(values: NDArray[np.float64]) -> bool:
-    steps = np.diff(values)
-    if len(steps) < _FEWEST or not steps.min() > 0.0:
-        return False
-    return bool(np.ptp(steps) <= _EVEN * np.median(steps))
-
-
-def _with_own_times(layout: "LogLayout", found: dict[str, LogColumn], roles: Sequence[str]) -> dict[str, LogColumn]:
-    """Give each channel its own time column, where the user named none: ``time`` is the first channel's."""
-    if "time" in found:
-        return found
-    own = {role: layout.time_of.get(column.index) for role, column in found.items()}
-    first = next(iter(own.values()), None)
-    if first is None:
-        return found
-    more = {f"{role}_time": layout.columns[own[role]] for role in roles[1:] if own.get(role) not in (None, first)}  # type: ignore[index]
-    return {"time": layout.columns[first], **found, **more}
 
 
 def _left(columns: Sequence[LogColumn], found: dict[str, LogColumn]) -> list[LogColumn]:
@@ -319,7 +283,7 @@ def _with_displacements(
     if len(left) == 1 and (len(missing) == 1 or (missing and alone)):
         found[missing[0]] = left[0]
     elif missing and left:
-        raise unassigned(left, file, found.get("time"))
+        raise _unassigned(left, file, found.get("time"))
     elif missing and not alone:
         others = ", ".join(f"{c} in {c.unit or 'no unit'}" for c in columns if c not in found.values()) or "none"
         raise LogError(
@@ -327,18 +291,27 @@ def _with_displacements(
             "give --mass, --base and --unit, or --mass-log and --base-log if there is one file per sensor"
             + (_CALIBRATE if any(c.unit in VOLTS for c in columns) else "")
         )
-    _check_absolute(found, options, file)
-    order = [role for role in ("time", *roles) if role in found]
-    if len({found[r].index for r in order}) < len(order):
-        raise LogError(f"{file}: one column cannot play two roles: {', '.join(f'{r} = {found[r]}' for r in order)}")
-    return {role: found[role] for role in order}
-
-
-def _check_absolute(found: dict[str, LogColumn], options: LogOptions, file: str) -> None:
-    """Refuse a relative displacement that nobody said is the mass's own."""
     mass = found.get("mass")
     if mass is not None and options.mass is None and is_relative(mass):
         raise LogError(
             f"{file}: column {mass} is a relative displacement by its name: if it is mass minus base, give --relative "
             f"{mass.index + 1}; if it is the mass's own, --mass {mass.index + 1}"
         )
+    order = [role for role in ("time", *roles) if role in found]
+    if len({found[r].index for r in order}) < len(order):
+        raise LogError(f"{file}: one column cannot play two roles: {', '.join(f'{r} = {found[r]}' for r in order)}")
+    return {role: found[role] for role in order}
+
+
+def _unassigned(columns: Sequence[LogColumn], file: str, time: LogColumn | None) -> LogError:
+    """Mass and base cannot be distinguished: all that has to be given."""
+    one, two = (columns[0].index + 1, columns[1].index + 1) if len(columns) > 1 else (columns[0].index + 1, 0)
+    order = f"--mass {one} --base {two}, or --mass {two} --base {one}" if len(columns) == 2 else "--mass and --base"
+    more = [] if time is not None else ["--time or --sampling-rate where no column says it is the time"]
+    more += ["--unit where the sensor's step does not tell it"] if not any(c.unit for c in columns) else []
+    rest = f"; and {', '.join(more)}" if more else ""
+    known = f" (time is {time})" if time is not None else ""
+    return LogError(
+        f"{file}: which column is the mass, which the base? {_list(columns)} could be either{known}: give {order}, "
+        f"a name or a number from 1{rest}"
+    )

@@ -1,13 +1,15 @@
-"""Logs that are not text, each read by a small adapter over a library; `READERS` lists them.
+"""Logs that are not text, each read by a small adapter over a library into columns of doubles; `READERS` lists them.
 
 MATLAB's .mat, foreign HDF5, NumPy, JSON, Parquet, and National Instruments' TDMS where npTDMS is installed. Excel's
-workbooks become text instead (`frictionlab.logs.unpack`). What is known and not read is named by `refuse_by_name`.
+workbooks become text instead (`frictionlab.logs.text`). What is known and not read is named by `refuse_by_name`.
 """
 
 import json
 import logging
 import warnings
 import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib.util import find_spec
 from pathlib import Path, PurePath
 from typing import Any
@@ -15,115 +17,157 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError, LogError
 from frictionlab.hdf5 import arrays_inside, is_recording
 from frictionlab.hdf5.trial import fault_of
 from frictionlab.log_options import LogOptions
-from frictionlab.logs.sheet import FREE_BYTES, Sheet, check_size, sheet_of, usual_length
 
-_READ = (
-    *("double", "single", "logical", "struct", "cell"),
-    *(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)),
-)
+Facts = dict[str, float | str]
+FREE_BYTES = 1 << 28
+MOST_EXPANSION = 200
+"""Numbers may take this many times the file's size, and always `FREE_BYTES`."""
+_MATLAB_READ = {"double", "single", "logical", "struct", "cell"} | {
+    f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)
+}
 """Kinds of MATLAB's variables, as scipy calls them, that are read: others hold no vector."""
+_RATES = ("fs", "sampling_rate", "samplerate", "sample_rate", "srate", "f_s")
+_STEPS = ("dt", "ts", "tsample", "sampling_interval")
 
 
-def read_matlab(path: Path, options: LogOptions) -> Sheet:
-    """Read the arrays of a file: versions 4 to 7 by scipy, 7.3 (HDF5) by h5py.
+@dataclass(frozen=True)
+class Sheet:
+    """Columns of a binary log.
+
+    Parameters
+    ----------
+    layout
+        What kind of file it is.
+    titles, units
+        One for each column; a unit may be "".
+    values
+        (n,) float64 each, as in the file; nan for no value; moments as seconds since 1970 UTC.
+    moments
+        Columns that hold moments.
+    facts
+        ``interval_s``, ``start_s`` where the file states them.
+    """
+
+    layout: str
+    titles: tuple[str, ...]
+    values: tuple[FloatArray, ...]
+    units: tuple[str, ...] = ()
+    moments: frozenset[int] = frozenset()
+    facts: Mapping[str, float | str] = field(default_factory=dict)
+
+
+def read_binary(path: Path, options: LogOptions) -> Sheet | None:
+    """Read a log of a kind that is registered; ``None`` for any other file, and for one that cannot be opened.
 
     Raises
     ------
     LogError
-        Damaged, of another kind, or without arrays of numbers: what is there is named.
+        It is of such a kind and cannot be read.
     """
+    if not path.is_file():  # a pipe or a device is never read: it may not end
+        return None
+    try:
+        with path.open("rb") as file:
+            first = file.read(1024)
+    except OSError:
+        return None  # whoever reads it as text says why
+    kind = _kind_of(first, path)
+    try:
+        return READERS[kind](path, options) if kind else None
+    except FrictionlabError as error:
+        raise LogError(f"{path.name}: {error}") from error
+    except MemoryError:
+        raise
+    except Exception as error:
+        raise LogError(
+            f"{path.name}: a damaged {kind} file ({type(error).__name__}: {error}): save it again"
+        ) from error
+
+
+def _kind_of(first: bytes, path: Path) -> str:
+    """Which of `READERS` reads a file, by its first bytes and its name; "" for none."""
+    suffix = path.suffix.lower()
+    if first.startswith((b"MATLAB 5.0", b"MATLAB 7.3", b"\x89HDF\r\n\x1a\n")) or (
+        suffix == ".mat" and b"\0" in first[:20]
+    ):
+        return "matlab"
+    if first.startswith(b"\x93NUMPY") or (first.startswith(b"PK") and suffix == ".npz"):
+        return "numpy"
+    if suffix == ".json" and first.lstrip()[:1] in (b"{", b"["):
+        return "json"
+    return {b"TDSm": "tdms", b"PAR1": "parquet"}.get(first[:4], "")
+
+
+def _matlab(path: Path, options: LogOptions) -> Sheet:
+    """Versions 4 to 7 by scipy, 7.3 and any HDF5 by h5py."""
     with path.open("rb") as file:
         is_hdf5 = b"\x89HDF" in file.read(1024)
     if is_hdf5:
         if is_recording(path):
             raise LogError("a recording of frictionlab, not a log: give it to `frictionlab analyze`")
-        return sheet_of("MATLAB", arrays_inside(path, check_size), options)
+        return sheet_of("MATLAB", arrays_inside(path, _check_size), options)
     if fault := fault_of(path):
         raise LogError(f"damaged: {fault}: save it again")
     from scipy.io import loadmat, whosmat  # noqa: PLC0415 - 0.2 s that other logs need not wait for
 
     listed = whosmat(str(path))
-    check_size(sum(int(np.prod(shape)) for _, shape, _ in listed), path.stat().st_size)
+    _check_size(sum(int(np.prod(shape)) for _, shape, _ in listed), path.stat().st_size)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # duplicate names, objects it passes over
-        wanted = [name for name, _, kind in listed if kind in _READ]
+        wanted = [name for name, _, kind in listed if kind in _MATLAB_READ]
         found = loadmat(str(path), simplify_cells=True, variable_names=wanted)
     content = {name: value for name, value in found.items() if not name.startswith("__")}
     others = ", ".join(f"{name} ({kind})" for name, _, kind in listed) or "nothing"
     return sheet_of("MATLAB", content, options, others)
 
 
-def read_numpy(path: Path, options: LogOptions) -> Sheet:
-    """Read the arrays of a file; none that holds Python objects is.
-
-    Raises
-    ------
-    LogError
-        Damaged, larger than it may be, or without arrays of numbers.
-    """
+def _numpy(path: Path, options: LogOptions) -> Sheet:
+    """Arrays of numbers; none of Python objects."""
     if path.suffix.lower() == ".npz":
         with zipfile.ZipFile(path) as archive:
-            check_size(sum(member.file_size for member in archive.infolist()) // 8, path.stat().st_size)
+            _check_size(sum(member.file_size for member in archive.infolist()) // 8, path.stat().st_size)
         with np.load(path, allow_pickle=False) as found:
             return sheet_of("NumPy", dict(found), options)
     array = np.load(path, allow_pickle=False, mmap_mode="r")
-    check_size(int(array.size), path.stat().st_size)
+    _check_size(int(array.size), path.stat().st_size)
     return sheet_of("NumPy", {path.stem: np.array(array)} if array.dtype.names is None else np.array(array), options)
 
 
-def read_json(path: Path, options: LogOptions) -> Sheet:
-    """Read arrays by name, records (a mapping a row), columns with data, or a list of tests.
-
-    Raises
-    ------
-    LogError
-        Damaged, larger than it may be, or without arrays of numbers.
-    """
+def _json(path: Path, options: LogOptions) -> Sheet:
+    """Arrays by name, records (a mapping a row), columns with data, or a list of tests."""
     if path.stat().st_size > FREE_BYTES:
         raise LogError(f"more than {FREE_BYTES / 1e6:.0f} MB of JSON: save it as text or Parquet")
     return sheet_of("JSON", json.loads(path.read_bytes()), options)
 
 
-def read_parquet(path: Path, _options: LogOptions) -> Sheet:
-    """Read the columns of numbers and of moments.
-
-    Raises
-    ------
-    LogError
-        Damaged, or without such columns.
-    """
+def _parquet(path: Path, _options: LogOptions) -> Sheet:
+    """The columns of numbers and of moments."""
     import pyarrow as pa  # noqa: PLC0415 - 0.1 s that other logs need not wait for
     import pyarrow.parquet as pq  # noqa: PLC0415
 
     file = pq.ParquetFile(path)
-    check_size(file.metadata.num_rows * file.metadata.num_columns, path.stat().st_size)
+    _check_size(file.metadata.num_rows * file.metadata.num_columns, path.stat().st_size)
     table = file.read()
-    chosen, moments = dict[str, NDArray[np.float64]](), set[int]()
+    chosen, moments = dict[str, FloatArray](), set[int]()
     for name in table.column_names:
         column, kind = table.column(name), table.schema.field(name).type
         if pa.types.is_timestamp(kind):
             moments.add(len(chosen))
-            nanoseconds = column.cast(pa.timestamp("ns")).cast(pa.int64())
-            chosen[name] = np.asarray(nanoseconds.to_numpy(), dtype=np.float64) / 1e9
+            chosen[name] = _doubles(column.cast(pa.timestamp("ns")).to_numpy())
         elif pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_decimal(kind):
-            chosen[name] = np.asarray(column.cast(pa.float64(), safe=False).to_numpy(), dtype=np.float64)
+            chosen[name] = _doubles(column.cast(pa.float64(), safe=False).to_numpy())
     if not chosen:
         raise LogError(f"no columns of numbers; got {', '.join(table.column_names) or 'none'}")
     return Sheet("Parquet", tuple(chosen), tuple(chosen.values()), moments=frozenset(moments))
 
 
-def read_tdms(path: Path, _options: LogOptions) -> Sheet:
-    """Read the channels of the length that most have, with their units; and the waveform's interval and start.
-
-    Raises
-    ------
-    LogError
-        npTDMS is not installed; or the file is damaged or without channels of numbers.
-    """
+def _tdms(path: Path, _options: LogOptions) -> Sheet:
+    """The channels of the length that most have, with their units; the waveform's interval and start."""
     if find_spec("nptdms") is None:
         raise LogError(
             "a TDMS log: reading it needs npTDMS: pip install npTDMS (or frictionlab[tdms]), or export it as text"
@@ -136,8 +180,8 @@ def read_tdms(path: Path, _options: LogOptions) -> Sheet:
         channels = [c for group in file.groups() for c in group.channels() if len(c) > 1 and c.dtype.kind in "fiuM"]
         if not channels:
             raise LogError("no channels of numbers")
-        check_size(sum(len(c) for c in channels), path.stat().st_size)
-        chosen = [c for c in channels if len(c) == usual_length(channels)]
+        _check_size(sum(len(c) for c in channels), path.stat().st_size)
+        chosen = [c for c in channels if len(c) == _usual_length(channels)]
         names = [c.name for c in chosen]
         units = (c.properties.get("unit_string") or c.properties.get("NI_UnitDescription") or "" for c in chosen)
         return Sheet(
@@ -150,15 +194,16 @@ def read_tdms(path: Path, _options: LogOptions) -> Sheet:
         )
 
 
-def _doubles(values: NDArray[Any]) -> NDArray[np.float64]:
-    if values.dtype.kind == "M":
-        return values.astype("datetime64[ns]").astype(np.int64) / 1e9
-    return values.astype(np.float64)
+def _doubles(values: NDArray[Any]) -> FloatArray:
+    """As doubles; moments as seconds since 1970, nan for none."""
+    if values.dtype.kind != "M":
+        return values.astype(np.float64)
+    return np.where(np.isnat(values), np.nan, values.astype("datetime64[ns]").astype(np.int64) / 1e9)
 
 
-def _waveform(channels: list[Any]) -> dict[str, float | str]:
+def _waveform(channels: list[Any]) -> Facts:
     """Interval and start of the waveform, where the channels state one and the same."""
-    facts: dict[str, float | str] = {}
+    facts: Facts = {}
     steps = {float(c.properties["wf_increment"]) for c in channels if c.properties.get("wf_increment")}
     if len(steps) == 1 and (step := steps.pop()) > 0.0:
         facts["interval_s"] = step
@@ -168,23 +213,165 @@ def _waveform(channels: list[Any]) -> dict[str, float | str]:
     return facts
 
 
-READERS = {
-    "matlab": read_matlab, "numpy": read_numpy, "json": read_json, "parquet": read_parquet, "tdms": read_tdms,
-}  # fmt: skip
+READERS = {"matlab": _matlab, "numpy": _numpy, "json": _json, "parquet": _parquet, "tdms": _tdms}
 
 
-def kind_of_container(first: bytes, path: Path) -> str:
-    """Which of `READERS` reads a file, by its first bytes and its name; "" for none."""
-    suffix = path.suffix.lower()
-    if first.startswith((b"MATLAB 5.0", b"MATLAB 7.3", b"\x89HDF\r\n\x1a\n")) or (
-        suffix == ".mat" and b"\0" in first[:20]
-    ):
-        return "matlab"
-    if first.startswith(b"\x93NUMPY") or (first.startswith(b"PK") and suffix == ".npz"):
-        return "numpy"
-    if suffix == ".json" and first.lstrip()[:1] in (b"{", b"["):
-        return "json"
-    return {b"TDSm": "tdms", b"PAR1": "parquet"}.get(first[:4], "")
+def _check_size(numbers: int, packed: int) -> None:
+    """Refuse a file of so many bytes that asks for far more memory, by its count of doubles, than a log of it could."""
+    most = max(FREE_BYTES, MOST_EXPANSION * packed)
+    if 8 * numbers > most:
+        raise LogError(
+            f"a file of {packed} bytes that asks for {8 * numbers / 1e9:.3g} GB of numbers: accepted are "
+            f"{most / 1e9:.3g} GB: expected a log"
+        )
+
+
+def sheet_of(layout: str, content: Any, options: LogOptions, others: str = "") -> Sheet:
+    """Make a sheet of what a container holds: named arrays, also in structures, lists of records, several tests.
+
+    Parameters
+    ----------
+    layout
+        What kind of file it is.
+    content
+        Mappings, lists, arrays and numbers, as deep as the file has them.
+    options
+        ``variable``: the part that holds the log; ``test``: which of several tests.
+    others
+        What the file says that it holds, for the message where that is no log.
+
+    Raises
+    ------
+    LogError
+        It holds no arrays, or several tests and none was chosen: what is there is named.
+
+    Examples
+    --------
+    >>> content = {"run": {"t": np.arange(9), "x": np.ones((9, 1))}, "fs": 250.0}
+    >>> sheet = sheet_of("MATLAB", content, LogOptions())
+    >>> sheet.titles, sheet.facts
+    (('t', 'x'), {'interval_s': 0.004})
+    """
+    if options.variable is not None:
+        content = _part(content, options.variable)
+    found = _tests(content)
+    if options.test is not None and not 1 <= int(options.test) <= len(found):
+        raise LogError(f"--test {options.test}: expected one of 1 to {len(found)}, as many as the file holds")
+    if options.test is None and len(found) > 1:
+        raise LogError(f"holds {len(found)} tests: which one? give --test 1 to --test {len(found)}")
+    chosen = found[int(options.test or 1) - 1]
+    columns: dict[str, FloatArray] = {}
+    facts: Facts = {}
+    for name, value in _leaves("", chosen):
+        if value.size == 1:
+            facts |= _rate(name, float(value.ravel()[0]))
+        else:
+            columns |= _columns_of(name, value)
+    if not columns:
+        raise LogError(
+            f"no arrays of numbers found: expected vectors such as t, x, y; got {others or _names(chosen)}: save the "
+            "columns of tables and other objects as plain vectors (x = T.x; save log.mat t x y)"
+        )
+    usual = _usual_length([*columns.values()])
+    wanted = {name: column for name, column in columns.items() if len(column) == usual}
+    short = tuple(name.rpartition(".")[2] for name in wanted)
+    titles = short if len(set(short)) == len(short) else tuple(wanted)
+    said = chosen.get("units", {}) if isinstance(chosen, Mapping) else {}
+    units = tuple(str(said.get(title, "")) for title in titles) if isinstance(said, Mapping) else ()
+    return Sheet(layout, titles, tuple(wanted.values()), units, facts=facts)
+
+
+def _part(content: Any, variable: str) -> Any:
+    """A variable by its name, or by its path: ``data.run``."""
+    for name in variable.split("."):
+        if not isinstance(content, Mapping) or name not in content:
+            raise LogError(f"--variable {variable!r}: expected one of {_names(content)}; got no such one")
+        content = content[name]
+    return content if isinstance(content, (Mapping, list)) or _cells(content) else {variable: content}
+
+
+def _names(content: Any) -> str:
+    return ", ".join(map(str, content)) if isinstance(content, Mapping) and content else "none"
+
+
+def _tests(content: Any) -> list[Any]:
+    """The tests in a container: a list of them, mappings of the same keys, or cells of the same number; else one."""
+    while isinstance(content, Mapping) and len(content) == 1:
+        (inner,) = content.values()
+        if not isinstance(inner, Mapping) and not (isinstance(inner, list) and _cells(inner)):
+            break
+        content = inner
+    if isinstance(content, list) and content and all(isinstance(each, Mapping) for each in content):
+        if not any(np.ndim(value) for each in content for value in each.values()):
+            return [{key: [each.get(key) for each in content] for key in content[0]}]  # records: a row each
+        return content
+    if not isinstance(content, Mapping):
+        return [{"column": content}]
+    if {"columns", "data"} <= set(content) and np.ndim(content["data"]) == 2:
+        return [dict(zip(map(str, content["columns"]), np.asarray(content["data"], dtype=object).T, strict=False))]
+    groups = [each for each in content.values() if isinstance(each, Mapping)]
+    if len(groups) > 1 and len({tuple(each) for each in groups}) == 1:
+        return groups
+    cells = {name: each for name, each in content.items() if _cells(each)}
+    counts = {len(each) for each in cells.values()}
+    if len(counts) == 1 and (count := counts.pop()) > 1:
+        shared = {name: each for name, each in content.items() if name not in cells}
+        return [shared | {name: each[i] for name, each in cells.items()} for i in range(count)]
+    return [content]
+
+
+def _cells(value: Any) -> bool:
+    """Whether this is a row of arrays of their own lengths, as MATLAB's cells are, or of structures."""
+    if not isinstance(value, (list, np.ndarray)) or not len(np.atleast_1d(np.asarray(value, dtype=object))):
+        return False
+    if isinstance(value, np.ndarray) and value.dtype != object:
+        return False
+    if all(isinstance(each, Mapping) for each in value):
+        return True
+    return len({np.size(each) for each in value}) > 1 and all(np.ndim(each) == 1 for each in value)
+
+
+def _leaves(name: str, value: Any, depth: int = 0) -> Iterator[tuple[str, FloatArray]]:
+    """The arrays of numbers below a part of a container, each with its path; no value is nan."""
+    if isinstance(value, Mapping):
+        for key, inner in value.items() if depth < 3 else ():
+            yield from _leaves(f"{name}.{key}" if name else str(key), inner, depth + 1)
+        return
+    try:
+        array = np.asarray(value)
+        if array.dtype.names is not None:
+            yield from _leaves(name, {field: array[field] for field in array.dtype.names}, depth)
+            return
+        if array.dtype == object:
+            array = np.array([np.nan if each is None else each for each in array.ravel()]).reshape(array.shape)
+    except ValueError:  # rows of several lengths
+        return
+    if array.dtype.kind in "fiu" and array.size:
+        yield name, array.astype(np.float64)
+
+
+def _columns_of(name: str, array: FloatArray) -> dict[str, FloatArray]:
+    flat = array.squeeze()
+    if flat.ndim == 1 and len(flat) > 1:
+        return {name: flat}
+    if flat.ndim == 2:
+        tall = flat if flat.shape[0] >= flat.shape[1] else flat.T
+        return {f"{name}{i + 1}": np.ascontiguousarray(tall[:, i]) for i in range(min(tall.shape[1], 64))}
+    return {}
+
+
+def _rate(name: str, value: float) -> Facts:
+    """The sampling interval, where a number is called one, or a rate."""
+    plain = name.rpartition(".")[2].lower()
+    if not 0.0 < value < np.inf or plain not in (*_RATES, *_STEPS):
+        return {}
+    return {"interval_s": 1.0 / value if plain in _RATES else value}
+
+
+def _usual_length(columns: Sequence[Any]) -> int:
+    """The length that most columns have; of several, the largest."""
+    lengths = [len(column) for column in columns]
+    return max(set(lengths), key=lambda n: (lengths.count(n), n))
 
 
 _KINDS = (
@@ -219,34 +406,6 @@ _SUFFIXES = {
     ".html": "a web page",
     ".svg": "a drawing",
 }
-
-
-def read_binary(path: Path, options: LogOptions) -> Sheet | None:
-    """Read a log of a kind that is registered; ``None`` for any other file, and for one that cannot be opened.
-
-    Raises
-    ------
-    LogError
-        It is of such a kind and cannot be read.
-    """
-    if not path.is_file():  # a pipe or a device is never read: it may not end
-        return None
-    try:
-        with path.open("rb") as file:
-            first = file.read(1024)
-    except OSError:
-        return None  # whoever reads it as text says why
-    kind = kind_of_container(first, path)
-    try:
-        return READERS[kind](path, options) if kind else None
-    except FrictionlabError as error:
-        raise LogError(f"{path.name}: {error}") from error
-    except MemoryError:
-        raise
-    except Exception as error:
-        raise LogError(
-            f"{path.name}: a damaged {kind} file ({type(error).__name__}: {error}): save it again"
-        ) from error
 
 
 def refuse_by_name(first: bytes, name: str) -> None:

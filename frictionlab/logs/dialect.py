@@ -1,25 +1,156 @@
-"""How a log is written, found from the log: separator, decimal mark, number of fields, where the numbers begin.
+"""How a log is written, found from the log: what its cells say, separator, decimal mark, where the numbers begin.
 
 Each pair of separator and decimal mark is a hypothesis. Under it a line is a row of cells; the hypothesis is as good as
 the share of the text that it turns into numbers over the longest run of lines of one shape. Two hypotheses that do
 equally well and disagree about the numbers are an error that shows both, never a guess.
 """
 
+import math
 import re
-from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from functools import lru_cache
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
-from frictionlab.logs.cells import is_no_value, moment, number, plain
 
 COMMENTS = ("#", "%", "//", "!")
 NAMES = {",": "comma", ";": "semicolon", "\t": "TAB", "|": "pipe", " ": "blanks"}
 _SEPARATORS = ("\t", ";", ",", "|", " ")
 _LOOK_AT = 400
 _WORD = re.compile(r"[^ \t\v\f\r\n]+")  # the blanks of both readers; str.split knows many more
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+-]?\d+)?", re.ASCII)
+_NO_VALUE = re.compile(
+    r"|[-‒–—]+|[-+]?nan|#?n/?a|#(?:div/0|num|value|ref)!|null|none|[-+]?inf(?:inity)?|[-+]?∞|x{3,}|[-+]?f{4,}|-?1\.#\w+|overflow|over|error|#+",
+    re.IGNORECASE,
+)
+_DAY = (
+    r"(?:(?P<y>\d{4})[-/.](?P<m>\d{1,2})[-/.](?P<d>\d{1,2})|(?P<D>\d{1,2})\.(?P<N>\d{1,2})\.(?P<Y>\d{4})"
+    r"|(?P<a>\d{1,2})/(?P<b>\d{1,2})/(?P<c>\d{4}))"
+)
+_CLOCK = r"(?P<H>\d{1,4}):(?P<M>\d{2})(?::(?P<S>\d{2}(?:[.,]\d*)?))?\s*(?:Z|(?P<half>[AaPp])\.?[Mm]\.?)?"
+_MOMENT = re.compile(rf"(?:{_DAY}(?:[T _]\s*|,\s*))?{_CLOCK}", re.ASCII)
+_DATE = re.compile(_DAY, re.ASCII)
+_THOUSANDS = {
+    mark: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:(?:[{signs}]\d{{3}})+{re.escape(mark)}\d*|(?:[{signs}]\d{{3}}){{2,}})")
+    for mark, signs in ((".", ",'’ "), (",", ".'’ "))
+}
+_SIGNS = re.compile("[,.'’ ]")
+
+
+def plain(cell: str) -> str:
+    """Strip blanks and the quotes around a cell."""
+    stripped = cell.strip()
+    if len(stripped) >= 2 and stripped[0] == stripped[-1] and stripped[0] in "\"'":
+        return stripped[1:-1].strip()
+    return stripped
+
+
+def number(cell: str, decimal: str) -> float | None:
+    """Read a plain decimal number as Python's ``float`` does; ``None`` if the cell is none.
+
+    Overflow gives infinity. Marks between thousands are passed over where nothing else can be meant: a decimal mark, or
+    a second of them, follows. Digits beyond ASCII and underscores are refused.
+
+    Examples
+    --------
+    >>> [number(cell, ",") for cell in ("1,5", "-2E3", " 7 ", "1.5", "1_0", "x")]
+    [1.5, -2000.0, 7.0, None, None, None]
+    >>> [number(cell, ".") for cell in ("1,234.5", "1,234", "1,234,567", "0,123.5")]
+    [1234.5, None, 1234567.0, None]
+    """
+    text = plain(cell).replace("\u2212", "-")
+    if _THOUSANDS[decimal].fullmatch(text):
+        whole, mark, rest = text.partition(decimal)
+        text = _SIGNS.sub("", whole) + mark + rest
+    if decimal != ".":
+        if "." in text:
+            return None
+        text = text.replace(decimal, ".")
+    if not _NUMBER.fullmatch(text):
+        return None
+    return float(text.replace("d", "e").replace("D", "e"))
+
+
+def is_no_value(cell: str) -> bool:
+    """Whether a cell says that there is no value: empty, dashes, nan, infinity, Keyence's +FFFFFFF and XXXXXXX."""
+    return _NO_VALUE.fullmatch(plain(cell)) is not None
+
+
+def moment(cell: str) -> float | None:
+    """Read a clock time, with or without its date, as seconds (since 1970 UTC, or since midnight); else ``None``.
+
+    A date with slashes that begins with its day or month has its month first, as in the USA, unless that is none.
+
+    Examples
+    --------
+    >>> moment("1970-01-01 00:00:02.500"), moment("00:01:00.25"), moment("12.5")
+    (2.5, 60.25, None)
+    >>> moment("1/2/1970 12:00:01 AM") == 86401.0, moment("2:16:47.5 PM") == (14 * 60 + 16) * 60 + 47.5
+    (True, True)
+    """
+    match = _MOMENT.fullmatch(plain(cell))
+    if match is None:
+        return None
+    seconds = float((match["S"] or "0").replace(",", "."))
+    if int(match["M"]) > 59 or not seconds < 61.0:
+        return None
+    hour = int(match["H"])
+    if match["half"]:
+        if not 1 <= hour <= 12:
+            return None
+        hour = hour % 12 + 12 * (match["half"] in "pP")
+    clock = hour * 3600 + int(match["M"]) * 60 + seconds
+    return clock if match["y"] is match["Y"] is match["c"] is None else _midnight(match, clock)
+
+
+def date(cell: str) -> float | None:
+    """Read a date without a clock time as seconds since 1970 UTC; else ``None``.
+
+    Examples
+    --------
+    >>> date("1970-01-02"), date("2.1.1970"), date("steel")
+    (86400.0, 86400.0, None)
+    """
+    match = _DATE.fullmatch(plain(cell))
+    return None if match is None else _midnight(match, 0.0)
+
+
+def month_or_day(cell: str) -> bool:
+    """Whether a date could have its day or its month first: 9/11/2024.
+
+    Examples
+    --------
+    >>> [month_or_day(cell) for cell in ("9/11/2024 10:00:00", "9/14/2024", "9/11/2024 10:00:00 AM", "2024-09-11")]
+    [True, False, False, False]
+    """
+    match = _MOMENT.fullmatch(plain(cell)) or _DATE.fullmatch(plain(cell))
+    if match is None or match["a"] is None or match.groupdict().get("half"):
+        return False
+    return int(match["a"]) <= 12 and int(match["b"]) <= 12 and match["a"] != match["b"]
+
+
+def _midnight(match: re.Match[str], clock: float) -> float | None:
+    """Seconds since 1970 of a date found and a clock time [s] after its midnight; ``None`` for no such day."""
+    first, second = match["a"], match["b"]
+    if first is not None and int(first) > 12:
+        first, second = second, first
+    year, month = match["y"] or match["Y"] or match["c"], match["m"] or match["N"] or first
+    try:
+        day = datetime(int(year), int(month), int(match["d"] or match["D"] or second), tzinfo=UTC)
+        return day.timestamp() + clock
+    except ValueError:
+        return None
+
+
+def decimals(cell: str, decimal: str) -> int | None:
+    """How many digits follow the decimal mark of a plain number; ``None`` if it has an exponent or is none."""
+    text = plain(cell)
+    value = number(text, decimal)
+    if value is None or math.isinf(value) or not set("eEdD").isdisjoint(text):
+        return None
+    return len(text.partition(decimal)[2])
 
 
 @dataclass(frozen=True)
@@ -53,15 +184,16 @@ class Dialect:
 
 @dataclass(frozen=True)
 class _Reading:
-    """One hypothesis and how well it does."""
+    """One hypothesis and how well it does.
+
+    ``share``: of the run's characters, those in cells that are numbers or moments; ``run``: lines of its shape;
+    ``values``: what the first of them say, for telling two readings apart.
+    """
 
     dialect: Dialect
     share: float
-    """Of the run's characters, those in cells that are numbers or moments."""
     run: int
-    """Lines of its shape."""
     values: tuple[tuple[str, ...], ...]
-    """What the first lines of the run say, for telling two readings apart."""
 
 
 def split(line: str, separator: str) -> list[str]:
@@ -93,24 +225,31 @@ def find_dialect(lines: tuple[str, ...], options: LogOptions, name: str) -> Dial
     LogError
         If no line holds numbers, or two readings fit equally well.
     """
-    readings = [r for pair in _hypotheses(options) if (r := _read_as(lines, *pair)) is not None]
+    pairs = [
+        (separator, decimal)
+        for separator in ((options.separator,) if options.separator else _SEPARATORS)
+        for decimal in ((options.decimal,) if options.decimal else (".", ","))
+        if separator != decimal
+    ]
+    readings = [r for pair in pairs if (r := _read_as(lines, *pair)) is not None]
     if not readings:
         raise LogError(f"{name}: no lines of numbers found in its first {len(lines)}: expected a log of numbers")
     best = max(readings, key=lambda r: (r.share, r.run))
-    rivals = [r for r in readings if r.share > best.share - 0.02 and 2 * r.run >= best.run]
-    rivals = _distinct(rivals)
+    rivals: list[_Reading] = []
+    for reading in sorted(readings, key=lambda r: -r.share):
+        fits = reading.share > best.share - 0.02 and 2 * reading.run >= best.run
+        if fits and not any(_say_the_same(reading, other) for other in rivals):
+            rivals.append(reading)
     if len(rivals) > 1:
         rivals = _with_matching_header(rivals, lines) or rivals
     if len(rivals) > 1:
-        raise LogError(_both(rivals, name))
+        shown = "; or ".join(
+            f"separator {NAMES[r.dialect.separator]} and decimal mark {r.dialect.decimal!r} "
+            f"(line {r.dialect.first + 1}: {' | '.join(r.values[0])})"
+            for r in rivals[:3]
+        )
+        raise LogError(f"{name}: can be read in more than one way: {shown}: say which by --separator and --decimal")
     return rivals[0].dialect
-
-
-def _hypotheses(options: LogOptions) -> Iterable[tuple[str, str]]:
-    for separator in (options.separator,) if options.separator else _SEPARATORS:
-        for decimal in (options.decimal,) if options.decimal else (".", ","):
-            if separator != decimal:
-                yield separator, decimal
 
 
 @lru_cache(maxsize=2048)  # a separator that a line lacks leaves it whole: one cell, asked about again and again
@@ -134,8 +273,20 @@ def _read_as(lines: Sequence[str], separator: str, decimal: str) -> _Reading | N
         return None
     fitting = [k for k, kind in enumerate(kinds) if _merge(shape, kind) == shape]
     steady = [k for k in fitting if len(fitting) < 3 or sum(j in fitting for j in range(k + 1, k + 4)) >= 2]
-    start = (steady or fitting)[0]
-    return _reading([rows[k] for k in fitting if k >= start], shape, separator, decimal)
+    run = [rows[k] for k in fitting if k >= (steady or fitting)[0]]
+    first, cells = run[0]
+    sizes = [(len(plain(cell)), kind in "nm") for _, row in run for cell, kind in zip(row, shape, strict=True)]
+    known, total = sum(size for size, counts in sizes if counts), sum(size for size, _ in sizes)
+    values = tuple(
+        tuple(f"{number(c, decimal)}" if k == "n" else plain(c) for c, k in zip(row, shape, strict=True) if plain(c))
+        for _, row in run[:50]
+    )
+    evidence = (
+        f"separator {NAMES[separator]}, decimal mark {decimal!r}: of the first lines {len(run)} have "
+        f"{shape.count('n')} numbers in {len(shape)} fields, from line {first + 1}"
+    )
+    dialect = Dialect(separator, decimal, len(shape), shape, first, tuple(plain(c) for c in cells), (evidence,))
+    return _Reading(dialect, known / total if total else 0.0, len(run), values)
 
 
 def _longest_run(kinds: Sequence[str]) -> str:
@@ -161,66 +312,20 @@ def _merge(shape: str, kinds: str) -> str | None:
     return "".join(b if a == "e" else a for a, b in pairs)
 
 
-def _reading(rows: list[tuple[int, list[str]]], shape: str, separator: str, decimal: str) -> _Reading:
-    first, cells = rows[0]
-    known = total = 0
-    for _, row in rows:
-        sizes = [len(plain(cell)) for cell in row]
-        total += sum(sizes)
-        known += sum(size for size, kind in zip(sizes, shape, strict=True) if kind in "nm")
-    values = tuple(
-        tuple(f"{number(c, decimal)}" if k == "n" else plain(c) for c, k in zip(row, shape, strict=True) if plain(c))
-        for _, row in rows[:50]
-    )
-    share = known / total if total else 0.0
-    evidence = (
-        f"separator {NAMES[separator]}, decimal mark {decimal!r}: of the first lines {len(rows)} have "
-        f"{shape.count('n')} numbers in {len(shape)} fields, from line {first + 1}"
-    )
-    return _Reading(
-        Dialect(separator, decimal, len(shape), shape, first, tuple(plain(c) for c in cells), (evidence,)),
-        share,
-        len(rows),
-        values,
-    )
+def _say_the_same(one: _Reading, other: _Reading) -> bool:
+    shared = min(len(one.values), len(other.values))
+    return one.values[-shared:] == other.values[-shared:] or set(one.values) == set(other.values)
 
 
-def _distinct(readings: list[_Reading]) -> list[_Reading]:
-    """Of readings that say the same, keep the first."""
-
-    def same(a: _Reading, b: _Reading) -> bool:
-        shared = min(len(a.values), len(b.values))
-        return a.values[-shared:] == b.values[-shared:] or set(a.values) == set(b.values)
-
-    kept: list[_Reading] = []
-    for reading in sorted(readings, key=lambda r: -r.share):
-        if not any(same(reading, other) for other in kept):
-            kept.append(reading)
-    return kept
-
-
-def _with_matching_header(rivals: list[_Reading], lines: Sequence[str]) -> list[_Reading]:
+def _with_matching_header(rivals: Iterable[_Reading], lines: Sequence[str]) -> list[_Reading]:
     """Keep the reading that has as many fields as the line of words above the numbers; of several, the widest."""
-    kept = []
+    kept: list[_Reading] = []
     for reading in rivals:
         dialect = reading.dialect
         above = [line for line in lines[: dialect.first] if line.strip()]
-        if above and _names(above[-1], dialect) == dialect.fields:
+        cells = split(above[-1].lstrip("#%! "), dialect.separator) if above else []
+        if len(cells) == dialect.fields and any(kind_of(c, dialect.decimal) == "t" for c in cells):
             kept.append(reading)
     widest = max((r.dialect.fields for r in kept), default=0)
     best = [r for r in kept if r.dialect.fields == widest]
     return best if len(best) == 1 else []
-
-
-def _names(line: str, dialect: Dialect) -> int:
-    cells = split(line.lstrip("#%! "), dialect.separator)
-    return len(cells) if Counter(kind_of(c, dialect.decimal) for c in cells)["t"] else 0
-
-
-def _both(rivals: list[_Reading], name: str) -> str:
-    shown = "; or ".join(
-        f"separator {NAMES[r.dialect.separator]} and decimal mark {r.dialect.decimal!r} "
-        f"(line {r.dialect.first + 1}: {' | '.join(r.values[0])})"
-        for r in rivals[:3]
-    )
-    return f"{name}: can be read in more than one way: {shown}: say which by --separator and --decimal"

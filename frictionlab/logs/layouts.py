@@ -1,7 +1,8 @@
 """The layouts of logs that are known by name, and any log that has lines of numbers.
 
 A layout of its own is a function ``(head, options) -> LogLayout | None`` in `LAYOUTS` that says whether a log is of its
-kind and, if so, where its header is, what its columns are and what its preamble states.
+kind and, if so, where its header of names and units is, what its columns are, and what the lines above state: interval
+and start. `columns_of_text` reads what is left.
 
 - sensorTOOL (Micro-Epsilon optoNCDT): one file per sensor, six lines of preamble, padded names; of the two time columns
   the epoch time is taken: it is a number, and it is what two sensors' files have in common
@@ -17,62 +18,113 @@ kind and, if so, where its header is, what its columns are and what its preamble
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
 
 from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
-from frictionlab.logs.cells import moment, number, plain
 from frictionlab.logs.columns import LogColumn, columns_of, roles_named
-from frictionlab.logs.dialect import Dialect, find_dialect, split
-from frictionlab.logs.header import (
-    LogLayout,
-    as_time,
-    believable,
-    find_header,
-    start_in_name,
-    stated_facts,
-)
-from frictionlab.logs.lines import Head
-from frictionlab.units import known_unit, split_unit
+from frictionlab.logs.dialect import Dialect, find_dialect, is_comment, kind_of, moment, number, plain, split
+from frictionlab.logs.text import Head
+from frictionlab.units import TIME, known_unit
 
+Facts = dict[str, float | str]
 _BRACKETED = re.compile(r'\s*"?\([^()]*\)"?(\s*[,;\t]\s*"?\([^()]*\)"?)+\s*')
-_MANY = 8
+_INTERVAL = re.compile(r"(samp\w*[ _-]*)?(time[ _-]*)?(interval|period)|delta_x|dt|abtastintervall", re.IGNORECASE)
+_RATE = re.compile(r"samp\w*[ _-]*(rate|frequency)|abtastrate|messrate", re.IGNORECASE)
+_UNIT = re.compile(r"^(.*?)\s*[\[(]?\s*(s|sec|ms|us|µs|ns|hz|khz|1/s)?\s*[\])]?\s*[:=]?$", re.IGNORECASE)
+_IN_NAME = re.compile(r"(\d{4})-(\d{2})-(\d{2})[_T ](\d{2})-(\d{2})-(\d{2}(?:\.\d+)?)")
+_HERTZ = {"hz": 1.0, "khz": 1e3, "1/s": 1.0, "": 1.0}
+_DAMAGED_ABOVE = 5  # lines of data between the header and the first sound one
+_MANY = 8  # header rows as wide as the data
+
+
+@dataclass(frozen=True)
+class LogLayout:
+    """Where things stand in a log.
+
+    Parameters
+    ----------
+    name
+        Of the layout.
+    dialect
+        Separator, decimal mark, shape of a data line.
+    columns
+        One for each field.
+    header
+        Indices from 0 of the lines that are header: names and units.
+    body
+        Index from 0 of the first line below the header.
+    facts
+        What the preamble states: ``interval_s``, ``start_s`` (seconds since 1970 UTC).
+    prefer
+        Columns of a role, by index, where the layout knows better than the names.
+    time_of
+        For each channel its own time column, by index, where a log has several.
+    spare
+        So many cells of text may follow the fields of a data line.
+    is_header
+        Says of a stripped line in the body whether it is a header repeated.
+    evidence
+        Sentences on why.
+    """
+
+    name: str
+    dialect: Dialect
+    columns: tuple[LogColumn, ...]
+    header: tuple[int, ...]
+    body: int
+    facts: Mapping[str, float | str] = field(default_factory=dict)
+    prefer: Mapping[str, int] = field(default_factory=dict)
+    time_of: Mapping[int, int] = field(default_factory=dict)
+    spare: int = 0
+    is_header: Callable[[str], bool] = field(default=lambda _: False)
+    evidence: tuple[str, ...] = ()
+
+
+def find_layout(head: Head, options: LogOptions) -> LogLayout:
+    """Give the first layout that recognises a log."""
+    found = (recognise(head, options) for recognise in LAYOUTS)
+    return next((layout for layout in found if layout is not None), None) or columns_of_text(head, options)
 
 
 def columns_of_text(head: Head, options: LogOptions) -> LogLayout:
     """Read any log that has lines of numbers; the last resort, so it raises where nothing is found."""
     dialect = find_dialect(head.lines, options, head.path.name)
     name, why = _maker(head, dialect)
-    header = find_header(head.lines, dialect, deep=name == "catman ASCII")
-    name = name or ("units-row" if header.units else "plain")
-    if name == "plain" and not header.titles and (options.mass is None or options.base is None):
+    titles, units, header, body = _header(head.lines, dialect, deep=name == "catman ASCII")
+    name = name or ("units-row" if units else "plain")
+    if name == "plain" and not titles and (options.mass is None or options.base is None):
         _check_names(head, dialect)
-    units = "with a units row" if header.units else "without units row"
-    named = f"line {header.lines[0] + 1} names the columns, {units}" if header.titles else "no line names the columns"
-    again = {head.lines[i].strip() for i in header.lines}
-    layout = LogLayout(
+    if titles:
+        why = (*why, f"line {header[0] + 1} names the columns, {'with a' if units else 'without'} units row")
+    again = {head.lines[i].strip() for i in header}
+    columns = columns_of(titles, units, dialect.fields)
+    epoch = [c.index for c in columns if name == "optoNCDT sensorTOOL" and c.name.lower().startswith("epoch")]
+    return LogLayout(
         name=name,
         dialect=dialect,
-        columns=columns_of(header.titles, header.units, dialect.fields),
-        header=header.lines,
-        body=header.body,
-        facts=stated_facts(head.lines[: header.body], dialect.decimal),
+        columns=columns,
+        header=header,
+        body=body,
+        facts=_stated_facts(head.lines[:body], dialect.decimal),
+        prefer={"time": epoch[0]} if len(epoch) == 1 and dialect.kinds[epoch[0]] == "n" else {},
         is_header=lambda line: line in again,
-        evidence=(*why, named),
+        evidence=why if titles else (*why, "no line names the columns"),
     )
-    epoch = [c.index for c in layout.columns if c.name.lower().startswith("epoch")]
-    if name != "optoNCDT sensorTOOL" or len(epoch) != 1 or dialect.kinds[epoch[0]] != "n":
-        return layout
-    return replace(layout, prefer={"time": epoch[0]})
 
 
 def _maker(head: Head, dialect: Dialect) -> tuple[str, tuple[str, ...]]:
     """Whose program wrote a log, and by what that is seen; "" where it may be any."""
     lines = head.lines
     if any("epoch time" in line.lower() and "distance" in line.lower() for line in lines[:200]):
-        start = start_in_name(head.path)
-        began = () if start is None else (f"the file's name says it began at {as_time(start)}",)
-        return "optoNCDT sensorTOOL", ("columns of epoch time and distance", *began)
+        match = _IN_NAME.search(head.path.name)
+        start = moment("{}-{}-{} {}:{}:{}".format(*match.groups())) if match else None
+        why = "columns of epoch time and distance"
+        if start is None:
+            return "optoNCDT sensorTOOL", (why,)
+        began = datetime.fromtimestamp(start, UTC).isoformat(sep=" ", timespec="milliseconds").removesuffix("+00:00")
+        return "optoNCDT sensorTOOL", (why, f"the file's name says it began at {began}")
     units_below = len(lines) > 3 and _BRACKETED.fullmatch(lines[1]) and not lines[2].strip()
     if units_below and lines[0].lower().lstrip('"').startswith("time"):
         return "PicoScope", ("line 1 names channels, line 2 holds units in brackets, line 3 is blank",)
@@ -97,6 +149,102 @@ def _check_names(head: Head, dialect: Dialect) -> None:
         )
 
 
+def _header(
+    lines: Sequence[str], dialect: Dialect, *, deep: bool
+) -> tuple[Sequence[str], Sequence[str], tuple[int, ...], int]:
+    """Look upward from the first data line for names and units: both, their lines, and the first line below them.
+
+    ``deep``: names and units may stand anywhere above, among other rows as wide as the data; else the names are the
+    nearest row of words.
+    """
+    rows = _rows_above(lines, dialect, deep=deep)
+    units = next(((i, cells) for i, cells in rows if _is_units_row(cells)), None)
+    names = [(i, cells) for i, cells in rows if units is None or i != units[0]]
+    best = max(names, key=lambda row: (roles_named(row[1]), row[0]), default=None) if deep else next(iter(names), None)
+    if best is not None and units is not None and not deep and units[0] < best[0] - 2:
+        units = None
+    return (
+        best[1] if best else (),
+        [known_unit(cell) for cell in units[1]] if units else (),
+        tuple(sorted({row[0] for row in (best, units) if row is not None})),
+        max((i for i, _ in rows), default=dialect.first - 1) + 1,
+    )
+
+
+def _rows_above(lines: Sequence[str], dialect: Dialect, *, deep: bool) -> list[tuple[int, list[str]]]:
+    """Rows of words as wide as the data, nearest first; a few damaged data lines may stand below them."""
+    rows: list[tuple[int, list[str]]] = []
+    damaged = 0
+    fewest = len(dialect.kinds.rstrip("e"))  # its last columns may always be empty
+    for i in range(dialect.first - 1, -1, -1):
+        cells = _header_cells(lines[i], dialect)
+        if not any(cells):
+            continue
+        units = _is_units_row(cells)
+        kinds = [kind_of(c, dialect.decimal) for c in cells]
+        is_words = kinds.count("t") >= max(1, kinds.count("n") + kinds.count("m"))
+        if fewest <= len(cells) <= dialect.fields and (units or is_words):
+            if damaged and not units and not roles_named(cells):
+                break
+            rows.append((i, cells))
+            if not (deep or units):
+                break
+        elif not deep:
+            damaged += 1
+            if damaged > _DAMAGED_ABOVE:
+                break
+    return rows
+
+
+def _header_cells(line: str, dialect: Dialect) -> list[str]:
+    text = line.lstrip().lstrip("#%!").lstrip("/").strip() if is_comment(line) else line
+    cells = [plain(c) for c in split(text, dialect.separator)]
+    if is_comment(line) and len(cells) != dialect.fields and len(text.split()) == dialect.fields:
+        cells = text.split()
+    while len(cells) > dialect.fields and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def _is_units_row(cells: Sequence[str]) -> bool:
+    named = [c for c in cells if c]
+    return bool(named) and all(known_unit(c) for c in named) and roles_named(cells) < 2
+
+
+def _stated_facts(lines: Sequence[str], decimal: str) -> Facts:
+    """The interval where a line of the form "key <separator> value" states it: ``Sampling time interval(ms),0.5``."""
+    for line in lines:
+        key = re.split(r"[;\t:=]|,(?!\d)|(?<=\D),", line.lstrip("#%! "), maxsplit=1) if len(line) <= 500 else []
+        cells = [plain(cell) for cell in key]
+        if len(cells) < 2:
+            continue
+        interval = _interval(cells[0], re.split(r"[;\t]|, ?(?=\D)", cells[1])[0], decimal)
+        if interval is not None:
+            return {"interval_s": interval}
+    return {}
+
+
+def _interval(key: str, value: str, decimal: str) -> float | None:
+    match = _UNIT.match(key)
+    name, unit = (match[1].strip(), (match[2] or "").lower()) if match else (key, "")
+    amount, _, behind = value.strip().partition(" ")
+    found = number(amount, decimal) if decimal == "." else number(amount, decimal) or number(amount, ".")
+    if found is None or not 0.0 < found < float("inf"):
+        return None
+    unit = unit or behind.strip("[]() ").lower()
+    interval = 0.0
+    if _RATE.fullmatch(name) and unit in _HERTZ:
+        interval = 1.0 / (found * _HERTZ[unit])
+    elif _INTERVAL.fullmatch(name) and (known_unit(unit) in TIME or not unit):
+        interval = found / TIME[known_unit(unit) or "s"]
+    return interval if _believable(interval) else None
+
+
+def _believable(interval_s: float) -> bool:
+    """Whether samples may be so far apart [s]; a damaged preamble states anything."""
+    return 1e-9 < interval_s < 1e5
+
+
 _END = "***End_of_Header***"
 _SEPARATORS = {"tab": "\t", "comma": ",", "semicolon": ";"}
 _KEYS = frozenset(
@@ -115,20 +263,34 @@ def labview(head: Head, options: LogOptions) -> LogLayout | None:
     if names is None:
         return None
     said = {_key(line): line for line in head.lines[:names]}
-    options = _as_stated(options, said)
+    separator = _SEPARATORS.get(said.get("Separator", "").removeprefix("Separator").strip("\t ,;").lower(), "\t")
+    mark = said.get("Decimal_Separator", "").removeprefix("Decimal_Separator").strip("\t ")
+    options = replace(options, separator=options.separator or separator)
+    options = replace(options, decimal=options.decimal or (mark if mark in (".", ",") else None))
     found = find_dialect(head.lines[names + 1 :], options, head.path.name)
     dialect = replace(found, first=found.first + names + 1)
+
+    def cells_of(key: str) -> list[str]:
+        return [plain(cell) for cell in said.get(key, "").split(dialect.separator)[1:]]
+
     titles = [plain(c) for c in head.lines[names].split(dialect.separator)]
-    units = [known_unit(c) for c in said.get("Y_Unit_Label", "").split(dialect.separator)[1:]]
-    columns = _labview_columns(titles, units, dialect.fields)
+    units = iter(cells_of("Y_Unit_Label"))  # of the channels in their order; each X_Value is time in seconds
+    columns: list[LogColumn] = []
+    for column in columns_of(titles, (), dialect.fields):
+        below = known_unit(next(units, "")) if column.title not in ("X_Value", "Comment") else ""
+        columns.append(replace(column, unit="s" if column.title == "X_Value" else column.unit or below))
     times = [c.index for c in columns if c.title == "X_Value"]
+    facts: Facts = _first_interval(cells_of("Delta_X"), dialect.decimal)
+    date, time = cells_of("Date")[:1], cells_of("Time")[:1]
+    if date and time and (start := moment(f"{date[0]} {time[0]}")) is not None:
+        facts["start_s"] = start
     return LogLayout(
         name="LabVIEW lvm",
         dialect=dialect,
-        columns=columns,
+        columns=tuple(columns),
         header=(names,),
         body=names + 1,
-        facts=_labview_facts(said, dialect.separator, dialect.decimal),
+        facts=facts,
         time_of=_times_left_of(columns, times) if len(times) > 1 else {},
         is_header=lambda line: _key(line) in _KEYS,
         spare=1 if titles[-1:] == ["Comment"] and len(titles) > dialect.fields else 0,
@@ -140,108 +302,52 @@ def _key(line: str) -> str:
     return line.replace(";", "\t").replace(",", "\t").partition("\t")[0].strip()
 
 
-def _as_stated(options: LogOptions, said: Mapping[str, str]) -> LogOptions:
-    separator = _SEPARATORS.get(said.get("Separator", "").removeprefix("Separator").strip("\t ,;").lower(), "\t")
-    decimal = said.get("Decimal_Separator", "").removeprefix("Decimal_Separator").strip("\t ")
-    stated = replace(options, separator=options.separator or separator)
-    return replace(stated, decimal=options.decimal or (decimal if decimal in (".", ",") else None))
-
-
-def _labview_columns(titles: list[str], units: list[str], fields: int) -> tuple[LogColumn, ...]:
-    """Channels have units in their order; each ``X_Value`` is time in seconds."""
-    columns, left = [], list(units)
-    for column in columns_of(titles, (), fields):
-        if column.title == "X_Value":
-            columns.append(replace(column, unit="s"))
-        elif column.title == "Comment":
-            columns.append(column)
-        else:
-            unit = left.pop(0) if left else ""
-            columns.append(replace(column, unit=column.unit or unit))
-    return tuple(columns)
-
-
 def _times_left_of(columns: Sequence[LogColumn], times: Sequence[int]) -> dict[int, int]:
     """Give each channel the time column to its left."""
     channels = [c.index for c in columns if c.index not in times and any(t < c.index for t in times)]
     return {index: max(t for t in times if t < index) for index in channels}
 
 
-def _labview_facts(said: Mapping[str, str], separator: str, decimal: str) -> dict[str, float | str]:
-    facts: dict[str, float | str] = {}
-    cells = said.get("Delta_X", "").split(separator)[1:]
-    steps = [n for c in cells if (n := number(c, decimal)) is not None and believable(n)]
-    if steps:
-        facts["interval_s"] = steps[0]
-    date, time = (said.get(key, "").split(separator)[1:2] for key in ("Date", "Time"))
-    if date and time and (start := moment(f"{plain(date[0])} {plain(time[0])}")) is not None:
-        facts["start_s"] = start
-    return facts
+def _first_interval(cells: Sequence[str], decimal: str) -> Facts:
+    steps = [n for cell in cells if (n := number(cell, decimal)) is not None and _believable(n)]
+    return {"interval_s": steps[0]} if steps else {}
 
 
 _LABELS = ("timestamp", "interval", "channel name", "unit")
 
 
 def ni(head: Head, options: LogOptions) -> LogLayout | None:
-    """Rows labelled ``Channel name`` and ``Interval``."""
+    """Rows labelled ``Channel name`` and ``Interval``; a column under a label, or without a name, is time."""
     first = [plain(line.split(",")[0].split(";")[0].split("\t")[0]).lower() for line in head.lines[:60]]
     if "channel name" not in first or "interval" not in first:
         return None
     dialect = find_dialect(head.lines, options, head.path.name)
-    rows = {
-        label: (i, [plain(c) for c in split(head.lines[i], dialect.separator)])
-        for i, label in enumerate(first)
-        if label in _LABELS and i < dialect.first
-    }
-    if "channel name" not in rows or "interval" not in rows:
+    lines = {label: i for i, label in enumerate(first) if label in _LABELS and i < dialect.first}
+    if "channel name" not in lines or "interval" not in lines:
         return None
-    names, units = rows["channel name"], rows.get("unit", (0, []))
-    columns = _ni_columns(names[1], units[1], dialect.fields)
-    header = tuple(sorted({names[0], units[0]} if "unit" in rows else {names[0]}))
+    rows = {label: [plain(c) for c in split(head.lines[i], dialect.separator)] for label, i in lines.items()}
+    names, units = rows["channel name"], rows.get("unit", [])
+    if len(names) == dialect.fields + 1:  # a label column that the data lacks
+        names, units = names[1:], units[1:]
+    is_time = {i for i in range(dialect.fields) if i >= len(names) or names[i].lower() in ("channel name", "")}
+    columns = tuple(
+        LogColumn(c.index, "time", "time", "s") if c.index in is_time else c
+        for c in columns_of(names, [known_unit(unit) for unit in units], dialect.fields)
+    )
+    facts = _first_interval(rows["interval"][1:], dialect.decimal)
+    starts = [m for c in rows.get("timestamp", [])[1:] if (m := moment(c)) is not None]
     return LogLayout(
         name="NI",
         dialect=dialect,
         columns=columns,
-        header=header,
-        body=max(i for i, _ in rows.values()) + 1,
-        facts=_ni_facts(rows, dialect.decimal),
+        header=tuple(sorted(lines[label] for label in ("channel name", "unit") if label in lines)),
+        body=max(lines.values()) + 1,
+        facts=facts | {"start_s": starts[0]} if starts else facts,
         time_of=_times_left_of(columns, [c.index for c in columns if c.name == "time"]),
         is_header=lambda line: plain(line.partition(dialect.separator)[0]).lower() in _LABELS,
         evidence=(f"rows labelled {', '.join(rows)}",),
     )
 
 
-def _ni_columns(names: Sequence[str], units: Sequence[str], fields: int) -> tuple[LogColumn, ...]:
-    """A column under a label, or without a name, is time; a label column that the data lacks is left out."""
-    if len(names) == fields + 1:
-        names, units = names[1:], units[1:]
-    columns = []
-    for i in range(fields):
-        title = names[i] if i < len(names) else ""
-        unit = known_unit(units[i]) if i < len(units) else ""
-        if title.lower() in ("channel name", ""):
-            columns.append(LogColumn(i, "time", "time", "s"))
-        else:
-            columns.append(replace(LogColumn(i, title, *split_unit(title)), unit=unit or split_unit(title)[1]))
-    return tuple(columns)
-
-
-def _ni_facts(rows: dict[str, tuple[int, list[str]]], decimal: str) -> dict[str, float | str]:
-    facts: dict[str, float | str] = {}
-    intervals = [n for c in rows["interval"][1][1:] if (n := number(c, decimal)) is not None and believable(n)]
-    starts = [m for c in rows.get("timestamp", (0, []))[1][1:] if (m := moment(c)) is not None]
-    if intervals:
-        facts["interval_s"] = intervals[0]
-    if starts:
-        facts["start_s"] = starts[0]
-    return facts
-
-
 LAYOUTS: tuple[Callable[[Head, LogOptions], LogLayout | None], ...] = (labview, ni)
 """Before `columns_of_text`, which reads what is left."""
-
-
-def find_layout(head: Head, options: LogOptions) -> LogLayout:
-    """Give the first layout that recognises a log."""
-    found = (recognise(head, options) for recognise in LAYOUTS)
-    return next((layout for layout in found if layout is not None), None) or columns_of_text(head, options)

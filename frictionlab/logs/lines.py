@@ -1,201 +1,239 @@
-"""A log as blocks of whole lines: unpacked, decoded to an encoding whose digits and line ends are ASCII, hashed.
+"""The lines below the header: numbers out, every line accounted for.
 
-Memory is bounded whatever the file's size: a block holds a few megabytes, and a file that unpacks to far more than it
-should is refused.
+A regular line becomes a sample. Every other line is looked at on its own and is blank, a comment, a repeated header,
+a sample without a value, or quarantined with the reason; nothing falls through.
 """
 
-import codecs
-import os
+import math
 import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from io import BufferedReader
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+from pyarrow import csv
 
 from frictionlab.errors import LogError
-from frictionlab.logs.unpack import BLOCK, Counted, Progress, package_of, unpacked
+from frictionlab.logs.columns import LogColumn
+from frictionlab.logs.dialect import decimals, is_comment, is_no_value, moment, number, plain, split
+from frictionlab.logs.layouts import LogLayout
 
-HEAD = 1 << 18
-LONGEST_LINE = 1 << 24
-NUMBERS = "binary"
-"""The encoding of a log that is no text."""
-_BOMS = (
-    (codecs.BOM_UTF8, "utf-8-sig"),
-    (codecs.BOM_UTF32_LE, "utf-32"),
-    (codecs.BOM_UTF32_BE, "utf-32"),
-    (codecs.BOM_UTF16_LE, "utf-16"),
-    (codecs.BOM_UTF16_BE, "utf-16"),
-)
-_WIDE = re.compile("^utf[-_]?(16|32)", re.IGNORECASE)
-
-
-@dataclass(frozen=True)
-class Head:
-    """The beginning of a log: decoded lines without their ends, how it is written, and what it is packed in ("")."""
-
-    path: Path
-    lines: tuple[str, ...]
-    encoding: str
-    newline: str
-    package: str
-    whole: bool
-    evidence: tuple[str, ...]
-    state: tuple[int, int]
-    """Size and time of change when it was read."""
+KEEP = 10_000
+"""So many quarantined lines are kept with their text; all of them are counted."""
+_LONGEST_KEPT = 300
+_PARTS, _FEW = 16, 32  # a block with an odd line is cut in so many parts, down to so few lines, which are judged alone
+_LF, _CR = b"\n\r"
+_BLANK_ENDS = re.compile(rb" +(?=\r?\n)")
 
 
 @dataclass
-class Blocks:
-    """Iterate over (bytes of whole lines ending in LF, whether it is the file's last, unended line).
+class Body:
+    """What was read: columns as in the file (their units), and what became of the lines.
 
-    After the last block ``read`` is the file's size and ``sha256`` its digest, and the file is known not to have
-    changed meanwhile.
+    ``values`` are (n,) float64 for each wanted column, nan for no value; ``empty`` counts those, and ``cut``
+    whether the last line was cut (which is no sign of a damaged log). ``first`` is the number of the first line, and
+    ``others`` are those of the lines that hold no sample, increasing.
     """
 
-    head: Head
-    progress: Progress | None = None
-    read: int = 0
-    sha256: str = ""
+    first: int
+    values: list[NDArray[np.float64]] = field(default_factory=list)
+    others: list[int] = field(default_factory=list)
+    empty: int = 0
+    cut: int = 0
+    counts: dict[str, int] = field(
+        default_factory=lambda: dict.fromkeys(("data", "header", "blank", "comment", "quarantined"), 0)
+    )
+    quarantined: list[tuple[int, str, str]] = field(default_factory=list)
+    headers: list[int] = field(default_factory=list)
 
-    def __iter__(self) -> Iterator[tuple[bytes, bool]]:
-        with _open(self.head.path) as file:
-            before = os.fstat(file.fileno())
-            counted = Counted(file, before.st_size, self.progress)
-            yield from _whole_lines(_decoded(counted, self.head))
-            while counted.read(BLOCK):  # a compressed file may have padding
-                pass
-            after = os.fstat(file.fileno())
-        if len({_state(before), _state(after), self.head.state}) > 1 or counted.done != after.st_size:
-            raise LogError(f"{self.head.path.name}: changed while it was read: wait until it is written, ingest again")
-        self.read, self.sha256 = counted.done, counted.digest.hexdigest()
+    def lines_of(self, samples: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Line numbers from 1 of these samples."""
+        before = np.array(self.others, np.int64) - self.first - np.arange(len(self.others))  # samples above each
+        return np.asarray(samples + self.first + np.searchsorted(before, samples, side="right"))
+
+    @property
+    def restarts(self) -> NDArray[np.int64]:
+        """Samples before which a header was repeated."""
+        lines = np.array(self.headers, np.int64)
+        return np.unique(lines - self.first - np.searchsorted(self.others, lines))
 
 
-def _state(stat: os.stat_result) -> tuple[int, int]:
-    return stat.st_size, stat.st_mtime_ns
+class Reader:
+    """Read the body of a log block by block; `finish` gives what was read.
 
+    The numbers of regular lines are parsed by pyarrow, to the nearest double. It is silent about none of the faults
+    that matter but these, which are looked for in the bytes: a number cut short, quotes, NULs, lone carriage returns,
+    and words that it takes for numbers (nan, inf). A block that holds one is cut in parts, and the last few lines
+    around an odd one are judged on their own.
 
-def read_head(path: Path, encoding: str | None = None) -> Head:
-    """Read and decode the first 256 kB of a log.
-
-    Raises
-    ------
-    LogError
-        If the file cannot be read, is empty, or is not text.
+    Parameters
+    ----------
+    layout
+        Where things stand in the log.
+    columns
+        The columns to read, by role; one in the role ``time`` comes first.
+    last_decimals
+        Decimals that the last field of every line has; 0 if they vary.
+    encoding
+        Of text kept for the record.
+    size
+        Bytes of the log: how much memory to take.
     """
-    with _open(path) as file:
-        state = _state(os.fstat(file.fileno()))
-        package = package_of(file, path.name)
-        raw = bytearray()
-        for chunk in _raw(Counted(file, state[0], None), package, path.name):
-            raw += chunk
-            if len(raw) >= HEAD:
-                break
-    whole = len(raw) < HEAD
-    raw = raw[:HEAD]
-    if not raw.strip(b"\0 \t\r\n\xef\xbb\xbf\xff\xfe"):
-        raise LogError(f"{path.name}: empty: expected lines of numbers; got {state[0]} bytes without any")
-    name, evidence = (encoding, "as given") if encoding else _encoding_of(bytes(raw))
-    text = _decode(bytes(raw), name, path, whole=whole)
-    newline = "\r" if "\r" in text and "\n" not in text else "\n"
-    lines = [line.rstrip("\r") for line in text.split(newline)]
-    if not whole or not lines[-1]:
-        lines.pop()
-    return Head(path, tuple(lines), name, newline, package, whole, (f"encoding {name}: {evidence}",), state)
 
+    def __init__(
+        self,
+        layout: LogLayout,
+        columns: Mapping[str, LogColumn],
+        *,
+        last_decimals: int = 0,
+        encoding: str = "utf-8",
+        size: int = 0,
+    ) -> None:
+        self.layout, self.dialect, self.encoding = layout, layout.dialect, encoding
+        self.wanted = [column.index for column in columns.values()]
+        self.has_time = "time" in columns
+        self.moments = self.has_time and self.dialect.kinds[self.wanted[0]] == "m"
+        self.last_decimals = last_decimals if self.dialect.fields - 1 in self.wanted else 0
+        self.next_line = layout.body + 1
+        self.body = Body(self.next_line)
+        self._size, self._columns = size, np.empty((len(self.wanted), 0))
+        self._signs = b'"\0' + (b"\v\f" if self.dialect.separator == " " else b"")
 
-def texts_of(head: Head, numbers: Sequence[int]) -> dict[int, str]:
-    """Fetch the texts of some lines, by their numbers from 1; cut to 300 characters."""
-    wanted, found, line = sorted(numbers), dict[int, str](), 1
-    encoding = "utf-8" if head.encoding.startswith("utf") else head.encoding
-    for block, _ in Blocks(head) if wanted and head.encoding != NUMBERS else ():
-        count = block.count(b"\n") + (not block.endswith(b"\n"))
-        here = [n for n in wanted if line <= n < line + count]
-        rows = block.split(b"\n") if here else []
-        found |= {n: rows[n - line][:300].decode(encoding, "replace").rstrip("\r") for n in here}
-        line += count
-    return found
+    def read(self, block: bytes) -> None:
+        """Read a block of whole lines."""
+        lines = block.count(b"\n")
+        values = self._regular(block, lines)
+        if values is not None:
+            self._take(values, self._size * lines // len(block))
+            self.next_line += lines
+        elif lines <= _FEW:
+            self.judge(block.split(b"\n")[:-1])
+        else:
+            ends = np.flatnonzero(np.frombuffer(block, np.uint8) == _LF) + 1
+            cuts = [0, *ends[np.linspace(0, lines, _PARTS + 1).astype(int)[1:] - 1].tolist()]
+            for start, stop in pairwise(cuts):
+                self.read(block[start:stop])
 
+    def _regular(self, block: bytes, lines: int) -> list[NDArray[np.float64]] | None:
+        """The wanted columns where all lines are regular; None where pyarrow may take one for what it is not."""
+        mark, text = self.dialect.decimal, self._without_blanks(block)
+        if self.moments or any(text.find(sign) >= 0 for sign in self._signs):
+            return None
+        returns = text.count(b"\r")
+        if returns and returns != text.count(b"\r\n"):
+            return None
+        if self.last_decimals:
+            signs = np.frombuffer(text, np.uint8)
+            last = np.flatnonzero(signs == _LF)
+            last = last - (signs[last - 1] == _CR) if returns else last
+            if (signs[np.maximum(last - self.last_decimals - 1, 0)] != ord(mark)).any():
+                return None
+        names = [str(index) for index in range(self.dialect.fields)]
+        wanted = [names[index] for index in self.wanted]
+        convert = csv.ConvertOptions(
+            column_types=dict.fromkeys(wanted, pa.float64()),
+            include_columns=list(dict.fromkeys(wanted)),
+            null_values=[],
+            decimal_point=mark,
+            check_utf8=False,
+        )
+        parse = csv.ParseOptions(delimiter=self.dialect.separator, quote_char=False, ignore_empty_lines=False)
+        try:
+            how = csv.ReadOptions(column_names=names, block_size=len(text) + 1, use_threads=False)
+            table = csv.read_csv(pa.BufferReader(text), how, parse, convert)
+        except pa.ArrowInvalid:
+            return None
+        values = [table[name].to_numpy() for name in wanted]
+        return values if table.num_rows == lines and all(np.isfinite(v).all() for v in values) else None
 
-def _open(path: Path) -> BufferedReader:
-    try:
-        if not path.is_file():
-            other = "it is a pipe or a device" if path.exists() else "no such file"
-            what = "it is a folder" if path.is_dir() else other
-            raise LogError(f"{path}: cannot be read ({what}): give the path of a log")
-        return path.open("rb")
-    except OSError as error:
-        raise LogError(f"{path}: cannot be read ({error.strerror})") from error
+    def _without_blanks(self, block: bytes) -> bytes:
+        """The block with one blank where runs of them part the cells, and none at the ends of its lines."""
+        if self.dialect.separator == " ":
+            block = block.replace(b"\t", b" ").replace(b"\r\n", b"\n")
+            while b"  " in block:
+                block = block.replace(b"  ", b" ")
+            return block.replace(b" \n", b"\n").replace(b"\n ", b"\n").removeprefix(b" ")
+        return _BLANK_ENDS.sub(b"", block) if b" " in block else block
 
+    def judge(self, lines: Sequence[bytes], *, unended: bool = False) -> None:
+        """Say of each line what it is, and read it if it is data; ``unended``: the file ends without a line end.
 
-def _raw(file: Counted, package: str, name: str) -> Iterator[bytes]:
-    """The file's text in chunks, unpacked."""
-    if not package:
-        while chunk := file.read(BLOCK):
-            yield chunk
-        return
-    try:
-        yield from unpacked(package, file)
-    except LogError as error:
-        raise LogError(f"{name}: {error}") from error
+        Such a line is data only if it is provably whole.
+        """
+        rows: list[list[float]] = []
+        for line in lines:
+            kind, reason, row = self._kind_of(line)
+            if unended and kind == "data" and not self.last_decimals:
+                kind, reason = "quarantined", "the file ends inside this line: it may be cut"
+            if kind == "data":
+                rows.append(row)
+                self.body.empty += sum(map(math.isnan, row))
+            else:
+                self.body.counts[kind] += 1
+                self.body.others.append(self.next_line)
+            if kind == "header":
+                self.body.headers.append(self.next_line)
+            if kind == "quarantined":
+                self.body.cut += unended
+                if len(self.body.quarantined) < KEEP:
+                    text = line[:_LONGEST_KEPT].decode(self.encoding, "replace").rstrip("\r\n")
+                    self.body.quarantined.append((self.next_line, text, reason))
+            self.next_line += 1
+        if rows:
+            self._take(list(np.array(rows).T), 0)
 
+    def _take(self, values: Sequence[NDArray[np.float64]], expected: int) -> None:
+        """Add the next samples; so many are expected in all, by the lines of this block."""
+        start = self.body.counts["data"]
+        stop = self.body.counts["data"] = start + len(values[0])
+        if stop > self._columns.shape[1]:
+            grown = np.empty((len(values), max(int(1.02 * expected), 3 * stop // 2)))
+            grown[:, :start] = self._columns[:, :start]
+            self._columns = grown
+        for column, more in zip(self._columns, values, strict=True):
+            column[start:stop] = more
 
-def _encoding_of(raw: bytes) -> tuple[str, str]:
-    for bom, name in _BOMS:
-        if raw.startswith(bom):
-            return name, "byte order mark"
-    even, odd = raw[0::2].count(0), raw[1::2].count(0)
-    if odd > 0.4 * len(raw) / 2 and even < 0.05 * len(raw):
-        return "utf-16-le", "every second byte is 0"
-    if even > 0.4 * len(raw) / 2 and odd < 0.05 * len(raw):
-        return "utf-16-be", "every second byte is 0"
-    try:
-        codecs.getincrementaldecoder("utf-8")().decode(raw)
-    except UnicodeDecodeError as error:
-        return "cp1252", f"byte {error.start} is not UTF-8"
-    return "utf-8", "plain ASCII" if raw.isascii() else "decodes without a fault"
+    def _kind_of(self, line: bytes) -> tuple[str, str, list[float]]:
+        """What one line is, why it is set aside, and its numbers if it is data."""
+        text = line.decode(self.encoding if self.encoding.isascii() else "utf-8", "replace").rstrip("\r\n")
+        stripped = text.strip()
+        if "\0" in text:
+            return "quarantined", "NUL bytes", []
+        if not stripped.strip(self.dialect.separator + "; ,\t\"'\x1a"):
+            return "blank", "", []
+        if self.layout.is_header(stripped):
+            return "header", "", []
+        if is_comment(text):
+            return "comment", "", []
+        cells, fields = split(text, self.dialect.separator), self.dialect.fields
+        if not fields <= len(cells) <= fields + self.layout.spare:
+            return "quarantined", f"expected {fields} fields; got {len(cells)}", []
+        values = self._values_of(cells)
+        return ("quarantined", values, []) if isinstance(values, str) else ("data", "", values)
 
+    def _values_of(self, cells: Sequence[str]) -> list[float] | str:
+        """The wanted numbers of a line, nan where it has no value; or why it is no sample."""
+        values = []
+        for place, index in enumerate(self.wanted):
+            is_time, cell = self.has_time and place == 0, cells[index]
+            value = moment(cell) if is_time and self.moments else number(cell, self.dialect.decimal)
+            if value is None and not is_no_value(cell):
+                return f"field {index + 1}: not a number: {plain(cell)[:40]!r}"
+            if value is None or not math.isfinite(value):
+                if is_time:
+                    return f"no time stamp: {plain(cell)[:40]!r}"
+                value = math.nan
+            values.append(value)
+        found = decimals(cells[self.dialect.fields - 1], self.dialect.decimal) if self.last_decimals else None
+        if found is not None and found < self.last_decimals:
+            return f"last number cut: expected {self.last_decimals} decimals"
+        return values
 
-def _decode(raw: bytes, encoding: str, path: Path, *, whole: bool) -> str:
-    """Decode the head; part of a character at the end of a whole file stands as a replacement character."""
-    decoder = codecs.getincrementaldecoder(encoding)("replace" if encoding == "cp1252" else "strict")
-    try:
-        text = decoder.decode(raw)
-    except UnicodeError as error:
-        raise LogError(f"{path.name}: not {encoding} text ({error}): give --encoding") from error
-    return text + "\ufffd" if whole and decoder.getstate()[0] else text
-
-
-def _decoded(file: Counted, head: Head) -> Iterator[bytes]:
-    """Chunks in an encoding whose digits, separators and line ends are ASCII bytes."""
-    chunks = _raw(file, head.package, head.path.name)
-    if head.encoding == "utf-8-sig" or _WIDE.match(head.encoding):
-        chunks = _as_utf8(chunks, head.encoding)
-    if head.newline == "\r":
-        chunks = (chunk.replace(b"\r", b"\n") for chunk in chunks)
-    return chunks
-
-
-def _as_utf8(chunks: Iterator[bytes], encoding: str) -> Iterator[bytes]:
-    if encoding == "utf-8-sig":
-        yield next(chunks, b"").removeprefix(codecs.BOM_UTF8)
-        yield from chunks
-        return
-    decoder = codecs.getincrementaldecoder(encoding)("replace")
-    for chunk in chunks:
-        yield decoder.decode(chunk).encode("utf-8", "replace")
-    yield decoder.decode(b"", final=True).encode("utf-8", "replace")
-
-
-def _whole_lines(chunks: Iterator[bytes]) -> Iterator[tuple[bytes, bool]]:
-    rest = b""
-    for chunk in chunks:
-        cut = chunk.rfind(b"\n") + 1
-        if cut:
-            yield (rest + chunk[:cut] if rest else chunk[:cut]), False
-            rest = chunk[cut:]
-            continue
-        rest += chunk
-        if len(rest) > LONGEST_LINE:
-            raise LogError(f"a line longer than {LONGEST_LINE} bytes: expected a log of lines")
-    if rest:
-        yield rest, True
+    def finish(self) -> Body:
+        """What was read."""
+        self.body.values = [column[: self.body.counts["data"]] for column in self._columns]
+        if self.body.counts["data"] + len(self.body.others) != self.next_line - self.body.first:
+            raise LogError("lines do not add up: this is a fault of frictionlab, please report it with the log")
+        return self.body

@@ -1,7 +1,7 @@
 """From one log, or one log per sensor, to a recording: what was read is examined, converted to SI, put together."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,16 +9,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import LogError, RecordingError
 from frictionlab.log_options import FURTHER, LogOptions
-from frictionlab.logs.align import Aligned, align
-from frictionlab.logs.body import KEEP
+from frictionlab.logs.align import align
 from frictionlab.logs.clock import Clock, clock_of
 from frictionlab.logs.columns import LogColumn, by_option, possible
-from frictionlab.logs.lines import texts_of
+from frictionlab.logs.lines import KEEP
 from frictionlab.logs.sensor import Sensed, bridge, examine, unit_by_step
 from frictionlab.logs.table import LogTable, OpenLog, open_log, read_table
-from frictionlab.logs.unpack import Progress
+from frictionlab.logs.text import Progress, texts_of
 from frictionlab.recording import Channel, Fact, Quality, QuarantinedLine, Recording, Replaced, Source, quantity_named
 from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 
@@ -36,7 +36,7 @@ class SensorLog:
     table: LogTable
     clock: Clock
     channels: dict[str, Sensed]
-    replaced: dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]]
+    replaced: dict[str, tuple[NDArray[np.int64], FloatArray]]
 
     @property
     def warnings(self) -> list[str]:
@@ -57,7 +57,11 @@ class SensorLog:
     @property
     def evidence(self) -> list[str]:
         """All reasons for reading it so."""
-        return [*self.table.evidence, *self.clock.evidence, *(e for c in self.channels.values() for e in c.evidence)]
+        log, columns = self.table.log, self.table.columns.items()
+        found = [f"{role} is column {column}, in {column.unit or 'a unit not said'}" for role, column in columns]
+        layout = (f"layout {log.layout.name}", *log.layout.dialect.evidence, *log.layout.evidence)
+        of_channels = (e for c in self.channels.values() for e in c.evidence)
+        return [*log.head.evidence, *layout, *found, *self.clock.evidence, *of_channels]
 
 
 def read_log(path: Path, options: LogOptions | None = None, *, progress: Progress | None = None) -> Recording:
@@ -102,7 +106,14 @@ def _read(log: OpenLog, options: LogOptions, progress: Progress | None = None) -
         times = table.values["time"], table.values.pop("base_time")
         if not np.array_equal(*times):
             return _read_own_times(table, times[1], options)
-    return _recording(_absolute(_examined(table, options)), options)
+    sensors = _examined(table, options)
+    if "relative" in sensors.channels:  # to the mass's displacement, by the base's
+        relative, base = sensors.channels.pop("relative"), sensors.channels["base"]
+        relative.evidence.append("mass is the relative displacement plus the base's")
+        where, before = sensors.replaced.pop("relative")
+        sensors.replaced["mass"] = where, before + base.values[where]
+        sensors.channels["mass"] = replace(relative, values=relative.values + base.values)
+    return _recording(sensors, options)
 
 
 def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
@@ -118,7 +129,7 @@ def read_mass_log(path: Path, options: LogOptions | None = None) -> Recording:
     if len(possible(log, options)) > 1 or any(getattr(options, role) is not None for role in FURTHER):
         return _read(log, options)
     sensors = _examined(read_table(log, replace(options, base=None), ("mass",)), options)
-    return _recording(_with_still_one(sensors, "base"), options)
+    return _recording(sensors, options, still="base")
 
 
 def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
@@ -142,7 +153,7 @@ def read_base_log(path: Path, options: LogOptions | None = None) -> Recording:
         return _read(log, options)
     else:
         sensors = _examined(read_table(log, options, ("base",)), options)
-    return _recording(_with_still_one(sensors, "mass"), options)
+    return _recording(sensors, options, still="mass")
 
 
 def _acceleration_in(log: OpenLog, options: LogOptions) -> LogColumn | None:
@@ -188,34 +199,23 @@ def read_two_logs(
         As `read_log`, and if the logs do not overlap.
     """
     options = options or LogOptions()
-    mass = _one_sensor(mass_log, "mass", replace(options, base=None), progress)
-    base = _one_sensor(base_log, "base", replace(options, mass=None), progress)
-    return _recording_of_two(mass, base, _aligned(mass, base, options), options)
-
-
-def _one_sensor(path: Path, role: str, options: LogOptions, progress: Progress | None) -> SensorLog:
-    return _examined(read_table(open_log(path, options), options, (role,), progress), options)
-
-
-def _aligned(mass: SensorLog, base: SensorLog, options: LogOptions, *, one_clock: bool = False) -> Aligned:
-    one, other = (mass.clock, mass.channels["mass"]), (base.clock, base.channels["base"])
-    return align(one, other, options, one_clock=one_clock)
-
-
-def _read_own_times(table: LogTable, base_time: NDArray[np.float64], options: LogOptions) -> Recording:
-    """Read a log whose channels have stamps of their own, on one clock; further channels are left out."""
-    there = np.isfinite(base_time)
-    base = replace(
-        table,
-        columns={"time": table.columns["base_time"], "base": table.columns["base"]},
-        values={"time": base_time[there], "base": table.values["base"][there]},
-        samples=int(there.sum()),
+    only = {"mass": replace(options, base=None), "base": replace(options, mass=None)}
+    mass, base = (
+        _examined(read_table(open_log(path, only[role]), only[role], (role,), progress), only[role])
+        for path, role in ((mass_log, "mass"), (base_log, "base"))
     )
-    columns = {role: table.columns[role] for role in ("time", "mass")}
-    mass = replace(table, columns=columns, values={role: table.values[role] for role in columns})
+    return _recording_of_two(mass, base, options)
+
+
+def _read_own_times(table: LogTable, base_time: FloatArray, options: LogOptions) -> Recording:
+    """Read a log whose channels have stamps of their own, on one clock; further channels are left out."""
+    there, roles = np.isfinite(base_time), ("time", "mass")
+    of_base = {"time": base_time[there], "base": table.values["base"][there]}
+    base = replace(table, columns={"time": table.columns["base_time"], "base": table.columns["base"]}, values=of_base)
+    mass = replace(table, columns={r: table.columns[r] for r in roles}, values={r: table.values[r] for r in roles})
     one, two = _examined(mass, options), _examined(base, options)
     one, two = (replace(s, table=replace(s.table, file=table.file)) for s in (one, two))  # one file, counted once
-    return _recording_of_two(one, two, _aligned(one, two, options, one_clock=True), options)
+    return _recording_of_two(one, two, options, one_clock=True)
 
 
 def _examined(table: LogTable, options: LogOptions) -> SensorLog:
@@ -224,9 +224,8 @@ def _examined(table: LogTable, options: LogOptions) -> SensorLog:
     table = _without_stray(table, clock)
     channels, replaced = {}, {}
     for role in [*table.values]:
-        sensed = (_displacement if role in _DISPLACEMENTS else _further)(table, role, options)
-        replaced[role] = bridge(clock.time, sensed, clock.bridge, role)
-        channels[role] = sensed
+        channels[role] = _channel(table, role, options)
+        replaced[role] = bridge(clock.time, channels[role], clock.bridge, role)
     return SensorLog(table, clock, channels, replaced)
 
 
@@ -244,55 +243,58 @@ def _without_stray(table: LogTable, clock: Clock) -> LogTable:
         table,
         file=replace(table.file, lines=lines),
         values={role: np.delete(values, clock.stray) for role, values in table.values.items()},
-        samples=table.samples - len(numbers),
         quarantined=tuple(sorted((*table.quarantined, *more), key=lambda q: q.number)),
     )
 
 
-def _displacement(table: LogTable, role: str, options: LogOptions) -> Sensed:
-    """A displacement in metres: by its calibration, its unit, or the step that shows which laser it is."""
-    column, values = table.columns[role], table.values.pop(role)
-    missing = _without_sentinels(values, role)
-    per_volt = {"mass": options.mass_metres_per_volt, "base": options.base_metres_per_volt}.get(role)
+def _channel(table: LogTable, role: str, options: LogOptions) -> Sensed:
+    """A channel in SI units: by its calibration, its unit, or the step that shows which laser it is."""
+    column, values, is_laser = table.columns[role], table.values.pop(role), role in _DISPLACEMENTS
+    quantity = "displacement" if is_laser else quantity_named(role)
+    said, per_volt, offset = options.unit_of(role)
+    written = "" if column.unit in ("-", "1") else column.unit
+    unit = said or written or (options.unit or "" if quantity == "displacement" else "")
+    warnings = _without_sentinels(values, role)
     if per_volt is not None:
-        if column.unit and column.unit not in VOLTS:
+        if written and written not in VOLTS:
+            source = f"{role}_metres_per_volt says" if is_laser else f"the units of {role} say"
             raise LogError(
-                f"column {column} is in {column.unit}: {role}_metres_per_volt is for one in volts: leave it out of "
-                "[log]"
+                f"{table.name}: column {column} is in {_named(written)}: expected volts, for which {source} "
+                f"{per_volt:g} {unit} each: leave that out"
             )
-        offset = options.mass_offset_m if role == "mass" else options.base_offset_m
-        metres = values * (per_volt / VOLTS.get(column.unit, 1.0)) + offset
-        sensed = examine(metres, role, options.measuring_range_m)
-        sensed.warnings[:0] = missing
-        return sensed
-    unit, warnings = options.unit or column.unit, missing
-    as_said = options.unit is not None and column.unit in VOLTS  # whoever names them in mm knows their sensor
-    wrong = next((u for u in (unit, column.unit) if u and u not in LENGTH and not (as_said and u in VOLTS)), "")
+        values = values * (per_volt / VOLTS.get(written, 1.0)) + offset
+    # whoever names volts in another unit knows their sensor
+    wrong = next((u for u in (unit, written) if u and quantity_of(u) != quantity and not (said and u in VOLTS)), "")
     if wrong:
-        remedy = f"take another column by --{role}"
-        if wrong in VOLTS:
-            remedy = f"give what a volt of the sensor means: {role}_metres_per_volt in [log], --{role}-metres-per-volt"
-        raise LogError(f"{table.name}: column {column} is in {_named(wrong)}: expected a length; {remedy}")
-    if not unit:
-        found = unit_by_step(values)
-        if found is None:
-            raise LogError(f"{table.name}: the unit of column {column} is not said: give --unit, such as --unit mm")
-        unit = found[0]
-        warnings.append(f"{role}: no unit is said; the sensor's step says {unit} ({found[1] * 1e3:g} mm range)")
-    elif options.unit and column.unit and options.unit != column.unit:
-        warnings.append(f"{role}: the log says {column.unit}, --unit says {options.unit}: {options.unit} is taken")
-    elif options.unit and not column.unit and column.title.endswith(("]", "}")):
-        warnings.append(
-            f"{role}: the unit in {column.title!r} is not known; --unit says {options.unit}, which is taken"
+        example = f"{role}_metres_per_volt" if is_laser else f'{role} = "50 {UNIT[quantity]}/V"'
+        raise LogError(
+            f"{table.name}: column {column} is in {_named(wrong)}: expected {_a(quantity)}, one of "
+            f"{', '.join(QUANTITIES[quantity])}: take another column by --{role.replace('_', '-')}"
+            + (f", or give what a volt is, such as {example} in [log]" if wrong in VOLTS else "")
         )
-    sensed = examine(to_si(values, unit), role, options.measuring_range_m)
+    if not unit and is_laser and (by_step := unit_by_step(values)) is not None:
+        unit = by_step[0]
+        warnings.append(f"{role}: no unit is said; the sensor's step says {unit} ({by_step[1] * 1e3:g} mm range)")
+    if not unit:
+        known = UNIT[quantity]
+        how = "--unit, such as --unit mm" if is_laser else f'--units {role}={known}, or [log.units] {role} = "{known}"'
+        raise LogError(f"{table.name}: the unit of column {column} is not said: expected {_a(quantity)}: give {how}")
+    if per_volt is None and said and written and written != said:
+        warnings.append(f"{role}: the log says {written}, the options say {said}: {said} is taken")
+    elif per_volt is None and said and not written and column.title.endswith(("]", "}")):
+        warnings.append(f"{role}: the unit in {column.title!r} is not known; the options say {said}, which is taken")
+    values = to_si(values, unit)
+    if not is_laser:
+        quality = np.where(np.isnan(values), np.uint8(Quality.NO_VALUE), np.uint8(0))
+        return Sensed(values, quality, warnings=warnings)
+    sensed = examine(values, role, options.measuring_range_m)
     sensed.warnings[:0] = warnings
-    if sensed.range is None and unit in ("m", "mm", "um"):
-        found = unit_by_step(sensed.values, LENGTH[unit])
-        if found is not None and found[0] != unit:
+    if per_volt is None and sensed.range is None and unit in ("m", "mm", "um"):
+        by_step = unit_by_step(values, LENGTH[unit])
+        if by_step is not None and by_step[0] != unit:
             sensed.warnings.append(
-                f"{role}: the log says {unit}, but its step fits an optoNCDT of {found[1] * 1e3:g} mm range read in "
-                f"{found[0]}: check the unit, and give --unit {found[0]} if so"
+                f"{role}: the log says {unit}, but its step fits an optoNCDT of {by_step[1] * 1e3:g} mm range read in "
+                f"{by_step[0]}: check the unit, and give --unit {by_step[0]} if so"
             )
     return sensed
 
@@ -303,7 +305,11 @@ def _named(unit: str) -> str:
     return f"{unit} ({quantity})" if quantity else unit
 
 
-def _without_sentinels(values: NDArray[np.float64], role: str) -> list[str]:
+def _a(quantity: str) -> str:
+    return "a length" if quantity == "displacement" else f"an {quantity}" if quantity[0] == "a" else f"a {quantity}"
+
+
+def _without_sentinels(values: FloatArray, role: str) -> list[str]:
     """Make nan of the numbers by which loggers say "no value" (9999, -9999 ...), where all others are far from them.
 
     Examples
@@ -324,73 +330,81 @@ def _without_sentinels(values: NDArray[np.float64], role: str) -> list[str]:
     return said
 
 
-def _further(table: LogTable, name: str, options: LogOptions) -> Sensed:
-    """A further channel in its SI unit, from the unit of its column or the one that ``units`` says."""
-    column, values = table.columns[name], table.values.pop(name)
-    missing = _without_sentinels(values, name)
-    quantity = quantity_named(name)
-    said, per_volt = options.unit_of(name)
-    unit = said or column.unit or (options.unit or "" if quantity == "displacement" else "")
-    if not unit:
-        raise LogError(
-            f"{table.name}: the unit of column {column} is not said: expected one of {_a(quantity)}; got none: give "
-            f'--units {name}={UNIT[quantity]}, or [log.units] {name} = "{UNIT[quantity]}"'
+def _recording(sensors: SensorLog, options: LogOptions, still: str = "") -> Recording:
+    """The recording of one log; ``still``: a channel that it lacks, which stands at 0."""
+    quality = sensors.clock.quality.copy()
+    for sensed in sensors.channels.values():
+        quality |= sensed.quality
+    values = {role: sensed.values for role, sensed in sensors.channels.items()}
+    if still:
+        values[still] = np.zeros(len(quality))
+    columns = sensors.table.columns
+    with _named_log(sensors.table.name):
+        return Recording(
+            time=sensors.clock.time,
+            mass_displacement=values.get("mass"),  # type: ignore[arg-type] # None: not measured
+            base_displacement=values.get("base"),  # type: ignore[arg-type]
+            quality=quality,
+            source=_source([sensors], _dialect_facts(sensors, options), options),
+            channels=tuple(
+                Channel(role, channel, columns[role].title)
+                for role, channel in values.items()
+                if role not in _DISPLACEMENTS
+            ),
         )
-    if quantity_of(unit) != quantity:
-        raise LogError(
-            f"{table.name}: column {column} is in {_named(unit)}: expected {_a(quantity)}, one of "
-            f"{', '.join(QUANTITIES[quantity])}: take another column"
-            + (f', or give what a volt is, such as {name} = "50 {UNIT[quantity]}/V"' if unit in VOLTS else "")
+
+
+def _recording_of_two(mass: SensorLog, base: SensorLog, options: LogOptions, *, one_clock: bool = False) -> Recording:
+    sensors = (mass.clock, mass.channels["mass"]), (base.clock, base.channels["base"])
+    aligned = align(*sensors, options, one_clock=one_clock)
+    of_base = sorted(_dialect_facts(base, options).items(), key=lambda fact: fact[0].startswith("base_"))
+    facts = _dialect_facts(mass, options)
+    facts |= {key if key.startswith("base_") else f"base_log_{key}": value for key, value in of_base}
+    with _named_log(f"{mass.table.name} and {base.table.name}"):
+        return Recording(
+            time=aligned.time,
+            mass_displacement=aligned.mass,
+            base_displacement=aligned.base,
+            quality=aligned.quality,
+            source=_source([mass, base], facts | aligned.facts, options, aligned.warnings),
         )
-    if per_volt is not None:
-        if column.unit and column.unit not in VOLTS:
-            raise LogError(
-                f"{table.name}: column {column} is in {_named(column.unit)}: expected volts, for which the units of "
-                f"{name} say {per_volt:g} {unit} each: leave that out"
-            )
-        values = values * (per_volt / VOLTS.get(column.unit, 1.0))
-    sensed = Sensed(to_si(values, unit), np.zeros(len(values), np.uint8))
-    sensed.quality[np.isnan(sensed.values)] |= np.uint8(Quality.NO_VALUE)
-    sensed.warnings += missing
-    if said and per_volt is None and column.unit and column.unit != said:
-        sensed.warnings.append(f"{name}: the log says {column.unit}, the options say {said}: {said} is taken")
-    return sensed
 
 
-def _a(quantity: str) -> str:
-    return f"an {quantity}" if quantity[0] == "a" else f"a {quantity}"
+@contextmanager
+def _named_log(log: str) -> Iterator[None]:
+    """Say of which log it is what makes no recording."""
+    try:
+        yield
+    except RecordingError as error:
+        raise LogError(f"{log}: {error}") from error
 
 
-def _with_still_one(sensors: SensorLog, role: str) -> SensorLog:
-    """A log of one channel with the other one standing at 0."""
-    n = len(sensors.clock.time)
-    sensors.channels[role] = Sensed(np.zeros(n), np.zeros(n, np.uint8))
-    return sensors
+def _source(
+    logs: Sequence[SensorLog], facts: Mapping[str, Fact], options: LogOptions, warnings: Sequence[str] = ()
+) -> Source:
+    """Where a recording comes from; sentences about one log of two begin with its name."""
+    names = [f"{sensors.table.name}: " if len(logs) > 1 else "" for sensors in logs]
+    said = [f"{name}{sentence}" for name, sensors in zip(names, logs, strict=True) for sentence in sensors.warnings]
+    why = [f"{name}{sentence}" for name, sensors in zip(names, logs, strict=True) for sentence in sensors.evidence]
+    return Source(
+        files=tuple(dict.fromkeys(sensors.table.file for sensors in logs)),
+        dialect=facts,
+        options=options.given(),
+        quarantined=tuple(dict.fromkeys(line for sensors in logs for line in sensors.table.quarantined)),
+        warnings=(*dict.fromkeys(said), *warnings),
+        evidence=tuple(dict.fromkeys(why)),
+        replaced=_replaced_samples(logs[0].replaced) if len(logs) == 1 else None,
+    )
 
 
-def _absolute(sensors: SensorLog) -> SensorLog:
-    """Make the mass's displacement of a relative one and the base's."""
-    if "relative" not in sensors.channels:
-        return sensors
-    relative, base = sensors.channels.pop("relative"), sensors.channels["base"]
-    relative.evidence.append("mass is the relative displacement plus the base's")
-    where, before = sensors.replaced.pop("relative")
-    sensors.replaced["mass"] = where, before + base.values[where]
-    sensors.channels["mass"] = replace(relative, values=relative.values + base.values)
-    return sensors
-
-
-def _replaced_samples(parts: dict[str, tuple[NDArray[np.int64], NDArray[np.float64]]]) -> Replaced | None:
+def _replaced_samples(parts: dict[str, tuple[NDArray[np.int64], FloatArray]]) -> Replaced | None:
     """Put what was replaced in mass and base side by side; nan where that channel was sound."""
-    none = np.zeros(0, np.int64), np.zeros(0)
-    both = {role: parts.get(role, none) for role in ("mass", "base")}
-    index = np.union1d(both["mass"][0], both["base"][0])
-    if not len(index):
-        return None
-    columns = {role: np.full(len(index), np.nan) for role in both}
-    for role, (where, values) in both.items():
-        columns[role][np.searchsorted(index, where)] = values
-    return Replaced(index, columns["mass"], columns["base"])
+    both = [parts.get(role, (np.zeros(0, np.int64), np.zeros(0))) for role in ("mass", "base")]
+    index = np.union1d(both[0][0], both[1][0])
+    columns = [np.full(len(index), np.nan) for _ in both]
+    for column, (where, values) in zip(columns, both, strict=True):
+        column[np.searchsorted(index, where)] = values
+    return Replaced(index, *columns) if len(index) else None
 
 
 def _dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
@@ -410,8 +424,7 @@ def _dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
         facts[f"{role}_column_number"] = column.index + 1
     for role, column in table.columns.items():
         if role in sensors.channels:
-            said = options.unit if role in _DISPLACEMENTS else options.unit_of(role)[0]
-            facts[f"{role}_unit"] = said or column.unit
+            facts[f"{role}_unit"] = options.unit_of(role)[0] or column.unit
     facts |= sensors.clock.facts
     facts |= {"sampling_rate_hz": 1.0 / sensors.clock.interval, "bridge_s": sensors.clock.bridge}
     facts |= {"missing_samples": sensors.clock.missing}
@@ -419,65 +432,3 @@ def _dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
         facts |= {f"{role}_step_m": channel.step} if channel.step else {}
         facts |= {f"{role}_measuring_range_m": channel.range} if channel.range else {}
     return facts
-
-
-def _recording(sensors: SensorLog, options: LogOptions) -> Recording:
-    quality = sensors.clock.quality.copy()
-    for sensed in sensors.channels.values():
-        quality |= sensed.quality
-    displacements_ = {role: sensors.channels[role].values for role in ("mass", "base") if role in sensors.channels}
-    columns = sensors.table.columns
-    with _named_log(sensors.table.name):
-        return Recording(
-            time=sensors.clock.time,
-            mass_displacement=displacements_.get("mass"),  # type: ignore[arg-type] # None: not measured
-            base_displacement=displacements_.get("base"),  # type: ignore[arg-type]
-            quality=quality,
-            source=Source(
-                files=(sensors.table.file,),
-                dialect=_dialect_facts(sensors, options),
-                options=options.given(),
-                quarantined=sensors.table.quarantined,
-                warnings=tuple(sensors.warnings),
-                evidence=tuple(sensors.evidence),
-                replaced=_replaced_samples(sensors.replaced),
-            ),
-            channels=tuple(
-                Channel(role, sensed.values, columns[role].title)
-                for role, sensed in sensors.channels.items()
-                if role not in _DISPLACEMENTS
-            ),
-        )
-
-
-@contextmanager
-def _named_log(log: str) -> Iterator[None]:
-    """Say of which log it is what makes no recording."""
-    try:
-        yield
-    except RecordingError as error:
-        raise LogError(f"{log}: {error}") from error
-
-
-def _recording_of_two(mass: SensorLog, base: SensorLog, aligned: Aligned, options: LogOptions) -> Recording:
-    said = [f"{sensors.table.name}: {sentence}" for sensors in (mass, base) for sentence in sensors.warnings]
-    why = [f"{sensors.table.name}: {sentence}" for sensors in (mass, base) for sentence in sensors.evidence]
-    facts = _dialect_facts(mass, options) | {
-        key if key.startswith("base_") else f"base_log_{key}": value
-        for key, value in sorted(_dialect_facts(base, options).items(), key=lambda fact: fact[0].startswith("base_"))
-    }
-    with _named_log(f"{mass.table.name} and {base.table.name}"):
-        return Recording(
-            time=aligned.time,
-            mass_displacement=aligned.mass,
-            base_displacement=aligned.base,
-            quality=aligned.quality,
-            source=Source(
-                files=tuple(dict.fromkeys((mass.table.file, base.table.file))),
-                dialect=facts | aligned.facts,
-                options=options.given(),
-                quarantined=tuple(dict.fromkeys((*mass.table.quarantined, *base.table.quarantined))),
-                warnings=(*dict.fromkeys(said), *aligned.warnings),
-                evidence=tuple(dict.fromkeys(why)),
-            ),
-        )

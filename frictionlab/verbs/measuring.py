@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration
     from frictionlab.analysis.measurement import Measurement
     from frictionlab.analysis.taps import Mode
-    from frictionlab.logs.unpack import Progress
+    from frictionlab.logs.text import Progress
     from frictionlab.recording import Recording
     from frictionlab.scene import Scene
 

@@ -98,7 +98,7 @@ def test_a_packed_log_cut_anywhere_is_refused(kind: str, tmp_path: Path) -> None
 
 @pytest.mark.parametrize("kind", ["gzip", "zip"])
 def test_a_bomb_is_refused_by_its_size(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("frictionlab.logs.unpack.FREE", 1 << 16)
+    monkeypatch.setattr("frictionlab.logs.text.FREE", 1 << 16)
     path = tmp_path / "log.bin"
     path.write_bytes(PACKED[kind](b"t [s],x [mm],y [mm]\n" + b"0,0,0\n" * 400_000))
     with pytest.raises(LogError, match=r"unpacks to more than .* MB after .* accepted are 0.0655 MB"):

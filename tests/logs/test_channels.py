@@ -78,7 +78,7 @@ def test_columns_are_named_by_options_and_their_units_said(tmp_path: Path) -> No
     np.testing.assert_allclose(recording.normal_force, 1e3 * FORCE, atol=1e-5)
     np.testing.assert_allclose(recording.mass_velocity, 1e-3 * X, atol=1e-11)
     table = LogOptions(units={"torque": "0.5 Nm/mV"})
-    assert table.unit_of("torque") == ("Nm", 500.0)
+    assert table.unit_of("torque") == ("Nm", 500.0, 0.0)
 
 
 @pytest.mark.parametrize("unit", ["kip", "uN", "m/s", "g", "deg", "rpm", "Nm", "bar", "kg"])
@@ -100,7 +100,11 @@ def test_a_displacement_in_a_unit_of_another_kind_is_refused_by_name(
             {"contact_force": "F"},
             r"expected a force.*or give what a volt is, such as contact_force = .50 N/V",
         ),
-        ("F", {"contact_force": "F"}, "the unit of column 4 .* is not said: .* give --units contact_force=N"),
+        (
+            "F",
+            {"contact_force": "F"},
+            "the unit of column 4 .* is not said: expected a force: give --units contact_force=N",
+        ),
         ("F [N]", {"contact_force": "F", "units": "force=2 N/V"}, "expected volts, for which the units of"),
         ("v [Nm]", {"mass_velocity": "v"}, r"is in Nm \(torque\): expected a velocity"),
         ("F [N]", {"torque": 9}, "--torque '9': no such column"),

@@ -134,7 +134,9 @@ def test_bare_names_say_which_unit_by_the_sensors_step(tmp_path: Path) -> None:
 def test_bare_numbers_without_a_step_ask_for_the_unit(tmp_path: Path) -> None:
     smooth = Truth(tuple((t, f"{float(x):.3f}", f"{float(y):.3f}") for t, x, y in DATA.rows))
     log = write(tmp_path / "log.csv", table(smooth, "t,x,y", ","))
-    with pytest.raises(LogError, match=r"log\.csv: the unit of column 2 \('x'\) is not said: give --unit"):
+    with pytest.raises(
+        LogError, match=r"log\.csv: the unit of column 2 \('x'\) is not said: expected a length: give --unit"
+    ):
         read_log(log)
     recording = read_log(log, LogOptions(unit="um"))
     np.testing.assert_array_equal(recording.mass_displacement, [float(x) / 1e6 for _, x, _ in smooth.rows])

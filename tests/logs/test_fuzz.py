@@ -53,7 +53,7 @@ def test_a_compressed_log_cut_anywhere_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_gzip_bomb_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("frictionlab.logs.unpack.FREE", 1 << 16)
+    monkeypatch.setattr("frictionlab.logs.text.FREE", 1 << 16)
     path = write(tmp_path / "log.csv.gz", "time [s],mass [mm],base [mm]\n" + "0,0,0\n" * 200_000)
     with pytest.raises(LogError, match=r"unpacks to more than .* accepted are 0.0655 MB, or 200 times what was read"):
         read_log(path)
@@ -84,7 +84,7 @@ def test_a_disk_that_fails_is_reported(tmp_path: Path, monkeypatch: pytest.Monke
     def fail(*_: object) -> int:
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
-    monkeypatch.setattr("frictionlab.logs.lines._whole_lines", fail)
+    monkeypatch.setattr("frictionlab.logs.text._whole_lines", fail)
     with pytest.raises(LogError, match=r"log\.csv: cannot be read to its end \(Input/output error\)"):
         read_log(path)
 

@@ -8,7 +8,7 @@ import pytest
 
 from frictionlab.errors import LogError, UsageError
 from frictionlab.logs import LogOptions, read_log, read_mass_log, read_two_logs
-from frictionlab.logs.cells import moment, number
+from frictionlab.logs.dialect import moment, number
 from frictionlab.logs.sensor import unit_by_step
 from frictionlab.recording import Recording
 from tests.logs.samples import table, truth, write
@@ -130,7 +130,9 @@ def test_volts_of_one_sensor_and_millimetres_of_the_other(tmp_path: Path) -> Non
     base = log(tmp_path / "b.csv", "time [s],base [mm]", shown(T), shown(Y))
     assert_is_the_motion(read_two_logs(mass, base, LogOptions(lag_s=0.0, mass_metres_per_volt=5e-3)))
     both = write(tmp_path / "both.csv", table(DATA, "time [s],mass [mm],base [mm]", ","))
-    with pytest.raises(LogError, match=r"is in mm: mass_metres_per_volt is for one in volts"):
+    with pytest.raises(
+        LogError, match=r"is in mm \(displacement\): expected volts, for which mass_metres_per_volt says 0.005"
+    ):
         read_log(both, LogOptions(mass_metres_per_volt=5e-3))
 
 
@@ -141,3 +143,10 @@ def test_steps_that_are_no_sensors_betray_no_unit(tmp_path: Path) -> None:
     assert unit_by_step(x) is None
     path = log(tmp_path / "a.csv", "time [s],mass [mm],base [mm]", shown(T), shown(x, "{:.9f}"), shown(Y))
     assert not any("--unit m" in w for w in read_log(path).source.warnings)
+
+
+def test_a_column_that_is_no_displacement_alone_is_refused(tmp_path: Path) -> None:
+    """It was taken for a log without any channel, and ended in an IndexError."""
+    path = log(tmp_path / "a.csv", "load [kg]", shown(X))
+    with pytest.raises(LogError, match=r"no column for mass and base: .*; got 1 \('load \[kg\]'\) in kg"):
+        read_log(path, LogOptions(sampling_rate_hz=250.0))
