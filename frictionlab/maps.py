@@ -15,7 +15,7 @@ from frictionlab import simulator
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import ClusterError, SimulationError
 from frictionlab.files import check_replaceable, make_folder
-from frictionlab.hdf5.map_file import GrowingMap, finished_map, growing_map, is_map
+from frictionlab.hdf5.map_file import GrowingMap, MapLayout, finished_map, growing_map, is_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator.kernel import layout
 from frictionlab.simulator.laws import law_of
@@ -154,7 +154,10 @@ def make_map(
     '0.5,0.4,1.0,0.0,fixed,exact,pe'
     """
     about = {"wall": grid.wall, "law": grid.law, "simulator": digest()}
-    whole = finished_map(path, grid.axes(), KINDS, about) if resume else None
+    words = {parameter.name: parameter.words for parameter in law_of(grid.law).parameters}
+    flags = {"warnings": {note.name.lower(): (note.value, said) for note, said in WORDS.items() if note.name}}
+    tree = MapLayout(grid.axes(), KINDS, about, words, flags)
+    whole = finished_map(path, tree) if resume else None
     if whole is not None:
         yield from (Step(start, len(grid), whole[start : start + BLOCK]) for start in range(0, len(whole), BLOCK))
         return
@@ -162,9 +165,7 @@ def make_map(
     check_replaceable(
         path, replace=force or (is_map if path.suffix == ".h5" else partial(is_table, table=STEADY_STATES))
     )
-    words = {parameter.name: parameter.words for parameter in law_of(grid.law).parameters}
-    flags = {"warnings": {note.name.lower(): (note.value, said) for note, said in WORDS.items() if note.name}}
-    with growing_map(path, grid.axes(), KINDS, about, words=words, flags=flags, resume=resume, force=force) as file:
+    with growing_map(path, tree, resume=resume, force=force) as file:
         yield from _blocks(file, len(grid))
         yield from _solved(grid, file, workers, scheduler)
         _finish(file, grid, path, force=force)

@@ -15,7 +15,7 @@ import pytest
 
 from frictionlab import maps
 from frictionlab.errors import ClusterError, OutputError, SimulationError, UsageError
-from frictionlab.hdf5.map_file import growing_map, is_map, part_of
+from frictionlab.hdf5.map_file import MapLayout, growing_map, is_map, part_of
 from frictionlab.maps import Grid, make_map
 from frictionlab.schema import STEADY_STATES
 from frictionlab.simulator import sweep
@@ -108,7 +108,7 @@ def test_an_unfinished_map_is_not_lost_by_accident(tmp_path: Path) -> None:
 
 
 def test_a_map_that_never_began_leaves_no_trace(tmp_path: Path) -> None:
-    with growing_map(tmp_path / "map.h5", GRID.axes(), maps.KINDS, {}):
+    with growing_map(tmp_path / "map.h5", MapLayout(GRID.axes(), maps.KINDS, {})):
         pass
     assert not list(tmp_path.iterdir())
 
@@ -181,7 +181,7 @@ def saved(journal: Path) -> bool:
 
 
 def test_a_disk_that_is_full_on_the_way_is_a_clean_error(tmp_path: Path) -> None:
-    with growing_map(tmp_path / "other.h5", GRID.axes(), maps.KINDS, {}) as grown:
+    with growing_map(tmp_path / "other.h5", MapLayout(GRID.axes(), maps.KINDS, {})) as grown:
         file, grown._file = grown._file, Full()  # type: ignore[assignment]
         with pytest.raises(OutputError, match=r"0 points are kept, no more can be written \(No space left"):
             grown.append(np.zeros(1, grown._layout.dtype))

@@ -22,7 +22,7 @@ import shutil
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -32,6 +32,7 @@ from filelock import lock_descriptor
 from numpy.typing import NDArray
 
 from frictionlab import __version__
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import OutputError, UsageError
 from frictionlab.files import OPEN_FLAGS, WINDOWS, write_whole
 from frictionlab.hdf5.opening import format_of, new_file, root_attribute, to_read
@@ -40,8 +41,78 @@ from frictionlab.schema import STEADY_STATES
 FORMAT = "frictionlab map"
 FORMAT_VERSION = 1
 SUFFIX = ".frictionlab-sweep"
-Flags = Mapping[str, tuple[int, str]]  # meaning (one word) -> its bit and what it says
-Axes = Mapping[str, NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class MapLayout:
+    """What a map's file is made of beside its numbers.
+
+    Parameters
+    ----------
+    axes
+        Name and values of each dimension, in order; the last one is the fastest.
+    kinds
+        Key and type (``float64``, ``S11``) of each dataset.
+    attributes
+        What holds for the whole map.
+    words
+        What a dimension is, by its name, where `frictionlab.schema` does not list it: a law's parameter, without unit.
+    flags
+        Of each key that holds flags: meaning (one word) -> its bit and what it says.
+    """
+
+    axes: Mapping[str, FloatArray]
+    kinds: Mapping[str, str]
+    attributes: Mapping[str, str]
+    words: Mapping[str, str] = field(default_factory=dict)
+    flags: Mapping[str, Mapping[str, tuple[int, str]]] = field(default_factory=dict)
+
+    @cached_property
+    def dtype(self) -> np.dtype[Any]:
+        """Of one record."""
+        return np.dtype(list(self.kinds.items()))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Points along each dimension."""
+        return tuple(len(values) for values in self.axes.values())
+
+    @property
+    def identity(self) -> str:
+        """What distinguishes one map from another: its values, keys and version, as a SHA-256."""
+        about = [list(self.axes), dict(self.kinds), dict(self.attributes), __version__]
+        content = hashlib.sha256(json.dumps(about).encode())
+        for values in self.axes.values():
+            content.update(np.asarray(values, dtype="<f8").tobytes())
+        return content.hexdigest()
+
+    def fill(self, records: NDArray[np.void], tree: h5py.File) -> None:
+        """Put a file of these results together, one column in memory at a time."""
+        tree.attrs.update({**self.attributes, "identity": self.identity})
+        scales = []
+        for name, values in self.axes.items():
+            axis = tree.create_dataset(name, data=np.asarray(values, dtype=np.float64))
+            axis.make_scale(name)
+            axis.attrs.update(_described(name) or {"units": "1", "long_name": self.words.get(name, name)})
+            scales.append(axis)
+        data = [tree.create_dataset(key, data=records[key].reshape(self.shape)) for key in self.kinds]
+        for key in (name for name in self.attributes if STEADY_STATES.column(name) is not None):
+            word = self.attributes[key].encode()
+            data.append(tree.create_dataset(key, self.shape, f"S{len(word)}", fillvalue=word))
+        for dataset in data:
+            for dimension, scale in zip(dataset.dims, scales, strict=True):
+                dimension.attach_scale(scale)
+            key = dataset.name.lstrip("/")
+            dataset.attrs.update(_described(key))
+            if flags := self.flags.get(key):  # as CF conventions have them, and each in words
+                dataset.attrs["flag_masks"] = np.array([bit for bit, _ in flags.values()], dataset.dtype)
+                dataset.attrs["flag_meanings"] = " ".join(flags)
+                dataset.attrs["flag_sentences"] = [sentence for _, sentence in flags.values()]
+
+
+def _described(name: str) -> dict[str, str]:
+    column = STEADY_STATES.column(name)
+    return {} if column is None else {"units": column.units, "long_name": column.sentence}
 
 
 class GrowingMap:
@@ -53,7 +124,7 @@ class GrowingMap:
         Points that are in the journal, from the first on; after `checkpoint` they survive this machine's power.
     """
 
-    def __init__(self, path: Path, file: BinaryIO, layout: "_Layout", begin: int) -> None:
+    def __init__(self, path: Path, file: BinaryIO, layout: MapLayout, begin: int) -> None:
         self.path = path
         self._file, self._layout, self._begin = file, layout, begin
         self.done = max(0, file.seek(0, os.SEEK_END) - begin) // layout.dtype.itemsize
@@ -83,67 +154,16 @@ class GrowingMap:
         os.fsync(self._file.fileno())
 
     def finish(self, *, force: bool) -> None:
-        """Make the map's file of the whole journal, one column in memory at a time."""
+        """Make the map's file of the whole journal."""
         records = np.memmap(self._file, self._layout.dtype, "r", self._begin, (self.done,))
-        write_whole(self.path, self._layout.pieces(records), replace=force or is_map)
+        pieces = new_file(partial(self._layout.fill, records), format=FORMAT, format_version=FORMAT_VERSION)
+        write_whole(self.path, pieces, replace=force or is_map)
         del records
         self.discard()
 
     def discard(self) -> None:
         """Remove the journal."""
         _remove(self._file, self.path)
-
-
-@dataclass(frozen=True)
-class _Layout:
-    """What a map's file is made of beside its numbers; as `growing_map` is given it."""
-
-    axes: Axes
-    kinds: Mapping[str, str]
-    attributes: Mapping[str, str]
-    words: Mapping[str, str] = field(default_factory=dict)
-    flags: Mapping[str, Flags] = field(default_factory=dict)
-
-    @cached_property
-    def dtype(self) -> np.dtype[Any]:
-        """Of one record."""
-        return np.dtype(list(self.kinds.items()))
-
-    @property
-    def points(self) -> int:
-        """How many there are."""
-        return math.prod(len(values) for values in self.axes.values())
-
-    @property
-    def identity(self) -> str:
-        """What distinguishes one map from another: its values, keys and version, as a SHA-256."""
-        about = [list(self.axes), dict(self.kinds), dict(self.attributes), __version__]
-        content = hashlib.sha256(json.dumps(about).encode())
-        for values in self.axes.values():
-            content.update(np.asarray(values, dtype="<f8").tobytes())
-        return content.hexdigest()
-
-    def pieces(self, records: NDArray[np.void]) -> tuple[memoryview, bytes]:
-        """The bytes of the file of these results, and its seal."""
-        shape = tuple(len(values) for values in self.axes.values())
-
-        def fill(tree: h5py.File) -> None:
-            tree.attrs.update({**self.attributes, "identity": self.identity})
-            scales = []
-            for name, values in self.axes.items():
-                axis = tree.create_dataset(name, data=np.asarray(values, dtype=np.float64))
-                axis.make_scale(name)
-                axis.attrs.update(_described(name) or {"units": "1", "long_name": self.words.get(name, name)})
-                scales.append(axis)
-            for key in self.kinds:
-                data = tree.create_dataset(key, data=records[key].reshape(shape))
-                _give_axes(data, scales)
-                data.attrs.update(_flagged(self.flags.get(key, {}), data.dtype))
-            for key in (name for name in self.attributes if STEADY_STATES.column(name) is not None):
-                word = self.attributes[key].encode()
-                _give_axes(tree.create_dataset(key, shape, f"S{len(word)}", fillvalue=word), scales)
-
-        return new_file(fill, format=FORMAT, format_version=FORMAT_VERSION)
 
 
 def part_of(path: Path) -> Path:
@@ -157,33 +177,15 @@ def is_map(path: Path) -> bool:
 
 
 @contextmanager
-def growing_map(
-    path: Path,
-    axes: Axes,
-    kinds: Mapping[str, str],
-    attributes: Mapping[str, str],
-    *,
-    words: Mapping[str, str] | None = None,
-    flags: Mapping[str, Flags] | None = None,
-    resume: bool = False,
-    force: bool = False,
-) -> Iterator[GrowingMap]:
+def growing_map(path: Path, layout: MapLayout, *, resume: bool = False, force: bool = False) -> Iterator[GrowingMap]:
     """Open a map beside its final path, new or where it was left; leaving the context saves what is done.
 
     Parameters
     ----------
     path
         Its final place.
-    axes
-        Name and values of each dimension, in order; the last one is the fastest.
-    kinds
-        Key and type (``float64``, ``S11``) of each dataset.
-    attributes
-        What holds for the whole map.
-    words
-        What a dimension is, by its name, where `frictionlab.schema` does not list it: a law's parameter, without unit.
-    flags
-        Of each key that holds flags: meaning (one word) -> its bit and what it says.
+    layout
+        What it is made of.
     resume
         Continue a map of the same values that was left unfinished; without one, begin.
     force
@@ -197,7 +199,6 @@ def growing_map(
         Another process works on it, or the disk has no room for all of it.
     """
     path = Path(os.path.realpath(path))
-    layout = _Layout(axes, kinds, attributes, words or {}, flags or {})
     with _locked(path) as file:
         grown = _continued(path, file, layout, resume=resume, force=force) or _begun(path, file, layout)
         try:
@@ -210,17 +211,14 @@ def growing_map(
                     grown.discard()  # a map that never began leaves no trace
 
 
-def finished_map(
-    path: Path, axes: Axes, kinds: Mapping[str, str], attributes: Mapping[str, str]
-) -> NDArray[np.void] | None:
+def finished_map(path: Path, layout: MapLayout) -> NDArray[np.void] | None:
     """The points of a whole map of just these values, one record each, if one stands there and none is growing."""
-    layout = _Layout(axes, kinds, attributes)
     growing = part_of(Path(os.path.realpath(path))).exists()
     if growing or not is_map(path) or root_attribute(path, "identity") != layout.identity:
         return None
-    records = np.empty(layout.points, layout.dtype)
+    records = np.empty(math.prod(layout.shape), layout.dtype)
     with to_read(path) as tree:
-        for key in kinds:
+        for key in layout.kinds:
             records[key] = tree[key][...].reshape(-1)
     return records
 
@@ -254,7 +252,7 @@ def _is_gone(path: Path, file: BinaryIO) -> bool:
     return (here.st_dev, here.st_ino) != (ours.st_dev, ours.st_ino)
 
 
-def _continued(path: Path, file: BinaryIO, layout: _Layout, *, resume: bool, force: bool) -> GrowingMap | None:
+def _continued(path: Path, file: BinaryIO, layout: MapLayout, *, resume: bool, force: bool) -> GrowingMap | None:
     """The map that an earlier run has left in the journal; None where a new one shall begin."""
     head = file.readline(4096)
     try:
@@ -279,9 +277,9 @@ def _continued(path: Path, file: BinaryIO, layout: _Layout, *, resume: bool, for
     return left
 
 
-def _begun(path: Path, file: BinaryIO, layout: _Layout) -> GrowingMap:
+def _begun(path: Path, file: BinaryIO, layout: MapLayout) -> GrowingMap:
     """A new journal, where the disk has room for it and for the file that is made of it."""
-    size = 2 * layout.points * layout.dtype.itemsize
+    size = 2 * math.prod(layout.shape) * layout.dtype.itemsize
     free = shutil.disk_usage(path.parent).free
     if free < size:
         _remove(file, path)
@@ -291,24 +289,3 @@ def _begun(path: Path, file: BinaryIO, layout: _Layout) -> GrowingMap:
     file.seek(0)
     file.write(head)
     return GrowingMap(path, file, layout, len(head))
-
-
-def _give_axes(data: h5py.Dataset, scales: list[h5py.Dataset]) -> None:
-    """Say what its dimensions are, and what it holds."""
-    for dimension, scale in zip(data.dims, scales, strict=True):
-        dimension.attach_scale(scale)
-    data.attrs.update(_described(data.name.lstrip("/")))
-
-
-def _described(name: str) -> dict[str, str]:
-    column = STEADY_STATES.column(name)
-    return {} if column is None else {"units": column.units, "long_name": column.sentence}
-
-
-def _flagged(flags: Flags, dtype: np.dtype[Any]) -> dict[str, Any]:
-    """The attributes of a dataset of flags, as CF conventions have them, and each flag in words; none without flags."""
-    if not flags:
-        return {}
-    masks = np.array([bit for bit, _ in flags.values()], dtype)
-    said = [sentence for _, sentence in flags.values()]
-    return {"flag_masks": masks, "flag_meanings": " ".join(flags), "flag_sentences": said}

@@ -1,22 +1,20 @@
 """The one way into an HDF5 file that exists, and the seal by which this package knows a file that it wrote.
 
-Nothing but a whole file reaches the library, and nothing is read that is not what it claims to be. The HDF5 library
-believes what a file says of itself: of 360 recordings with a few bytes changed seven made it loop for ever in C, where
-nothing in Python can end it. A file with its seal is as it was written, and costs 1 ms per 2 MB to check; one whose
-seal is broken is refused; one without (of others, or changed by other tools, which drop what stands behind the HDF5
-part) is first tried by another process (`frictionlab.hdf5.trial`). A seal: SHA-256 of all before, and `MARK`.
+The HDF5 library believes what a file says of itself: of 360 recordings with a few bytes changed seven made it loop for
+ever in C, where nothing in Python can end it. A file with its seal is as it was written, and costs 1 ms per 2 MB to
+check; one whose seal is broken is refused; one without (of others, or changed by other tools, which drop what stands
+behind the HDF5 part) is first tried by another process (`frictionlab.hdf5.trial`), and nothing of it is read that is
+not what it claims to be. A seal: SHA-256 of all before, and `MARK`.
 """
 
 import hashlib
-import os
 import re
-import struct
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import h5py
 import numpy as np
@@ -27,98 +25,17 @@ from frictionlab.files import check_regular
 from frictionlab.hdf5.trial import fault_of
 from frictionlab.recording import Fact
 
+FORMAT_VERSION = 1
 TEXT = h5py.string_dtype()
+NO_FILE = (OSError, RuntimeError, ValueError, KeyError, TypeError, OverflowError)
+"""What h5py raises on a file that is none of ours, or damaged."""
+MARK = b"frictionlab-seal"
+_SEAL = 32 + len(MARK)
+_BLOCK = 1 << 20
 _SHAPES = {1: "(n,)", 2: "(n, m)"}
 _LONGEST_TEXT = 8000
 _DEFLATE = 1100  # times smaller than what it holds: deflate cannot do better than about 1030
 _FREE, _MOST_EXPANSION = 1 << 28, 100  # an array may claim so many bytes, or so many times those of the whole file
-
-
-def storable(words: str) -> str:
-    r"""Text that HDF5 can hold: NUL and lone surrogates are written as ``\x00``, and an attribute has at most 64 kB."""
-    return re.sub("[\x00\ud800-\udfff]", lambda m: m[0].encode("unicode_escape").decode(), words[:_LONGEST_TEXT])
-
-
-def text(value: Any) -> str:
-    """What h5py gives for text, as text."""
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
-
-
-def write_dataset(
-    group: h5py.Group, name: str, values: Any, units: str | None = None, long_name: str | None = None
-) -> None:
-    """Add numbers (an array) or texts (a sequence), with what a reader's tool shows beside them."""
-    if isinstance(values, np.ndarray):
-        dataset = group.create_dataset(name, data=values)
-    else:
-        dataset = group.create_dataset(name, data=[storable(v) for v in values], shape=(len(values),), dtype=TEXT)
-    if units is not None:
-        dataset.attrs["units"] = units
-    if long_name is not None:
-        dataset.attrs["long_name"] = long_name
-
-
-def write_facts(group: h5py.Group, facts: Mapping[str, Fact]) -> None:
-    """Add words and numbers as attributes."""
-    for key, value in facts.items():
-        group.attrs[storable(key)] = storable(value) if isinstance(value, str) else value
-
-
-def node_inside(group: h5py.Group, name: str) -> Any:
-    """A member of a group that is in this file, not behind a link out of it."""
-    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-        raise RecordingError(f"{group.name}: expected {name!r} in this file; got nothing, or a link elsewhere")
-    return group[name]
-
-
-def group_inside(parent: h5py.Group, name: str) -> h5py.Group:
-    """A group that is in this file."""
-    group = node_inside(parent, name)
-    if not isinstance(group, h5py.Group):
-        raise RecordingError(f"/{name}: expected a group; got a dataset")
-    return group
-
-
-def dataset_inside(group: h5py.Group, name: str, size: int, *, dimensions: int | None = 1) -> h5py.Dataset:
-    """A dataset whose numbers are in this file and are no more than a file of ``size`` bytes can hold."""
-    dataset = node_inside(group, name)
-    if not isinstance(dataset, h5py.Dataset) or dataset.is_virtual or dataset.external:
-        raise RecordingError(f"{name}: expected an array stored in this file; got something else")
-    if dimensions is not None and dataset.ndim != dimensions:
-        raise RecordingError(f"{name}: expected shape {_SHAPES[dimensions]}; got {dataset.shape}")
-    stored = int(dataset.id.get_storage_size())
-    if dataset.nbytes > max(_FREE, _MOST_EXPANSION * size) or dataset.nbytes > _DEFLATE * stored:
-        raise RecordingError(f"{name}: claims {dataset.nbytes} bytes in a file of {size} that stores {stored} of it")
-    return dataset
-
-
-def array_inside(
-    group: h5py.Group, name: str, dtype: type[np.generic], size: int, *, dimensions: int = 1
-) -> np.ndarray:
-    """Numbers of this kind that are in this file."""
-    dataset = dataset_inside(group, name, size, dimensions=dimensions)
-    if dataset.dtype.kind != np.dtype(dtype).kind:
-        raise RecordingError(f"{name}: expected {np.dtype(dtype)}; got {dataset.dtype}")
-    return np.asarray(dataset[...], dtype=dtype)
-
-
-def texts_inside(group: h5py.Group, name: str, size: int) -> list[str]:
-    """Texts that are in this file."""
-    return [text(value) for value in dataset_inside(group, name, size)[...]]
-
-
-def facts_of(group: h5py.Group) -> dict[str, Fact]:
-    """The attributes of a group: words and numbers, and nothing else."""
-    return {key: _fact(value) for key, value in group.attrs.items()}
-
-
-def _fact(value: Any) -> Fact:
-    if isinstance(value, (str, bytes)):
-        return text(value)
-    number = np.asarray(value)
-    if number.ndim or number.dtype.kind not in "iufb":
-        raise RecordingError(f"expected a word or a number; got {value!r}")
-    return int(number) if number.dtype.kind in "iu" else float(number)
 
 
 def new_file(fill: Callable[[h5py.File], None], **attributes: object) -> tuple[memoryview, bytes]:
@@ -132,11 +49,6 @@ def new_file(fill: Callable[[h5py.File], None], **attributes: object) -> tuple[m
         fill(file)
     image = memory.getbuffer()
     return image, hashlib.sha256(image).digest() + MARK
-
-
-MARK = b"frictionlab-seal"
-_SEAL = 32 + len(MARK)
-_BLOCK = 1 << 20
 
 
 def is_whole(path: Path) -> bool | None:
@@ -154,13 +66,6 @@ def is_whole(path: Path) -> bool | None:
     return seal.startswith(digest.digest())
 
 
-FORMAT_VERSION = 1
-NO_FILE = (OSError, RuntimeError, ValueError, KeyError, TypeError, OverflowError)
-"""What h5py raises on a file that is none of ours, or damaged."""
-_SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_HEAD = 48
-
-
 @contextmanager
 def to_read(path: Path) -> Iterator[h5py.File]:
     """Open a file to read, once it is sure that this ends.
@@ -170,12 +75,13 @@ def to_read(path: Path) -> Iterator[h5py.File]:
     Raises
     ------
     OSError
-        It is not there, is no file, is not HDF5, or shorter than it says.
+        It is not there, is no file, or is not HDF5.
     RecordingError
         It is not as it was written, or reading it does not end.
     """
     check_regular(path)
-    _check_length(path)
+    if not h5py.is_hdf5(path):
+        raise OSError("not an HDF5 file, or damaged")
     state = path.stat()
     if fault := _fault(path.absolute(), (state.st_dev, state.st_ino, state.st_size, state.st_mtime_ns)):
         raise RecordingError(f"damaged: {fault}")
@@ -194,7 +100,7 @@ def _fault(path: Path, _state: tuple[int, ...]) -> str:
 
 @contextmanager
 def opened(path: Path, kind: str, remedy: str) -> Iterator[tuple[h5py.File, int]]:
-    """Open a file of this kind to read: the file, and its size in bytes.
+    """Open a file of this kind to read: the file, and its size in bytes; any kind where none is said.
 
     Raises
     ------
@@ -203,15 +109,16 @@ def opened(path: Path, kind: str, remedy: str) -> Iterator[tuple[h5py.File, int]
     """
     try:
         with to_read(path) as file:
-            _check_format(file, kind, remedy)
+            if kind:
+                _check_format(file, kind, remedy)
             yield file, path.stat().st_size
     except RecordingError as error:
         raise RecordingError(f"{path}: {error}") from error
     except OSError as error:
-        reason = error.strerror or "not an HDF5 file, or damaged"
-        raise RecordingError(f"{path}: cannot be read as {kind} ({reason}): {remedy}") from error
+        what, reason = f"as {kind} " if kind else "", error.strerror or "not an HDF5 file, or damaged"
+        raise RecordingError(f"{path}: cannot be read {what}({reason}): {remedy}") from error
     except NO_FILE as error:  # an OSError is dealt with above
-        raise RecordingError(f"{path}: damaged {kind} ({error}): {remedy}") from error
+        raise RecordingError(f"{path}: damaged {kind or 'file'} ({error}): {remedy}") from error
 
 
 def _check_format(file: h5py.File, kind: str, remedy: str) -> None:
@@ -220,6 +127,11 @@ def _check_format(file: h5py.File, kind: str, remedy: str) -> None:
         raise RecordingError(f"expected a file of {kind}; got {found!r}: {remedy}")
     if version is None or int(version) > FORMAT_VERSION:
         raise RecordingError(f"expected format_version {FORMAT_VERSION}; got {version}: update frictionlab")
+
+
+def format_of(path: Path) -> str:
+    """What an HDF5 file calls itself in its attribute ``format``; empty for any other file."""
+    return root_attribute(path, "format")
 
 
 def root_attribute(path: Path, name: str) -> str:
@@ -231,31 +143,78 @@ def root_attribute(path: Path, name: str) -> str:
         return ""
 
 
-def format_of(path: Path) -> str:
-    """What an HDF5 file calls itself in its attribute ``format``; empty for any other file."""
-    return root_attribute(path, "format")
+def storable(words: str) -> str:
+    r"""Text that HDF5 can hold: NUL and lone surrogates are written as ``\x00``, and an attribute has at most 64 kB."""
+    return re.sub("[\x00\ud800-\udfff]", lambda m: m[0].encode("unicode_escape").decode(), words[:_LONGEST_TEXT])
 
 
-def _check_length(path: Path) -> None:
-    """Raise if there is no HDF5 in a file, or less of it than its head says."""
-    with path.open("rb", buffering=0) as file:
-        size = os.fstat(file.fileno()).st_size
-        file.seek(_start(file, size))
-        head = file.read(_HEAD)
-    if len(head) < _HEAD:
-        return
-    version, width, narrow = head[8], head[13], head[9]
-    where = 40 if version == 0 and width == 8 else 28 if version in (2, 3) and narrow == 8 else None
-    if where is not None and (says := int(struct.unpack_from("<Q", head, where)[0])) > size:
-        raise OSError(f"has {size} bytes, and says {says}")
+def text(value: Any) -> str:
+    """What h5py gives for text, as text."""
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
 
 
-def _start(file: BinaryIO, size: int) -> int:
-    """Where HDF5 begins: at the first byte, or at 512, 1024 ... behind what others put before it."""
-    start = 0
-    while start < size:
-        file.seek(start)
-        if file.read(len(_SIGNATURE)) == _SIGNATURE:
-            return start
-        start = max(2 * start, 512)
-    raise OSError("not an HDF5 file, or damaged")
+def write_dataset(group: h5py.Group, name: str, values: Any, **attributes: str) -> None:
+    """Add numbers (an array) or texts (a sequence), with what a reader's tool shows beside them."""
+    if isinstance(values, np.ndarray):
+        dataset = group.create_dataset(name, data=values)
+    else:
+        dataset = group.create_dataset(name, data=[storable(v) for v in values], shape=(len(values),), dtype=TEXT)
+    dataset.attrs.update(attributes)
+
+
+def write_facts(group: h5py.Group, facts: Mapping[str, Fact]) -> None:
+    """Add words and numbers as attributes."""
+    for key, value in facts.items():
+        group.attrs[storable(key)] = storable(value) if isinstance(value, str) else value
+
+
+def facts_of(group: h5py.Group) -> dict[str, Fact]:
+    """The attributes of a group: words and numbers, and nothing else."""
+    return {key: _fact(value) for key, value in group.attrs.items()}
+
+
+def _fact(value: Any) -> Fact:
+    if isinstance(value, (str, bytes)):
+        return text(value)
+    number = np.asarray(value)
+    if number.ndim or number.dtype.kind not in "iufb":
+        raise RecordingError(f"expected a word or a number; got {value!r}")
+    return int(number) if number.dtype.kind in "iu" else float(number)
+
+
+def node_inside(group: h5py.Group, name: str) -> Any:
+    """A member of a group that is in this file, not behind a link out of it."""
+    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        raise RecordingError(f"{group.name}: expected {name!r} in this file; got nothing, or a link elsewhere")
+    return group[name]
+
+
+def group_inside(parent: h5py.Group, name: str) -> h5py.Group:
+    """A group that is in this file."""
+    group = node_inside(parent, name)
+    if not isinstance(group, h5py.Group):
+        raise RecordingError(f"/{name}: expected a group; got a dataset")
+    return group
+
+
+def array_inside(
+    group: h5py.Group, name: str, size: int, dtype: type[np.generic] | None = np.float64, *, dimensions: int | None = 1
+) -> Any:
+    """Numbers of this type, or texts as a list, that are in this file and no more than its ``size`` bytes can hold.
+
+    ``dtype`` None: whatever is there.
+    """
+    dataset = node_inside(group, name)
+    if not isinstance(dataset, h5py.Dataset) or dataset.is_virtual or dataset.external:
+        raise RecordingError(f"{name}: expected an array stored in this file; got something else")
+    if dimensions is not None and dataset.ndim != dimensions:
+        raise RecordingError(f"{name}: expected shape {_SHAPES[dimensions]}; got {dataset.shape}")
+    stored = int(dataset.id.get_storage_size())
+    if dataset.nbytes > max(_FREE, _MOST_EXPANSION * size) or dataset.nbytes > _DEFLATE * stored:
+        raise RecordingError(f"{name}: claims {dataset.nbytes} bytes in a file of {size} that stores {stored} of it")
+    is_text = h5py.check_string_dtype(dataset.dtype) is not None
+    if dtype is None or (dtype is np.str_ and is_text):
+        return [text(words) for words in dataset[()]] if is_text else dataset[()]
+    if dataset.dtype.kind != np.dtype(dtype).kind:
+        raise RecordingError(f"{name}: expected {np.dtype(dtype)}; got {dataset.dtype}")
+    return np.asarray(dataset[...], dtype=dtype)

@@ -9,7 +9,7 @@ The tree, format version 1::
     /base_displacement    (n,) float64, units "m", long_name
     /mass_velocity, /contact_force, /normal_force ...    (n,) float64, units, long_name, sensor: any further channel
                           (a simulated contact's force has units "m" where it is over the stiffness)
-    /quality              (n,) uint8, flag_masks, flag_meanings (see frictionlab.recording.Quality)
+    /quality              (n,) uint8, flag_masks, flag_meanings (see frictionlab.recording.model.Quality)
     /source               attrs: files, sha256, size_bytes, lines_read, lines_preamble, lines_header, lines_data,
                                  lines_blank, lines_comment, lines_quarantined (all files together; they add up)
         /file_lines       (files, 7) int64: the same counts of each file
@@ -24,7 +24,7 @@ The tree, format version 1::
 Behind the HDF5 part, where other programs do not look, stands its seal (`frictionlab.hdf5.opening`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import astuple, fields
 from datetime import UTC, datetime
 from os import PathLike
@@ -34,41 +34,19 @@ from typing import Any, Literal
 import h5py
 import numpy as np
 
+from frictionlab import recording as model
 from frictionlab.errors import RecordingError
 from frictionlab.files import check_replaceable, write_whole
-from frictionlab.hdf5.opening import (
-    FORMAT_VERSION,
-    TEXT,
-    array_inside,
-    facts_of,
-    format_of,
-    group_inside,
-    new_file,
-    opened,
-    storable,
-    text,
-    texts_inside,
-    write_dataset,
-    write_facts,
-)
-from frictionlab.recording import (
-    DISPLACEMENTS,
-    Channel,
-    Fact,
-    LineCount,
-    Quality,
-    QuarantinedLine,
-    Recording,
-    Replaced,
-    Source,
-    SourceFile,
-    quantity_named,
-)
+from frictionlab.hdf5 import opening
+from frictionlab.hdf5.opening import TEXT, array_inside, group_inside, storable, text, write_dataset, write_facts
+from frictionlab.recording import DISPLACEMENTS, Channel, LineCount, Recording, Source, quantity_named
 from frictionlab.units import UNIT
 
 Compression = Literal["lzf", 1, 4, 9, None]
 FORMAT = "frictionlab recording"
 _NORMAL_FORCE = ("normal_force_n", "normal_force")  # its name in a scene, and in the file, where units are SI
+_QUARANTINED = {"file": np.str_, "line": np.int64, "text": np.str_, "reason": np.str_}
+"""Columns of the quarantined lines; the model calls the second ``number``."""
 
 
 def write_recording(recording: Recording, path: Path, *, force: bool = False) -> None:
@@ -107,7 +85,7 @@ def check_writable(path: Path, *, force: bool = False) -> None:
 
 def is_recording(path: Path) -> bool:
     """Whether this file is a recording of this package."""
-    return format_of(path) == FORMAT
+    return opening.format_of(path) == FORMAT
 
 
 def pieces_of(
@@ -127,10 +105,13 @@ def pieces_of(
         _write_root(file, recording, created or datetime.now(UTC))
         _write_arrays(file, recording, precision, compression)
         _write_source(file.create_group("source", track_order=True), recording.source)
-        _write_experiment(file.create_group("experiment", track_order=True), recording.experiment)
+        long, short = _NORMAL_FORCE
+        facts = {short if key == long else key: value for key, value in recording.experiment.items()}
+        facts |= {f"{short}_units": "N"} if short in facts else {}
+        write_facts(file.create_group("experiment", track_order=True), facts)
         _write_nexus(file, list(recording.measured()))
 
-    return new_file(fill, format=FORMAT, format_version=FORMAT_VERSION)
+    return opening.new_file(fill, format=FORMAT, format_version=opening.FORMAT_VERSION)
 
 
 def read_recording(path: str | PathLike[str]) -> Recording:
@@ -141,7 +122,7 @@ def read_recording(path: str | PathLike[str]) -> Recording:
     RecordingError
         If it is not a recording, is of a newer format, or is damaged. Links out of the file are not followed.
     """
-    with opened(Path(path), FORMAT, "run ingest on its log") as (file, size):
+    with opening.opened(Path(path), FORMAT, "run ingest on its log") as (file, size):
         return _read(file, size)
 
 
@@ -172,8 +153,8 @@ def _write_arrays(file: h5py.File, recording: Recording, precision: str, compres
         dataset.dims[0].attach_scale(time)
     quality = file.create_dataset("quality", data=recording.quality)
     quality.attrs["long_name"] = "what was wrong at this sample"
-    quality.attrs["flag_masks"] = np.array([flag.value for flag in Quality], np.uint8)
-    quality.attrs["flag_meanings"] = " ".join(str(flag.name).lower() for flag in Quality)
+    quality.attrs["flag_masks"] = np.array([flag.value for flag in model.Quality], np.uint8)
+    quality.attrs["flag_meanings"] = " ".join(str(flag.name).lower() for flag in model.Quality)
     quality.dims[0].attach_scale(time)
 
 
@@ -195,31 +176,16 @@ def _write_source(group: h5py.Group, source: Source) -> None:
     write_dataset(group, "file_lines", counts)
     write_dataset(group, "warnings", source.warnings)
     write_dataset(group, "evidence", source.evidence)
-    for kind_, values in _columns_of(source.quarantined).items():
-        write_dataset(group, f"quarantined_{kind_}", values)
+    lines = [astuple(line) for line in source.quarantined]
+    for place, (name, kind_) in enumerate(_QUARANTINED.items()):
+        column = [line[place] for line in lines]
+        write_dataset(group, f"quarantined_{name}", column if kind_ is np.str_ else np.array(column, kind_))
     if source.replaced is not None:
         write_dataset(group, "replaced_index", source.replaced.index)
         write_dataset(group, "replaced_mass", source.replaced.mass, units="m")
         write_dataset(group, "replaced_base", source.replaced.base, units="m")
     for name, facts in (("dialect", source.dialect), ("options", source.options)):
         write_facts(group.create_group(name, track_order=True), facts)
-
-
-def _columns_of(lines: Sequence[QuarantinedLine]) -> dict[str, Any]:
-    return {
-        "file": [line.file for line in lines],
-        "line": np.array([line.number for line in lines], np.int64),
-        "text": [line.text for line in lines],
-        "reason": [line.reason for line in lines],
-    }
-
-
-def _write_experiment(group: h5py.Group, experiment: Mapping[str, Fact]) -> None:
-    long, short = _NORMAL_FORCE
-    facts = {short if key == long else key: value for key, value in experiment.items()}
-    if short in facts:
-        facts[f"{short}_units"] = "N"
-    write_facts(group, facts)
 
 
 def _write_nexus(file: h5py.File, channels: Sequence[str]) -> None:
@@ -237,19 +203,20 @@ def _write_nexus(file: h5py.File, channels: Sequence[str]) -> None:
 def _read(file: h5py.File, size: int) -> Recording:
     further = [name for name in file if name not in DISPLACEMENTS and quantity_named(name)]
     absent = [name for name in DISPLACEMENTS if further and name not in file]
-    wanted = [name for name in ("time", *DISPLACEMENTS) if name not in absent]
-    arrays: dict[str, Any] = {name: array_inside(file, name, np.float64, size) for name in wanted}
+    arrays = {name: array_inside(file, name, size) for name in ("time", *DISPLACEMENTS) if name not in absent}
+    long, short = _NORMAL_FORCE
+    facts = opening.facts_of(group_inside(file, "experiment"))
     return Recording(
         **dict[str, Any](dict.fromkeys(absent)) | arrays,
-        quality=array_inside(file, "quality", np.uint8, size),
+        quality=array_inside(file, "quality", size, np.uint8),
         source=_read_source(group_inside(file, "source"), size),
-        experiment=_read_experiment(group_inside(file, "experiment")),
+        experiment={long if key == short else key: value for key, value in facts.items() if key != f"{short}_units"},
         channels=tuple(_read_channel(file, name, size) for name in further),
     )
 
 
 def _read_channel(file: h5py.File, name: str, size: int) -> Channel:
-    values = array_inside(file, name, np.float64, size)
+    values = array_inside(file, name, size)
     unit, known = text(file[name].attrs.get("units", "")), UNIT[quantity_named(name)]
     if unit not in (known, "m" if name == "contact_force" else known):
         raise RecordingError(f"{name}: expected it in {known}; got {unit!r}: convert it, with its attribute units")
@@ -257,41 +224,23 @@ def _read_channel(file: h5py.File, name: str, size: int) -> Channel:
 
 
 def _read_source(group: h5py.Group, size: int) -> Source:
-    counts = array_inside(group, "file_lines", np.int64, size, dimensions=2)
+    counts = array_inside(group, "file_lines", size, np.int64, dimensions=2)
     named = zip(group.attrs["files"], group.attrs["sha256"], group.attrs["size_bytes"], counts, strict=True)
-    quarantined = zip(
-        texts_inside(group, "quarantined_file", size),
-        array_inside(group, "quarantined_line", np.int64, size).tolist(),
-        texts_inside(group, "quarantined_text", size),
-        texts_inside(group, "quarantined_reason", size),
-        strict=True,
-    )
+    columns = [array_inside(group, f"quarantined_{name}", size, kind) for name, kind in _QUARANTINED.items()]
+    replaced = [("replaced_index", np.int64), ("replaced_mass", np.float64), ("replaced_base", np.float64)]
     return Source(
         files=tuple(
-            SourceFile(text(n), text(sha), int(bytes_), LineCount(*(int(c) for c in row)))
+            model.SourceFile(text(n), text(sha), int(bytes_), LineCount(*(int(c) for c in row)))
             for n, sha, bytes_, row in named
         ),
-        dialect=facts_of(group_inside(group, "dialect")),
-        options=facts_of(group_inside(group, "options")),
-        quarantined=tuple(QuarantinedLine(*line) for line in quarantined),
-        warnings=tuple(texts_inside(group, "warnings", size)),
-        evidence=tuple(texts_inside(group, "evidence", size)),
-        replaced=_read_replaced(group, size),
+        dialect=opening.facts_of(group_inside(group, "dialect")),
+        options=opening.facts_of(group_inside(group, "options")),
+        quarantined=tuple(
+            model.QuarantinedLine(file, int(line), words, why) for file, line, words, why in zip(*columns, strict=True)
+        ),
+        warnings=tuple(array_inside(group, "warnings", size, np.str_)),
+        evidence=tuple(array_inside(group, "evidence", size, np.str_)),
+        replaced=model.Replaced(*(array_inside(group, name, size, kind) for name, kind in replaced))
+        if "replaced_index" in group
+        else None,
     )
-
-
-def _read_replaced(group: h5py.Group, size: int) -> Replaced | None:
-    if "replaced_index" not in group:
-        return None
-    return Replaced(
-        array_inside(group, "replaced_index", np.int64, size),
-        array_inside(group, "replaced_mass", np.float64, size),
-        array_inside(group, "replaced_base", np.float64, size),
-    )
-
-
-def _read_experiment(group: h5py.Group) -> dict[str, Fact]:
-    long, short = _NORMAL_FORCE
-    facts = {long if key == short else key: value for key, value in facts_of(group).items()}
-    facts.pop(f"{short}_units", None)
-    return facts

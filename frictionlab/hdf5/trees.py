@@ -9,32 +9,15 @@ import numpy as np
 
 from frictionlab.errors import FrictionlabError, RecordingError
 from frictionlab.files import write_whole
-from frictionlab.hdf5.opening import (
-    FORMAT_VERSION,
-    NO_FILE,
-    dataset_inside,
-    facts_of,
-    format_of,
-    group_inside,
-    new_file,
-    node_inside,
-    opened,
-    text,
-    to_read,
-    write_dataset,
-    write_facts,
-)
+from frictionlab.hdf5 import opening
+from frictionlab.hdf5.opening import array_inside, group_inside, node_inside, opened, text, write_dataset
 from frictionlab.schema import Column
 
 Describe = Callable[[str], Column | None]
 
 
-def _undescribed(_name: str) -> Column | None:
-    return None
-
-
 def write_tree(
-    tree: Mapping[str, object], path: Path, *, kind: str, force: bool = False, columns: Describe = _undescribed
+    tree: Mapping[str, object], path: Path, *, kind: str, force: bool = False, columns: Describe = lambda _: None
 ) -> None:
     """Write a result (numbers, series, maps) to an HDF5 file, whole or not at all.
 
@@ -63,8 +46,10 @@ def write_tree(
     >>> read_tree(path, kind="frictionlab example")["series"]
     {'rule': 'all', 'energy': array([1., 1., 1.])}
     """
-    pieces = new_file(lambda file: _write_branch(file, tree, columns), format=kind, format_version=FORMAT_VERSION)
-    write_whole(path, pieces, replace=force or (lambda old: format_of(old) == kind))
+    pieces = opening.new_file(
+        lambda file: _write_branch(file, tree, columns), format=kind, format_version=opening.FORMAT_VERSION
+    )
+    write_whole(path, pieces, replace=force or (lambda old: opening.format_of(old) == kind))
 
 
 def read_tree(path: Path, *, kind: str) -> dict[str, Any]:
@@ -84,20 +69,13 @@ def _write_branch(group: h5py.Group, tree: Mapping[str, object], columns: Descri
         if isinstance(value, Mapping):
             _write_branch(group.create_group(name, track_order=True), value, columns)
         elif isinstance(value, (str, int, float)):
-            write_facts(group, {name: value})
-        elif isinstance(value, np.ndarray):
-            _write_column(group, name, value, columns(name))
-        elif isinstance(value, (list, tuple)):
-            _write_column(group, name, [str(words) for words in value], columns(name))
+            opening.write_facts(group, {name: value})
+        elif isinstance(value, (np.ndarray, list, tuple)):
+            column = columns(name)
+            said = {} if column is None else {"units": column.units, "long_name": column.sentence}
+            write_dataset(group, name, value if isinstance(value, np.ndarray) else list(map(str, value)), **said)
         else:
             raise TypeError(f"{name}: expected an array, texts, a word or a number; got {type(value).__name__}")
-
-
-def _write_column(group: h5py.Group, name: str, values: object, column: Column | None) -> None:
-    if column is None:
-        write_dataset(group, name, values)
-    else:
-        write_dataset(group, name, values, units=column.units, long_name=column.sentence)
 
 
 def _read_branch(group: h5py.Group, size: int, seen: set[int]) -> dict[str, Any]:
@@ -105,14 +83,12 @@ def _read_branch(group: h5py.Group, size: int, seen: set[int]) -> dict[str, Any]
     if at in seen:
         raise RecordingError(f"{group.name}: is the same group as one above: expected a tree")
     seen.add(at)
-    tree: dict[str, Any] = dict(facts_of(group))
+    tree: dict[str, Any] = dict(opening.facts_of(group))
     for name in group:
         if isinstance(node_inside(group, name), h5py.Group):
             tree[name] = _read_branch(group_inside(group, name), size, seen)
-            continue
-        dataset = dataset_inside(group, name, size, dimensions=None)
-        is_text = h5py.check_string_dtype(dataset.dtype) is not None
-        tree[name] = [text(words) for words in dataset[()]] if is_text else dataset[()]
+        else:
+            tree[name] = array_inside(group, name, size, None, dimensions=None)
     return tree
 
 
@@ -126,14 +102,8 @@ def describe(path: Path) -> list[str]:
     RecordingError
         If the file is not HDF5, or is damaged.
     """
-    try:
-        with to_read(path) as file:
-            return [*_attribute_lines(file, ""), *_tree_lines(file, "", set())]
-    except RecordingError as error:
-        raise RecordingError(f"{path}: {error}") from error
-    except NO_FILE as error:
-        reason = getattr(error, "strerror", None) or "not an HDF5 file, or damaged"
-        raise RecordingError(f"{path}: cannot be read ({reason})") from error
+    with opened(path, "", "save it again") as (file, _):
+        return [*_attribute_lines(file, ""), *_tree_lines(file, "", set())]
 
 
 def _tree_lines(group: h5py.Group, indent: str, seen: set[int]) -> Iterator[str]:
@@ -177,7 +147,7 @@ def arrays_inside(path: Path, check_size: Callable[[int, int], None]) -> dict[st
         If it is no HDF5 file, or damaged. Links out of the file are not followed.
     """
     try:
-        with to_read(path) as file:
+        with opening.to_read(path) as file:
             found = dict(_datasets(file))
             check_size(sum(int(d.size) for d in found.values()), path.stat().st_size)
             tree: dict[str, Any] = {}
@@ -186,27 +156,24 @@ def arrays_inside(path: Path, check_size: Callable[[int, int], None]) -> dict[st
                 inside[name] = np.asarray(dataset[()], dtype=np.float64)
     except FrictionlabError:
         raise
-    except NO_FILE as error:
+    except opening.NO_FILE as error:
         raise RecordingError(f"an HDF5 file that cannot be read ({error}): save it again") from error
     return tree
 
 
 def _datasets(file: h5py.File) -> Iterator[tuple[tuple[str, str], h5py.Dataset]]:
-    """The datasets of numbers, each under the name of its group, "" for the root, and its own."""
-    for name in file:
+    """The datasets of numbers, each under the name of its group, "" for the root, and its own; no link is followed."""
+
+    def inside(group: h5py.Group) -> dict[str, Any]:
+        return {name: group[name] for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)}
+
+    for name, node in inside(file).items():
         if name.startswith("#"):  # MATLAB's own
             continue
-        node = _inside(file, name)
         nodes = (
-            {(name, key): _inside(node, key) for key in node} if isinstance(node, h5py.Group) else {("", name): node}
+            {(name, key): n for key, n in inside(node).items()} if isinstance(node, h5py.Group) else {("", name): node}
         )
         yield from ((at, d) for at, d in nodes.items() if isinstance(d, h5py.Dataset) and _is_numeric(d))
-
-
-def _inside(group: h5py.Group, name: str) -> h5py.Group | h5py.Dataset | None:
-    """A node of this file; ``None`` for a link that leads out of it or nowhere."""
-    link = group.get(name, getlink=True)
-    return group.get(name) if isinstance(link, h5py.HardLink) else None
 
 
 def _is_numeric(dataset: h5py.Dataset) -> bool:

@@ -1,8 +1,8 @@
 """Whether a file that nobody vouches for can be read at all: another process reads it first and may die of it.
 
 The readers of HDF5 and of MATLAB 5 are C code that a damaged file may send into a loop, a crash or all of the memory.
-This module is that process too: run as a program, it reads a file, with a limit of time and memory, and its exit says
-whether that ends. What Python can say of the damage the next reader will find and say.
+This module is that process too: run as a program, it reads all of a file, with a limit of time and memory, and its
+exit says whether that ends. What Python can say of damage in a value the next reader will find and say.
 """
 
 import os
@@ -15,7 +15,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import h5py
 
@@ -24,18 +23,11 @@ _LONGEST_CPU_S = 1  # of computing, where the system counts it: a small file tak
 _BYTES_PER_S = 10_000_000
 _MEMORY = 1 << 30  # bytes, beside what the file has
 _FULLY = 1 << 26  # bytes of packed numbers that are read; of more, only where they lie
-_NO_MEMORY = 3
-"""Exit status of a process that met the limit of its memory."""
-_UNKNOWN_TYPE = 4
-"""Exit status of a process that found a type of element that there is not."""
+_NO_MEMORY, _DAMAGED = 3, 4
+"""Exit status of a process that met the limit of its memory, or Python's own word that the file's tree is damaged."""
 _MATRIX, _COMPRESSED = 14, 15
 _TYPES = frozenset({*range(1, 8), 9, *range(12, 19)})
 """Types of elements of MATLAB 5 files (MAT-File Format, table 1-1)."""
-_BY_NAME = (
-    *("units", "format", "format_version", "identity", "MATLAB_class", "MATLAB_empty"),
-    *("files", "sha256", "size_bytes"),
-)
-"""Attributes that are read by their name, which may kill where going through all of them ends in a sentence."""
 
 
 def fault_of(path: Path) -> str:
@@ -46,32 +38,36 @@ def fault_of(path: Path) -> str:
 
 @lru_cache(maxsize=256)
 def _fault(path: str, size: int, _state: tuple[int, ...]) -> str:
-    command = [sys.executable, "-P", __file__, path]
-    quiet = subprocess.DEVNULL
+    command, quiet = [sys.executable, "-P", __file__, path], subprocess.DEVNULL
     try:
         done = subprocess.run(  # noqa: S603 - this interpreter, this file
             command, stdin=quiet, stdout=quiet, stderr=quiet, check=False, timeout=_LONGEST_S + size / _BYTES_PER_S
         )
     except subprocess.TimeoutExpired:
         return "reading it does not end"
-    if done.returncode == _NO_MEMORY:
-        return "reading it takes far more memory than it holds"
-    if done.returncode == -getattr(signal, "SIGXCPU", signal.SIGTERM):
-        return "reading it does not end"
-    return "reading it ends the process" if done.returncode else ""
+    return {
+        0: "",
+        _NO_MEMORY: "reading it takes far more memory than it holds",
+        _DAMAGED: "its parts are not where it says",
+        -getattr(signal, "SIGXCPU", signal.SIGTERM): "reading it does not end",
+    }.get(done.returncode, "reading it ends the process")
 
 
 def main(path: str) -> int:
     """Read all of a file; the exit status."""
-    with Path(path).open("rb") as file:
-        read = _read_hdf5 if b"\x89HDF\r\n\x1a\n" in file.read(1024) else _read_matlab
-    _set_limits(Path(path).stat().st_size)
+    file = Path(path)
+    with file.open("rb") as raw:
+        is_hdf5 = b"\x89HDF\r\n\x1a\n" in raw.read(1024)
+    _set_limits(file.stat().st_size)
     try:
-        if read is _read_matlab and _has_unknown_type(Path(path).read_bytes()):
-            return _UNKNOWN_TYPE
-        _attempt(lambda: read(path))
-    except MemoryError:
-        return _NO_MEMORY
+        if is_hdf5:
+            _read_hdf5(path)
+        elif _has_unknown_type(file.read_bytes()):
+            return _DAMAGED
+        else:
+            _read_matlab(path)
+    except Exception as error:  # noqa: BLE001 - whatever it is, it is over
+        return _NO_MEMORY if isinstance(error, MemoryError) or "alloc" in str(error) else _DAMAGED * is_hdf5
     return 0
 
 
@@ -89,17 +85,6 @@ def _set_limits(size: int) -> None:
         taken = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
         most = taken + _MEMORY + 4 * size
         resource.setrlimit(resource.RLIMIT_AS, (most, resource.getrlimit(resource.RLIMIT_AS)[1]))
-
-
-def _attempt(step: Callable[[], object]) -> None:
-    """Do it; only memory that is given out ends the attempt, also where the library itself calls it so."""
-    try:
-        step()
-    except MemoryError:
-        raise
-    except Exception as error:
-        if "alloc" in str(error):
-            raise MemoryError from error
 
 
 def _has_unknown_type(content: bytes) -> bool:
@@ -135,37 +120,29 @@ def _read_matlab(path: str) -> None:
 
 
 def _read_hdf5(path: str) -> None:
+    """Read all nodes of a tree; one that cannot be gone through to its end is damaged, whatever its parts hold."""
+
+    def visit(_name: str, node: h5py.Group | h5py.Dataset) -> None:
+        for key in list(node.attrs):
+            _read(lambda key=key: node.attrs[key])  # type: ignore[misc] # mypy takes no default for an argument
+        if isinstance(node, h5py.Dataset) and not node.is_virtual and not node.external:
+            _read(lambda: _read_values(node))
+
     with h5py.File(path, "r", locking=False) as file:
-        _walk(file, set())
+        visit("/", file)
+        file.visititems(visit)
 
 
-def _walk(node: Any, seen: set[int]) -> None:
-    """Read a node and what is in it, name by name: `h5py.Group.visit` ends at the first damage."""
-    keys, names = list(_BY_NAME), list[str]()
-    _attempt(lambda: keys.extend(node.attrs))
-    for key in keys:
-        _attempt(lambda at=key: node.attrs.get(at))  # type: ignore[misc] # mypy takes no default for an argument
-    if isinstance(node, h5py.Dataset):
-        _attempt(lambda: _read_values(node))
-        return
-    _attempt(lambda: names.extend(node))
-    for name in names:
-        _attempt(lambda at=name: _enter(node, at, seen))  # type: ignore[misc] # as above
+def _read(step: Callable[[], object]) -> None:
+    """Read one value; only memory that is given out ends the trial, also where the library itself calls it so."""
+    try:
+        step()
+    except Exception as error:
+        if isinstance(error, MemoryError) or "alloc" in str(error):
+            raise
 
 
-def _enter(group: Any, name: str, seen: set[int]) -> None:
-    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-        return
-    node = group[name]
-    at = h5py.h5o.get_info(node.id).addr
-    if at not in seen:
-        seen.add(at)
-        _walk(node, seen)
-
-
-def _read_values(dataset: Any) -> None:
-    if dataset.is_virtual or dataset.external:
-        return
+def _read_values(dataset: h5py.Dataset) -> None:
     if dataset.dtype.kind in "iufb" and (dataset.chunks is None or dataset.nbytes > _FULLY):
         dataset.id.get_num_chunks()
     elif dataset.nbytes <= _MEMORY // 4:

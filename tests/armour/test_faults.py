@@ -72,7 +72,7 @@ def test_what_no_measurement_can_tell_is_left_out(key: str, value: object, words
 def test_text_of_an_unknown_encoding_is_damage(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
     path.write_bytes(case("recording.bare", 1, 13510))
-    with pytest.raises(RecordingError, match=r"a\.h5: cannot be read"):
+    with pytest.raises(RecordingError, match=r"a\.h5: damaged"):
         describe(path)
 
 

@@ -133,7 +133,7 @@ def test_a_matlab_file_is_checked_whatever_its_first_words_are(tmp_path: Path) -
     whole = sound("log.mat5")
     at = whole.index(struct.pack("<I", 9), 128)
     path.write_bytes(b"MATLAB 5.\0" + whole[10:at] + struct.pack("<I", 0xFF09) + whole[at + 4 :])
-    with pytest.raises(LogError, match=r"log\.mat: damaged: reading it ends the process: save it again"):
+    with pytest.raises(LogError, match=r"log\.mat: damaged: its parts are not where it says: save it again"):
         read_log(path)
 
 
@@ -143,7 +143,7 @@ def test_a_damaged_sparse_matrix_is_not_read(tmp_path: Path) -> None:
     whole = sound("log.mat5")
     at = whole.index(struct.pack("<4I", 6, 8, 6, 0), 600)  # flags of the second variable: of doubles
     path.write_bytes(whole[: at + 8] + struct.pack("<I", 5) + whole[at + 12 :])
-    with pytest.raises(LogError, match=r"log\.mat: damaged: reading it ends the process: save it again"):
+    with pytest.raises(LogError, match=r"log\.mat: damaged: its parts are not where it says: save it again"):
         read_log(path, LogOptions(unit="mm"))
     plain = {"t": t, "x": np.sin(9 * t), "y": np.cos(9 * t), "s": scipy.sparse.eye(3, format="csc")}
     for packed in (False, True):
