@@ -2,11 +2,11 @@
 
 import hashlib
 import time
+from collections import Counter
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache, partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,7 @@ CHECKPOINT_S = 2.0  # what a killed sweep loses at most, beside what was in work
 BATCH_S = 1.0  # seconds of work in a batch
 BLOCK = 20_000  # points read back at a time
 
-__all__ = ["FAILED", "KINDS", "Grid", "MapWarnings", "Solve", "Step", "faults", "make_map", "rows"]
+__all__ = ["FAILED", "KINDS", "Grid", "Solve", "Step", "Tally", "make_map", "rows"]
 
 
 @cache
@@ -88,8 +88,8 @@ class Step:
 
     Attributes
     ----------
-    start, total
-        Number of the first of them, and of all points of the map.
+    start
+        Number of the first of them.
     records
         Their steady states, one record with the keys of `KINDS` each.
     reason
@@ -97,7 +97,6 @@ class Step:
     """
 
     start: int
-    total: int
     records: NDArray[np.void]
     reason: str = ""
 
@@ -129,7 +128,7 @@ def make_map(
     path
         Where the map goes: ``.h5``, ``.csv`` or ``.jsonl``.
     workers, scheduler
-        Who solves; see `frictionlab.workers_batches`.
+        Who solves; see `frictionlab.workers.run_batches`.
     resume
         Continue what an earlier run has left here; its points are yielded first.
     force
@@ -159,16 +158,22 @@ def make_map(
     tree = MapLayout(grid.axes(), KINDS, about, words, flags)
     whole = finished_map(path, tree) if resume else None
     if whole is not None:
-        yield from (Step(start, len(grid), whole[start : start + BLOCK]) for start in range(0, len(whole), BLOCK))
+        yield from (Step(start, whole[start : start + BLOCK]) for start in range(0, len(whole), BLOCK))
         return
     make_folder(path.parent)
     check_replaceable(
         path, replace=force or (is_map if path.suffix == ".h5" else partial(is_table, table=STEADY_STATES))
     )
     with growing_map(path, tree, resume=resume, force=force) as file:
-        yield from _blocks(file, len(grid))
+        yield from _blocks(file)
         yield from _solved(grid, file, workers, scheduler)
-        _finish(file, grid, path, force=force)
+        if path.suffix == ".h5":
+            file.finish(force=force)
+            return
+        file.checkpoint()
+        told = (row for step in _blocks(file) for row in rows(grid, step))
+        write_rows(told, path, STEADY_STATES, force=force)
+        file.discard()
 
 
 def rows(grid: Grid, step: Step) -> Iterator[Row]:
@@ -178,50 +183,54 @@ def rows(grid: Grid, step: Step) -> Iterator[Row]:
     return table(grid.points(range(step.start, step.done)), grid.family, columns)
 
 
-def faults(grid: Grid, step: Step) -> list[str]:
-    """What to say about the points of a step that could not be solved."""
-    lost = np.flatnonzero(step.records["outcome"] == FAILED.encode()) + step.start
-    why = step.reason or "`frictionlab simulate` says why"
-    return [f"{_place(grid, number)} could not be solved: {why}" for number in lost.tolist()]
-
-
 @dataclass
-class MapWarnings:
-    """What is to be said of a map's points beside their numbers, gathered step by step.
+class Tally:
+    """What is to be said of a map beside its numbers, gathered step by step.
+
+    Attributes
+    ----------
+    outcomes
+        How many points have which outcome.
+    notes
+        Kind of note -> at how many points it stands, and the first of them.
 
     Examples
     --------
-    >>> warned, grid = MapWarnings(), Grid((0.5,), (0.2, 0.4))
-    >>> for number, notes in enumerate((Note.CONTINUUM, Note(0))):
-    ...     warned.add(grid, number, np.array([notes]))
-    >>> list(warned.sentences())
+    >>> grid = Grid((0.5,), (0.2, 0.4))
+    >>> tally = Tally(grid)
+    >>> for number, note in enumerate((Note.CONTINUUM, Note(0))):
+    ...     records = np.array([(b"periodic", note)], dtype=[("outcome", "S10"), ("warnings", "u4")])
+    ...     _ = tally.add(Step(number, records))
+    >>> list(tally.sentences())
     ['at 1 of 2 points one of a continuum of motions is told (the first: r = 0.5, beta = 0.2, mu = 1, zeta = 0)']
     """
 
-    counts: dict[Note, int] = field(default_factory=dict)
-    places: dict[Note, str] = field(default_factory=dict)
-    points: int = 0
+    grid: Grid
+    outcomes: Counter[str] = field(default_factory=Counter)
+    notes: dict[Note, tuple[int, str]] = field(default_factory=dict)
 
-    def add(self, grid: Grid, start: int, notes: NDArray[np.integer[Any]]) -> None:
-        """Take the notes of the points from number `start` on."""
-        self.points += len(notes)
-        for note in Note if np.any(notes) else ():
-            here = np.flatnonzero(notes & note.value)
-            if here.size:
-                self.counts[note] = self.counts.get(note, 0) + here.size
-                self.places.setdefault(note, _place(grid, start + int(here[0])))
+    def add(self, step: Step) -> list[str]:
+        """Take the points of a step; return a sentence for each that could not be solved."""
+        records, start = step.records, step.start
+        self.outcomes.update(records["outcome"].astype(str).tolist())
+        for note in Note if np.any(records["warnings"]) else ():
+            here = np.flatnonzero(records["warnings"] & note.value)
+            if here.size and note != Note.FAILED:  # told point by point
+                count, first = self.notes.get(note, (0, self._place(start + int(here[0]))))
+                self.notes[note] = count + here.size, first
+        lost = np.flatnonzero(records["outcome"] == FAILED.encode()) + start
+        why = step.reason or "`frictionlab simulate` says why"
+        return [f"{self._place(number)} could not be solved: {why}" for number in lost.tolist()]
 
     def sentences(self) -> Iterator[str]:
         """A sentence for each kind of note: at how many points it stands, what it says, and which is the first."""
-        for note, count in sorted(self.counts.items()):
-            if note != Note.FAILED:  # told point by point, see `faults`
-                yield f"at {count} of {self.points} points {WORDS[note]} (the first: {self.places[note]})"
+        for note, (count, first) in sorted(self.notes.items()):
+            yield f"at {count} of {self.outcomes.total()} points {WORDS[note]} (the first: {first})"
 
-
-def _place(grid: Grid, number: int) -> str:
-    """The coordinates of a point in words."""
-    point = grid.points(range(number, number + 1))[0]
-    return ", ".join(f"{name} = {value:g}" for name, value in zip(grid.family.coordinates, point, strict=True))
+    def _place(self, number: int) -> str:
+        """The coordinates of a point in words."""
+        point = self.grid.points(range(number, number + 1))[0]
+        return ", ".join(f"{name} = {value:g}" for name, value in zip(self.grid.axes(), point, strict=True))
 
 
 def _solved(grid: Grid, file: GrowingMap, workers: int | None, scheduler: str | None) -> Iterator[Step]:
@@ -233,7 +242,7 @@ def _solved(grid: Grid, file: GrowingMap, workers: int | None, scheduler: str | 
     batches = run_batches(Solve(grid, fast), numbers, workers=workers, scheduler=scheduler, seconds_per_batch=BATCH_S)
     for batch in batches:
         failed = _records(np.full((1, layout.ROW), np.nan))
-        step = Step(file.done, len(grid), failed if batch.results is None else batch.results, batch.lost)
+        step = Step(file.done, failed if batch.results is None else batch.results, batch.lost)
         file.append(step.records)
         if time.monotonic() - saved > CHECKPOINT_S:
             file.checkpoint()
@@ -248,17 +257,7 @@ def _records(numbers: FloatArray) -> NDArray[np.void]:
     return records
 
 
-def _finish(file: GrowingMap, grid: Grid, path: Path, *, force: bool) -> None:
-    if path.suffix == ".h5":
-        file.finish(force=force)
-        return
-    file.checkpoint()
-    told = (row for step in _blocks(file, len(grid)) for row in rows(grid, step))
-    write_rows(told, path, STEADY_STATES, force=force)
-    file.discard()
-
-
-def _blocks(file: GrowingMap, total: int) -> Iterator[Step]:
+def _blocks(file: GrowingMap) -> Iterator[Step]:
     """What is in the file, read back."""
     for start in range(0, file.done, BLOCK):
-        yield Step(start, total, file.read(start, min(start + BLOCK, file.done)))
+        yield Step(start, file.read(start, min(start + BLOCK, file.done)))

@@ -9,12 +9,12 @@ import h5py
 import pytest
 from typer.testing import CliRunner
 
+from frictionlab import tradeoff
 from frictionlab.campaign.output import REPORT, TABLES, write_tables
 from frictionlab.cli import app
 from frictionlab.scene import scene_from_tables
 from frictionlab.tables import read_rows
-from frictionlab.tradeoff import knobs
-from frictionlab.tradeoff.setting import Setting
+from frictionlab.tradeoff import Setting
 from frictionlab.verbs.evaluate import evaluate
 from tests.campaign.fabricate import SCENE as RIG
 from tests.campaign.fabricate import small_campaign
@@ -293,7 +293,7 @@ def test_the_trade_is_a_line_per_setting_with_the_contracts_keys(
             Setting("padding", "4", "frequency_ratio", 1e-8, 0.2, default=True),
         )
 
-    monkeypatch.setattr(knobs, "FAMILIES", {"analysis": (knob,)})
+    monkeypatch.setattr(tradeoff, "FAMILIES", {"analysis": (knob,)})
     rows = run_json(["tradeoff", "-o", str(tmp_path / "new" / "folder")])
     kinds = {"knob": str, "setting": str, "quantity": str, "error": float, "seconds": float, "default": bool}
     for row in rows:

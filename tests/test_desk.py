@@ -139,7 +139,7 @@ def test_patterns_and_folders_are_opened_up_where_no_shell_does_it(short: bytes,
         (tmp_path / "logs" / name).write_bytes(short)
     done = run("batch", tmp_path / "logs" / "*.csv", *SCENED, "-o", tmp_path / "out", "-q")
     assert done.exit_code == 0, done.output
-    assert [path.name for path in tables_in([tmp_path / "out" / "measurements"])] == [
+    assert [path.name for path in tables_in(tmp_path / "out" / "measurements")] == [
         "steel_N1_r0.3.jsonl",
         "steel_N1_r0.5.jsonl",
     ]

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from frictionlab.cli.screen import print_tests, print_warnings
-from frictionlab.cli.work import MEASURED
+from frictionlab.cli.screen import MEASURED, print_tests, print_warnings
 from frictionlab.errors import LogError, UsageError
 from frictionlab.tables import Row
 from frictionlab.units import split_unit

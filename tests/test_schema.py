@@ -22,7 +22,7 @@ from frictionlab.schema import (
     table_of,
 )
 from frictionlab.simulator.state import KEYS
-from frictionlab.tradeoff.setting import Setting
+from frictionlab.tradeoff import Setting
 from tests.documents import KEYS as KEYS_FILE
 
 EACH = pytest.mark.parametrize("table", TABLES, ids=lambda t: t.kind)

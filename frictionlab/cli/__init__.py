@@ -27,27 +27,14 @@ from frictionlab.process import collect_rarely, keep_freed_memory, use_one_threa
 P = ParamSpec("P")
 
 GROUPS = {
-    "measure": ("init", "ingest", "analyze", "free-vibration"),
-    "judge": ("compare-numeric", "explain", "campaign", "batch"),
-    "simulate": ("simulate", "sweep", "predict", "laws"),
-    "plan": ("plan",),
-    "look after": ("show", "synthesize", "tradeoff"),
+    "measure": {"init": "ingest", "ingest": "ingest", "analyze": "analyze", "free-vibration": "analyze"},
+    "judge": {"compare-numeric": "analyze", "explain": "analyze", "campaign": "batch", "batch": "batch"},
+    "simulate": {"simulate": "simulate", "sweep": "simulate", "predict": "predict", "laws": "show"},
+    "plan": {"plan": "predict"},
+    "look after": {"show": "show", "synthesize": "show", "tradeoff": "show"},
 }
-"""The commands in the groups of ``--help``: each is the function of its name."""
-COMMANDS = tuple(name for group in GROUPS.values() for name in group)
-MODULES = {
-    "sweep": "sweeping",
-    "init": "ingest",
-    "free-vibration": "analyze",
-    "compare-numeric": "compare_numeric",
-    "explain": "compare_numeric",
-    "campaign": "batch",
-    "laws": "show",
-    "plan": "predict",
-    "synthesize": "show",
-    "tradeoff": "show",
-}
-"""The module of a command that has not its own name."""
+"""The commands in the groups of ``--help``, each with its module: it is the function of its name there."""
+COMMANDS = {name: module for group in GROUPS.values() for name, module in group.items()}
 OLD_NAMES = {
     "compare": "compare-numeric",
     "--friction-ratio": "--beta",
@@ -189,14 +176,14 @@ class Commands(TyperGroup):
 
 def summary(name: str) -> str:
     """The first line of a command's docstring, read from its file: the list of commands loads none of them."""
-    text = Path(__file__).with_name(f"{MODULES.get(name, name)}.py").read_text(encoding="utf-8")
+    text = Path(__file__).with_name(f"{COMMANDS[name]}.py").read_text(encoding="utf-8")
     found = re.search(rf'^def {name.replace("-", "_")}\(.*?"""(.*?)\n', text, re.DOTALL | re.MULTILINE)
     return found[1] if found else ""
 
 
 def command_of(name: str) -> Callable[..., None]:
     """The function of a command's name."""
-    found: Callable[..., None] = getattr(import_module(f"{__name__}.{MODULES.get(name, name)}"), name.replace("-", "_"))
+    found: Callable[..., None] = getattr(import_module(f"{__name__}.{COMMANDS[name]}"), name.replace("-", "_"))
     return found
 
 
@@ -252,6 +239,12 @@ class LostOutputError(Exception):
     def status(self) -> int:
         """The exit status that follows."""
         return CLOSED if self.is_closed else 1
+
+    def told(self) -> int:
+        """The exit status, after a line about it where it is a fault."""
+        if not self.is_closed:
+            complain(str(self))
+        return self.status
 
 
 class _Guarded(io.TextIOWrapper):
@@ -311,8 +304,7 @@ def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
             command(*args, **kwargs)
             sys.stdout.flush()  # what was printed reaches its place now, or is told to be lost
         except LostOutputError as error:
-            _tell_lost(error)
-            raise typer.Exit(error.status) from error
+            raise typer.Exit(error.told()) from error
         except (typer.Exit, typer.Abort, typer.BadParameter):
             raise
         except KeyboardInterrupt as error:
@@ -323,25 +315,17 @@ def errors_in_one_line(command: Callable[P, None]) -> Callable[P, None]:
                 complain(line)
             raise typer.Exit(2) from error
         except Exception as error:
-            complain(_reason(error))
+            from frictionlab.verbs.inputs import reason_of
+
+            reason = str(error) if isinstance(error, FrictionlabError) else reason_of(error)
+            if isinstance(error, FileNotFoundError) and error.filename is None:  # of asking where we are
+                reason = "the folder that is worked in is no longer there: change into one that is"
+            elif isinstance(error, OSError) and error.filename:
+                reason = f"{error.filename}: {error.strerror}"
+            complain(reason)
             raise typer.Exit(1) from error
 
     return run
-
-
-def _tell_lost(error: LostOutputError) -> None:
-    if not error.is_closed:
-        complain(str(error))
-
-
-def _reason(error: Exception) -> str:
-    from frictionlab.verbs.inputs import reason_of
-
-    if isinstance(error, FrictionlabError):
-        return str(error)
-    if isinstance(error, FileNotFoundError) and error.filename is None:  # of asking where we are
-        return "the folder that is worked in is no longer there: change into one that is"
-    return f"{error.filename}: {error.strerror}" if isinstance(error, OSError) and error.filename else reason_of(error)
 
 
 def announce_compiling(arguments: Sequence[str]) -> None:
@@ -349,9 +333,7 @@ def announce_compiling(arguments: Sequence[str]) -> None:
     if sys.stderr.isatty() and not {"--json", "--quiet", "-q"}.intersection(arguments):
         logger = logging.getLogger("frictionlab.simulator")
         logger.setLevel(logging.INFO)
-        handler = logging.Handler()
-        handler.emit = lambda record: typer.echo(record.getMessage(), err=True)  # type: ignore[method-assign]
-        logger.handlers[:] = [handler]
+        logger.handlers[:] = [logging.StreamHandler()]
 
 
 def main() -> None:
@@ -364,5 +346,4 @@ def main() -> None:
     try:
         app()
     except LostOutputError as error:  # of what no command prints: --help and --version
-        _tell_lost(error)
-        sys.exit(error.status)
+        sys.exit(error.told())

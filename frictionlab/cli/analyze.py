@@ -1,40 +1,60 @@
-"""``frictionlab analyze``: recording -> measurement; ``frictionlab free-vibration``: a free decay -> the frame."""
+"""One test: ``frictionlab analyze`` and ``free-vibration`` measure it, ``compare-numeric`` and ``explain`` judge it."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, fields
 from functools import partial
 from math import pi
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
-from frictionlab.cli.options import ANALYSIS, takes
-from frictionlab.cli.screen import Shown, print_table, print_tests, print_warnings
+from frictionlab.cli import complain, printable
+from frictionlab.cli.options import ANALYSIS, check_law, takes
+from frictionlab.cli.screen import COMPARED, MEASURED, Shown, known, print_table, print_tests, print_warnings, word
 from frictionlab.cli.work import (
-    HIDDEN,
-    MEASURED,
-    Figures,
+    PAGE,
     Judged,
     ManyInputs,
     exit_status,
-    expanded,
+    files_of,
+    recordings_in,
     report_rows,
     result_names,
 )
-from frictionlab.schema import FREE_VIBRATIONS, MEASUREMENTS
+from frictionlab.schema import COMPARISONS, FREE_VIBRATIONS, LAWS, MEASUREMENTS, RECORD_LAWS
 from frictionlab.tables import Row
 from frictionlab.tables.texts import with_error
 
 if TYPE_CHECKING:
     from frictionlab.analysis.free_vibration import FreeVibration
-    from frictionlab.analysis.measurement import Measurement
     from frictionlab.estimate import Average
     from frictionlab.scene import Scene
 
-SERIES = "series"
-FIGURE = "free_vibration"
-TAPS, MODES, FOUND = "taps", "modes", "taps with their samples"
+Made = tuple[Row, Mapping[str, object]]
+"""The row of an input, and by kind of figure what is drawn of it."""
+SHOWN = ("energy_per_cycle_j", "energy_per_cycle_u", "base_amplitude_m")  # of the measurement, beside its comparison
+MOST = 12  # lines of an explanation, where not all are asked for
+PARAMETERS = {
+    "parameter": "parameter",
+    "value": "value",
+    "se": "se",
+    "u": "u",
+    "told": "known by this test",
+    "lower": "lower 95 %",
+    "upper": "upper 95 %",
+}
+MOVED = {"moved": "moved", "value": "value", "u": "u", "known_to": "known before to"}
+TAPPED = (
+    *(word("tap", "tap", 9), known("f [Hz]", "natural_frequency_hz", 9, "se")),
+    *(known("zeta", "damping_ratio", 9, "se"), known("F/k [um]", "friction_m", 8, "se", 1e6)),
+    *(word("F [N]", "friction_n", 5, ".4g"), word("half-cycles", "half_cycles", 4)),
+    Shown("shape", lambda row: " ".join(f"{mass:+.3f}" for mass in _each(row.get("shape"))) or "-", 5),
+)
+
+
+def _each(value: Any) -> Sequence[Any]:
+    return value if isinstance(value, tuple | list) else ()
 
 
 @takes(ANALYSIS)
@@ -50,52 +70,134 @@ def analyze(
     Example: frictionlab analyze build/recordings/*.h5 --scene configs/sample_data.toml -o build/measurements.csv
     """
     scene = work.scene_for(recordings[0], settings, ("analysis", "rig"))
-    inputs = expanded(recordings, recordings=True)
-    plots = work.places(inputs, scene, MEASUREMENTS, ("measurement",))
-    pages = {} if report is None else {path: report / f"{name}.html" for path, name in result_names(inputs).items()}
+    inputs = files_of(recordings, recordings_in)
+    places = {
+        path: dict(figures) for path, figures in work.places(inputs, scene, MEASUREMENTS, ("measurement",)).items()
+    }
+    for path, name in ({} if report is None else result_names(inputs)).items():
+        places.setdefault(path, {})[PAGE] = (report or path) / f"{name}.html"
     is_tree = work.output is not None and work.output.suffix == ".h5"
-    job = partial(_measured, scene=scene, plots=plots, pages=pages, force=work.force, with_series=is_tree)
-    rows, shown = work.rows(inputs, job, "analyze")
-    series = {str(number): row[SERIES] for number, row in enumerate(shown) if SERIES in row}
+    rows = work.rows(inputs, partial(_measured, scene=scene, with_series=is_tree), "analyze", scene, places)
+    series = {str(number): row["_series"] for number, row in enumerate(rows) if "_series" in row}
     work.write(rows, inputs, scene, MEASUREMENTS, series=series)
-    work.show(shown, MEASUREMENTS, MEASURED, scene, noun="recordings measured")
+    work.show(rows, MEASUREMENTS, MEASURED, scene, noun="recordings measured")
     exit_status(rows)
 
 
-def _measured(
-    path: Path,
-    file: Path,
-    *,
-    scene: "Scene",
-    plots: Figures | None,
-    pages: Mapping[Path, Path],
-    force: bool,
-    with_series: bool,
-) -> Row:
-    from frictionlab.verbs.measuring import analyze
-
-    measurement = analyze(file, scene)
-    if plots is not None:
-        from frictionlab.verbs.presenting import plot
-
-        plot(measurement, plots[path]["measurement"], title=path.name, force=force)
-    if path in pages:
-        from frictionlab.verbs.presenting import sheet
-
-        sheet(measurement, file, pages[path], scene, force=force)
-    hidden = {HIDDEN: {SERIES: _series(measurement)}} if with_series else {}
-    return {**measurement.row(), "source": str(path), **hidden}
-
-
-def _series(measurement: "Measurement") -> dict[str, object]:
+def _measured(_: Path, file: Path, *, scene: "Scene", with_series: bool) -> Made:
+    """The measurement of a file, with its series and its mean cycle where they are to be written."""
     import numpy as np
 
-    series = {f.name: np.asarray(getattr(measurement.series, f.name), dtype=float) for f in fields(measurement.series)}
-    cycle = {name: values for name, values in vars(measurement.cycle).items() if isinstance(values, np.ndarray)}
-    tree: dict[str, object] = {**series, "mean_cycle": cycle}
-    if measurement.trend is not None:
-        tree["trend"] = {f.name: getattr(measurement.trend, f.name) for f in fields(measurement.trend)}
-    return tree
+    from frictionlab.verbs.measuring import analyze
+
+    found = analyze(file, scene)
+    row, drawn = found.row(), {"measurement": found, PAGE: found}
+    if not with_series:
+        return row, drawn
+    series: dict[str, object] = {f.name: np.asarray(getattr(found.series, f.name), float) for f in fields(found.series)}
+    series["mean_cycle"] = {name: each for name, each in vars(found.cycle).items() if isinstance(each, np.ndarray)}
+    if found.trend is not None:
+        series["trend"] = {f.name: getattr(found.trend, f.name) for f in fields(found.trend)}
+    return {**row, "_series": series}, drawn
+
+
+@takes(ANALYSIS)
+def compare_numeric(
+    recordings: list[Path],
+    *,
+    law: str | None = None,
+    law_file: Path | None = None,
+    beta: float | None = None,
+    whole: bool = False,
+    fit: Literal["cycle", "whole"] = "cycle",
+    solver: Literal["auto", "closed-form", "exact", "numeric", "thesis"] | None = None,
+    settings: Mapping[str, object],
+    work: Judged,
+) -> None:
+    """Identify the friction, predict the steady cycle with the simulator, and draw measured over predicted.
+
+    Example: frictionlab compare-numeric build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
+    """
+    scene = work.scene_for(recordings[0], {**settings, "solver": solver}, ("model", "analysis", "rig"))
+    check_law(law)
+    inputs = files_of(recordings, recordings_in)
+    kinds = ("record", "comparison", "contact") if fit == "whole" else ("comparison", "contact", *("record",) * whole)
+    places = work.places(inputs, scene, COMPARISONS, kinds)
+    asked = {"law": law, "law_file": law_file, "friction_ratio": beta, "whole": whole, "fit": fit}
+    rows = work.rows(inputs, partial(_compared, scene=scene, asked=asked), "compare", scene, places)
+    work.write(rows, inputs, scene, COMPARISONS)
+    good = work.show(rows, COMPARISONS, COMPARED, scene, noun="recordings compared")
+    if work.wide:
+        _print_parts(good)
+    exit_status(rows)
+
+
+def _compared(_: Path, file: Path, *, scene: "Scene", asked: Mapping[str, Any]) -> Made:
+    from frictionlab.verbs.inputs import frequency_table_given
+    from frictionlab.verbs.judging import compare
+    from frictionlab.verbs.measuring import analyze
+
+    shown = {}
+    if asked["whole"] or asked["fit"] == "whole" or frequency_table_given(file, scene) is not None:
+        found = compare(file, scene, **asked)
+    else:
+        measurement = analyze(file, scene)
+        found = compare(measurement, scene, **asked)
+        shown = {f"_{key}": value for key, value in measurement.row().items() if key in SHOWN}
+    steady = found if len(found.tau) or found.over_frequency else None
+    return {**found.row(), **shown}, {"comparison": steady, "contact": found.contact, "record": found.record}
+
+
+def _print_parts(rows: Iterable[Row]) -> None:
+    """Print the parameters of laws beyond Coulomb's, what a whole record moved beside them, and the ladder of laws."""
+    for row in rows:
+        parameters, laws, record_laws = row.get("parameters"), _each(row.get("laws")), _each(row.get("record_laws"))
+        if isinstance(parameters, Mapping) and (laws or len(parameters) > 2):
+            typer.echo(f"\n{row['source']}: {row['law']}")
+            print_table([{"parameter": name, **values} for name, values in parameters.items()], PARAMETERS)
+        moved = row.get("nuisances")
+        if isinstance(moved, Mapping) and moved and row.get("record_nrmse") is not None:
+            typer.echo(f"\n{row['source']}: what the fit moved beside the law (natural frequency and gain: relative)")
+            lag = {key: 1e3 * value for key, value in moved.get("lag_s", {}).items()}  # in milliseconds
+            told = [("lag [ms]", lag) if name == "lag_s" else (name, values) for name, values in moved.items()]
+            print_table([{"moved": name, **values} for name, values in told], MOVED)
+        if laws:
+            required = row.get("cycle_law") or row["law"]
+            typer.echo(f"\n{row['source']}: laws in the order tried; the recording requires {required}")
+            print_table(laws, LAWS)
+        if record_laws:
+            typer.echo(f"\n{row['source']}: laws tried on the whole record, which requires {row['law']}")
+            print_table(record_laws, RECORD_LAWS)
+
+
+@takes(ANALYSIS)
+def explain(recordings: list[Path], *, settings: Mapping[str, object], work: Judged) -> None:
+    """Say which friction law a recording requires, in a dozen lines: values in newtons, and what is not known.
+
+    Example: frictionlab explain build/recordings/steel_N1.25_r0.3.h5 --scene configs/sample_data.toml --plot .
+    """
+    scene = work.scene_for(recordings[0], settings, ("model", "analysis", "rig"))
+    inputs = files_of(recordings, recordings_in)
+    places = work.places(inputs, scene, COMPARISONS, ("contact",))
+    rows = work.rows(inputs, partial(_explained, scene=scene), "explain", scene, places)
+    work.write(rows, inputs, scene, COMPARISONS)
+    for number, row in enumerate(() if work.as_json else rows):
+        text, short = _each(row.get("text")), _each(row.get("_short"))
+        if not text:
+            complain(f"{row['source']}: {row['reason']}")
+            continue
+        lines = text if work.wide else short
+        typer.echo("\n".join([*([""] if number else []), *(printable(str(line)) for line in lines)]))
+        if len(lines) < len(text):
+            typer.echo(f"... {len(text) - len(lines)} more lines: --wide")
+    exit_status(rows)
+
+
+def _explained(_: Path, file: Path, *, scene: "Scene") -> Made:
+    from frictionlab.verbs.judging import explain
+
+    found = explain(file, scene)
+    return {**found.row(), "_short": found.short(MOST - 1)}, {"contact": found.contact}
 
 
 def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
@@ -108,14 +210,13 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
     Example: frictionlab free-vibration tap1.csv tap2.csv tap3.csv
     """
     scene = work.scene_for(inputs[0], {}, ())
-    paths = expanded(inputs, recordings=True)
-    plots = work.places(paths, scene, FREE_VIBRATIONS, (FIGURE,))
-    job = partial(_tapped, scene=scene, plots=plots, force=work.force)
-    rows, shown = work.rows(paths, job, "free vibration", silent=True)  # averages come before the first line
-    means = _means([tap for row in shown if isinstance(taps := row.get(FOUND), tuple) for tap in taps])
+    paths = files_of(inputs, recordings_in)
+    places = work.places(paths, scene, FREE_VIBRATIONS, ("free_vibration",))
+    rows = work.rows(paths, partial(_tapped, scene=scene), "free vibration", scene, places, silent=True)
+    means = _means([tap for row in rows for tap in _each(row.get("_taps"))])  # before the first line of --json
     if work.as_json:
         over_all = {f"mean_{name}": value for name, value in _numbers(means, spread=True).items()}
-        report_rows(({**row, **over_all} if TAPS in row else row for row in rows), as_json=True)
+        report_rows(({**row, **over_all} if "taps" in row else row for row in rows), as_json=True)
     lines = [line for row in rows for line in _lines(row)]
     work.write(lines, paths, scene, FREE_VIBRATIONS)
     if not work.as_json:
@@ -125,27 +226,23 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
     exit_status(rows)
 
 
-def _tapped(path: Path, file: Path, *, scene: "Scene", plots: Figures | None, force: bool) -> Row:
+def _tapped(_: Path, file: Path, *, scene: "Scene") -> Made:
     """The row of an input: the averages over its taps and each of them, or the modes of several masses."""
     from frictionlab.verbs.measuring import decay_of, free_vibration, free_vibration_modes, masses_of
 
     recording = decay_of(file, scene)
-    head = {"source": str(path), "status": "ok", "reason": None}
+    head = {"source": str(file), "status": "ok", "reason": None}
     if len(masses_of(recording)) > 1:
-        found = [asdict(mode) for mode in free_vibration_modes(recording, scene)]
-        first = {key: value for key, value in found[0].items() if key != "shape"}
-        return {**head, "warnings": list(recording.source.warnings), **first, MODES: found}
+        modes = [asdict(mode) for mode in free_vibration_modes(recording, scene)]
+        first = {key: value for key, value in modes[0].items() if key != "shape"}
+        return {**head, "warnings": list(recording.source.warnings), **first, "modes": modes}, {}
     taps = free_vibration(recording, scene)
     means = _means(taps)
-    if plots is not None:
-        from frictionlab.verbs.presenting import plot
-
-        plot(taps, plots[path][FIGURE], title=path.name, force=force)
     stiffness, normal = scene.rig.stiffness, scene.experiment.normal_force_n
     if stiffness is None and scene.rig.mass_kg is not None:
         stiffness = scene.rig.mass_kg * (2.0 * pi * means["natural_frequency_hz"].mean) ** 2
     force_n = None if stiffness is None else stiffness * means["friction_m"].mean
-    return {
+    row = {
         **head,
         "warnings": [*recording.source.warnings, *dict.fromkeys(w for tap in taps for w in tap.warnings)],
         **_numbers(means),
@@ -153,9 +250,10 @@ def _tapped(path: Path, file: Path, *, scene: "Scene", plots: Figures | None, fo
         "friction_n_se": None if stiffness is None else stiffness * means["friction_m"].se,
         "friction_coefficient": force_n / normal if force_n is not None and normal else None,
         "stiffness_n_per_m": stiffness,
-        TAPS: [{f.name: getattr(tap, f.name) for f in fields(tap) if f.name != "swing"} for tap in taps],
-        HIDDEN: {FOUND: taps},
+        "taps": [{f.name: getattr(tap, f.name) for f in fields(tap) if f.name != "swing"} for tap in taps],
+        "_taps": taps,
     }
+    return row, {"free_vibration": taps}
 
 
 def _means(taps: "Sequence[FreeVibration]") -> "dict[str, Average]":
@@ -177,27 +275,12 @@ def _lines(row: Row) -> Iterator[dict[str, object]]:
     if row["status"] != "ok":
         yield dict(row)
         return
-    stiffness, each = row.get("stiffness_n_per_m"), row.get(MODES) or row[TAPS]
-    for number, numbers in enumerate(each if isinstance(each, list) else [], 1):
+    stiffness = row.get("stiffness_n_per_m")
+    for number, numbers in enumerate(_each(row.get("modes") or row["taps"]), 1):
         line = {"source": row["source"], "status": "ok", "reason": None, "tap": number, **numbers}
-        if TAPS in row:
+        if "taps" in row:
             line["friction_n"] = numbers["friction_m"] * stiffness if isinstance(stiffness, float) else None
         yield line
-
-
-def _shape(masses: object) -> str:
-    return " ".join(f"{mass:+.3f}" for mass in masses) if isinstance(masses, tuple | list) else "-"
-
-
-TAPPED = (
-    Shown("tap", lambda row: str(row.get("tap", "-")), 9),
-    Shown("f [Hz]", lambda row: with_error(row.get("natural_frequency_hz"), row.get("natural_frequency_hz_se")), 9),
-    Shown("zeta", lambda row: with_error(row.get("damping_ratio"), row.get("damping_ratio_se")), 9),
-    Shown("F/k [um]", lambda row: with_error(row.get("friction_m"), row.get("friction_m_se"), 1e6), 8),
-    Shown("F [N]", lambda row: with_error(row.get("friction_n"), None), 5),
-    Shown("half-cycles", lambda row: str(row.get("half_cycles", "-")), 4),
-    Shown("shape", lambda row: _shape(row.get("shape")), 5),
-)
 
 
 def _print_taps(lines: Sequence[Row], means: "dict[str, Average]", *, wide: bool) -> None:
@@ -209,15 +292,9 @@ def _print_taps(lines: Sequence[Row], means: "dict[str, Average]", *, wide: bool
     if wide and good:
         print_table(good, FREE_VIBRATIONS)
     print_tests(failed if wide and good else lines, TAPPED, f"{taps}, {len(failed)} inputs failed" if failed else taps)
-    if not means:
-        return
-    told = ", ".join(
-        f"{word} {with_error(means[name].mean, means[name].se, times)}{unit}"
-        for name, word, times, unit in (
-            ("natural_frequency_hz", "f", 1.0, " Hz"),
-            ("damping_ratio", "zeta", 1.0, ""),
-            ("friction_m", "F/k", 1e6, " um"),
+    if means:
+        f, zeta, friction = (means[name] for name in ("natural_frequency_hz", "damping_ratio", "friction_m"))
+        typer.echo(
+            f"\naverage of {taps}: f {with_error(f.mean, f.se)} Hz, zeta {with_error(zeta.mean, zeta.se)}, F/k"
+            f" {with_error(friction.mean, friction.se, 1e6)} um. For a scene:\n\n{scene_snippet(means)}"
         )
-    )
-    typer.echo(f"\naverage of {taps}: {told}. For a scene:\n")
-    typer.echo(scene_snippet(means))

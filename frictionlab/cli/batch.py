@@ -1,7 +1,6 @@
 """``frictionlab batch``: a folder of logs through the whole chain; ``frictionlab campaign``: many tests, one report."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,18 +8,19 @@ import typer
 
 from frictionlab.cli import complain, printable
 from frictionlab.cli.options import ANALYSIS, check_law, scene_of, takes
-from frictionlab.cli.screen import paragraph, print_table, print_tests, print_warnings, track
-from frictionlab.cli.work import (
+from frictionlab.cli.screen import (
     COMPARED,
     MEASURED,
-    Rows,
-    assumed,
-    exit_status,
-    headline,
-    opened,
-    report_rows,
-    tables_in,
+    Shown,
+    known,
+    paragraph,
+    print_table,
+    print_tests,
+    print_warnings,
+    track,
+    word,
 )
+from frictionlab.cli.work import Rows, assumed, exit_status, files_of, headline, report_rows, tables_in
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.schema import COMPARISONS, MATERIAL_LAWS, MEASUREMENTS
 from frictionlab.tables import Row, check_output, read_rows, write_rows
@@ -33,16 +33,11 @@ if TYPE_CHECKING:
     from frictionlab.verbs.chain import Batch
 
 TABLE = "comparisons.jsonl"
-FITTED: Mapping[str, Callable[[Row], object]] = {
-    "material": lambda row: row.get("material"),
-    "N [N]": lambda row: with_error(row.get("normal_force_n"), None),
-    "tests": lambda row: row.get("tests"),
-    **{
-        title: partial(lambda row, key: with_error(row.get(key), row.get(f"{key}_u")), key=key)
-        for title, key in (("beta", "friction_ratio"), ("F [N]", "friction_force_n"), ("mu", "friction_coefficient"))
-    },
-    "law": lambda row: row.get("law"),
-}
+FITTED = (
+    *(word("material", "material", 9), Shown("N [N]", lambda row: with_error(row.get("normal_force_n"), None))),
+    *(word("tests", "tests", 9), known("beta", "friction_ratio", 9), known("F [N]", "friction_force_n", 9)),
+    *(known("mu", "friction_coefficient", 9), word("law", "law", 9)),
+)
 """What the screen shows of a row of ``friction.csv``."""
 NO_SCENE = (
     "no scene: there is no frictionlab.toml in the working folder or beside the logs, and none is given (--scene FILE;"
@@ -86,7 +81,7 @@ def batch(
         raw = logs[0].resolve() if logs[0].is_dir() else logs[0].resolve().parent
         output = Path(".." if raw == Path.cwd() else "") / f"{raw.name}{RESULTS}"
     single = None if campaign else law
-    work = plan(opened(logs), what, output=output, compare=not campaign, law=single, again=again, **settings)
+    work = plan(files_of(logs), what, output=output, compare=not campaign, law=single, again=again, **settings)
     read = [*work.logs, *what.files]
     if campaign:  # before the work: a folder that holds other files where results go is refused
         from frictionlab.campaign.output import check_folder
@@ -94,77 +89,67 @@ def batch(
         check_folder(output, inputs=read)
     else:
         check_output(output / TABLE, COMPARISONS, inputs=read)
-    rows = _do(work, workers=workers, scheduler=scheduler, as_json=as_json, quiet=quiet)
+    made = _do(work, workers=workers, scheduler=scheduler, as_json=as_json, quiet=quiet)
+    rows = work.rows()
+    good = [row for row in rows if row.get("status") == "ok"]
     if campaign:
-        failed = [row for row in work.rows() if row.get("status") != "ok"]
-        if failed and not as_json:
-            print_tests(work.rows(), MEASURED, headline(work.rows(), "logs measured"))
-        _evaluate(work, output, law=law, workers=workers, quiet=quiet or as_json)
+        if len(good) < len(rows) and not as_json:
+            print_tests(rows, MEASURED, headline(rows, "logs measured"))
+        _evaluate(work, rows, law=law, workers=workers, quiet=quiet or as_json)
     else:
-        write_rows([row for row in work.rows() if row.get("status") == "ok"], output / TABLE)
-    if not as_json:
-        if not campaign:
-            _show(work, rows, output, wide=wide)
-        if not quiet:
-            print_warnings(work.rows(), verbose=verbose, notes=assumed(work.chain.scene, work.rows()))
-    exit_status(rows)
+        write_rows(good, output / TABLE)
+        if not as_json:
+            _show(work, made, wide=wide)
+    if not (as_json or quiet):
+        print_warnings(rows, verbose=verbose, notes=assumed(work.scene, rows))
+    exit_status(made)
 
 
 def _do(work: "Batch", *, workers: int | None, scheduler: str | None, as_json: bool, quiet: bool) -> Rows:
     """Do what is due; with --json the rows of all logs, of those that had not changed too."""
     if work.due and not (as_json or quiet):
-        steps = work.chain.steps
-        typer.echo(f"{', '.join(steps[:-1])} and {steps[-1]}: {len(work.due)} of {len(work.logs)} logs")
-    made = track(
-        work.run(workers=workers, scheduler=scheduler), total=len(work.due), title="batch", quiet=quiet or as_json
-    )
+        typer.echo(f"{', '.join(work.steps[:-1])} and {work.steps[-1]}: {len(work.due)} of {len(work.logs)} logs")
+    made = work.run(workers=workers, scheduler=scheduler)
     if not as_json:
-        return report_rows(made, as_json=False)
-    due, made = set(work.due), iter(made)
-    every = (next(made) if log in due else work.chain.row(log) for log in work.logs)
+        return report_rows(track(made, total=len(work.due), title="batch", quiet=quiet), as_json=False)
+    due = set(work.due)
+    every = (next(made) if log in due else work.row(log) for log in work.logs)
     return report_rows((row for row in every if row is not None), as_json=True)
 
 
-def _show(work: "Batch", made: Rows, output: Path, *, wide: bool) -> None:
+def _show(work: "Batch", made: Rows, *, wide: bool) -> None:
     """Print the table of all logs, those that had not changed too, and where the results are."""
     failed = {str(row["source"]): row for row in made if row.get("status") != "ok"}
     rows: list[Row] = []
     for log in work.logs:
-        row = failed.get(str(log)) or work.chain.row(log)
+        row = failed.get(str(log)) or work.row(log)
         if row is not None and row.get("status") == "ok":
-            measured = read_rows(work.chain.results(log)["measurement"], MEASUREMENTS)[0]
-            row = {**measured, **row}
+            row = {**read_rows(work.results(log)["measurement"], MEASUREMENTS)[0], **row}
         rows += [] if row is None else [row]
     good = [row for row in rows if row.get("status") == "ok"]
     if wide and good:
         print_table(good, COMPARISONS)
     print_tests([row for row in rows if not (wide and row in good)], COMPARED, headline(rows, "logs"))
     if good:
-        where = f"{output}{'/' * bool(output.name)}"
+        where = f"{work.folder}{'/' * bool(work.folder.name)}"
         typer.echo(printable(f"recordings, measurements, comparisons and figures are in {where}"))
 
 
-def _evaluate(work: "Batch", output: Path, *, law: str | None, workers: int | None, quiet: bool) -> None:
+def _evaluate(work: "Batch", rows: Sequence[Row], *, law: str | None, workers: int | None, quiet: bool) -> None:
     """Evaluate all tests together, if any of them, the scene, or the law asked for has changed since."""
-    from frictionlab.verbs.chain import NOT_MEASURED_BY, digest, is_fresh, write_stamp
+    from frictionlab.verbs.chain import digest, is_fresh, made_by, write_stamp
 
-    rows, scene = work.rows(), work.chain.scene
-    stamp = {
-        "rows": digest(rows),
-        "law": law,
-        "scene": digest(scene.model_dump(mode="json", exclude=NOT_MEASURED_BY)),
-    }
-    report, mark = output / "report.html", output / "made.json"
-    if is_fresh(mark, stamp, [report]):
+    stamp = {"rows": digest(rows), "law": law, "scene": made_by(work.scene)}
+    report, mark = work.folder / "report.html", work.folder / "made.json"
+    if not is_fresh(mark, stamp, [report]):
+        _refuse_failures(rows)
         if not quiet:
-            typer.echo(printable(f"the report is {report}"))
-        return
-    refuse_failures(rows)
+            typer.echo(f"evaluate the campaign: {len(rows)} tests")
+        folders = [work.folder / "measurements", work.folder / "recordings"]
+        _write_campaign(rows, work.scene, work.folder, folders=folders, law=law, workers=workers, quiet=quiet)
+        write_stamp(mark, stamp)
     if not quiet:
-        typer.echo(f"evaluate the campaign: {len(rows)} tests")
-    folders = [output / "measurements", output / "recordings"]
-    write_campaign(rows, scene, output, folders=folders, law=law, workers=workers, quiet=quiet)
-    write_stamp(mark, stamp)
+        typer.echo(printable(f"the report is {report}"))
 
 
 def campaign(
@@ -183,37 +168,37 @@ def campaign(
     Example: frictionlab campaign build/measurements/*.jsonl --scene configs/campaign.toml -o build/campaign
     """
     from frictionlab.campaign.output import check_folder
+    from frictionlab.campaign.reading import IS_RECORDING, read_measurements
+    from frictionlab.hdf5 import is_recording
     from frictionlab.verbs.evaluate import recordings_beside
 
     what = scene_of(scene, beside=measurements[0], quiet=quiet)
-    measurements = tables_in(measurements)
-    _refuse_recordings(measurements)
-    rows, unread = _rows_of(measurements)
-    refuse_failures(rows)
-    check_folder(output, force=force, inputs=[*measurements, *what.files])
-    write_campaign(
-        rows,
-        what,
-        output,
-        folders=[place for path in measurements for place in recordings_beside(path)],
-        law=law,
-        workers=workers,
-        force=force,
-        quiet=quiet,
-    )
+    paths = files_of(measurements, tables_in)
+    recordings = [path for path in paths if path.is_file() and is_recording(path)]
+    if recordings:
+        more = f" and {len(recordings) - 1} others" if len(recordings) > 1 else ""
+        raise UsageError(f"{recordings[0]}{more}: {IS_RECORDING}")
+    rows: list[Row] = []
+    unread: list[Row] = []
+    for path in paths:
+        try:
+            rows += read_measurements(path)
+        except Exception as error:  # noqa: BLE001  # a file that cannot be read is a row, whatever the reason
+            unread.append(failure(path, error))
+            complain(f"{path}: {unread[-1]['reason']}")
+    rows += unread
+    _refuse_failures(rows)
+    check_folder(output, force=force, inputs=[*paths, *what.files])
+    folders = [place for path in paths for place in recordings_beside(path)]
+    _write_campaign(rows, what, output, folders=folders, law=law, workers=workers, force=force, quiet=quiet)
     if not quiet:
+        typer.echo(printable(f"the report is {output / 'report.html'}"))
         print_warnings(rows, verbose=verbose)
     exit_status(unread)
 
 
-def refuse_failures(rows: Sequence[Row]) -> None:
-    """Refuse a campaign without a single measurement: its report would be empty, and take the place of a full one.
-
-    Raises
-    ------
-    AnalysisError
-        As said.
-    """
+def _refuse_failures(rows: Sequence[Row]) -> None:
+    """Refuse a campaign without a single measurement: its report would be empty, and take the place of a full one."""
     from frictionlab.campaign.laws import is_comparison
 
     good = [row for row in rows if row.get("status") != FAILED]
@@ -227,14 +212,14 @@ def refuse_failures(rows: Sequence[Row]) -> None:
         )
 
 
-def write_campaign(
+def _write_campaign(
     rows: Sequence[Row],
     scene: "Scene",
     output: Path,
     *,
     folders: Sequence[Path],
-    law: str | None = None,
-    workers: int | None = 1,
+    law: str | None,
+    workers: int | None,
     force: bool = False,
     quiet: bool,
 ) -> None:
@@ -242,62 +227,37 @@ def write_campaign(
     from frictionlab.verbs.evaluate import evaluate
     from frictionlab.verbs.presenting import publish
 
-    def watch(title: str) -> Callable[[Sequence[Any]], Iterable[Any]]:
-        return lambda items: track(items, total=len(items), title=title, quiet=quiet)
+    def fitting(items: Sequence[Any]) -> Iterable[Any]:
+        return track(items, total=len(items), title="fit", quiet=quiet)
 
-    result = evaluate(rows, scene, folders=folders, law=law, workers=workers, watch=watch("fit"))
+    def drawing(items: Sequence[Any]) -> Iterable[Any]:
+        return track(items, total=len(items), title="draw", quiet=quiet)
+
+    result = evaluate(rows, scene, folders=folders, law=law, workers=workers, watch=fitting)
     if len(result.failures) == len(result.trials):
         kinds = kinds_of((trial.source, str(trial.reason)) for trial in result.failures)
         reasons = "; ".join(f"{reason} ({len(where)} tests)" for reason, where in kinds)
         raise AnalysisError(f"campaign: all {len(result.trials)} tests failed: {reasons}: no report is written")
-    publish(result, output, force=force, watch=watch("draw"))
+    publish(result, output, force=force, watch=drawing)
     if not quiet:
-        _print_campaign(result, output)
+        _print_campaign(result)
 
 
-def _refuse_recordings(paths: Sequence[Path]) -> None:
-    """One sentence for any number of recordings."""
-    from frictionlab.campaign.reading import IS_RECORDING
-    from frictionlab.hdf5 import is_recording
-
-    found = [path for path in paths if path.is_file() and is_recording(path)]
-    if found:
-        more = f" and {len(found) - 1} others" if len(found) > 1 else ""
-        raise UsageError(f"{found[0]}{more}: {IS_RECORDING}")
-
-
-def _rows_of(paths: Sequence[Path]) -> tuple[list[Row], list[Row]]:
-    """The rows of all files, and the failures of those that cannot be read (they are rows too: none goes missing)."""
-    from frictionlab.campaign import read_measurements
-
-    rows: list[Row] = []
-    unread: list[Row] = []
-    for path in paths:
-        try:
-            rows += read_measurements(path)
-        except Exception as error:  # noqa: BLE001  # a file that cannot be read is a row, whatever the reason
-            unread.append(failure(path, error))
-            reason = str(unread[-1]["reason"])
-            complain(reason if reason.startswith(str(path)) else f"{path}: {reason}")
-    return [*rows, *unread], unread
-
-
-def _print_campaign(result: "Campaign", folder: Path) -> None:
+def _print_campaign(result: "Campaign") -> None:
     """Print friction by material and force, who ranks where if there are several, and what is doubtful."""
     from frictionlab.campaign.output import friction_row, law_row
 
     rows = [friction_row(fit) for fit in result.fits]
-    print_table([{title: show(row) for title, show in FITTED.items()} for row in rows], tuple(FITTED))
+    print_table([{column.title: column.text(row) for column in FITTED} for row in rows], [c.title for c in FITTED])
     if result.laws:
         typer.echo()
         print_table([law_row(law) for law in result.laws], MATERIAL_LAWS, elsewhere="laws.csv has")
     placed = [rank for rank in result.ranking if rank.rank is not None] if len(result.materials) > 1 else []
     for criterion in dict.fromkeys(rank.criterion for rank in placed):
         names = [f"{rank.rank} {rank.material}" for rank in placed if rank.criterion == criterion]
-        paragraph(printable(f"by {criterion}: {', '.join(names)}"), indent="  ")
+        paragraph(f"by {criterion}: {', '.join(names)}", indent="  ")
     said = [(fit.material, str(fit.note)) for fit in result.fits if fit.note]
     doubts = [f"{note} ({', '.join(where)})" for note, where in kinds_of(said)]
     doubts += [note for note in result.notes if GRAVE.search(note)]
     for sentence in (*(test.verdict for test in result.amontons), *(f"! {note}" for note in doubts)):
-        paragraph(printable(sentence), indent="  ")
-    typer.echo(printable(f"the report is {folder / 'report.html'}"))
+        paragraph(sentence, indent="  ")

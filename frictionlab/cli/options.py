@@ -230,19 +230,12 @@ def scene_of(path: Path | None, *, beside: Path | None = None, quiet: bool = Fal
 
 
 MOST_VALUES = 10_000_000
-TIMES = "x"  # before a factor, in the place of a step
 NEARLY = Decimal("1e-12")  # how far a factor's last value may lie beyond the end
 SAME_AS = {"mu": ("static_ratio_up", "static_ratio_down", "static_ratio"), "zeta": ("contact_damping_ratio",)}
 
 
 def named_values(said: Sequence[str] | None, given: Mapping[str, object]) -> dict[str, str]:
-    """What each ``--parameter NAME=VALUE`` says, by name.
-
-    Parameters
-    ----------
-    said : sequence of str
-    given : mapping
-        What ``--mu`` and ``--zeta`` say, or None.
+    """What each ``--parameter NAME=VALUE`` says, by name; ``given``: what ``--mu`` and ``--zeta`` say, or None.
 
     Raises
     ------
@@ -269,11 +262,6 @@ def named_values(said: Sequence[str] | None, given: Mapping[str, object]) -> dic
             if name in names:
                 raise UsageError(f"--{option} and --parameter {name} say the same: leave one out")
     return values
-
-
-def numbers(said: Sequence[str] | None, given: Mapping[str, object]) -> dict[str, float]:
-    """As `named_values`, each value read as one number."""
-    return {name: number_of(text, f"--parameter {name}") for name, text in named_values(said, given).items()}
 
 
 def check_law(law: str | None) -> None:
@@ -311,27 +299,16 @@ def values_of(text: str, option: str) -> list[float]:
         text = text if is_plain(text) else ""
         if ":" not in text:
             return [float(Decimal(part)) for part in text.split(",")]
-        first, last, by = text.split(":")
-        if by.strip().startswith(TIMES):
-            return _by_factor(Decimal(first), Decimal(last), Decimal(by.strip().removeprefix(TIMES)), option)
-        start, stop, step = Decimal(first), Decimal(last), Decimal(by)
-        number = math.floor((stop - start) / step) + 1
+        first, last, by = (part.strip() for part in text.split(":"))
+        start, stop, step = Decimal(first), Decimal(last), Decimal(by.removeprefix("x"))
+        is_factor = by.startswith("x")
+        goes_up = (0 < start <= stop and step > 1) if is_factor else step > 0
+        steps = (stop * (1 + NEARLY) / start).ln() / step.ln() if goes_up and is_factor else (stop - start) / step
+        number = math.floor(steps) + 1
     except (ArithmeticError, ValueError) as error:
         raise UsageError(
             f"{option}: expected a list 0.1,0.2 or a range START:STOP:STEP or START:STOP:xFACTOR; got {text!r}"
         ) from error
-    if not (0 < number <= MOST_VALUES and step > 0):
+    if not (goes_up and 0 < number <= MOST_VALUES):
         raise UsageError(f"{option}: expected 1 to {MOST_VALUES} values going up; got {number} from {text!r}")
-    return [float(start + i * step) for i in range(number)]
-
-
-def _by_factor(start: Decimal, stop: Decimal, factor: Decimal, option: str) -> list[float]:
-    """The values from start to stop, each a factor larger than the one before."""
-    if not (0 < start <= stop < Decimal("Infinity") and 1 < factor < Decimal("Infinity")):
-        raise UsageError(
-            f"{option}: expected START:STOP:xFACTOR with 0 < START <= STOP and FACTOR > 1; got {start}:{stop}:x{factor}"
-        )
-    number = int((stop * (1 + NEARLY) / start).ln() / factor.ln()) + 1
-    if number > MOST_VALUES:
-        raise UsageError(f"{option}: expected 1 to {MOST_VALUES} values; got {number}")
-    return [float(start * factor**i) for i in range(number)]
+    return [float(start * step**i if is_factor else start + i * step) for i in range(number)]

@@ -13,16 +13,23 @@ from frictionlab.schema import PREDICTIONS
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
     from frictionlab.inference.predictive import PredictedTest
     from frictionlab.planning import Plan, PlannedTest
 
-MINUTE = 60.0
 DECIDES, CERTAIN = 5.0, 1000.0  # logarithm of a Bayes factor
 SETTING = ("frequency_ratio", "normal_force_n", "base_amplitude_m", "duration_s")
 SEVERAL = 5  # predictions from which progress is shown
-HEADS = {"r": "r", "amplitude": "amplitude mm", "energy": "energy mJ", "stops": "stops", "regime": "regime"}
+HEADS = {
+    "rank": "test",
+    "frequency_ratio": "r",
+    "normal_force_n": "force N",
+    "base_amplitude_mm": "base mm",
+    "duration_s": "length s",
+    "total_min": "lab min",
+}
+PREDICTED = {"r": "r", "amplitude": "amplitude mm", "energy": "energy mJ", "stops": "stops", "regime": "regime"}
 
 
 def plan(
@@ -83,12 +90,26 @@ def _print(found: "Plan", told: "Sequence[PlannedTest]", output: Path | None) ->
     from frictionlab.planning import steps
 
     apart = "" if found.against is None else f" against {found.against}"
-    count = len({(t.frequency_ratio, t.normal_force_n, t.base_amplitude_m, t.duration_s) for t in found.tests})
+    count = len({tuple(getattr(test, key) for key in SETTING) for test in found.tests})
     typer.echo(
         f"law {found.law}{apart}: {len(found.tests)} tests, of {count + len(found.others)} candidates, best first"
     )
-    print_table(_merged(map(_flat, told)), _heads(found, told))
-    paragraph(_meaning(found))
+    rows: list[Row] = []
+    for row in map(_flat, told):  # repeats of a setting are one row, with what is known after the last
+        again = rows and row["rank"] is not None and all(row[key] == rows[-1][key] for key in SETTING)
+        first = str(rows.pop()["rank"]).partition("-")[0] if again else ""
+        rows.append({**row, "rank": f"{first}-{row['rank']}"} if again else row)
+    print_table(rows, _heads(found, told))
+    meaning = (
+        "the last columns: standard uncertainty after this test and all better ones, of friction in per cent of it"
+    )
+    if found.against is not None:
+        meaning = (
+            f"A: {found.law}; B: {found.against}; if A: evidence for A to expect of this test alone if A holds"
+            " (logarithm of the Bayes factor; about half of such tests give more, half less); if B: for B if B holds;"
+            f" after: sum of this test and all better ones, the lesser of both; {DECIDES:g} or more decides"
+        )
+    paragraph(f"lab min: laboratory time so far; {meaning}")
     typer.echo("\nIn the laboratory, in the order that saves changes:")
     for line in steps(found):
         paragraph(line, indent="    ")
@@ -97,72 +118,33 @@ def _print(found: "Plan", told: "Sequence[PlannedTest]", output: Path | None) ->
         paragraph(f"the sheet is {output}: name the logs as it says, then give it as [experiment] sheet")
 
 
-def _merged(rows: "Iterable[Row]") -> list[Row]:
-    """Rows for the screen: repeats of a setting one after the other are one row, with what is known after the last."""
-    found: list[Row] = []
-    for row in rows:
-        again = found and row["rank"] is not None and all(row[key] == found[-1][key] for key in SETTING)
-        first = str(found.pop()["rank"]).partition("-")[0] if again else ""
-        found.append({**row, "rank": f"{first}-{row['rank']}"} if again else row)
-    return found
-
-
 def _heads(found: "Plan", told: "Sequence[PlannedTest]") -> dict[str, str]:
     """Columns of the table; what is the same in all tests is told by the steps below it."""
-    names = [] if found.against is not None else list(found.tests[0].expected)
-    differs = {
-        "base_amplitude_mm": len({t.base_amplitude_m for t in told}) > 1,
-        "duration_s": len({t.duration_s for t in told}) > 1,
-    }
-    heads = {
-        "rank": "test",
-        "frequency_ratio": "r",
-        "normal_force_n": "force N",
-        "base_amplitude_mm": "base mm",
-        "duration_s": "length s",
-        "total_min": "lab min",
-        **{f"u({name})": "friction %" if name == "beta" else f"u({name})" for name in names},
-        **({} if found.against is None else {"one": "if A", "other": "if B", "after": "after"}),
-    }
-    return {key: head for key, head in heads.items() if differs.get(key, True)}
-
-
-def _meaning(found: "Plan") -> str:
-    time = "lab min: laboratory time so far"
+    heads = HEADS.copy()
+    for key, each in (("base_amplitude_mm", "base_amplitude_m"), ("duration_s", "duration_s")):
+        if len({getattr(test, each) for test in told}) == 1:
+            del heads[key]
     if found.against is not None:
-        return (
-            f"A: {found.law}; B: {found.against}; {time}; if A: evidence for A to expect of this test alone if A holds"
-            " (logarithm of the Bayes factor; about half of such tests give more, half less); if B: for B if B holds;"
-            f" after: sum of this test and all better ones, the lesser of both; {DECIDES:g} or more decides"
-        )
-    return (
-        f"{time}; the last columns: standard uncertainty to expect after this test and all better ones, of friction in"
-        " per cent of it"
-    )
+        return heads | {"one": "if A", "other": "if B", "after": "after"}
+    names = {name: "friction %" if name == "beta" else f"u({name})" for name in found.tests[0].expected}
+    return heads | {f"u({name})": head for name, head in names.items()}
 
 
 def _flat(test: "PlannedTest") -> Row:
-    after = test.cumulative_u or test.expected_u
-    known = {
-        f"u({name})": _short(error if name != "beta" or error is None else 100.0 * error / test.values[name])
-        for name, error in after.items()
-    }
+    """A test's row as the table shows it; evidence beyond what decides many times over has no size."""
+    errors = {name: error for name, error in (test.cumulative_u or test.expected_u).items() if error is not None}
     evidence = {"one": test.log_bayes, "other": test.log_bayes_against, "after": test.log_bayes_after}
-    more = {
+    return {
+        **test.row(),
         "base_amplitude_mm": 1e3 * test.base_amplitude_m,
-        "total_min": None if test.total_s is None else _short(test.total_s / MINUTE, 3),
-        **{key: _evidence(value) for key, value in evidence.items()},
+        "total_min": None if test.total_s is None else float(f"{test.total_s / 60.0:.3g}"),
+        **{f"u({name})": _short(e / test.values[name] * 100.0 if name == "beta" else e) for name, e in errors.items()},
+        **{key: f"> {CERTAIN:g}" if (value or 0.0) > CERTAIN else _short(value) for key, value in evidence.items()},
     }
-    return {**test.row(), **more, **known}
 
 
-def _evidence(value: float | None) -> float | str | None:
-    """Evidence for a screen: beyond what decides many times over its size says no more."""
-    return f"> {CERTAIN:g}" if value is not None and value > CERTAIN else _short(value)
-
-
-def _short(value: float | None, digits: int = 2) -> float | None:
-    return None if value is None else float(f"{value:.{digits}g}")
+def _short(value: float | None) -> float | None:
+    return None if value is None else float(f"{value:.2g}")
 
 
 def predict(
@@ -192,17 +174,20 @@ def predict(
             law_file, ratios, normal_force_n=normal_force, base_amplitude_m=base_amplitude, base_motion=base_motion,
             progress=progress,
         )  # fmt: skip
-    for test in found.tests if to.as_json else ():
-        typer.echo(json_line(test.row()))
-    if not to.as_json:
+    names = ["the record" if t.frequency_ratio is None else f"r = {t.frequency_ratio:.6g}" for t in found.tests]
+    if to.as_json:
+        for test in found.tests:
+            typer.echo(json_line(test.row()))
+    else:
         first = found.tests[0]
         typer.echo(
             f"{first.material}, {first.law}: normal force {first.normal_force_n:.4g} N, base"
             f" {1e3 * first.base_amplitude_m:.4g} mm; each number with its 95 % band"
         )
-        print_table([_shown(test) for test in found.tests], HEADS)
-    if not (to.as_json or to.quiet):
-        print_warnings([{"source": _named(test), "warnings": list(test.warnings)} for test in found.tests])
+        print_table([_shown(test, name) for test, name in zip(found.tests, names, strict=True)], PREDICTED)
+        if not to.quiet:
+            warned = ({"source": name, "warnings": t.warnings} for t, name in zip(found.tests, names, strict=True))
+            print_warnings(list(warned))
     if to.output is not None:
         write_rows(found.rows(), to.output, PREDICTIONS, force=to.force, inputs=read)
     if figure is not None:
@@ -211,18 +196,14 @@ def predict(
         plot(found, figure, force=to.force)
 
 
-def _shown(test: "PredictedTest") -> dict[str, object]:
+def _shown(test: "PredictedTest", name: str) -> Row:
     from frictionlab.inference.predictive import in_words
 
     numbers, record = test.numbers, test.frequency_ratio is None
     return {
-        "r": _named(test).removeprefix("r = "),
+        "r": name.removeprefix("r = "),
         "amplitude": in_words(numbers["response_amplitude_m"]),
         "energy": in_words(numbers["record_energy_j" if record else "energy_per_cycle_j"]),
         "stops": in_words(numbers["record_stops" if record else "stops_per_cycle"], 1.0),
         "regime": test.regime,
     }
-
-
-def _named(test: "PredictedTest") -> str:
-    return "the record" if test.frequency_ratio is None else f"r = {test.frequency_ratio:.6g}"

@@ -10,15 +10,16 @@ import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
 import typer
 
 from frictionlab.cli import complain, printable
-from frictionlab.schema import Table, column_of
+from frictionlab.schema import Table
 from frictionlab.tables import Row, plain
-from frictionlab.tables.texts import kinds_of
+from frictionlab.tables.texts import kinds_of, with_error
 
 WIDTH = 80  # letters in a line, where no terminal says another number
 GAP = 2  # blanks between columns
@@ -26,8 +27,6 @@ LEAST_TEXT = 16  # letters that a text keeps in one line before it is folded
 FEW = 3  # rows that are rather turned than robbed of columns
 MOST_WARNINGS = 10  # lines
 T = TypeVar("T")
-Count = Callable[[int, int], None]
-"""Called with what is done and what there is in all."""
 
 
 def cell(value: object) -> str:
@@ -62,6 +61,57 @@ class Shown:
     keep: int = 9
 
 
+def word(title: str, key: str, keep: int, form: str = ".3g") -> Shown:
+    """A text or a plain number of a row."""
+
+    def text(row: Row) -> str:
+        value = row.get(key)
+        return "-" if value is None else format(value, form) if isinstance(value, float) else str(value)
+
+    return Shown(title, text, keep)
+
+
+def known(title: str, key: str, keep: int, error: str = "u", times: float = 1.0) -> Shown:
+    """A number of a row with its uncertainty."""
+    return Shown(title, lambda row: with_error(row.get(key), row.get(f"{key}_{error}"), times), keep)
+
+
+def _scaled(unit: str, title: str, key: str, factor: Callable[[Row], float | None], keep: int) -> tuple[Shown, Shown]:
+    """A number with its uncertainty in physical units, and beside it dimensionless where those are not known."""
+
+    def text(row: Row, *, physical: bool) -> str:
+        times = factor(row)
+        return with_error(row.get(key), row.get(f"{key}_u"), times or 1.0) if physical == (times is not None) else "-"
+
+    plain_unit = "kY²" if title == "E" else "Y"
+    return (
+        Shown(f"{title} [{unit}]", partial(text, physical=True), keep),
+        Shown(f"{title} [{plain_unit}]", partial(text, physical=False), keep),
+    )
+
+
+def _millijoules(row: Row) -> float | None:
+    joules, energy = row.get("energy_per_cycle_j"), row.get("energy_per_cycle")
+    return 1e3 * joules / energy if isinstance(joules, float) and isinstance(energy, float) and energy else None
+
+
+def _millimetres(row: Row) -> float | None:
+    base = row.get("base_amplitude_m")
+    return 1e3 * base if isinstance(base, float) else None
+
+
+_R, _ENERGY = word("r", "frequency_ratio", 9, ".3f"), _scaled("mJ", "E", "energy_per_cycle", _millijoules, 9)
+MEASURED = (
+    *(_R, *_ENERGY, *_scaled("mm", "X", "response_amplitude", _millimetres, 7)),
+    *(word("stops", "stops_per_cycle", 5), word("regime", "regime", 8)),
+)
+COMPARED = (
+    *(_R, *_ENERGY, known("beta", "friction_ratio", 4)),
+    *(known("F [N]", "friction_force_n", 5), known("mu", "friction_coefficient", 8)),
+    *(word("law", "law", 6), word("verdict", "verdict", 9)),
+)
+
+
 def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str) -> None:
     """Print one line a test, failures among them, within the window; the columns kept least gladly go first.
 
@@ -76,12 +126,11 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str) ->
     for number, row in enumerate(rows):
         if row.get("status") == "failed":
             names[number] = printable(Path(str(row.get("source"))).name)
-    texts = {c.title: [printable(c.text(row)) if row in good else "" for row in rows] for c in columns}
-    filled = [c for c in columns if set(texts[c.title]) - {"", "-"}]
-    width = _width() or WIDTH
-    widest = max(map(len, names))
+    texts = {c: [printable(c.text(row)) if row in good else "" for row in rows] for c in columns}
+    filled = [c for c in columns if set(texts[c]) - {"", "-"}]
+    width, widest = _width() or WIDTH, max(map(len, names))
     while True:
-        widths = [max(len(c.title), *map(len, texts[c.title])) for c in filled]
+        widths = [max(len(c.title), *map(len, texts[c])) for c in filled]
         spare = width - sum(widths) - GAP * len(widths)
         if spare >= min(widest, LEAST_TEXT) or len(filled) == 1:
             break
@@ -92,11 +141,10 @@ def print_tests(rows: Sequence[Row], columns: Sequence[Shown], headline: str) ->
     for number, (name, row) in enumerate(zip(names, rows, strict=True)):
         cut = name if len(name) <= first else f"{name[: first - 8]}..{name[-6:]}"
         if row.get("status") == "failed":
-            said = printable(f"failed: {row.get('reason')}")
-            lines = textwrap.wrap(said, max(width - first - GAP, LEAST_TEXT), break_on_hyphens=False)
-            typer.echo("\n".join(_joined([cut if not i else "", line], [first, 0]) for i, line in enumerate(lines)))
+            said = printable(f"{cut:<{first}}{' ' * GAP}failed: {row.get('reason')}")
+            typer.echo(textwrap.fill(said, width, subsequent_indent=" " * (first + GAP), break_on_hyphens=False))
         else:
-            typer.echo(_joined([cut, *(texts[c.title][number] for c in filled)], [first, *widths]))
+            typer.echo(_joined([cut, *(texts[c][number] for c in filled)], [first, *widths]))
 
 
 def short_names(sources: Sequence[str]) -> list[str]:
@@ -111,16 +159,20 @@ def print_warnings(rows: Iterable[Row], *, verbose: bool = False, notes: Sequenc
 
     On a terminal lines are folded; where that makes too many the rest is counted.
     """
-    told = [(str(row.get("source") or ""), said) for row in rows for said in warnings_of(row)]
-    sources = list(dict.fromkeys(source for source, _ in told))
+    found = [(str(row.get("source") or ""), said) for row in rows for said in warnings_of(row)]
+    sources = list(dict.fromkeys(source for source, _ in found))
     short = dict(zip(sources, short_names(sources), strict=True))
-    lines: list[str] = []
-    for sentence, where in kinds_of(told):
+    said: list[str] = []
+    for sentence, where in kinds_of(found):
         count = f" ({len(where)} tests)" if len(where) > 1 else f" ({short[where[0]]})" if where[0] else ""
-        lines += _folded_for(f"warning{count}: {sentence}")
+        said.append(f"warning{count}: {sentence}")
         if verbose and len(where) > 1:
-            lines += _folded_for(f"    in {', '.join(short[source] for source in where)}")
-    lines += [line for note in notes for line in _folded_for(f"note: {note}")]
+            said.append(f"    in {', '.join(short[source] for source in where)}")
+    lines: list[str] = []
+    for text in map(printable, [*said, *(f"note: {note}" for note in notes)]):
+        width = shutil.get_terminal_size().columns
+        folded = textwrap.wrap(text, width, subsequent_indent="    ", break_on_hyphens=False)
+        lines += folded if sys.stderr.isatty() else [f"frictionlab: {text}"]
     shown = lines if verbose or len(lines) <= MOST_WARNINGS else lines[: MOST_WARNINGS - 1]
     for line in shown:
         typer.echo(line, err=True)
@@ -132,14 +184,6 @@ def warnings_of(row: Row) -> list[str]:
     """The warnings of a row."""
     warnings = row.get("warnings")
     return [str(warning) for warning in warnings] if isinstance(warnings, (list, tuple)) else []
-
-
-def _folded_for(text: str) -> list[str]:
-    """A line for stderr, folded where that is a terminal."""
-    text = printable(text)
-    if not sys.stderr.isatty():
-        return [f"frictionlab: {text}"]
-    return textwrap.wrap(text, shutil.get_terminal_size().columns, subsequent_indent="    ", break_on_hyphens=False)
 
 
 def print_table(
@@ -160,15 +204,15 @@ def print_table(
     elsewhere : str
         What gives all columns where some do not fit.
     """
-    told = list(rows)
-    heads = _heads(columns, told)
-    lines = [list(heads.values()), *([cell(row.get(key)) for key in heads] for row in told)]
+    every = list(rows)
+    heads = _heads(columns, every)
+    lines = [list(heads.values()), *([cell(row.get(key)) for key in heads] for row in every)]
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     kept = len(widths)
     while _width() and kept > 1 and sum(widths[:kept]) + GAP * (kept - 1) > _width():
         kept -= 1
-    if kept < len(widths) and len(told) <= FEW:
-        print_turned(told, heads)
+    if kept < len(widths) and len(every) <= FEW:
+        print_turned(every, heads)
         return
     for number, line in enumerate(lines):
         text = _joined(line[:kept], widths[:kept])
@@ -180,7 +224,7 @@ def print_table(
 def print_turned(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> None:
     """Print rows one below the other, a line for each of their values; of a schema's table, of all its columns."""
     for number, row in enumerate(rows):
-        heads = {name: _head(name, columns) for name in row} if isinstance(columns, Table) else dict(columns)
+        heads = {name: _head(name, columns) for name in row} if isinstance(columns, Table) else columns
         widest = max(map(len, heads.values()), default=0)
         if number:
             typer.echo()
@@ -190,9 +234,8 @@ def print_turned(rows: Iterable[Row], columns: Table | Mapping[str, str]) -> Non
 
 def paragraph(text: str, *, indent: str = "") -> None:
     """Print a sentence on stdout, in lines that fit the terminal; whole elsewhere."""
-    width = _width()
-    lines = textwrap.wrap(text, width, subsequent_indent=indent, break_on_hyphens=False) if width else [text]
-    typer.echo("\n".join(lines))
+    text, width = printable(text), _width()
+    typer.echo(textwrap.fill(text, width, subsequent_indent=indent, break_on_hyphens=False) if width else text)
 
 
 def _bold(text: str) -> str:
@@ -204,18 +247,18 @@ def _joined(texts: Sequence[str], widths: Sequence[int]) -> str:
     return (" " * GAP).join(text.ljust(width) for text, width in zip(texts, widths, strict=True)).rstrip()
 
 
-def _heads(columns: Table | Sequence[str] | Mapping[str, str], rows: Sequence[Row]) -> dict[str, str]:
+def _heads(columns: Table | Sequence[str] | Mapping[str, str], rows: Sequence[Row]) -> Mapping[str, str]:
     if not isinstance(columns, Table):
-        return dict(columns) if isinstance(columns, Mapping) else {key: printable(key) for key in columns}
-    known = {key for row in rows for key, value in row.items() if plain(value) is not None}
-    names = [name for name in columns.shown if name in known or name not in columns.where_known]
-    own = {column.name for column in columns.columns}  # a map has columns of its own: the parameters of its law
+        return columns if isinstance(columns, Mapping) else {key: printable(key) for key in columns}
+    filled = {key for row in rows for key, value in row.items() if plain(value) is not None}
+    names = [name for name in columns.shown if name in filled or name not in columns.where_known]
+    own = set(columns.names)  # a map has columns of its own: the parameters of its law
     more = dict.fromkeys(key for row in rows for key in row if columns.kind in ("map", "motion") and key not in own)
     return {name: _head(name, columns) for name in (*more, *names)}
 
 
-def _head(name: str, table: Table | Mapping[str, str]) -> str:
-    column = column_of(name, table) if isinstance(table, Table) else None
+def _head(name: str, table: Table) -> str:
+    column = table.column(name)
     return printable(name) if column is None else column.head
 
 
@@ -229,17 +272,16 @@ def track(items: Iterable[T], *, total: int, title: str, quiet: bool = False) ->
     with count(title, quiet=quiet, total=total) as progress:
         for number, item in enumerate(items, 1):
             yield item
-            if progress is not None:
-                progress(number, total)
+            progress(number, total)
 
 
 @contextmanager
 def count(
     title: str, *, quiet: bool = False, total: int | None = None, in_bytes: bool = False
-) -> Iterator[Count | None]:
-    """Give a function that shows how much is done, with speed and time left; None where nothing is to be shown."""
+) -> Iterator[Callable[[int, int], None]]:
+    """Give a function of what is done and what there is in all, which shows it with speed and time left."""
     if quiet or not sys.stderr.isatty():
-        yield None
+        yield lambda *_: None
         return
     from rich import progress as bars
     from rich.console import Console

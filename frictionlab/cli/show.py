@@ -1,7 +1,6 @@
 """To look up: ``frictionlab show`` a file, ``laws`` of contact; ``synthesize`` logs, ``tradeoff`` of accuracy."""
 
 import sys
-from collections import defaultdict
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,11 +13,11 @@ from frictionlab.cli.screen import count, paragraph, print_table, track, warning
 from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.files import make_folder
 from frictionlab.schema import TRADES, table_of
-from frictionlab.tables import check_output, has_rows, json_line, read_rows, write_rows
+from frictionlab.tables import Row, check_output, has_rows, json_line, read_rows, write_rows
 from frictionlab.tables.texts import kinds_of
 
 if TYPE_CHECKING:
-    from frictionlab.tradeoff.setting import Setting
+    from frictionlab.tradeoff import Setting
 
 MOST = 100  # rows on a terminal
 LOOP = (0.3, 0.6)  # frequency and friction ratio of the loop of a law
@@ -66,6 +65,7 @@ def _show_scene(file: Path) -> None:
 
 
 def _show_rows(file: Path) -> None:
+    """The table, then failures and warnings, once for each kind."""
     try:
         rows = read_rows(file)
     except UsageError as error:
@@ -80,22 +80,13 @@ def _show_rows(file: Path) -> None:
             typer.echo(f"the first {len(seen)} of {len(good)} rows; a pipe has all, as in: frictionlab show ... | more")
     else:
         typer.echo("no rows" if not rows else "no row without a failure")
-    _print_remarks(rows)
-
-
-def _print_remarks(rows: list[dict[str, object]]) -> None:
-    """Failures and warnings of each row; those of rows without a source (points of a map) once for each kind."""
-    for row in (row for row in rows if row.get("source") is not None):
-        source = printable(str(row["source"]))
+    named = [(str(row.get("source") or f"row {number}"), row) for number, row in enumerate(rows, 1)]
+    for source, row in named:
         if row.get("status") == "failed":
-            typer.echo(f"{source}: failed: {printable(str(row.get('reason')))}")
-        for warning in warnings_of(row):
-            typer.echo(f"{source}: {printable(warning)}")
-    numbered = enumerate(rows, 1)
-    found = [(f"row {i}", said) for i, row in numbered if row.get("source") is None for said in warnings_of(row)]
-    for sentence, sources in kinds_of(found):
+            typer.echo(printable(f"{source}: failed: {row.get('reason')}"))
+    for sentence, sources in kinds_of((source, said) for source, row in named for said in warnings_of(row)):
         more = f" and {len(sources) - 1} more" if len(sources) > 1 else ""
-        typer.echo(f"{sources[0]}{more}: {printable(sentence)}")
+        typer.echo(printable(f"{sources[0]}{more}: {sentence}"))
 
 
 def laws(
@@ -170,19 +161,20 @@ def tradeoff(
     Example: frictionlab tradeoff -o build/tradeoff
     """
     from frictionlab.figures.mark import check_figures
-    from frictionlab.tradeoff.knobs import FAMILIES, measure_trade
+    from frictionlab.tradeoff import FAMILIES, measure_trade
 
     if output is not None:
         make_folder(output)
         check_output(output / "tradeoff.csv", TRADES, force=force)
         check_figures([output / f"tradeoff_{family}.png" for family in FAMILIES], force=force)
-    families: dict[str, list[tuple[Setting, ...]]] = defaultdict(list)
+    families: dict[str, list[tuple[Setting, ...]]] = {family: [] for family in FAMILIES}
     total = sum(len(knobs) for knobs in FAMILIES.values())
+    rows: list[Row] = []
     for family, settings in track(measure_trade(), total=total, title="tradeoff", quiet=quiet or as_json):
         families[family].append(settings)
+        rows += [setting.row() for setting in settings]
         for setting in settings if as_json else ():
             typer.echo(json_line(setting.row()))
-    rows = [setting.row() for knobs in families.values() for settings in knobs for setting in settings]
     if not (as_json or quiet):
         print_table(rows, TRADES)
     if output is not None:

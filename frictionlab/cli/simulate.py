@@ -1,21 +1,24 @@
-"""``frictionlab simulate``: one steady state, the last of N cycles from rest, or the response to a recorded base."""
+"""``frictionlab simulate``: a steady state, N cycles from rest, the response to a recorded base; ``sweep``: a map."""
 
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from frictionlab.cli import complain
-from frictionlab.cli.options import ANALYSIS, LOG, Results, numbers, scene_of, takes
+from frictionlab.cli import LostOutputError, complain
+from frictionlab.cli.options import ANALYSIS, LOG, Results, named_values, number_of, scene_of, takes, values_of
+from frictionlab.cli.screen import count
 from frictionlab.errors import SimulationError, UsageError
+from frictionlab.schema import MOTIONS, STEADY_STATES
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
 if TYPE_CHECKING:
-    from frictionlab.base_motion import RecordResponse
+    import numpy as np
+
+    from frictionlab.maps import Grid
     from frictionlab.scene import Scene
     from frictionlab.simulator import Problem, SteadyState, Structure
     from frictionlab.simulator.several import StructureState
@@ -25,13 +28,12 @@ if TYPE_CHECKING:
 SAMPLES = 1000  # per cycle, of the motion in an .h5
 READ = ("time", "base", "unit", "time_unit", "sampling_rate_hz", "separator", "decimal")
 SETTINGS = {"natural_frequency_hz": ANALYSIS["natural_frequency_hz"], **{key: LOG[key] for key in READ}}
-HEAD = ("time [s]", "base [m]", "mass [m]")
-FORCE = "contact force"
 SI = {
     "X": ("response_amplitude_m", 1e3, "mm"),
     "E": ("energy_per_cycle_j", 1e3, "mJ"),
     "F": ("friction_force_n", 1, "N"),
 }
+MOST_AXES = 2  # of a map's figure
 SolverName = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 
 
@@ -106,10 +108,12 @@ class Units:
     base_amplitude_m: float
     stiffness_n_per_m: float | None
 
-    def of(self, row: Row, beta: float) -> Row:
+    def of(self, row: Row) -> Row:
         """The contract's keys in SI units."""
         y, k = self.base_amplitude_m, self.stiffness_n_per_m
-        amplitude, energy = row.get("response_amplitude"), row.get("energy_per_cycle")
+        amplitude, energy, beta = (row.get(key) for key in ("response_amplitude", "energy_per_cycle", "beta"))
+        if not isinstance(beta, float):
+            return {}
         found: dict[str, object] = {"response_amplitude_m": amplitude * y if isinstance(amplitude, float) else None}
         if k is not None:
             found["energy_per_cycle_j"] = energy * k * y**2 if isinstance(energy, float) else None
@@ -142,7 +146,8 @@ def _posed(r: float, rubs: Rubbing, scene: "Scene | None", *, dimensionless: boo
             f"--mu {rubs.mu:g}: mu is static over kinetic friction, 1 or more; the friction coefficient is"
             f" --coefficient {rubs.mu:g}, with --normal-force N and --scene TOML"
         )
-    values = numbers(rubs.parameter, {"mu": rubs.mu, "zeta": rubs.zeta})
+    said = named_values(rubs.parameter, {"mu": rubs.mu, "zeta": rubs.zeta})
+    values = {name: number_of(text, f"--parameter {name}") for name, text in said.items()}
     units, mu, law, wall = None, rubs.mu, rubs.law or "coulomb", rubs.wall or "fixed"
     if scene is not None:
         model = scene.model
@@ -153,9 +158,8 @@ def _posed(r: float, rubs: Rubbing, scene: "Scene | None", *, dimensionless: boo
             values = {"frame_damping_ratio": scene.frame_damping_ratio, **values}
         mu = model.static_ratio if mu is None and model.static_ratio != 1.0 else mu
         law, wall = rubs.law or ("coulomb" if model.law == "auto" else model.law), rubs.wall or model.wall
-    beta = _beta(rubs, scene, units)
     try:
-        return Problem(r, beta, mu, rubs.zeta, wall, law=law, parameters=values), units
+        return Problem(r, _beta(rubs, scene, units), mu, rubs.zeta, wall, law=law, parameters=values), units
     except SimulationError as error:
         raise UsageError(str(error)) from error
 
@@ -191,33 +195,28 @@ def _settle(
     cycles: int | None,
 ) -> None:
     """Solve the steady state, run some cycles from rest, or find all states: one row each, the most visited first."""
-    from frictionlab.schema import MOTIONS
     from frictionlab.simulator import Problem, coexisting
     from frictionlab.verbs import simulating
 
     solve: Callable[..., AnyState] = simulating.simulate
-    is_tree, figure = to.output is not None and to.output.suffix == ".h5", None
+    is_tree = to.output is not None and to.output.suffix == ".h5"
     if to.output is not None:
         check_output(to.output, MOTIONS, force=to.force)
         if every and is_tree:
             raise UsageError(f"{to.output}: --all gives rows without motions; expected .csv, .jsonl or .xlsx")
-    if to.plot is not None:
-        from frictionlab.cli.work import figure_file
-
-        figure = figure_file(to.plot, "coexisting" if every else "motion", force=to.force)
+    figure = _figure(to, "coexisting" if every else "motion")
     start = time.perf_counter()
     found = coexisting(problem) if every and isinstance(problem, Problem) else ()
-    states: list[AnyState] = [each.state for each in found]
-    states = states or [solve(problem, cycles=cycles, solver=solver)]
-    shares = [each.share for each in found]
+    states: list[AnyState] = [each.state for each in found] or [solve(problem, cycles=cycles, solver=solver)]
     seconds = time.perf_counter() - start
     rows: list[Row] = [_row(state, units, seconds) for state in states]
     if every:
-        rows = [{**row, "basin_share": share} for row, share in zip(rows, shares, strict=True)]
-    for row in rows if to.as_json else ():
-        typer.echo(json_line(row))
-    if not to.as_json:
-        _print_states(rows, states, shares, quiet=to.quiet)
+        rows = [{**row, "basin_share": each.share} for row, each in zip(rows, found, strict=True)]
+    if to.as_json:
+        for row in rows:
+            typer.echo(json_line(row))
+    else:
+        _print_states(rows, [state.verdict for state in states], quiet=to.quiet)
     if to.output is not None and is_tree:
         _write_motion(states[0], rows[0], to.output, force=to.force)
     elif to.output is not None:
@@ -228,11 +227,19 @@ def _settle(
         plot(found if every else states[0], figure, force=to.force)
 
 
+def _figure(to: Results, kind: str, inputs: Sequence[Path] = ()) -> Path | None:
+    if to.plot is None:
+        return None
+    from frictionlab.cli.work import figure_file
+
+    return figure_file(to.plot, kind, force=to.force, inputs=inputs)
+
+
 def _row(state: "AnyState", units: Units | None, seconds: float) -> Row:
     """The row of a state with the contract's lists over masses and contacts, and in SI units where it can be."""
     from frictionlab.simulator import SteadyState
 
-    row = {**state.row(), "wall_s": seconds}
+    row: Row = {**state.row(), "wall_s": seconds}
     if isinstance(state, SteadyState):
         problem = state.problem
         contact = {
@@ -242,24 +249,24 @@ def _row(state: "AnyState", units: Units | None, seconds: float) -> Row:
             "energy_per_cycle": row["contact_energy_per_cycle"],
             **{key: row[key] for key in ("stops_per_cycle", "stuck_fraction")},
         }
-        row |= {
+        row = {
+            **row,
             "law": problem.law.name,
             "parameters": problem.parameters,
             "response_amplitudes": [row["response_amplitude"]],
             "contacts": [contact],
         }
-    beta = row["beta"]
-    return {**row, **({} if units is None or not isinstance(beta, float) else units.of(row, beta))}
+    return {**row, **({} if units is None else units.of(row))}
 
 
-def _print_states(rows: Sequence[Row], states: "Sequence[AnyState]", shares: Sequence[float], *, quiet: bool) -> None:
+def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) -> None:
     """Each row turned, its verdict, and the numbers in mm, mJ and N as far as they are known; then the warnings."""
-    from frictionlab.cli.screen import print_turned, print_warnings
-    from frictionlab.schema import MOTIONS
+    from frictionlab.cli.screen import print_turned, print_warnings, warnings_of
 
     print_turned(map(_numbers_of, rows), MOTIONS)
-    for number, state in enumerate(states):
-        typer.echo(f"{shares[number]:.3g} of the starts: {state.verdict}" if shares else state.verdict)
+    for row, verdict in zip(rows, verdicts, strict=True):
+        share = row.get("basin_share")
+        typer.echo(f"{share:.3g} of the starts: {verdict}" if isinstance(share, float) else verdict)
     for row in rows:
         _print_parts(row)
     if len(rows) == 1 and "response_amplitude_m" in rows[0]:
@@ -267,8 +274,9 @@ def _print_states(rows: Sequence[Row], states: "Sequence[AnyState]", shares: Seq
         said = (f"{name} {times * v:.4g} {unit}" for name, (v, times, unit) in known.items() if isinstance(v, float))
         typer.echo(", ".join(said))
     if not quiet:
-        warnings = (said for state in states for said in state.warnings if said not in state.verdict)
-        print_warnings([{"warnings": list(dict.fromkeys(warnings))}])
+        warned = zip(rows, verdicts, strict=True)
+        warnings = dict.fromkeys(said for row, verdict in warned for said in warnings_of(row) if said not in verdict)
+        print_warnings([{"warnings": list(warnings)}])
 
 
 def _print_parts(row: Row) -> None:
@@ -300,7 +308,6 @@ def _write_motion(state: "AnyState", row: Row, output: Path, *, force: bool) -> 
 
     from frictionlab.files import make_folder
     from frictionlab.hdf5 import write_tree
-    from frictionlab.schema import MOTIONS
     from frictionlab.simulator import SteadyState
 
     timeless = {key: value for key, value in row.items() if key != "wall_s"}  # the same input gives the same bytes
@@ -330,13 +337,19 @@ def _follow(
 ) -> None:
     """Simulate the response to a file's base motion; print, write and draw it."""
     from frictionlab.cli.screen import print_turned, print_warnings
-    from frictionlab.cli.work import exit_status, figure_file, report_rows
+    from frictionlab.cli.work import exit_status, report_rows
+    from frictionlab.files import refuse_inputs
+    from frictionlab.hdf5 import check_writable, write_recording
+    from frictionlab.recording import Channel
     from frictionlab.schema import RESPONSES
     from frictionlab.verbs.inputs import row_of
 
-    figure = figure_file(to.plot, "response", force=to.force, inputs=[path])
+    figure = _figure(to, "response", [path])
     if to.output is not None:
-        _check_series(to.output, [path, *([] if scene is None else [scene])], force=to.force)
+        if to.output.suffix != ".h5":
+            raise UsageError(f"{to.output}: expected a recording, a name ending in .h5; got {to.output.suffix!r}")
+        refuse_inputs([to.output], [path, *([] if scene is None else [scene])])
+        check_writable(to.output, force=to.force)
 
     def responded(path: Path) -> Row:
         from frictionlab.verbs.presenting import plot
@@ -346,57 +359,113 @@ def _follow(
         answer = respond(path, problem, scene, highpass_hz=highpass_hz, **settings)
         row = answer.row() | {"wall_s": time.perf_counter() - start}
         if to.output is not None:
-            _write_series(answer, to.output, force=to.force)
+            force, unit = answer.contact_force
+            name = f"contact force{'' if unit == 'N' else ' over stiffness'}, on the mass"
+            channel = Channel("contact_force", force, name, unit)
+            write_recording(answer.recording.changed(channels=(channel,)), to.output, force=to.force)
         if figure is not None:
             plot(answer, figure, force=to.force)
         return row
 
     rows = report_rows([row_of(responded, path, folder=None)], as_json=to.as_json)
-    for row in () if to.as_json else rows:
-        if row["status"] == "ok":
-            print_turned([_numbers_of(row)], RESPONSES)
+    if not to.as_json:
+        if rows[0]["status"] == "ok":
+            print_turned([_numbers_of(rows[0])], RESPONSES)
         else:
-            complain(f"{row['source']}: {row['reason']}")
-    if not (to.as_json or to.quiet):
-        print_warnings(rows)
+            complain(f"{rows[0]['source']}: {rows[0]['reason']}")
+        if not to.quiet:
+            print_warnings(rows)
     exit_status(rows)
 
 
-def _check_series(output: Path, read: Sequence[Path], *, force: bool) -> None:
-    """Refuse outputs that could not be written before the work."""
-    from frictionlab.files import check_replaceable, refuse_inputs
-    from frictionlab.hdf5 import check_writable
+def sweep(
+    *,
+    r: str,
+    beta: str,
+    output: Path,
+    law: str | None = None,
+    parameter: list[str] | None = None,
+    mu: str | None = None,
+    zeta: str | None = None,
+    wall: Literal["fixed", "base"] = "fixed",
+    workers: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    as_json: bool = False,
+    plot: Path | None = None,
+    force: bool = False,
+    quiet: bool = False,
+) -> None:
+    """Map steady states over frequency ratio, friction ratio, static friction, damping and parameters of a law.
 
-    refuse_inputs([output], read)
-    if output.suffix == ".h5":
-        check_writable(output, force=force)
-    elif output.suffix == ".csv":
-        check_replaceable(output, replace=force or _is_series)
-    else:
-        raise UsageError(f"{output}: expected a recording (.h5) or a log (.csv); got {output.suffix!r}")
+    Each takes a list (0.1,0.2), a range with both ends (0.1:0.9:0.1), or one number; so does --parameter, as in
+    --parameter gradient=0:0.1:0.02. A range may go by a factor: stiffness_ratio=10:1e6:x10. What is solved is saved as
+    it goes; --resume continues after Ctrl-C or a power cut and ends in the same file.
+
+    Example: frictionlab sweep --r 0.02:2.5:0.01 --beta 0.1:0.9:0.1 -o map.h5
+    """
+    from frictionlab import maps
+
+    said = named_values(parameter, {"mu": mu, "zeta": zeta})
+    four = zip(("r", "beta", "mu", "zeta"), (r, beta, mu or "1", zeta or "0"), strict=True)
+    rs, betas, mus, zetas = (tuple(values_of(text, f"--{name}")) for name, text in four)
+    more = tuple((name, tuple(values_of(text, f"--parameter {name}"))) for name, text in said.items())
+    grid = maps.Grid(rs, betas, mus, zetas, wall, law or "coulomb", more)
+    check_output(output, STEADY_STATES, force=force, rows=len(grid))
+    figure = None if plot is None else _map_figure(grid, plot, force=force)
+    steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, resume=resume, force=force)
+    tally, drawn, done = maps.Tally(grid), [], 0
+    try:
+        with count("sweep", quiet=quiet, total=len(grid)) as progress:
+            for step in steps:
+                done = step.done
+                progress(done, len(grid))
+                for row in maps.rows(grid, step) if as_json else ():
+                    typer.echo(json_line(row))
+                for sentence in tally.add(step):
+                    complain(sentence)
+                drawn += [step.records] if figure is not None else []
+    except (KeyboardInterrupt, LostOutputError) as error:
+        steps.close()  # which saves what is solved
+        why = "note: standard output takes no more" if isinstance(error, LostOutputError) else "stopped"
+        complain(f"{why}: {done} of {len(grid)} points are saved beside {output}: give --resume to continue")
+        raise
+    if not (as_json or quiet):
+        for sentence in tally.sentences():
+            complain(f"warning: {sentence}")
+        told = ", ".join(f"{number} {outcome}" for outcome, number in tally.outcomes.most_common())
+        typer.echo(f"{len(grid)} steady states ({told}) are in {output}")
+    if figure is not None:
+        _draw(grid, drawn, tuple(tally.sentences()), figure, force=force)
+    if tally.outcomes[maps.FAILED]:
+        raise typer.Exit(1)
 
 
-def _is_series(path: Path) -> bool:
-    """Whether a file is a log that this command wrote."""
-    with path.open(encoding="utf-8", errors="replace") as file:
-        head, _, last = file.readline(1000).rpartition(",")
-    return head == ",".join(HEAD) and last.startswith(FORCE)
+def _map_figure(grid: "Grid", plot: Path, *, force: bool) -> Path | None:
+    """The file of a map's figure; refuses a map of too many axes before the work."""
+    from frictionlab.figures.grids import varying
+
+    axes = varying(grid.axes())
+    if len(axes) > MOST_AXES:
+        raise UsageError(
+            f"--plot {plot}: expected one or two axes with several values; got {', '.join(axes)}: draw a map of fewer"
+            " axes, or leave --plot out"
+        )
+    return _figure(Results(plot=plot, force=force), "map")
 
 
-def _write_series(answer: "RecordResponse", output: Path, *, force: bool) -> None:
-    """Write the motion and the force of the contact: a recording, or a log."""
-    from frictionlab.files import write_whole
-    from frictionlab.hdf5 import write_recording
-    from frictionlab.recording import Channel
+def _draw(
+    grid: "Grid", records: "Sequence[np.ndarray]", warnings: tuple[str, ...], place: Path, *, force: bool
+) -> None:
+    import numpy as np
 
-    series, unit = answer.contact_force
-    name, part = FORCE if unit == "N" else f"{FORCE} over stiffness", answer.recording
-    if output.suffix == ".h5":
-        contact = Channel("contact_force", series, f"{name}, on the mass", unit)
-        write_recording(part.changed(channels=(contact,)), output, force=force)
-        return
-    columns = (part.time, part.base_displacement, part.mass_displacement, series)
-    rows = zip(*(column.tolist() for column in columns), strict=True)
-    head = f"{','.join((*HEAD, f'{name} [{unit}]'))}\n".encode()
-    lines = (f"{t!r},{y!r},{x!r},{n!r}\n".encode() for t, y, x, n in rows)
-    write_whole(output, chain([head], lines), replace=force or _is_series)
+    from frictionlab.figures.grids import PANELS, STOPS, StateMapDrawing, varying
+    from frictionlab.figures.style import AT_REST
+    from frictionlab.verbs.presenting import plot
+
+    axes, found = varying(grid.axes()), np.concatenate(records)
+    found[STOPS][found["outcome"] == b"stuck"] = AT_REST
+    drawn = {key: found[key].reshape([len(along) for along in axes.values()]) for key in PANELS}
+    fixed = [f"{name} = {along[0]:g}" for name, along in grid.axes().items() if name not in axes]
+    title = ", ".join([grid.law, f"wall {grid.wall}", *fixed])
+    plot(StateMapDrawing(axes, drawn, title, warnings), place, force=force)

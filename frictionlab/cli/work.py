@@ -1,23 +1,20 @@
-"""What commands over files share: which are meant, the way through them, what a screen shows, the exit status."""
+"""What commands over files share: which are meant, the way through them, what is shown of them, the exit status."""
 
 import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 
 from frictionlab.cli import STOPPED, LostOutputError, complain
-from frictionlab.cli.options import Results, scene_of
+from frictionlab.cli.options import scene_of
 from frictionlab.cli.screen import Shown, print_table, print_tests, print_warnings, track
 from frictionlab.errors import UsageError
-from frictionlab.tables import Row, check_output, json_line, write_rows
-from frictionlab.tables.texts import with_error
+from frictionlab.tables import SUFFIXES, Row, check_output, json_line, write_rows
 from frictionlab.verbs.inputs import FAILED, logs_of, names_of, rows_of, scene_given
 
 if TYPE_CHECKING:
@@ -26,71 +23,56 @@ if TYPE_CHECKING:
 
 STANDARD_INPUT = Path("-")
 HDF5 = b"\x89HDF"  # as a recording begins
-Figures = Mapping[Path, Mapping[str, Path]]
+Places = Mapping[Path, Mapping[str, Path]]
 """Input -> kind of figure -> its file."""
-HIDDEN = "of the command"  # key of what travels with a row for the command alone
+PAGE = "page"  # kind of the page of a test, beside the kinds of figures
 LAG = (
     "lag_s_u of [sensors] is not declared: half a sampling interval of lag between the channels, either way, is assumed"
     " in the uncertainties"
 )
 BUDGET = {"quantity": "quantity", "cause": "cause", "uncertainty": "standard uncertainty", "share": "share [%]"}
+_COPIES: list[tempfile.TemporaryDirectory[str]] = []  # of standard input; removed when this process ends
 
 
-def expanded(logs: Sequence[Path], *, recordings: bool = False) -> list[Path]:
-    """The logs that are meant, each once: of a folder all logs in it, of a pattern all files that fit it, in order.
-
-    With ``recordings`` a folder's recordings are meant where it holds any.
-
-    Raises
-    ------
-    UsageError
-        A folder without logs, or a pattern that fits nothing.
-    """
-    found: dict[Path, None] = {}
-    for log in opened(logs):
-        made = sorted(log.glob("*.h5")) if recordings and log.is_dir() else []
-        found |= dict.fromkeys(made or (logs_of([log]) if log.is_dir() else [log]))
-    return list(found)
+def logs_in(folder: Path) -> list[Path]:
+    """All logs of a folder."""
+    return logs_of([folder])
 
 
-def tables_in(places: Sequence[Path]) -> list[Path]:
-    """The tables that are meant, each once: of a folder all that stand in it, of a pattern all files that fit it.
-
-    Raises
-    ------
-    UsageError
-        A folder without tables, or a pattern that fits nothing.
-    """
-    from frictionlab.tables import SUFFIXES
-
-    found: dict[Path, None] = {}
-    for place in opened(places):
-        tables = [p for p in sorted(place.iterdir()) if p.suffix in SUFFIXES] if place.is_dir() else [place]
-        if not tables:
-            raise UsageError(f"no tables in {place}: expected files ending in {', '.join(SUFFIXES)}")
-        found |= dict.fromkeys(tables)
-    return list(found)
+def recordings_in(folder: Path) -> list[Path]:
+    """The recordings of a folder, or its logs where it holds none."""
+    return sorted(folder.glob("*.h5")) or logs_of([folder])
 
 
-def opened(places: Sequence[Path]) -> list[Path]:
-    """The files and folders that are meant: of a pattern that no shell has opened up, all files that fit it.
-
-    Raises
-    ------
-    UsageError
-        A pattern that fits nothing.
-    """
-    found: list[Path] = []
-    for place in places:
-        if place.exists() or not any(sign in str(place) for sign in "*?["):
-            found.append(place)
-            continue
-        root = place.parent if place.parent.is_dir() else Path(place.anchor)
-        files = sorted(path for path in root.glob(str(place.relative_to(root))) if path.is_file())
-        if not files:
-            raise UsageError(f"{place}: no file fits this pattern")
-        found += files
+def tables_in(folder: Path) -> list[Path]:
+    """All tables of a folder."""
+    found = [path for path in sorted(folder.iterdir()) if path.suffix in SUFFIXES]
+    if not found:
+        raise UsageError(f"no tables in {folder}: expected files ending in {', '.join(SUFFIXES)}")
     return found
+
+
+def files_of(places: Sequence[Path], of_folder: Callable[[Path], list[Path]] | None = None) -> list[Path]:
+    """The files that are meant, each once: of a pattern that no shell has opened up, all files that fit it, in order.
+
+    A folder stands for the files that ``of_folder`` finds in it; without, for itself.
+
+    Raises
+    ------
+    UsageError
+        A pattern that fits nothing, or a folder without such files.
+    """
+    found: dict[Path, None] = {}
+    for place in places:
+        named = [place]
+        if not place.exists() and any(sign in str(place) for sign in "*?["):
+            root = place.parent if place.parent.is_dir() else Path(place.anchor)
+            named = sorted(path for path in root.glob(str(place.relative_to(root))) if path.is_file())
+            if not named:
+                raise UsageError(f"{place}: no file fits this pattern")
+        for path in named:
+            found |= dict.fromkeys(of_folder(path) if of_folder is not None and path.is_dir() else [path])
+    return list(found)
 
 
 def result_names(logs: Sequence[Path]) -> Mapping[Path, str]:
@@ -100,9 +82,7 @@ def result_names(logs: Sequence[Path]) -> Mapping[Path, str]:
     return {log: names[file] for log, file in files.items()}
 
 
-def figure_places(
-    plot: Path | None, inputs: Sequence[Path], kinds: Sequence[str], *, force: bool = False
-) -> Figures | None:
+def figure_places(plot: Path | None, inputs: Sequence[Path], kinds: Sequence[str], *, force: bool = False) -> Places:
     """Name the figures of each input, and refuse those that would replace another kind of file or an input.
 
     Parameters
@@ -122,7 +102,7 @@ def figure_places(
     from frictionlab.figures.mark import METADATA
 
     if plot is None:
-        return None
+        return {}
     if plot.is_dir() or not plot.suffix:
         names = result_names(inputs).items()
         places = {path: {kind: plot / f"{name}.{kind}.png" for kind in kinds} for path, name in names}
@@ -131,7 +111,7 @@ def figure_places(
     else:
         beside = {kind: plot.with_name(f"{plot.stem}.{kind}{plot.suffix}") for kind in kinds[1:]}
         places = {inputs[0]: {kinds[0]: plot, **beside}}
-    _check_drawable([place for figures in places.values() for place in figures.values()], inputs, force=force)
+    _check_figures([place for figures in places.values() for place in figures.values()], inputs, force=force)
     return places
 
 
@@ -140,35 +120,31 @@ def figure_file(plot: Path | None, kind: str, *, force: bool, inputs: Sequence[P
     if plot is None:
         return None
     file = plot / f"{kind}.png" if plot.is_dir() or not plot.suffix else plot
-    _check_drawable([file], inputs, force=force)
+    _check_figures([file], inputs, force=force)
     return file
 
 
-def _check_drawable(files: Sequence[Path], inputs: Sequence[Path], *, force: bool) -> None:
-    """Refuse a suffix that is no figure's, and a figure that would replace something else."""
+def _check_figures(files: Sequence[Path], inputs: Sequence[Path], *, force: bool) -> None:
     from frictionlab.figures.mark import METADATA, check_figures
 
     for file in files:
         if file.suffix not in METADATA:
-            raise UsageError(
-                f"{file}: expected a figure ending in .pdf, .svg or .png, or a folder; got {file.suffix!r}"
-            )
+            expected = "a figure ending in .pdf, .svg or .png, or a folder"
+            raise UsageError(f"{file}: expected {expected}; got {file.suffix!r}")
     check_figures(files, force=force, inputs=inputs)
 
 
-@contextmanager
-def on_disk(inputs: Iterable[Path]) -> Iterator[Mapping[Path, Path]]:
-    """Where inputs stand that are no files: standard input is copied, here and at once, because workers have none."""
-    if STANDARD_INPUT not in inputs:
-        yield {}
-        return
-    with tempfile.TemporaryDirectory(prefix="frictionlab-") as folder:
-        file = Path(folder) / "standard_input"
-        with file.open("wb") as copy:
-            shutil.copyfileobj(sys.stdin.buffer, copy)
-        with file.open("rb") as copied:
-            is_recording = copied.read(len(HDF5)) == HDF5
-        yield {STANDARD_INPUT: file.rename(file.with_suffix(".h5")) if is_recording else file}
+def on_disk(path: Path) -> Path:
+    """The file that holds an input: standard input is copied, here and at once, because workers have none."""
+    if path != STANDARD_INPUT:
+        return path
+    _COPIES.append(tempfile.TemporaryDirectory(prefix="frictionlab-"))
+    file = Path(_COPIES[-1].name) / "standard_input"
+    with file.open("wb") as copy:
+        shutil.copyfileobj(sys.stdin.buffer, copy)
+    with file.open("rb") as copied:
+        is_recording = copied.read(len(HDF5)) == HDF5
+    return file.rename(file.with_suffix(".h5")) if is_recording else file
 
 
 class Rows(list[Row]):
@@ -188,7 +164,7 @@ def report_rows(rows: Iterable[Row], *, as_json: bool) -> Rows:
         for row in rows:
             seen.append(row)
             if as_json:
-                typer.echo(json_line(row))
+                typer.echo(json_line(plainly(row)))
     except KeyboardInterrupt:
         seen.ended = STOPPED
         complain(f"stopped: {len(seen)} inputs are done, the others are not")
@@ -199,6 +175,11 @@ def report_rows(rows: Iterable[Row], *, as_json: bool) -> Rows:
     return seen
 
 
+def plainly(row: Row) -> Row:
+    """A row without what it holds for the command alone, whose keys begin with a dash below."""
+    return {key: value for key, value in row.items() if not key.startswith("_")}
+
+
 def exit_status(rows: Iterable[Row]) -> None:
     """Leave with status 1 if some input failed (contract: 0 all well, 1 some input failed), as shells do if stopped."""
     status = rows.ended if isinstance(rows, Rows) else 0
@@ -206,59 +187,89 @@ def exit_status(rows: Iterable[Row]) -> None:
         raise typer.Exit(status or 1)
 
 
-def _on_file(path: Path, job: Callable[[Path, Path], Row], files: Mapping[Path, Path]) -> Row:
-    return job(path, files.get(path, path))
+@dataclass(frozen=True)
+class _One:
+    """What is done to one input, here or where a worker is: its row is made, and what is to be drawn of it is drawn."""
+
+    job: Callable[[Path, Path], tuple[Row, Mapping[str, object]]]
+    files: Mapping[Path, Path]
+    places: Places
+    scene: "Scene"
+    force: bool
+
+    def __call__(self, path: Path) -> Row:
+        row, drawn = self.job(path, self.files[path])
+        for kind, place in self.places.get(path, {}).items():
+            result: Any = drawn.get(kind)
+            if result is not None:
+                from frictionlab.verbs.presenting import plot, sheet
+
+                if kind == PAGE:
+                    sheet(result, self.files[path], place, self.scene, force=self.force)
+                else:
+                    plot(result, place, title=path.name, force=self.force)
+        return {**row, "source": str(path)}
 
 
 @dataclass(frozen=True, kw_only=True)
-class ManyInputs(Results):
-    """The options that commands over recordings share, and what they do with the rows."""
+class Work:
+    """The options that commands over many inputs share, and the way through these."""
 
+    as_json: bool = False
+    force: bool = False
+    quiet: bool = False
     scene: Path | None = None
-    wide: bool = False
     verbose: bool = False
     workers: int | None = None
     scheduler: str | None = None
 
-    def scene_for(self, first: Path, settings: Mapping[str, object], tables: tuple[str, ...]) -> "Scene":
+    def scene_for(self, first: Path | None, settings: Mapping[str, object], tables: tuple[str, ...]) -> "Scene":
         """The scene, with what the command line says in place of its keys."""
-        found = scene_of(self.scene, beside=first, quiet=self.quiet or self.as_json)
-        return scene_given(found, settings, tables)
+        return scene_given(scene_of(self.scene, beside=first, quiet=self.quiet or self.as_json), settings, tables)
 
-    def places(self, inputs: Sequence[Path], scene: "Scene", table: "Table", kinds: Sequence[str]) -> Figures | None:
+    def rows(
+        self,
+        inputs: Sequence[Path],
+        job: Callable[[Path, Path], tuple[Row, Mapping[str, object]]],
+        title: str,
+        scene: "Scene",
+        places: Places | None = None,
+        *,
+        silent: bool = False,
+        watched: bool = True,
+    ) -> Rows:
+        """The rows of all inputs; those of --json are printed unless ``silent``.
+
+        ``job`` gives, of an input and the file that holds it (not itself for standard input), the row, and by kind
+        what is drawn of it at its places. Keys that begin with a dash below are for the command alone.
+        """
+        one = _One(job, {path: on_disk(path) for path in inputs}, places or {}, scene, self.force)
+        made = rows_of(inputs, one, workers=self.workers, scheduler=self.scheduler)
+        quiet = self.quiet or self.as_json or not watched
+        return report_rows(
+            track(made, total=len(inputs), title=title, quiet=quiet), as_json=self.as_json and not silent
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ManyInputs(Work):
+    """The options of commands over recordings, and what they do with the rows."""
+
+    output: Path | None = None
+    plot: Path | None = None
+    wide: bool = False
+
+    def places(self, inputs: Sequence[Path], scene: "Scene", table: "Table", kinds: Sequence[str]) -> Places:
         """Where the figures go; refuses outputs that would replace something else, before the work."""
         if self.output is not None:
             check_output(self.output, table, force=self.force, inputs=[*inputs, *scene.files])
         return figure_places(self.plot, inputs, kinds, force=self.force)
 
-    def rows(
-        self, inputs: Sequence[Path], job: Callable[[Path, Path], Row], title: str, *, silent: bool = False
-    ) -> tuple[Rows, list[Row]]:
-        """The rows of all inputs, and the same with what the command alone sees (`HIDDEN`).
-
-        ``job`` makes a row of an input and the file that holds it, which is not itself for standard input.
-        """
-        shown: list[Row] = []
-
-        def parted(made: Iterable[Row]) -> Iterator[Row]:
-            for row in made:
-                plain = {key: value for key, value in row.items() if key != HIDDEN}
-                more = row.get(HIDDEN)
-                shown.append({**plain, **more} if isinstance(more, Mapping) else plain)
-                yield plain
-
-        with on_disk(inputs) as files:
-            made = rows_of(
-                inputs, partial(_on_file, job=job, files=files), workers=self.workers, scheduler=self.scheduler
-            )
-            watched = track(made, total=len(inputs), title=title, quiet=self.quiet or self.as_json)
-            rows = report_rows(parted(watched), as_json=self.as_json and not silent)
-        return rows, shown
-
     def write(self, rows: Sequence[Row], inputs: Sequence[Path], scene: "Scene", table: "Table", **more: Any) -> None:
         """Write the table, where one is asked for."""
         if self.output is not None:
-            write_rows(rows, self.output, table, force=self.force, inputs=[*inputs, *scene.files], **more)
+            read = [*inputs, *scene.files]
+            write_rows([plainly(row) for row in rows], self.output, table, force=self.force, inputs=read, **more)
 
     def show(
         self, rows: Sequence[Row], table: "Table", columns: Sequence[Shown], scene: "Scene", *, noun: str
@@ -266,14 +277,15 @@ class ManyInputs(Results):
         """Print the table and its warnings, unless JSON was printed; return the rows that did not fail."""
         if self.as_json:
             return []
-        good = [row for row in rows if row.get("status") == "ok"]
+        seen: list[Row] = [{key.removeprefix("_"): value for key, value in row.items()} for row in rows]
+        good = [row for row in seen if row.get("status") == "ok"]
         if good and self.wide:
             print_table(good, table)
-            print_tests([row for row in rows if row.get("status") != "ok"], columns, "")
+            print_tests([row for row in seen if row.get("status") != "ok"], columns, "")
         else:
-            print_tests(rows, columns, headline(rows, noun))
+            print_tests(seen, columns, headline(seen, noun))
         if not self.quiet:
-            print_warnings(rows, verbose=self.verbose, notes=assumed(scene, good))
+            print_warnings(seen, verbose=self.verbose, notes=assumed(scene, good))
         return good
 
 
@@ -284,7 +296,7 @@ class Judged(ManyInputs):
     budget: bool = False
     accuracy: Literal["fast", "balanced", "exact"] | None = None
 
-    def scene_for(self, first: Path, settings: Mapping[str, object], tables: tuple[str, ...]) -> "Scene":
+    def scene_for(self, first: Path | None, settings: Mapping[str, object], tables: tuple[str, ...]) -> "Scene":
         """The scene, its knobs set to the level of accuracy."""
         scene = super().scene_for(first, settings, tables)
         return scene if self.accuracy is None else scene.with_accuracy(self.accuracy)
@@ -295,8 +307,8 @@ class Judged(ManyInputs):
         """The table, then the budget of each row: cause, standard uncertainty, its share of the combined variance."""
         good = super().show(rows, table, columns, scene, noun=noun)
         for row in good if self.budget else ():
-            budget = row.get("budget")
-            if isinstance(budget, Mapping):
+            budget: Any = row.get("budget")
+            if budget:
                 typer.echo(f"\n{row['source']}: what adds to the uncertainty")
                 print_table(list(_causes(budget)), BUDGET, elsewhere="--json gives")
         return good
@@ -317,60 +329,9 @@ def assumed(scene: "Scene", good: Sequence[Row]) -> list[str]:
     return [LAG] if lags and scene.sensors.lag_s_u is None else []
 
 
-def _causes(budget: Mapping[str, Mapping[str, float]]) -> Iterable[Row]:
+def _causes(budget: Mapping[str, Mapping[str, float]]) -> Iterator[Row]:
     for quantity, causes in budget.items():
         variance = sum(size**2 for size in causes.values())
         for cause, size in causes.items():
             share = 100.0 * size**2 / variance if variance else 0.0
             yield {"quantity": quantity, "cause": cause, "uncertainty": size, "share": float(f"{share:.3g}")}
-
-
-def _scaled(unit: str, title: str, key: str, factor: Callable[[Row], float | None], keep: int) -> tuple[Shown, Shown]:
-    """A number with its uncertainty in physical units, and beside it dimensionless where those are not known."""
-
-    def text(row: Row, *, physical: bool) -> str:
-        times = factor(row)
-        return with_error(row.get(key), row.get(f"{key}_u"), times or 1.0) if physical == (times is not None) else "-"
-
-    plain = "kY²" if title == "E" else "Y"
-    return (
-        Shown(f"{title} [{unit}]", partial(text, physical=True), keep),
-        Shown(f"{title} [{plain}]", partial(text, physical=False), keep),
-    )
-
-
-def _millijoules(row: Row) -> float | None:
-    joules, plain = row.get("energy_per_cycle_j"), row.get("energy_per_cycle")
-    return 1e3 * joules / plain if isinstance(joules, float) and isinstance(plain, float) and plain else None
-
-
-def _millimetres(row: Row) -> float | None:
-    base = row.get("base_amplitude_m")
-    return 1e3 * base if isinstance(base, float) else None
-
-
-def _word(title: str, key: str, keep: int, form: str = ".3g") -> Shown:
-    """A text or a plain number of a row."""
-
-    def text(row: Row) -> str:
-        value = row.get(key)
-        return "-" if value is None else f"{value:{form}}" if isinstance(value, float) else str(value)
-
-    return Shown(title, text, keep)
-
-
-def _known(title: str, key: str, keep: int) -> Shown:
-    """A number of a row with its combined uncertainty."""
-    return Shown(title, lambda row: with_error(row.get(key), row.get(f"{key}_u")), keep)
-
-
-_R, _ENERGY = _word("r", "frequency_ratio", 9, ".3f"), _scaled("mJ", "E", "energy_per_cycle", _millijoules, 9)
-MEASURED = (
-    *(_R, *_ENERGY, *_scaled("mm", "X", "response_amplitude", _millimetres, 7)),
-    *(_word("stops", "stops_per_cycle", 5), _word("regime", "regime", 8)),
-)
-COMPARED = (
-    *(_R, *_ENERGY, _known("beta", "friction_ratio", 4)),
-    *(_known("F [N]", "friction_force_n", 5), _known("mu", "friction_coefficient", 8)),
-    *(_word("law", "law", 6), _word("verdict", "verdict", 9)),
-)

@@ -16,7 +16,7 @@ from frictionlab.planning import Plan, PlannedTest
 
 if TYPE_CHECKING:
     from frictionlab.inference.predictive import PredictedTest, Prediction
-    from frictionlab.tradeoff.setting import Setting
+    from frictionlab.tradeoff import Setting
 
 MOST = 4  # parameters drawn
 MARK = 40.0  # points squared
@@ -171,7 +171,7 @@ def family_figure(knobs: Sequence[Sequence["Setting"]]) -> Figure:
 
 def draw_knob(settings: Sequence["Setting"], ax: Axes) -> Axes:
     """Settings as points, the Pareto front as a line through those that none beats, the default as a ring."""
-    from frictionlab.tradeoff.setting import pareto_front  # noqa: PLC0415 - the room it draws is heavy
+    from frictionlab.tradeoff import pareto_front  # noqa: PLC0415 - the room it draws is heavy
 
     front = falling(pareto_front(settings))
     ax.plot([s.seconds for s in front], [_drawn(s) for s in front], color=BLUE, linewidth=0.8, zorder=1)

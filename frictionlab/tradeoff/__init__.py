@@ -1,5 +1,389 @@
-"""What accuracy costs: error and time of every knob, measured together on this machine.
+"""What accuracy costs: error and time of every knob, measured together on this machine, with the truth that judges it.
 
-``knobs.measure_trade`` yields one ``setting.Setting`` after the other; errors are the same each time, seconds are this
-machine's. The README of this folder says what was found and why the defaults are where they are.
+`measure_trade` yields the settings of one knob after the other; errors are the same each time, seconds are this
+machine's. Steady states are judged by orbits of 50 digits (`tests/extremes/reference`) or of another method; what is
+measured, by synthetic recordings of the exact orbit with the noise of an optoNCDT 1420. The README of this folder says
+what was found and why the defaults are where they are.
 """
+
+import gc
+import math
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cache, partial
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from frictionlab.analysis import cycles, energy, spectrum
+from frictionlab.analysis.measure import measure
+from frictionlab.arrays import FloatArray
+from frictionlab.files import write_whole
+from frictionlab.hdf5 import read_recording
+from frictionlab.hdf5.recordings import pieces_of
+from frictionlab.inference import compare
+from frictionlab.recording import Recording
+from frictionlab.scene import Analysis, Rig, Scene
+from frictionlab.scene.keys import LEVELS
+from frictionlab.simulator import Base, Motion, Problem, Solver, last_cycle, steady_state, thesis_run
+from frictionlab.simulator.numeric import RTOL, steady
+
+ROUNDING = 1e-14  # errors below this are all the same: rounding
+BETTER = 0.95  # an error is smaller if it is below this share of the other
+FASTER = 0.6  # a time is shorter if it is below this share of the other: two runs differ by less
+FIRST_TWICE = 1.5  # seconds; up to this a first run is repeated, for it may have loaded or compiled something
+LAPS = 7  # runs of one setting, at most
+WORTH_REPEATING = 0.8  # seconds spent on the repetitions of one setting, at most about
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One setting of one knob: the contract's keys, then what helps.
+
+    ``error`` relative, of ``quantity``, against ``reference``; ``seconds``: the shortest of several runs;
+    ``default``: what commands use unless told otherwise; ``dominated``: another setting of the knob beats it in both;
+    ``over_bound``: the error in units of the Cramer-Rao bound; ``size_bytes``: of the file; ``None`` where it has none.
+    """
+
+    knob: str
+    setting: str
+    quantity: str
+    error: float
+    seconds: float
+    default: bool = False
+    dominated: bool = False
+    over_bound: float | None = None
+    size_bytes: int | None = None
+    reference: str = ""
+
+    def row(self) -> dict[str, object]:
+        """A line of JSON or of a table."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Run:
+    """A setting before it is run: ``run`` does the work, ``error_of`` judges what it returned."""
+
+    setting: str
+    run: Callable[[], object]
+    error_of: Callable[[object], float]
+    default: bool = False
+
+
+def beats(one: Setting, other: Setting) -> bool:
+    """Whether one setting is better than another in both error and time, by more than rounding and a run's scatter."""
+    smaller = max(one.error, ROUNDING) < BETTER * max(other.error, ROUNDING)
+    return smaller and one.seconds < FASTER * other.seconds
+
+
+def marked(settings: Sequence[Setting]) -> tuple[Setting, ...]:
+    """Mark the settings of a knob that others beat.
+
+    Examples
+    --------
+    >>> slow, fast = Setting("k", "slow", "q", 1e-3, 2.0), Setting("k", "fast", "q", 1e-6, 1.0)
+    >>> [s.dominated for s in marked([slow, fast])]
+    [True, False]
+    """
+    return tuple(replace(s, dominated=any(beats(other, s) for other in settings)) for s in settings)
+
+
+def pareto_front(settings: Iterable[Setting]) -> tuple[Setting, ...]:
+    """The settings that none beats, from the fastest on."""
+    kept = [s for s in settings if not s.dominated]
+    return tuple(sorted(kept, key=lambda s: (s.seconds, s.error)))
+
+
+def run_trials(knob: str, quantity: str, reference: str, trials: Sequence[Run]) -> tuple[Setting, ...]:
+    """Run all settings of a knob in turn, several rounds of them, and judge each by its result and its shortest time.
+
+    Going round keeps a slow minute of the machine from being one setting's bad luck; the collector of garbage waits.
+    """
+    shortest, spent, errors = ([start] * len(trials) for start in (math.inf, 0.0, math.nan))
+    for lap in range(LAPS):
+        for i, trial in enumerate(trials):
+            if spent[i] > (WORTH_REPEATING if lap > 1 else FIRST_TWICE):
+                continue
+            gc.disable()
+            start = time.perf_counter()
+            try:
+                result = trial.run()
+            finally:
+                gc.enable()
+            seconds = time.perf_counter() - start
+            shortest[i], spent[i] = min(shortest[i], seconds), spent[i] + seconds
+            if math.isnan(errors[i]):
+                errors[i] = trial.error_of(result)
+    return marked(
+        [
+            Setting(knob, trial.setting, quantity, error, seconds, trial.default, reference=reference)
+            for trial, error, seconds in zip(trials, errors, shortest, strict=True)
+        ]
+    )
+
+
+Knob = Callable[[], tuple[Setting, ...]]
+Measured = tuple[str, Callable[[Recording], float | FloatArray], bool, float]
+ENERGY = "energy_per_cycle"
+# Energy per cycle (r, beta) from 50-digit orbits: tests/extremes/reference/make_orbits.py, rounded to 25 digits.
+CONTINUOUS, CONTINUOUS_ENERGY = Problem(0.7, 0.5), 3.488507872497761966686743
+STICK_SLIP, STICK_SLIP_ENERGY = Problem(0.5, 0.4), 2.126042266393348841691811
+SLOW, SLOW_ENERGY = Problem(0.95, 0.1), 4.070974217426422039358113
+DIGITS = "50-digit orbit (tests/extremes/reference)"
+CURVE = {"static_ratio": 1.2, "stribeck_speed": 0.1}
+SOFT = {"stiffness_ratio": 100.0}
+AGE = {"direct_effect": 0.05, "evolution_effect": 0.03, "slip_distance": 0.01, "reference_speed": 0.1}
+CONTACTS: dict[str, tuple[Problem, float]] = {  # and its energy per cycle, by scipy's DOP853 on its own orbit
+    name: (Problem(0.3, 0.6, law=f"coulomb+{name}", parameters=parameters), truth)
+    for name, parameters, truth in (
+        ("stribeck", CURVE, 1.993360043181),
+        ("logarithm", {"rate_strength": 0.05, "rate_speed": 0.01}, 1.837739564223),
+        ("dahl", SOFT, 1.827898042556),
+        ("bouc-wen", SOFT | {"exponent": 2.5}, 1.832849267005),
+        ("lugre", SOFT | CURVE | {"bristle_damping": 0.1}, 1.888145795724),
+        ("rate-state", SOFT | AGE, 1.892207367962),
+    )
+}
+R, BETA, NATURAL_HZ, BASE_M = 0.3, 0.6, 3.13, 1.8e-3
+DRIVE_HZ = R * NATURAL_HZ  # 0.939 Hz
+NOISE = 4.4e-4  # rms over Y: 0.8 um on 1.8 mm
+STEP_M = 1.02e-3 * 50 / 65520  # of the sensor, 50 mm measuring range
+DURATION_S, RATE_HZ = 70.0, 250.0
+RECORDINGS, FEW = 12, 4  # of each kind, each with its own noise and phase; where recordings are long
+TRUTH = "synthetic recordings of the exact orbit"
+SCENE = Scene(rig=Rig(natural_frequency_hz=NATURAL_HZ), analysis=Analysis(transient_s=20.0, cycles="all"))
+STORED: dict[str, tuple[Any, Any]] = {  # precision, compression
+    "doubles": ("f8", None),
+    "doubles, gzip 1": ("f8", 1),
+    "floats": ("f4", None),
+    "floats, gzip 1": ("f4", 1),
+}
+
+
+def _off(truth: float) -> Callable[[object], float]:
+    """What judges a steady state, an energy or measured numbers by their relative rms distance from the truth."""
+
+    def error(result: object) -> float:
+        found = getattr(result, "energy_per_cycle", getattr(result, "energy_input", result))
+        return float(np.sqrt(np.mean((np.asarray(found, dtype=float) / truth - 1.0) ** 2)))
+
+    return error
+
+
+def solver_of(name: str, problem: Problem, truth: float, tolerances: tuple[float, ...]) -> tuple[Setting, ...]:
+    """The exact orbit, and the thesis's RK45 over 100 cycles from rest."""
+    solvers: tuple[Solver, ...] = ("auto", "closed-form", "exact") if problem is CONTINUOUS else ("auto", "exact")
+    trials = [Run(one, partial(steady_state, problem, solver=one), _off(truth), one == "auto") for one in solvers]
+    for rtol in tolerances:
+        run = partial(thesis_run, problem, rtol=rtol, atol=1e-3 * rtol)
+        trials.append(Run(f"thesis, rtol {rtol:.0e}", run, _off(truth)))
+    return run_trials(f"solver, {name}", ENERGY, DIGITS, trials)
+
+
+def cycles_waited() -> tuple[Setting, ...]:
+    """Cycles run from rest before the last is read, against the orbit solved for (r = 0.95, beta = 0.1)."""
+    waited = (10, 100, 1000, 3000)
+    trials = [Run(f"{n} cycles waited", partial(last_cycle, SLOW, cycles=n), _off(SLOW_ENERGY)) for n in waited]
+    solved = partial(steady_state, SLOW, solver="exact")
+    trials.append(Run("orbit solved for", solved, _off(SLOW_ENERGY), default=True))
+    return run_trials("cycles waited", ENERGY, DIGITS, trials)
+
+
+def physics() -> tuple[Setting, ...]:
+    """What each piece of physics costs, and what leaving it out does to a rig that has all of them (r = 0.5)."""
+    base = Base((1.0, 0.02, 0.03, 0.0, 0.01), (0.0, 0.01, 0.02, 0.01, 0.0))
+    full = Problem(0.5, 0.4, mu=1.2, zeta=0.02, base=base)
+    truth = steady_state(full, solver="exact").energy_per_cycle or float("nan")
+    settings = {
+        "Coulomb friction": Problem(0.5, 0.4),
+        "+ damping": Problem(0.5, 0.4, zeta=0.02),
+        "+ static ratio": Problem(0.5, 0.4, mu=1.2),
+        "+ 5 harmonics": Problem(0.5, 0.4, base=base),
+        "+ all three": full,
+    }
+    trials = [
+        Run(name, partial(steady_state, problem), _off(truth), default=name == "Coulomb friction")
+        for name, problem in settings.items()
+    ]
+    return run_trials("physics switched on", ENERGY, "a rig that has all three, exact orbit", trials)
+
+
+def tolerance_of(name: str) -> tuple[Setting, ...]:
+    """The integrator's tolerance under a law without exact slides (r = 0.3, beta = 0.6)."""
+    problem, truth = CONTACTS[name]
+    steady(problem)  # what loading and compiling costs is no matter of the tolerance
+    trials = [
+        Run(f"rtol {rtol:.0e}", partial(steady, problem, rtol=rtol), _off(truth), default=rtol == RTOL)
+        for rtol in (1e-4, 1e-6, 1e-8, 1e-10)
+    ]
+    return run_trials(f"tolerance, {name}", ENERGY, "scipy's DOP853 at rtol 1e-13 on its own orbit", trials)
+
+
+@cache
+def orbit() -> tuple[Motion, float]:
+    """The motion that all recordings are of, and its energy per cycle."""
+    state = steady_state(Problem(R, BETA), solver="exact")
+    if state.orbit is None or state.energy_per_cycle is None:
+        raise ArithmeticError(f"tradeoff: no orbit at r = {R}, beta = {BETA}: {state.outcome}")
+    return state.orbit, state.energy_per_cycle
+
+
+@cache
+def recording(rate: float, seed: int, noise: float = NOISE) -> Recording:
+    """One recording of the orbit; noise (rms over Y) and phase its own, so that no sampling grid is favoured."""
+    time = np.arange(round(DURATION_S * rate)) / rate
+    tau = 2 * math.pi * (DRIVE_HZ * time + np.random.default_rng([seed, round(rate)]).uniform())
+    off = noise * np.random.default_rng([seed, round(rate), 1]).standard_normal((2, len(time)))
+    mass = orbit()[0].at(np.mod(tau, 2 * math.pi))[0]
+    return Recording(time, BASE_M * (mass + off[0]), BASE_M * (np.cos(tau) + off[1]))
+
+
+def _each(knob: str, quantity: str, truth: float, *settings: Measured, count: int = FEW) -> tuple[Setting, ...]:
+    """Measure every recording with each setting: (name, what measures it, whether it is the default, sampling rate)."""
+    trials = []
+    for name, measured, default, rate in settings:
+        those = [recording(rate, seed) for seed in range(count)]
+        trials.append(Run(name, partial(_joined, measured, those), _off(truth), default))
+    return tuple(replace(s, seconds=s.seconds / count) for s in run_trials(knob, quantity, TRUTH, trials))
+
+
+def _joined(measured: Callable[[Recording], float | FloatArray], those: Sequence[Recording]) -> FloatArray:
+    return np.hstack([measured(one) for one in those])
+
+
+def padding() -> tuple[Setting, ...]:
+    """Padding of the FFT that finds the drive, without and with interpolation, and the phases that analyze adds."""
+    ways = (("highest bin", _highest_bin, (1, 4, 64)), ("interpolated", _interpolated, (1, 4, 16)))
+    settings: list[Measured] = [
+        (f"{n}x, {name}", partial(way, padding=n), False, RATE_HZ) for name, way, many in ways for n in many
+    ]
+    settings += [(f"{n}x, phases", partial(_phases, padding=n), n == 4, RATE_HZ) for n in (1, 4, 16)]
+    n = round(DURATION_S * RATE_HZ)
+    bound = math.sqrt(6.0 / (n * (n * n - 1.0))) * NOISE * RATE_HZ / math.pi / DRIVE_HZ  # [Rife and Boorstyn 1974]
+    found = _each("fft padding", "drive_frequency_hz", DRIVE_HZ, *settings, count=RECORDINGS)
+    return tuple(replace(s, over_bound=s.error / bound) for s in found)
+
+
+def _highest_bin(one: Recording, *, padding: int) -> float:
+    lines = spectrum.amplitude_spectrum(one.base_displacement, 1 / RATE_HZ, padding=padding)
+    first = 2 * padding
+    return float(lines.frequency[first + int(np.argmax(lines.amplitude[first:]))])
+
+
+def _interpolated(one: Recording, *, padding: int) -> float:
+    lines = spectrum.amplitude_spectrum(one.base_displacement, 1 / RATE_HZ, padding=padding)
+    return spectrum.strongest_tone(lines).frequency
+
+
+def _phases(one: Recording, *, padding: int) -> float:
+    guess = _interpolated(one, padding=padding)
+    return cycles.cut(one.base_displacement, guess / RATE_HZ, noise=NOISE * BASE_M).frequency * RATE_HZ
+
+
+def points_per_cycle() -> tuple[Setting, ...]:
+    """Points a cycle is laid out on before its loop's area is taken; the default is one per sample."""
+    usual = cycles.points_per_cycle(RATE_HZ / DRIVE_HZ)
+    settings: list[Measured] = [
+        (str(n), partial(_loop_energy, points=n), n == usual, RATE_HZ) for n in (32, 64, 128, usual, 1024)
+    ]
+    return _each("points per cycle", f"{ENERGY} of one cycle", orbit()[1], *settings, count=RECORDINGS)
+
+
+def _loop_energy(one: Recording, *, points: int) -> FloatArray:
+    """Area of each loop, as `frictionlab.analysis` takes it."""
+    period = RATE_HZ / DRIVE_HZ
+    start = 1.0 + period * np.arange(math.floor(DURATION_S * DRIVE_HZ) - 1, dtype=np.float64)
+    mass = cycles.fold(one.mass_displacement, start, start + period, points)
+    base = cycles.fold(one.base_displacement, start, start + period, points)
+    return energy.loop_area(mass, base) / BASE_M**2
+
+
+def _energy(one: Recording, rule: str) -> float:
+    scene = SCENE.model_copy(update={"analysis": Analysis(transient_s=20.0, cycles=rule)})
+    return measure(one, scene).energy_per_cycle
+
+
+def cycles_averaged() -> tuple[Setting, ...]:
+    """Cycles that the energy is the mean of; the thesis takes the last."""
+    rules = ("last", "window:15", "all")
+    settings: list[Measured] = [(rule, partial(_energy, rule=rule), rule == "all", RATE_HZ) for rule in rules]
+    return _each("cycles averaged", ENERGY, orbit()[1], *settings)
+
+
+def _cycle_energies(one: Recording, scene: Scene = SCENE) -> FloatArray:
+    return measure(one, scene).series.energy
+
+
+def sampling_rate() -> tuple[Setting, ...]:
+    """Samples per second of the sensor; the default is that of `synthesize`."""
+    rates = (25.0, 100.0, RATE_HZ, 1000.0, 4000.0)
+    settings: list[Measured] = [(f"{rate:g} Hz", _cycle_energies, rate == RATE_HZ, rate) for rate in rates]
+    return _each("sampling rate", f"{ENERGY} of one cycle", orbit()[1], *settings)
+
+
+def accuracy_of(command: str) -> tuple[Setting, ...]:
+    """The three levels of ``--accuracy`` of ``analyze`` or ``compare-numeric``."""
+
+    def run(one: Recording, level: str) -> float | FloatArray:
+        scene = SCENE.with_accuracy(level)
+        return _cycle_energies(one, scene) if command == "analyze" else compare(one, scene).friction_ratio
+
+    quantity, truth = (f"{ENERGY} of one cycle", orbit()[1]) if command == "analyze" else ("friction_ratio", BETA)
+    settings: list[Measured] = [(name, partial(run, level=name), name == "balanced", RATE_HZ) for name in LEVELS]
+    return _each(f"{command} --accuracy", quantity, truth, *settings)
+
+
+def storage() -> tuple[Setting, ...]:
+    """Precision and compression of the displacements in a recording: written, read back, compared.
+
+    The recording has 280,000 samples, in the sensor's steps.
+    """
+    clean = recording(4000.0, 0)
+    mass, base = (np.round(c / STEP_M) * STEP_M for c in (clean.mass_displacement, clean.base_displacement))
+    original = Recording(clean.time, mass, base)
+    size = float(np.abs(original.mass_displacement).max())
+    sizes = {name: sum(map(len, pieces_of(original, precision=p, compression=c))) for name, (p, c) in STORED.items()}
+
+    def error(back: Any) -> float:
+        return float(np.abs(back.mass_displacement - original.mass_displacement).max()) / size
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "stored.h5"
+
+        def stored(precision: Any, compression: Any) -> Recording:
+            write_whole(path, pieces_of(original, precision=precision, compression=compression))
+            return read_recording(path)
+
+        trials = [Run(name, partial(stored, p, c), error, name == "doubles") for name, (p, c) in STORED.items()]
+        found = run_trials("recording stored as", "mass_displacement", "the recording before it was stored", trials)
+    return tuple(replace(s, size_bytes=sizes[s.setting]) for s in found)
+
+
+FAMILIES: Mapping[str, tuple[Knob, ...]] = MappingProxyType(
+    {
+        "simulator": (
+            partial(solver_of, "continuous motion", CONTINUOUS, CONTINUOUS_ENERGY, (1e-3,)),
+            partial(solver_of, "stick-slip", STICK_SLIP, STICK_SLIP_ENERGY, (1e-3, 1e-6, 1e-10)),
+            cycles_waited,
+            physics,
+        ),
+        "contacts": tuple(partial(tolerance_of, name) for name in CONTACTS),
+        "frequency": (padding,),
+        "cycle": (points_per_cycle, cycles_averaged, sampling_rate),
+        "files": (storage,),
+        "levels": (partial(accuracy_of, "analyze"), partial(accuracy_of, "compare-numeric")),
+    }
+)
+"""Knobs by what they are about; one figure each."""
+
+
+def measure_trade() -> Iterator[tuple[str, tuple[Setting, ...]]]:
+    """Measure all knobs: yields (family, the settings of one knob) as they are done; about a minute in all."""
+    for family, knobs in FAMILIES.items():
+        for knob in knobs:
+            yield family, knob()

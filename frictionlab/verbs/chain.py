@@ -9,7 +9,7 @@ import hashlib
 import json
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
 
@@ -28,35 +28,64 @@ Stamp = Mapping[str, object]
 
 
 @dataclass(frozen=True)
-class Chain:
-    """What is done to each log, here or where a worker is.
+class Batch:
+    """A plan of what is to be done: all logs, and those of them whose results are not up to date.
 
-    Parameters
+    Attributes
     ----------
-    scene
+    logs : tuple of Path
+        All logs, in order.
+    due : tuple of Path
+        Those that are new, have changed, or lack a result.
+    scene : Scene
         What it is done with.
-    folder
+    folder : Path
         Holds ``recordings/NAME.h5``, ``measurements/NAME.jsonl`` and, where they are compared,
         ``comparisons/NAME.jsonl`` and ``figures/NAME.measurement.png``, ``figures/NAME.comparison.png``; in ``made/``
         what each was made of.
-    names
-        The name of each log's results.
-    compares
+    compares : bool
         Whether each measurement is compared with its prediction.
-    law
+    law : str or None
         Of the comparisons, in place of the scene's.
     """
 
-    scene: Scene
+    logs: tuple[Path, ...]
+    due: tuple[Path, ...]
+    scene: Scene = field(repr=False)
     folder: Path
-    names: Mapping[Path, str]
     compares: bool = True
     law: str | None = None
+    names: Mapping[Path, str] = field(default_factory=dict, repr=False)  # of each log's results
 
     @property
     def steps(self) -> tuple[str, ...]:
         """The commands that a log goes through."""
         return ("ingest", "analyze", *(("compare-numeric",) if self.compares else ()))
+
+    def run(self, *, workers: int | None = None, scheduler: str | None = None) -> Iterator[Row]:
+        """Do what is due and yield the row of each such log, in order; one that fails has its reason in its row."""
+        rows = rows_of(self.due, self._make, workers=workers, scheduler=scheduler)
+        for log, row in zip(self.due, rows, strict=True):
+            place = self.results(log)["measurement"]
+            if not self.compares and row.get("status") == FAILED and not self._stamp_file(log).exists():
+                # a campaign lists it, and misses none; results that stand with their stamp stay: it was the disk
+                with contextlib.suppress(OSError):
+                    make_folder(place.parent)
+                    write_rows([row], place, force=True)
+            yield row
+
+    def rows(self) -> list[Row]:
+        """The rows of all logs that have one, in order."""
+        return [row for log in self.logs if (row := self.row(log)) is not None]
+
+    def row(self, log: Path) -> Row | None:
+        """The row that stands in a log's file, its recording named from here; None if there is none."""
+        results = self.results(log)
+        path = results["comparison" if self.compares else "measurement"]
+        if not path.exists():
+            return None
+        row = read_rows(path)[0]
+        return row if row.get("status") == FAILED else {**row, "source": str(results["recording"])}
 
     def results(self, log: Path) -> dict[str, Path]:
         """Where the results of a log stand, in the order in which they are made."""
@@ -74,15 +103,11 @@ class Chain:
             "comparison figure": figures / f"{name}.comparison.png",
         }
 
-    def row_file(self, log: Path) -> Path:
-        """The file of the row that a log comes to: its comparison, or its measurement where none is compared."""
-        return self.results(log)["comparison" if self.compares else "measurement"]
-
     def is_fresh(self, log: Path) -> bool:
         """Whether the results of a log are there and nothing they were made of has changed."""
         return is_fresh(self._stamp_file(log), self._stamp(log), self.results(log).values())
 
-    def __call__(self, log: Path) -> Row:
+    def _make(self, log: Path) -> Row:
         """Make all results of a log, put them in place together, and give its row.
 
         Where a file cannot be written all that stood stays. Where the log itself fails, what an earlier run made of it
@@ -95,7 +120,7 @@ class Chain:
             self._check(places)
             with tempfile.TemporaryDirectory(prefix="part.", dir=stamp_file.parent) as part:
                 made = {kind: Path(part) / f"{kind}{place.suffix}" for kind, place in places.items()}
-                row = self._made(log, made, places["recording"])
+                row = self._make_parts(log, made, places["recording"])
                 for kind, place in places.items():
                     made[kind].replace(place)
         except UsageError as error:  # a file that is not ours stands where a result belongs: only this log is concerned
@@ -121,7 +146,7 @@ class Chain:
             check_output(places["comparison"], COMPARISONS)
             check_figures([places["measurement figure"], places["comparison figure"]])
 
-    def _made(self, log: Path, made: Mapping[str, Path], recording: Path) -> Row:
+    def _make_parts(self, log: Path, made: Mapping[str, Path], recording: Path) -> Row:
         """Make the results in the order of the steps; rows name the recording by its place."""
         from frictionlab.verbs.measuring import analyze, ingest
 
@@ -140,24 +165,6 @@ class Chain:
         write_rows([compared], made["comparison"])
         return compared
 
-    def row(self, log: Path) -> Row | None:
-        """The row that stands in a log's file, its recording named from here; None if there is none."""
-        path = self.row_file(log)
-        if not path.exists():
-            return None
-        row = read_rows(path)[0]
-        return row if row.get("status") == FAILED else {**row, "source": str(self.results(log)["recording"])}
-
-    def keep_failure(self, log: Path, row: Row) -> None:
-        """Write the row of a failed log where its measurement would stand: a campaign lists it, and misses none.
-
-        Results that stand with their stamp are kept: it was the disk that failed and not the log.
-        """
-        if not self.compares and row.get("status") == FAILED and not self._stamp_file(log).exists():
-            with contextlib.suppress(OSError):  # the row is given to the caller all the same
-                make_folder(self.row_file(log).parent)
-                write_rows([row], self.row_file(log), force=True)
-
     def _stamp(self, log: Path) -> Stamp:
         """What the results of a log would be made of now; a log that is not there has no size and time."""
         try:
@@ -170,7 +177,7 @@ class Chain:
             "size_bytes": size,
             "changed_ns": changed,
             "facts": dict(facts_of(self.scene, log).values),
-            "scene": digest(self.scene.model_dump(mode="json", exclude=NOT_MEASURED_BY)),
+            "scene": made_by(self.scene),
             "steps": list(self.steps),
             "law": self.law,
             "frictionlab_version": __version__,
@@ -185,6 +192,11 @@ def digest(thing: object) -> str:
     return hashlib.sha256(json.dumps(thing, sort_keys=True, default=str).encode()).hexdigest()
 
 
+def made_by(scene: Scene) -> str:
+    """A number for what results of logs depend on in a scene."""
+    return digest(scene.model_dump(mode="json", exclude=NOT_MEASURED_BY))
+
+
 def is_fresh(path: Path, stamp: Stamp, results: Iterable[Path]) -> bool:
     """Whether all results are there and their stamp at this path says that they were made of the same."""
     try:
@@ -196,38 +208,7 @@ def is_fresh(path: Path, stamp: Stamp, results: Iterable[Path]) -> bool:
 
 def write_stamp(path: Path, stamp: Stamp) -> None:
     """Write a stamp, after the results it speaks for."""
-    make_folder(path.parent)
     write_whole(path, json.dumps(stamp, indent=1).encode())
-
-
-@dataclass(frozen=True)
-class Batch:
-    """A plan of what is to be done: all logs, and those of them whose results are not up to date.
-
-    Attributes
-    ----------
-    logs : tuple of Path
-        All logs, in order.
-    due : tuple of Path
-        Those that are new, have changed, or lack a result.
-    chain : Chain
-        What is done to each.
-    """
-
-    logs: tuple[Path, ...]
-    due: tuple[Path, ...]
-    chain: Chain = field(repr=False)
-
-    def run(self, *, workers: int | None = None, scheduler: str | None = None) -> Iterator[Row]:
-        """Do what is due and yield the row of each such log, in order; one that fails has its reason in its row."""
-        made = rows_of(self.due, self.chain, workers=workers, scheduler=scheduler)
-        for log, row in zip(self.due, made, strict=True):
-            self.chain.keep_failure(log, row)
-            yield row
-
-    def rows(self) -> list[Row]:
-        """The rows of all logs that have one, in order."""
-        return [row for log in self.logs if (row := self.chain.row(log)) is not None]
 
 
 def batch(
@@ -266,10 +247,10 @@ def batch(
     SceneError
         The scene or a setting is refused.
     """
-    known = scene_given(scene, settings, SETTINGS)
+    scene = scene_given(scene, settings, SETTINGS)
     places = [logs] if isinstance(logs, (str, PathLike)) else list(logs)
-    others = [known.folder / known.experiment.sheet] if known.experiment.sheet else []
-    others += [tap for pattern in known.experiment.taps for tap in known.folder.glob(pattern)]
-    found = logs_of([Path(place) for place in places], beside=others)
-    chain = Chain(known, Path(output), names_of(found), compare, law)
-    return Batch(tuple(found), tuple(log for log in found if again or not chain.is_fresh(log)), chain)
+    others = [scene.folder / scene.experiment.sheet] if scene.experiment.sheet else []
+    others += [tap for pattern in scene.experiment.taps for tap in scene.folder.glob(pattern)]
+    found = tuple(logs_of([Path(place) for place in places], beside=others))
+    work = Batch(found, found, scene, Path(output), compare, law, names_of(found))
+    return work if again else replace(work, due=tuple(log for log in found if not work.is_fresh(log)))

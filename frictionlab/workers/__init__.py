@@ -14,11 +14,13 @@ from dataclasses import dataclass, field
 from functools import partial
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
-from typing import Any, Generic, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from frictionlab import __version__
-from frictionlab.errors import ClusterError, UsageError
+from frictionlab.errors import UsageError
 from frictionlab.process import keep_freed_memory, use_one_thread
+
+if TYPE_CHECKING:
+    from frictionlab.workers.cluster import Cluster
 
 C = TypeVar("C")
 R = TypeVar("R")
@@ -48,21 +50,22 @@ class Lost:
 
 @dataclass(frozen=True)
 class Portion(Generic[S]):
-    """Some neighbouring cases and what came of them.
+    """The cases from ``start`` up to, not including, ``stop``, and what came of them.
 
     Attributes
     ----------
-    start, stop
-        The cases are those from ``start`` up to, not including, ``stop``.
+    deaths
+        How many workers died over them. A single case under doubt is tried with nothing else in work.
     results
-        What the job returned, one result per case; None if the case was lost.
+        What the job returned, one result per case; None if it is still to be done, or was lost.
     lost
         Why there are no results, as a sentence; empty if there are. A lost batch holds a single case.
     """
 
     start: int
     stop: int
-    results: S | None
+    deaths: int = 0
+    results: S | None = None
     lost: str = ""
 
     def __len__(self) -> int:
@@ -114,25 +117,28 @@ def run_batches(
     >>> [batch.results for batch in run_batches(squares, range(4), workers=1, seconds_per_batch=0)]
     [[0], [1], [4], [9]]
     """
-    _check(workers, scheduler)
+    if workers is not None and scheduler is not None:
+        raise UsageError("workers and scheduler: expected one of the two; got both: the scheduler has its own workers")
+    most = MOST_PER_CORE * cores()
+    if workers is not None and not 1 <= workers <= most:
+        raise UsageError(f"workers: expected 1 to {most}, {MOST_PER_CORE} for each core; got {workers}")
     ledger: Ledger[S] = Ledger(len(cases), seconds_per_batch)
     if scheduler is None and workers in (None, 1):
         while not ledger.finished:
-            task = ledger.take(workers=1)
-            results, seconds = work(job, cases[task.start : task.stop], __version__)
-            ledger.book(task, results, seconds if task.start else seconds - START_S)
+            batch = ledger.take(workers=1)
+            results, seconds = timed(job, cases[batch.start : batch.stop])
+            ledger.book(batch, results, seconds if batch.start else seconds - START_S)
             yield from ledger.in_order()
             if workers is None and ledger.seconds_left > WORTH_S and cores() > 1:
                 break
-    if not ledger.finished:
-        if scheduler is not None:
-            from frictionlab.workers.cluster import Cluster  # noqa: PLC0415  # asyncio, for a cluster only
+    if ledger.finished:
+        return
+    if scheduler is not None:
+        from frictionlab.workers.cluster import Cluster  # noqa: PLC0415  # asyncio, for a cluster only
 
-        site: Site = Crew(min(workers or cores(), len(cases))) if scheduler is None else Cluster(scheduler)
-        try:
-            yield from _run_there(site, job, cases, ledger)
-        finally:
-            site.stop()
+        yield from _run_there(Cluster(scheduler), job, cases, ledger)
+    else:
+        yield from _run_there(Crew(min(workers or cores(), len(cases))), job, cases, ledger)
 
 
 def run_each(
@@ -162,48 +168,15 @@ def _each(function: Callable[[C], R], cases: Sequence[C]) -> list[R]:
     return [function(case) for case in cases]
 
 
-def _check(workers: int | None, scheduler: str | None) -> None:
-    if workers is not None and scheduler is not None:
-        raise UsageError("workers and scheduler: expected one of the two; got both: the scheduler has its own workers")
-    if workers is not None and not 1 <= workers <= MOST_PER_CORE * cores():
-        raise UsageError(
-            f"workers: expected at least 1; got {workers}"
-            if workers < 1
-            else f"workers: expected at most {MOST_PER_CORE * cores()}, {MOST_PER_CORE} for each core; got {workers}"
-        )
-
-
-def work(job: Callable[[Sequence[C]], S], cases: Sequence[C], version: str) -> tuple[S, float]:
+def timed(job: Callable[[Sequence[C]], S], cases: Sequence[C], *, is_worker: bool = False) -> tuple[S, float]:
     """Do one batch where the worker is; return the results and the seconds they took."""
-    if version != __version__:
-        raise ClusterError(
-            f"a worker holds frictionlab {__version__}: expected {version}, as here; do: install the same version there"
-        )
+    if is_worker:
+        keep_freed_memory()
     start = time.perf_counter()
     results = job(cases)
     if len(results) != len(cases):
         raise UsageError(f"job: expected one result per case, {len(cases)}; got {len(results)}")
     return results, time.perf_counter() - start
-
-
-def work_there(job: Callable[[Sequence[C]], S], cases: Sequence[C], version: str) -> tuple[S, float]:
-    """Do one batch in a process that is there for the work."""
-    keep_freed_memory()
-    return work(job, cases, version)
-
-
-@dataclass(frozen=True)
-class Task:
-    """Cases ``start`` up to ``stop``, and how many workers died over them."""
-
-    start: int
-    stop: int
-    deaths: int = 0
-
-    @property
-    def alone(self) -> bool:
-        """Whether nothing else may be in work meanwhile, so that it is known who kills: a single case under doubt."""
-        return self.deaths > 0
 
 
 @dataclass
@@ -228,8 +201,8 @@ class Ledger(Generic[S]):
     _largest: int = 0  # cases of the largest batch that was timed
     _fresh: int = 0
     _next: int = 0
-    _out: set[Task] = field(default_factory=set)
-    _due: list[Task] = field(default_factory=list)  # again, the first of them last
+    _out: dict[int, Portion[S]] = field(default_factory=dict)
+    _due: list[Portion[S]] = field(default_factory=list)  # again, the first of them last
     _back: dict[int, Portion[S] | BaseException] = field(default_factory=dict)
 
     @property
@@ -244,53 +217,47 @@ class Ledger(Generic[S]):
 
     def may_take(self, *, workers: int) -> bool:
         """Whether a batch may be handed out now."""
-        if any(task.alone for task in self._out) or (self._due and self._due[-1].alone and self._out):
+        if any(batch.deaths for batch in self._out.values()) or (self._due and self._due[-1].deaths and self._out):
             return False
         fresh = self._fresh < self.total and len(self._out) + len(self._back) < HOLD * workers
         return bool(self._due) or fresh
 
-    def take(self, *, workers: int) -> Task:
-        """The next batch: what is due again goes first, for all later ones wait for it."""
+    def take(self, *, workers: int) -> Portion[S]:
+        """The next batch: what is due again goes first, for all later ones wait for it; near the end smaller ones."""
         if self._due:
-            task = self._due.pop()
+            batch = self._due.pop()
         else:
-            task = Task(self._fresh, self._fresh + self._size(workers))
-            self._fresh = task.stop
-        self._out.add(task)
-        return task
+            left, size = self.total - self._fresh, 1
+            if self._largest:
+                share = max(left / (2 * workers), SHORTEST_S / self._cost)
+                wanted = min(self.seconds_per_batch / self._cost, share, GROWTH * self._largest)
+                size = min(max(int(wanted), 1), left)
+            batch = Portion(self._fresh, self._fresh + size)
+            self._fresh = batch.stop
+        self._out[batch.start] = batch
+        return batch
 
-    def _size(self, workers: int) -> int:
-        """Cases of the next batch: near the end smaller ones, so that all finish together."""
-        left = self.total - self._fresh
-        if not self._largest:
-            return min(1, left)
-        share = max(left / (2 * workers), SHORTEST_S / self._cost)
-        wanted = min(self.seconds_per_batch / self._cost, share, GROWTH * self._largest)
-        return min(max(int(wanted), 1), left)
-
-    def book(self, task: Task, outcome: S | BaseException, seconds: float = 0.0) -> None:
+    def book(self, batch: Portion[S], outcome: S | BaseException, seconds: float = 0.0) -> None:
         """Note what came back; an error is raised when its turn comes, as it would be without workers."""
-        self._out.remove(task)
+        del self._out[batch.start]
         if isinstance(outcome, BaseException):
-            self._back[task.start] = outcome
+            self._back[batch.start] = outcome
             return
-        cases = task.stop - task.start
-        self._cost = max(seconds, 1e-9) / cases
-        self._largest = max(self._largest, cases)
-        self._back[task.start] = Portion(task.start, task.stop, outcome)
+        self._cost = max(seconds, 1e-9) / len(batch)
+        self._largest = max(self._largest, len(batch))
+        self._back[batch.start] = Portion(batch.start, batch.stop, batch.deaths, outcome)
 
-    def book_death(self, task: Task, deaths: int) -> None:
+    def book_death(self, batch: Portion[S], deaths: int) -> None:
         """Note that so many workers died while this batch was out: it is due again, halved, alone, or given up."""
-        self._out.remove(task)
-        middle = (task.start + task.stop) // 2
-        total = task.deaths + deaths
-        if task.stop - task.start > 1:
-            again = [Task(task.start, middle), Task(middle, task.stop)]
+        del self._out[batch.start]
+        start, stop, total = batch.start, batch.stop, batch.deaths + deaths
+        if len(batch) > 1:
+            again = [Portion[S](start, (start + stop) // 2), Portion[S]((start + stop) // 2, stop)]
         elif total < GIVEN_UP:
-            again = [Task(task.start, task.stop, total)]
+            again = [Portion(start, stop, total)]
         else:
             reason = f"its worker died each time, {total} times: out of memory, or a crash in a library"
-            self._back[task.start] = Portion(task.start, task.stop, None, lost=reason)
+            self._back[start] = Portion(start, stop, total, lost=reason)
             return
         self._due = sorted([*self._due, *again], key=lambda one: -one.start)
 
@@ -302,25 +269,6 @@ class Ledger(Generic[S]):
                 raise batch
             self._next = batch.stop
             yield batch
-
-
-class Site(Protocol):
-    """A place where batches are done, and what it means when that fails: a `Crew`, or a cluster."""
-
-    def workers(self) -> int:
-        """How many batches it works on at a time."""
-
-    def submit(self, function: Callable[..., Any], *arguments: object) -> "Future[Any]":
-        """Let a worker call the function."""
-
-    def deaths(self, error: BaseException) -> int:
-        """How many workers died over the batch that ended in this error; 0 where the error is the job's own."""
-
-    def mend(self) -> None:
-        """Replace workers that died, or raise if nobody is left."""
-
-    def stop(self) -> None:
-        """Drop what is still in work and let the workers go."""
 
 
 class Crew:
@@ -341,7 +289,7 @@ class Crew:
         self._broken = False
 
     def workers(self) -> int:
-        """Processes."""
+        """How many batches it works on at a time."""
         return self._size
 
     def submit(self, function: Callable[..., Any], *arguments: object) -> "Future[Any]":
@@ -354,7 +302,7 @@ class Crew:
             return failed
 
     def deaths(self, error: BaseException) -> int:
-        """One, if a process has died; with it all that was in work is lost, and nobody knows which batch did it."""
+        """One, if a process has died (with it all in work is lost); 0 where the error is the job's own."""
         died = isinstance(error, BrokenExecutor)
         self._broken = self._broken or died
         return int(died)
@@ -385,33 +333,30 @@ def _leave_with(lifeline: Connection) -> None:
     os._exit(1)
 
 
-def _run_there(site: Site, job: Any, cases: Sequence[Any], ledger: Ledger[S]) -> Iterator[Portion[S]]:
-    held: dict[Future[Any], Task] = {}  # in the order in which they were given
-    while not ledger.finished:
-        workers = site.workers()
-        while len(held) < AHEAD * workers and ledger.may_take(workers=workers):
-            task = ledger.take(workers=workers)
-            held[site.submit(work_there, job, cases[task.start : task.stop], __version__)] = task
-        if held:
-            wait(held, timeout=LOOK_S, return_when=FIRST_COMPLETED)
-        else:  # a cluster that has no workers yet
-            time.sleep(LOOK_S)
-        if any(isinstance(one.exception(), BrokenExecutor) for one in held if one.done() and not one.cancelled()):
-            wait(held)  # a broken pool ends all that was in work
-        for future in [one for one in held if one.done()]:
-            _book(ledger, site, held.pop(future), future)
-        site.mend()
-        yield from ledger.in_order()
-
-
-def _book(ledger: Ledger[Any], site: Site, task: Task, future: "Future[Any]") -> None:
-    """Note what came back."""
-    try:
-        results, seconds = future.result()
-    except Exception as error:  # noqa: BLE001 - raised by the ledger when the turn of this batch comes
-        if deaths := site.deaths(error):
-            ledger.book_death(task, deaths)
-        else:
-            ledger.book(task, error)
-    else:
-        ledger.book(task, results, seconds)
+def _run_there(site: "Crew | Cluster", job: Any, cases: Sequence[Any], ledger: Ledger[S]) -> Iterator[Portion[S]]:
+    """Hand the batches out to the workers of a site, and on in order."""
+    held: dict[Future[Any], Portion[S]] = {}  # in the order in which they were given
+    with contextlib.ExitStack() as stack:
+        stack.callback(site.stop)
+        while not ledger.finished:
+            workers = site.workers()
+            while len(held) < AHEAD * workers and ledger.may_take(workers=workers):
+                batch = ledger.take(workers=workers)
+                held[site.submit(partial(timed, is_worker=True), job, cases[batch.start : batch.stop])] = batch
+            if held:
+                wait(held, timeout=LOOK_S, return_when=FIRST_COMPLETED)
+            else:  # a cluster that has no workers yet
+                time.sleep(LOOK_S)
+            if any(isinstance(one.exception(), BrokenExecutor) for one in held if one.done() and not one.cancelled()):
+                wait(held)  # a broken pool ends all that was in work
+            for future in [one for one in held if one.done()]:
+                batch = held.pop(future)
+                try:
+                    ledger.book(batch, *future.result())
+                except Exception as error:  # noqa: BLE001 - raised by the ledger when the turn of this batch comes
+                    if deaths := site.deaths(error):
+                        ledger.book_death(batch, deaths)
+                    else:
+                        ledger.book(batch, error)
+            site.mend()
+            yield from ledger.in_order()

@@ -38,10 +38,7 @@ class Cluster:
         self._client = _connect(address)
         self._counted = self._seen = time.monotonic()
         self._workers = self._count()
-        self._check_versions()
-
-    def _check_versions(self) -> None:
-        """Refuse workers without this version: a call that they cannot unpack would end them, one after the other."""
+        # a call that a worker of another version cannot unpack would end it, and then the next one
         found = self._client.run(eval, VERSION_THERE, on_error="return")
         wrong = {where: what for where, what in found.items() if what != __version__}
         if wrong:

@@ -11,36 +11,36 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from frictionlab import tradeoff
 from frictionlab.errors import UsageError
 from frictionlab.figures.planned import falling
 from frictionlab.scene import Scene
 from frictionlab.scene.keys import LEVELS
 from frictionlab.simulator import Problem
 from frictionlab.simulator.numeric import NumericMotion, steady
-from frictionlab.tradeoff import knobs, setting
-from frictionlab.tradeoff.setting import Setting, marked, pareto_front
+from frictionlab.tradeoff import Setting, marked, pareto_front
 from tests.simulator.numeric_oracle import cycle
 
 ROOT = Path(__file__).parents[2]
 README = ROOT / "frictionlab" / "tradeoff" / "README.md"
 ORBITS = json.loads((ROOT / "tests" / "extremes" / "reference" / "orbits.json").read_text(encoding="utf-8"))
-LEVELS_OF = {command: partial(knobs.accuracy_of, command) for command in ("analyze", "compare-numeric")}
-QUICK = (knobs.physics, knobs.padding, knobs.points_per_cycle, LEVELS_OF["analyze"], knobs.storage)
+LEVELS_OF = {command: partial(tradeoff.accuracy_of, command) for command in ("analyze", "compare-numeric")}
+QUICK = (tradeoff.physics, tradeoff.padding, tradeoff.points_per_cycle, LEVELS_OF["analyze"], tradeoff.storage)
 Knob = Callable[[], tuple[Setting, ...]]
 
 
 @pytest.fixture(autouse=True)
 def _once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Run each setting once: the tests look at errors."""
-    monkeypatch.setattr(setting, "LAPS", 1)
+    monkeypatch.setattr(tradeoff, "LAPS", 1)
 
 
 @pytest.mark.parametrize(
     ("problem", "energy"),
     [
-        (knobs.CONTINUOUS, knobs.CONTINUOUS_ENERGY),
-        (knobs.STICK_SLIP, knobs.STICK_SLIP_ENERGY),
-        (knobs.SLOW, knobs.SLOW_ENERGY),
+        (tradeoff.CONTINUOUS, tradeoff.CONTINUOUS_ENERGY),
+        (tradeoff.STICK_SLIP, tradeoff.STICK_SLIP_ENERGY),
+        (tradeoff.SLOW, tradeoff.SLOW_ENERGY),
     ],
 )
 def test_the_references_are_the_fifty_digit_orbits(problem: Problem, energy: float) -> None:
@@ -48,10 +48,10 @@ def test_the_references_are_the_fifty_digit_orbits(problem: Problem, energy: flo
     assert energy == float(row["energy_per_cycle"])
 
 
-@pytest.mark.parametrize("name", knobs.CONTACTS)
+@pytest.mark.parametrize("name", tradeoff.CONTACTS)
 def test_the_references_of_numeric_laws_are_another_methods(name: str) -> None:
     """DOP853 carries the orbit over a cycle: back to its start, and with this energy."""
-    problem, energy = knobs.CONTACTS[name]
+    problem, energy = tradeoff.CONTACTS[name]
     motion = steady(problem, rtol=1e-12).orbit
     assert isinstance(motion, NumericMotion)
     units = [1.0, 1.0, 1.0, problem.beta]  # the twin's age is a force
@@ -63,7 +63,7 @@ def test_the_references_of_numeric_laws_are_another_methods(name: str) -> None:
 
 
 def test_there_are_at_least_eight_knobs_each_with_its_figure() -> None:
-    assert sum(len(knobs) for knobs in knobs.FAMILIES.values()) >= 8
+    assert sum(len(knobs) for knobs in tradeoff.FAMILIES.values()) >= 8
 
 
 @pytest.mark.parametrize("knob", QUICK)
@@ -83,7 +83,7 @@ def test_of_any_settings_the_fastest_and_the_most_accurate_are_never_beaten(pair
     front = pareto_front(settings)
     assert min(settings, key=lambda s: (s.seconds, s.error)) in front
     assert min(settings, key=lambda s: (s.error, s.seconds)) in front
-    assert all(any(setting.beats(other, s) for other in settings) == s.dominated for s in settings)
+    assert all(any(tradeoff.beats(other, s) for other in settings) == s.dominated for s in settings)
 
 
 def test_equal_errors_and_equal_times_beat_nothing() -> None:
@@ -107,7 +107,7 @@ def test_a_level_of_accuracy_is_its_knobs() -> None:
         Scene().with_accuracy("sloppy")
 
 
-@pytest.mark.parametrize("knob", [*LEVELS_OF.values(), knobs.padding])
+@pytest.mark.parametrize("knob", [*LEVELS_OF.values(), tradeoff.padding])
 def test_the_readmes_errors_are_in_step(knob: Knob) -> None:
     written = dict(re.findall(r"^\| (.+? \| .+?) \| ([-+.e0-9]+) \|", README.read_text("utf-8"), re.MULTILINE))
     for s in knob():

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictionlab.workers import Ledger, Portion, Task
+from frictionlab.workers import Ledger, Portion
 
 
 def naive(total: int, deadly: set[int]) -> list[int | None]:
@@ -25,16 +25,16 @@ def flat(batch: Portion[list[int]]) -> list[int | None]:
 def test_cases_come_out_once_and_in_order(total: int, deadly: set[int], workers: int, seed: int) -> None:
     chance = np.random.default_rng(seed)
     ledger: Ledger[list[int]] = Ledger(total, float(chance.choice([0.0, 0.01, 1.0])))
-    out: list[Task] = []
+    out: list[Portion[list[int]]] = []
     seen: list[int | None] = []
     while not ledger.finished:
         while len(out) < 2 * workers and ledger.may_take(workers=workers):
             out.append(ledger.take(workers=workers))
-        assert len(out) == 1 or not any(task.alone for task in out)
+        assert len(out) == 1 or not any(task.deaths for task in out)
         task = out.pop(int(chance.integers(len(out))))
         cases = range(task.start, task.stop)
         dies = bool(deadly & set(cases))
-        if dies or (not task.alone and chance.random() < 0.02):  # together with a batch that kills
+        if dies or (not task.deaths and chance.random() < 0.02):  # together with a batch that kills
             ledger.book_death(task, 1)
         else:
             ledger.book(task, list(cases), chance.uniform(1e-6, 0.1))
@@ -85,7 +85,7 @@ def test_a_case_that_a_cluster_blames_is_tried_alone_before_it_is_given_up() -> 
     for task in [ledger.take(workers=2), ledger.take(workers=2)]:
         ledger.book_death(task, 2)
     first = ledger.take(workers=2)
-    assert first.alone
+    assert first.deaths
     assert not ledger.may_take(workers=2)
     ledger.book(first, [0])
     ledger.book_death(ledger.take(workers=2), 2)
