@@ -7,18 +7,18 @@ from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
 
 from frictionlab.figures.simulated import draw_motion
-from frictionlab.figures.style import caution, look, new_figure, plain_decades, save
+from frictionlab.figures.style import drawing, new_figure, plain_numbers, save
 from frictionlab.simulator import Problem, steady_state
 
 
 def test_what_warns_of_a_number_stands_below_its_figure() -> None:
-    figure = new_figure()
-    caution(figure, ["base: noise", "energy_per_cycle: of a passing state", "a", "b", "c"])
+    with drawing(cautions=["base: noise", "energy_per_cycle: of a passing state", "a", "b", "c"]) as figure:
+        pass
     told = figure.get_supxlabel()
     assert told.startswith("! base: noise\n! energy_per_cycle: of a passing state")
     assert told.endswith("(and 3 more in the table)")
-    quiet = new_figure()
-    caution(quiet, ())
+    with drawing() as quiet:
+        pass
     assert not quiet.get_supxlabel()
 
 
@@ -35,8 +35,9 @@ def test_a_stop_that_goes_on_into_the_next_period_is_shaded_in_both(law: str, pa
     assert ax.get_xlim() == pytest.approx((0.0, 4.0))
 
 
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
 def test_a_picture_is_drawn_once_and_is_the_same_bytes_each_time(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawn: list[Figure] = []
     draw = Figure.draw
@@ -46,14 +47,13 @@ def test_a_picture_is_drawn_once_and_is_the_same_bytes_each_time(
         draw(self, renderer)
 
     monkeypatch.setattr(Figure, "draw", counted)
-    for name in ("a.png", "b.png"):
-        with look():
-            figure = new_figure()
+    for name in ("a", "b"):
+        with drawing(1.5) as figure:
             ax = figure.subplots()
             ax.semilogy([1.0, 2.0], [1e-3, 10.0])
-            plain_decades(ax)
-        save(figure, tmp_path / name)
-        assert "10⁻²" in [text.get_text() for text in ax.get_yticklabels()]
+            plain_numbers(ax.yaxis)
+        save(figure, tmp_path / f"{name}{suffix}")
+        assert {"10⁻³", "10¹"} <= {text.get_text() for text in ax.get_yticklabels()}
         assert not ax.yaxis.get_minorticklocs().size
     assert len(drawn) == 2
-    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()

@@ -5,7 +5,6 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import MappingProxyType
 
 from frictionlab.analysis.steadiness import Trend
 from frictionlab.cycle_rule import EXPECTED, window_of
@@ -233,7 +232,7 @@ def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
         regime=_text(merged.get("regime")),
         asymmetry=number("asymmetry", 0.0),
         trend=trend if isinstance(trend := merged.get("trend"), Trend) else None,
-        row=MappingProxyType({key: value for key, value in merged.items() if key != "trend"}),
+        row={key: value for key, value in merged.items() if key != "trend"},
     )
 
 

@@ -160,7 +160,7 @@ def tradeoff(
 
     Example: frictionlab tradeoff -o build/tradeoff
     """
-    from frictionlab.figures.mark import check_figures
+    from frictionlab.figures import check_figures
     from frictionlab.tradeoff import FAMILIES, measure_trade
 
     if output is not None:

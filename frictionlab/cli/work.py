@@ -99,14 +99,14 @@ def figure_places(plot: Path | None, inputs: Sequence[Path], kinds: Sequence[str
     UsageError
         A file for several inputs, a suffix of another kind of file, or a figure that would replace something else.
     """
-    from frictionlab.figures.mark import METADATA
+    from frictionlab.figures import FORMATS
 
     if plot is None:
         return {}
     if plot.is_dir() or not plot.suffix:
         names = result_names(inputs).items()
         places = {path: {kind: plot / f"{name}.{kind}.png" for kind in kinds} for path, name in names}
-    elif len(inputs) > 1 and plot.suffix in METADATA:
+    elif len(inputs) > 1 and plot.suffix in FORMATS:
         raise UsageError(f"--plot {plot}: expected a folder for the figures of {len(inputs)} inputs; got a file's name")
     else:
         beside = {kind: plot.with_name(f"{plot.stem}.{kind}{plot.suffix}") for kind in kinds[1:]}
@@ -125,10 +125,10 @@ def figure_file(plot: Path | None, kind: str, *, force: bool, inputs: Sequence[P
 
 
 def _check_figures(files: Sequence[Path], inputs: Sequence[Path], *, force: bool) -> None:
-    from frictionlab.figures.mark import METADATA, check_figures
+    from frictionlab.figures import FORMATS, check_figures
 
     for file in files:
-        if file.suffix not in METADATA:
+        if file.suffix not in FORMATS:
             expected = "a figure ending in .pdf, .svg or .png, or a folder"
             raise UsageError(f"{file}: expected {expected}; got {file.suffix!r}")
     check_figures(files, force=force, inputs=inputs)

@@ -1,5 +1,6 @@
 """Numbers over two axes: of a campaign over frequency ratio x normal force, and of a map of steady states."""
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -8,37 +9,28 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
-from matplotlib.colors import BoundaryNorm, Normalize
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from frictionlab.arrays import FloatArray
-from frictionlab.campaign import Campaign, Verdict
+from frictionlab.campaign import Campaign, Trial, Verdict
 from frictionlab.campaign.trials import levels, nearest
-from frictionlab.figures.style import (
-    AT_REST,
-    BLUE,
-    MEASURED,
-    PAGE,
-    VERMILION,
-    caution,
-    look,
-    new_figure,
-    stop_colours,
-)
+from frictionlab.figures.style import AT_REST, BLUE, MEASURED, VERMILION, drawing, panels, plain_numbers, stop_colours
 
 CLIP = 0.1  # the colour scale ends this far below the maximum, as in Fig. 4.5
 GAP = 1.6  # a step over r = 1 this much wider than its neighbours is a band left out
-LEAST = 2  # values on both axes that a map needs
-FEW = 8  # classes of stops for which a low figure has room
+FEW = 8  # classes of stops for which a low figure has space
 PANELS = {
-    "energy_per_cycle": "energy per cycle over $kY^2$",
-    "response_amplitude": "amplitude over $Y$",
+    "energy_per_cycle": "energy per cycle over kY²",
+    "response_amplitude": "amplitude over Y",
     "stops_per_cycle": "stops per cycle",
 }
+"""Columns of a map of steady states -> what they are."""
 STOPS = "stops_per_cycle"
 MANY, MUCH_LARGER = 3, 10.0  # values of an axis, and how much larger the last is, from which it may be logarithmic
 PERCENTILE = 95.0  # percentile where the colours end: a few points at resonance would bleach all others
+Value = Callable[[Verdict], float | None]
 
 
 @dataclass(frozen=True)
@@ -49,22 +41,110 @@ class _Map:
     forces: tuple[float, ...]
     values: FloatArray
 
+    @property
+    def is_line(self) -> bool:
+        """Whether only one of frequency ratio and normal force varies."""
+        return len(self.forces) < 2 or len(self.ratios) < 2
 
-def _map_of(campaign: Campaign, material: str, value: Callable[[Verdict], float | None]) -> _Map:
+
+def _map_of(campaign: Campaign, material: str, value: Value) -> _Map:
     fits = [f for f in campaign.fits if f.material == material]
     tests = [(f.normal_force_n, v) for f in fits for v in f.verdicts if not v.trial.is_long]
     ratios = levels([v.trial.r for _, v in tests])
     forces = tuple(sorted({force for force, _ in tests}))
-    found: dict[tuple[int, int], list[float]] = {}
+    found: defaultdict[tuple[float, float], list[float]] = defaultdict(list)
     for force, verdict in tests:
-        number = value(verdict)
-        if number is not None:
-            place = forces.index(force), ratios.index(nearest(verdict.trial.r, ratios))
-            found.setdefault(place, []).append(number)
-    values = np.full((len(forces), len(ratios)), np.nan)
-    for place, numbers in found.items():
-        values[place] = float(np.median(numbers))
+        found[force, nearest(verdict.trial.r, ratios)] += [] if (number := value(verdict)) is None else [number]
+    values = np.array([[np.median(found[force, r] or [np.nan]) for r in ratios] for force in forces])
     return _Map(ratios, forces, values)
+
+
+def varies(campaign: Campaign, known: Callable[[Trial], float | None]) -> bool:
+    """Whether a material has a number at two frequency ratios or two normal forces: less is no map."""
+    maps = [_map_of(campaign, material, lambda verdict: known(verdict.trial)) for material in campaign.materials]
+    return any(one.values.size > 1 and np.isfinite(one.values).any() for one in maps)
+
+
+def irregularity(campaign: Campaign) -> Figure:
+    """Irregularity index of the short tests.
+
+    Equation (4.1), on one scale for all materials. Between dotted lines nothing was measured, near resonance.
+    """
+    return _grid(campaign, {"": lambda verdict: verdict.trial.irregularity}, "irregularity index")
+
+
+def stops(campaign: Campaign) -> Figure:
+    """Stops per cycle.
+
+    Measured on the left; on the right as Coulomb's law predicts it for the fitted friction ratio. Blank: not measured,
+    or no steady state.
+    """
+
+    def measured(verdict: Verdict) -> float | None:
+        return AT_REST if verdict.trial.regime == "stuck" else verdict.trial.stops
+
+    def predicted(verdict: Verdict) -> float | None:
+        found = verdict.predicted
+        return None if found is None else found.stops if found.energy > 0.0 else AT_REST
+
+    return _grid(campaign, {", measured": measured, ", predicted": predicted}, "stops per cycle")
+
+
+def _grid(campaign: Campaign, columns: Mapping[str, Value], quantity: str) -> Figure:
+    """A row a material, with a map of each column; one colour scale for all."""
+    maps = [[_map_of(campaign, material, value) for value in columns.values()] for material in campaign.materials]
+    every = np.concatenate([one.values[np.isfinite(one.values)] for row in maps for one in row])
+    classes = stop_colours(every) if quantity == "stops per cycle" else None
+    limit = colour_limit(every)
+    colours: dict[str, Any] = classes.mapped if classes else {"norm": Normalize(0.0, limit), "cmap": "viridis"}
+    high = len(classes.names) > FEW if classes else maps[0][0].is_line
+    with drawing(0.6 + 1.25 * max(len(maps), 2 if high else 1)) as figure:
+        axes = figure.subplots(len(maps), len(columns), sharex=True, squeeze=False)
+        mesh = None
+        for line, row, material in zip(axes, maps, campaign.materials, strict=True):
+            for ax, drawn, words in zip(line, row, columns, strict=True):
+                if drawn.is_line:
+                    _draw_line(ax, drawn, quantity, whole=classes is not None)
+                else:
+                    mesh = _draw_map(ax, drawn, colours)
+                ax.set_title(f"{material}{words}")
+                ax.label_outer()
+        if mesh is not None and classes is not None:
+            classes.bar(figure, mesh, axes).set_label(quantity)
+        elif mesh is not None:
+            extend = "max" if limit < every.max() else "neither"
+            figure.colorbar(mesh, ax=axes, label=quantity, aspect=30, extend=extend)
+    return figure
+
+
+def _draw_line(ax: Axes, drawn: _Map, quantity: str, *, whole: bool) -> None:
+    over_force = len(drawn.ratios) < 2
+    along = drawn.forces if over_force else drawn.ratios
+    values = np.where(drawn.values == AT_REST, 0.0, drawn.values).ravel()
+    ax.plot(along, values, "o" if over_force else "o-", color=MEASURED, markersize=3.0, linewidth=0.6)
+    top = float(np.nanmax(values, initial=0.0)) or 1.0
+    ax.set(xlabel="normal force [N]" if over_force else "frequency ratio r", ylabel=quantity)
+    ax.set(xlim=(0.0, 1.05 * max(along)), ylim=(-0.06 * top, 1.12 * top))
+    ax.yaxis.set_major_locator(MaxNLocator(4, integer=whole))
+
+
+def _draw_map(ax: Axes, drawn: _Map, colours: Mapping[str, Any]) -> QuadMesh:
+    """Cells over both axes; a band that was left out over resonance is blank between dotted lines."""
+    band, values = resonance_band(drawn.ratios), drawn.values
+    cut = len(drawn.ratios) if band is None else drawn.ratios.index(band[1])
+    stretches = [np.array(stretch) for stretch in (drawn.ratios[:cut], drawn.ratios[cut:]) if stretch]
+    edges = np.concatenate([_edges(stretch) for stretch in stretches])
+    if band is not None:
+        values = np.insert(values, cut, np.nan, axis=1)
+        for edge in edges[cut : cut + 2]:
+            ax.axvline(edge, color=VERMILION, linestyle=":", linewidth=1.2)
+    rows = np.arange(len(drawn.forces) + 1) - 0.5
+    mesh = ax.pcolormesh(edges, rows, values, edgecolors="white", linewidth=0.3, **colours)
+    ax.grid(visible=False)
+    ax.set_xlim(left=0)
+    ax.set_yticks(range(len(drawn.forces)), [f"{force:.4g}" for force in drawn.forces])
+    ax.set(ylabel="normal force [N]", xlabel="frequency ratio r")
+    return mesh
 
 
 def resonance_band(ratios: Sequence[float]) -> tuple[float, float] | None:
@@ -73,17 +153,8 @@ def resonance_band(ratios: Sequence[float]) -> tuple[float, float] | None:
     if not below or not above or 1.0 in ratios:
         return None
     low, high = max(below), min(above)
-    steps = [b - a for a, b in pairwise(sorted(ratios)) if not a < 1 < b]
-    near = [s for s in steps if s > 0]
-    return (low, high) if near and high - low > GAP * float(np.median(near)) else None
-
-
-def _pieces(ratios: Sequence[float]) -> list[tuple[slice, FloatArray]]:
-    """Stretches of levels without a band left out, each with the edges of its cells."""
-    band = resonance_band(ratios)
-    cut = len(ratios) if band is None else ratios.index(band[1])
-    spans = [slice(0, cut), slice(cut, len(ratios))]
-    return [(span, _edges(np.array(ratios[span]))) for span in spans if ratios[span]]
+    steps = [b - a for a, b in pairwise(sorted(ratios)) if not a < 1 < b and b > a]
+    return (low, high) if steps and high - low > GAP * float(np.median(steps)) else None
 
 
 def _edges(centres: FloatArray) -> FloatArray:
@@ -91,58 +162,6 @@ def _edges(centres: FloatArray) -> FloatArray:
         return np.array([centres[0] - 0.025, centres[0] + 0.025])
     middle = 0.5 * (centres[1:] + centres[:-1])
     return np.concatenate([[2 * centres[0] - middle[0]], middle, [2 * centres[-1] - middle[-1]]])
-
-
-def varies(campaign: Campaign) -> bool:
-    """Whether a material has two frequency ratios or two normal forces: less is no map."""
-    maps = [_map_of(campaign, material, lambda _: 0.0) for material in campaign.materials]
-    return any(len(one.ratios) > 1 or len(one.forces) > 1 for one in maps)
-
-
-def _draw(ax: Axes, drawn: _Map, colours: dict[str, Any], quantity: str) -> QuadMesh | None:
-    """A map, or a line where only one of frequency ratio and normal force varies."""
-    if min(len(drawn.forces), len(drawn.ratios)) < LEAST:
-        over_force = len(drawn.ratios) < LEAST
-        along = drawn.forces if over_force else drawn.ratios
-        values = np.where(drawn.values == AT_REST, 0.0, drawn.values).ravel()
-        ax.plot(along, values, "o" if over_force else "o-", color=MEASURED, markersize=3.0, linewidth=0.6)
-        ax.set(xlabel="normal force [N]" if over_force else "frequency ratio r", ylabel=quantity)
-        top = float(np.nanmax(values, initial=0.0)) or 1.0
-        ax.set(xlim=(0.0, 1.05 * max(along)), ylim=(-0.06 * top, 1.12 * top))
-        ax.yaxis.set_major_locator(MaxNLocator(4, integer=isinstance(colours["norm"], BoundaryNorm)))
-        return None
-    rows = np.arange(len(drawn.forces) + 1) - 0.5
-    meshes = [
-        ax.pcolormesh(edges, rows, drawn.values[:, span], edgecolors="white", linewidth=0.3, **colours)
-        for span, edges in _pieces(drawn.ratios)
-    ]
-    ax.grid(visible=False)
-    if resonance_band(drawn.ratios) is not None:
-        (_, left), (_, right) = _pieces(drawn.ratios)
-        for edge in (left[-1], right[0]):
-            ax.axvline(edge, color=VERMILION, linestyle=":", linewidth=1.2)
-    ax.set_xlim(left=0)
-    ax.set_yticks(range(len(drawn.forces)), [f"{force:.4g}" for force in drawn.forces])
-    ax.set(ylabel="normal force [N]", xlabel="frequency ratio r")
-    return meshes[0]
-
-
-def irregularity(campaign: Campaign) -> Figure:
-    """Irregularity index, eq. (4.1), of the short tests; one colour scale for all materials."""
-    maps = [_map_of(campaign, m, lambda v: v.trial.irregularity) for m in campaign.materials]
-    every = np.concatenate([m.values[np.isfinite(m.values)] for m in maps])
-    colours = {"norm": Normalize(0.0, colour_limit(every)), "cmap": "viridis"}
-    figure = new_figure(PAGE, 0.6 + 1.25 * max(len(maps), 2 if len(maps[0].forces) < LEAST else 1))
-    axes = figure.subplots(len(maps), 1, sharex=True, squeeze=False)[:, 0]
-    mesh = None
-    for ax, drawn, material in zip(axes, maps, campaign.materials, strict=True):
-        mesh = _draw(ax, drawn, colours, "irregularity") or mesh
-        ax.set_title(material)
-        ax.label_outer()
-    if mesh is not None:
-        extend = "max" if colour_limit(every) < every.max() else "neither"
-        figure.colorbar(mesh, ax=list(axes), label="irregularity index", aspect=30, extend=extend)
-    return figure
 
 
 def colour_limit(values: FloatArray) -> float:
@@ -157,33 +176,6 @@ def colour_limit(values: FloatArray) -> float:
     return top - CLIP if top > 2 * CLIP else max(top, 1e-6)
 
 
-def stops(campaign: Campaign) -> Figure:
-    """Stops per cycle: measured on the left, predicted by the fitted friction ratio on the right."""
-    kinds: tuple[tuple[str, Callable[[Verdict], float | None]], ...] = (
-        ("measured", lambda v: AT_REST if v.trial.regime == "stuck" else v.trial.stops),
-        ("predicted", _predicted_stops),
-    )
-    maps = [[_map_of(campaign, material, value) for _, value in kinds] for material in campaign.materials]
-    every = np.concatenate([one.values.ravel() for pair in maps for one in pair])
-    scale = stop_colours(every)
-    figure = new_figure(PAGE, 0.6 + 1.2 * max(len(maps), 2 if len(scale.names) > FEW else 1))
-    axes = figure.subplots(len(maps), 2, sharex=True, squeeze=False)
-    mesh = None
-    for line, pair, material in zip(axes, maps, campaign.materials, strict=True):
-        for ax, drawn, (kind, _) in zip(line, pair, kinds, strict=True):
-            mesh = _draw(ax, drawn, scale.mapped, "stops per cycle") or mesh
-            ax.set_title(f"{material}, {kind}")
-            ax.label_outer()
-    if mesh is not None:
-        scale.bar(figure, mesh, axes).set_label("stops per cycle")
-    return figure
-
-
-def _predicted_stops(verdict: Verdict) -> float | None:
-    found = verdict.predicted
-    return None if found is None else found.stops if found.energy > 0.0 else AT_REST
-
-
 @dataclass(frozen=True)
 class StateMapDrawing:
     """What is drawn: the axes that vary, by name, and the columns of `PANELS` over them; nan: no steady state.
@@ -193,7 +185,7 @@ class StateMapDrawing:
     axes
         Name -> its values, going up; one axis or two.
     columns
-        Key of `PANELS` -> array over the axes in their order; stops of a mass at rest: `stops.AT_REST`.
+        Key of `PANELS` -> array over the axes in their order; stops of a mass at rest: `AT_REST`.
     title
         The law and what stays the same.
     warnings
@@ -208,41 +200,39 @@ class StateMapDrawing:
 
 def map_figure(drawn: StateMapDrawing) -> Figure:
     """A panel for each of energy, amplitude and stops; left white where there is no steady state."""
-    with look():
-        figure = new_figure(PAGE, 2.6)
-        for ax, (key, words) in zip(figure.subplots(1, len(PANELS)), PANELS.items(), strict=True):
-            (name, along), *rest = drawn.axes.items()
-            ax.set(title=words, xlabel=name, xscale=_scale(along))
+    (name, along), *rest = drawn.axes.items()
+    with drawing(2.6, drawn.title, drawn.warnings) as figure:
+        for ax, (key, words) in zip(panels(figure, len(PANELS), across=3), PANELS.items(), strict=True):
+            values = drawn.columns[key]
+            ax.set(title=words, xlabel=name)
             if rest:
-                _draw_plane(figure, ax, (along, rest[0][1]), drawn.columns[key], key)
-                ax.set(ylabel=rest[0][0], yscale=_scale(rest[0][1]))
+                classes = stop_colours(values) if key == STOPS else None
+                known = values[np.isfinite(values)]
+                top = float(np.percentile(known, PERCENTILE)) if known.size else 1.0
+                colours: dict[str, Any] = classes.mapped if classes else {"norm": Normalize(0.0, top)}
+                plane = (along, rest[0][1], values.T)
+                mesh = ax.pcolormesh(*plane, shading="nearest", rasterized=True, **colours)
+                if classes:
+                    classes.bar(figure, mesh, ax)
+                else:
+                    figure.colorbar(mesh, ax=ax, extend="max" if known.max(initial=0.0) > top else "neither")
+                ax.set_ylabel(rest[0][0])
+                ax.grid(visible=False)
             else:
-                ax.plot(along, np.maximum(drawn.columns[key], 0.0), color=BLUE, marker=".", markersize=2.5)
-        figure.suptitle(drawn.title, fontsize=8.0)
-        caution(figure, drawn.warnings)
+                ax.plot(along, np.maximum(values, 0.0), color=BLUE, marker=".", markersize=2.5)
+            for axis, (_, places) in zip((ax.xaxis, ax.yaxis), drawn.axes.items(), strict=False):
+                if _is_logarithmic(places):
+                    axis.axes.set(xscale="log") if axis is ax.xaxis else axis.axes.set(yscale="log")
+                    plain_numbers(axis)
     return figure
 
 
-def _draw_plane(figure: Figure, ax: Axes, axes: tuple[FloatArray, FloatArray], values: FloatArray, key: str) -> None:
-    """One column over two axes, with its colour bar."""
-    if key == STOPS:
-        stops = stop_colours(values)
-        mesh = ax.pcolormesh(*axes, values.T, shading="nearest", rasterized=True, **stops.mapped)
-        stops.bar(figure, mesh, ax)
-    else:
-        known = values[np.isfinite(values)]
-        top = float(np.percentile(known, PERCENTILE)) if known.size else 1.0
-        mesh = ax.pcolormesh(*axes, values.T, shading="nearest", rasterized=True, norm=Normalize(0.0, top))
-        figure.colorbar(mesh, ax=ax, extend="max" if known.max(initial=0.0) > top else "neither")
-    ax.grid(visible=False)
-
-
-def _scale(values: FloatArray) -> str:
-    """Logarithmic where each value is the same factor larger than the one before, and the last much larger."""
+def _is_logarithmic(values: FloatArray) -> bool:
+    """Whether each value is the same factor larger than the one before, and the last much larger."""
     if len(values) < MANY or values[0] <= 0.0 or values[-1] < MUCH_LARGER * values[0]:
-        return "linear"
+        return False
     factors = values[1:] / values[:-1]
-    return "log" if np.ptp(factors) < 1e-6 * factors[0] else "linear"
+    return bool(np.ptp(factors) < 1e-6 * factors[0])
 
 
 def varying(axes: Mapping[str, Sequence[float] | FloatArray]) -> dict[str, FloatArray]:

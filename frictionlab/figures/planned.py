@@ -1,7 +1,7 @@
 """Tests to be made: what each possible one says, and what a law predicts of them; what accuracy costs."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import partial
 from itertools import cycle
 from typing import TYPE_CHECKING, Any
@@ -11,83 +11,51 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 
-from frictionlab.figures.style import BASE, BLUE, GREY, PAGE, PREDICTED, VERMILION, caution, headline, look, new_figure
+from frictionlab.figures import style
 from frictionlab.planning import Plan, PlannedTest
 
 if TYPE_CHECKING:
-    from frictionlab.inference.predictive import PredictedTest, Prediction
+    from frictionlab.inference.predictive import Prediction
     from frictionlab.tradeoff import Setting
 
 MOST = 4  # parameters drawn
 MARK = 40.0  # points squared
 DECIDES = 5.0  # logarithm of a Bayes factor from which a law is required
-Cost = Callable[[PlannedTest], float | None]
+Value = Callable[[PlannedTest], float | None]
 Place = tuple[float, float]  # frequency ratio and normal force
 CURVES = {"response_amplitude_m": "amplitude [mm]", "energy_per_cycle_j": "energy per cycle [mJ]"}
-BAND: dict[str, Any] = {"color": PREDICTED, "alpha": 0.25, "linewidth": 0.0}  # of 95 of 100 tests
+BAND: dict[str, Any] = {"color": style.PREDICTED, "alpha": 0.25, "linewidth": 0.0}  # of 95 of 100 tests
 FEW = 20  # points of a curve that are marked
 FLOOR = 1e-16  # an error of zero is drawn here
 PLACES = ((5, 4), (5, -8), (5, 12))  # of a label beside its point, in turn: neighbours often lie on one spot
 
 
-def _draw_candidates(plan: Plan, ax: Axes, title: str, cost_of: Cost, name: str | None) -> None:
-    """What each candidate alone says, by frequency ratio and normal force; of several at one place the best.
-
-    Of a parameter (``name``) its uncertainty, or the evidence for a law, which is better the larger it is. Hollow: a
-    test that moves but does not tell it; a cross: a test in which the mass stands still, or may; rings: the tests
-    chosen, with their ranks.
-    """
-    least: dict[Place, tuple[float, PlannedTest]] = {}
-    for test in (*plan.tests, *plan.others):
-        place, value = (test.frequency_ratio, test.normal_force_n), cost_of(test)
-        cost = math.inf if value is None else value
-        if place not in least or cost < least[place][0]:
-            least[place] = (cost, test)
-    still = [place for place, (cost, _) in least.items() if cost == math.inf]
-    moving = {place: one for place, one in least.items() if place not in still}
-    clear = [p for p, (cost, test) in moving.items() if (cost <= -DECIDES if name is None else test.told[name])]
-    vague = [place for place in moving if place not in clear]
-    if clear:
-        marks = ax.scatter(
-            *_columns(clear), s=MARK, marker="s", c=[abs(least[place][0]) for place in clear], norm=LogNorm(),
-            cmap="viridis_r" if name is None else "viridis", zorder=2,
-        )  # fmt: skip
-        ax.figure.colorbar(marks, ax=ax, pad=0.02)
-    ax.scatter(*_columns(vague), s=MARK, marker="s", facecolors="none", edgecolors="0.6", linewidths=0.6, zorder=2)
-    ax.scatter(*_columns(still), s=0.3 * MARK, marker="x", color="0.7", linewidths=0.8, zorder=2)
-    ranks: dict[Place, list[str]] = {}
-    for test in plan.tests:
-        ranks.setdefault((test.frequency_ratio, test.normal_force_n), []).append(str(test.rank))
-    ax.scatter(*_columns(ranks), s=2.6 * MARK, facecolors="none", edgecolors=PREDICTED, linewidths=1.3, zorder=3)
-    for place, numbers in ranks.items():
-        text = ",".join(numbers[:3]) + ("…" if len(numbers) > 3 else "")
-        ax.annotate(text, place, textcoords="offset points", xytext=(5, 6), fontsize=7, color=PREDICTED, weight="bold")
-    ax.set(xlabel="frequency ratio r", ylabel="normal force, N", title=title)
-    ax.margins(0.08)
+def plan_figure(plan: Plan) -> Figure:
+    """One panel a parameter, or one for each way of two laws; rings with numbers: the tests chosen."""
+    drawn = list(_panels(plan))
+    laws = plan.law if plan.against is None else f"{plan.law} against {plan.against}"
+    hollow = "not told" if plan.against is None else f"below {DECIDES:g}, which does not decide"
+    marks = f"rings: the plan; cross: the mass stands still, or may; hollow: {hollow}"
+    title = f"{laws}: what each candidate tells alone; {marks}"
+    with style.drawing(2.7 * ((len(drawn) + 1) // 2), title) as figure:
+        for (words, value, name), ax in zip(drawn, style.panels(figure, len(drawn)), strict=True):
+            _draw_candidates(plan, ax, value, name)
+            ax.set_title(words)
+    return figure
 
 
-def _columns(places: Iterable[Place]) -> tuple[list[float], list[float]]:
-    return [r for r, _ in places], [force for _, force in places]
+def _panels(plan: Plan) -> Iterator[tuple[str, Value, str | None]]:
+    """Title, number and parameter of each panel: of a parameter its uncertainty, that of friction in per cent.
 
-
-def _panels(plan: Plan) -> Iterator[tuple[str, Cost, str | None]]:
-    """Title, what is to be small, and the parameter: a panel for each parameter, or for each of two laws.
-
-    A parameter's is its expected uncertainty, that of friction in per cent; a law's the logarithm of the Bayes factor
-    to expect if it holds, negative.
+    Of two laws the logarithm of the Bayes factor to expect if one or the other holds.
     """
     if plan.against is not None:
-        yield f"log Bayes factor if {plan.law} holds", partial(_lack_of_evidence, holds=True), None
-        yield f"log Bayes factor if {plan.against} holds", partial(_lack_of_evidence, holds=False), None
+        yield f"log Bayes factor if {plan.law} holds", lambda test: test.log_bayes, None
+        yield f"log Bayes factor if {plan.against} holds", lambda test: test.log_bayes_against, None
         return
     for name in list(plan.tests[0].expected)[:MOST]:
-        title = "uncertainty of the friction, %" if name == "beta" else f"uncertainty of {name}"
-        yield title, partial(_uncertainty, name=name), name
-
-
-def _lack_of_evidence(test: PlannedTest, *, holds: bool) -> float | None:
-    value = test.log_bayes if holds else test.log_bayes_against
-    return None if value is None else -value
+        words = "uncertainty of the friction, %" if name == "beta" else f"uncertainty of {name}"
+        yield words, partial(_uncertainty, name=name), name
 
 
 def _uncertainty(test: PlannedTest, *, name: str) -> float | None:
@@ -95,104 +63,102 @@ def _uncertainty(test: PlannedTest, *, name: str) -> float | None:
     return value if value is None or name != "beta" else 100.0 * value / test.values[name]
 
 
-def plan_figure(plan: Plan) -> Figure:
-    """One panel a parameter, or one for each way of two laws; rings with numbers: the tests chosen."""
-    panels = list(_panels(plan))
-    rows = (len(panels) + 1) // 2
-    with look():
-        figure = new_figure(PAGE, 2.7 * rows)
-        axes = figure.subplots(rows, min(2, len(panels)), squeeze=False).ravel()
-        for (title, cost_of, name), ax in zip(panels, axes, strict=False):
-            _draw_candidates(plan, ax, title, cost_of, name)
-        for ax in axes[len(panels) :]:
-            ax.set_axis_off()
-        headline(figure, _title(plan))
-        return figure
+def _draw_candidates(plan: Plan, ax: Axes, value_of: Value, name: str | None) -> None:
+    """What each candidate alone says, by frequency ratio and normal force; of several at one place the best.
+
+    The smaller an uncertainty the better, and the larger an evidence. Hollow: a test that moves but does not tell it; a
+    cross: a test in which the mass stands still, or may; rings: the tests chosen, with their ranks.
+    """
+    places: dict[Place, list[tuple[float, PlannedTest]]] = {}
+    for test in (*plan.tests, *plan.others):
+        value = value_of(test)
+        known = places.setdefault((test.frequency_ratio, test.normal_force_n), [])
+        known += [] if value is None else [(value, test)]
+    best = min if name is not None else max
+    moving = {place: best(known, key=lambda pair: pair[0]) for place, known in places.items() if known}
+    clear = {p: value for p, (value, test) in moving.items() if (test.told[name] if name else value >= DECIDES)}
+    if clear:
+        marks = ax.scatter(
+            *_columns(clear), s=MARK, marker="s", c=list(clear.values()), norm=LogNorm(),
+            cmap="viridis" if name else "viridis_r", zorder=2,
+        )  # fmt: skip
+        style.plain_numbers(ax.figure.colorbar(marks, ax=ax, pad=0.02).ax.yaxis, few=True)
+    thin: dict[str, Any] = {"s": MARK, "marker": "s", "facecolors": "none", "edgecolors": "0.6", "linewidths": 0.6}
+    ax.scatter(*_columns(moving.keys() - clear.keys()), zorder=2, **thin)
+    still = places.keys() - moving.keys()
+    ax.scatter(*_columns(still), s=0.3 * MARK, marker="x", color="0.7", linewidths=0.8, zorder=2)
+    ranks: dict[Place, list[str]] = {}
+    for test in plan.tests:
+        ranks.setdefault((test.frequency_ratio, test.normal_force_n), []).append(str(test.rank))
+    ax.scatter(*_columns(ranks), s=2.6 * MARK, facecolors="none", edgecolors=style.PREDICTED, linewidths=1.3, zorder=3)
+    for place, numbers in ranks.items():
+        text = ",".join(numbers[:3]) + ("…" if len(numbers) > 3 else "")
+        ax.annotate(
+            text, place, textcoords="offset points", xytext=(5, 6), fontsize=7, color=style.PREDICTED, weight="bold"
+        )
+    ax.set(xlabel="frequency ratio r", ylabel="normal force, N")
+    ax.margins(0.08)
 
 
-def _title(plan: Plan) -> str:
-    laws = plan.law if plan.against is None else f"{plan.law} against {plan.against}"
-    marks = "rings: the plan; cross: the mass stands still, or may"
-    hollow = "; hollow: not told" if plan.against is None else f"; hollow: below {DECIDES:g}, which does not decide"
-    return f"{laws}: what each candidate tells alone; {marks}{hollow}"
+def _columns(places: Collection[Place]) -> tuple[list[float], list[float]]:
+    return [r for r, _ in places], [force for _, force in places]
 
 
 def prediction_figure(prediction: "Prediction") -> Figure:
     """One test: its displacement over time, and the loop; several: amplitude and energy over the frequency ratio."""
     tests, first = prediction.tests, prediction.tests[0]
-    with look():
-        figure = new_figure()
-        left, right = figure.subplots(1, 2, width_ratios=(1.6, 1.0) if len(tests) == 1 else (1.0, 1.0))
+    at = f"{first.normal_force_n:.4g} N, base {1e3 * first.base_amplitude_m:.4g} mm"
+    title = f"{first.material}, {first.law}: {at}; shaded: 95 of 100 such tests"
+    said = list(dict.fromkeys(said for test in tests for said in test.warnings))
+    with style.drawing(title=title, cautions=said) as figure:
         if len(tests) == 1:
-            _draw_predicted(first, left, right)
+            left, right = figure.subplots(1, 2, width_ratios=(1.6, 1.0))
+            base, mass = 1e3 * first.base, 1e3 * first.displacement
+            band = (1e3 * first.displacement_low, 1e3 * first.displacement_high)
+            left.fill_between(first.time, *band, **BAND)
+            lines = {"base": base, "mass": mass}
+            style.over_time(left, first.time, lines, (style.PREDICTED,), ylabel="displacement [mm]")
+            right.plot(mass, base, color=style.PREDICTED)  # its area is the energy (2.18)
+            right.fill_betweenx(base, *band, **BAND)
+            right.set(xlabel="mass [mm]", ylabel="base [mm]")
         else:
-            for ax, (name, label) in zip((left, right), CURVES.items(), strict=True):
+            for ax, (name, label) in zip(style.panels(figure, 2), CURVES.items(), strict=True):
                 rows = np.array([(test.frequency_ratio, *test.numbers[name]) for test in tests], dtype=np.float64)
                 r, value, low, high = rows[np.argsort(rows[:, 0])].T
-                ax.plot(r, 1e3 * value, color=PREDICTED, marker="." if len(r) <= FEW else None)
+                ax.plot(r, 1e3 * value, color=style.PREDICTED, marker="." if len(r) <= FEW else None)
                 ax.fill_between(r, 1e3 * low, 1e3 * high, **BAND)
-                ax.set(xlabel="frequency ratio $r$", ylabel=label)
+                ax.set(xlabel="frequency ratio r", ylabel=label)
                 ax.set_ylim(bottom=0.0)
-        at = f"{first.normal_force_n:.4g} N, base {1e3 * first.base_amplitude_m:.4g} mm"
-        headline(figure, f"{first.material}, {first.law}: {at}; shaded: 95 of 100 such tests")
-        caution(figure, list(dict.fromkeys(said for test in tests for said in test.warnings)))
     return figure
-
-
-def _draw_predicted(test: "PredictedTest", motion: Axes, loop: Axes) -> None:
-    """Displacement of the mass with its band, and of the base; base over mass, whose area is the energy (2.18)."""
-    base, mass, low, high = (
-        1e3 * values for values in (test.base, test.displacement, test.displacement_low, test.displacement_high)
-    )
-    motion.plot(test.time, base, color=BASE, linewidth=0.8, label="base")
-    motion.plot(test.time, mass, color=PREDICTED, label="mass")
-    motion.fill_between(test.time, low, high, **BAND)
-    motion.set(xlabel="time [s]", ylabel="displacement [mm]")
-    motion.margins(y=0.18)
-    motion.legend(loc="upper right", ncols=2)
-    loop.plot(mass, base, color=PREDICTED)
-    loop.fill_betweenx(base, low, high, **BAND)
-    loop.set(xlabel="mass [mm]", ylabel="base [mm]")
 
 
 def family_figure(knobs: Sequence[Sequence["Setting"]]) -> Figure:
-    """One panel for each knob of a family."""
-    with look():
-        columns = min(2, len(knobs))
-        rows = math.ceil(len(knobs) / columns)
-        figure = new_figure(PAGE, 2.6 * rows)
-        panels = figure.subplots(rows, columns, squeeze=False).ravel().tolist()
-        for settings, ax in zip(knobs, panels, strict=False):
-            draw_knob(settings, ax)
-        for ax in panels[len(knobs) :]:
-            ax.set_axis_off()
+    """One panel for each knob of a family: its settings as points, the default as a ring.
+
+    The line is the Pareto front: it joins those that none beats.
+    """
+    from frictionlab.tradeoff import pareto_front  # noqa: PLC0415 - the package is heavy
+
+    with style.drawing(2.6 * math.ceil(len(knobs) / 2)) as figure:
+        for settings, ax in zip(knobs, style.panels(figure, len(knobs)), strict=True):
+            front = falling(pareto_front(settings))
+            ax.plot(
+                [s.seconds for s in front], [max(s.error, FLOOR) for s in front], color=style.BLUE, lw=0.8, zorder=1
+            )
+            for s, place in zip(settings, cycle(PLACES), strict=False):
+                at = (s.seconds, max(s.error, FLOOR))
+                ax.plot(*at, "o", markersize=4.0, color=style.GREY if s.dominated else style.BLUE, zorder=2)
+                if s.default:
+                    ax.plot(*at, "o", markersize=9.0, markerfacecolor="none", color=style.VERMILION, zorder=3)
+                ax.annotate(s.setting, at, place, textcoords="offset points", fontsize=5.5)
+            ax.set(xscale="log", yscale="log", xlabel="time [s]", title=f"{settings[0].knob} (ring: default)")
+            ax.margins(x=0.25, y=0.15)
+            ax.set_ylabel(f"relative error of {settings[0].quantity}", fontsize=6.5)
+            style.plain_numbers(ax.xaxis)
+            style.plain_numbers(ax.yaxis)
     return figure
-
-
-def draw_knob(settings: Sequence["Setting"], ax: Axes) -> Axes:
-    """Settings as points, the Pareto front as a line through those that none beats, the default as a ring."""
-    from frictionlab.tradeoff import pareto_front  # noqa: PLC0415 - the room it draws is heavy
-
-    front = falling(pareto_front(settings))
-    ax.plot([s.seconds for s in front], [_drawn(s) for s in front], color=BLUE, linewidth=0.8, zorder=1)
-    for s, place in zip(settings, cycle(PLACES), strict=False):
-        ax.plot(s.seconds, _drawn(s), "o", markersize=4.0, color=GREY if s.dominated else BLUE, zorder=2)
-        if s.default:
-            ax.plot(s.seconds, _drawn(s), "o", markersize=9.0, markerfacecolor="none", color=VERMILION, zorder=3)
-        ax.annotate(s.setting, (s.seconds, _drawn(s)), place, textcoords="offset points", fontsize=5.5)
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    ax.margins(x=0.25, y=0.15)
-    ax.set_xlabel("time [s]")
-    ax.set_ylabel(f"relative error of {settings[0].quantity}", fontsize=6.5)
-    ax.set_title(f"{settings[0].knob} (ring: default)")
-    return ax
 
 
 def falling(front: Sequence["Setting"]) -> list["Setting"]:
     """Those of a front, from the fastest on, that err less than all faster ones."""
     return [s for i, s in enumerate(front) if all(s.error < faster.error for faster in front[:i])]
-
-
-def _drawn(setting: "Setting") -> float:
-    return max(setting.error, FLOOR)

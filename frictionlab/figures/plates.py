@@ -1,19 +1,20 @@
 """All figures of a campaign by name, each with the caption that its report prints."""
 
+import inspect
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
-from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from frictionlab.campaign import Campaign
 from frictionlab.errors import UsageError
 from frictionlab.figures import grids, materials
-from frictionlab.figures.style import look, save
+from frictionlab.figures.style import save
 
 FIRST = ("friction", "law_", "energy_")
 SUFFIXES = (".svg", ".pdf", ".png")
@@ -35,11 +36,6 @@ class Plate:
         """Where its files stand in a folder."""
         return tuple(folder / f"{self.name}{suffix}" for suffix in SUFFIXES)
 
-    def drawn(self) -> Figure:
-        """The figure, in the look of all figures."""
-        with look(), rc_context({"text.parse_math": False}):  # a material may well be called "$5"
-            return self.draw()
-
     def save(self, folder: Path, *, force: bool = False) -> tuple[Path, ...]:
         """Draw it and write it as vector (SVG, PDF) and PNG.
 
@@ -48,18 +44,25 @@ class Plate:
         OutputError
             A file cannot be written.
         """
-        figure = self.drawn()
+        figure = self.draw()
         return tuple(save(figure, path, force=force) for path in self.files(folder))
 
 
 def plates(campaign: Campaign) -> tuple[Plate, ...]:
-    """The figures that a campaign has the data for, in the report's order."""
+    """The figures that a campaign has the data for, in the report's order, under names that no two share."""
     if not campaign.fits:
         return ()
     drawn = _of_best(campaign)
     known = len(campaign.materials)
     some = "" if drawn is campaign else f" The {MOST} best of {known} materials; all are in the tables."
-    return tuple(replace(plate, caption=plate.caption + some) for plate in _apart(_found(drawn)))
+    taken: Counter[str] = Counter()
+    found = []
+    for plate in _found(drawn):
+        taken[plate.name.casefold()] += 1  # letters beyond ASCII are all one in a file's name
+        count = taken[plate.name.casefold()]
+        name = plate.name if count == 1 else f"{plate.name}~{count}"
+        found.append(replace(plate, name=name, caption=plate.caption + some))
+    return tuple(found)
 
 
 def first_of(drawn: Sequence[Plate]) -> Plate | None:
@@ -78,16 +81,7 @@ def campaign_figure(campaign: Campaign) -> Figure:
     first = first_of(plates(campaign))
     if first is None:
         raise UsageError("plot: no test of the campaign could be evaluated: there is nothing to draw")
-    return first.drawn()
-
-
-def _apart(found: Iterable[Plate]) -> Iterator[Plate]:
-    """The figures under names that no two share: letters beyond ASCII are all one in a file's name."""
-    taken: Counter[str] = Counter()
-    for plate in found:
-        taken[plate.name.casefold()] += 1
-        count = taken[plate.name.casefold()]
-        yield plate if count == 1 else replace(plate, name=f"{plate.name}~{count}")
+    return first.draw()
 
 
 def _of_best(campaign: Campaign) -> Campaign:
@@ -98,80 +92,57 @@ def _of_best(campaign: Campaign) -> Campaign:
     for rank in campaign.ranking:
         best[rank.material] = min(best.get(rank.material, math.inf), rank.rank or math.inf)
     chosen = set(sorted(best, key=lambda material: (best[material], material))[:MOST])
-    return replace(
-        campaign,
-        fits=tuple(fit for fit in campaign.fits if fit.material in chosen),
-        amontons=tuple(test for test in campaign.amontons if test.material in chosen),
-        ranking=tuple(rank for rank in campaign.ranking if rank.material in chosen),
-        drifts=tuple(drift for drift in campaign.drifts if drift.trial.material in chosen),
-        curves=tuple(curve for curve in campaign.curves if curve.material in chosen),
-        responses=tuple(response for response in campaign.responses if response.trial.material in chosen),
-    )
+    of_material = ("fits", "amontons", "ranking", "curves", "laws", "loops", "parameters")
+    of_test = ("drifts", "responses")
+    kept: dict[str, Any] = {
+        name: tuple(one for one in getattr(campaign, name) if one.material in chosen) for name in of_material
+    }
+    kept |= {name: tuple(one for one in getattr(campaign, name) if one.trial.material in chosen) for name in of_test}
+    return replace(campaign, **kept)
 
 
-TEXTS = {
-    "ranking": "Ranking | Best material on top, number: its rank; equal ranks are ties. Bars: 95 % confidence.",
-    "friction": "Friction coefficient over normal force | Points: one coefficient per normal force, fitted over all"
-    " frequency ratios, 95 % confidence. Dashed lines: each material's mean, where all its points would lie by"
-    " Amontons' law.",
-    "law_{}": "The contact of {} | friction force over displacement and speed, of a slow, a middling and a fast test;"
-    " broad: recovered from the motion, no law assumed; black: the law.",
-    "irregularity": "Irregularity index of the short tests | Equation (4.1), on one scale for all materials. Between"
-    " dotted lines nothing was measured, near resonance.",
-    "stops": "Stops per cycle | Measured on the left; on the right as Coulomb's law predicts it for the fitted friction"
-    " ratio. Blank: not measured, or no steady state.",
-    "energy_{}": "Energy per cycle of {} | Points: measured, mean over the settled cycles, 95 % confidence; open ones"
-    " are left out of the fit. Lines: Coulomb's law with one friction ratio β per normal force.",
-    "comparison": "Materials compared | Energy per cycle at the normal forces that materials have in common; lines join"
-    " the points.",
-    "residuals": "What Coulomb's law leaves unexplained | Measured over predicted energy per cycle, less one. Crosses:"
-    " tests left out of the fit; those at an edge lie beyond it.",
-    "responses": "Example responses | The last cycles of the steadiest tests and of the least steady ones; grey: the"
-    " base.",
-    "long_responses": "Responses of the long tests | Left: the whole test, lowest to highest displacement. Right: its"
-    " last cycles; grey: the base.",
-    "drift_r{:.3g}": "Energy per cycle over time, r = {:.3g} | One cycle every ten seconds. Dotted: trend; band: its"
-    " 95 % confidence, correlation between neighbours included.",
+WHOLE: tuple[str, ...] = ("",)
+"""A figure of the whole campaign, not one for each of something."""
+
+
+KINDS: Mapping[str, tuple[Callable[..., Figure], Callable[[Campaign], Sequence[str | float]]]] = {
+    "ranking": (materials.ranking, lambda c: WHOLE if len(c.materials) > 1 else ()),
+    "friction": (materials.friction, lambda c: WHOLE if any(f.friction_coefficient for f in c.fits) else ()),
+    "law_": (
+        materials.law_of_material,
+        lambda c: [m for m in c.materials if any(loop.material == m for loop in c.loops)],
+    ),
+    "irregularity": (grids.irregularity, lambda c: WHOLE if grids.varies(c, lambda t: t.irregularity) else ()),
+    "stops": (grids.stops, lambda c: WHOLE if grids.varies(c, lambda t: t.stops) else ()),
+    "energy_": (materials.energy, lambda c: c.materials),
+    "comparison": (materials.comparison, lambda c: WHOLE if materials.common_forces(c) else ()),
+    "residuals": (materials.residuals, lambda _: WHOLE),
+    "responses": (materials.responses, lambda c: WHOLE if any(not r.trial.is_long for r in c.responses) else ()),
+    "long_responses": (materials.long_responses, lambda c: WHOLE if any(r.is_envelope for r in c.responses) else ()),
+    "drift_r": (materials.drift, materials.drift_levels),
 }
-"""Name of a figure (of one of several: a pattern) -> its title and its caption."""
+"""Begin of a figure's name -> what draws it, and what a campaign has one of it for; in the report's order.
+
+The first line of what draws it is the figure's title, the rest its caption.
+"""
+HAS_RIGHT: Mapping[str, Callable[[Campaign], bool]] = {
+    "friction": materials.has_several_forces,
+    "law_": lambda c: bool(c.laws),
+}
+"""Figures whose panel on the right, where the caption ends, is there for some campaigns only."""
 
 
 def _found(campaign: Campaign) -> Iterator[Plate]:
-    """The figures that a campaign has the data for, in the report's order."""
-
-    def plate(name: str, draw: Callable[..., Figure], *over: str | float, before: str = "", after: str = "") -> Plate:
-        title, _, caption = TEXTS[name].partition(" | ")
-        file = name.format(*(safe(thing) if isinstance(thing, str) else thing for thing in over))
-        return Plate(file, title.format(*over), f"{before}{caption}{after}", partial(draw, campaign, *over))
-
-    short = [t for t in campaign.trials if not t.failed and not t.is_long]
-    has_maps = grids.varies(campaign)
-    if len(campaign.materials) > 1:
-        yield plate("ranking", materials.ranking)
-    if any(f.friction_coefficient is not None for f in campaign.fits):
-        beside = " Right: the distance from it; bands: the mean's own confidence."
-        yield plate("friction", materials.friction, after=beside if materials.has_several_forces(campaign) else "")
-    with_loops = {loop.material for loop in campaign.loops}
-    for material in (m for m in campaign.materials if m in with_loops):
-        tried = any(law.material == material for law in campaign.laws)
-        ladder = " Right: log evidence of each law tried below the best, all tests; orange: required." if tried else ""
-        before = "Left, middle: " if tried else "The "
-        yield plate("law_{}", materials.law_of_material, material, before=before, after=ladder)
-    if has_maps and any(t.irregularity is not None for t in short):
-        yield plate("irregularity", grids.irregularity)
-    if has_maps:
-        yield plate("stops", grids.stops)
-    for material in campaign.materials:
-        yield plate("energy_{}", materials.energy, material)
-    if materials.common_forces(campaign):
-        yield plate("comparison", materials.comparison)
-    yield plate("residuals", materials.residuals)
-    if any(not r.trial.is_long for r in campaign.responses):
-        yield plate("responses", materials.responses)
-    if any(r.is_envelope for r in campaign.responses):
-        yield plate("long_responses", materials.long_responses)
-    for level in materials.drift_levels(campaign):
-        yield plate("drift_r{:.3g}", materials.drift, level)
+    for kind, (draw, each) in KINDS.items():
+        title, _, words = (inspect.getdoc(draw) or "").partition(".")
+        caption = " ".join(words.split())
+        if kind in HAS_RIGHT and not HAS_RIGHT[kind](campaign):
+            caption = caption.partition(" Right:")[0]
+        for thing in each(campaign):
+            own = () if thing == "" else (thing,)
+            word = thing if isinstance(thing, str) else f"{thing:.3g}"
+            of = f": {'' if isinstance(thing, str) else 'r = '}{word}" if own else ""
+            yield Plate(f"{kind}{safe(word)}", f"{title}{of}", caption, partial(draw, campaign, *own))
 
 
 def safe(word: str) -> str:

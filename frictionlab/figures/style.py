@@ -5,26 +5,28 @@ import logging
 import math
 import textwrap
 import warnings
-from collections.abc import Iterable, Sequence
-from contextlib import AbstractContextManager
+from bisect import bisect_left
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib import colormaps, rc_context
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colorbar import Colorbar
 from matplotlib.colors import BoundaryNorm, ListedColormap, to_hex
 from matplotlib.figure import Figure
-from matplotlib.image import imsave
 from matplotlib.text import Text
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
-from frictionlab.figures.mark import MAKER, METADATA, is_figure
+from frictionlab.figures import FORMATS, is_figure
 from frictionlab.files import write_whole
 
 AT_REST = -1.0
@@ -40,15 +42,22 @@ BLUE, ORANGE, GREEN, VERMILION, PURPLE, SKY, BLACK = (
 GREY = "#8A8A8A"
 MEASURED, PREDICTED, BASE = BLUE, VERMILION, "#4A4A4A"
 PALETTE = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
+MARKERS = "os^Dv<>p"
 PAGE = 7.2  # width of a journal's page, inches
+SMALL = 6  # points: words inside a panel
 HEADLINE = 105  # letters a line above a figure of the whole page
 LETTERS, FORE = 150, 40  # of a line below a figure; where the name of a number ends
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+LINES: Mapping[str, Mapping[str, Any]] = {
+    "base": {"color": BASE, "linewidth": 0.8},
+    "measured": {"color": MEASURED, "linewidth": 2.0, "alpha": 0.55},  # broad and pale under a prediction
+    "predicted": {"color": PREDICTED, "linewidth": 1.0},
+}
+"""First word of a line's label -> how it is drawn in every figure."""
 
 logging.getLogger("matplotlib").setLevel(logging.ERROR)
 """It says at length where it keeps its fonts when nothing can be written at home: nothing that a figure depends on."""
 
-SQUEEZE = {"compress_level": 3}  # of 1 to 9: files 8 % larger than at 6, in three quarters of the time
-RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LOOK: dict[Any, Any] = {  # matplotlib spells out every key in its type
     "font.size": 8.0,
     "axes.titlesize": 8.0,
@@ -57,6 +66,7 @@ LOOK: dict[Any, Any] = {  # matplotlib spells out every key in its type
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
+    "axes.axisbelow": True,
     "grid.color": "#E4E4E4",
     "grid.linewidth": 0.5,
     "lines.linewidth": 1.2,
@@ -69,13 +79,7 @@ LOOK: dict[Any, Any] = {  # matplotlib spells out every key in its type
     "svg.hashsalt": "frictionlab",
     "svg.fonttype": "path",
 }
-
-
-def shades(count: int) -> list[str]:
-    """Colours of an ordered family: the palette, or light to dark where it is too short."""
-    if count <= len(PALETTE):
-        return list(PALETTE[:count])
-    return [to_hex(colormaps["viridis_r"](0.1 + 0.9 * i / (count - 1))) for i in range(count)]
+PLAIN_TEXT: dict[Any, Any] = {"text.parse_math": False}  # a material or a file may well be called "$5"
 
 
 def look() -> AbstractContextManager[None]:
@@ -90,33 +94,26 @@ def new_figure(width: float = PAGE, height: float = 3.0) -> Figure:
     return figure
 
 
-def headline(figure: Figure, text: str) -> None:
-    """Say above a figure what it shows, in as many lines as it takes; a file's name is never read as mathematics."""
-    lines = textwrap.wrap(text, HEADLINE)
-    figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=8, parse_math=False)
+@contextmanager
+def drawing(height: float = 3.0, title: str = "", cautions: Sequence[str] = ()) -> Iterator[Figure]:
+    """A figure of a page's width to draw in, in the house's look; its title above it, what is to be warned of below.
 
-
-def plain_decades(ax: Axes) -> None:
-    """Number the decades of a logarithmic upright axis in plain text, and nothing between them: a fifth of the time.
-
-    By default each number is set as mathematics, and eight ticks a decade are as dear as those with a number.
+    What begins with the name of a number comes first: it says what that number is worth. The rest is in the table.
     """
-    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"10{f'{math.log10(value):.0f}'.translate(RAISED)}"))
-    ax.minorticks_off()
-
-
-def caution(figure: Figure, warnings: Sequence[str]) -> None:
-    """Write two lines of warnings below a figure, in small: a figure travels without its table.
-
-    What begins with the name of a number comes first: it says what that number is worth.
-    """
-    if not warnings:
-        return
-    first = sorted(warnings, key=lambda sentence: ":" not in sentence[:FORE])[:2]
-    rest = f" (and {len(warnings) - len(first)} more in the table)" if len(warnings) > len(first) else ""
-    room = [LETTERS] * (len(first) - 1) + [LETTERS - len(rest)]
-    lines = [textwrap.shorten(f"! {said}", width, placeholder=" ...") for said, width in zip(first, room, strict=True)]
-    figure.supxlabel("\n".join(lines) + rest, x=0.01, ha="left", fontsize=6.0, color=VERMILION, parse_math=False)
+    with rc_context({**LOOK, **PLAIN_TEXT}):
+        figure = new_figure(PAGE, height)
+        yield figure
+        if title:
+            lines = textwrap.wrap(title, HEADLINE)
+            figure.suptitle("\n".join(lines), x=0.01, ha="left", fontsize=8)
+        if cautions:
+            first = sorted(cautions, key=lambda sentence: ":" not in sentence[:FORE])[:2]
+            rest = f" (and {len(cautions) - len(first)} more in the table)" if len(cautions) > len(first) else ""
+            widths = [LETTERS] * (len(first) - 1) + [LETTERS - len(rest)]
+            said = [
+                textwrap.shorten(f"! {s}", width, placeholder=" ...") for s, width in zip(first, widths, strict=True)
+            ]
+            figure.supxlabel("\n".join(said) + rest, x=0.01, ha="left", fontsize=6.0, color=VERMILION)
 
 
 def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
@@ -130,40 +127,92 @@ def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
         The file cannot be written, or another kind of file stands there.
     """
     image = io.BytesIO()
-    _make_drawable(figure)
+    for label in figure.findobj(Text):  # bytes of a file's name that are no text are shown escaped: no font draws them
+        if not (words := label.get_text()).isascii():
+            label.set_text(words.encode("utf-8", "backslashreplace").decode())
     with look(), warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Glyph")  # a name in letters that the font lacks is drawn as boxes
-        if path.suffix == ".png":
-            _draw_once(figure, image)
-        else:
-            _lay_out_once(figure)
-            figure.savefig(image, format=path.suffix.lstrip("."), metadata=METADATA[path.suffix])
+        engine = figure.get_layout_engine()
+        if engine is not None:  # `savefig` lays out by drawing twice; what is laid out already is drawn once
+            if figure.axes:
+                engine.execute(figure)
+            figure.set_layout_engine(None)
+        figure.savefig(image, format=path.suffix.lstrip("."), **FORMATS[path.suffix])
     write_whole(path, image.getvalue(), replace=force or is_figure)
     return path
 
 
-def _make_drawable(figure: Figure) -> None:
-    """Show the bytes of a file's name that are no text as they are escaped: no font draws them."""
-    for label in figure.findobj(Text):
-        if not (words := label.get_text()).isascii():
-            label.set_text(words.encode("utf-8", "backslashreplace").decode())
+def shades(count: int) -> list[str]:
+    """Colours of an ordered family: the palette, or light to dark where it is too short."""
+    if count <= len(PALETTE):
+        return list(PALETTE[:count])
+    return [to_hex(colormaps["viridis_r"](0.1 + 0.9 * i / (count - 1))) for i in range(count)]
 
 
-def _lay_out_once(figure: Figure) -> None:
-    """Give every part its place, and keep it: ``savefig`` lays out and draws twice, a third of a figure's time."""
-    engine = figure.get_layout_engine()
-    if engine is not None and figure.axes:  # one without axes has nothing to lay out, and matplotlib warns
-        engine.execute(figure)
-        figure.set_layout_engine("none")
+def plain_numbers(axis: Axis, *, few: bool = False) -> None:
+    """Number the decades of a logarithmic axis in plain text, with ``few`` of them 1, 2, 5 of each; nothing between.
+
+    By default each number is set as mathematics, and eight ticks a decade are as dear as those with a number: a fifth
+    of the time.
+    """
+
+    def said(value: float, _: object) -> str:
+        return f"{value:g}" if few or value <= 0.0 else f"10{f'{math.log10(value):.0f}'.translate(RAISED)}"
+
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if few else (1.0,)))
+    axis.set_major_formatter(FuncFormatter(said))
+    axis.set_minor_formatter(NullFormatter())
+    axis.minorticks_off()
 
 
-def _draw_once(figure: Figure, image: io.BytesIO) -> None:
-    """What ``savefig`` does, which draws twice: once for the layout alone and once more for the picture."""
-    canvas: Any = FigureCanvasAgg(figure)  # untyped in matplotlib
-    dpi = LOOK["savefig.dpi"]
-    figure.set_dpi(dpi)
-    canvas.draw()
-    imsave(image, canvas.buffer_rgba(), format="png", dpi=dpi, metadata={"Software": MAKER}, pil_kwargs=SQUEEZE)
+def over_time(
+    ax: Axes,
+    time: FloatArray,
+    lines: Mapping[str, FloatArray],
+    colors: Sequence[str] = (MEASURED,),
+    *,
+    stops: Iterable[Sequence[float]] = (),
+    legend: bool = True,
+    xlabel: str = "time [s]",
+    **labels: str,
+) -> Axes:
+    """Draw a motion: lines over time by their labels, stops shaded; ``colors``: of those that `LINES` does not know."""
+    for number, (begin, end) in enumerate(stops):
+        ax.axvspan(begin, end, color=GREY, alpha=0.3, lw=0, label=None if number else "stop")
+    rest = iter(colors)
+    for label, values in lines.items():
+        shown, known = thinned(values), LINES.get(label.split()[0])
+        ax.plot(time[shown], values[shown], label=label, **(known or {"color": next(rest)}))
+    ax.set(xlim=(time[0], time[-1]), xlabel=xlabel, **labels)
+    ax.margins(y=0.25)
+    if legend:
+        ax.legend(loc="upper right", ncols=4)
+    return ax
+
+
+def thinned(values: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return indices that show a long line as it is: the least and the largest of each part, in order."""
+    part = -(-2 * len(values) // MOST_POINTS)
+    if part < 3:
+        return np.arange(len(values))
+    whole = len(values) // part * part
+    rows = values[:whole].reshape(-1, part)
+    begin = np.arange(0, whole, part)
+    both = np.sort(np.stack([begin + rows.argmin(axis=1), begin + rows.argmax(axis=1)], axis=1), axis=1)
+    return np.concatenate([both.ravel(), np.arange(whole, len(values))])
+
+
+def panels(figure: Figure, count: int, across: int = 2, **how: Any) -> list[Axes]:
+    """So many panels in rows of ``across``; what is left of the last row stays empty."""
+    axes: list[Axes] = figure.subplots(-(-count // across), min(across, count), squeeze=False, **how).ravel().tolist()
+    for ax in axes[count:]:
+        ax.remove()
+    return axes[:count]
+
+
+def closed(values: FloatArray) -> FloatArray:
+    """A cycle with its first point repeated at the end."""
+    return np.append(values, values[:1])
 
 
 @dataclass(frozen=True)
@@ -184,15 +233,14 @@ class StopColours:
     @property
     def mapped(self) -> dict[str, Any]:
         """The colours and their norm, for ``pcolormesh``."""
-        rest = [REST] if self.names[0] == "at rest" else []
-        none = [NONE] if self.edges[len(rest)] < 0.0 else []
-        more = len(self.names) - len(rest) - len(none)
-        shades = [*rest, *none, *colormaps["viridis_r"](np.linspace(0.05, 1.0, max(more, 1)))]
-        return {"cmap": ListedColormap(shades[: len(self.names)]), "norm": BoundaryNorm(self.edges, len(self.names))}
+        plain = [REST, NONE] if self.names[0] == "at rest" else [NONE]
+        more = colormaps["viridis_r"](np.linspace(0.05, 1.0, max(1, len(self.names) - len(plain))))
+        colours = [*plain, *more][: len(self.names)]
+        return {"cmap": ListedColormap(colours), "norm": BoundaryNorm(self.edges, len(self.names))}
 
     def bar(self, figure: Figure, mesh: Any, ax: Any) -> Colorbar:
         """A colour bar with the name of each class at its middle."""
-        middles = [0.5 * (low + high) for low, high in zip(self.edges, self.edges[1:], strict=False)]
+        middles = [0.5 * (low + high) for low, high in pairwise(self.edges)]
         bar = figure.colorbar(mesh, ax=ax, ticks=middles, spacing="uniform", aspect=30)
         bar.ax.set_yticklabels(self.names)
         bar.ax.tick_params(length=0)
@@ -203,38 +251,8 @@ class StopColours:
 def stop_colours(values: FloatArray) -> StopColours:
     """The classes that these stops per cycle need, up to the largest."""
     known = np.round(values[np.isfinite(values)])
-    most = int(known.max(initial=0.0))
-    edges = [-1.5] if np.any(known == AT_REST) else []
-    names = ["at rest"] if edges else []
-    for number in range(min(most, SINGLE) + 1):
-        edges.append(number - 0.5)
-        names.append(str(number))
-    last, wide = min(most, SINGLE), SINGLE
-    while last < most:
-        edges.append(last + 0.5)
-        names.append(f"{last + 1}-{last + wide}")
-        last, wide = last + wide, 2 * wide if last > SINGLE else wide
-    return StopColours((*edges, last + 0.5), tuple(names))
-
-
-def thinned(values: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Return indices that show a long line as it is: the least and the largest of each part, in order."""
-    part = -(-2 * len(values) // MOST_POINTS)
-    if part < 3:
-        return np.arange(len(values))
-    whole = len(values) // part * part
-    rows = values[:whole].reshape(-1, part)
-    begin = np.arange(0, whole, part)
-    both = np.sort(np.stack([begin + rows.argmin(axis=1), begin + rows.argmax(axis=1)], axis=1), axis=1)
-    return np.concatenate([both.ravel(), np.arange(whole, len(values))])
-
-
-def shade(ax: Axes, stops: Iterable[Sequence[float]], color: str = GREY, label: str | None = None) -> None:
-    """Shade stops from their begin to their end."""
-    for number, (begin, end) in enumerate(stops):
-        ax.axvspan(begin, end, color=color, alpha=0.3, lw=0, label=None if number else label)
-
-
-def closed(values: FloatArray) -> FloatArray:
-    """A cycle with its first point repeated at the end."""
-    return np.append(values, values[:1])
+    ends = [*range(SINGLE + 1), *(SINGLE * (1 + 2**n) for n in range(50))]
+    ends = ends[: 1 + bisect_left(ends, known.max(initial=0.0))]
+    names = tuple(f"{end}" if end == low + 1 else f"{low + 1}-{end}" for low, end in pairwise((-1, *ends)))
+    edges = (-0.5, *(end + 0.5 for end in ends))
+    return StopColours((-1.5, *edges), ("at rest", *names)) if np.any(known == AT_REST) else StopColours(edges, names)

@@ -141,7 +141,7 @@ class Batch:
         check_writable(places["recording"])
         check_output(places["measurement"], MEASUREMENTS)
         if self.compares:
-            from frictionlab.figures.mark import check_figures
+            from frictionlab.figures import check_figures
 
             check_output(places["comparison"], COMPARISONS)
             check_figures([places["measurement figure"], places["comparison figure"]])

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 from frictionlab.errors import AnalysisError, UsageError
-from frictionlab.figures.mark import METADATA, check_figures
+from frictionlab.figures import FORMATS, check_figures
 from frictionlab.files import make_folder
 from frictionlab.verbs.inputs import AnyScene, FilePath, recording_given, scene_given
 
@@ -69,8 +69,8 @@ def plot(
         The file cannot be written, or another kind of file stands there.
     """
     place = None if path is None else Path(path)
-    if place is not None and place.suffix not in METADATA:
-        raise UsageError(f"{place}: expected a figure ending in {', '.join(METADATA)}; got {place.suffix!r}")
+    if place is not None and place.suffix not in FORMATS:
+        raise UsageError(f"{place}: expected a figure ending in {', '.join(FORMATS)}; got {place.suffix!r}")
     figure = _figure_of(result, title)
     if place is None:
         return figure

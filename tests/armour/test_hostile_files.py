@@ -14,7 +14,7 @@ import scipy.sparse
 from frictionlab.base_motion import sound_base
 from frictionlab.errors import LogError, RecordingError, SceneError, SimulationError, UsageError
 from frictionlab.experiment import facts_of
-from frictionlab.figures.style import headline, look, new_figure, save
+from frictionlab.figures.style import drawing, save
 from frictionlab.hdf5 import describe, is_recording, read_recording, read_tree, write_recording
 from frictionlab.logs import LogOptions, read_log
 from frictionlab.recording import Recording
@@ -98,9 +98,8 @@ def test_a_log_is_a_file(kind: str, words: str, tmp_path: Path) -> None:
 
 
 def test_a_name_that_is_no_text_is_drawn_as_it_is_escaped(tmp_path: Path) -> None:
-    with look():
-        figure = new_figure()
-        headline(figure, "caf\udce9.h5: 钢\t")
+    with drawing(title="caf\udce9.h5: 钢\t") as figure:
+        pass
     for suffix in (".png", ".svg"):
         save(figure, tmp_path / f"a{suffix}")
     assert "caf\\udce9.h5" in [text.get_text()[:12] for text in figure.texts]

@@ -11,7 +11,7 @@ from typer.testing import CliRunner, Result
 
 from frictionlab.cli import app
 from frictionlab.errors import OutputError, SceneError
-from frictionlab.figures.mark import is_figure
+from frictionlab.figures import is_figure
 from frictionlab.figures.plates import plates
 from frictionlab.figures.style import new_figure, save
 from frictionlab.scene import Scene, scene_from_tables

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from frictionlab.figures.simulated import draw_contact_force
-from frictionlab.figures.style import BASE, PAGE, PALETTE, headline, look, new_figure, save
+from frictionlab.figures.style import BASE, PAGE, PALETTE, look, new_figure, save
 from frictionlab.simulator import Problem, SteadyState, steady_state
 
 TURN = 2.0 * np.pi
@@ -117,7 +117,7 @@ def draw_loops(figures: LawFigures) -> Figure:
             ax.set(ylabel="force $n/kY$" if number % ACROSS == 0 else "")
             ax.set(xlabel=r"speed $\dot z/\omega Y$" if number // ACROSS % 2 else "displacement $z/Y$")
         r, beta = LOOPS
-        headline(figure, f"force of the contact over displacement and over speed: r = {r:g}, beta = {beta:g}")
+        figure.suptitle(f"force of the contact over displacement and over speed: r = {r:g}, beta = {beta:g}")
         return figure
 
 
@@ -131,7 +131,7 @@ def draw_slow(figures: LawFigures) -> Figure:
             ax.set_ylabel("")
         other = figures.slow[1].problem
         values = (f"{each.symbol} = {other.parameter(each.name):g}" for each in other.law.own[1:])
-        headline(figure, f"r = {SLOW[0]:g}, beta = {SLOW[1]:g}; {', '.join(values)}")
+        figure.suptitle(f"r = {SLOW[0]:g}, beta = {SLOW[1]:g}; {', '.join(values)}")
         return figure
 
 
