@@ -17,13 +17,12 @@ import numpy as np
 from scipy.linalg import solveh_banded
 
 from frictionlab.analysis import spectrum
-from frictionlab.analysis.signals import white_noise
+from frictionlab.analysis.signals import line, white_noise
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError
 
 LEAST_GAIN = 0.3  # a filter is taken back up to here: beyond, noise would grow more than the signal
 NARROWER = 2.0  # times: a cycle through so much narrower a filter shows how much this one may have cut away
-MATTERS = 0.002  # of the amplitude: from so much on it is said
 
 
 @dataclass(frozen=True)
@@ -38,22 +37,17 @@ class SensorChannel:
     cutoff: float | None = None
     order: int = 1
 
-    @property
-    def is_plain(self) -> bool:
-        """Whether there is nothing to take back."""
-        return self.late == 0.0 and self.cutoff is None
+
+def low_pass(frequency: FloatArray, cutoff: float, order: int) -> ComplexArray:
+    """Transfer function (n,) of a Butterworth low-pass filter at frequencies in Hz."""
+    poles = np.exp(1j * math.pi * (2.0 * np.arange(1, order + 1) + order - 1.0) / (2.0 * order))
+    return np.asarray(np.prod([-pole / (1j * frequency / cutoff - pole) for pole in poles], axis=0))
 
 
 def restored(signal: FloatArray, step: float, channel: SensorChannel) -> FloatArray:
-    """Return the motion behind evenly spaced samples: through the inverse of filter and lag, by its spectrum.
+    """Return the motion behind samples (n,), one every ``step`` s: through the inverse of filter and lag.
 
-    Parameters
-    ----------
-    signal : ndarray of shape (n,)
-        Samples; the ends are mirrored, so that within a few time constants of them the result is less good.
-    step : float
-        Sampling interval, s.
-    channel : SensorChannel
+    The ends are mirrored, so that within a few time constants of them the result is less good.
 
     Examples
     --------
@@ -63,30 +57,18 @@ def restored(signal: FloatArray, step: float, channel: SensorChannel) -> FloatAr
     >>> float(np.abs(motion - np.sin(2 * np.pi * 1.3 * t))[300:-300].max()) < 2e-4
     True
     """
-    if channel.is_plain:
+    if channel.late == 0.0 and channel.cutoff is None:
         return signal
-    line = np.linspace(signal[0], signal[-1], len(signal))
-    about = signal - line
+    ends = np.linspace(signal[0], signal[-1], len(signal))
+    about = signal - ends
     mirrored = np.concatenate([-about[:0:-1], about, -about[-2::-1]])
     frequency = np.asarray(np.fft.rfftfreq(len(mirrored), step), dtype=np.float64)
     lines = np.fft.rfft(mirrored) * np.exp(2j * math.pi * frequency * channel.late)
     if channel.cutoff is not None:
-        lines = lines / _limited(low_pass(frequency, channel.cutoff, channel.order))
+        transfer = low_pass(frequency, channel.cutoff, channel.order)
+        lines = lines / (transfer * np.maximum(1.0, LEAST_GAIN / np.abs(transfer)))
     first = len(signal) - 1
-    return np.asarray(np.fft.irfft(lines, len(mirrored))[first : first + len(signal)] + line)
-
-
-def low_pass(frequency: FloatArray, cutoff: float, order: int) -> ComplexArray:
-    """Transfer function (n,) of a Butterworth low-pass filter at frequencies in Hz."""
-    s = 1j * frequency / cutoff
-    angles = math.pi * (2.0 * np.arange(1, order + 1) + order - 1.0) / (2.0 * order)
-    poles = np.exp(1j * angles)
-    return np.asarray(np.prod([-pole / (s - pole) for pole in poles], axis=0))
-
-
-def _limited(transfer: ComplexArray) -> ComplexArray:
-    size = np.abs(transfer)
-    return np.asarray(transfer / size * np.maximum(size, LEAST_GAIN))
+    return np.asarray(np.fft.irfft(lines, len(mirrored))[first : first + len(signal)] + ends)
 
 
 def kept(frequency: FloatArray, channel: SensorChannel) -> FloatArray:
@@ -103,39 +85,33 @@ def kept(frequency: FloatArray, channel: SensorChannel) -> FloatArray:
     return np.asarray(size / np.maximum(size, LEAST_GAIN))
 
 
-def cut_away(cycle: FloatArray, drive: float, channel: SensorChannel) -> float:
-    """Return how much of the amplitude of a restored mean cycle (p,) its channel's filter may have cut away.
-
-    The estimate is what a filter of half the cut-off would cut away; the drive itself is not cut (`check_drive`). With
-    `third_lost`, in 80 tests with cut-offs of 0.6 to 2 natural frequencies, the error was at most 1.4 times the
-    combined uncertainty (rms 0.52).
-    """
-    lines = np.fft.rfft(cycle)
-    share = kept(np.arange(0.0, len(lines)) * (NARROWER * drive), channel)
-    share[:2] = 1.0
-    return 0.5 * abs(float(np.ptp(np.fft.irfft(lines * share, len(cycle))) - np.ptp(cycle)))
-
-
-def third_lost(friction: float, r: float, drive: float, channel: SensorChannel) -> float:
-    """Return how much of an amplitude (Y) the third harmonic is that a filter takes away from a mass that slides.
-
-    Where only the drive is left, the cycle tells nothing of the rest. Friction of a ratio ``friction`` against the
-    motion has a third harmonic of ``4 friction / (3 pi)`` kY, and the frame answers it by ``1 / |1 - 9 r^2|``.
-
-    Examples
-    --------
-    >>> round(third_lost(0.4, 0.5, 1.565, SensorChannel(cutoff=2.6, order=8)), 3)
-    0.132
-    """
-    share = float(kept(np.array([3.0 * drive]), channel)[0])
-    return (1.0 - share) * 4.0 * friction / (3.0 * math.pi) / max(abs(1.0 - 9.0 * r * r), LEAST_GAIN)
-
-
 def in_band(cycle: FloatArray, share: FloatArray) -> FloatArray:
     """Return a cycle (p,) with so much of each of its harmonics 1 to p // 2 as is kept."""
     if bool(np.all(share == 1.0)):
         return cycle
     return np.asarray(np.fft.irfft(np.fft.rfft(cycle) * np.concatenate([[1.0], share]), len(cycle)))
+
+
+def cut_away(cycle: FloatArray, drive: float, channel: SensorChannel, *, friction: float, r: float) -> float:
+    """Return how much of the amplitude (Y) of a restored mean cycle (p,) its channel's filter may have cut away.
+
+    The larger of two estimates: what a filter of half the cut-off would cut away; and, for where only the drive is
+    left, the third harmonic of a mass that slides: friction of a ratio ``friction`` has one of ``4 friction / (3 pi)``
+    kY, which the frame answers by ``1 / |1 - 9 r^2|``. The drive [Hz] itself is not cut (`check_drive`). In 80 tests
+    with cut-offs of 0.6 to 2 natural frequencies the error was at most 1.4 times the combined uncertainty (rms 0.52).
+
+    Examples
+    --------
+    >>> cosine = np.cos(2 * np.pi * np.arange(256) / 256)
+    >>> round(cut_away(cosine, 1.565, SensorChannel(cutoff=2.6, order=8), friction=0.4, r=0.5), 3)
+    0.132
+    """
+    lines = np.fft.rfft(cycle)
+    share = kept(np.arange(0.0, len(lines)) * (NARROWER * drive), channel)
+    share[:2] = 1.0
+    narrower = 0.5 * abs(float(np.ptp(np.fft.irfft(lines * share, len(cycle))) - np.ptp(cycle)))
+    lost = 1.0 - float(kept(np.array([3.0 * drive]), channel)[0])
+    return max(narrower, lost * 4.0 * friction / (3.0 * math.pi) / max(abs(1.0 - 9.0 * r * r), LEAST_GAIN))
 
 
 def check_drive(drive: float, channels: tuple[SensorChannel, SensorChannel]) -> None:
@@ -147,48 +123,29 @@ def check_drive(drive: float, channels: tuple[SensorChannel, SensorChannel]) -> 
         Less than `LEAST_GAIN` of it is left.
     """
     for role, channel in zip(("mass", "base"), channels, strict=True):
-        if channel.cutoff is None:
-            continue
-        left = float(np.abs(low_pass(np.array([drive]), channel.cutoff, channel.order))[0])
+        cutoff = channel.cutoff or math.inf
+        left = float(np.abs(low_pass(np.array([drive]), cutoff, channel.order))[0])
         if left < LEAST_GAIN:
             raise AnalysisError(
-                f"analysis: the {role}'s low-pass filter of {channel.cutoff:.4g} Hz and order {channel.order} would"
+                f"analysis: the {role}'s low-pass filter of {cutoff:.4g} Hz and order {channel.order} would"
                 f" leave {100.0 * left:.2g} % of the drive at {drive:.4g} Hz, too little to take the motion back from:"
                 f" check filter_hz and filter_order, or {role}_filter_hz and {role}_filter_order, in [sensors]; a test"
                 " needs filters well above the drive and the natural frequency"
             )
 
 
-def said_of(cut: float, amplitude: float, channel: SensorChannel) -> tuple[str, ...]:
-    """Say that a filter cuts what an answer needs, if it does; ``cut``: by `cut_away`, like the amplitude over Y."""
-    if channel.cutoff is None or cut < MATTERS * amplitude:
-        return ()
-    said = (
-        f"response_amplitude: the mass's low-pass filter ({channel.cutoff:.4g} Hz, order {channel.order}: filter_hz,"
-        f" mass_filter_hz in [sensors]) cuts away the fast part of the motion: amplitude (by some {cut:.1g} Y, which"
-        " its error holds), stops_per_cycle and regime may be wrong by it: record with a filter of a higher cut-off"
-    )
-    return (said,)
-
+# Noise taken off -----------------------------------------------------------------------------------------------------
 
 SMOOTHEST, ROUGHEST = 1e10, 1e-3  # penalties between which the best is looked for: beyond, doubles do not do
 COARSE, FINE = 8.0, 2.0  # factors between the penalties tried, first and then beside the best
-HIGH_PASS = 8  # of the high-pass: |H| = 1 / (1 + (f_c / f)^8), without a shift of phase
-AROUND = 6.0  # periods of the slowest motion kept: so much rest is put before and after the record
 ORDER = 4  # of the differences that a spline keeps small
 
 
 def denoised(signal: FloatArray, noise: float) -> FloatArray:
-    """Return the smooth curve behind evenly sampled values: a discrete smoothing spline of seventh degree.
+    """Return the smooth curve behind evenly sampled values (n,): a discrete smoothing spline of seventh degree.
 
     It minimises ``sum (y - s)^2 + p sum (fourth difference of s)^2`` [Whittaker 1923; Eilers 2003], with the penalty of
-    `best_penalty`.
-
-    Parameters
-    ----------
-    signal : ndarray of shape (n,)
-    noise : float
-        Rms of the sensor's white noise; 0: the signal is returned as it is.
+    `best_penalty`. ``noise``: rms of the sensor's white noise; 0: the signal is returned as it is.
 
     Examples
     --------
@@ -248,22 +205,22 @@ def gain_kept(penalty: float) -> float:
     return float(np.trapezoid(gain, w) / np.pi)
 
 
+# Integration ---------------------------------------------------------------------------------------------------------
+
+HIGH_PASS = 8  # of the high-pass: |H| = 1 / (1 + (f_c / f)^8), without a shift of phase
+AROUND = 6.0  # periods of the slowest motion kept: so much rest is put before and after the record
+SLOWEST = 0.2  # of the strongest line: slower motions are not integrated
+FORCES = ("contact_force", "torque")
+KEPT = (*FORCES, "normal_force", "mass_velocity")
+"""Channels that are measured beside the displacements."""
+
+
 def integrated(signal: FloatArray, rate: float, highpass_hz: float, *, times: int = 2) -> FloatArray:
-    """Return an evenly sampled signal (n,) integrated over time, without what is slower than a frequency.
+    """Return a signal (n,) of ``rate`` samples a second integrated over time, without what is slower than a frequency.
 
-    Mean and straight line are taken off first; then each frequency is divided by ``2 pi i f`` once or twice and
-    multiplied by the high-pass. What a record holds before its start and after its end is not known: rest is put there,
-    and the first and last period of the slowest motion kept are doubtful.
-
-    Parameters
-    ----------
-    signal : ndarray of shape (n,)
-        Such as an acceleration, m/s^2.
-    rate : float
-        Samples per second.
-    highpass_hz : float
-    times : int
-        1: a displacement from a velocity; 2: from an acceleration.
+    Mean and straight line are taken off first; then each frequency is divided by ``2 pi i f`` once (a velocity) or
+    twice (an acceleration) and multiplied by the high-pass. What a record holds before its start and after its end is
+    not known: rest is put there, and the first and last period of the slowest motion kept are doubtful.
 
     Examples
     --------
@@ -275,16 +232,14 @@ def integrated(signal: FloatArray, rate: float, highpass_hz: float, *, times: in
     True
     """
     n = len(signal)
-    line = np.polynomial.Polynomial.fit(np.arange(n), signal, 1)
     around = math.ceil(AROUND * rate / highpass_hz)
-    padded = np.zeros(n + 2 * around)
-    padded[around : around + n] = signal - line(np.arange(n))
+    padded = np.pad(line(np.arange(n, dtype=np.float64), signal)[1], around)
     f = np.asarray(np.fft.rfftfreq(len(padded), 1.0 / rate), dtype=np.float64)
-    moved = np.fft.irfft(np.fft.rfft(padded) * (-1j) ** times * gain(f, highpass_hz, times), len(padded))
+    moved = np.fft.irfft(np.fft.rfft(padded) * (-1j) ** times * _gain(f, highpass_hz, times), len(padded))
     return np.asarray(moved[around : around + n])
 
 
-def gain(f: FloatArray, highpass_hz: float, times: int = 2) -> FloatArray:
+def _gain(f: FloatArray, highpass_hz: float, times: int) -> FloatArray:
     """Size of the integral over that of the signal at frequencies f [Hz]: ``|H| / (2 pi f)^times``."""
     share = f / highpass_hz
     return np.asarray(share ** (HIGH_PASS - times) / (1.0 + share**HIGH_PASS) / (2.0 * np.pi * highpass_hz) ** times)
@@ -293,14 +248,51 @@ def gain(f: FloatArray, highpass_hz: float, times: int = 2) -> FloatArray:
 def integrated_noise(noise: float, rate: float, highpass_hz: float, *, times: int = 2) -> float:
     """Return the rms that white noise of a sensor (rms of a sample) is integrated to."""
     f = np.geomspace(1e-2 * highpass_hz, 0.5 * rate, 4000)
-    return math.sqrt(2.0 * noise**2 / rate * float(np.trapezoid(gain(f, highpass_hz, times) ** 2, f)))
+    return math.sqrt(2.0 * noise**2 / rate * float(np.trapezoid(_gain(f, highpass_hz, times) ** 2, f)))
 
 
-SLOWEST = 0.2  # of the strongest line: slower motions are not integrated
-RATES = {"velocity": 1, "acceleration": 2}  # quantity -> integrations
-FORCES = ("contact_force", "torque")
-KEPT = (*FORCES, "normal_force", "mass_velocity")
-"""Channels that are measured beside the displacements."""
+def displacement(measured: Mapping[str, FloatArray], place: str, step: float) -> tuple[FloatArray, list[str], int]:
+    """Displacement (n,) of ``mass`` or ``base``, measured or integrated, from channels (n,) by their names, SI units.
+
+    With it what to say of it, and how many samples at either end are doubtful.
+
+    Raises
+    ------
+    AnalysisError
+        Neither displacement, velocity nor acceleration was measured.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 40.0, 0.005)
+    >>> found, _, edge = displacement({"mass_velocity": 2e-3 * np.cos(2 * np.pi * t)}, "mass", 0.005)
+    >>> bool(np.abs(found - 2e-3 / (2 * np.pi) * np.sin(2 * np.pi * t))[edge:-edge].max() < 2e-6)
+    True
+    """
+    known = f"{place}_displacement"
+    rates = {known: 0, f"{place}_velocity": 1, f"{place}_acceleration": 2}
+    if place == "mass":
+        rates = {known: 0, "angle": 0, **rates, "angular_velocity": 1}
+    name = next((name for name in rates if name in measured), None)
+    if name is None:
+        raise AnalysisError(
+            f"analysis: the {place}'s motion was not measured: expected its displacement, velocity or acceleration; got"
+            f" {', '.join(measured)}: name its column (--{place}, --{place}-velocity, --{place}-acceleration)"
+            + ("" if place == "mass" else ', or say [rig] kind = "prescribed" where the motion is given')
+        )
+    signal, rate, times = measured[name], 1.0 / step, rates[name]
+    if times == 0:
+        return signal, [], 0
+    slowest = SLOWEST * spectrum.strongest_tone(spectrum.amplitude_spectrum(signal, step)).frequency
+    moved = integrated(signal, rate, slowest, times=times)
+    u = integrated_noise(white_noise(signal), rate, slowest, times=times)
+    edge = min(round(rate / slowest), len(signal) // 4)
+    share = 100.0 * u / max(float(np.std(moved)), 1e-300)
+    said = (
+        f"{known}: integrated {'once' if times == 1 else 'twice'} from {name.replace('_', ' ')}: what moves slower than"
+        f" {slowest:.3g} Hz, drift and offset are gone, {edge * step:.3g} s at either end are cut, and its sensor's"
+        f" noise makes {1e6 * u:.3g} um rms of displacement ({share:.2g} % of the motion)"
+    )
+    return moved, [said], edge
 
 
 def other_masses(names: Iterable[str]) -> tuple[str, ...]:
@@ -315,77 +307,3 @@ def other_masses(names: Iterable[str]) -> tuple[str, ...]:
     while (name := f"mass_{len(found) + 2}_displacement") in known:
         found.append(name)
     return tuple(found)
-
-
-@dataclass(frozen=True)
-class Motions:
-    """Displacements (n,) of mass and base on an even clock; ``first``, ``last``: the samples that are sound."""
-
-    mass: FloatArray
-    base: FloatArray
-    first: int
-    last: int
-    warnings: tuple[str, ...]
-
-
-def motions(measured: Mapping[str, FloatArray], step: float, *, prescribed: bool) -> Motions:
-    """Return the displacements of mass and base, measured or integrated.
-
-    Parameters
-    ----------
-    measured : mapping
-        Channels by their names, (n,) each, SI units, one sample every ``step`` seconds.
-    step : float
-    prescribed : bool
-        The motion of the mass is given, as on a tribometer: it drives, and stands in the base's place.
-
-    Raises
-    ------
-    AnalysisError
-        Neither displacement, velocity nor acceleration of one of the two was measured.
-
-    Examples
-    --------
-    >>> t = np.arange(0.0, 40.0, 0.005)
-    >>> seen = {"mass_velocity": 2e-3 * np.cos(2 * np.pi * t), "base_displacement": 1e-3 * np.sin(2 * np.pi * t)}
-    >>> found = motions(seen, 0.005, prescribed=False)
-    >>> off = found.mass - 2e-3 / (2 * np.pi) * np.sin(2 * np.pi * t)
-    >>> bool(np.abs(off[found.first : found.last]).max() < 2e-6)
-    True
-    """
-    mass, of_mass, edge = _displacement(measured, "mass", step)
-    base, of_base, other = (mass, (), edge) if prescribed else _displacement(measured, "base", step)
-    edge = max(edge, other)
-    return Motions(mass, base, edge, len(mass) - edge, (*of_mass, *of_base))
-
-
-def _displacement(
-    measured: Mapping[str, FloatArray], place: str, step: float
-) -> tuple[FloatArray, tuple[str, ...], int]:
-    """Displacement of mass or base, what to say of it, and how many samples at either end are doubtful."""
-    known = f"{place}_displacement"
-    if known in measured:
-        return measured[known], (), 0
-    if place == "mass" and "angle" in measured:
-        return measured["angle"], (), 0
-    rates = {f"{place}_{quantity}": times for quantity, times in RATES.items()}
-    rates |= {"angular_velocity": 1} if place == "mass" else {}
-    name = next((name for name in rates if name in measured), None)
-    if name is None:
-        raise AnalysisError(
-            f"analysis: the {place}'s motion was not measured: expected its displacement, velocity or acceleration; got"
-            f" {', '.join(measured)}: name its column (--{place}, --{place}-velocity, --{place}-acceleration)"
-            + ("" if place == "mass" else ', or say [rig] kind = "prescribed" where the motion is given')
-        )
-    signal, rate, times = measured[name], 1.0 / step, rates[name]
-    slowest = SLOWEST * spectrum.strongest_tone(spectrum.amplitude_spectrum(signal, step)).frequency
-    moved = integrated(signal, rate, slowest, times=times)
-    u = integrated_noise(white_noise(signal), rate, slowest, times=times)
-    edge = min(round(rate / slowest), len(signal) // 4)
-    share = 100.0 * u / max(float(np.std(moved)), 1e-300)
-    said = (
-        f"{known}: integrated {'once' if times == 1 else 'twice'} from {name.replace('_', ' ')}: what moves slower than"
-        f" {slowest:.3g} Hz, drift and offset are gone, {edge * step:.3g} s at either end are cut, and its sensor's"
-        f" noise makes {1e6 * u:.3g} um rms of displacement ({share:.2g} % of the motion)"
-    )
-    return moved, (said,), edge

@@ -88,12 +88,11 @@ class Decay:
         last = int(held[0]) if len(held) else len(reached)
         number = np.minimum(number, last)
         since = np.where(number < last, time - self.start - number * self.half_period, 0.0)
-        turned = self.turning(number)
         root = math.sqrt(1.0 - self.zeta**2)
         angle = self.omega * root * since
         swing = np.exp(-self.zeta * self.omega * since) * (np.cos(angle) + self.zeta / root * np.sin(angle))
         side = math.copysign(1.0, self.swing) * np.where(number % 2, -1.0, 1.0)
-        return np.asarray(self.rest + side * (self.friction + (turned - self.friction) * swing))
+        return np.asarray(self.rest + side * (self.friction + (self.turning(number) - self.friction) * swing))
 
     def _force(self, x: float) -> float:
         """Restoring force over k at a distance from rest."""
@@ -152,16 +151,17 @@ class DecayFit:
     residual: FloatArray
     doubt: float
 
+    @property
+    def misfit(self) -> float:
+        """Rms of what the fit leaves over the first swing."""
+        return float(np.sqrt(np.mean(self.residual**2))) / abs(self.decay.swing)
+
 
 def first_guess(time: FloatArray, height: FloatArray) -> Decay:
-    """Starting values from turning points: the swings (half of two neighbours' distance) against the decrement's law.
+    """Starting values from turning points (n,) [s], [m], n >= 4: swings against the decrement's law.
 
-    For each damping ratio tried the law is linear in first swing and friction.
-
-    Parameters
-    ----------
-    time, height : (n,) arrays
-        Turning points [s], [m]; n >= 4.
+    A swing is half of two neighbours' distance. For each damping ratio tried the law is linear in first swing and
+    friction.
     """
     swing = 0.5 * np.abs(np.diff(height))
     number = np.arange(len(swing))
@@ -182,18 +182,12 @@ def first_guess(time: FloatArray, height: FloatArray) -> Decay:
 
 
 def fit_decay(time: FloatArray, displacement: FloatArray, guess: Decay) -> DecayFit:
-    """Least squares of the exact motion: viscous and friction damping together, and a cubic spring where it shows.
+    """Least squares of the exact motion to samples (n,) [s], [m] from the first turning point to the last one wanted.
 
-    A spring that hardens changes the period with the swing, which friction does not: the cubic term is kept where it is
-    significant, and tried always, for friction takes its place in the envelope of a fit without it. What comes out
-    negative is held at 0 and the rest fitted again.
-
-    Parameters
-    ----------
-    time, displacement : (n,) arrays
-        s, m; from the first turning point to the last one wanted.
-    guess : Decay
-        Starting values.
+    Viscous and friction damping together, and a cubic spring where it shows: a spring that hardens changes the period
+    with the swing, which friction does not. The cubic term is kept where it is significant, and tried always, for
+    friction takes its place in the envelope of a fit without it. What comes out negative is held at 0 and the rest
+    fitted again.
     """
     free, free_error, residual = _solve(time, displacement, guess, ("cubic",))
     if not guess.pendulum:
@@ -201,23 +195,17 @@ def fit_decay(time: FloatArray, displacement: FloatArray, guess: Decay) -> Decay
         if abs(bent[0].cubic) > _SIGNIFICANT * bent[1].cubic:
             free, free_error, residual = bent
     fitted, error = free, free_error
-    held: tuple[str, ...] = ()
     straight = () if free.cubic else ("cubic",)
-    for held in _to_hold(free):
+    negative = tuple(name for name in ("zeta", "friction") if getattr(free, name) < 0.0)
+    held: tuple[str, ...] = ()
+    for held in (*((name,) for name in negative), ("zeta", "friction")) if negative else ():
         nothing: dict[str, Any] = dict.fromkeys(held, 0.0)
-        start = replace(free, **nothing)
-        fitted, error, residual = _solve(time, displacement, start, (*held, *straight))
+        fitted, error, residual = _solve(time, displacement, replace(free, **nothing), (*held, *straight))
         if fitted.zeta >= 0.0 and fitted.friction >= 0.0:
             break
     limits = {name: max(getattr(free, name), 0.0) + _ONE_SIDED * getattr(free_error, name) for name in held}
     doubt = max((-getattr(free, name) / getattr(free_error, name) for name in held), default=0.0)
     return DecayFit(fitted, error, held, limits, residual, doubt)
-
-
-def _to_hold(free: Decay) -> Sequence[tuple[str, ...]]:
-    """What to hold at 0, in the order to be tried."""
-    negative = [name for name in ("zeta", "friction") if getattr(free, name) < 0.0]
-    return [(name,) for name in negative] + ([("zeta", "friction")] if negative else [])
 
 
 def _solve(
@@ -247,45 +235,47 @@ def _solve(
     return fitted, se, found.fun * size
 
 
-def _half_cycles(time: FloatArray, decay: Decay) -> NDArray[np.int64]:
-    """Number each sample's half-cycle from 0; a few samples at either end belong to the half-cycle beside them."""
-    number = np.unique(np.floor((time - decay.start) / decay.half_period), return_inverse=True)[1]
-    size = np.bincount(number)
-    few = size < 0.5 * np.median(size)
-    return np.asarray(np.clip(number, int(few[0]), len(size) - 1 - int(few[-1])) - int(few[0]), dtype=np.int64)
-
-
 def _errors(jacobian: FloatArray, residual: FloatArray, time: FloatArray, decay: Decay) -> FloatArray:
-    """Standard error of each parameter: that of independent groups of residuals, and of friction that wanders."""
-    half_cycle = _half_cycles(time, decay)
-    variance = _grouped(jacobian, residual, half_cycle)
+    """Standard error of each parameter: that of independent groups of residuals, and of friction that wanders.
+
+    The first is the largest of white residuals and of jackknives that leave out whole groups: runs of neighbouring
+    half-cycles, from single ones to a sixth of the decay, so that damping of another kind widens the error as much as
+    it moves the result.
+    """
+    # number of each sample's half-cycle; a few samples at either end belong to the half-cycle beside them
+    number = np.unique(np.floor((time - decay.start) / decay.half_period), return_inverse=True)[1]
+    few = np.bincount(number) < 0.5 * np.median(np.bincount(number))
+    number = np.clip(number, int(few[0]), len(few) - 1 - int(few[-1])) - int(few[0])
+    count = int(number[-1]) + 1
+    freedom = max(1, len(residual) - jacobian.shape[1])
+    variances = [np.diag(np.linalg.inv(jacobian.T @ jacobian)) * float(residual @ residual) / freedom]
+    size = 1
+    while count // size >= _FEWEST_GROUPS:
+        variances.append(_jackknife(jacobian, residual, np.minimum(number // size, count // size - 1)))
+        size *= 2
+    variance = np.max(variances, axis=0)
     angle = math.pi / decay.half_period * (time - decay.start)
     fade = np.exp(-decay.zeta * decay.omega * np.mod(time - decay.start, decay.half_period))
     kept = math.exp(-decay.zeta * decay.omega * decay.half_period)
     for shape in (np.cos(angle), np.sin(angle)):  # what a push at a turning point adds: amplitude, phase
-        variance = variance + _wandering(jacobian, residual, half_cycle, shape * fade, kept)
+        variance = variance + _wandering(jacobian, residual, number, shape * fade, kept)
     return np.asarray(np.sqrt(variance))
 
 
-def _grouped(jacobian: FloatArray, residual: FloatArray, half_cycle: NDArray[np.int64]) -> FloatArray:
-    """Variance of each parameter: the largest of white residuals and of jackknives that leave out whole groups.
-
-    Groups are runs of neighbouring half-cycles, from single ones to a sixth of the decay, so that damping of another
-    kind widens the error as much as it moves the result.
-    """
+def _jackknife(jacobian: FloatArray, residual: FloatArray, group: NDArray[np.intp]) -> FloatArray:
+    """Variance of each parameter from leaving out one group at a time, to first order [Bell and McCaffrey 2002]."""
+    groups = int(group[-1]) + 1
+    edges = np.searchsorted(group, np.arange(groups + 1))
     information = jacobian.T @ jacobian
-    freedom = max(1, len(residual) - jacobian.shape[1])
-    variances = [np.diag(np.linalg.inv(information)) * float(residual @ residual) / freedom]
-    count = int(half_cycle[-1]) + 1
-    size = 1
-    while count // size >= _FEWEST_GROUPS:
-        variances.append(_jackknife(jacobian, residual, np.minimum(half_cycle // size, count // size - 1)))
-        size *= 2
-    return np.asarray(np.max(variances, axis=0))
+    moved = []
+    for begin, end in pairwise(edges.tolist()):
+        part, left = jacobian[begin:end], residual[begin:end]
+        moved.append(np.linalg.lstsq(information - part.T @ part, part.T @ left, rcond=None)[0])
+    return np.asarray((groups - 1) / groups * np.sum(np.square(moved), axis=0))
 
 
 def _wandering(
-    jacobian: FloatArray, residual: FloatArray, half_cycle: NDArray[np.int64], shape: FloatArray, kept: float
+    jacobian: FloatArray, residual: FloatArray, half_cycle: NDArray[np.intp], shape: FloatArray, kept: float
 ) -> FloatArray:
     """Variance of each parameter from what changes at random at each turning point and stays in all later cycles.
 
@@ -306,20 +296,3 @@ def _wandering(
         felt[:, k] = felt[:, k] + kept * felt[:, k + 1]
     influence = np.linalg.solve(jacobian.T @ jacobian, felt[:, 1:])
     return np.asarray(scatter * np.sum(influence * influence, axis=1))
-
-
-def _jackknife(jacobian: FloatArray, residual: FloatArray, group: NDArray[np.int64]) -> FloatArray:
-    """Variance of each parameter from leaving out one group at a time, to first order [Bell and McCaffrey 2002]."""
-    groups = int(group[-1]) + 1
-    edges = np.searchsorted(group, np.arange(groups + 1))
-    information = jacobian.T @ jacobian
-    moved = []
-    for begin, end in pairwise(edges.tolist()):
-        part, left = jacobian[begin:end], residual[begin:end]
-        moved.append(np.linalg.lstsq(information - part.T @ part, part.T @ left, rcond=None)[0])
-    return np.asarray((groups - 1) / groups * np.sum(np.square(moved), axis=0))
-
-
-def misfit_of(fit: DecayFit) -> float:
-    """Rms of what the fit leaves over the first swing."""
-    return float(np.sqrt(np.mean(fit.residual**2))) / abs(fit.decay.swing)

@@ -1,17 +1,21 @@
-"""What must be said about a measurement: each sentence names the quantity it is about, and times where it can."""
+"""What must be said about a measurement: each sentence names the quantity it is about, and times where it can.
+
+Mistakes of a channel are among them: inverted, swapped, a copy, relative to the base, only noise, or clipped.
+"""
 
 import math
 from collections.abc import Iterator
 
 import numpy as np
 
-from frictionlab.analysis import mistakes, steadiness
+from frictionlab.analysis import steadiness, stops
+from frictionlab.analysis.channels import SensorChannel
 from frictionlab.analysis.cycles import first_harmonic
-from frictionlab.analysis.hum import LEAST
+from frictionlab.analysis.energy import Friction
 from frictionlab.analysis.layout import Layout
-from frictionlab.analysis.mistakes import is_clipped
-from frictionlab.analysis.response import Response
-from frictionlab.analysis.spectrum import Smoother
+from frictionlab.analysis.response import Response, Smoother, smoothed, smoother
+from frictionlab.analysis.spectrum import LEAST, mains_of
+from frictionlab.arrays import FloatArray
 from frictionlab.estimate import Estimate
 
 FEW_CYCLES = 5
@@ -28,11 +32,13 @@ UNEVEN = 2 * math.pi * 0.002  # rms wander of the drive's phase, rad
 SAME_COUNT, MIRRORED = 0.05, 0.01  # of a stop; asymmetry of a motion whose halves are alike
 OFTEN = 0.4  # of the cycles: a pause that may be a stop
 MANY = 6  # times named in one sentence
+CUT_MATTERS = 0.002  # of the amplitude: cut away by a filter
+APART, APART_MATTERS = 3.0, 0.02  # combined uncertainties between two energies, and relative: from both on it is said
 
 
 def warnings(
     layout: Layout,
-    response: Response,
+    answer: Response,
     settled: float | None,
     transient: float,
     *,
@@ -56,62 +62,31 @@ def warnings(
     prescribed : bool
         The motion of the mass is given, and stands in the base's place.
     """
-    of_channels = _of_the_channels(layout, response, loop, None if wall_moves else r, wall_moves=wall_moves)
     return [
-        *(() if prescribed else of_channels),
-        *_of_the_ratio(r),
-        *_of_the_drive(layout),
+        *(() if prescribed else _of_the_channels(layout, answer, loop, r, wall_moves=wall_moves)),
+        *_of_the_drive(layout, r),
         *_of_the_lines(layout),
-        *_of_the_record(layout),
-        *(() if prescribed else _of_the_sensors(layout, response)),
-        *_of_settling(layout, response, settled, transient),
-        *_of_growth(response, settled, r),
-        *(() if response.is_stuck else _of_the_motion(layout, response)),
+        *(() if prescribed else _of_the_sensors(layout, answer)),
+        *_of_settling(layout, answer, settled, transient, r),
+        *(() if answer.is_stuck else _of_the_motion(layout, answer)),
     ]
 
 
-def _of_the_channels(
-    layout: Layout, response: Response, loop: Estimate, r: float | None, *, wall_moves: bool
-) -> Iterator[str]:
-    mass, base = layout.mass.mean(axis=0), layout.base.mean(axis=0)
-    noise = math.hypot(layout.of_mass.noise, layout.of_base.noise) / math.sqrt(len(layout))
-    noise = math.hypot(noise, layout.of_mass.shared, layout.of_base.shared)
-    if response.is_stuck:
-        found = [mistakes.only_noise(layout.of_mass.noise, layout.of_base.noise, step=layout.of_base.step)]
-    else:
-        found = [mistakes.copied(mass, base, noise=noise)]
-        if found == [None]:
-            found += [mistakes.turned(mass, base, energy=loop.value or 0.0, error=loop.se or 0.0)]
-        if found == [None, None] and not wall_moves and not _is_blurred(response):
-            stuck = response.stuck_fraction
-            found += [mistakes.relative(mass, base, noise=noise, samples=layout.samples, stuck=stuck, r=r)]
-    yield from (sentence for sentence in found if sentence is not None)
-
-
-def _is_blurred(response: Response) -> bool:
-    """Whether no stop can be told: how long the mass stands is not known then, and 0 is no finding."""
-    return response.shortest_stop >= 1.0
-
-
-def _of_the_ratio(r: float | None) -> Iterator[str]:
+def _of_the_drive(layout: Layout, r: float | None) -> Iterator[str]:
+    drive = layout.drive
     if r is not None and not USUAL_RATIOS[0] <= r <= USUAL_RATIOS[1]:
         yield (
             f"frequency_ratio: {r:.3g} lies outside {USUAL_RATIOS[0]:g} to {USUAL_RATIOS[1]:g}, where a rig of this"
             " kind is driven: check natural_frequency_hz in [rig] (--natural-frequency) and the unit of time"
             " (--time-unit)"
         )
-
-
-def _of_the_drive(layout: Layout) -> Iterator[str]:
-    drive = layout.drive
     distortion = float(np.linalg.norm(drive.harmonics[1:]))
     if distortion > DISTORTED:
         yield f"base_distortion: the base motion's harmonics 2-9 are {100 * distortion:.2g} % of its fundamental"
     if drive.drifts and drive.wander > UNEVEN and layout.foreign.period == 1:
-        share = drive.wander / (2 * math.pi)
         yield (
-            f"drive_frequency_hz: the drive is not even; its phase wanders by {share:.2g} of a cycle (rms) about a"
-            " constant frequency, and the cycles follow it"
+            f"drive_frequency_hz: the drive is not even; its phase wanders by {drive.wander / stops.TURN:.2g} of a"
+            " cycle (rms) about a constant frequency, and the cycles follow it"
         )
     if drive.growth:
         yield (
@@ -126,19 +101,20 @@ def _of_the_lines(layout: Layout) -> Iterator[str]:
     drive, foreign = layout.drive, layout.foreign
     for role, found in (("response_amplitude", foreign.mass), ("base_amplitude_m", foreign.base)):
         for line in found[:MANY]:
-            share = 100.0 * line.amplitude / drive.amplitude
             if line.removed and line.amplitude > LEAST * drive.amplitude:
                 yield (
-                    f"{role}: a line at {line.frequency:.5g} Hz, {share:.2g} % of the base's amplitude, {line.origin}:"
-                    " it is taken out: look for its source (earthing, cables, a bearing)"
+                    f"{role}: a line at {line.frequency:.5g} Hz, {100.0 * line.amplitude / drive.amplitude:.2g} % of"
+                    f" the base's amplitude, {mains_of(line) or 'no harmonic of the drive'}: it is taken out: look for"
+                    " its source (earthing, cables, a bearing)"
                 )
     for line in foreign.on_harmonics[:MANY]:
-        k = round(line.frequency / drive.frequency)
+        hum = mains_of(line)
+        cause = f"perhaps {hum}" if hum else "a line from outside, or a contact that rings"
         yield (
-            f"response_amplitude: harmonic {k} of the drive, at {line.frequency:.5g} Hz, is"
-            f" {100.0 * line.amplitude / drive.amplitude:.2g} % of the base's amplitude and stands out of those beside"
-            f" it: {line.cause}; so near a harmonic it cannot be told from the motion: amplitude (its error holds it)"
-            " and stops_per_cycle may be wrong by it: drive a little faster or slower"
+            f"response_amplitude: harmonic {round(line.frequency / drive.frequency)} of the drive, at"
+            f" {line.frequency:.5g} Hz, is {100.0 * line.amplitude / drive.amplitude:.2g} % of the base's amplitude and"
+            f" stands out of those beside it: {cause}; so near a harmonic it cannot be told from the motion: amplitude"
+            " (its error holds it) and stops_per_cycle may be wrong by it: drive a little faster or slower"
         )
     if foreign.masked > LEAST * drive.amplitude and not foreign.on_harmonics:
         yield (
@@ -146,14 +122,13 @@ def _of_the_lines(layout: Layout) -> Iterator[str]:
             f" {100.0 * foreign.masked / drive.amplitude:.2g} % of the base's amplitude could not be told from it, and"
             " is in the uncertainty: drive a little faster or slower"
         )
+    low = [line for line in (*foreign.mass, *foreign.base) if not line.removed]
     if foreign.period > 1:
         yield (
             f"cycles: the motion repeats every {foreign.period} cycles of the drive, not every one: energy, amplitude"
             f' and stops are means over whole periods of {foreign.period} cycles, also with cycles = "last" (--cycles)'
         )
-        return
-    low = [line for line in (*foreign.mass, *foreign.base) if not line.removed]
-    if low:
+    elif low:
         line = low[0]
         beat = abs(line.frequency - max(round(line.frequency / drive.frequency), 1) * drive.frequency)
         yield (
@@ -161,9 +136,6 @@ def _of_the_lines(layout: Layout) -> Iterator[str]:
             f" {100.0 * line.amplitude / drive.amplitude:.2g} % of the base's amplitude comes and goes every"
             f" {1.0 / beat:.3g} s: one cycle is not all of it: take many beats (--cycles all)"
         )
-
-
-def _of_the_record(layout: Layout) -> Iterator[str]:
     if len(layout) < FEW_CYCLES:
         yield (
             f"cycles: only {len(layout)} full cycles after the transient, where {FEW_CYCLES} would tell their scatter:"
@@ -176,34 +148,36 @@ def _of_the_record(layout: Layout) -> Iterator[str]:
         )
 
 
-def _of_the_sensors(layout: Layout, response: Response) -> Iterator[str]:
-    few_stops = not response.is_stuck and response.stops_per_cycle < 2.5 and strokes(response.how) <= 2
-    signals = [("base_amplitude_m", layout.base, layout.of_base.noise, layout.of_base.step, False)]
-    if not response.is_stuck:
-        signals.append(("response_amplitude", layout.mass, layout.of_mass.noise, layout.of_mass.step, not few_stops))
-    for name, rows, noise, step, slows in signals:
-        rough = max(noise / math.sqrt(len(rows)), 0.125 * step)
+def _is_blurred(answer: Response) -> bool:
+    """Whether no stop can be told: how long the mass stands is not known then, and 0 is no finding."""
+    return answer.shortest_stop >= 1.0
+
+
+def _of_the_sensors(layout: Layout, answer: Response) -> Iterator[str]:
+    of_mass, of_base = layout.of_mass, layout.of_base
+    signals = [("base_amplitude_m", layout.base, of_base, False)]
+    if not answer.is_stuck:
+        slows = answer.stops_per_cycle >= 2.5 or strokes(answer.how) > 2
+        signals.append(("response_amplitude", layout.mass, of_mass, slows))
+    for name, rows, sensor, slows in signals:
+        rough = max(sensor.noise / math.sqrt(len(rows)), 0.125 * sensor.step)
         if is_clipped(rows.mean(axis=0), noise=rough, stops_on_its_way=slows):
             yield (
                 f"{name}: the displacement arrives at its extreme at full speed and stands there, as no mass can: the"
                 " sensor clips; amplitude, energy and stops are wrong: enlarge its range"
             )
-    yield from _of_the_step(layout, response)
-
-
-def _of_the_step(layout: Layout, response: Response) -> Iterator[str]:
-    size = float(np.median(response.amplitude))
-    if response.is_stuck and layout.of_mass.rounding > QUIET * layout.of_mass.step:
+    size = answer.size
+    if answer.is_stuck and of_mass.rounding > QUIET * of_mass.step:
         size = 0.5 * float(np.ptp(layout.mass.mean(axis=0)))  # a few levels, shown alike in every cycle, are no noise
-    if layout.of_mass.step > COARSE * size > QUIET * layout.of_mass.step:
-        step = layout.of_mass.step / size
+    if of_mass.step > COARSE * size > QUIET * of_mass.step:
+        step = of_mass.step / size
         few = ", so that it cannot be told whether it moves" if FEW_STEPS * step > 2.0 else ""
         yield (
             f"stops_per_cycle: the sensor's step is {100 * step:.2g} % of the mass's amplitude{few}:"
             " stops, stuck fraction and regime are those of the sensor's steps, and the energy's error is larger than"
             " stated"
         )
-    elif not response.is_stuck and _is_blurred(response):
+    elif not answer.is_stuck and _is_blurred(answer):
         yield (
             "stops_per_cycle: the sensor's noise and step hide the mass's speed, so that no stop can be told, nor"
             " whether the column is the mass's own displacement or that relative to the base: use a sensor of a"
@@ -216,123 +190,339 @@ def strokes(how: Smoother) -> int:
 
     A mass that slows or stops on its way up has steep flanks everywhere, and no corner of them tells a clipping sensor.
     """
-    k = np.arange(len(how.mean))
-    speed = np.abs(np.fft.irfft(1j * k * how.mean, 1024))
+    speed = np.abs(np.fft.irfft(1j * np.arange(len(how.mean)) * how.mean, 1024))
     fast = speed > speed.max() / 3.0
     return int(np.count_nonzero(fast & ~np.roll(fast, 1)))
 
 
-def _of_settling(layout: Layout, response: Response, settled: float | None, transient: float) -> Iterator[str]:
-    if response.is_stuck or len(layout) < FEW_CYCLES:
-        return
-    if settled is None:
-        yield (
-            "transient_s: the motion had not settled by the end of the recording; the numbers are of a passing state:"
-            " record longer"
-        )
-    elif settled > transient + 1.0 / layout.drive.frequency:
-        yield (
-            f"transient_s: the motion settled only {settled:.3g} s after the start; the cut is at {transient:g} s:"
-            f" --transient {settled:.3g} cuts there"
-        )
-
-
-def _of_growth(response: Response, settled: float | None, r: float | None) -> Iterator[str]:
-    """At resonance friction below pi/4 of k Y bounds nothing [Den Hartog 1931]."""
-    part = max(1, len(response.amplitude) // 4)
-    first, last = (float(some.mean()) for some in (response.amplitude[:part], response.amplitude[-part:]))
+def _of_settling(
+    layout: Layout, answer: Response, settled: float | None, transient: float, r: float | None
+) -> Iterator[str]:
+    if not answer.is_stuck and len(layout) >= FEW_CYCLES:
+        if settled is None:
+            yield (
+                "transient_s: the motion had not settled by the end of the recording; the numbers are of a passing"
+                " state: record longer"
+            )
+        elif settled > transient + 1.0 / layout.drive.frequency:
+            yield (
+                f"transient_s: the motion settled only {settled:.3g} s after the start; the cut is at {transient:g} s:"
+                f" --transient {settled:.3g} cuts there"
+            )
+    part = max(1, len(answer.amplitude) // 4)
+    first, last = (float(some.mean()) for some in (answer.amplitude[:part], answer.amplitude[-part:]))
     if settled is None and r is not None and abs(r - 1.0) < RESONANCE and last > GROWS * first:
-        yield (
+        yield (  # [Den Hartog 1931]
             f"response_amplitude: it still grows ({first:.3g} to {last:.3g} Y) at the frequency ratio {r:.4g}: at"
             " resonance a friction force below pi/4 kY does not bound the motion: these are no numbers of a steady"
             " state: raise the normal force or leave resonance"
         )
 
 
-def _of_the_motion(layout: Layout, response: Response) -> Iterator[str]:
+def _of_the_motion(layout: Layout, answer: Response) -> Iterator[str]:
+    drive, size, few = layout.drive, answer.size, len(layout) < FEW_CYCLES
     power = float(np.einsum("ij,ij->", layout.mass, layout.mass)) / layout.mass.size  # about a mean of 0
     share = float(np.var(layout.mass.mean(axis=0))) / power
-    if share < 0.5 and len(layout) >= FEW_CYCLES:
+    if share < 0.5 and not few:
         yield (
             f"drive_frequency_hz: the mass does not answer at the drive's frequency: only {100 * share:.2g} % of its"
             " power repeats with the drive"
         )
-    beat = steadiness.beating(response.amplitude, noise=response.amplitude_noise)
+    beat = steadiness.beating(answer.amplitude, noise=answer.amplitude_noise)
     if beat is not None:
         yield (
-            f"response_amplitude: the response beats with a period of {beat[0] / layout.drive.frequency:.3g} s"
+            f"response_amplitude: the response beats with a period of {beat[0] / drive.frequency:.3g} s"
             f" ({100 * beat[1]:.2g} % of the amplitude)"
         )
-    growth = steadiness.growth(response.amplitude, least=GROWTH)
-    if growth and len(layout) / layout.drive.frequency < LONG_S:
+    growth = steadiness.growth(answer.amplitude, least=GROWTH)
+    if growth and len(layout) / drive.frequency < LONG_S:
         yield (
             f"response_amplitude: drifts by {100 * growth:+.2g} % from the first cycle to the last: the contact wears,"
             " or the gain of the mass's sensor changes: one cycle is not the mean: compare --cycles last and all"
         )
-    yield from _of_the_clocks(layout, response)
-    yield from _of_jumps(layout, response)
-    yield from _of_stops(layout, response)
-    counts, period = response.stops, layout.foreign.period
-    if any(counts[j::period].max() != counts[j::period].min() for j in range(min(period, len(counts)))):
-        yield (
-            f"stops_per_cycle: not the same in all cycles: {counts.min():g} to {counts.max():g}; stops shorter than"
-            f" {100 * response.shortest_stop:.2g} % of a cycle cannot be told from a slow passage here"
-        )
-
-
-def _of_stops(layout: Layout, response: Response) -> Iterator[str]:
-    """What may be one and what may be none; one of a motion whose halves mirror each other has a twin."""
-    often, length = response.doubtful
-    if often >= OFTEN and not _is_blurred(response):
-        yield (
-            f"stops_per_cycle: {often:.2g} times a cycle the mass nearly stands, for about {100.0 * length:.2g} %:"
-            " too short to tell a stop from a slow passage here (surely told from"
-            f" {100.0 * response.shortest_stop:.2g} % on), and not counted: a faster or quieter sensor would tell"
-        )
-    move = response.unclear
-    if move is not None:
-        yield (
-            f"stops_per_cycle: within a stop of {100.0 * move.length:.2g} % of a cycle the mass moves by"
-            f" {move.way:.1g} Y: two stops parted by a slip, or one with a creep or a slow passage; the sensor does not"
-            " tell which, and the count may be off by it"
-        )
-    count = round(response.stops_per_cycle)
-    is_odd = count % 2 == 1 and abs(response.stops_per_cycle - count) < SAME_COUNT
-    if is_odd and response.asymmetry < MIRRORED and layout.foreign.period == 1:
-        yield (
-            f"stops_per_cycle: {count}, where the halves of the cycle mirror each other (to"
-            f" {100.0 * response.asymmetry:.2g} %) and stops come in pairs: one of them was too short to be seen, or is"
-            " a slow passage"
-        )
-
-
-def _of_the_clocks(layout: Layout, response: Response) -> Iterator[str]:
-    """A sample lost in one channel moves all that follows against the other."""
+    # a sample lost in one channel moves all that follows against the other
     stride, points = max(1, layout.mass.shape[1] // 64), layout.mass.shape[1]
     rows = layout.mass[:, ::stride]
-    turn = 2.0 * math.pi * stride * np.arange(rows.shape[1]) / points
-    late = np.unwrap(-np.angle(first_harmonic(rows, turn))) * layout.samples / (2.0 * math.pi)
-    noise = math.hypot(layout.of_mass.noise / max(float(np.median(response.amplitude)), 1e-300), layout.of_base.noise)
-    rough = noise * math.sqrt(2.0 / rows.shape[1]) * layout.samples / (2.0 * math.pi)
+    turn = stops.TURN * stride * np.arange(rows.shape[1]) / points
+    a_sample = stops.TURN / layout.samples
+    late = np.unwrap(-np.angle(first_harmonic(rows, turn))) / a_sample
+    noise = math.hypot(layout.of_mass.noise / max(size, 1e-300), layout.of_base.noise)
+    rough = noise * math.sqrt(2.0 / rows.shape[1]) / a_sample
     found = steadiness.jumps(late, noise=rough, least=0.5).tolist() if layout.foreign.period == 1 else []
     for j in found:
         by = float(np.median(late[j : j + 5]) - np.median(late[max(0, j - 5) : j]))
-        size = np.ptp(response.amplitude[max(0, j - 5) : j + 5]) / float(np.median(response.amplitude))
-        if abs(by - round(by)) < WHOLE and size < SAME_SIZE:
-            channel = "mass" if by < 0.0 else "base"
+        change = np.ptp(answer.amplitude[max(0, j - 5) : j + 5]) / size
+        if abs(by - round(by)) < WHOLE and change < SAME_SIZE:
             yield (
                 f"energy_per_cycle: from {layout.time[j]:.4g} s on the mass comes {abs(by):.2g} samples"
-                f" {'earlier' if by < 0.0 else 'later'} than before: as if samples had been lost in the {channel}'s"
-                " channel; the energies before and after differ: cut the log there, or give the channels their own"
-                " times"
+                f" {'earlier' if by < 0.0 else 'later'} than before: as if samples had been lost in the"
+                f" {'mass' if by < 0.0 else 'base'}'s channel; the energies before and after differ: cut the log there,"
+                " or give the channels their own times"
             )
-
-
-def _of_jumps(layout: Layout, response: Response) -> Iterator[str]:
-    size = float(np.median(response.amplitude))
-    for name, series in (("amplitude", response.amplitude), ("mean position", response.position)):
-        found = steadiness.jumps(series / size, noise=response.amplitude_noise / size)
-        if len(found):
+    for name, series in (("amplitude", answer.amplitude), ("mean position", answer.position)):
+        found = steadiness.jumps(series / size, noise=answer.amplitude_noise / size).tolist()
+        if found:
             times = ", ".join(f"{layout.time[j]:.4g} s" for j in found[:MANY])
             more = f" and {len(found) - MANY} more" if len(found) > MANY else ""
             yield f"response_amplitude: the {name} of the response jumps at {times}{more}"
+    yield from _of_stops(layout, answer)
+
+
+def _of_stops(layout: Layout, answer: Response) -> Iterator[str]:
+    """What may be one and what may be none; one of a motion whose halves mirror each other has a twin."""
+    often, length = answer.doubtful
+    if often >= OFTEN and not _is_blurred(answer):
+        yield (
+            f"stops_per_cycle: {often:.2g} times a cycle the mass nearly stands, for about {100.0 * length:.2g} %:"
+            " too short to tell a stop from a slow passage here (surely told from"
+            f" {100.0 * answer.shortest_stop:.2g} % on), and not counted: a faster or quieter sensor would tell"
+        )
+    if answer.unclear is not None:
+        way, length = answer.unclear
+        yield (
+            f"stops_per_cycle: within a stop of {100.0 * length:.2g} % of a cycle the mass moves by"
+            f" {way:.1g} Y: two stops parted by a slip, or one with a creep or a slow passage; the sensor does not"
+            " tell which, and the count may be off by it"
+        )
+    count = round(answer.stops_per_cycle)
+    is_odd = count % 2 == 1 and abs(answer.stops_per_cycle - count) < SAME_COUNT
+    if is_odd and answer.asymmetry < MIRRORED and layout.foreign.period == 1:
+        yield (
+            f"stops_per_cycle: {count}, where the halves of the cycle mirror each other (to"
+            f" {100.0 * answer.asymmetry:.2g} %) and stops come in pairs: one of them was too short to be seen, or is"
+            " a slow passage"
+        )
+    counts, period = answer.stops, layout.foreign.period
+    if any(np.ptp(counts[j::period]) > 0.0 for j in range(min(period, len(counts)))):
+        yield (
+            f"stops_per_cycle: not the same in all cycles: {counts.min():g} to {counts.max():g}; stops shorter than"
+            f" {100 * answer.shortest_stop:.2g} % of a cycle cannot be told from a slow passage here"
+        )
+
+
+def of_the_filter(cut: float, amplitude: float, channel: SensorChannel) -> Iterator[str]:
+    """Say that the mass's filter cuts what an answer needs, if it does; ``cut``: by `channels.cut_away`, over Y."""
+    if channel.cutoff is not None and cut >= CUT_MATTERS * amplitude:
+        yield (
+            f"response_amplitude: the mass's low-pass filter ({channel.cutoff:.4g} Hz, order {channel.order}:"
+            f" filter_hz, mass_filter_hz in [sensors]) cuts away the fast part of the motion: amplitude (by some"
+            f" {cut:.1g} Y, which its error holds), stops_per_cycle and regime may be wrong by it: record with a filter"
+            " of a higher cut-off"
+        )
+
+
+def of_the_load_cell(friction: Friction, loop: Estimate, scale: float | None, taken: float) -> Iterator[str]:
+    """Say where the loop of force and that of the motion do not agree.
+
+    ``scale``: k Y^2 in J, where known; ``taken``: by the frame's dashpot (k Y^2).
+    """
+    if friction.turned:
+        yield (
+            f"{friction.name}: it counts the other way, friction against the motion is negative in it: its sign is"
+            " turned"
+        )
+    if scale is None or loop.value is None or not friction.energy.value:
+        return
+    by_motion = (loop.value - taken) * scale
+    apart = friction.energy.value - by_motion
+    u = math.hypot(friction.energy.error or 0.0, (loop.error or 0.0) * scale)
+    if abs(apart) > max(APART * u, APART_MATTERS * abs(by_motion)):
+        yield (
+            f"force_energy_per_cycle: the load cell gives {friction.energy.value:.3g} J, the loop of the motion"
+            f" {by_motion:.3g} J, {100.0 * apart / by_motion:+.2g} %: gain or place of the load cell, stiffness_n_per_m"
+            " or the frame's damping_ratio in [rig] are off"
+        )
+
+
+# Channels that are not what they are called --------------------------------------------------------------------------
+
+ALIKE = 0.005  # rms of mass minus base over the base's: no frame with a contact follows its base so closely
+GIVES = 0.01  # energy (k Y^2) below minus this is no error of a contact that takes nearly none
+SURE = 5.0  # standard errors
+CLEANER = 0.3  # harmonics of the mass over those of the base: friction makes harmonics, a motor fewer
+HARMONICS = 0.02  # of a base that has some
+NOISIER = 10.0  # noise of a mass that stands, over the base's
+STANDS = 0.05  # of a cycle that the mass would stand if the column were relative
+SLOW = 0.05  # of the highest speed: 3 % of a cosine is slower
+OFF, FITS, CLEARER = 0.1, 0.3, 2.0  # what friction leaves of the force where the mass never stops, one over the other
+DETUNED = np.linspace(-0.015, 0.015, 7)  # relative: how far the natural frequency may be from what is known of it
+SIZE_MATTERS = 0.01  # relative difference of the two amplitudes
+
+
+def _of_the_channels(
+    layout: Layout, answer: Response, loop: Estimate, r: float | None, *, wall_moves: bool
+) -> Iterator[str]:
+    mass, base = layout.mass.mean(axis=0), layout.base.mean(axis=0)
+    of_mass, of_base = layout.of_mass, layout.of_base
+    if answer.is_stuck:
+        if of_mass.noise >= NOISIER * max(of_base.noise, of_base.step):
+            yield (
+                f"mass: its channel holds nothing but noise of {of_mass.noise:.3g} Y rms,"
+                f" {of_mass.noise / max(of_base.noise, 1e-300):.2g} times the base's: check the mass's column (--mass,"
+                " [log] mass) and its sensor"
+            )
+        return
+    noise = math.hypot(of_mass.noise, of_base.noise) / math.sqrt(len(layout))
+    noise = math.hypot(noise, of_mass.shared, of_base.shared)
+    apart = math.sqrt(max(float(np.var(mass - base)) - noise * noise, 0.0)) / float(np.std(base))
+    if apart < ALIKE:
+        yield (
+            f"mass: its channel repeats the base's (they differ by {100.0 * apart:.2g} % of the base's motion): energy,"
+            " amplitude and stops are not of the mass: choose the mass's column (--mass, [log] mass)"
+        )
+        return
+    energy = loop.value or 0.0
+    if energy <= -max(SURE * (loop.se or 0.0), GIVES):
+        said = f"energy_per_cycle: {energy:.3g} kY^2: a contact takes energy, this one would give it: "
+        size = [np.abs(np.fft.rfft(cycle)[1:10]) for cycle in (mass, base)]
+        of_m, of_b = (float(np.linalg.norm(lines[1:]) / max(float(lines[0]), 1e-300)) for lines in size)
+        if of_b > HARMONICS and of_m < CLEANER * of_b:
+            yield (
+                f"{said}mass and base look swapped (harmonics of the base {100.0 * of_b:.2g} %, of the mass"
+                f" {100.0 * of_m:.2g} %): exchange --mass and --base ([log]), or turn the sign of one column"
+            )
+        else:
+            yield (
+                f"{said}one of the sensors counts the other way (turn the sign of its column), or mass and base are"
+                " swapped (--mass and --base, [log])"
+            )
+        return
+    if not wall_moves and not _is_blurred(answer):
+        how = (noise, layout.samples, answer.stuck_fraction, r)
+        yield from [said for sign in (1.0, -1.0) if (said := _relative(mass, base, sign, *how))][:1]
+
+
+def _relative(
+    mass: FloatArray, base: FloatArray, sign: float, noise: float, samples: float, stuck: float, r: float | None
+) -> str:
+    """Say that a mean cycle of the mass (p,) looks relative to the base, as x - y (sign 1) or y - x.
+
+    Either the sum (or difference) stands still where the column itself moves; or, where nothing stands, the column
+    breaks the equation of motion and the sum (or difference) keeps it. ``noise``: rms in a point of the sum; ``stuck``:
+    fraction of a cycle that the column stands; ``r``: where known.
+    """
+    other, least, word = base + sign * mass, max(STANDS, 4.0 * stuck), "+" if sign > 0.0 else "-"
+    own, others = (1.0, 1.0) if r is None or stuck else (_left(mass, base, r), _left(other, base, r))
+    stands = _stuck(other, noise, samples) if _may_stand(other, least) else 0.0
+    why = ""
+    if stands > least and float(np.std(other)) > 0.05 * float(np.std(base)):
+        why = f"mass {word} base stands for {100.0 * stands:.2g} % of a cycle, the column for {100.0 * stuck:.2g} %"
+    elif others < FITS and own > max(OFF, CLEARER * others):
+        why = f"mass {word} base fits the equation of motion"
+    if why:
+        return (
+            f"response_amplitude: the mass's column looks like the displacement relative to the base ({why}): the"
+            f" energy is the same, amplitude and stops are not: give the mass's own displacement, mass {word} base"
+        )
+    size = 0.5 * float(np.ptp(other))
+    if CLEARER * own > others < FITS and abs(size / (0.5 * float(np.ptp(mass))) - 1.0) > SIZE_MATTERS:
+        return (
+            "response_amplitude: so near resonance the motion does not tell whether the mass's column is its own"
+            f" displacement or that relative to the base, whose own would be {size:.3g} Y (mass {word} base): the"
+            " energy is the same, the amplitude is not: check what the sensor stands on"
+        )
+    return ""
+
+
+def _may_stand(cycle: FloatArray, least: float) -> bool:
+    """Whether a cycle is slow for more than this share of it; quick."""
+    width = max(1, len(cycle) // 128)
+    speed = np.abs(cycle[width:] - cycle[:-width])
+    return bool(np.count_nonzero(speed < SLOW * speed.max()) > least * len(speed))
+
+
+def _stuck(cycle: FloatArray, noise: float, samples: float) -> float:
+    """Fraction of a single cycle that it stands."""
+    rows = (cycle - cycle.mean())[None]
+    how = smoother(rows, noise=noise, samples=samples)
+    limits = stops.Thresholds.of(how.v_noise, how.resolution)
+    ((_, _, v),) = smoothed(rows, how, len(cycle))
+    found, _ = stops.stops_of(stops.pauses(v, limits.still), limits, len(cycle))
+    return float(np.sum(found[1] - found[0])) / stops.TURN
+
+
+def _left(mass: FloatArray, base: FloatArray, r: float) -> float:
+    """What friction against the motion does not explain of the force f - x - r^2 x'', harmonics 1 to 5: 0 to 1.
+
+    It may grow with the place, as of a contact that is no plane. The least within what the natural frequency may be
+    off by.
+    """
+    x, f = (np.fft.rfft(cycle)[1:6] for cycle in (mass, base))
+    k = np.arange(1, 6)
+    speed = np.fft.irfft(np.concatenate([[0.0], 1j * k * x]), 512)
+    place = np.fft.irfft(np.concatenate([[0.0], x]), 512)
+    kinds = np.sign(speed) * np.array([np.ones(512), place / max(float(np.abs(place).max()), 1e-300)])
+    against = np.fft.rfft(kinds)[:, 1:6]
+    both = np.concatenate([against.real, against.imag], axis=1)
+    force = f - (1.0 - (r * (1.0 + DETUNED[:, None]) * k) ** 2) * x
+    parts = np.concatenate([force.real, force.imag], axis=1)
+    share = np.linalg.solve(both @ both.T, both @ parts.T)
+    left = np.linalg.norm(parts - share.T @ both, axis=1) / np.linalg.norm(parts, axis=1)
+    return float(np.where(share[0] > 0.0, left, 1.0).min())
+
+
+# A sensor that clips -------------------------------------------------------------------------------------------------
+
+LEVELS = (0.01, 0.04, 0.16)  # depths below an extreme, as shares of the whole stroke
+SCALES = {1.0: 2.5, 1 / 4: 2.3, 1 / 16: 2.35}  # of the levels, and the sharpness no motion has
+FINE = {1 / 4: 2.6, 1 / 16: 2.6}  # near enough to the extreme that stops on the way there do not count
+"""2 for any motion whose speed passes through zero (2.2 at most for 1,900 motions of the simulator), 4 for a corner."""
+BACK = 0.5  # of the first level: a flank that comes back by more is a motion that rings beside its extreme
+POINTS = 20.0  # of a cycle over the root of the scale; below it the levels lie within a point of the extreme
+
+
+def is_clipped(cycle: FloatArray, *, noise: float, stops_on_its_way: bool = False) -> bool:
+    """Tell whether a mean cycle is cut off at one of its extremes.
+
+    Near a true extreme, a stop included, the depth grows with the square of the time, so that from 4 to 16 % of the
+    stroke takes twice as long as from 1 to 4 %; where the signal is cut off it arrives with its full speed and takes up
+    to four times as long. Both flanks of the extreme must have the corner. A signal of which little is cut off shows it
+    only close to its extreme: the same is asked at a quarter and a sixteenth of these depths, where the cycle has
+    points enough to tell (40 and 80).
+
+    Parameters
+    ----------
+    cycle : (p,) array
+        One cycle, equally spaced in phase.
+    noise : float
+        Rms of the noise left in one point, in the cycle's unit; where it hides the levels, nothing is found.
+    stops_on_its_way : bool
+        The mass slows or stops between its extremes: its flanks are steep everywhere.
+
+    Examples
+    --------
+    >>> x = np.sin(2 * np.pi * np.arange(400) / 400)
+    >>> is_clipped(x, noise=0.0), is_clipped(np.minimum(x, 0.9), noise=0.0)
+    (False, True)
+    """
+    stroke = float(np.ptp(cycle))
+    if not stroke > 0.0:
+        return False
+    asked = [
+        (scale, sharpest)
+        for scale, sharpest in (FINE if stops_on_its_way else SCALES).items()
+        if 8.0 * noise <= scale * LEVELS[0] * stroke and cycle.size * scale**0.5 >= POINTS
+    ]
+    for side in (cycle / stroke, -cycle / stroke):
+        depths = [side.max() - np.roll(flank, -int(np.argmax(flank))) for flank in (side, side[::-1])]
+        if any(all(_sharpness(depth, scale) > sharpest for depth in depths) for scale, sharpest in asked):
+            return True
+    return False
+
+
+def _sharpness(depth: FloatArray, scale: float) -> float:
+    """Time from the second to the third level over the time from the first to the second, after the highest point.
+
+    ``depth`` (p,): below it, from there on. A signal that was cut off falls all the way. An elastic contact rings about
+    its extreme and comes back: no flank.
+    """
+    passed = []
+    for level in (scale * level for level in LEVELS):  # last, on the first way down to the next
+        below = int(np.argmax(depth > 1.5 * level))
+        above = below - 1 - int(np.argmax(depth[:below][::-1] <= level))
+        passed.append(float(above + (level - depth[above]) / (depth[above + 1] - depth[above])))
+    first, second, third = passed
+    flank = depth[int(first) : int(third) + 1]
+    if np.any(np.maximum.accumulate(flank) - flank > BACK * scale * LEVELS[0]):
+        return 0.0
+    return (third - second) / max(second - first, 1e-300)

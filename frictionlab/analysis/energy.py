@@ -22,7 +22,6 @@ from frictionlab.uncertainty import Sources
 
 if TYPE_CHECKING:
     from frictionlab.analysis.layout import Layout
-    from frictionlab.analysis.measurement import Cycle
     from frictionlab.analysis.response import Response
 
 FEW = 8  # cycles that tell their own scatter; fewer take that of all
@@ -51,9 +50,8 @@ def loop_area(mass: FloatArray, base: FloatArray) -> FloatArray:
     >>> float(loop_area(0.5 * np.sin(tau)[None], np.cos(tau)[None])[0] / (0.5 * np.pi))
     0.99999...
     """
-    fine = _polygon(mass, base, 1)
-    coarse = 0.5 * _polygon(mass, base, 2)  # both polygons of every second point, halved
-    return np.asarray((4.0 * fine - coarse) / 3.0)
+    fine, coarse = (_polygon(mass, base, stride) for stride in (1, 2))
+    return np.asarray((4.0 * fine - 0.5 * coarse) / 3.0)
 
 
 def _polygon(mass: FloatArray, base: FloatArray, stride: int) -> FloatArray:
@@ -68,10 +66,7 @@ def _polygon(mass: FloatArray, base: FloatArray, stride: int) -> FloatArray:
 def energy_input(mass: FloatArray) -> FloatArray:
     """Energy input of a pure cosine base, eq. (2.16): the integral of x' cos(tau), as pi times x's sine part.
 
-    Parameters
-    ----------
-    mass : (n, points) array
-        x/Y, one cycle a row, from tau = -pi/2 (the base rises through zero).
+    ``mass`` (n, points): x/Y, one cycle a row, from tau = -pi/2 (the base rises through zero).
     """
     points = mass.shape[1]
     tau = 2.0 * math.pi * np.arange(points) / points - 0.5 * math.pi
@@ -81,35 +76,19 @@ def energy_input(mass: FloatArray) -> FloatArray:
 def loop_area_noise(mass: FloatArray, base: FloatArray, mass_noise: float, base_noise: float, samples: float) -> float:
     """Standard error of one loop's area from white sensor noise, to first order.
 
-    Parameters
-    ----------
-    mass, base : (points,) arrays
-        The (mean) cycle, dimensionless.
-    mass_noise, base_noise : float
-        Rms of the noise of one sample, in the same units.
-    samples : float
-        Samples the sensor took in the cycle.
+    ``mass``, ``base`` (points,): the (mean) cycle, dimensionless; noises: rms of one of the ``samples`` of a cycle.
     """
-    d_mass, d_base = _tangent(mass), _tangent(base)
+    d_mass, d_base = ((np.roll(c, -1) - np.roll(c, 1)) * (len(c) / (4.0 * math.pi)) for c in (mass, base))
     variance = mass_noise**2 * float(np.mean(d_base**2)) + base_noise**2 * float(np.mean(d_mass**2))
     variance += 0.9 * (mass_noise * base_noise * samples / (2.0 * math.pi)) ** 2  # noise times noise, 5-point slope
     return 2.0 * math.pi * math.sqrt(variance / samples)
 
 
-def _tangent(cycle: FloatArray) -> FloatArray:
-    """Derivative by tau, central differences round the cycle."""
-    return (np.roll(cycle, -1) - np.roll(cycle, 1)) * (len(cycle) / (4.0 * math.pi))
-
-
 def used_cycles(end_time: FloatArray, rule: str, period: int = 1) -> slice:
     """Which cycles a rule uses: ``last``, ``all``, or ``window:S`` (those that lie in the last S seconds).
 
-    A motion that repeats every ``period`` cycles is taken in whole periods, one at least where there is one.
-
-    Parameters
-    ----------
-    end_time : (n + 1,) array
-        Start of each cycle and the end of the last, s.
+    ``end_time`` (n + 1,): start of each cycle and the end of the last, s. A motion that repeats every ``period`` cycles
+    is taken in whole periods, one at least where there is one.
 
     Raises
     ------
@@ -162,22 +141,19 @@ def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: fl
     return Estimate(mean, math.hypot(math.sqrt(square), shared, drift * mean / math.sqrt(12.0)))
 
 
-APART = 3.0  # combined uncertainties between the two energies, and ...
-MATTERS = 0.02  # ... relative: from both on it is said
-
-
 @dataclass(frozen=True)
 class Friction:
     """What the load cell says: energy of a cycle (J), friction force (N), coefficient, the mean cycle of force (p,) N.
 
-    ``cycle`` starts at tau = 0.
+    ``cycle`` starts at tau = 0; ``turned``: the cell counts the other way.
     """
 
+    name: str
     energy: Estimate
     force: Estimate
     coefficient: Estimate
     cycle: FloatArray
-    warnings: tuple[str, ...]
+    turned: bool
 
 
 def by_load_cell(
@@ -222,73 +198,46 @@ def by_load_cell(
         return None
     unit, points = layout.drive.amplitude, layout.mass.shape[1]
     slid = layout.mass - layout.base if wall_moves else layout.mass
-    rows = layout.more[name]
     spectrum = np.fft.rfft(slid[used].mean(axis=0))
-    if not wall_moves:
-        spectrum = answer.how.mean * points if answer.how.period == 1 else spectrum
+    if not wall_moves and answer.how.period == 1:
+        spectrum = answer.how.mean * points
     k = np.arange(len(spectrum))
     speed = np.abs(np.fft.irfft(1j * k * spectrum, points))
     way = 2.0 * math.pi * float(speed.mean()) * unit * answer.amplitude / max(answer.size, 1e-300)
+    rows = layout.more[name]
     each = loop_area(slid * unit, rows)
     turned = float(each[used].mean()) < 0.0
     each, rows = (-each, -rows) if turned else (each, rows)
-    normal, u_normal = np.full(len(rows), math.nan), sources.normal_force
+    gain, u_normal = math.hypot(sources.mass_gain, 1e-9), sources.normal_force
+    normal = np.full(len(rows), math.nan if normal_force_n is None else normal_force_n)
     if "normal_force" in layout.more:
         normal = np.abs(layout.more["normal_force"] @ speed) / max(float(speed.sum()), 1e-300)
         u_normal = sources.mass_gain
-    elif normal_force_n is not None:
-        normal[:] = normal_force_n
-    gain = math.hypot(sources.mass_gain, 1e-9)
-    loop = mean_over(each, used, period=layout.foreign.period).with_relative(math.hypot(gain, sources.mass_gain))
-    force = _ratio(each, way, used, layout).with_relative(gain)
-    known = bool(np.isfinite(normal).all()) and name != "torque"
-    coefficient = _ratio(each, way * normal, used, layout) if known else Estimate()
+
+    def over(size: FloatArray) -> Estimate:
+        """Sum over sum: a cycle in which little moves counts little; its error by what each cycle is off."""
+        mean = float(size[used].mean())
+        if name == "torque" or not mean > 0.0:
+            return Estimate()
+        ratio = float(each[used].mean()) / mean
+        return mean_over(ratio + (each - ratio * size) / mean, used, period=layout.foreign.period)
+
     cycle = rows[used].mean(axis=0)
     omega = 2.0 * math.pi * layout.drive.frequency
     cycle = cycle - inertia_kg * omega**2 * unit * np.fft.irfft(-(k**2) * spectrum, points)
-    said = (
-        (f"{name}: it counts the other way, friction against the motion is negative in it: its sign is turned",)
-        if turned
-        else ()
-    )
+    energy = mean_over(each, used, period=layout.foreign.period)
     return Friction(
-        energy=loop,
-        force=force if name != "torque" else Estimate(),
-        coefficient=coefficient.with_relative(math.hypot(gain, u_normal)),
+        name=name,
+        energy=energy.with_relative(math.hypot(gain, sources.mass_gain)),
+        force=over(way).with_relative(gain),
+        coefficient=over(way * normal).with_relative(math.hypot(gain, u_normal)),
         cycle=np.roll(cycle - cycle.mean(), -(points // 4)),
-        warnings=said,
+        turned=turned,
     )
 
 
-def _ratio(values: FloatArray, over: FloatArray, used: slice, layout: "Layout") -> Estimate:
-    """Sum over sum: a cycle in which little moves counts little; its error by what each cycle is off."""
-    size = float(over[used].mean())
-    if not size > 0.0:
-        return Estimate()
-    ratio = float(values[used].mean()) / size
-    return mean_over(ratio + (values - ratio * over) / size, used, period=layout.foreign.period)
-
-
-def taken_by_the_frame(cycle: "Cycle", damping_ratio: float, r: float) -> float:
-    """Energy (k Y^2) that the dashpot between mass and base takes in a mean cycle."""
-    lines = np.fft.rfft(cycle.mass_smooth - cycle.base)
-    speed = np.fft.irfft(1j * np.arange(len(lines)) * lines, len(cycle.tau))
+def taken_by_the_frame(stretched: FloatArray, damping_ratio: float, r: float) -> float:
+    """Energy (k Y^2) that the dashpot between mass and base takes in a mean cycle of their distance (p,), Y."""
+    lines = np.fft.rfft(stretched)
+    speed = np.fft.irfft(1j * np.arange(len(lines)) * lines, len(stretched))
     return 4.0 * math.pi * damping_ratio * r * float(np.mean(speed**2))
-
-
-def doubts_of(friction: Friction, loop: Estimate, stiffness: float | None, unit: float, taken: float) -> list[str]:
-    """Say where the loop of force and that of the motion do not agree; ``taken``: by the frame (k Y^2)."""
-    said = list(friction.warnings)
-    if stiffness is None or loop.value is None or not friction.energy.value:
-        return said
-    scale = stiffness * unit**2
-    by_motion = (loop.value - taken) * scale
-    apart = friction.energy.value - by_motion
-    u = math.hypot(friction.energy.error or 0.0, (loop.error or 0.0) * scale)
-    if abs(apart) > max(APART * u, MATTERS * abs(by_motion)):
-        said.append(
-            f"force_energy_per_cycle: the load cell gives {friction.energy.value:.3g} J, the loop of the motion"
-            f" {by_motion:.3g} J, {100.0 * apart / by_motion:+.2g} %: gain or place of the load cell, stiffness_n_per_m"
-            " or the frame's damping_ratio in [rig] are off"
-        )
-    return said

@@ -1,15 +1,22 @@
-"""Free vibration: natural frequency, viscous damping ratio and friction of the frame, from each tap of a record."""
+"""Free vibration: natural frequency, viscous damping ratio and friction of the frame, from each tap of a record.
+
+Where the frame has several masses, one free decay gives its modes (`modes`): frequencies, damping ratios, shapes. Every
+mass moves by ``sum_k e^(-zeta_k omega_k t) (a_k cos + b_k sin)(omega_dk t)`` with frequencies and damping of the frame.
+For given ones the amplitudes are linear and follow by least squares (variable projection [Golub and Pereyra 1973]), so
+that only two numbers a mode are searched for. Friction of the frame is no part of it.
+"""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import least_squares
+from scipy.signal import find_peaks
 
-from frictionlab.analysis.decay import DecayFit, first_guess, fit_decay, misfit_of
-from frictionlab.analysis.hum import without_high_lines
-from frictionlab.analysis.signals import EVEN, stray
-from frictionlab.analysis.taps import Turnings, find_taps
+from frictionlab.analysis.decay import DecayFit, first_guess, fit_decay
+from frictionlab.analysis.signals import EVEN, stray, white_noise
+from frictionlab.analysis.spectrum import amplitude_spectrum, without_high_lines
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Average, Estimate, average
@@ -127,17 +134,19 @@ def free_vibrations(
     if stray(time, step) < EVEN:
         displacement = without_high_lines(displacement, step)
         base = None if base is None else without_high_lines(base, step)
-    taps = find_taps(time, displacement)
-    shares = [0.0 if base is None else _base_share(tap, time, base) for tap in taps]
-    if max(shares) > _DRIVEN:
-        raise AnalysisError(
-            f"free vibration: a driven motion: the base moves by {max(shares):.0%} of the mass's swing: expected a base"
-            " at rest: hold it, tap the mass, record until it rests"
-        )
-    found = [
-        _free_vibration(time, displacement, tap, share, pendulum=pendulum)
-        for tap, share in zip(taps, shares, strict=True)
-    ]
+    found = []
+    for tap in find_taps(time, displacement):
+        inside, share = (time >= tap.time[0]) & (time <= tap.time[-1]), 0.0
+        if base is not None and np.count_nonzero(inside) > 1:
+            share = math.sqrt(2.0) * float(np.std(base[inside])) / float(tap.swing[0])
+        if share > _DRIVEN:
+            raise AnalysisError(
+                f"free vibration: a driven motion: the base moves by {share:.0%} of the mass's swing: expected a base"
+                " at rest: hold it, tap the mass, record until it rests"
+            )
+        guess = replace(first_guess(tap.time, tap.height), pendulum=pendulum)
+        t, seen = _thinned(time[inside], displacement[inside], guess.half_period, guess.rest)
+        found.append(_found(fit_decay(t, seen, guess), t, seen, len(tap.swing), share))
     good = tuple(tap for tap in found if tap.misfit <= _NO_DECAY)
     if not good:
         raise AnalysisError(
@@ -148,17 +157,20 @@ def free_vibrations(
     return good
 
 
-def _base_share(tap: Turnings, time: FloatArray, base: FloatArray) -> float:
-    """Swing of the base (sqrt 2 times its rms) while the mass swings freely, over the mass's first swing."""
-    part = base[(time >= tap.time[0]) & (time <= tap.time[-1])]
-    return math.sqrt(2.0) * float(np.std(part)) / float(tap.swing[0]) if len(part) > 1 else 0.0
+def _thinned(time: FloatArray, x: FloatArray, half_period: float, rest: float) -> tuple[FloatArray, FloatArray]:
+    """Means of so many neighbours that enough are left; what averaging takes from a sinusoid is given back."""
+    step = (time[-1] - time[0]) / (len(time) - 1)
+    size = int(half_period / step / _PER_HALF_CYCLE)
+    if size < 2:
+        return time, x
+    count = len(time) // size
+    t, mean = (values[: count * size].reshape(count, size).mean(axis=1) for values in (time, x))
+    angle = 0.5 * math.pi * step / half_period
+    kept = math.sin(size * angle) / (size * math.sin(angle))
+    return t, rest + (mean - rest) / kept
 
 
-def _free_vibration(time: FloatArray, x: FloatArray, tap: Turnings, share: float, *, pendulum: bool) -> FreeVibration:
-    inside = (time >= tap.time[0]) & (time <= tap.time[-1])
-    guess = replace(first_guess(tap.time, tap.height), pendulum=pendulum)
-    t, seen = _thinned(time[inside], x[inside], guess.half_period, guess.rest)
-    fit = fit_decay(t, seen, guess)
+def _found(fit: DecayFit, time: FloatArray, seen: FloatArray, half_cycles: int, base_share: float) -> FreeVibration:
     decay, se = fit.decay, fit.se
     return FreeVibration(
         start_s=decay.start,
@@ -173,26 +185,13 @@ def _free_vibration(time: FloatArray, x: FloatArray, tap: Turnings, share: float
         friction_m_upper=fit.limits.get("friction"),
         friction_over_swing=decay.friction / abs(decay.swing),
         amplitude_m=abs(decay.swing),
-        half_cycles=len(tap.swing),
-        misfit=misfit_of(fit),
+        half_cycles=half_cycles,
+        misfit=fit.misfit,
         cubic_share=decay.cubic * decay.swing**2,
         cubic_share_se=se.cubic * decay.swing**2 if decay.cubic else None,
-        warnings=tuple(_warnings(fit, share)),
-        swing=Swing(t, seen, seen - fit.residual),
+        warnings=tuple(_warnings(fit, base_share)),
+        swing=Swing(time, seen, seen - fit.residual),
     )
-
-
-def _thinned(time: FloatArray, x: FloatArray, half_period: float, rest: float) -> tuple[FloatArray, FloatArray]:
-    """Means of so many neighbours that enough are left; what averaging takes from a sinusoid is given back."""
-    step = (time[-1] - time[0]) / (len(time) - 1)
-    size = int(half_period / step / _PER_HALF_CYCLE)
-    if size < 2:
-        return time, x
-    count = len(time) // size
-    t, mean = (values[: count * size].reshape(count, size).mean(axis=1) for values in (time, x))
-    angle = 0.5 * math.pi * step / half_period
-    kept = math.sin(size * angle) / (size * math.sin(angle))
-    return t, rest + (mean - rest) / kept
 
 
 def _warnings(fit: DecayFit, base_share: float) -> list[str]:
@@ -214,11 +213,10 @@ def _warnings(fit: DecayFit, base_share: float) -> list[str]:
             f"{names} would come out negative by {fit.doubt:.2g} standard errors and is held at 0: the damping is of "
             "another kind than viscous and Coulomb"
         )
-    misfit = misfit_of(fit)
-    if misfit > _ODD:
+    if fit.misfit > _ODD:
         said.append(
-            f"viscous and Coulomb damping leave {misfit:.1%} of the first swing unexplained: stiffness or damping of "
-            "another kind, or a second mode; its share of the errors is in the bars only as far as it scatters"
+            f"viscous and Coulomb damping leave {fit.misfit:.1%} of the first swing unexplained: stiffness or damping"
+            " of another kind, or a second mode; its share of the errors is in the bars only as far as it scatters"
         )
     return said
 
@@ -275,3 +273,221 @@ def _digits(found: Average) -> str:
     if not found.se > 0.0 or not abs(found.mean) > found.se:
         return f"{found.mean:.4g}"
     return f"{found.mean:.{min(12, 2 + math.ceil(math.log10(abs(found.mean) / found.se)))}g}"
+
+
+# Where a mass swings freely ------------------------------------------------------------------------------------------
+
+LEAST_SWINGS = 6  # half-cycles
+_ABOVE_NOISE = 10.0  # what turns back by less is no turning point
+_RISE = 1.1  # a swing so much larger than the smallest before it begins another tap
+_UNEVEN = 1.5  # a half-cycle so much longer than the one before: the mass had come to rest
+_FALLS_TO = 0.7  # of its first swing, at least, in a free decay
+_LEAST_SHARE = 0.5  # of all half-cycles that belong to free decays
+
+
+@dataclass(frozen=True)
+class Turnings:
+    """Turning points of a record: ``time`` (n,) s and ``height`` (n,) m."""
+
+    time: FloatArray
+    height: FloatArray
+
+    @property
+    def swing(self) -> FloatArray:
+        """Half the way from each turning point to the next (n - 1,) m; the sensor's zero does not matter."""
+        return 0.5 * np.abs(np.diff(self.height))
+
+    def part(self, begin: int, end: int) -> "Turnings":
+        """The turning points from one number up to another, not included."""
+        return Turnings(self.time[begin:end], self.height[begin:end])
+
+
+def find_taps(time: FloatArray, displacement: FloatArray) -> tuple[Turnings, ...]:
+    """Find the free decays of a record (n,) [s], [m], each by its turning points.
+
+    The first turning point of a tap is left out, a hand or a hammer may still have been there, and so is the last one
+    before a new tap. The record may begin before the release and go on after the motion died.
+
+    Raises
+    ------
+    AnalysisError
+        No decay of at least six half-cycles; or the motion is steady or grows, so that something drives it.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 20.0, 0.01)
+    >>> x = np.exp(-0.5 * np.mod(t, 10.0)) * np.cos(2 * np.pi * np.mod(t, 10.0))
+    >>> [round(float(tap.time[0]), 1) for tap in find_taps(t, x)]
+    [0.5, 10.5]
+    """
+    turnings = _turning_points(time, displacement)
+    swings, wait = turnings.swing, np.diff(turnings.time)
+    begins, smallest = [0], math.inf  # of runs in which no swing rises and the mass never rests
+    for number, swing in enumerate(swings.tolist()):
+        rests = number > begins[-1] and wait[number] > _UNEVEN * wait[number - 1]
+        if swing > _RISE * smallest or rests:
+            begins.append(number)
+            smallest = math.inf
+        smallest = min(smallest, swing)
+    long = []
+    for begin, end in zip(begins, [*(b + 1 for b in begins[1:]), len(swings) + 1], strict=True):
+        part = turnings.part(begin, end)
+        if len(part.swing):
+            run = part.part(int(np.argmax(part.swing)) + 1, len(part.time) - (end < len(turnings.time)))
+            long += [run] if len(run.swing) >= LEAST_SWINGS else []
+    decays = tuple(run for run in long if run.swing[-1] <= _FALLS_TO * run.swing[0])
+    share = sum(len(run.swing) + 1 for run in decays) / max(1, len(swings))
+    if decays and share >= _LEAST_SHARE:
+        return decays
+    do = "displace the mass, let go, and record until it rests"
+    if len(swings) <= 2 * LEAST_SWINGS and not long:
+        most = max(0, len(swings) - 1)
+        raise AnalysisError(
+            f"free vibration: expected at least {LEAST_SWINGS} half-cycles above the noise; got {most}: {do}"
+        )
+    quarter = max(1, len(swings) // 4)
+    early, late = float(np.median(swings[:quarter])), float(np.median(swings[-quarter:]))
+    sizes = f"its half-cycles swing by {1e3 * early:.3g} mm at first and {1e3 * late:.3g} mm at the end"
+    if late > 1.3 * early:
+        raise AnalysisError(
+            f"free vibration: the motion grows ({sizes}), which is negative damping or a drive, not a free decay: {do}"
+        )
+    raise AnalysisError(
+        f"free vibration: this is a driven motion, not a free decay ({sizes}; {share:.0%} of {len(swings)} half-cycles"
+        f" belong to a decay): {do}, with the base at rest"
+    )
+
+
+def _turning_points(time: FloatArray, x: FloatArray) -> Turnings:
+    """Extremes between which the record moves by ten times its noise.
+
+    Each is the vertex of the parabola through the samples about it; the first one is as it is.
+    """
+    noise = white_noise(x) if len(x) >= 16 else 0.0
+    least = max(_ABOVE_NOISE * noise, 1e-9 * float(np.ptp(x)))
+    bends = np.flatnonzero(np.diff(np.sign(np.diff(x)))) + 1
+    at, rising, top, bottom = list[int](), 0, 0, 0
+    for here in [0, *bends.tolist(), len(x) - 1]:
+        top, bottom = here if x[here] > x[top] else top, here if x[here] < x[bottom] else bottom
+        if rising >= 0 and x[top] - x[here] > least:
+            at.append(top)
+            rising, bottom = -1, here
+        elif rising <= 0 and x[here] - x[bottom] > least:
+            at.append(bottom)
+            rising, top = 1, here
+    when, height = time[at], x[at]
+    for k, here in enumerate(at[1:], 1):
+        beside = [here - at[k - 1], *(after - here for after in at[k + 1 : k + 2])]
+        reach = min(max(1, min(beside) // 8), here, len(x) - 1 - here)
+        if reach >= 1:
+            part = slice(here - reach, here + reach + 1)
+            u = time[part] - time[here]
+            c, b, a = np.polynomial.polynomial.polyfit(u, x[part], 2)
+            offset = float(np.clip(-b / (2.0 * a), u[0], u[-1])) if a else 0.0
+            when[k], height[k] = time[here] + offset, c + offset * (b + a * offset)
+    return Turnings(when, height)
+
+
+# Several masses ------------------------------------------------------------------------------------------------------
+
+FALLEN = 0.02  # of the largest displacement: what is below is not fitted
+DAMPING = 0.01  # ratio from which the fit starts
+PER_PERIOD = 12  # samples of the fastest mode that a fit needs
+CLEAR = 0.01  # of the highest peak of a spectrum: lower ones are no mode
+ODD = 0.1  # rms left over the rms measured: no motion of so many modes
+
+
+@dataclass(frozen=True)
+class Mode:
+    """One mode of a frame.
+
+    ``natural_frequency_hz``, ``damping_ratio`` and their standard errors; ``shape``: displacement of each mass over the
+    largest of them, from mass 1 up, negative where it moves against it.
+    """
+
+    natural_frequency_hz: float
+    natural_frequency_hz_se: float
+    damping_ratio: float
+    damping_ratio_se: float
+    shape: tuple[float, ...]
+
+
+def modes(time: FloatArray, displacements: FloatArray) -> tuple[Mode, ...]:
+    """Fit as many modes as there are masses to a free decay, hum taken out.
+
+    Parameters
+    ----------
+    time : (n,) array
+        s, evenly spaced.
+    displacements : (m, n) array
+        Of each mass, m, from mass 1 up; may begin before the release.
+
+    Raises
+    ------
+    AnalysisError
+        Fewer modes show than there are masses, or the motion is none of that kind.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 20.0, 0.005)
+    >>> slow, fast = np.exp(-0.1 * t) * np.cos(12.0 * t), np.exp(-0.3 * t) * np.cos(31.0 * t)
+    >>> found = modes(t, 1e-3 * np.array([0.6 * slow + fast, slow - 0.6 * fast]))
+    >>> [(round(m.natural_frequency_hz, 3), [round(s, 3) for s in m.shape]) for m in found]
+    [(1.91, [0.6, 1.0]), (4.934, [1.0, -0.6])]
+    """
+    step = float(time[-1] - time[0]) / (len(time) - 1)
+    signals = np.array([without_high_lines(x, step) for x in displacements])
+    about = signals - np.median(signals[:, -max(1, len(time) // 10) :], axis=1)[:, None]
+    size = np.abs(about).max(axis=0)
+    first = int(np.argmax(size))
+    last = int(np.flatnonzero(size > FALLEN * size[first])[-1]) + 1
+    guess = _frequencies(about[:, first:last], step)
+    thin = max(1, int(1.0 / (max(guess) * PER_PERIOD * step)))
+    t, x = time[first:last:thin] - time[first], about[:, first:last:thin]
+
+    def columns(p: FloatArray) -> FloatArray:
+        omega, zeta = 2.0 * math.pi * p[0::2], np.clip(p[1::2], -0.5, 0.9)
+        turn = np.outer(omega * np.sqrt(1.0 - zeta**2), t)
+        fade = np.exp(-np.outer(zeta * omega, t))
+        return np.concatenate([fade * np.cos(turn), fade * np.sin(turn), np.ones((1, len(t)))]).T
+
+    def left(p: FloatArray) -> FloatArray:
+        basis = columns(p)
+        share, *_ = np.linalg.lstsq(basis, x.T, rcond=None)
+        return np.asarray((basis @ share - x.T).ravel() / size[first])
+
+    start = np.array([value for f in guess for value in (f, DAMPING)])
+    found = least_squares(left, start, x_scale=np.array([value for f in guess for value in (0.01 * f, DAMPING)]))
+    share, *_ = np.linalg.lstsq(columns(found.x), x.T, rcond=None)
+    slopes = np.asarray(found.jac)
+    misfit = float(np.std(found.fun)) * float(size[first]) / float(np.std(x))
+    if misfit > ODD:
+        raise AnalysisError(
+            f"free vibration: {len(x)} damped modes leave {100.0 * misfit:.2g} % of the motion: expected a free decay"
+            " of as many masses as there are columns: displace, let go, touch nothing"
+        )
+    variance = float(found.fun @ found.fun) / max(1, len(found.fun) - len(start))
+    error = np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)) * variance)
+    each = share[: len(guess)] - 1j * share[len(guess) : -1]  # complex amplitudes (mode, mass)
+    largest = np.take_along_axis(each, np.abs(each).argmax(axis=1)[:, None], axis=1)
+    numbers = np.stack([found.x, error], axis=1).reshape(-1, 4)
+    shapes = (each / largest).real
+    return tuple(
+        Mode(f, f_se, zeta, zeta_se, tuple(shape))
+        for (f, f_se, zeta, zeta_se), shape in zip(numbers.tolist(), shapes.tolist(), strict=True)
+    )
+
+
+def _frequencies(x: FloatArray, step: float) -> list[float]:
+    """The highest peaks, one for each mass, of the spectra (m, n) taken together [Hz], ascending."""
+    spectra = [amplitude_spectrum(row, step) for row in x]
+    power = np.sqrt(np.sum([s.amplitude**2 for s in spectra], axis=0))
+    apart = max(1, round(2.0 * spectra[0].resolution / float(spectra[0].frequency[1])))
+    peaks, _ = find_peaks(power, distance=apart, prominence=CLEAR * float(power.max()))
+    peaks = peaks[np.argsort(-power[peaks])][: len(x)]
+    if len(peaks) < len(x):
+        raise AnalysisError(
+            f"free vibration: expected {len(x)} modes, one for each mass; got {len(peaks)} clear in the spectrum:"
+            " displace the frame in another place, so that all modes move"
+        )
+    return sorted(spectra[0].frequency[peaks].tolist())

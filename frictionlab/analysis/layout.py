@@ -1,15 +1,16 @@
-"""From samples to cycles: the drive found, the steady cycles of mass and base laid under each other."""
+"""From samples to cycles: the drive found, hum taken out, the steady cycles of mass and base laid under each other."""
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from frictionlab.analysis import cycles, hum, signals, spectrum, steadiness
-from frictionlab.analysis.hum import Foreign
-from frictionlab.analysis.signals import Stretch
+from frictionlab.analysis import cycles, spectrum, steadiness
+from frictionlab.analysis.cycles import Cut
+from frictionlab.analysis.signals import Sensor, Stretch, sensor_step, white_noise
+from frictionlab.analysis.spectrum import SHORTEST_S, DriveLine, Line, Spectrum, line_in
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError
 
@@ -17,6 +18,8 @@ FEWEST_SAMPLES = 6  # a cycle; with 5 the base's amplitude comes out 3 % low, wi
 SHOWN = 10.0  # times the drive: how far a spectrum is kept
 FINE_SAMPLES = 24  # a cycle; between fewer a cubic takes from the third harmonic
 HARMONICS = 9  # of the base motion: base_distortion counts 2 to 9
+RESOLVED = 3.0  # resolution cells between a line and a harmonic, in a window that tells them apart
+ROUNDS = 0.1  # of a sensor's step: a line below it may be rounding
 
 
 @dataclass(frozen=True)
@@ -40,29 +43,20 @@ class Drive:
 
 
 @dataclass(frozen=True)
-class Sensor:
-    """What a sensor adds to a channel, in the channel's unit.
+class Foreign:
+    """Lines that are no harmonics of the drive, by channel (m), and after how many cycles of the drive all repeats.
 
-    ``noise``: rms of its white noise; ``step``: smallest step of its values (0: not quantised); ``rounding``: rms of
-    the rounding that no mean takes away; ``shared``: the same as white noise over a cycle.
+    ``faintest``: amplitude of the faintest line that would be found in the mass's channel above the frame's reach (m);
+    ``on_harmonics``: harmonics of the mass that stand out of those beside them; ``masked``: amplitude of hum that a
+    harmonic of the drive may hide (m).
     """
 
-    noise: float
-    step: float
-    rounding: float
-    shared: float
-
-    @classmethod
-    def of(cls, signal: FloatArray, rows: FloatArray, noise: float, samples: float) -> "Sensor":
-        """Of a channel (n,) with this white noise, its cycles (m, p), and the samples a cycle has."""
-        step = signals.sensor_step(signal)
-        rounding = signals.rounding_left(noise, step)
-        shared = signals.as_white(rounding, step, float(np.ptp(rows.mean(axis=0))), samples)
-        return cls(noise, step, rounding, shared)
-
-    def over(self, unit: float) -> "Sensor":
-        """The same in another unit."""
-        return Sensor(self.noise / unit, self.step / unit, self.rounding / unit, self.shared / unit)
+    mass: tuple[Line, ...] = ()
+    base: tuple[Line, ...] = ()
+    period: int = 1
+    faintest: float = 0.0
+    on_harmonics: tuple[Line, ...] = ()
+    masked: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -89,8 +83,8 @@ class Layout:
     of_mass: Sensor
     of_base: Sensor
     offset: float
-    mass_spectrum: spectrum.Spectrum
-    base_spectrum: spectrum.Spectrum
+    mass_spectrum: Spectrum
+    base_spectrum: Spectrum
     foreign: Foreign
     base_wander: FloatArray
     more: Mapping[str, FloatArray]
@@ -110,7 +104,7 @@ class Layout:
     def hidden(self) -> float:
         """Standard uncertainty of an extreme (Y) by lines: faint or hidden ones, and what others leave."""
         rate, taken = self.samples * self.drive.frequency, [line for line in self.foreign.mass if line.removed]
-        left = [3.0 / (rate * hum.window(line, self.drive.frequency)) for line in taken]  # of a Hann window's mean
+        left = [3.0 / (rate * _window(line, self.drive.frequency)) for line in taken]  # of a Hann window's mean
         unseen = math.hypot(self.foreign.faintest, self.foreign.masked) / self.drive.amplitude / math.sqrt(3.0)
         return math.hypot(unseen, self.of_mass.noise * math.sqrt(sum(left)))
 
@@ -152,79 +146,101 @@ def lay_out(
     AnalysisError
         No drive, or no full cycle.
     """
-    longest = max(stretches, key=lambda s: len(s.base), default=None)
-    if longest is None or len(longest.base) < 32:
-        raise AnalysisError("analysis: expected at least 32 samples after the transient: shorten transient_s")
-    base_noise = signals.white_noise(longest.base)
-    base_lines = spectrum.amplitude_spectrum(longest.base, longest.step, padding=padding)
-    guess = _drive_frequency(longest, base_lines)
-    cuts = _cuts(stretches, longest, guess, base_noise)
-    at = next(i for i, s in enumerate(stretches) if s is longest)
-    cut = cuts[at]
-    driven = hum.DriveLine.of(longest, cut)
-    lines_of_base, shown = driven.lines_in(longest.base, base_lines), SHOWN * driven.frequency
-    base_lines = spectrum.up_to(base_lines, shown)  # the rest of a long recording's is dear
-    mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=1)
-    found = driven.lines_in(longest.mass, mass_lines), lines_of_base
-    stretches, foreign = hum.cleaned(stretches, cuts, driven, mass_lines, found)
-    mass_lines = spectrum.up_to(mass_lines, shown)
-    if foreign.period > 1 and cut.drifts:  # what it follows is the motion's own change from cycle to cycle
-        cut = cycles.cut(stretches[0].base, cut.frequency, noise=base_noise, follow=False)
-        cuts = [cut]
-    longest = stretches[at]
+    at = max(range(len(stretches)), key=lambda i: len(stretches[i].base))
+    stretches, cuts, foreign, base_lines, mass_lines = _cleaned(stretches, at, padding)
+    longest, cut = stretches[at], cuts[at]
     points = cycles.points_per_cycle(1.0 / cut.frequency, least=least_points, most=most_points)
-    base = _folded_all([s.base for s in stretches], cuts, points)
-    mass = _folded_all([s.mass for s in stretches], cuts, points)
+    base = _folded([s.base for s in stretches], cuts, points)
+    mass = _folded([s.mass for s in stretches], cuts, points)
     edges = np.cumsum([0, *(len(c) for c in cuts)]).tolist()
     blocks = tuple(slice(a, b) for a, b in pairwise(edges) if b > a)
-    if foreign.base:
-        base_noise = signals.white_noise(longest.base)
-    of_mass = Sensor.of(longest.mass, mass, signals.white_noise(longest.mass), 1.0 / cut.frequency)
-    of_base = Sensor.of(longest.base, base, base_noise, 1.0 / cut.frequency)
-    drive, wander = _driven(base, blocks, cut, longest.step, of_base, foreign.period)
-    time = np.concatenate([s.time + c.start * s.step for s, c in zip(stretches, cuts, strict=True)])
-    end = np.concatenate([s.time + c.end * s.step for s, c in zip(stretches, cuts, strict=True)])
+    of_mass, of_base = (
+        Sensor.of(signal, float(np.ptp(rows.mean(axis=0))), 1.0 / cut.frequency)
+        for signal, rows in ((longest.mass, mass), (longest.base, base))
+    )
+    drive, wander = _drive(base, blocks, cut, longest.step, of_base, foreign.period)
+    unit, offset = drive.amplitude, float(mass.mean())
+    mass -= offset  # in place: a second copy of a long recording would be dear
+    mass /= unit
+    base -= base.mean()
+    base /= unit
     return Layout(
         drive=drive,
-        offset=float(mass.mean()),
-        mass_spectrum=mass_lines,
-        base_spectrum=base_lines,
-        mass=_scaled(mass, drive.amplitude),
-        base=_scaled(base, drive.amplitude),
-        time=time,
-        end=end,
+        mass=mass,
+        base=base,
+        time=np.concatenate([s.time + c.start * s.step for s, c in zip(stretches, cuts, strict=True)]),
+        end=np.concatenate([s.time + c.end * s.step for s, c in zip(stretches, cuts, strict=True)]),
         blocks=blocks,
         samples=min(1.0 / cut.frequency, float(points)),
-        of_mass=of_mass.over(drive.amplitude),
-        of_base=of_base.over(drive.amplitude),
+        of_mass=of_mass.over(unit),
+        of_base=of_base.over(unit),
+        offset=offset,
+        mass_spectrum=mass_lines,
+        base_spectrum=base_lines,
         foreign=foreign,
-        base_wander=(wander.mean(axis=0) - wander.mean()) / drive.amplitude,
-        more={name: _folded_all([s.more[name] for s in stretches], cuts, points) for name in longest.more},
+        base_wander=(wander - wander.mean()) / unit,
+        more={name: _folded([s.more[name] for s in stretches], cuts, points) for name in longest.more},
     )
 
 
-def _driven(
-    base: FloatArray, blocks: tuple[slice, ...], cut: cycles.Cut, step: float, sensor: Sensor, period: int
-) -> tuple[Drive, FloatArray]:
-    """The base motion of whole periods, and its slow wander."""
-    white, points = math.hypot(sensor.noise, sensor.shared * math.sqrt(len(base))), base.shape[1]
-    if 1 < period <= len(base):
-        base = base[len(base) % period :]
-        rows = base.reshape(-1, period * points)
-        wander = slow_wander(rows.mean(axis=1), period * points, (slice(0, len(rows)),)).reshape(period, -1)
-    else:
-        wander = slow_wander(base.mean(axis=1), points, blocks)
-    return _drive(base, wander.mean(axis=0), cut, step, white), wander
+def _cleaned(
+    stretches: list[Stretch], at: int, padding: int
+) -> tuple[list[Stretch], list[Cut], Foreign, Spectrum, Spectrum]:
+    """The stretches without high lines that are no harmonics, their cycles, all lines, spectra of base and mass."""
+    longest = stretches[at]
+    base_lines = spectrum.amplitude_spectrum(longest.base, longest.step, padding=padding)
+    cuts = _cuts(stretches, at, base_lines)
+    cut = cuts[at]
+    spread = float(np.std(cut.end - cut.start)) * cut.frequency if len(cut) else 0.0
+    drive = DriveLine(cut.frequency / longest.step, float(np.std(longest.base)) * math.sqrt(2.0), spread)
+    base = _lines_of(longest.base, base_lines, drive)
+    base_lines = base_lines.up_to(SHOWN * drive.frequency)  # the rest of a long recording's is dear
+    mass_lines = spectrum.amplitude_spectrum(longest.mass, longest.step, padding=1)
+    mass, resolution = _lines_of(longest.mass, mass_lines, drive), mass_lines.resolution
+    period = spectrum.period_of((*mass, *base), drive.frequency, resolution) if len(stretches) == 1 else 1
+    foreign = Foreign(mass, base, period, spectrum.faintest(mass_lines, drive))
+    if period == 1:
+        out, masked = spectrum.on_harmonics(mass_lines, drive, mass)
+        foreign = replace(foreign, on_harmonics=out, masked=masked)
+    else:  # high lines of that period are the motion's
+        part = drive.frequency / period
+        mass, base = (
+            tuple(
+                line
+                for line in found
+                if not line.removed or abs(line.frequency - round(line.frequency / part) * part) > resolution
+            )
+            for found in (mass, base)
+        )
+        foreign = replace(foreign, mass=mass, base=base)
+    stretches = [
+        replace(s, mass=_without(s.mass, s.step, mass, c), base=_without(s.base, s.step, base, c))
+        for s, c in zip(stretches, cuts, strict=True)
+    ]
+    if period > 1 and cut.drifts:  # what it follows is the motion's own change from cycle to cycle
+        cuts = [cycles.cut(stretches[0].base, cut.frequency, noise=white_noise(longest.base), follow=False)]
+    return stretches, cuts, foreign, base_lines, mass_lines.up_to(SHOWN * drive.frequency)
 
 
-def _cuts(stretches: list[Stretch], longest: Stretch, guess: float, base_noise: float) -> list[cycles.Cut]:
-    """The cycles of each stretch, all by the longest one's frequency."""
-    cut = cycles.cut(longest.base, guess * longest.step, noise=base_noise)
-    cuts = [cut if s is longest else cycles.cut(s.base, cut.frequency, noise=base_noise) for s in stretches]
+def _cuts(stretches: list[Stretch], at: int, lines: Spectrum) -> list[Cut]:
+    """The cycles of each stretch, all by the longest one's frequency; refuses a base that nothing drives."""
+    longest = stretches[at]
+    variance = float(np.var(longest.base))
+    if not variance > 0.0:
+        raise AnalysisError("analysis: no drive: the base stands still; expected a base motion: check the base column")
+    tone = spectrum.strongest_tone(lines)
+    if 0.5 * tone.amplitude**2 < 0.2 * variance:
+        raise AnalysisError(
+            f"analysis: no drive: the strongest line of the base motion ({tone.frequency:.4g} Hz) holds only"
+            f" {50 * tone.amplitude**2 / variance:.2g} % of its power; expected a periodic base: check the base column"
+        )
+    noise = white_noise(longest.base)
+    cut = cycles.cut(longest.base, tone.frequency * longest.step, noise=noise)
+    cuts = [cut if s is longest else cycles.cut(s.base, cut.frequency, noise=noise) for s in stretches]
     if not any(len(c) for c in cuts):
         raise AnalysisError(
-            f"analysis: expected at least one full cycle of the drive ({guess:.4g} Hz) after the transient; got"
-            f" {len(longest.base) * longest.step:.3g} s: shorten transient_s or record longer"
+            f"analysis: expected at least one full cycle of the drive ({tone.frequency:.4g} Hz) after the transient;"
+            f" got {len(longest.base) * longest.step:.3g} s: shorten transient_s or record longer"
         )
     if cut.frequency * FEWEST_SAMPLES > 1.0:
         raise AnalysisError(
@@ -234,60 +250,79 @@ def _cuts(stretches: list[Stretch], longest: Stretch, guess: float, base_noise: 
     return cuts
 
 
-def _drive_frequency(stretch: Stretch, lines: spectrum.Spectrum) -> float:
-    """Frequency of the base's strongest line [Hz]; refuses a base that nothing drives."""
-    base = stretch.base
-    variance = float(np.var(base))
-    if not variance > 0.0:
-        raise AnalysisError("analysis: no drive: the base stands still; expected a base motion: check the base column")
-    tone = spectrum.strongest_tone(lines)
-    if 0.5 * tone.amplitude**2 < 0.2 * variance:
-        raise AnalysisError(
-            f"analysis: no drive: the strongest line of the base motion ({tone.frequency:.4g} Hz) holds only"
-            f" {50 * tone.amplitude**2 / variance:.2g} % of its power; expected a periodic base: check the base column"
-        )
-    return tone.frequency
+def _lines_of(signal: FloatArray, lines: Spectrum, drive: DriveLine) -> tuple[Line, ...]:
+    """Lines of one channel that are no harmonics, without the faint ones that may be a quiet sensor's steps.
+
+    Rounding of a periodic motion makes many of these.
+    """
+    found, faint = spectrum.foreign_lines(lines, drive), spectrum.LEAST * drive.unit
+    if all(line.amplitude > faint for line in found):
+        return found
+    least = min(faint, ROUNDS * sensor_step(signal))
+    return tuple(line for line in found if line.amplitude > least)
 
 
-def _folded_all(signals: list[FloatArray], cuts: list[cycles.Cut], points: int) -> FloatArray:
+def _without(signal: FloatArray, step: float, found: tuple[Line, ...], cut: Cut) -> FloatArray:
+    """A channel (n,) without the lines that are to go.
+
+    At first in windows long enough to tell them from the drive's harmonics; then, with those taken off, in short ones
+    that follow a line which swells and wanders.
+    """
+    gone = [line for line in found if line.removed]
+    for line in gone:
+        signal = signal - line_in(signal, step, line, _window(line, cut.frequency / step))
+    if gone and len(cut):
+        own = signal - cycles.common(signal, cut)
+        signal = signal - sum(line_in(own, step, line, SHORTEST_S) for line in gone)
+    return signal
+
+
+def _window(line: Line, drive: float) -> float:
+    """Length of a window [s] that tells a line from the drive's harmonic next to it."""
+    beside = abs(line.frequency - round(line.frequency / drive) * drive)
+    return max(SHORTEST_S, RESOLVED / max(beside, 1e-300))
+
+
+def _folded(signals: list[FloatArray], cuts: list[Cut], points: int) -> FloatArray:
     """Cycles of all stretches; few samples of a cycle are interpolated without limit of band first."""
-    finer = math.ceil(FINE_SAMPLES * max(c.frequency for c in cuts))
-    if finer > 1:
-        signals = [cycles.finer(s, finer) for s in signals]
-    rows = [cycles.fold(s, c.start * finer, c.end * finer, points) for s, c in zip(signals, cuts, strict=True)]
+    times = math.ceil(FINE_SAMPLES * max(c.frequency for c in cuts))
+    if times > 1:
+        signals = [cycles.finer(s, times) for s in signals]
+    rows = [cycles.fold(s, c.start * times, c.end * times, points) for s, c in zip(signals, cuts, strict=True)]
     return rows[0] if len(rows) == 1 else np.concatenate(rows)
 
 
-def _scaled(rows: FloatArray, unit: float) -> FloatArray:
-    """Rows about their mean over a unit, in place: a second copy of a long recording would be dear."""
-    rows -= rows.mean()
-    rows /= unit
-    return rows
-
-
-def _drive(base: FloatArray, wander: FloatArray, cut: cycles.Cut, step: float, base_noise: float) -> Drive:
-    """Amplitude and harmonics of the base motion from its mean cycle (m), its mean slow wander (points,) taken off."""
-    n, points = base.shape
+def _drive(
+    base: FloatArray, blocks: tuple[slice, ...], cut: Cut, step: float, sensor: Sensor, period: int
+) -> tuple[Drive, FloatArray]:
+    """The base motion from its mean cycle over whole periods, and the slow wander (p,) that was taken off that."""
+    white, points = math.hypot(sensor.noise, sensor.shared * math.sqrt(len(base))), base.shape[1]
+    if 1 < period <= len(base):
+        base = base[len(base) % period :]
+        rows = base.reshape(-1, period * points)
+        means, blocks = rows.mean(axis=1), (slice(0, len(rows)),)
+        wander = slow_wander(means, period * points, blocks).reshape(period, -1).mean(axis=0)
+    else:
+        wander = slow_wander(base.mean(axis=1), points, blocks)[0]
     order = np.arange(1, HARMONICS + 1)
     turn = 2.0 * np.pi * np.arange(points) / points - 0.5 * np.pi  # rows start at the rise through zero
     mean = base.mean(axis=0) - wander
     lines = np.array([np.sum(mean * np.exp(-1j * k * turn)) for k in order]) * (2.0 / points)
     each = np.abs(cycles.first_harmonic(base, turn)) * (2.0 / points)
-    amplitude = float(abs(lines[0]))
-    white = base_noise * math.sqrt(2.0 * cut.frequency / n)
+    n, amplitude, growth = len(base), float(abs(lines[0])), steadiness.growth(each)
     scatter = float(each.std(ddof=1)) / math.sqrt(n) if n > 2 else 0.0
-    known = math.isfinite(cut.frequency_se)
-    growth = steadiness.growth(each)
-    return Drive(
+    error = max(white * math.sqrt(2.0 * cut.frequency / n), scatter)
+    drive = Drive(
         frequency=cut.frequency / step,
-        frequency_se=cut.frequency_se / step if known else None,
+        frequency_se=cut.frequency_se / step if math.isfinite(cut.frequency_se) else None,
         amplitude=amplitude,
-        amplitude_se=math.hypot(max(white, scatter), growth * amplitude / math.sqrt(12.0)),
+        amplitude_se=math.hypot(error, growth * amplitude / math.sqrt(12.0)),
         harmonics=lines * np.exp(-1j * order * np.angle(lines[0])) / amplitude,
         wander=cut.wander,
         drifts=cut.drifts,
         growth=growth,
     )
+    return drive, wander
 
 
 def slow_wander(means: FloatArray, points: int, blocks: tuple[slice, ...], some: slice | None = None) -> FloatArray:
@@ -303,18 +338,7 @@ def slow_wander(means: FloatArray, points: int, blocks: tuple[slice, ...], some:
     for block in blocks:
         rise = np.diff(means[block])
         if len(rise):
-            before[block] = np.concatenate([rise[:1], rise])
-            after[block] = np.concatenate([rise, rise[-1:]])
+            before[block], after[block] = np.concatenate([rise[:1], rise]), np.concatenate([rise, rise[-1:]])
     if some is None:
         return np.asarray(means.mean() + np.where(inside < 0, before.mean(), after.mean()) * inside)[None]
     return np.asarray(means[some, None] + np.where(inside < 0, before[some, None], after[some, None]) * inside)
-
-
-def approach(stretch: Stretch, layout: Layout) -> tuple[FloatArray, FloatArray]:
-    """Cycles of the mass before the steady ones, at the steady period: start times (m,) [s] and x/Y (m, p)."""
-    period = 1.0 / layout.drive.frequency
-    count = max(0, math.floor((layout.time[0] - stretch.time) / period - 2.0 / layout.samples))
-    time = layout.time[0] - period * np.arange(count, 0, -1)
-    start = (time - stretch.time) / stretch.step
-    rows = cycles.fold(stretch.mass, start, start + period / stretch.step, layout.mass.shape[1])
-    return time, (rows - layout.offset) / layout.drive.amplitude

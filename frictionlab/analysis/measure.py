@@ -1,30 +1,27 @@
 """Recording + scene -> measurement: what `analyze` does to a sample, in its order.
 
 1. Even stretches: gaps and clock breaks part them; declared lags and filters are taken back (`signals`, `channels`).
-2. The transient is cut off: as told, or where the motion settles (`steadiness`).
-3. Cycles: drive frequency (`spectrum`), hum taken out (`hum`), cut by the base's phase (`cycles`), laid under each
-   other (`layout`).
-4. The answer of each cycle: loop area (`energy`), amplitude, stops (`spectrum`, `stops`), regime (`response`).
+2. The transient is cut off: as given, or where the motion settles (`steadiness`).
+3. Cycles: drive frequency and hum (`spectrum`), cut by the base's phase (`cycles`), laid under each other (`layout`).
+4. The answer of each cycle: loop area (`energy`), amplitude, stops (`stops`), regime (`response`).
 5. Means with errors (`energy`, `signals`), the budget of sensors and rig (`uncertainty`), and what a reader must know
    of them (`doubts`).
 """
 
 import math
-from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis import channels, cycles, doubts, energy, response, signals, steadiness
 from frictionlab.analysis.channels import SensorChannel
-from frictionlab.analysis.layout import Layout, approach, lay_out, slow_wander
+from frictionlab.analysis.layout import Layout, lay_out, slow_wander
 from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement, OtherMass, traces
 from frictionlab.analysis.response import Response
 from frictionlab.analysis.signals import Stretch
-from frictionlab.arrays import FloatArray
+from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Estimate
 from frictionlab.recording import Fact, Recording
@@ -74,56 +71,67 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     0.250000 1.570796 0.5000 continuous
     """
     parts, warnings = even_stretches(recording, scene)
-    warnings += _doubts_of_the_force(recording)
-    given = scene.analysis.transient_s
-    found = steadiness.transient(parts[0]) if given is None and parts else (0.0, True)
-    transient = found[0] if given is None else given
+    given, (found, has_settled) = scene.analysis.transient_s, (0.0, True)
+    if given is None and parts:
+        found, has_settled = steadiness.transient(parts[0])
+    transient = found if given is None else given
     layout = _laid_out(parts, transient, recording, scene)
-    of_mass = channels_of(scene)[0]
-    channels.check_drive(layout.drive.frequency, channels_of(scene))
+    of_mass, of_base = channels_of(scene)
+    channels.check_drive(layout.drive.frequency, (of_mass, of_base))
+    wall_moves, prescribed = scene.model.wall == "base", scene.rig.kind == "prescribed"
+    natural, unit = scene.rig.natural_frequency, layout.drive.amplitude
+    r, rate = layout.drive.frequency / natural if natural else None, 1.0 / parts[0].step
+    joules = scene.rig.stiffness * unit**2 if scene.rig.stiffness else None  # k Y^2
 
-    wall_moves, natural = scene.model.wall == "base", scene.rig.natural_frequency
     answer = response.response(layout, wall_moves=wall_moves)
-    settled = (transient if found[1] else None) if given is None else _settled(layout, parts[0])
-    edges = np.append(layout.time, layout.end[-1])
-    used = energy.used_cycles(edges, scene.analysis.cycles, layout.foreign.period)
-    steady = slice(_first_settled(layout, recording, settled), len(layout))
+    used = energy.used_cycles(
+        np.append(layout.time, layout.end[-1]), scene.analysis.cycles, period=layout.foreign.period
+    )
+    settled = (transient if has_settled else None) if given is None else _settled(layout, parts[0])
+    first = np.searchsorted(layout.time, recording.time[0] + (settled or 0.0) - 1e-9)
+    steady = slice(min(int(first), len(layout) - 1), len(layout))
     cycle = _mean_cycle(layout, answer, used, of_mass)
-    trend, prescribed = None, scene.rig.kind == "prescribed"
-    if not prescribed and layout.time[-1] - layout.time[0] >= LONG_TEST_S:
-        trend = steadiness.linear_trend(*steadiness.every(layout.time, answer.energy))
-
-    estimates = _estimates(layout, answer, used, steady, natural)
-    if prescribed:  # the mass drives itself: no loop, no ratio
-        estimates |= dict.fromkeys(("ratio", "energy", "steady_energy"), Estimate())
-    sources, loop, size = sources_of_test(recording, scene, 1.0 / parts[0].step), estimates["energy"], answer.size
-    cut = 0.0 if answer.is_stuck else _cut_away(cycle, loop, size, layout, natural, of_mass)
+    estimates: dict[str, Any] = _estimates(layout, answer, used, steady, natural, prescribed=prescribed)
+    sources, loop = sources_of_test(recording, scene, rate), estimates["energy"]
+    cut = 0.0
+    if not answer.is_stuck:
+        friction_ratio = abs(loop.value or 0.0) / (4.0 * max(answer.size, 1e-12))
+        cut = channels.cut_away(
+            *(cycle.mass_smooth, layout.drive.frequency, of_mass), friction=friction_ratio, r=r or 1.0
+        )
     budget = _budget(cycle, estimates, sources, layout, {FILTER: cut} if of_mass.cutoff else {})
     estimates |= {BUDGETED[key]: estimates[BUDGETED[key]].with_u(combined(budget[key])) for key in budget}
-    r = layout.drive.frequency / natural if natural else None
-    warnings += doubts.warnings(
-        layout, answer, settled, transient, loop=loop, r=r, wall_moves=wall_moves, prescribed=prescribed
-    )
     friction = energy.by_load_cell(
         *(layout, answer, used, sources),
         normal_force_n=normal_force_of(recording, scene),
         inertia_kg=scene.sensors.force_inertia_kg,
         wall_moves=wall_moves,
     )
+    warnings += doubts.warnings(
+        layout, answer, settled, transient, loop=loop, r=r, wall_moves=wall_moves, prescribed=prescribed
+    )
     if friction is not None:
-        taken = energy.taken_by_the_frame(cycle, scene.rig.damping or 0.0, r or 0.0)
-        warnings += energy.doubts_of(friction, loop, scene.rig.stiffness, layout.drive.amplitude, taken)
+        taken = energy.taken_by_the_frame(cycle.mass_smooth - cycle.base, scene.rig.damping or 0.0, r or 0.0)
+        warnings += doubts.of_the_load_cell(friction, loop, joules, taken)
         cycle = replace(cycle, force=friction.cycle)
+        estimates |= {
+            "force_energy": friction.energy.over(joules),
+            "force_energy_j": friction.energy,
+            "measured_force": friction.force,
+            "measured_coefficient": friction.coefficient,
+        }
     warnings += () if natural or prescribed else (NO_NATURAL_FREQUENCY,)
-    warnings += channels.said_of(cut, size, of_mass)
+    warnings += doubts.of_the_filter(cut, answer.size, of_mass)
+    trend = None
+    if not prescribed and layout.time[-1] - layout.time[0] >= LONG_TEST_S:
+        trend = steadiness.trend_of(layout.time, answer.energy)
     return Measurement(
-        **_facts(recording, scene, layout, 1.0 / parts[0].step),
+        **_facts(recording, scene, layout, rate),
         **_of_the_answer(layout, answer, used),
         **estimates,
-        **_of_the_force(friction, scene.rig.stiffness, layout.drive.amplitude),
         warnings=(*scene.rig.doubts, *warnings),
         transient_s=transient,
-        energy_per_cycle_j=loop.scaled(scene.rig.stiffness).scaled(layout.drive.amplitude**2).value,
+        energy_per_cycle_j=loop.scaled(joules).value,
         energy_trend=Estimate(trend.slope, trend.slope_se).scaled(3600.0) if trend else Estimate(),
         settled_s=settled,
         cycle=cycle,
@@ -158,34 +166,21 @@ def _of_the_answer(layout: Layout, answer: Response, used: slice) -> dict[str, A
     """Fields of a measurement that say how the mass answers, those without an error, and its series."""
     is_used = np.zeros(len(layout), dtype=bool)
     is_used[used] = True
-    noise = layout.of_mass.noise * math.sqrt(cycles.interpolated_noise_share())
+    noise = layout.of_mass.noise * math.sqrt(cycles.INTERPOLATED)
     index = None if answer.is_stuck else steadiness.irregularity_index(layout.mass, layout.blocks)
     return {
         "irregularity_index": index,
         "irregularity_floor": None if index is None else steadiness.irregularity_floor(layout.mass, noise),
         "base_irregularity_index": steadiness.irregularity_index(layout.base, layout.blocks),
-        "stops_per_cycle": answer.stops_per_cycle,
-        "stuck_fraction": answer.stuck_fraction,
-        "regime": answer.regime,
         "asymmetry": None if answer.is_stuck else answer.asymmetry,
         "energy_input_per_cycle": float(energy.energy_input(layout.mass[used]).mean()),
-        "shortest_stop": answer.shortest_stop,
-        "smallest_slip": answer.smallest_slip,
         "series": CycleSeries(
             layout.time, is_used, answer.energy, answer.amplitude, answer.position, answer.stops, answer.stuck
         ),
-    }
-
-
-def _of_the_force(friction: energy.Friction | None, stiffness: float | None, unit: float) -> dict[str, Any]:
-    """Fields of a measurement that a load cell gives."""
-    if friction is None:
-        return dict.fromkeys(("force_energy", "force_energy_j", "measured_force", "measured_coefficient"), Estimate())
-    return {
-        "force_energy": friction.energy.over(stiffness * unit**2 if stiffness else None),
-        "force_energy_j": friction.energy,
-        "measured_force": friction.force,
-        "measured_coefficient": friction.coefficient,
+        **{
+            name: getattr(answer, name)
+            for name in ("stops_per_cycle", "stuck_fraction", "regime", "shortest_stop", "smallest_slip")
+        },
     }
 
 
@@ -194,57 +189,47 @@ def _of_the_force(friction: energy.Friction | None, stiffness: float | None, uni
 
 def even_stretches(recording: Recording, scene: Scene) -> tuple[list[Stretch], list[str]]:
     """The recording's sound parts, evenly sampled, lags and filters taken back, and what had to be said about them."""
-    step, prescribed = 1.0 / recording.sampling_rate_hz, scene.rig.kind == "prescribed"
-    warnings = list(recording.source.warnings)
+    step, prescribed, (of_mass, of_base) = (
+        1.0 / recording.sampling_rate_hz,
+        scene.rig.kind == "prescribed",
+        channels_of(scene),
+    )
+    warnings, said = list(recording.source.warnings), list[str]()
     parts: list[Stretch] = []
     strays = 0.0
-    said: tuple[str, ...] = ()
     for part in recording.stretches():
-        is_even = signals.stray(part.time, step) < signals.EVEN
-        breaks = np.zeros(0, dtype=np.intp) if is_even else clock_breaks(part.time, step)
-        warnings += _of_the_clock(part.time, breaks, step)
-        edges = [0, *breaks.tolist(), len(part)]
-        for some in (slice(a, b) for a, b in pairwise(edges) if b - a > 1):
-            time = part.time[some]
-            seen: Mapping[str, FloatArray] = {name: values[some] for name, values in part.measured().items()}
-            if not is_even:
-                seen, off = signals.evenly(time, step, seen)
-                strays = max(strays, off)
-            found = channels.motions(seen, step, prescribed=prescribed)
-            mass, base = (
-                channels.restored(motion, step, way)
-                for motion, way in zip((found.mass, found.base), channels_of(scene), strict=True)
-            )
+        breaks = clock_breaks(part.time, step).tolist()
+        warnings += [
+            f"time: the clock passes {float(part.time[i] - part.time[i - 1]) / step:.4g} sampling intervals at"
+            f" {part.time[i]:.6g} s: it was set, or the logger paused; no cycle is cut across it"
+            for i in breaks[:MOST_GAPS]
+        ]
+        if len(breaks) > MOST_GAPS:
+            warnings.append(f"time: {len(breaks) - MOST_GAPS} more such places")
+        for some in (slice(a, b) for a, b in pairwise([0, *breaks, len(part)]) if b - a > 1):
+            time, measured = part.time[some], {name: values[some] for name, values in part.measured().items()}
+            seen, off = signals.evenly(time, step, measured)
+            strays = max(strays, off)
+            mass, said, edge = channels.displacement(seen, "mass", step)
+            base, of_the_base, other = (mass, [], edge) if prescribed else channels.displacement(seen, "base", step)
+            said, edge = said + of_the_base, max(edge, other)
             more = {name: seen[name] for name in channels.KEPT if name in seen}
-            of_mass = channels_of(scene)[0]
             more |= {name: channels.restored(seen[name], step, of_mass) for name in channels.other_masses(seen)}
-            parts.append(Stretch(float(time[0]), step, mass, base, more).part(found.first, found.last))
-            said = found.warnings
+            mass, base = channels.restored(mass, step, of_mass), channels.restored(base, step, of_base)
+            parts.append(Stretch(float(time[0]), step, mass, base, more).part(edge, len(mass) - edge))
     warnings += said
     if strays > 0.0:
         warnings.append(
             f"time: stamps stray by up to {strays:.2g} sampling intervals from an even clock; values were interpolated"
         )
-    return parts, [*warnings, *_of_the_gaps(recording)]
-
-
-def _of_the_clock(time: FloatArray, breaks: NDArray[np.intp], step: float) -> Iterator[str]:
-    for i in breaks[:MOST_GAPS].tolist():
-        passed = float(time[i] - time[i - 1]) / step
-        yield (
-            f"time: the clock passes {passed:.4g} sampling intervals at {time[i]:.6g} s: it was set, or the logger"
-            " paused; no cycle is cut across it"
-        )
-    if len(breaks) > MOST_GAPS:
-        yield f"time: {len(breaks) - MOST_GAPS} more such places"
-
-
-def _of_the_gaps(recording: Recording) -> Iterator[str]:
-    gaps = recording.gaps
+    gaps, force = recording.gaps, recording.experiment.get("normal_force_n")
     for start, end in gaps[:MOST_GAPS]:
-        yield f"gap: no samples from {start:.4g} s to {end:.4g} s; no cycle is cut across it"
+        warnings.append(f"gap: no samples from {start:.4g} s to {end:.4g} s; no cycle is cut across it")
     if len(gaps) > MOST_GAPS:
-        yield f"gap: {len(gaps) - MOST_GAPS} more, up to {gaps[-1][1]:.4g} s; no cycle is cut across them"
+        warnings.append(f"gap: {len(gaps) - MOST_GAPS} more, up to {gaps[-1][1]:.4g} s; no cycle is cut across them")
+    if force is not None and not _is_force(force):
+        warnings.append(f"normal_force_n: expected a number above 0; got {force!r} in the recording: it is not used")
+    return parts, warnings
 
 
 # 2, 3. Transient and cycles ------------------------------------------------------------------------------------------
@@ -272,106 +257,103 @@ def _laid_out(parts: list[Stretch], transient: float, recording: Recording, scen
 
 
 def _settled(layout: Layout, first: Stretch) -> float | None:
-    """When the motion had settled [s from the recording's start], from all cycles of the first stretch."""
+    """When the motion had settled [s from the recording's start], from all cycles of the first stretch.
+
+    Those before the transient's end are cut at the steady period.
+    """
     if layout.time[0] > first.time + len(first.mass) * first.step:
         return None
-    early, rows = approach(first, layout)
+    period = 1.0 / layout.drive.frequency
+    count = max(0, math.floor((layout.time[0] - first.time) / period - 2.0 / layout.samples))
+    time = layout.time[0] - period * np.arange(count, 0, -1)
+    start = (time - first.time) / first.step
+    early = cycles.fold(first.mass, start, start + period / first.step, layout.mass.shape[1])
     final = layout.mass[-max(4, len(layout) // 4) :].mean(axis=0)
     size = max(float(final.std()), 1e-300)
-    distance = np.concatenate([steadiness.distance(some, final) for some in (rows, layout.mass)]) / size
+    rows = ((early - layout.offset) / layout.drive.amplitude, layout.mass)
+    distance = np.concatenate([steadiness.distance(some, final) for some in rows]) / size
     settled = steadiness.settled_at(distance, floor=2.0 * layout.of_mass.noise / size)
-    return None if settled is None else float(np.append(early, layout.time)[settled] - first.time)
-
-
-def _first_settled(layout: Layout, recording: Recording, settled: float | None) -> int:
-    """Number of the first cycle after the motion had settled; 0 where that is not known."""
-    begin = recording.time[0] + (settled or 0.0)
-    return min(int(np.searchsorted(layout.time, begin - 1e-9)), len(layout) - 1)
+    return None if settled is None else float(np.append(time, layout.time)[settled] - first.time)
 
 
 # 4, 5. Cycles, their means, and their errors -------------------------------------------------------------------------
 
 
-def _estimates(layout: Layout, answer: Response, used: slice, steady: slice, natural: float | None) -> dict[str, Any]:
+def _estimates(
+    layout: Layout, answer: Response, used: slice, steady: slice, natural: float | None, *, prescribed: bool
+) -> dict[str, Estimate]:
     """All numbers that have errors, by the names of the measurement's fields; ``steady``: all settled cycles."""
+
+    def mean_energy(some: slice) -> Estimate:
+        noise, shared, period = answer.energy_noise, answer.energy_shared, layout.foreign.period
+        return energy.mean_over(answer.energy, some, noise=noise, shared=shared, period=period)
+
+    def mean_amplitude(some: slice) -> Estimate:
+        mean = energy.mean_over(answer.amplitude, some, period=layout.foreign.period)
+        return Estimate(mean.value, math.hypot(mean.se or 0.0, answer.amplitude_noise))
+
     frequency = Estimate(layout.drive.frequency, layout.drive.frequency_se)
-    return {
+    found = {
         "drive": frequency,
         "ratio": frequency.over(natural),
         "base_amplitude": Estimate(layout.drive.amplitude, layout.drive.amplitude_se),
-        "energy": _mean_energy(layout, answer, used),
-        "amplitude": _mean_amplitude(layout, answer, used),
-        "steady_energy": _mean_energy(layout, answer, steady),
-        "steady_amplitude": _mean_amplitude(layout, answer, steady),
+        "energy": mean_energy(used),
+        "amplitude": mean_amplitude(used),
+        "steady_energy": mean_energy(steady),
+        "steady_amplitude": mean_amplitude(steady),
     }
-
-
-def _mean_energy(layout: Layout, answer: Response, used: slice) -> Estimate:
-    noise, shared = answer.energy_noise, answer.energy_shared
-    return energy.mean_over(answer.energy, used, noise=noise, shared=shared, period=layout.foreign.period)
-
-
-def _mean_amplitude(layout: Layout, answer: Response, used: slice) -> Estimate:
-    mean = energy.mean_over(answer.amplitude, used, period=layout.foreign.period)
-    return Estimate(mean.value, math.hypot(mean.se or 0.0, answer.amplitude_noise))
+    by_force = ("force_energy", "force_energy_j", "measured_force", "measured_coefficient")
+    unknown = (*by_force, "ratio", "energy", "steady_energy") if prescribed else by_force
+    return found | dict.fromkeys(unknown, Estimate())  # a mass that drives itself has no loop and no ratio
 
 
 def _mean_cycle(layout: Layout, answer: Response, used: slice, of_mass: SensorChannel) -> Cycle:
     """Mean of the cycles used, turned so that it starts at tau = 0, the slow wander of both channels taken off."""
-    points = layout.mass.shape[1]
-    quarter = points // 4
-    wander = np.zeros(points)
-    if layout.foreign.period == 1:
-        wander = slow_wander(answer.position, points, layout.blocks)[0]
-    mass = np.roll(layout.mass[used].mean(axis=0) - wander, -quarter)
-    base = np.roll(layout.base[used].mean(axis=0) - layout.base_wander, -quarter)
-    smooth, velocity = (np.roll(c, -quarter) for c in response.mean_cycle(layout, used, answer.how))
+    points, how = layout.mass.shape[1], answer.how
+    if used.stop - used.start < len(layout):
+        sensor = layout.of_mass
+        how = response.smoother(layout.mass[used], noise=sensor.noise, samples=layout.samples, shared=sensor.shared)
+
+    def turned(cycle: FloatArray) -> FloatArray:
+        return np.asarray(np.roll(cycle, -(points // 4)))
+
+    def mean_of(rows: FloatArray, wander: FloatArray | float) -> FloatArray:
+        mean = turned(rows[used].mean(axis=0) - wander)
+        return np.asarray(mean - mean.mean())
+
+    def single(rows: FloatArray) -> ComplexArray:
+        """Harmonics (n, K) of single cycles, at most `MOST_SINGLE`, counted from the top of the base's motion."""
+        if len(rows) > MOST_SINGLE:
+            rows = rows[np.linspace(0, len(rows) - 1, MOST_SINGLE).astype(np.intp)]
+        each = np.fft.rfft(rows, axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / points)
+        return np.asarray(each * 1j ** np.arange(1, each.shape[1] + 1))
+
+    def wander_of(means: FloatArray) -> FloatArray:
+        return np.asarray(slow_wander(means, points, layout.blocks)[0])
+
+    smooth, velocity = (turned(c) for c in how.cycle(points))
     others = [layout.more[name] / layout.drive.amplitude for name in channels.other_masses(layout.more)]
-    means = [rows[used].mean(axis=0) - slow_wander(rows.mean(axis=1), points, layout.blocks)[0] for rows in others]
     return Cycle(
         tau=2.0 * math.pi * np.arange(points) / points,
-        mass=mass - mass.mean(),
-        base=base - base.mean(),
+        mass=mean_of(layout.mass, wander_of(answer.position) if layout.foreign.period == 1 else 0.0),
+        base=mean_of(layout.base, layout.base_wander),
         mass_smooth=smooth - smooth.mean(),
         mass_velocity=velocity,
         base_cosine=layout.drive.harmonics.real.copy(),
         base_sine=-layout.drive.harmonics.imag,
-        each=_single_cycles(layout.mass),
-        others=tuple(
-            OtherMass(np.roll(mean - mean.mean(), -quarter), _single_cycles(rows))
-            for mean, rows in zip(means, others, strict=True)
-        ),
+        each=single(layout.mass),
+        others=tuple(OtherMass(mean_of(rows, wander_of(rows.mean(axis=1))), single(rows)) for rows in others),
         kept=channels.kept(layout.drive.frequency * np.arange(1, points // 2 + 1), of_mass),
     )
-
-
-def _single_cycles(rows: FloatArray) -> NDArray[np.complex128]:
-    """Harmonics (n, K) of single cycles (m, p), at most `MOST_SINGLE`, counted from the top of the base's motion."""
-    if len(rows) > MOST_SINGLE:
-        rows = rows[np.linspace(0, len(rows) - 1, MOST_SINGLE).astype(np.intp)]
-    each = np.fft.rfft(rows, axis=1)[:, 1 : MOST_HARMONICS + 1] * (2.0 / rows.shape[1])
-    return np.asarray(each * 1j ** np.arange(1, each.shape[1] + 1))
-
-
-def _cut_away(
-    cycle: Cycle, loop: Estimate, size: float, layout: Layout, natural: float | None, of_mass: SensorChannel
-) -> float:
-    """How much of the amplitude the mass's filter may have cut away, Y; ``size``: that amplitude."""
-    drive = layout.drive.frequency
-    friction, r = abs(loop.value or 0.0) / (4.0 * max(size, 1e-12)), drive / natural if natural else 1.0
-    third = channels.third_lost(friction, r, drive, of_mass)
-    return max(channels.cut_away(cycle.mass_smooth, drive, of_mass), third)
 
 
 def _budget(
     cycle: Cycle, estimates: dict[str, Estimate], sources: Sources, layout: Layout, of_filter: Shares
 ) -> dict[str, Shares]:
     """What each source adds to each number, its own scatter first; ``of_filter``: to the amplitude."""
-    drive = layout.drive
-    turn = 2.0 * math.pi * drive.frequency
-    found = dict(cycle_budget(cycle.mass_smooth, cycle.base, sources, turn=turn, unit=drive.amplitude))
-    of_ratio = (estimates["ratio"].value or 0.0) * sources.natural_frequency
-    found["frequency_ratio"] = {"natural frequency": of_ratio}
+    turn, unit = 2.0 * math.pi * layout.drive.frequency, layout.drive.amplitude
+    found = dict(cycle_budget(cycle.mass_smooth, cycle.base, sources, turn=turn, unit=unit))
+    found["frequency_ratio"] = {"natural frequency": (estimates["ratio"].value or 0.0) * sources.natural_frequency}
     found["response_amplitude"] = {**found["response_amplitude"], LINES: layout.hidden, **of_filter}
     known = ((key, estimates[name]) for key, name in BUDGETED.items())
     return {key: {STATISTICAL: number.se or 0.0, **found[key]} for key, number in known if number.known}
@@ -385,12 +367,6 @@ def channels_of(scene: Scene) -> tuple[SensorChannel, SensorChannel]:
     s = scene.sensors
     mass = SensorChannel(0.0, s.mass_filter_hz or s.filter_hz, s.mass_filter_order or s.filter_order)
     return mass, SensorChannel(s.lag_s, s.base_filter_hz or s.filter_hz, s.base_filter_order or s.filter_order)
-
-
-def _doubts_of_the_force(recording: Recording) -> Iterator[str]:
-    said = recording.experiment.get("normal_force_n")
-    if said is not None and not _is_force(said):
-        yield f"normal_force_n: expected a number above 0; got {said!r} in the recording: it is not used"
 
 
 def _is_force(value: Fact) -> bool:

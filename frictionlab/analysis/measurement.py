@@ -16,8 +16,6 @@ from frictionlab.uncertainty import Shares, Sources
 
 if TYPE_CHECKING:
     from frictionlab.analysis.layout import Layout
-    from frictionlab.analysis.spectrum import Spectrum
-    from frictionlab.analysis.stops import Stops
 
 SHOWN_CYCLES, SHOWN_LOOPS = 6, 30
 SHOWN_POINTS, SHOWN_LINES = 512, 8000  # a cycle, a spectrum
@@ -194,44 +192,30 @@ class Measurement(Result):
         return f"<Measurement {self.source}: {ratio}, energy {self.energy} kY², {self.regime}{said}>"
 
 
-def traces(layout: "Layout", found: "Stops", used: slice) -> Traces:
-    """Cut out what a figure shows of the cycles used."""
-    last = slice(max(0, used.stop - SHOWN_CYCLES), used.stop)
-    thin = math.ceil(layout.mass.shape[1] / SHOWN_POINTS)
+def traces(layout: "Layout", found: FloatArray, used: slice) -> Traces:
+    """Cut out what a figure shows of the cycles used; ``found`` (2, m): stops, radians of tau."""
+    points, last = layout.mass.shape[1], slice(max(0, used.stop - SHOWN_CYCLES), used.stop)
+    thin = math.ceil(points / SHOWN_POINTS)
     loops = np.unique(np.linspace(used.start, used.stop - 1, SHOWN_LOOPS).round().astype(np.intp))
-    points = layout.mass.shape[1]
     inside = np.arange(points)[::thin] / points
-    time = (layout.time[last, None] + (layout.end[last] - layout.time[last])[:, None] * inside).ravel()
-    mass_lines, base_lines = _thinned(layout.mass_spectrum), _thinned(layout.base_spectrum)
+    time = layout.time[last, None] + (layout.end[last] - layout.time[last])[:, None] * inside
+    shown = found.T / (2.0 * math.pi)
+    shown = np.clip(shown[(shown[:, 1] > last.start) & (shown[:, 0] < last.stop)], last.start, last.stop)
+    closed = [
+        np.concatenate([rows[:, ::thin], rows[:, :1]], axis=1) for rows in (layout.mass[loops], layout.base[loops])
+    ]
+    spectra = []
+    for lines in (
+        layout.mass_spectrum,
+        layout.base_spectrum,
+    ):  # the highest of a few neighbours: no peak is thinned away
+        first = np.arange(0, len(lines.frequency), math.ceil(len(lines.frequency) / SHOWN_LINES))
+        spectra += [lines.frequency[first], np.maximum.reduceat(lines.amplitude, first)]
     return Traces(
-        time=time,
-        mass=layout.mass[last, ::thin].ravel(),
-        base=layout.base[last, ::thin].ravel(),
-        stops=_stops_in_seconds(layout, found, last),
-        loop_mass=_closed(layout.mass[loops, ::thin]),
-        loop_base=_closed(layout.base[loops, ::thin]),
-        mass_frequency=mass_lines[0],
-        mass_spectrum=mass_lines[1],
-        base_frequency=base_lines[0],
-        base_spectrum=base_lines[1],
+        time.ravel(),
+        layout.mass[last, ::thin].ravel(),
+        layout.base[last, ::thin].ravel(),
+        np.asarray(np.interp(shown, np.arange(len(layout) + 1.0), np.append(layout.time, layout.end[-1]))),
+        *closed,
+        *spectra,
     )
-
-
-def _stops_in_seconds(layout: "Layout", found: "Stops", some: slice) -> FloatArray:
-    """Begin and end of the stops in some cycles, (k, 2) s."""
-    cycle = np.arange(len(layout) + 1, dtype=np.float64)
-    edges = np.append(layout.time, layout.end[-1])
-    pair = np.stack([found.begin, found.end], axis=1) / (2.0 * math.pi)
-    inside = pair[(pair[:, 1] > some.start) & (pair[:, 0] < some.stop)]
-    return np.asarray(np.interp(np.clip(inside, some.start, some.stop), cycle, edges))
-
-
-def _closed(rows: FloatArray) -> FloatArray:
-    return np.concatenate([rows, rows[:, :1]], axis=1)
-
-
-def _thinned(lines: "Spectrum") -> tuple[FloatArray, FloatArray]:
-    """Highest of each few neighbouring lines, so that no peak is thinned away."""
-    width = math.ceil(len(lines.frequency) / SHOWN_LINES)
-    first = np.arange(0, len(lines.frequency), width)
-    return lines.frequency[first], np.maximum.reduceat(lines.amplitude, first)

@@ -1,22 +1,160 @@
-"""How the mass answers, cycle by cycle: energy, amplitude, position, stops and regime."""
+"""How the mass answers, cycle by cycle: noise taken off, energy, amplitude, position, stops and regime.
+
+Smoothing by the spectrum: what the cycles have in common, and what each has of its own. The mean cycle is known the
+better the more cycles there are; a cycle's deviation from it is kept only where its spectrum stands above the
+sensor's. Both are Wiener filters (gain = signal power / total power, per harmonic), so that a regular motion is
+smoothed over all its cycles and an irregular one cycle by cycle, without anything to tune.
+"""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy import fft
 
 from frictionlab.analysis import energy, stops
 from frictionlab.analysis.cycles import chunks
 from frictionlab.analysis.layout import Layout
 from frictionlab.analysis.signals import white_noise
-from frictionlab.analysis.spectrum import Smoother, smoothed, smoother
-from frictionlab.analysis.stops import Move, Stops
-from frictionlab.arrays import FloatArray
+from frictionlab.analysis.stops import Move, Thresholds
+from frictionlab.arrays import ComplexArray, FloatArray
 
 FEW = 5  # cycles whose mean tells a slip within a stop
 LEVELLED = 0.5  # of the range, which stops of one place each never take away
 FINE = 512  # points a cycle, at least, on which stops and extremes are looked for
-MANY_POINTS = 1 << 18  # of cycles whose loops are measured together, so that long recordings fit in memory
+_KEPT_FROM = 1.5  # amplitude over the noise's, about, from which a harmonic stands out
+_MOST_RAISED = 4.0
+_ENOUGH = 32  # harmonics whose median is a floor
+_BLOCK = 1 << 18  # points smoothed, or of loops measured, at a time: long recordings fit in memory
+
+
+@dataclass(frozen=True)
+class Smoother:
+    """How cycles are smoothed, decided from all of them.
+
+    ``mean`` (points/2 + 1,) complex: Fourier coefficients of the smoothed mean cycle; ``own_gain`` (points/2 + 1,):
+    what is kept of a cycle's deviation, by harmonic; ``x_noise``, ``v_noise``: rms of the error left in one point of
+    x and v (v: with the harmonics given up); ``x_tail``: what the harmonics that drown in noise may add to an extreme;
+    ``resolution``: the shortest time that can be told apart, in radians of tau; ``period``: cycles that ``mean`` is of.
+    """
+
+    mean: ComplexArray
+    own_gain: FloatArray
+    x_noise: float
+    v_noise: float
+    x_tail: float
+    resolution: float
+    period: int = 1
+
+    def cycle(self, points: int) -> tuple[FloatArray, FloatArray]:
+        """The smoothed mean cycle on so many points, and its derivative by the phase."""
+        lines = self.mean * points
+        return fft.irfft(lines, points), fft.irfft(1j * np.arange(len(lines)) * lines, points)
+
+
+def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 0.0, period: int = 1) -> Smoother:
+    """Decide how to smooth cycles.
+
+    Parameters
+    ----------
+    rows : (n, points) array
+        One cycle a row, ``points`` even.
+    noise : float
+        Rms of the white noise of one sample.
+    samples : float
+        Samples the sensor took in a cycle (a row may have more points than that).
+    shared : float
+        Rms of the white noise of one sample that cycles share: rounding without noise follows the place.
+    period : int
+        Cycles after which the motion repeats: what they have in common is looked for in whole periods.
+    """
+    rows, samples = _in_periods(rows, period), samples * period
+    n, points = rows.shape
+    mean_cycle = rows.mean(axis=0)
+    lines = fft.rfft(mean_cycle) / points
+    floor = noise * noise / samples  # power that noise alone gives one coefficient of one cycle
+    mean_floor = floor / n + shared * shared / samples
+    mean_gain = np.ones(len(lines))
+    for parity in (1, 2):  # apart: a motion whose halves mirror each other has odd harmonics only
+        mean_gain[parity::2] = _gain(np.abs(lines[parity::2]) ** 2, mean_floor, 1)
+    own_gain = np.zeros(len(lines))
+    if n > 1:
+        power = np.zeros(len(lines))
+        for some in chunks(n, points, _BLOCK):
+            own = fft.rfft(rows[some] - mean_cycle, axis=1)
+            power += np.sum(own.real**2 + own.imag**2, axis=0)
+        power = power / (n - 1) / points**2
+        top = power[int(0.375 * samples) : int(0.5 * samples)]
+        if len(top) >= _ENOUGH:  # rounding without noise is not quite white
+            floor = min(max(floor, float(np.median(top))), _MOST_RAISED * floor)
+        floor += shared * shared / samples
+        own_gain[1:] = _gain(power[1:], floor, n - 1)
+    k = np.arange(len(lines))
+    left = 2.0 * (mean_floor * mean_gain**2 + floor * own_gain**2)
+    left[0] *= 0.5
+    highest = max(1, int(np.flatnonzero((mean_gain > 0.0) | (own_gain > 0.0))[-1]))
+    drowned = _KEPT_FROM * math.sqrt(mean_floor)  # amplitude of the first harmonic given up; the others fall as k^-3
+    v_noise = math.hypot(math.sqrt(float((left * k * k).sum())), drowned * math.sqrt(highest**3 / 3.0))
+    return Smoother(
+        mean=lines * mean_gain,
+        own_gain=own_gain,
+        x_noise=math.sqrt(float(left.sum())),
+        v_noise=v_noise / period,
+        x_tail=0.5 * highest * drowned,  # all of them in phase at an extreme
+        resolution=math.pi / highest * period,
+        period=period,
+    )
+
+
+def _in_periods(rows: FloatArray, period: int) -> FloatArray:
+    """Whole periods as rows; the first cycles, which make none, are left out."""
+    return rows[len(rows) % period :].reshape(-1, period * rows.shape[1])
+
+
+def _gain(power: FloatArray, floor: float, samples: int) -> FloatArray:
+    """Wiener gain by line: power is averaged over its neighbourhood and must exceed what noise alone may reach.
+
+    Nothing is kept above the last harmonic that stands out.
+    """
+    k = np.arange(len(power))
+    reach = np.maximum(2, k // 6)
+    low, high = np.maximum(k - reach, 0), np.minimum(k + reach, len(power) - 1)
+    total = np.concatenate([[0.0], np.cumsum(power)])
+    count = high - low + 1
+    local = (total[high + 1] - total[low]) / count
+    clear = local > floor * (1.0 + 4.0 / np.sqrt(count * samples))
+    gain = np.where(clear, 1.0 - floor / np.maximum(local, 1e-300), 0.0)
+    gain[(int(np.flatnonzero(clear)[-1]) if clear.any() else 0) + 1 :] = 0.0
+    return gain
+
+
+def smoothed(rows: FloatArray, how: Smoother, points: int) -> Iterator[tuple[slice, FloatArray, FloatArray]]:
+    """Smooth cycles block by block: which they are, x and its derivative by tau on ``points`` each, (n, points).
+
+    ``rows`` (n, p): those of the smoother, p <= points, points even. A cycle need not close: deviations from the mean
+    are smoothed as one signal, reflected at both ends. First cycles that make no whole period are as those a period
+    later.
+    """
+    spare, period, size = len(rows) % how.period, how.period, points * how.period
+    rows = _in_periods(rows, period)
+    mean, mean_cycle = how.cycle(size), rows.mean(axis=0)
+    for some in chunks(len(rows), size, _BLOCK):
+        n = some.stop - some.start
+        x, v = (np.broadcast_to(each, (n, size)) for each in mean)
+        if how.own_gain.any():
+            flat = (rows[some] - mean_cycle).ravel()
+            lines = fft.rfft(np.concatenate([flat, flat[::-1]])) / len(flat)
+            harmonic = np.arange(len(lines)) / (2.0 * n)
+            lines *= np.interp(harmonic, np.arange(1, len(how.own_gain)), how.own_gain[1:]) * (n * size)
+            x, v = (
+                each + fft.irfft(factor * lines, 2 * n * size)[: n * size].reshape(n, size)
+                for each, factor in ((x, 1.0), (v, 1j * harmonic))
+            )
+        x, v = x.reshape(-1, points), v.reshape(-1, points) / period
+        if some.start == 0 and spare:
+            yield slice(0, spare), x[period - spare : period], v[period - spare : period]
+        yield slice(spare + some.start * period, spare + some.stop * period), x, v
 
 
 @dataclass(frozen=True)
@@ -37,7 +175,7 @@ class Response:
     position: FloatArray
     stops: FloatArray
     stuck: FloatArray
-    found: Stops
+    found: FloatArray
     energy_noise: float
     energy_shared: float
     amplitude_noise: float
@@ -63,46 +201,40 @@ class Response:
 
 
 def response(layout: Layout, *, wall_moves: bool = False) -> Response:
-    """Measure the mass's answer from steady cycles.
-
-    Parameters
-    ----------
-    layout : Layout
-    wall_moves : bool
-        The wall goes with the base: stops are those of the mass relative to the base.
-    """
-    how = smoother(layout.mass, noise=layout.of_mass.noise, samples=layout.samples, shared=layout.of_mass.shared)
-    points = max(FINE, layout.mass.shape[1])
-    slid, noise, shared, period = layout.mass, layout.of_mass.noise, layout.of_mass.shared, layout.foreign.period
+    """Measure the mass's answer from steady cycles; a wall that goes with the base: stops are relative to the base."""
+    of_mass, of_base, drive = layout.of_mass, layout.of_base, layout.drive
+    period, n = layout.foreign.period, len(layout)
+    how = smoother(layout.mass, noise=of_mass.noise, samples=layout.samples, shared=of_mass.shared)
+    slid, sliding, noise, shared = layout.mass, how, of_mass.noise, of_mass.shared
     if wall_moves:
-        slid, noise = layout.mass - layout.base, math.hypot(layout.of_mass.noise, layout.of_base.noise)
-        shared = math.hypot(layout.of_mass.shared, layout.of_base.shared)
-    sliding = how
+        slid = layout.mass - layout.base
+        noise, shared = math.hypot(noise, of_base.noise), math.hypot(shared, of_base.shared)
     if wall_moves or period > 1:
         sliding = smoother(slid, noise=noise, samples=layout.samples, shared=shared, period=period)
-    thresholds, speeds = stops.thresholds(sliding.v_noise, sliding.resolution), None
+    thresholds, speeds = Thresholds.of(sliding.v_noise, sliding.resolution), None
     if "mass_velocity" in layout.more and not wall_moves:
-        rows = layout.more["mass_velocity"] / (2.0 * math.pi * layout.drive.frequency * layout.drive.amplitude)
+        rows = layout.more["mass_velocity"] / (2.0 * math.pi * drive.frequency * drive.amplitude)
         of_speed = smoother(rows, noise=white_noise(rows.ravel()), samples=layout.samples, period=period)
         speeds = rows, of_speed
-        thresholds = stops.thresholds(math.hypot(of_speed.x_noise, of_speed.x_tail), of_speed.resolution / period)
-    n = len(layout)
+        thresholds = Thresholds.of(math.hypot(of_speed.x_noise, of_speed.x_tail), of_speed.resolution / period)
+    points = max(FINE, layout.mass.shape[1])
     slide, whole, found, doubts = _slides(slid, sliding, thresholds, points, speeds)
-    rough = math.hypot(noise / math.sqrt(n), shared)
-    found, unclear = _parted(found, slid, rough, thresholds.dwell) if period == 1 else (found, None)
+    rough, unclear = math.hypot(noise / math.sqrt(n), shared), None
+    if period == 1 and n >= FEW:
+        found, unclear = stops.parted(found, slid.mean(axis=0), noise=rough, dwell=thresholds.dwell, cycles=n)
     is_blurred = float(np.median(slide)) < LEVELLED * float(np.median(whole))
     if is_blurred:  # a threshold above the mass's own speed makes one stop of all
-        found, slide, unclear = Stops(np.zeros(0), np.zeros(0)), whole, None
+        found, slide, unclear = np.zeros((2, 0)), whole, None
     count, stuck = stops.per_cycle(found, n)
     whole_periods = slice(n % period, n) if period <= n else slice(0, n)
     count_mean, stuck_mean = float(count[whole_periods].mean()), float(stuck[whole_periods].mean())
-    size, areas, drive = how if wall_moves else sliding, _loop_areas(layout), layout.drive
-    amplitude = slide
+    amplitude, unlevelled, size = slide, whole, sliding
     if wall_moves:  # the mass itself stands nowhere
-        amplitude = np.concatenate([half_range(part.x) for part in smoothed(layout.mass, how, points)])
-    rounding = 1e-14 * (1.0 + abs(layout.offset) / layout.drive.amplitude)
+        amplitude = np.concatenate([half_range(x) for _, x, _ in smoothed(layout.mass, how, points)])
+        unlevelled, size = amplitude, how
+    rounding = 1e-14 * (1.0 + abs(layout.offset) / drive.amplitude)
     is_stuck = float(np.median(slide)) < 4.0 * noise + rounding
-    power = np.abs(how.mean[1:]) ** 2
+    power, areas = np.abs(how.mean[1:]) ** 2, _loop_areas(layout)
     return Response(
         energy=areas,
         amplitude=amplitude,
@@ -110,80 +242,75 @@ def response(layout: Layout, *, wall_moves: bool = False) -> Response:
         stops=np.zeros(n) if is_stuck else count,
         stuck=np.ones(n) if is_stuck else stuck,
         found=found,
-        energy_noise=_energy_noise(layout, how, layout.of_mass.noise, layout.of_base.noise),
+        energy_noise=_energy_noise(layout, how, of_mass.noise, of_base.noise),
         energy_shared=_energy_shared(layout, how, found, float(np.mean(areas)) * drive.growth / math.sqrt(12.0)),
-        amplitude_noise=_amplitude_noise(layout, size, amplitude, whole if size is sliding else amplitude),
+        amplitude_noise=_amplitude_noise(layout, size, float(np.mean(amplitude)), float(np.mean(unlevelled))),
         stops_per_cycle=0.0 if is_stuck else count_mean,
         stuck_fraction=1.0 if is_stuck else stuck_mean,
         regime="stuck" if is_stuck else "stick-slip" if count_mean >= 0.5 / period else "continuous",
         asymmetry=math.sqrt(float(power[1::2].sum() / max(power.sum(), 1e-300))),
         how=how,
-        shortest_stop=1.0 if is_blurred else 2.0 * thresholds.dwell / (2.0 * math.pi),
+        shortest_stop=1.0 if is_blurred else 2.0 * thresholds.dwell / stops.TURN,
         doubtful=(len(doubts) / n, float(np.mean(doubts)) / stops.TURN if len(doubts) else 0.0),
-        smallest_slip=stops.smallest(rough, layout.samples),
+        smallest_slip=stops.smallest_slip(rough, layout.samples),
         unclear=None if is_stuck else unclear,
-    )
-
-
-def _parted(found: Stops, slid: FloatArray, rough: float, dwell: float) -> tuple[Stops, stops.Move | None]:
-    """The stops, those parted that are two, and a move within one of which that is not clear; `rough`: of the mean."""
-    if len(slid) < FEW:
-        return found, None
-    mean, n = slid.mean(axis=0), len(slid)
-    parted = stops.parted(found, mean, noise=rough, dwell=dwell, cycles=n)
-    return parted, stops.unclear(found, parted, mean, noise=rough, dwell=dwell, cycles=n)
-
-
-def _amplitude_noise(layout: Layout, how: Smoother, amplitude: FloatArray, whole: FloatArray) -> float:
-    """Return the standard error of one cycle's amplitude; ``whole`` (n,): amplitudes before stops were levelled."""
-    mean, drive = float(np.mean(amplitude)), layout.drive
-    return math.hypot(
-        how.x_noise / math.sqrt(2.0),
-        how.x_tail,
-        layout.of_mass.rounding / math.sqrt(2.0),
-        layout.left,
-        max(0.0, float(np.mean(whole)) - mean - how.x_tail),  # a stop that begins as a slow passage
-        mean * drive.amplitude_se / drive.amplitude,  # of the unit it is told in
     )
 
 
 def _slides(
     slid: FloatArray,
     sliding: Smoother,
-    thresholds: stops.Thresholds,
+    thresholds: Thresholds,
     points: int,
     speeds: tuple[FloatArray, Smoother] | None,
-) -> tuple[FloatArray, FloatArray, Stops, FloatArray]:
-    """Return each cycle's half range (n,) with its stops levelled, the same as it is, the stops, and doubtful ones.
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Each cycle's half range (n,) with its stops levelled, the same as it is, the stops, and lengths of doubtful ones.
 
     ``speeds``: cycles of the measured velocity over Y omega (n, p), where there is one, and their smoother.
     """
     n = len(slid)
     slide, whole, parts, firsts = np.empty(n), np.empty(n), [], []
     measured = None if speeds is None else smoothed(*speeds, points)
-    for part in smoothed(slid, sliding, points):
-        pauses = stops.pauses(part.v if measured is None else next(measured).x, thresholds.still)
-        stands = stops.stops_of(pauses, thresholds, points)
-        slide[part.cycles] = half_range(levelled(part.x, stands, sliding.resolution))
-        whole[part.cycles] = half_range(part.x)
-        parts.append(pauses)
-        firsts.append(part.cycles.start)
-    every = stops.joined(parts, firsts, n, points)
-    return slide, whole, stops.stops_of(every, thresholds, points), stops.doubtful(every, thresholds, points)
+    for some, x, v in smoothed(slid, sliding, points):
+        found = stops.pauses(v if measured is None else next(measured)[1], thresholds.still)
+        slide[some] = half_range(levelled(x, stops.stops_of(found, thresholds, points)[0], sliding.resolution))
+        whole[some] = half_range(x)
+        parts.append(found)
+        firsts.append(some.start)
+    return slide, whole, *stops.stops_of(stops.joined(parts, firsts, n, points), thresholds, points)
 
 
-def _energy_shared(layout: Layout, how: Smoother, found: Stops, growth: float) -> float:
-    """Return the standard error of energy (k Y^2) that all cycles have in common; `growth`: that of the drive."""
-    way = np.sin(found.end) - np.sin(found.begin)  # of the base (Y) during each stop: there one error stays
+def _amplitude_noise(layout: Layout, how: Smoother, amplitude: float, unlevelled: float) -> float:
+    """Standard error of one cycle's amplitude, by its mean with stops levelled and not."""
+    return math.hypot(
+        how.x_noise / math.sqrt(2.0),
+        how.x_tail,
+        layout.of_mass.rounding / math.sqrt(2.0),
+        layout.left,
+        max(0.0, unlevelled - amplitude - how.x_tail),  # a stop that begins as a slow passage
+        amplitude * layout.drive.amplitude_se / layout.drive.amplitude,  # of the unit
+    )
+
+
+def _energy_noise(layout: Layout, how: Smoother, mass_noise: float, base_noise: float) -> float:
+    """Standard error of a loop's area by white noise of the sensors, over Y."""
+    base = layout.base.mean(axis=0)
+    return energy.loop_area_noise(how.cycle(len(base))[0], base, mass_noise, base_noise, layout.samples)
+
+
+def _energy_shared(layout: Layout, how: Smoother, found: FloatArray, growth: float) -> float:
+    """Standard error of energy (k Y^2) that all cycles have in common; `growth`: that of the drive."""
+    way = np.diff(np.sin(found), axis=0)  # of the base (Y) during each stop: there one error stays
     return math.hypot(
         _energy_noise(layout, how, layout.of_mass.shared, layout.of_base.shared),
-        layout.of_mass.rounding * math.sqrt(float(np.dot(way, way)) / len(layout)),
+        layout.of_mass.rounding * math.sqrt(float(np.sum(way * way)) / len(layout)),
         growth,
     )
 
 
 def _loop_areas(layout: Layout) -> FloatArray:
-    some_cycles = chunks(layout.mass, MANY_POINTS)
+    """Energy of each cycle (n,), k Y^2."""
+    some_cycles = chunks(len(layout), layout.mass.shape[1], _BLOCK)
     parts = [energy.loop_area(layout.mass[some], layout.levelled_base(some)) for some in some_cycles]
     each, period = np.concatenate(parts), layout.foreign.period
     if 1 < period <= len(layout):  # a cycle's loop does not close, a period's does
@@ -195,30 +322,17 @@ def _loop_areas(layout: Layout) -> FloatArray:
     return each
 
 
-def _energy_noise(layout: Layout, how: Smoother, mass_noise: float, base_noise: float) -> float:
-    base = layout.base.mean(axis=0)
-    mass = np.fft.irfft(how.mean * len(base), len(base))
-    return energy.loop_area_noise(mass, base, mass_noise, base_noise, layout.samples)
-
-
-def levelled(x: FloatArray, found: Stops, margin: float) -> FloatArray:
+def levelled(x: FloatArray, found: FloatArray, margin: float) -> FloatArray:
     """Replace each stop by its mean: a mass that stands has one displacement, what differs from it is noise.
 
     The overshoot of the smoothing within ``margin`` (rad) of a long stop goes with it; the mass is slow there.
     """
-    scale = x.shape[1] / (2.0 * math.pi)
-    begin = np.ceil(found.begin * scale).astype(np.intp)
-    end = np.minimum(np.floor(found.end * scale).astype(np.intp), x.size)
-    some = end - begin >= 2
-    begin, end = begin[some], end[some]
-    flat = x.ravel().copy()
-    total = np.concatenate([[0.0], np.cumsum(flat)])
-    mean = (total[end] - total[begin]) / (end - begin)
-    reach = np.where(end - begin > 2.0 * margin * scale, math.ceil(margin * scale), 0)
-    begin, end = np.maximum(begin - reach, 0), np.minimum(end + reach, x.size)
-    length = end - begin
-    inside = np.arange(length.sum()) + np.repeat(begin - (np.cumsum(length) - length), length)
-    flat[inside] = np.repeat(mean, length)
+    scale, flat = x.shape[1] / stops.TURN, x.ravel().copy()
+    for begin, end in zip(*(found * scale).tolist(), strict=True):
+        first, last = math.ceil(begin), min(math.floor(end), x.size)
+        if last - first >= 2:
+            reach = math.ceil(margin * scale) if last - first > 2.0 * margin * scale else 0
+            flat[max(first - reach, 0) : last + reach] = x.ravel()[first:last].mean()
     return flat.reshape(x.shape)
 
 
@@ -229,21 +343,9 @@ def half_range(x: FloatArray) -> FloatArray:
 
 def _summit(x: FloatArray) -> FloatArray:
     n, points = x.shape
-    row = np.arange(n)
-    top = np.argmax(x, axis=1)
+    row, top = np.arange(n), np.argmax(x, axis=1)
     left, middle, right, beyond = (x[row, (top + step) % points] for step in (-1, 0, 1, 2))
     curvature = left - 2.0 * middle + right
     is_peak = (curvature < 0.0) & ~((right == middle) & (beyond == middle))
     safe = np.where(is_peak, curvature, -1.0)
     return np.asarray(np.where(is_peak, middle - 0.125 * (left - right) ** 2 / safe, middle))
-
-
-def mean_cycle(layout: Layout, used: slice, how: Smoother) -> tuple[FloatArray, FloatArray]:
-    """Mean of some cycles without noise, (p,), and its derivative by tau, (p,); ``how``: the smoother of all."""
-    if used.stop - used.start < len(layout):
-        rows, shared = layout.mass[used], layout.of_mass.shared
-        how = smoother(rows, noise=layout.of_mass.noise, samples=layout.samples, shared=shared)
-    points = layout.mass.shape[1]
-    k = np.arange(len(how.mean))
-    x = np.fft.irfft(how.mean * points, points)
-    return x, np.fft.irfft(1j * k * how.mean * points, points)

@@ -1,63 +1,68 @@
-"""Lines in a spectrum: Hann window, zero-padding, log-parabolic refinement of the peak.
+"""Lines in a spectrum: the drive's own, and those that are no harmonic of it.
 
+Spectra have a Hann window and zero-padding; a peak is refined by a parabola through the logs of its three bins.
 Amplitudes are scaled by 2 / sum(w), so that a line of amplitude A reads A whatever the padding.
 
-Smoothing by the spectrum: what the cycles have in common, and what each has of its own. The mean cycle is known the
-better the more cycles there are; a cycle's deviation from it is kept only where its
-spectrum stands above the sensor's. Both are Wiener filters (gain = signal power / total power, per harmonic), so that
-a regular motion is smoothed over all its cycles and an irregular one cycle by cycle, without anything to tune.
+A motion that repeats with the drive has its harmonics and nothing between them. What stands there alone is the
+sensor's, the laboratory's (hum of the mains, a bearing) or a second motion's. High lines are hum to be taken out, low
+ones (a beat, a free vibration) are reported.
 """
 
+import cmath
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy import fft
 from numpy.typing import NDArray
 
-from frictionlab.analysis.cycles import chunks
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
 
 DEFAULT_PADDING = 4
-PART = 1 << 15  # points of a window made at a time: they stay in the cache
 LONGEST = 1 << 23
-"""Points of an FFT: one of 26 million took 1 GB, and told the drive no better. Longer signals are taken in parts."""
+"""Points up to which an FFT is padded: one of 26 million took 1 GB, and showed the drive no better."""
 
 
 @dataclass(frozen=True)
 class Spectrum:
     """Amplitude spectrum: ``frequency`` (m,) in 1/[step], ``amplitude`` (m,) in the signal's unit.
 
-    ``resolution``: 1 / duration of the signal, or of the parts it was taken in, in 1/[step].
+    ``resolution``: 1 / duration of the signal, in 1/[step].
     """
 
     frequency: FloatArray
     amplitude: FloatArray
     resolution: float
 
+    @property
+    def cell(self) -> float:
+        """Bins to a resolution cell."""
+        return self.resolution / float(self.frequency[1])
+
+    def up_to(self, frequency: float) -> "Spectrum":
+        """The part up to a frequency, copied so that the rest can be forgotten."""
+        last = int(np.searchsorted(self.frequency, frequency, side="right"))
+        return Spectrum(self.frequency[:last].copy(), self.amplitude[:last].copy(), self.resolution)
+
 
 @dataclass(frozen=True)
-class Tone:
-    """One line: ``frequency`` in 1/[step], ``amplitude`` in the signal's unit."""
+class Line:
+    """One line: ``frequency`` in 1/[step], ``amplitude`` in the signal's unit; whether it is ``removed`` as hum."""
 
     frequency: float
     amplitude: float
+    removed: bool = False
 
 
-def hann(first: int, last: int, n: int) -> FloatArray:
-    """Part of a Hann window of n points, symmetric about the middle and nowhere zero; its sum is n / 2."""
-    return np.asarray(0.5 - 0.5 * np.cos((2.0 * math.pi / n) * (np.arange(first, last) + 0.5)))
-
-
-def _windowed(signal: FloatArray) -> FloatArray:
-    """The signal (n,) about its mean under a Hann window, in parts: one copy, for a long recording's are dear."""
-    about = np.asarray(signal - signal.mean())
-    for first in range(0, len(about), PART):
-        last = min(first + PART, len(about))
-        about[first:last] *= hann(first, last, len(about))
-    return about
+def hann(n: int) -> FloatArray:
+    """Hann window of n points, symmetric about the middle and nowhere zero; its sum is n / 2."""
+    window = np.arange(0.5, n)
+    window *= 2.0 * math.pi / n
+    np.cos(window, out=window)
+    window *= -0.5
+    window += 0.5
+    return window
 
 
 def fast_length(least: int) -> int:
@@ -70,15 +75,8 @@ def fast_length(least: int) -> int:
     >>> [fast_length(n) for n in (1, 7, 11, 97, 59_999)]
     [1, 8, 12, 100, 60000]
     """
-    best = 1 << (least - 1).bit_length()
-    five = 1
-    while five < best:
-        three = five
-        while three < best:
-            best = min(best, three << (-(-least // three) - 1).bit_length())
-            three *= 3
-        five *= 5
-    return best
+    odd = [3**three * 5**five for three in range(20) for five in range(14) if 3**three * 5**five < 2 * least]
+    return int(min(n << (-(-least // n) - 1).bit_length() for n in odd))
 
 
 def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAULT_PADDING) -> Spectrum:
@@ -91,8 +89,7 @@ def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAUL
         Sampling interval; frequencies come in its inverse.
     padding : int
         Length of the FFT over the length of the record (rounded up to a length the FFT likes); less where that is
-        longer than `LONGEST`: the lines of such a record are close together as they are. A record that is longer
-        itself is taken in equal parts; its amplitudes are the root of their mean square.
+        longer than `LONGEST`: the lines of such a record are close together as they are.
 
     Raises
     ------
@@ -109,30 +106,16 @@ def amplitude_spectrum(signal: FloatArray, step: float, *, padding: int = DEFAUL
     n = len(signal)
     if n < 8:
         raise AnalysisError(f"spectrum: expected at least 8 samples; got {n}: give a longer recording")
-    parts = -(-n // LONGEST)
-    size = n // parts
-    length = fast_length(max(min(padding, LONGEST // size), 1) * size)
-    amplitude = np.abs(fft.rfft(_windowed(signal[:size]), length))
-    if parts > 1:
-        amplitude *= amplitude
-        for first in range(size, size * parts, size):
-            more = np.abs(fft.rfft(_windowed(signal[first : first + size]), length))
-            amplitude += np.multiply(more, more, out=more)
-        np.sqrt(amplitude, out=amplitude)
-    amplitude *= 4.0 / size / math.sqrt(parts)  # 2 / sum(w)
-    return Spectrum(np.arange(len(amplitude)) / (length * step), amplitude, 1.0 / (size * step))
+    length = fast_length(max(min(padding, LONGEST // n), 1) * n)
+    windowed = hann(n)
+    windowed *= signal - signal.mean()
+    amplitude = np.abs(fft.rfft(windowed, length))
+    amplitude *= 4.0 / n  # 2 / sum(w)
+    return Spectrum(np.arange(len(amplitude)) / (length * step), amplitude, 1.0 / (n * step))
 
 
-def up_to(spectrum: Spectrum, frequency: float) -> Spectrum:
-    """The part of a spectrum up to a frequency, copied so that the rest can be forgotten."""
-    last = int(np.searchsorted(spectrum.frequency, frequency, side="right"))
-    return Spectrum(spectrum.frequency[:last].copy(), spectrum.amplitude[:last].copy(), spectrum.resolution)
-
-
-def strongest_tone(spectrum: Spectrum) -> Tone:
-    """Find the strongest line and refine it by a parabola through the logs of the three highest bins.
-
-    Lines slower than two periods in the record are not looked for.
+def strongest_tone(spectrum: Spectrum) -> Line:
+    """Find the strongest line and refine it; lines slower than two periods in the record are not looked for.
 
     Raises
     ------
@@ -146,32 +129,28 @@ def strongest_tone(spectrum: Spectrum) -> Tone:
     >>> abs(tone.frequency - 1.7) < 2e-5
     True
     """
-    amplitude, spacing = spectrum.amplitude, float(spectrum.frequency[1])
-    first = min(max(1, math.ceil(2.0 * spectrum.resolution / spacing)), len(amplitude) - 2)
+    amplitude = spectrum.amplitude
+    first = min(max(1, math.ceil(2.0 * spectrum.cell)), len(amplitude) - 2)
     peak = first + int(np.argmax(amplitude[first:-1]))
     if not amplitude[peak] > 0.0:
         raise AnalysisError("spectrum: expected a signal that moves; got one that stands still")
-    offset, height = refined(amplitude[peak - 1 : peak + 2], spectrum.resolution / spacing)
-    return Tone((peak + offset) * spacing, height)
+    return _refined(spectrum, peak)
 
 
-def refined(three: FloatArray, padding: float) -> tuple[float, float]:
-    """Offset in bins from the middle one, and height, of a line whose three highest bins are given.
+def _refined(spectrum: Spectrum, peak: int) -> Line:
+    """The line of a highest bin.
 
     A parabola through the logs of a Hann line is a little off (2e-4 of a resolution cell at padding 4); how much is
     known from the window's own transform, and taken out.
     """
-    seen, height = _log_parabola(three)
+    seen, height = _log_parabola(spectrum.amplitude[peak - 1 : peak + 2])
     offset, scale = seen, 1.0
     for _ in range(4):
-        told, scale = _log_parabola(_hann_line((np.arange(-1.0, 2.0) - offset) / padding))
-        offset -= told - seen
-    return offset, height / scale
-
-
-def _hann_line(cells: FloatArray) -> FloatArray:
-    """Shape of a unit line under a Hann window, over the distance in resolution cells (1 / duration)."""
-    return np.asarray(np.abs(np.sinc(cells) / (1.0 - np.where(np.abs(cells) == 1.0, 0.5, cells) ** 2)))
+        cells = (np.arange(-1.0, 2.0) - offset) / spectrum.cell
+        shape = np.abs(np.sinc(cells) / (1.0 - np.where(np.abs(cells) == 1.0, 0.5, cells) ** 2))
+        found, scale = _log_parabola(shape)
+        offset -= found - seen
+    return Line(float((peak + offset) * spectrum.frequency[1]), height / scale)
 
 
 def _log_parabola(three: FloatArray) -> tuple[float, float]:
@@ -184,179 +163,198 @@ def _log_parabola(three: FloatArray) -> tuple[float, float]:
     return float(offset), float(np.exp(middle - 0.25 * (left - right) * offset))
 
 
-_KEPT_FROM = 1.5  # amplitude over the noise's, about, from which a harmonic stands out
-_MOST_RAISED = 4.0
-_ENOUGH = 32  # harmonics whose median is a floor
-_BLOCK = 1 << 18  # points smoothed at a time
+# Lines that are no harmonics of the drive ----------------------------------------------------------------------------
+
+LEAST = 5e-4  # of the base's amplitude: smaller lines change no number by more than its error
+FAINTEST = 1e-4  # the same of lines where no frame follows: of these nothing else may come
+CLEAR = 8.0  # times the median of the neighbourhood; the highest of 4 million bins of white noise is 4.7 times it
+NEIGHBOURS = 60  # resolution cells to either side
+BESIDE, CLOSE = 5.0, 1.5  # resolution cells that a harmonic of the drive covers; a high one, of which little is left
+HIGH = 8.0  # times the drive: no frame follows there, so that a line is not the mass's motion
+LEAKS = 4.0  # times what stronger lines leak there
+ORDERS = 60  # of the drive's harmonics that may leak
+MOST = 12  # lines
+MOST_HARMONICS, WIDEST = 400, 64.0  # of the drive that are looked at; bins to either side of one
+OUT = 3.0  # times the highest of the four beside it with odd, or even, numbers like its own
+LONGEST_PERIOD = 6  # cycles a motion may take to repeat
+FAINT, SURELY = 0.2, 0.1  # of the highest line; of a resolution cell: lines that tell the period, and how well
+SAMPLED = 2000  # lines of a spectrum that tell its noise
+MAINS = (50.0, 60.0)
+NEAR = 3e-3  # relative: how far mains may be off
+PART = 1 << 15  # samples a line is drawn on at a time
+SHORTEST_S = 5.0  # of the windows in which a line may swell and wander
 
 
 @dataclass(frozen=True)
-class Smoothed:
-    """Some consecutive cycles without their noise: ``x`` and ``v`` (n, points), v the derivative by tau."""
+class DriveLine:
+    """The drive as the search for other lines needs it.
 
-    cycles: slice
-    x: FloatArray
-    v: FloatArray
-
-
-@dataclass(frozen=True)
-class Smoother:
-    """How cycles are smoothed, decided from all of them.
-
-    ``mean`` (points/2 + 1,) complex: Fourier coefficients of the smoothed mean cycle; ``own_gain`` (points/2 + 1,):
-    what is kept of a cycle's deviation, by harmonic; ``x_noise``, ``v_noise``: rms of the error left in one point of
-    x and v (v: with the harmonics given up); ``x_tail``: what the harmonics that drown in noise may add to an extreme;
-    ``resolution``: the shortest time that can be told apart, in radians of tau; ``period``: cycles that ``mean`` is of.
+    ``frequency`` [Hz], ``unit``: the base's amplitude [m], ``spread``: relative width of the drive's line.
     """
 
-    mean: NDArray[np.complex128]
-    own_gain: FloatArray
-    x_noise: float
-    v_noise: float
-    x_tail: float
-    resolution: float
-    period: int = 1
+    frequency: float
+    unit: float
+    spread: float
 
 
-def smoother(rows: FloatArray, *, noise: float, samples: float, shared: float = 0.0, period: int = 1) -> Smoother:
-    """Decide how to smooth cycles.
+def mains_of(line: Line) -> str:
+    """Mains hum where a line's frequency says so, else nothing."""
+    for mains in MAINS:
+        times = round(line.frequency / mains)
+        if times >= 1 and abs(line.frequency / (times * mains) - 1.0) < NEAR:
+            return "mains hum" if times == 1 else f"mains hum, {times} times {mains:g} Hz"
+    return ""
 
-    Parameters
-    ----------
-    rows : (n, points) array
-        One cycle a row, ``points`` even.
-    noise : float
-        Rms of the white noise of one sample.
-    samples : float
-        Samples the sensor took in a cycle (a row may have more points than that).
-    shared : float
-        Rms of the white noise of one sample that cycles share: rounding without noise follows the place.
-    period : int
-        Cycles after which the motion repeats: what they have in common is looked for in whole periods.
+
+def foreign_lines(lines: Spectrum, drive: DriveLine) -> tuple[Line, ...]:
+    """Find the lines between the drive's harmonics in the spectrum of a stretch: highest first, at most `MOST`."""
+    amplitude, frequency, spread = lines.amplitude, lines.frequency, drive.spread
+    tops = _tops(amplitude, 1, FAINTEST * drive.unit)
+    order = np.maximum(np.rint(frequency[tops] / drive.frequency), 0.0)
+    follows = frequency[tops] <= HIGH * drive.frequency
+    covered = np.where(follows, BESIDE, CLOSE) * lines.resolution + 3.0 * spread * frequency[tops]
+    apart = np.abs(frequency[tops] - order * drive.frequency) > covered
+    faint = follows & (amplitude[tops] < LEAST * drive.unit)
+    tops = tops[apart & (frequency[tops] > 0.3 * drive.frequency) & ~faint]
+    if not len(tops):
+        return ()
+    orders = np.arange(1.0, ORDERS)
+    place = orders * (drive.frequency / float(frequency[1]))
+    wide = 0.5 * lines.cell + 3.0 * spread * place  # a line beside a high harmonic is none of it
+    strong = _heights(amplitude, place, np.where(orders <= HIGH, 2.0 * lines.cell + 0.5, wide))
+    beside = np.abs(frequency[tops][:, None] - orders * drive.frequency) / lines.resolution
+    leaks = (np.where(beside < BESIDE, 1.0, _leak(beside)) * strong).sum(axis=1)
+    clear = amplitude[tops] > LEAKS * leaks
+    tops, leaks = tops[clear], leaks[clear]
+    found: list[Line] = []
+    for i in np.argsort(-amplitude[tops])[: 8 * MOST].tolist():
+        top = int(tops[i])
+        near = np.array([abs(frequency[top] - line.frequency) / lines.resolution for line in found])
+        leak = leaks[i] + float(np.dot(_leak(near), [line.amplitude for line in found]))
+        if amplitude[top] > max(LEAKS * leak, CLEAR * _around(lines, top)):
+            line = _refined(lines, top)
+            found.append(replace(line, removed=line.frequency > HIGH * drive.frequency))
+    return tuple(found[:MOST])
+
+
+def without_high_lines(signal: FloatArray, step: float) -> FloatArray:
+    """Return a free decay (n,) without the lines above `HIGH` times its own frequency: hum that its sensor picked up.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 20.0, 0.002)
+    >>> decay = np.exp(-0.2 * t) * np.cos(20.0 * t)
+    >>> clean = without_high_lines(decay + 0.01 * np.cos(2 * np.pi * 50.0 * t), 0.002)
+    >>> bool(np.abs(clean - decay).max() < 2e-4)
+    True
     """
-    if period > 1:
-        how = smoother(_in_periods(rows, period), noise=noise, samples=samples * period, shared=shared)
-        return replace(how, v_noise=how.v_noise / period, resolution=how.resolution * period, period=period)
-    n, points = rows.shape
-    mean_cycle = rows.mean(axis=0)
-    lines = fft.rfft(mean_cycle) / points
-    floor = noise * noise / samples  # power that noise alone gives one coefficient of one cycle
-    mean_floor = floor / n + shared * shared / samples
-    mean_gain = np.ones(len(lines))
-    for parity in (1, 2):  # apart: a motion whose halves mirror each other has odd harmonics only
-        mean_gain[parity::2] = _gain(np.abs(lines[parity::2]) ** 2, mean_floor, 1)
-    own_gain = np.zeros(len(lines))
-    if n > 1:
-        power = _deviation_power(rows, mean_cycle)
-        floor = _raised(floor, power, samples) + shared * shared / samples
-        own_gain[1:] = _gain(power[1:], floor, n - 1)
-    k = np.arange(len(lines))
-    left = 2.0 * (mean_floor * mean_gain**2 + floor * own_gain**2)
-    left[0] *= 0.5
-    kept = np.flatnonzero((mean_gain > 0.0) | (own_gain > 0.0))
-    top = max(1, int(kept[-1]))
-    drowned = _KEPT_FROM * math.sqrt(mean_floor)  # amplitude of the first harmonic given up; the others fall as k^-3
-    return Smoother(
-        mean=lines * mean_gain,
-        own_gain=own_gain,
-        x_noise=math.sqrt(float(left.sum())),
-        v_noise=math.hypot(math.sqrt(float((left * k * k).sum())), drowned * math.sqrt(top**3 / 3.0)),
-        x_tail=0.5 * top * drowned,  # all of them in phase at an extreme
-        resolution=math.pi / top,
-    )
+    if len(signal) < 64 or not float(np.ptp(signal)) > 0.0:
+        return signal
+    lines = amplitude_spectrum(signal, step, padding=1)
+    own = int(np.argmax(lines.amplitude[2:])) + 2
+    tops = _tops(lines.amplitude, math.ceil(HIGH * own), 0.0)
+    for top in tops[np.argsort(-lines.amplitude[tops])][:MOST].tolist():
+        if lines.amplitude[top] > CLEAR * _around(lines, top):
+            signal = signal - line_in(signal, step, _refined(lines, top), SHORTEST_S)
+    return signal
 
 
-def _in_periods(rows: FloatArray, period: int) -> FloatArray:
-    """Whole periods as rows; the first cycles, which make none, are left out."""
-    return rows[len(rows) % period :].reshape(-1, period * rows.shape[1])
+def faintest(lines: Spectrum, drive: DriveLine) -> float:
+    """Amplitude of the faintest line that would be found where no frame follows, by `foreign_lines`' own rules."""
+    high = lines.amplitude[np.searchsorted(lines.frequency, HIGH * drive.frequency) :]
+    noise = float(np.median(high[:: max(1, len(high) // SAMPLED)])) if len(high) else 0.0
+    return max(FAINTEST * drive.unit, CLEAR * noise)
 
 
-def _deviation_power(rows: FloatArray, mean_cycle: FloatArray) -> FloatArray:
-    """Mean power of the cycles' deviations from their mean, by harmonic, as each cycle has it."""
-    n, points = rows.shape
-    power = np.zeros(points // 2 + 1)
-    for some in chunks(rows, _BLOCK):
-        lines = fft.rfft(rows[some] - mean_cycle, axis=1)
-        power += np.sum(lines.real**2 + lines.imag**2, axis=0)
-    return np.asarray(power / (n - 1) / points**2)
+def on_harmonics(lines: Spectrum, drive: DriveLine, found: tuple[Line, ...]) -> tuple[tuple[Line, ...], float]:
+    """Harmonics of the drive that stand out of those beside them, and what hum of the mains another may hide.
 
-
-def _raised(floor: float, power: FloatArray, samples: float) -> float:
-    """The floor that the highest harmonics show, where that is higher: rounding without noise is not quite white."""
-    top = power[int(0.375 * samples) : int(0.5 * samples)]
-    return min(max(floor, float(np.median(top))), _MOST_RAISED * floor) if len(top) >= _ENOUGH else floor
-
-
-def _gain(power: FloatArray, floor: float, samples: int) -> FloatArray:
-    """Wiener gain by line: power is averaged over its neighbourhood and must exceed what noise alone may reach.
-
-    Nothing is kept above the last harmonic that stands out.
+    A line so near a harmonic cannot be told from it. Where no frame follows, the harmonics of a motion fall evenly,
+    those with odd and those with even numbers each by itself: hum stands out, or a contact that rings. Hum that does
+    not is at most as much as stands on its harmonic and on those beside it. ``found``: lines between the harmonics.
     """
-    k = np.arange(len(power))
-    reach = np.maximum(2, k // 6)
-    low, high = np.maximum(k - reach, 0), np.minimum(k + reach, len(power) - 1)
-    total = np.concatenate([[0.0], np.cumsum(power)])
-    count = high - low + 1
-    local = (total[high + 1] - total[low]) / count
-    clear = local > floor * (1.0 + 4.0 / np.sqrt(count * samples))
-    gain = np.where(clear, 1.0 - floor / np.maximum(local, 1e-300), 0.0)
-    last = int(np.flatnonzero(clear)[-1]) if clear.any() else 0
-    gain[last + 1 :] = 0.0
-    return gain
+    hz, bins = drive.frequency, drive.frequency / float(lines.frequency[1])
+    most = min(MOST_HARMONICS, int(lines.frequency[-1] / hz))
+    if most < HIGH:
+        return (), 0.0
+    order = np.arange(1.0, most + 1.0)
+    reach = np.minimum(CLOSE * lines.cell + 3.0 * drive.spread * order * bins, WIDEST)
+    height = _heights(lines.amplitude, order * bins, np.minimum(reach, 0.45 * bins))
+    beside = np.stack([np.roll(height, by) for by in (-4, -2, 2, 4)]).max(axis=0)
+    out = (order > HIGH + 1.0) & (order <= most - 4) & (height > LEAST * drive.unit) & (height > OUT * beside)
+    to_lines = np.abs(np.array([line.frequency for line in found])[:, None] - order * hz)
+    clear = ~np.any(to_lines < BESIDE * lines.resolution, axis=0)
+    near = [(k, mains) for mains in MAINS if HIGH < (k := round(mains / hz)) <= most and clear[k - 1]]
+    hides = [k for k, mains in near if abs(mains - k * hz) < reach[k - 1] * float(lines.frequency[1]) + NEAR * mains]
+    masked = max((float(height[k - 3 : k + 2].max()) for k in hides), default=0.0)
+    return tuple(Line(float(order[k] * hz), float(height[k])) for k in np.flatnonzero(out & clear)), masked
 
 
-def smoothed(rows: FloatArray, how: Smoother, points: int) -> Iterator[Smoothed]:
-    """Smooth cycles block by block.
+def period_of(found: tuple[Line, ...], drive: float, resolution: float) -> int:
+    """Cycles of the drive after which a motion with these lines repeats; 1 where they belong to no such period.
 
-    Parameters
-    ----------
-    rows : (n, p) array
-        One cycle a row; consecutive rows follow each other without a gap.
-    how : Smoother
-        From the same rows.
-    points : int
-        Points a cycle of the result, an even number no smaller than p.
+    Examples
+    --------
+    >>> period_of((Line(0.5, 1e-4), Line(1.5, 2e-5)), 1.0, 0.02)
+    2
     """
-    if how.period > 1:
-        yield from _smoothed_in_periods(rows, how, points)
-        return
-    n = len(rows)
-    k = np.arange(len(how.mean))
-    mean_x = fft.irfft(how.mean * points, points)
-    mean_v = fft.irfft(1j * k * how.mean * points, points)
-    mean_cycle = rows.mean(axis=0)
-    per_block = max(1, _BLOCK // points)
-    for first in range(0, n, per_block):
-        some = slice(first, min(first + per_block, n))
-        count = some.stop - some.start
-        if not how.own_gain.any():
-            yield Smoothed(some, np.broadcast_to(mean_x, (count, points)), np.broadcast_to(mean_v, (count, points)))
-            continue
-        x, v = _deviations(rows[some] - mean_cycle, how.own_gain, points)
-        x += mean_x
-        v += mean_v
-        yield Smoothed(some, x, v)
+    low = [line for line in found if not line.removed]
+    least = FAINT * max((line.amplitude for line in low), default=0.0)
+    clear = [line.frequency for line in low if line.amplitude > least]
+    for period in range(2, LONGEST_PERIOD + 1):
+        part = drive / period
+        if clear and all(abs(f - round(f / part) * part) < SURELY * resolution for f in clear):
+            return period
+    return 1
 
 
-def _smoothed_in_periods(rows: FloatArray, how: Smoother, points: int) -> Iterator[Smoothed]:
-    """Whole periods smoothed as rows and cut into cycles again; the first cycles are as those a period later."""
-    spare, period = len(rows) % how.period, how.period
-    for part in smoothed(_in_periods(rows, period), replace(how, period=1), period * points):
-        x, v = part.x.reshape(-1, points), part.v.reshape(-1, points) / period
-        first = spare + part.cycles.start * period
-        if part.cycles.start == 0 and spare:
-            yield Smoothed(slice(0, spare), x[period - spare : period], v[period - spare : period])
-        yield Smoothed(slice(first, first + len(x)), x, v)
+def line_in(signal: FloatArray, step: float, line: Line, length: float) -> FloatArray:
+    """A line as it stands in a signal (n,), its amplitude and phase followed in Hann windows of this length [s].
+
+    In each window the line's complex amplitude is the weighted mean of the signal turned back by its frequency;
+    between the windows' middles it runs straight.
+    """
+    n, turn = len(signal), 2.0 * math.pi * line.frequency * step
+    size = max(8, min(n, round(min(length, n * step) / step)))
+    starts = np.unique(np.linspace(0, n - size, max(1, math.ceil(4.0 * (n - size) / size) + 1)).round().astype(np.intp))
+    weight = np.hanning(size + 2)[1:-1] * np.exp(-1j * turn * np.arange(size))
+    weight /= np.hanning(size + 2).sum()
+    bias, mean = weight.sum(), signal.mean()
+    level = np.array([np.dot(weight, signal[a : a + size]) - mean * bias for a in starts]) * np.exp(-1j * turn * starts)
+    middle, found = starts + 0.5 * (size - 1), np.empty(n)
+    table = np.exp(1j * turn * np.arange(min(n, PART)))
+    for first in range(0, n, PART):
+        every = np.arange(first, min(first + PART, n))
+        envelope = np.interp(every, middle, level.real) + 1j * np.interp(every, middle, level.imag)
+        envelope *= table[: len(every)]
+        found[every[0] : every[-1] + 1] = 2.0 * (envelope * cmath.exp(1j * turn * first)).real
+    return found
 
 
-def _deviations(own: FloatArray, gain: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
-    """Smooth consecutive cycles' deviations as one signal (a cycle need not close), reflected at both ends."""
-    n = len(own)
-    flat = own.ravel()
-    lines = fft.rfft(np.concatenate([flat, flat[::-1]])) / len(flat)
-    harmonic = np.arange(len(lines)) / (2.0 * n)
-    kept = lines * np.interp(harmonic, np.arange(1, len(gain)), gain[1:])
-    size = 2 * n * points
-    x = fft.irfft(kept * (0.5 * size), size)[: n * points]
-    v = fft.irfft(1j * harmonic * kept * (0.5 * size), size)[: n * points]
-    return x.reshape(n, points), v.reshape(n, points)
+def _tops(amplitude: FloatArray, first: int, least: float) -> NDArray[np.intp]:
+    """Bins from a first one on that are higher than their neighbours and than the least."""
+    inner = amplitude[first:-1]
+    is_top = (inner > least) & (inner >= amplitude[first - 1 : -2]) & (inner > amplitude[first + 1 :])
+    return first + np.flatnonzero(is_top)
+
+
+def _heights(amplitude: FloatArray, at: FloatArray, reach: NDArray[np.floating]) -> FloatArray:
+    """Highest amplitude (m,) within a reach (m,) of each of these places (m,) [bins]; 0 beyond the last."""
+    first, last = np.ceil(at - reach), np.floor(at + reach)
+    index = (first[:, None] + np.arange(np.max(last - first) + 1.0)).astype(np.intp)
+    inside = (index >= 0) & (index <= last[:, None]) & (index < len(amplitude))
+    return np.asarray(np.where(inside, amplitude[np.where(inside, index, 0)], 0.0).max(axis=1))
+
+
+def _leak(cells: FloatArray) -> FloatArray:
+    """What a line of amplitude 1 shows of itself at these distances under a Hann window, at most."""
+    far = np.maximum(cells, 2.5)
+    return np.where(cells < 2.5, 1.0, 1.0 / (math.pi * far * (far * far - 1.0)))
+
+
+def _around(lines: Spectrum, top: int) -> float:
+    """Median of a line's neighbourhood without the line itself."""
+    far, near = round(NEIGHBOURS * lines.cell), round(6 * lines.cell)
+    before, after = slice(max(0, top - far), max(0, top - near)), slice(top + near + 1, top + far)
+    some = np.concatenate([lines.amplitude[before], lines.amplitude[after]])
+    return float(np.median(some)) if len(some) else 0.0

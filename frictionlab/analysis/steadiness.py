@@ -7,12 +7,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis import cycles, spectrum
-from frictionlab.analysis.cycles import chunks
 from frictionlab.analysis.signals import Stretch, line, variance_inflation, white_noise
-from frictionlab.analysis.stops import runs
+from frictionlab.analysis.stops import IntArray, runs
 from frictionlab.arrays import FloatArray
 
 COARSE_POINTS = 64  # of a cycle, to find the transient on
@@ -24,6 +22,8 @@ INTERVAL_S = 10.0  # one cycle so often tells the trend of a long test (thesis 4
 def settled_at(distance: FloatArray, *, floor: float, least: float = 0.02) -> int | None:
     """Index of the first cycle from which the motion stays as near its final cycle as it ever comes.
 
+    None where the last quarter itself is not settled (fewer than four cycles in it, or it still moves).
+
     Parameters
     ----------
     distance : (n,) array
@@ -32,30 +32,24 @@ def settled_at(distance: FloatArray, *, floor: float, least: float = 0.02) -> in
         Distance that sensor noise alone gives.
     least : float
         Distance below which a cycle counts as the final one.
-
-    Returns
-    -------
-    int or None
-        None where the last quarter itself is not settled (fewer than four cycles in it, or it still moves).
     """
     n = len(distance)
     tail = distance[n - max(4, n // 4) :]
     if n < 8:
         return None
-    level = float(np.median(tail))
     least = max(3.0 * floor, least)
     earlier, later = (float(np.median(part)) for part in np.array_split(tail, 2))
     if earlier > max(2.0 * later, least):
         return None
-    limit = max(3.0 * level, least)
-    outside = np.flatnonzero(distance > limit)
+    outside = np.flatnonzero(distance > max(3.0 * float(np.median(tail)), least))
     first = int(outside[-1]) + 1 if len(outside) else 0
     return first if first < n - len(tail) // 2 else None
 
 
 def distance(rows: FloatArray, final: FloatArray) -> FloatArray:
     """Rms distance (n,) of cycles from a final one."""
-    return np.concatenate([np.sqrt(np.mean((rows[some] - final) ** 2, axis=1)) for some in cycles.chunks(rows)])
+    parts = cycles.chunks(*rows.shape)
+    return np.concatenate([np.sqrt(np.mean((rows[some] - final) ** 2, axis=1)) for some in parts])
 
 
 def transient(stretch: Stretch) -> tuple[float, bool]:
@@ -100,19 +94,11 @@ def transient(stretch: Stretch) -> tuple[float, bool]:
 
 
 def beating(series: FloatArray, *, noise: float, least: float = 0.02) -> tuple[float, float] | None:
-    """Find a slow modulation in a per-cycle series: its period in cycles, its amplitude over the mean.
+    """Find a slow modulation in a positive per-cycle series (n,): its period in cycles, its amplitude over the mean.
 
-    Parameters
-    ----------
-    series : (n,) array
-        A positive quantity per cycle, such as the response amplitude.
-    noise : float
-        Standard error of one value.
-    least : float
-        Modulations shallower than this share of the mean are not reported.
+    ``noise``: standard error of one value; modulations shallower than ``least`` of the mean are not reported.
     """
-    n = len(series)
-    mean = float(series.mean())
+    n, mean = len(series), float(series.mean())
     if n < 12 or mean <= 0.0:
         return None
     about = line(np.arange(n, dtype=np.float64), series)[1]
@@ -146,30 +132,22 @@ def growth(series: FloatArray, *, least: float = 1e-3) -> float:
     return change if clear and abs(change) > least else 0.0
 
 
-def jumps(series: FloatArray, *, noise: float, width: int = 5, least: float = 0.05) -> NDArray[np.intp]:
-    """Find sudden lasting changes in a per-cycle series: cycles where the medians before and after differ.
+def jumps(series: FloatArray, *, noise: float, width: int = 5, least: float = 0.05) -> IntArray:
+    """First cycles (m,) after sudden lasting changes in a per-cycle series (n,).
 
     A jump is a difference between the medians of ``width`` cycles on either side of more than ``least``, eight times
     the scatter within them, and eight times the sensor's noise.
-
-    Returns
-    -------
-    (m,) array
-        Index of the first cycle after each jump.
     """
-    n = len(series)
-    if n < 2 * width:
+    if len(series) < 2 * width:
         return np.zeros(0, dtype=np.intp)
     windows = np.lib.stride_tricks.sliding_window_view(series, width)
     middle = np.median(windows, axis=1)
     spread = np.median(np.abs(windows - middle[:, None]), axis=1) / 0.6745
-    step = np.abs(middle[width:] - middle[:-width])
-    within = np.maximum(spread[width:], spread[:-width])
-    begin, end = runs(step > np.maximum(8.0 * np.maximum(within, noise), least))
+    within = np.maximum(np.maximum(spread[width:], spread[:-width]), noise)
+    begin, end = runs(np.abs(middle[width:] - middle[:-width]) > np.maximum(8.0 * within, least))
     mean = windows.mean(axis=1)
     sharp = np.abs(mean[width:] - mean[:-width])  # medians say whether, means say where
-    peaks = [b + int(np.argmax(sharp[b:e])) for b, e in zip(begin, end, strict=True)]
-    return np.array(peaks, dtype=np.intp) + width
+    return np.array([b + int(np.argmax(sharp[b:e])) for b, e in zip(begin, end, strict=True)], dtype=np.intp) + width
 
 
 @dataclass(frozen=True)
@@ -189,40 +167,29 @@ class Trend:
     level: float
 
 
-def every(time: FloatArray, value: FloatArray, interval: float = INTERVAL_S) -> tuple[FloatArray, FloatArray]:
-    """One value every ``interval`` seconds: the first cycle that starts at or after each of the ticks.
-
-    Parameters
-    ----------
-    time, value : (n,) arrays
-        Start of each cycle [s] and its value.
-    """
-    ticks = np.arange(time[0], time[-1] + 1e-9, interval)
-    chosen = np.unique(np.searchsorted(time, ticks - 1e-9))
-    chosen = chosen[chosen < len(time)]
-    return time[chosen], value[chosen]
-
-
 def linear_trend(time: FloatArray, value: FloatArray) -> Trend | None:
     """Least-squares line with its confidence; autocorrelated residuals widen it (None for fewer than six points)."""
+    from scipy.special import stdtrit  # noqa: PLC0415 - a tenth of a second that only long tests need
+
     n = len(time)
     if n < 6:
         return None
     slope, left, spread = line(time, value)
-    inflation = float(variance_inflation(left[:, None])[0])
-    error = math.sqrt(float(np.dot(left, left)) / (n - 2) / spread * max(inflation, 1.0))
-    reach = student95(max(n / max(inflation, 1.0) - 2.0, 1.0)) * error
+    inflation = max(float(variance_inflation(left[:, None])[0]), 1.0)
+    error = math.sqrt(float(np.dot(left, left)) / (n - 2) / spread * inflation)
+    reach = float(stdtrit(max(n / inflation - 2.0, 1.0), 0.975)) * error
     return Trend(time, value, slope, error, slope - reach, slope + reach, float(value.mean()))
 
 
-def student95(freedom: float) -> float:
-    """Two-sided 95 % quantile of Student's t."""
-    from scipy.special import stdtrit  # noqa: PLC0415 - a tenth of a second that only long tests need
+def trend_of(time: FloatArray, value: FloatArray) -> Trend | None:
+    """The trend of a per-cycle series (n,) by its cycles' starts [s]: of the first cycle after each `INTERVAL_S`."""
+    ticks = np.arange(time[0], time[-1] + 1e-9, INTERVAL_S)
+    chosen = np.unique(np.searchsorted(time, ticks - 1e-9))
+    chosen = chosen[chosen < len(time)]
+    return linear_trend(time[chosen], value[chosen])
 
-    return float(stdtrit(freedom, 0.975))
 
-
-def irregularity_index(rows: FloatArray, blocks: tuple[slice, ...] = ()) -> float | None:
+def irregularity_index(rows: FloatArray, blocks: tuple[slice, ...] = (slice(None),)) -> float | None:
     """Irregularity index, eq. (4.1): mean over cycles of sum |x_{j+1,i} - x_{j,i}| / sum |x_{j,i}|.
 
     Parameters
@@ -243,34 +210,23 @@ def irregularity_index(rows: FloatArray, blocks: tuple[slice, ...] = ()) -> floa
     >>> round(irregularity_index(np.array([1.0 * x, 1.1 * x, 1.0 * x])), 6)  # (0.1 / 1 + 0.1 / 1.1) / 2
     0.095455
     """
-    ratios = [_changes(rows[block]) for block in blocks or (slice(None),)]
-    every = np.concatenate(ratios)
-    return float(every.mean()) if len(every) and np.isfinite(every).all() else None
-
-
-def _changes(rows: FloatArray) -> FloatArray:
-    """Change from each cycle to the next over its size (N_cyc - 1,); infinite where a cycle stands still."""
-    before, after = rows[:-1], rows[1:]
-    size = _row_sums(before)
-    change = np.concatenate([np.abs(after[some] - before[some]).sum(axis=1) for some in chunks(after)])
-    return np.where(size > 0.0, change / np.where(size > 0.0, size, 1.0), np.inf)
+    size = _row_sums(rows)
+    pairs = np.concatenate([np.arange(len(rows))[block][:-1] for block in blocks])
+    if not len(pairs) or not size[pairs].all():
+        return None
+    change = [np.abs(rows[pairs[some] + 1] - rows[pairs[some]]).sum(axis=1) for some in cycles.chunks(*rows.shape)]
+    return float((np.concatenate(change) / size[pairs]).mean())
 
 
 def _row_sums(rows: FloatArray) -> FloatArray:
-    return np.concatenate([np.abs(rows[some]).sum(axis=1) for some in chunks(rows)])
+    return np.concatenate([np.abs(rows[some]).sum(axis=1) for some in cycles.chunks(*rows.shape)])
 
 
 def irregularity_floor(rows: FloatArray, noise: float) -> float | None:
-    """Index that white noise of this rms at each point would give a motion that repeats exactly.
+    """Index that white noise of this rms at each point of a row would give a motion that repeats exactly.
 
     The difference of two noisy points is Gaussian with sqrt(2) the rms; its mean modulus is 2 noise / sqrt(pi).
-
-    Parameters
-    ----------
-    rows : (N_cyc, N_p) array
-        One cycle a row, about the mean of the whole signal.
-    noise : float
-        Rms of the noise at one point of a row (interpolation included).
+    ``rows`` (N_cyc, N_p): one cycle a row, about the mean of the whole signal.
     """
     size = float(np.mean(_row_sums(rows))) / rows.shape[1]
     return 2.0 * noise / math.sqrt(math.pi) / size if size > 0.0 else None

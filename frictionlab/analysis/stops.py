@@ -5,7 +5,10 @@ rising as the square of time (the spring's force has only just reached the frict
 speed passes two thresholds, v and 2 v, tell where the stop itself begins and ends, and a turning point or a slow
 passage that never stands comes out with a dwell of nothing.
 
-A slip too slow for the thresholds leaves one stop in two places: the mean cycle tells (`parted`, `unclear`).
+A slip too slow for the thresholds leaves one stop in two places: the mean cycle shows it (`parted`).
+
+Stops are arrays (2, m): begin and end in radians of tau from the first cycle's start. One that the end of the record
+cuts in two goes on at its beginning: its end may lie beyond the last cycle.
 """
 
 import math
@@ -18,7 +21,6 @@ from numpy.typing import NDArray
 from frictionlab.arrays import FloatArray
 
 IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 TURN = 2.0 * math.pi
 DOUBT = 0.3  # of the shortest stop: shorter ones are a slow passage
 CLEAR = 8.0  # way of a slip over the noise of one point of the mean cycle
@@ -42,75 +44,33 @@ class Thresholds:
     dwell: float
     blur: float = 0.0
 
-
-@dataclass(frozen=True)
-class Stops:
-    """Stops of consecutive cycles: ``begin`` and ``end`` (m,) in radians of tau from the first cycle's start.
-
-    A stop that the end of the record cuts in two goes on at its beginning: its end may lie beyond the last cycle.
-    """
-
-    begin: FloatArray
-    end: FloatArray
+    @classmethod
+    def of(cls, v_noise: float, resolution: float) -> "Thresholds":
+        """For a velocity with this much noise (by tau) and this resolution (radians of tau)."""
+        return cls(max(3.0 * v_noise, 1e-3), dwell=max(0.0075 * TURN, 0.3 * resolution), blur=resolution)
 
 
-@dataclass(frozen=True)
-class Pauses:
-    """Runs of low speed, candidates for stops: crossings of both thresholds (m,) in points from the first cycle on.
+def pauses(v: FloatArray, still: float) -> FloatArray:
+    """Runs of low speed, candidates for stops: where |v| passes 2 ``still``, ``still``, and both again, (4, m).
 
-    ``outer_begin`` <= ``inner_begin`` <= ``inner_end`` <= ``outer_end``: of 2 v, v, v, 2 v.
-    """
-
-    outer_begin: FloatArray
-    inner_begin: FloatArray
-    inner_end: FloatArray
-    outer_end: FloatArray
-
-
-def thresholds(v_noise: float, resolution: float) -> Thresholds:
-    """Thresholds for a velocity with this much noise (by tau) and this resolution (radians of tau)."""
-    return Thresholds(max(3.0 * v_noise, 1e-3), dwell=max(0.0075 * TURN, 0.3 * resolution), blur=resolution)
-
-
-def pauses(v: FloatArray, still: float) -> Pauses:
-    """Find the runs of |v| below twice ``still`` that fall below ``still``.
-
-    Parameters
-    ----------
-    v : (n, points) array
-        Velocity by tau, one cycle a row; rows follow each other.
+    In points from the first cycle on; ``v`` (n, points): velocity by tau, one cycle a row, rows follow each other.
     """
     speed = np.abs(v).ravel()
     begin, end = runs(speed < 2.0 * still)
     slow = np.flatnonzero(speed < still)
     first, past = np.searchsorted(slow, begin), np.searchsorted(slow, end)
     real = past > first
-    begin, end, first, past = begin[real], end[real], first[real], past[real]
-    inner_begin, inner_end = slow[first], slow[past - 1] + 1
-    return Pauses(
-        _crossing(speed, begin, 2.0 * still),
-        _crossing(speed, inner_begin, still),
-        _crossing(speed, inner_end, still),
-        _crossing(speed, end, 2.0 * still),
-    )
-
-
-def _crossing(speed: FloatArray, index: IntArray, level: float) -> FloatArray:
-    """Where the speed passes a level between the points before and at ``index``; the edge itself at the edges."""
+    index = np.array([begin[real], slow[first[real]], slow[past[real] - 1] + 1, end[real]])
+    level = still * np.array([[2.0], [1.0], [1.0], [2.0]])
     inside = np.clip(index, 1, len(speed) - 1)
     before, after = speed[inside - 1], speed[inside]
-    step = after - before
-    share = np.clip((level - before) / np.where(step == 0.0, 1.0, step), 0.0, 1.0)
-    return np.where((index == 0) | (index == len(speed)), index + 0.0, inside - 1 + share)
+    share = np.clip((level - before) / np.where(after == before, 1.0, after - before), 0.0, 1.0)
+    return np.where((index == 0) | (index == len(speed)), index + 0.0, inside - 1 + share)  # edges are themselves
 
 
-def joined(parts: list[Pauses], firsts: list[int], cycles: int, points: int) -> Pauses:
+def joined(parts: list[FloatArray], firsts: list[int], cycles: int, points: int) -> FloatArray:
     """Pauses of several blocks of cycles as one list; one that a block's edge cuts is whole, the ends join too."""
-    shifted = [
-        np.stack([p.outer_begin, p.inner_begin, p.inner_end, p.outer_end]) + first * points
-        for p, first in zip(parts, firsts, strict=True)
-    ]
-    every = np.concatenate(shifted, axis=1)
+    every = np.concatenate([part + first * points for part, first in zip(parts, firsts, strict=True)], axis=1)
     touching = np.flatnonzero(np.abs(every[0, 1:] - every[3, :-1]) < 1e-6)
     every[2:, touching] = every[2:, touching + 1]  # two blocks: a pause is never as long as a block
     every = np.delete(every, touching + 1, axis=1)
@@ -118,42 +78,28 @@ def joined(parts: list[Pauses], firsts: list[int], cycles: int, points: int) -> 
     if every.shape[1] > 1 and every[0, 0] == 0.0 and every[3, -1] == total:
         every[2:, -1] = every[2:, 0] + total
         every = every[:, 1:]
-    return Pauses(*every)
+    return every
 
 
-def stops_of(found: Pauses, how: Thresholds, points: int) -> Stops:
-    """The pauses in which the mass stands for at least the shortest dwell; those that only a ripple parts are one."""
-    begin, end = _edges(found, how, points)
-    stands = end - begin >= how.dwell
-    return Stops(begin[stands], end[stands])
+def stops_of(found: FloatArray, how: Thresholds, points: int) -> tuple[FloatArray, FloatArray]:
+    """The pauses in which the mass stands for the shortest dwell, and lengths (k,) of shorter ones that may be stops.
 
-
-def doubtful(found: Pauses, how: Thresholds, points: int) -> FloatArray:
-    """Lengths (m,) of the pauses that may be stops and are too short to tell, radians of tau."""
-    begin, end = _edges(found, how, points)
-    length = end - begin
-    return length[(length < how.dwell) & (length > DOUBT * how.dwell)]
-
-
-def _edges(found: Pauses, how: Thresholds, points: int) -> tuple[FloatArray, FloatArray]:
-    """Where the mass would stand from and to in each pause, radians of tau; a slow passage has no time between."""
+    A slow passage has no time in which the mass stands. Pauses that are parted by less than the velocity's resolution
+    are one.
+    """
     step = TURN / points
-    found = _without_ripple(found, how.blur / step)
-    begin = found.inner_begin + (found.inner_begin - found.outer_begin)
-    end = found.inner_end - _LEAVING * (found.outer_end - found.inner_end)
-    return begin * step, end * step
-
-
-def _without_ripple(found: Pauses, blur: float) -> Pauses:
-    """Join neighbours that are parted by less than the velocity's resolution (points)."""
-    if len(found.outer_begin) < 2:
-        return found
-    parted = found.outer_begin[1:] - found.outer_end[:-1] > blur
+    parted = found[0, 1:] - found[3, :-1] > how.blur / step
     first, last = np.concatenate([[True], parted]), np.concatenate([parted, [True]])
-    return Pauses(found.outer_begin[first], found.inner_begin[first], found.inner_end[last], found.outer_end[last])
+    if found.shape[1]:
+        found = np.concatenate([found[:2, first], found[2:, last]])
+    begin, end = 2.0 * found[1] - found[0], found[2] - _LEAVING * (found[3] - found[2])
+    each = np.array([begin, end]) * step
+    length = each[1] - each[0]
+    doubtful = length[(length < how.dwell) & (length > DOUBT * how.dwell)]
+    return each[:, length >= how.dwell], doubtful
 
 
-def runs(mask: BoolArray) -> tuple[IntArray, IntArray]:
+def runs(mask: NDArray[np.bool_]) -> tuple[IntArray, IntArray]:
     """First and one-past-last index of each run of True.
 
     Examples
@@ -165,26 +111,35 @@ def runs(mask: BoolArray) -> tuple[IntArray, IntArray]:
     return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
 
 
-def per_cycle(found: Stops, cycles: int) -> tuple[FloatArray, FloatArray]:
+def per_cycle(found: FloatArray, cycles: int) -> tuple[FloatArray, FloatArray]:
     """Stops that begin in each cycle, and the fraction of each cycle spent standing, both (n,)."""
-    first = np.clip((found.begin // TURN).astype(np.intp), 0, cycles - 1)
+    first = np.clip((found[0] // TURN).astype(np.intp), 0, cycles - 1)
     count = np.bincount(first, minlength=cycles).astype(np.float64)
+    stood = np.concatenate([[0.0], np.cumsum(found[1] - found[0])])
+    knots, total = found.T.ravel(), np.stack([stood[:-1], stood[1:]], axis=1).ravel()
     edges = TURN * np.arange(2 * cycles + 1)
-    stood = np.concatenate([[0.0], np.cumsum(found.end - found.begin)])
-    knots = np.stack([found.begin, found.end], axis=1).ravel()
-    total = np.stack([stood[:-1], stood[1:]], axis=1).ravel()
-    passed = np.interp(edges, knots, total) if len(knots) else np.zeros(2 * cycles + 1)
-    stuck = np.diff(passed) / TURN
+    stuck = np.diff(np.interp(edges, knots, total) if len(knots) else np.zeros(2 * cycles + 1)) / TURN
     return count, stuck[:cycles] + stuck[cycles:]
 
 
-def parted(found: Stops, mean: FloatArray, *, noise: float, dwell: float, cycles: int) -> Stops:
-    """Part the stops in which the mean cycle stands in two places.
+# Two stops in one ----------------------------------------------------------------------------------------------------
+
+Move = tuple[float, float]
+"""A move within a stop of the mean cycle that is no clear slip: its way (Y), and how long the stop is, in cycles."""
+
+
+def parted(
+    found: FloatArray, mean: FloatArray, *, noise: float, dwell: float, cycles: int
+) -> tuple[FloatArray, Move | None]:
+    """Part the stops in which the mean cycle stands in two places; return the largest move that may part one or not.
+
+    Such is a slip beside a stop of less than `THIN` dwells, which may be a slow passage, and a step in the place of a
+    stop that is too small to part it: a slip, or a creep.
 
     Parameters
     ----------
-    found : Stops
-        Of all cycles.
+    found : (2, m) array
+        Stops of all cycles.
     mean : (p,) array
         Mean cycle as measured.
     noise : float
@@ -197,89 +152,64 @@ def parted(found: Stops, mean: FloatArray, *, noise: float, dwell: float, cycles
     Examples
     --------
     >>> place = np.where(np.arange(400) < 40, 0.0, np.where(np.arange(400) < 80, 0.01, np.arange(400) * 0.01))
-    >>> one = Stops(np.array([0.0]), np.array([1.2]))
-    >>> two = parted(one, place, noise=1e-4, dwell=0.05, cycles=1)
-    >>> [edge.round(2).tolist() for edge in (two.begin, two.end)]
+    >>> two, _ = parted(np.array([[0.0], [1.2]]), place, noise=1e-4, dwell=0.05, cycles=1)
+    >>> two.round(2).tolist()
     [[0.0, 0.66], [0.6, 1.2]]
     """
-    slips = [_slip(mean, begin, end, noise, dwell) for begin, end in _of_the_middle(found, cycles)]
-    for first, last in (slip for slip in slips if slip is not None):
-        found = _with(found, first, last, dwell)
-    return found
-
-
-@dataclass(frozen=True)
-class Move:
-    """A move within a stop of the mean cycle that is no clear slip.
-
-    ``way`` (Y), and how long the stop is, in cycles.
-    """
-
-    way: float
-    length: float
-
-
-def unclear(found: Stops, split: Stops, mean: FloatArray, *, noise: float, dwell: float, cycles: int) -> Move | None:
-    """Return the largest move within a stop that may part it or not: stops as they were, and as `parted` left them.
-
-    A slip beside a stop of less than `THIN` dwells may be a slow passage; a step in the place of a stop that is too
-    small to part it may be a slip, or a creep.
-    """
-    moves = [_hidden(mean, begin, end, noise, dwell) for begin, end in _of_the_middle(split, cycles)]
+    scale, split, moves = len(mean) / TURN, found, list[Move]()
     for begin, end in _of_the_middle(found, cycles):
         slip = _slip(mean, begin, end, noise, dwell)
-        if slip is not None and min(slip[0] - begin, end - slip[1]) < THIN * dwell:
-            scale = len(mean) / TURN
-            ends = [mean[int(edge * scale) % len(mean)] for edge in slip]
-            moves.append(Move(abs(float(ends[1] - ends[0])), (end - begin) / TURN))
-    return max((move for move in moves if move is not None), key=lambda move: move.way, default=None)
+        if slip is None:
+            continue
+        split = _with(split, *slip, dwell)
+        if min(slip[0] - begin, end - slip[1]) < THIN * dwell:
+            before, after = (mean[int(edge * scale) % len(mean)] for edge in slip)
+            moves.append((abs(float(after - before)), (end - begin) / TURN))
+    for begin, end in _of_the_middle(split, cycles):
+        way = _hidden_step(mean, begin, end, noise, dwell)
+        if way is not None:
+            moves.append((way, (end - begin) / TURN))
+    return split, max(moves, default=None)
 
 
-def smallest(noise: float, points: float) -> float:
+def smallest_slip(noise: float, points: float) -> float:
     """Way of the smallest step that is seen in the middle of a stop of a tenth of a cycle, of so many points.
 
     Examples
     --------
-    >>> round(smallest(1e-4, 1000.0), 6)
+    >>> round(smallest_slip(1e-4, 1000.0), 6)
     0.00012
     """
     return SEEN * noise * 2.0 / math.sqrt(max(1.0, 0.1 * points))
 
 
-def _of_the_middle(found: Stops, cycles: int) -> Iterator[tuple[float, float]]:
+def _of_the_middle(found: FloatArray, cycles: int) -> Iterator[tuple[float, float]]:
     """Stops that begin in the middle cycle, as radians from its start."""
     start = (cycles // 2) * TURN
-    for begin, end in zip(found.begin.tolist(), found.end.tolist(), strict=True):
-        if start <= begin < start + TURN:
-            yield begin - start, end - start
+    return ((begin - start, end - start) for begin, end in found.T.tolist() if start <= begin < start + TURN)
 
 
-def _hidden(mean: FloatArray, begin: float, end: float, noise: float, dwell: float) -> Move | None:
-    """The step in the place of a stop, where one is seen and tells more than a slope does."""
+def _hidden_step(mean: FloatArray, begin: float, end: float, noise: float, dwell: float) -> float | None:
+    """Size of the step in the place of a stop, where one is seen and explains more than a slope does."""
     scale = len(mean) / TURN
     edge = math.ceil(MARGIN * dwell * scale)
     x = mean[np.arange(math.ceil(begin * scale) + edge, math.floor(end * scale) - edge + 1) % len(mean)]
     n, least = len(x), max(2, edge)
     if n < 2 * least:
         return None
-    before = np.cumsum(x)[:-1]
-    k = np.arange(1.0, n)
+    before, k = np.cumsum(x)[:-1], np.arange(1.0, n)
     steps = (before[-1] + x[-1] - before) / (n - k) - before / k
-    told = np.abs(steps) * np.sqrt(k * (n - k) / n)  # over the noise: errors
-    inner = slice(least - 1, n - least)
-    best = least - 1 + int(np.argmax(told[inner]))
+    errors = np.abs(steps) * np.sqrt(k * (n - k) / n)  # times the noise
+    best = least - 1 + int(np.argmax(errors[least - 1 : n - least]))
     ramp = np.arange(n) - 0.5 * (n - 1)
     slope = abs(float(np.dot(ramp, x))) / math.sqrt(float(np.dot(ramp, ramp)))
-    if told[best] < max(SEEN * noise, slope):
-        return None
-    return Move(abs(float(steps[best])), (end - begin) / TURN)
+    return None if errors[best] < max(SEEN * noise, slope) else abs(float(steps[best]))
 
 
 def _slip(mean: FloatArray, begin: float, end: float, noise: float, dwell: float) -> tuple[float, float] | None:
     """When a slip within a stop begins and ends (rad from the cycle's start), if there is one."""
     scale = len(mean) / TURN
-    first, last = math.ceil(begin * scale), math.floor(end * scale)
-    least = math.ceil(dwell * scale)
+    first, last, least = math.ceil(begin * scale), math.floor(end * scale), math.ceil(dwell * scale)
     if last - first < 2 * least + 1:
         return None
     x = mean[np.arange(first, last + 1) % len(mean)]
@@ -293,25 +223,22 @@ def _slip(mean: FloatArray, begin: float, end: float, noise: float, dwell: float
     rough = FLAT + 2.0 * noise / math.sqrt(width) / abs(way)
     leaves = int(np.argmax(share > rough))
     comes = len(x) - int(np.argmax((share < 1.0 - rough)[::-1]))
-    short = comes - leaves < SHARE * min(leaves, len(x) - comes)
-    if not (short and min(leaves, len(x) - comes) >= least and _is_flat(x[:leaves], way, noise)):
+    shorter = min(leaves, len(x) - comes)
+    if comes - leaves >= SHARE * shorter or shorter < least:
         return None
-    return ((first + leaves) / scale, (first + comes) / scale) if _is_flat(x[comes:], way, noise) else None
+    for stop in (x[:leaves], x[comes:]):  # its first and second half are in one place
+        half = max(1, len(stop) // 2)
+        apart = abs(float(stop[:half].mean()) - float(stop[-half:].mean()))
+        if apart >= FLAT * abs(way) + 3.0 * noise * math.sqrt(2.0 / half):
+            return None
+    return (first + leaves) / scale, (first + comes) / scale
 
 
-def _is_flat(x: FloatArray, way: float, noise: float) -> bool:
-    """Whether the first and the second half of a stop are in one place."""
-    half = max(1, len(x) // 2)
-    apart = abs(float(x[:half].mean()) - float(x[-half:].mean()))
-    return apart < FLAT * abs(way) + 3.0 * noise * math.sqrt(2.0 / half)
-
-
-def _with(found: Stops, first: float, last: float, dwell: float) -> Stops:
+def _with(found: FloatArray, first: float, last: float, dwell: float) -> FloatArray:
     """The stops with this slip taken out of each that holds it, in whatever cycle."""
-    turns = np.floor((found.begin - first) / TURN) + 1.0
+    turns = np.floor((found[0] - first) / TURN) + 1.0
     at, until = first + TURN * turns, last + TURN * turns
-    inside = (at - found.begin > dwell) & (found.end - until > dwell)
-    begin = np.concatenate([found.begin, until[inside]])
-    end = np.concatenate([np.where(inside, at, found.end), found.end[inside]])
-    order = np.argsort(begin, kind="stable")
-    return Stops(begin[order], end[order])
+    inside = (at - found[0] > dwell) & (found[1] - until > dwell)
+    begin = np.concatenate([found[0], until[inside]])
+    end = np.concatenate([np.where(inside, at, found[1]), found[1][inside]])
+    return np.array([begin, end])[:, np.argsort(begin, kind="stable")]

@@ -8,9 +8,8 @@ from frictionlab.errors import OutputError
 from frictionlab.verbs.inputs import AnyScene, FilePath, is_recording_name, recording_given, scene_given
 
 if TYPE_CHECKING:
-    from frictionlab.analysis.free_vibration import FreeVibration
+    from frictionlab.analysis.free_vibration import FreeVibration, Mode
     from frictionlab.analysis.measurement import Measurement
-    from frictionlab.analysis.taps import Mode
     from frictionlab.logs.text import Progress
     from frictionlab.recording import Recording
     from frictionlab.scene import Scene
@@ -194,7 +193,7 @@ def free_vibration_modes(
     """
     import numpy as np
 
-    from frictionlab.analysis.taps import modes
+    from frictionlab.analysis.free_vibration import modes
     from frictionlab.recording import Recording
 
     known = scene_given(scene, settings, ("log",))

@@ -27,7 +27,7 @@ def test_interpolation_is_exact_for_cubics_between_uneven_positions() -> None:
 def test_noise_left_by_interpolation_is_as_stated() -> None:
     generator = np.random.default_rng(0)
     values = cycles.interpolate(generator.standard_normal(400_000), generator.uniform(2, 399_990, 400_000))
-    assert values.var() == pytest.approx(cycles.interpolated_noise_share(), rel=0.01)
+    assert values.var() == pytest.approx(cycles.INTERPOLATED, rel=0.01)
 
 
 def test_cycles_start_where_the_fundamental_rises_through_zero() -> None:
@@ -51,12 +51,6 @@ def test_the_cut_follows_a_drive_that_drifts() -> None:
     assert cut.frequency_se > 100 * constant.frequency_se
 
 
-def test_no_cycle_starts_before_the_transient_ends() -> None:
-    cut = cycles.cut(base_of(FREQUENCY * np.arange(N)), FREQUENCY, noise=1e-6, begin=5000.0)
-    assert cut.start[0] >= 5000.0
-    assert cut.start[0] < 5000.0 + 1 / FREQUENCY
-
-
 @settings(max_examples=25, deadline=None)
 @given(st.floats(0.0005, 0.05), st.floats(0, 1))
 def test_full_cycles_fill_the_record(frequency: float, phase: float) -> None:
@@ -65,12 +59,13 @@ def test_full_cycles_fill_the_record(frequency: float, phase: float) -> None:
     assert cut.frequency == pytest.approx(frequency, rel=1e-5)
 
 
-def test_folding_in_chunks_is_folding() -> None:
-    signal = np.random.default_rng(1).standard_normal(5000)
-    start = np.arange(3.0, 4800.0, 97.3)
-    whole = cycles.fold(signal, start, start + 97.3, 104)
-    parts = np.concatenate([rows for _, rows in cycles.folded(signal, start, start + 97.3, 104, size=500)])
-    np.testing.assert_array_equal(whole, parts)
+def test_folding_is_interpolating_evenly_from_start_to_end() -> None:
+    signal = np.random.default_rng(1).standard_normal(500_000)  # more than is folded at a time
+    start = np.arange(3.0, 499_000.0, 97.3)
+    rows = cycles.fold(signal, start, start + 97.3, 104)
+    for number in (0, 700, len(start) - 1):
+        at = start[number] + 97.3 * np.arange(104) / 104
+        np.testing.assert_allclose(rows[number], cycles.interpolate(signal, at), atol=1e-9)
 
 
 def test_frequencies_that_are_none_are_refused() -> None:
@@ -78,19 +73,6 @@ def test_frequencies_that_are_none_are_refused() -> None:
         cycles.cut(np.zeros(100), 0.7, noise=0.0)
 
 
-def test_stamps_that_stray_are_put_on_an_even_clock() -> None:
-    generator = np.random.default_rng(5)
-    t = np.arange(2000) * 0.01 + generator.uniform(-0.002, 0.002, 2000)
-    even, stray = signals.evenly(t, 0.01, {"mass": np.sin(t)})
-    assert stray > 0.1
-    np.testing.assert_allclose(even["mass"], np.sin(t[0] + 0.01 * np.arange(len(even["mass"]))), atol=1e-4)
-
-
 def test_stamps_written_coarsely_are_even() -> None:
-    exact = np.arange(3000) / 1200.0
-    t = np.round(exact, 3)  # 0.833 ms steps written as 0, 1, 1, 1, ... would repeat; 1200 Hz gives steps of 0 or 1 ms
-    t = t[np.concatenate([[True], np.diff(t) > 0])]
     even, stray = signals.evenly(np.round(np.arange(500) / 300.0, 3), 1 / 300.0, {"mass": np.ones(500)})
-    assert stray == 0.0
-    assert len(even["mass"]) == 500
-    assert len(t) > 0
+    assert (stray, len(even["mass"])) == (0.0, 500)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from frictionlab.analysis.decay import Decay, first_guess, fit_decay, misfit_of
+from frictionlab.analysis.decay import Decay, first_guess, fit_decay
 from tests.analysis.seen import STEP_M
 
 FloatArray = np.ndarray
@@ -135,7 +135,7 @@ def test_damping_of_another_kind_widens_the_bars() -> None:
         fit_decay(*decayed(0.004, 20e-6, np.random.default_rng(3), drag=drag)[:2], guess)
         for drag, guess in ((0.0, Decay(0, 5e-3, 0, OMEGA, 0.004, 2e-5)), (2.0, Decay(0, 5e-3, 0, OMEGA, 0.006, 2e-5)))
     )
-    assert misfit_of(odd) > 3 * misfit_of(quiet)
+    assert odd.misfit > 3 * quiet.misfit
     assert odd.se.zeta > 20 * quiet.se.zeta
 
 

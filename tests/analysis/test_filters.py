@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from frictionlab.analysis.channels import SensorChannel, cut_away, in_band, kept, low_pass, third_lost
+from frictionlab.analysis.channels import SensorChannel, cut_away, in_band, kept, low_pass
 from frictionlab.analysis.measure import measure
 from frictionlab.errors import AnalysisError
 from frictionlab.inference import compare, predict
@@ -48,7 +48,8 @@ def test_a_cycle_in_a_band_has_its_harmonics_by_their_shares() -> None:
 
 def test_a_cosine_loses_nothing_to_a_filter_above_the_drive() -> None:
     cycle = np.cos(2 * np.pi * np.arange(256) / 256)
-    assert cut_away(cycle, 1.0, SensorChannel(cutoff=1.0, order=8)) == pytest.approx(0.0, abs=1e-12)
+    lost = cut_away(cycle, 1.0, SensorChannel(cutoff=1.0, order=8), friction=0.0, r=0.5)
+    assert lost == pytest.approx(0.0, abs=1e-12)
 
 
 def test_the_third_harmonic_of_a_mass_that_slides_is_what_its_friction_makes() -> None:
@@ -60,7 +61,8 @@ def test_the_third_harmonic_of_a_mass_that_slides_is_what_its_friction_makes() -
     energy = state.energy_per_cycle
     assert energy is not None
     friction = energy / (4.0 * 0.5 * float(np.ptp(x)))
-    assert third_lost(friction, 1.6, 5.0, SensorChannel(cutoff=5.0, order=8)) == pytest.approx(found, rel=0.01)
+    channel, cosine = SensorChannel(cutoff=5.0, order=8), np.cos(2 * np.pi * np.arange(512) / 512)
+    assert cut_away(cosine, 5.0, channel, friction=friction, r=1.6) == pytest.approx(found, rel=0.01)
 
 
 @pytest.mark.parametrize(

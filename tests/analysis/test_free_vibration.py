@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from frictionlab.analysis.decay import Decay
-from frictionlab.analysis.free_vibration import averages, free_vibrations, scene_snippet
-from frictionlab.analysis.taps import find_taps
+from frictionlab.analysis.free_vibration import averages, find_taps, free_vibrations, scene_snippet
 from frictionlab.errors import AnalysisError
 from frictionlab.estimate import Average, average
 from frictionlab.scene import scene_from_tables

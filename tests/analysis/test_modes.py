@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from typer.testing import CliRunner
 
-from frictionlab.analysis.taps import modes
+from frictionlab.analysis.free_vibration import modes
 from frictionlab.cli import app
 from frictionlab.errors import AnalysisError
 from frictionlab.hdf5 import write_recording

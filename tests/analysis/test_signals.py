@@ -11,10 +11,11 @@ from scipy.linalg import toeplitz
 from scipy.stats import multivariate_normal
 
 from frictionlab.analysis.signals import (
-    PAIRS,
     SHARES,
     WANDERS,
     evenly,
+    pair_squares,
+    pair_variances,
     sensor_step,
     student,
     variance_inflation,
@@ -48,14 +49,14 @@ def test_likelihood_and_mean_are_those_of_the_covariance_written_out() -> None:
     """Ratios of the likelihood of a series, its mean free (Gauss), against scipy's of all differences of neighbours."""
     n, series = 9, np.random.default_rng(3).standard_normal(9)
     differences = np.eye(n)[1:] - np.eye(n)[:-1]
-    square, size = PAIRS.squares(series[:, None])
+    square, size = pair_squares(series[:, None])
     ours, wanted, spread = size[:, 0] - 0.5 * square[:, 0], [], []
     for share, wander in [(s, w) for w in WANDERS for s in SHARES]:
         covariance = toeplitz(autocorrelation(share, wander, n))
         wanted.append(multivariate_normal.logpdf(differences @ series, cov=differences @ covariance @ differences.T))
         spread.append(covariance.sum() / n**2)
     assert np.diff(ours) == pytest.approx(np.diff(wanted), abs=1e-8)
-    assert PAIRS.of_mean(n)[:, 0] == pytest.approx(spread, rel=1e-12)
+    assert pair_variances(n)[:, 0] == pytest.approx(spread, rel=1e-12)
 
 
 @pytest.mark.parametrize(("share", "wander"), [(0.0, 0.0), (0.25, 0.0), (0.5, 0.0), (-0.6, 0.0), (0.5, 0.6)])

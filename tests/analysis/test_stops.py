@@ -5,8 +5,7 @@ import pytest
 
 from frictionlab.analysis import stops
 from frictionlab.analysis.measure import measure
-from frictionlab.analysis.response import half_range, levelled
-from frictionlab.analysis.spectrum import smoothed, smoother
+from frictionlab.analysis.response import half_range, levelled, smoothed, smoother
 from tests.analysis import naive
 from tests.analysis.seen import recording_of, scene, steady
 
@@ -14,9 +13,8 @@ POINTS = 512
 HOW = stops.Thresholds(still=0.003, dwell=0.0075 * stops.TURN)
 
 
-def found(v: np.ndarray, how: stops.Thresholds = HOW) -> stops.Stops:
-    pauses = stops.joined([stops.pauses(v, how.still)], [0], *v.shape)
-    return stops.stops_of(pauses, how, v.shape[1])
+def found(v: np.ndarray) -> np.ndarray:
+    return stops.stops_of(stops.joined([stops.pauses(v, HOW.still)], [0], *v.shape), HOW, v.shape[1])[0]
 
 
 @pytest.mark.parametrize(
@@ -35,7 +33,7 @@ def test_stops_of_exact_orbits_are_found_with_their_lengths(r: float, beta: floa
 def test_turning_points_and_slow_passages_are_no_stops(r: float, beta: float) -> None:
     _, orbit, _, _ = steady(r, beta)
     v = orbit.at(stops.TURN * np.arange(POINTS) / POINTS)[1].reshape(1, POINTS)
-    assert len(found(v).begin) == 0
+    assert found(v).shape == (2, 0)
 
 
 def test_a_stop_across_the_ends_is_one_stop() -> None:
@@ -50,14 +48,12 @@ def test_blocks_do_not_matter() -> None:
     _, orbit, _, _ = steady(0.2, 0.4)
     v = orbit.at(np.mod(stops.TURN * np.arange(6 * POINTS) / POINTS + 0.2, stops.TURN))[1].reshape(6, POINTS)
     parts = [stops.pauses(v[first : first + 2], HOW.still) for first in (0, 2, 4)]
-    whole = found(v)
-    pieces = stops.stops_of(stops.joined(parts, [0, 2, 4], 6, POINTS), HOW, POINTS)
-    np.testing.assert_allclose(pieces.begin, whole.begin, atol=0.02)
-    np.testing.assert_allclose(pieces.end, whole.end, atol=0.05)
+    pieces, _ = stops.stops_of(stops.joined(parts, [0, 2, 4], 6, POINTS), HOW, POINTS)
+    np.testing.assert_allclose(pieces, found(v), atol=0.05)
 
 
 def test_thresholds_follow_the_noise() -> None:
-    quiet, loud = stops.thresholds(1e-5, 0.02), stops.thresholds(0.01, 0.5)
+    quiet, loud = stops.Thresholds.of(1e-5, 0.02), stops.Thresholds.of(0.01, 0.5)
     assert quiet.still == 1e-3
     assert loud.still == pytest.approx(0.03)
     assert loud.dwell > quiet.dwell
@@ -69,11 +65,11 @@ def test_smoothing_takes_the_noise_and_leaves_the_motion() -> None:
     clean = orbit.at(stops.TURN * np.arange(320) / 320)[0]
     rows = clean + 4.6e-4 * generator.standard_normal((100, 320))
     how = smoother(rows, noise=4.6e-4, samples=320.0)
-    part = next(smoothed(rows, how, POINTS))
+    _, x, v = next(smoothed(rows, how, POINTS))
     exact, velocity = orbit.at(stops.TURN * np.arange(POINTS) / POINTS)
-    assert np.abs(part.x - exact).max() < 4.6e-4
-    assert np.sqrt(np.mean((part.v - velocity) ** 2)) < 0.02
-    assert half_range(part.x)[0] == pytest.approx(amplitude, rel=3e-4)
+    assert np.abs(x - exact).max() < 4.6e-4
+    assert np.sqrt(np.mean((v - velocity) ** 2)) < 0.02
+    assert half_range(x)[0] == pytest.approx(amplitude, rel=3e-4)
 
 
 def test_smoothing_keeps_what_each_cycle_has_of_its_own() -> None:
@@ -83,12 +79,12 @@ def test_smoothing_keeps_what_each_cycle_has_of_its_own() -> None:
     sizes = [naive.half_range(row) for row in clean]
     rows = clean + 1e-3 * generator.standard_normal((60, 256))
     parts = list(smoothed(rows, smoother(rows, noise=1e-3, samples=256.0), POINTS))
-    np.testing.assert_allclose(np.concatenate([half_range(part.x) for part in parts]), sizes, atol=1e-3)
+    np.testing.assert_allclose(np.concatenate([half_range(x) for _, x, _ in parts]), sizes, atol=1e-3)
 
 
 def test_levelling_makes_stops_flat_and_touches_nothing_else() -> None:
     x = np.arange(20.0).reshape(2, 10)
-    stop = stops.Stops(np.array([3.0]) * stops.TURN / 10, np.array([6.0]) * stops.TURN / 10)
+    stop = np.array([[3.0], [6.0]]) * stops.TURN / 10
     flat = levelled(x, stop, 0.0).ravel()
     assert flat.tolist() == [0, 1, 2, 4, 4, 4, *range(6, 20)]
 
@@ -121,8 +117,6 @@ def test_a_pause_shorter_than_a_stop_and_longer_than_none_is_doubtful() -> None:
     for share, counted, doubted in ((0.2, 0, 0), (0.6, 0, 1), (2.0, 1, 0)):
         left = 3.0 + share * how.dwell
         speed = np.where(tau < 3.0, 3.0 - tau, np.where(tau > left, 0.5 * (tau - left) ** 2, 0.0))
-        found = stops.pauses(speed[None], how.still)
-        assert len(stops.stops_of(found, how, points).begin) == counted
-        lengths = stops.doubtful(found, how, points)
-        assert len(lengths) == doubted
+        found, lengths = stops.stops_of(stops.pauses(speed[None], how.still), how, points)
+        assert (found.shape[1], len(lengths)) == (counted, doubted)
         assert lengths == pytest.approx([share * how.dwell] * doubted, rel=0.02)
