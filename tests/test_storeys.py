@@ -16,7 +16,7 @@ from frictionlab.errors import SceneError, UsageError
 from frictionlab.inference.observations import observe
 from frictionlab.recording import Channel, Recording
 from frictionlab.scene import read_scene, scene_from_tables
-from frictionlab.scene.storeys import structure_of
+from frictionlab.scene.physical import structure_of
 from frictionlab.simulator import Contact
 from frictionlab.simulator.laws import law_of
 from frictionlab.simulator.several import steady

@@ -70,7 +70,7 @@ def batch(
     Example: frictionlab batch my_logs --scene my_scene.toml -o my_results
     """
     from frictionlab.scene import find_scene
-    from frictionlab.scene.toml_file import RESULTS
+    from frictionlab.scene.text import RESULTS
     from frictionlab.verbs.chain import batch as plan
 
     check_law(law)

@@ -123,7 +123,7 @@ class Units:
 
 def _structure(r: float, rubs: Rubbing, scene: "Scene", given: Sequence[str]) -> "tuple[Structure, Units]":
     """The frame of several masses or contacts that the scene has, and its units."""
-    from frictionlab.scene.storeys import structure_of
+    from frictionlab.scene.physical import structure_of
 
     named = ("beta", "law", "mu", "parameter", "wall", "zeta")
     said = [f"--{name}" for name in named if getattr(rubs, name) is not None] + list(given)

@@ -26,7 +26,7 @@ from frictionlab.inference.observations import (
 )
 from frictionlab.inference.unknowns import SMALLEST, STRONGEST, Unknown
 from frictionlab.scene import Scene
-from frictionlab.scene.storeys import contacts_of, storeys_of, structure_of
+from frictionlab.scene.physical import contacts_of, storeys_of, structure_of
 from frictionlab.simulator import Contact, Problem, SteadyState, Structure
 from frictionlab.simulator import Motion as MotionOfOne
 from frictionlab.simulator.laws import Law, law_of

@@ -6,7 +6,7 @@ One sentence a fault, with its line, its key path and the key that was meant.
 import difflib
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from typing import Annotated, Any, get_args
 
@@ -41,17 +41,36 @@ WORDS = {
 }
 """What pydantic finds, in the words that all refusals use."""
 _UNION = re.compile(r"^(?:str|int|float|bool|constrained-.*|list\[.*)$")  # pydantic's names of a union's branches
-_HEAD = re.compile(r"^\s*(\[\[?)\s*([^\[\]]+?)\s*\]")
-_KEY = re.compile(r"^\s*([\w.\-\"' ]+?)\s*=")
 
 
-def _is_law(name: str) -> str:
-    """A contact law that exists, or "auto"."""
+class SceneTable(BaseModel):
+    """One table of a scene: frozen, strict, no unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, defer_build=True)
+
+    def __repr_args__(self) -> Iterator[tuple[str | None, object]]:
+        """What was given, without the defaults: a notebook shows it."""
+        return ((key, value) for key, value in super().__repr_args__() if key in self.model_fields_set - {"folder"})
+
+
+def key(words: str, default: Any = None, **limits: Any) -> Any:
+    """A key of a table: the sentence that documents it everywhere, its default (None: not known), its limits.
+
+    Without a default (``...``) it must be given. ``limits`` are those of `pydantic.Field`.
+    """
+    return Field(default, description=words, **limits)
+
+
+def _law(name: str) -> str:
     if name not in ("coulomb", "auto"):
         from frictionlab.simulator.laws import law_of  # noqa: PLC0415 - 0.1 s that a scene without a law need not wait for
 
         law_of(name)
     return name
+
+
+LawName = Annotated[str, AfterValidator(_law)]
+"""A contact law that exists, or "auto"."""
 
 
 def check_held(values: Mapping[str, float], law: str | None, *, breaks_away: bool = False) -> None:
@@ -74,32 +93,18 @@ def check_held(values: Mapping[str, float], law: str | None, *, breaks_away: boo
         return
     from frictionlab.simulator.laws import TERMS, law_of  # noqa: PLC0415 - as above
 
-    parts = TERMS.values() if law in (None, "auto") else law_of(str(law)).terms
-    terms = (*parts, *((TERMS["breakaway"],) if breaks_away else ()))
-    own = [parameter for term in terms for parameter in term.parameters]
+    named = law not in (None, "auto")
+    terms = [*(law_of(str(law)).terms if named else TERMS.values()), *([TERMS["breakaway"]] if breaks_away else [])]
+    parameters = [*(parameter for term in terms for parameter in term.parameters), *law_of("coulomb").parameters]
+    known = {parameter.name: parameter for parameter in parameters}
     for name, value in values.items():
-        meant = [parameter for parameter in (*own, *law_of("coulomb").parameters) if parameter.name == name]
-        if not meant:
-            whose = "no law has such a parameter" if law in (None, "auto") else f"law {law} has no such parameter"
-            known = ", ".join(dict.fromkeys(parameter.name for parameter in (*own, *law_of("coulomb").common)))
-            raise ValueError(f"parameters.{name}: {whose}; expected one of {known}")
+        if name not in known:
+            whose = f"law {law} has no such parameter" if named else "no law has such a parameter"
+            raise ValueError(f"parameters.{name}: {whose}; expected one of {', '.join(known)}")
         try:
-            meant[0].checked(value)
+            known[name].checked(value)
         except ParameterError as error:
-            raise ValueError(f"parameters.{name}: expected {meant[0].domain}; got {value!r}") from error
-
-
-LawName = Annotated[str, AfterValidator(_is_law)]
-
-
-class SceneTable(BaseModel):
-    """One table of a scene: frozen, strict, no unknown keys."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, defer_build=True)
-
-    def __repr_args__(self) -> Iterator[tuple[str | None, object]]:
-        """What was given, without the defaults: a notebook shows it."""
-        return ((key, value) for key, value in super().__repr_args__() if key in self.model_fields_set - {"folder"})
+            raise ValueError(f"parameters.{name}: expected {known[name].domain}; got {value!r}") from error
 
 
 def refusal(
@@ -110,46 +115,41 @@ def refusal(
     ``root`` is the model of the whole scene, ``name`` what the faults are of, ``lines`` where which key stands.
     """
     found: dict[tuple[str, ...], list[str]] = {}
-    known = lines or {}
     for fault in error.errors():
         path = tuple(str(part) for part in fault["loc"] if not _UNION.match(str(part)))
         found.setdefault(path, []).append(_sentence(path, dict(fault), root))
-    told = sorted(found.items(), key=lambda fault: _line(fault[0], known) or math.inf)
-    places = ("" if (line := _line(path, known)) is None else f", line {line}" for path, _ in told)
-    return SceneError(*(f"{name}{at}: {_told(*fault)}" for at, fault in zip(places, told, strict=True)))
+    faults = []
+    for path, texts in found.items():
+        above = (path[:n] for n in range(len(path), 0, -1))  # the key's line, or that of the table it belongs to
+        line = next((lines[part] for part in above if part in lines), None) if lines else None
+        where = f"{name}: " if line is None else f"{name}, line {line}: "
+        said = f"{'.'.join(path)}: {' or '.join(dict.fromkeys(texts))}" if path else texts[0]
+        faults.append((math.inf if line is None else line, where + said))
+    return SceneError(*(said for _, said in sorted(faults, key=lambda fault: fault[0])))
 
 
 def check_hidden(tables: Mapping[str, object], root: type[BaseModel], name: str = "scene") -> None:
     """Refuse fields of the model that are no keys of a scene."""
-    for key in HIDDEN:
-        if key in tables:
-            raise SceneError(f"{name}: {key}: unknown key; expected one of {', '.join(keys_of(root))}")
-
-
-def _line(path: tuple[str, ...], lines: Lines) -> int | None:
-    """The line of a key, or of the table it belongs to."""
-    return next((lines[path[:n]] for n in range(len(path), 0, -1) if path[:n] in lines), None)
-
-
-def _told(path: tuple[str, ...], texts: Sequence[str]) -> str:
-    where = ".".join(path)
-    return f"{where}: {' or '.join(dict.fromkeys(texts))}" if where else texts[0]
+    for field in HIDDEN:
+        if field in tables:
+            raise SceneError(f"{name}: {field}: unknown key; expected one of {', '.join(keys_of(root))}")
 
 
 def _sentence(path: tuple[str, ...], fault: Mapping[str, Any], root: type[BaseModel]) -> str:
     text = str(fault["msg"]).removeprefix("Value error, ")
     if fault["type"] == "extra_forbidden":
-        return f"unknown key; {_meant(path[-1], keys_of(_table(path[:-1], root)))}"
+        table: type = root
+        for part in path[:-1]:  # the model of the table at that path
+            field = table.model_fields.get(part) if issubclass(table, BaseModel) else None
+            table = table if field is None else next(tables_in(field.annotation), table)
+        known = keys_of(table)
+        near = [name for name in known if name.startswith(f"{path[-1]}_")]
+        near = near or difflib.get_close_matches(path[-1], known, n=1)
+        return f"unknown key; {f'did you mean {near[0]}? ' if near else ''}expected one of {', '.join(known)}"
     if fault["type"] in WORDS:
         text = WORDS[fault["type"]].format(**fault.get("ctx", {}))
     got = "" if fault["type"] in ("value_error", "missing") else f"; got {fault['input']!r}"
     return f"{text[0].lower()}{text[1:]}{got}"
-
-
-def _meant(key: str, known: Sequence[str]) -> str:
-    near = [name for name in known if name.startswith(f"{key}_")] or difflib.get_close_matches(key, known, n=1)
-    guess = f"did you mean {near[0]}? " if near else ""
-    return f"{guess}expected one of {', '.join(known)}"
 
 
 def keys_of(table: type) -> list[str]:
@@ -159,50 +159,9 @@ def keys_of(table: type) -> list[str]:
     return [f.name for f in fields(table)] if is_dataclass(table) else []
 
 
-def _table(path: Sequence[str], root: type[BaseModel]) -> type:
-    """The model of the table at a path."""
-    table: type = root
-    for key in path:
-        field = table.model_fields.get(key) if issubclass(table, BaseModel) else None
-        if field is not None:
-            table = next(tables_in(field.annotation), table)
-    return table
-
-
 def tables_in(annotation: Any) -> Iterator[type]:
     """The tables that a key may hold, by its annotation: models and dataclasses, in lists too."""
     if isinstance(annotation, type) and (issubclass(annotation, BaseModel) or is_dataclass(annotation)):
         yield annotation
     for inner in get_args(annotation):
         yield from tables_in(inner)
-
-
-def lines_of(text: str) -> dict[tuple[str, ...], int]:
-    r"""Where which key and table of a TOML text stands; of a value over several lines its first.
-
-    Examples
-    --------
-    >>> lines_of("[rig]\nmass_kg = 3.0\n[[synthetic.tests]]\n")
-    {('rig',): 1, ('rig', 'mass_kg'): 2, ('synthetic', 'tests', '0'): 3}
-    """
-    found: dict[tuple[str, ...], int] = {}
-    table: tuple[str, ...] = ()
-    inside = False
-    for number, line in enumerate(text.splitlines(), 1):
-        if not inside and (head := _HEAD.match(line)):
-            table = _numbered(_parts(head[2]), found, many=head[1] == "[[")
-            found.setdefault(table, number)
-        elif not inside and (key := _KEY.match(line)):
-            found.setdefault((*table, *_parts(key[1])), number)
-        inside ^= (line.count('"""') + line.count("'''")) % 2 == 1
-    return found
-
-
-def _parts(dotted: str) -> tuple[str, ...]:
-    return tuple(part.strip(" \t\"'") for part in dotted.split("."))
-
-
-def _numbered(path: tuple[str, ...], found: Mapping[tuple[str, ...], int], *, many: bool) -> tuple[str, ...]:
-    if not many:
-        return path
-    return (*path, str(next(n for n in range(len(found) + 1) if (*path, str(n)) not in found)))

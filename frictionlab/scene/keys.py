@@ -1,27 +1,35 @@
-"""The tables of a scene: every key with its type and default, and the sentence that documents it below it.
+"""The tables of a scene: every key with its type, its limits, its default and the sentence that documents it.
 
-``[rig]`` stands in ``rig``, ``[synthetic]`` in ``virtual``.
-
-What a scene does not name is neither simulated nor paid for: ``[model]`` switches physics on by naming it.
+``[rig]`` and ``[synthetic]`` stand in ``rig``. What a scene does not name is neither simulated nor paid for:
+``[model]`` switches physics on by naming it.
 """
 
 from collections.abc import Mapping
+from dataclasses import Field as Option
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, Literal, Self, get_type_hints
 
-from pydantic import Field, ValidationError, create_model, field_validator, model_validator
-from pydantic_core import InitErrorDetails, PydanticCustomError
+from pydantic import AfterValidator, Field, ValidationError, create_model, field_validator, model_validator
 
 from frictionlab.cycle_rule import window_of
 from frictionlab.errors import UsageError
-from frictionlab.log_options import LogOptions, faults_of
-from frictionlab.scene.faults import LawName, NonNegative, Positive, SceneTable, check_held, check_hidden, refusal
-from frictionlab.scene.rig import Rig
-from frictionlab.scene.virtual import Synthetic
+from frictionlab.log_options import LogOptions
+from frictionlab.scene.faults import (
+    LawName,
+    NonNegative,
+    Positive,
+    SceneTable,
+    check_held,
+    check_hidden,
+    key,
+    refusal,
+)  # fmt: skip
+from frictionlab.scene.rig import Rig, Synthetic
 
 CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
+Order = Annotated[int, Field(ge=1, le=8)]
 Pair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 Level = Literal["rig", "material", "test"]
@@ -33,55 +41,42 @@ LEVELS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     }
 )
 """Levels of ``--accuracy``: names for settings of ``[analysis]``; `tradeoff` measures what each costs and brings."""
-_HINTS = get_type_hints(LogOptions)
-_KEYS: dict[str, Any] = {f.name: (_HINTS[f.name], f.default) for f in fields(LogOptions)}
-_LogTypes = create_model("_LogTypes", __base__=SceneTable, **_KEYS)
 
 
 class Experiment(SceneTable):
     """``[experiment]``: the facts of one test, or where the facts of many tests come from."""
 
-    material: str | None = None
-    """Material of the contact."""
-    normal_force_n: Positive | None = None
-    """Force that presses the contact together."""
-    normal_force_n_u: NonNegative | None = None
-    """Standard uncertainty of the normal force."""
-    base_amplitude_m: Positive | None = None
-    """Amplitude of the base, for a table over frequency that has no such column."""
-    nominal_frequency_ratio: Positive | None = None
-    """Frequency ratio that was asked of the drive."""
-    duration_s: Positive | None = None
-    """Length that was asked of the test."""
-    repeat: int | str | None = None
-    """Number or name of a repetition."""
-    operator: str | None = None
-    """Who ran the test."""
-    date: str | None = None
-    """When it was run."""
-    note: str | None = None
-    """Anything else; it is kept in the recording."""
-    name_pattern: str | None = None
-    """Facts from the log's name: "{material}_N{normal_force_n}_r{nominal_frequency_ratio}"."""
-    sheet: str | None = None
-    """Facts from a CSV beside the scene, with a `log` column."""
-    taps: list[str] = Field(default=[])
-    """Free decays among the logs, which are no tests: names or patterns like "tap*.csv"."""
+    material: str | None = key("Material of the contact.")
+    normal_force_n: Positive | None = key("Force that presses the contact together.")
+    normal_force_n_u: NonNegative | None = key("Standard uncertainty of the normal force.")
+    base_amplitude_m: Positive | None = key(
+        "Amplitude of the base, for a table over frequency that has no such column."
+    )
+    nominal_frequency_ratio: Positive | None = key("Frequency ratio that was asked of the drive.")
+    duration_s: Positive | None = key("Length that was asked of the test.")
+    repeat: int | str | None = key("Number or name of a repetition.")
+    operator: str | None = key("Who ran the test.")
+    date: str | None = key("When it was run.")
+    note: str | None = key("Anything else; it is kept in the recording.")
+    name_pattern: str | None = key(
+        'Facts from names of logs: "{material}_N{normal_force_n}_r{nominal_frequency_ratio}".'
+    )
+    sheet: str | None = key("Facts from a CSV beside the scene, with a `log` column.")
+    taps: list[str] = key('Free decays among the logs, which are no tests: names or patterns like "tap*.csv".', [])
 
 
 class Analysis(SceneTable):
     """``[analysis]``: which part of a recording is measured, and how finely."""
 
-    transient_s: NonNegative | None = None
-    """Cut from the beginning; by default found from when the motion settles (20 s is the thesis's, section 4.3)."""
-    cycles: str = "all"
-    """Cycles the energy is of: "all", "last" (the thesis's), or "window:15", the full cycles of the last 15 s."""
-    padding: Annotated[int, Field(ge=1, le=1024)] = 4
-    """Length of the FFT over the record's."""
-    least_points: CyclePoints = 64
-    """Points a cycle is laid out on: one per sample, but at least so many."""
-    most_points: CyclePoints | None = None
-    """Points a cycle is laid out on: one per sample, but at most so many."""
+    transient_s: NonNegative | None = key(
+        "Cut from the beginning; by default found from when the motion settles (20 s is the thesis's, section 4.3)."
+    )
+    cycles: str = key(
+        'Cycles the energy is of: "all", "last" as in the thesis, or "window:15": full ones of the last 15 s.', "all"
+    )
+    padding: int = key("Length of the FFT over the record's.", 4, ge=1, le=1024)
+    least_points: CyclePoints = key("Points a cycle is laid out on: one per sample, but at least so many.", 64)
+    most_points: CyclePoints | None = key("Points a cycle is laid out on: one per sample, but at most so many.")
 
     @field_validator("cycles")
     @classmethod
@@ -98,20 +93,17 @@ class Analysis(SceneTable):
 class Model(SceneTable):
     """``[model]``: the physics a prediction pays for; each key switches one thing on."""
 
-    wall: Literal["fixed", "base"] = "fixed"
-    """What the mass rubs against: "fixed", or "base", a wall that moves with the base."""
-    static_ratio: Annotated[float, Field(ge=1, allow_inf_nan=False)] = 1.0
-    """Static over kinetic friction, mu."""
-    law: LawName = "coulomb"
-    """Contact law, a sum of terms that starts with coulomb: "coulomb+place+speed"."""
-    parameters: dict[str, float] = Field(default={})
-    """Parameters of the law that are held fixed instead of fitted, in [model.parameters]."""
-    damping: bool | None = None
-    """false leaves the rig's damping_ratio out; true insists that it is given."""
-    base_harmonics: Annotated[int, Field(ge=1, le=9)] = 1
-    """Harmonics of the measured base motion, 1 to 9; 1 is a pure cosine."""
-    solver: Solver = "auto"
-    """"auto", "closed-form", "exact", "numeric" or "thesis"."""
+    wall: Literal["fixed", "base"] = key(
+        'What the mass rubs against: "fixed", or "base", a wall that moves with the base.', "fixed"
+    )
+    static_ratio: float = key("Static over kinetic friction, mu.", 1.0, ge=1, allow_inf_nan=False)
+    law: LawName = key('Contact law, a sum of terms that starts with coulomb: "coulomb+place+speed".', "coulomb")
+    parameters: dict[str, float] = key(
+        "Parameters of the law that are held fixed instead of fitted, in [model.parameters].", {}
+    )
+    damping: bool | None = key("false leaves the rig's damping_ratio out; true insists that it is given.")
+    base_harmonics: int = key("Harmonics of the measured base motion, 1 to 9; 1 is a pure cosine.", 1, ge=1, le=9)
+    solver: Solver = key('"auto", "closed-form", "exact", "numeric" or "thesis".', "auto")
 
     @model_validator(mode="after")
     def _held_can_be(self) -> Self:
@@ -123,86 +115,92 @@ class Model(SceneTable):
 class Sensors(SceneTable):
     """``[sensors]``: what the laboratory knows of its two sensors; what is left out gets its stated default."""
 
-    gain_error: NonNegative = 0.001
-    """Relative standard uncertainty of each sensor's gain."""
-    linearity: NonNegative = 0.0005
-    """Standard uncertainty by a sensor's curvature, as a share of its measuring range."""
-    lag_s: float = 0.0
-    """The base's channel is behind the mass's by this: its sample at t shows the base at t - lag_s."""
-    lag_s_u: NonNegative | None = None
-    """Standard uncertainty of that lag; by default half a sampling interval either way; fits allow three times that."""
-    filter_hz: Positive | None = None
-    """Cut-off of both channels' low-pass filters; it is corrected for."""
-    filter_order: Annotated[int, Field(ge=1, le=8)] = 1
-    """Order of those filters."""
-    mass_filter_hz: Positive | None = None
-    """Cut-off of the mass's filter, where the two channels differ."""
-    base_filter_hz: Positive | None = None
-    """Cut-off of the base's filter, where the two channels differ."""
-    mass_filter_order: Annotated[int, Field(ge=1, le=8)] | None = None
-    """Order of the mass's filter, where the two channels differ."""
-    base_filter_order: Annotated[int, Field(ge=1, le=8)] | None = None
-    """Order of the base's filter, where the two channels differ."""
-    crosstalk: NonNegative = 0.0
-    """Share of one channel that may stand in the other."""
-    force_inertia_kg: NonNegative = 0.0
-    """Mass between the contact and the load cell: its inertia is taken off the measured force."""
+    gain_error: NonNegative = key("Relative standard uncertainty of each sensor's gain.", 0.001)
+    linearity: NonNegative = key(
+        "Standard uncertainty by a sensor's curvature, as a share of its measuring range.", 0.0005
+    )
+    lag_s: float = key(
+        "The base's channel is behind the mass's by this: its sample at t shows the base at t - lag_s.", 0.0
+    )
+    lag_s_u: NonNegative | None = key(
+        "Standard uncertainty of that lag; by default half a sampling interval either way; fits allow three times that."
+    )
+    filter_hz: Positive | None = key("Cut-off of both channels' low-pass filters; it is corrected for.")
+    filter_order: int = key("Order of those filters.", 1, ge=1, le=8)
+    mass_filter_hz: Positive | None = key("Cut-off of the mass's filter, where the two channels differ.")
+    base_filter_hz: Positive | None = key("Cut-off of the base's filter, where the two channels differ.")
+    mass_filter_order: Order | None = key("Order of the mass's filter, where the two channels differ.")
+    base_filter_order: Order | None = key("Order of the base's filter, where the two channels differ.")
+    crosstalk: NonNegative = key("Share of one channel that may stand in the other.", 0.0)
+    force_inertia_kg: NonNegative = key(
+        "Mass between the contact and the load cell: its inertia is taken off the measured force.", 0.0
+    )
 
 
 class Infer(SceneTable):
     """``[infer]``: what is fitted at which level, and what is known of it before; laws and sensors give the rest."""
 
-    levels: dict[str, Level] = Field(default={})
-    """Unknown -> what shares one value of it, "rig", "material" or "test": {gradient = "material"}."""
-    priors: dict[str, Annotated[list[float], Field(min_length=2, max_length=2)]] = Field(default={})
-    """Unknown -> [value, standard deviation] known before: {natural_frequency_hz = [3.13, 0.01]}."""
-    scatter: dict[str, NonNegative] = Field(default={})
-    """Material's unknown -> relative scatter from test to test to expect; 0: the same in all tests."""
+    levels: dict[str, Level] = key(
+        'Unknown -> what shares one value of it, "rig", "material" or "test": {gradient = "material"}.', {}
+    )
+    priors: dict[str, Annotated[list[float], Field(min_length=2, max_length=2)]] = key(
+        "Unknown -> [value, standard deviation] known before: {natural_frequency_hz = [3.13, 0.01]}.", {}
+    )
+    scatter: dict[str, NonNegative] = key(
+        "Material's unknown -> relative scatter from test to test to expect; 0: the same in all tests.", {}
+    )
 
 
 class PlanTable(SceneTable):
     """``[plan]``: the tests that a laboratory could run next, and how well it measures them."""
 
-    frequency_ratios: list[Positive] = Field(default=[0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.2, 1.4, 1.7, 2.0])
-    """Frequency ratios that the drive can run."""
-    normal_forces_n: list[Positive] = Field(default=[])
-    """Normal forces that the rig can set."""
-    base_amplitudes_m: list[Positive] = Field(default=[1.8e-3])
-    """Amplitudes of the base that the rig can set."""
-    duration_s: Positive = 60.0
-    """Length of a test, its transient included."""
-    durations_s: list[Positive] = Field(default=[])
-    """Lengths to choose from, in place of duration_s."""
-    setup_s: NonNegative = 0.0
-    """Laboratory time that each test costs beside its length: to start, to store."""
-    change_force_s: NonNegative = 0.0
-    """Laboratory time to set another normal force."""
-    change_drive_s: NonNegative = 0.0
-    """Laboratory time to set another frequency or amplitude of the base."""
-    repeatability: NonNegative = 0.0
-    """Relative rms by which the friction of a test differs from that of the next: more cycles do not average it out."""
-    drift_per_hour: NonNegative = 0.0
-    """Relative change of friction in an hour of rubbing, of unknown sign."""
-    most_repeats: Annotated[int, Field(ge=1)] | None = None
-    """How often the same test may be planned at most; by default as often as it tells most."""
-    expected: dict[str, float] = Field(default={})
-    """What to expect of the law's other parameters, at the middle of the amplitudes: {gradient = 0.03}."""
-    sampling_rate_hz: Positive = 250.0
-    """Samples per second."""
-    noise_m: NonNegative = 0.8e-6
-    """Noise of each sensor, rms."""
-    step_m: NonNegative = 0.0
-    """Smallest step of the sensors."""
-    cycle_scatter: NonNegative = 0.003
-    """Relative rms of the friction force from cycle to cycle."""
-    model_error: NonNegative = 0.0
-    """Share of the cycle (relative rms) that no law is thought to explain; more cycles do not average it out."""
-    friction_coefficient: Pair | None = None
-    """What is known of the friction coefficient before: [value, standard error]."""
-    largest_response_m: Positive | None = None
-    """Displacement of the mass that the rig allows."""
-    avoid_frequency_ratios: Pair | None = None
-    """Frequency ratios to keep away from: [low, high]."""
+    frequency_ratios: list[Positive] = key(
+        "Frequency ratios that the drive can run.", [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 1.2, 1.4, 1.7, 2.0]
+    )
+    normal_forces_n: list[Positive] = key("Normal forces that the rig can set.", [])
+    base_amplitudes_m: list[Positive] = key("Amplitudes of the base that the rig can set.", [1.8e-3])
+    duration_s: Positive = key("Length of a test, its transient included.", 60.0)
+    durations_s: list[Positive] = key("Lengths to choose from, in place of duration_s.", [])
+    setup_s: NonNegative = key("Laboratory time that each test costs beside its length: to start, to store.", 0.0)
+    change_force_s: NonNegative = key("Laboratory time to set another normal force.", 0.0)
+    change_drive_s: NonNegative = key("Laboratory time to set another frequency or amplitude of the base.", 0.0)
+    repeatability: NonNegative = key(
+        "Relative rms of the friction from one test to the next: more cycles do not average it out.", 0.0
+    )
+    drift_per_hour: NonNegative = key("Relative change of friction in an hour of rubbing, of unknown sign.", 0.0)
+    most_repeats: Annotated[int, Field(ge=1)] | None = key(
+        "How often the same test may be planned at most; by default as often as it tells most."
+    )
+    expected: dict[str, float] = key(
+        "What to expect of the law's other parameters, at the middle of the amplitudes: {gradient = 0.03}.", {}
+    )
+    sampling_rate_hz: Positive = key("Samples per second.", 250.0)
+    noise_m: NonNegative = key("Noise of each sensor, rms.", 0.8e-6)
+    step_m: NonNegative = key("Smallest step of the sensors.", 0.0)
+    cycle_scatter: NonNegative = key("Relative rms of the friction force from cycle to cycle.", 0.003)
+    model_error: NonNegative = key(
+        "Share of the cycle (relative rms) that no law is thought to explain; more cycles do not average it out.", 0.0
+    )
+    friction_coefficient: Pair | None = key(
+        "What is known of the friction coefficient before: [value, standard error]."
+    )
+    largest_response_m: Positive | None = key("Displacement of the mass that the rig allows.")
+    avoid_frequency_ratios: Pair | None = key("Frequency ratios to keep away from: [low, high].")
+
+
+def _log_key(option: Option[Any]) -> tuple[Any, Any]:
+    """Type and default of a key of ``[log]``, from the option that it is."""
+
+    def check(value: Any) -> Any:
+        if value is not None and not option.metadata["check"](value):
+            raise ValueError(f"expected {option.metadata['expected']}; got {value!r}")
+        return value
+
+    return Annotated[get_type_hints(LogOptions)[option.name], AfterValidator(check)], option.default
+
+
+_LOG_KEYS: dict[str, Any] = {option.name: _log_key(option) for option in fields(LogOptions)}
+_LogTable = create_model("_LogTable", __base__=SceneTable, **_LOG_KEYS)
 
 
 @dataclass(frozen=True)
@@ -254,9 +252,8 @@ class Scene(SceneTable):
     def accuracy(self) -> str:
         """The level whose knobs this scene has: ``fast``, ``balanced``, ``exact``, or ``own`` for other settings."""
         own = self.analysis
-        return next(
-            (name for name, set_to in LEVELS.items() if all(getattr(own, k) == set_to[k] for k in set_to)), "own"
-        )
+        alike = (name for name, knobs in LEVELS.items() if all(getattr(own, key) == knobs[key] for key in knobs))
+        return next(alike, "own")
 
     def with_accuracy(self, level: str) -> Self:
         """The scene with the knobs of a level in place of its own.
@@ -278,25 +275,12 @@ class Scene(SceneTable):
     @field_validator("log", mode="before")
     @classmethod
     def _log_options(cls, table: object) -> object:
-        if not isinstance(table, Mapping):
-            return table
-        said = _LogTypes.model_validate(dict(table)).model_dump()
-        faults = [
-            InitErrorDetails(
-                type=PydanticCustomError("value_error", "{text}", {"text": text}), loc=(name,), input=said[name]
-            )
-            for name, text in faults_of(said)
-        ]
-        if faults:
-            raise ValidationError.from_exception_data("log", faults)
-        return LogOptions(**said)
+        return LogOptions(**_LogTable.model_validate(table).model_dump()) if isinstance(table, Mapping) else table
 
     @model_validator(mode="after")
     def _damping_is_known(self) -> Self:
         if self.model.damping and self.rig.damping is None:
-            raise ValueError(
-                "model.damping = true needs rig.damping_ratio: measure it with `frictionlab free-vibration`"
-            )
+            raise ValueError("model.damping = true needs rig.damping_ratio: `frictionlab free-vibration` measures it")
         return self
 
     def changed(self, **tables: Mapping[str, object]) -> Self:

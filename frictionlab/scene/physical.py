@@ -1,9 +1,19 @@
-"""Factors between the dimensionless parameters of a law and those in newtons, metres and seconds."""
+"""Between a scene and the simulator: parameters of laws in physical units, and the frame as a structure.
+
+Everything there is dimensionless by the first storey: displacement over Y, force over k_1 Y, eq. (2.8).
+"""
 
 import math
 
-from frictionlab.scene import Scene
-from frictionlab.simulator.laws import Parameter
+import numpy as np
+
+from frictionlab.arrays import FloatArray
+from frictionlab.errors import ParameterError, SceneError
+from frictionlab.scene.keys import Scene
+from frictionlab.scene.rig import RigContact
+from frictionlab.simulator.laws import Parameter, law_of
+from frictionlab.simulator.problem import COSINE, Base
+from frictionlab.simulator.structure import Contact, Structure
 
 UNITS = {(1, 1): "m/s", (1, 0): "m", (-1, 0): "1/m"}  # by powers of Y and omega
 
@@ -23,8 +33,6 @@ def to_physical(parameter: Parameter, scene: Scene, *, amplitude: float, turn: f
 
     Examples
     --------
-    >>> from frictionlab.scene import Scene
-    >>> from frictionlab.simulator.laws import law_of
     >>> to_physical(law_of("coulomb+place").parameter("gradient"), Scene(), amplitude=0.5, turn=1.0)
     (2.0, '1/m')
     """
@@ -36,15 +44,114 @@ def factor_of(
     parameter: Parameter, stiffness: float | None, frequency: float | None, *, amplitude: float, turn: float
 ) -> tuple[float | None, str]:
     """As `to_physical`, for a frame of this stiffness (N/m) and natural frequency (Hz)."""
-    if parameter.name == "beta":
-        return None if stiffness is None else stiffness * amplitude, "N"
-    if parameter.name == "stiffness_ratio":
-        return stiffness, "N/m"
-    if parameter.name == "bristle_damping":  # over k / omega
-        return None if stiffness is None else stiffness / turn, "N s/m"
-    if parameter.name == "contact_damping_ratio":  # over twice the root of stiffness and mass
-        if stiffness is None or not frequency:
-            return None, "N s/m"
-        return 2.0 * stiffness / (2.0 * math.pi * frequency), "N s/m"
+    critical = None if stiffness is None or not frequency else stiffness / (math.pi * frequency)  # 2 sqrt(k m), N s/m
+    forces = {
+        "beta": (None if stiffness is None else stiffness * amplitude, "N"),
+        "stiffness_ratio": (stiffness, "N/m"),
+        "bristle_damping": (None if stiffness is None else stiffness / turn, "N s/m"),  # over k / omega
+        "contact_damping_ratio": (critical, "N s/m"),
+    }
+    if parameter.name in forces:
+        return forces[parameter.name]
     unit = UNITS.get((parameter.lengths, parameter.rates))
     return (1.0, "") if unit is None else (amplitude**parameter.lengths * turn**parameter.rates, unit)
+
+
+def has_several(scene: Scene) -> bool:
+    """Whether the scene has several masses, or says its contacts itself."""
+    return bool(scene.rig.masses or scene.rig.contacts)
+
+
+def structure_of(
+    scene: Scene,
+    r: float,
+    base_amplitude_m: float,
+    *,
+    beta: float | None = None,
+    coefficient: float | None = None,
+    normal_force_n: float | None = None,
+    first: Contact | None = None,
+    storeys: FloatArray | None = None,
+    base: Base = COSINE,
+) -> Structure:
+    """Return the scene's frame at a frequency ratio; friction over k_1 Y, eq. (2.8).
+
+    Parameters
+    ----------
+    scene : Scene
+        ``[[rig.masses]]``, ``[[rig.contacts]]``; without contacts mass 1 rubs as ``[model]`` says.
+    r : float
+        Drive over the natural frequency of the first storey alone.
+    base_amplitude_m : float
+        Y.
+    beta, coefficient : float, optional
+        Of the first contact, in place of the scene's.
+    normal_force_n : float, optional
+        Of the contacts that do not say their own; by default that of ``[experiment]``.
+    first : Contact, optional
+        In place of the scene's first contact.
+    storeys : ndarray of shape (3, n), optional
+        In place of the scene's (`storeys_of`).
+    base : Base
+
+    Raises
+    ------
+    SceneError
+        A contact whose friction is not known, or that cannot be simulated.
+    """
+    load = normal_force_n or scene.experiment.normal_force_n
+    found = []
+    for number, contact in enumerate(contacts_of(scene)):
+        if number == 0 and first is not None:
+            found.append(first)
+            continue
+        given = coefficient if number == 0 else None
+        ratio = beta if number == 0 else None
+        if ratio is None:
+            ratio = _friction_ratio(scene, contact, number, base_amplitude_m, given, load)
+        try:
+            law = law_of(contact.law)
+            found.append(
+                Contact(contact.mass, contact.against, law, law.complete({"beta": ratio, **contact.parameters}))
+            )
+        except ParameterError as error:
+            raise SceneError(f"rig.contacts.{number}: {error}") from error
+    mass, stiffness, damping = storeys_of(scene) if storeys is None else storeys
+    return Structure.of_storeys(r, mass, stiffness, damping, found, base)
+
+
+def contacts_of(scene: Scene) -> list[RigContact]:
+    """Return the contacts of a scene: without ``[[rig.contacts]]`` mass 1 rubs as ``[model]`` says."""
+    model = scene.model
+    return scene.rig.contacts or [
+        RigContact(
+            against="base" if model.wall == "base" else "wall",
+            law="coulomb" if model.law == "auto" else model.law,
+            parameters={name: value for name, value in model.parameters.items() if name != "beta"},
+        )
+    ]
+
+
+def storeys_of(scene: Scene) -> FloatArray:
+    """Return masses, stiffnesses and damping ratios (3, n) of a scene's storeys, from the base up."""
+    storeys = [(m.mass_kg, m.stiffness_n_per_m, m.damping_ratio or 0.0) for m in scene.rig.masses]
+    return np.array(storeys or [(1.0, 1.0, scene.frame_damping_ratio)]).T
+
+
+def _friction_ratio(
+    scene: Scene, contact: RigContact, number: int, amplitude: float, coefficient: float | None, load: float | None
+) -> float:
+    """Friction of a contact over k_1 Y, from what is known of it."""
+    if contact.beta is not None and coefficient is None:
+        return contact.beta
+    force, stiffness = contact.friction_n, scene.rig.stiffness
+    friction = coefficient if coefficient is not None else contact.coefficient
+    if coefficient is not None or force is None:
+        load = contact.normal_force_n or load
+        force = None if friction is None or load is None else friction * load
+    if force is None or stiffness is None or not 0.0 < stiffness * amplitude < math.inf:
+        raise SceneError(
+            f"rig.contacts.{number}: expected its friction: beta, or friction_n, or coefficient with normal_force_n (or"
+            " --coefficient and --normal-force), the last two with a stiffness in [rig]; got neither"
+        )
+    return force / (stiffness * amplitude)

@@ -1,43 +1,39 @@
-"""``[rig]``: the frame, its masses and storeys, and where it rubs."""
+"""The rig: ``[rig]``, its masses, storeys and contacts; ``[synthetic]``, a virtual one that writes logs.
+
+Of that also how its base may move, and what its contacts are like.
+"""
 
 import math
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from frictionlab.scene.faults import LawName, NonNegative, Positive, SceneTable, check_held
+from frictionlab.scene.faults import LawName, NonNegative, Positive, SceneTable, check_held, key
+
+Two = Field(min_length=2, max_length=2)
 
 
 class RigMass(SceneTable):
     """``[[rig.masses]]``: one mass and the storey below it; a frame of several, from the base up."""
 
-    mass_kg: Positive
-    """Mass of this floor."""
-    stiffness_n_per_m: Positive
-    """Stiffness of the storey below it."""
-    damping_ratio: NonNegative | None = None
-    """Viscous damping ratio of that storey, as if it stood alone."""
+    mass_kg: Positive = key("Mass of this floor.", ...)
+    stiffness_n_per_m: Positive = key("Stiffness of the storey below it.", ...)
+    damping_ratio: NonNegative | None = key("Viscous damping ratio of that storey, as if it stood alone.")
 
 
 class RigContact(SceneTable):
     """``[[rig.contacts]]``: a place that rubs; beside the keys below, parameters of its law by their names."""
 
-    mass: Annotated[int, Field(ge=1)] = 1
-    """Number of the mass that rubs, from the base up."""
-    against: Literal["wall", "base"] | Annotated[int, Field(ge=1)] = "wall"
-    """What it rubs against: "wall", "base" or the number of another mass."""
-    law: LawName = "coulomb"
-    """Contact law, like "coulomb+place"."""
-    beta: NonNegative | None = None
-    """Friction ratio: friction force over k Y of the first storey."""
-    friction_n: NonNegative | None = None
-    """Or the friction force."""
-    coefficient: NonNegative | None = None
-    """Or the friction coefficient, with normal_force_n."""
-    normal_force_n: Positive | None = None
-    """Force that presses this contact together; by default that of [experiment]."""
-    parameters: dict[str, float] = Field(default={})
-    """Parameters of the law; each may stand beside the other keys, by its name."""
+    mass: int = key("Number of the mass that rubs, from the base up.", 1, ge=1)
+    against: Literal["wall", "base"] | Annotated[int, Field(ge=1)] = key(
+        'What it rubs against: "wall", "base" or the number of another mass.', "wall"
+    )
+    law: LawName = key('Contact law, like "coulomb+place".', "coulomb")
+    beta: NonNegative | None = key("Friction ratio: friction force over k Y of the first storey.")
+    friction_n: NonNegative | None = key("Or the friction force.")
+    coefficient: NonNegative | None = key("Or the friction coefficient, with normal_force_n.")
+    normal_force_n: Positive | None = key("Force that presses this contact together; by default that of [experiment].")
+    parameters: dict[str, float] = key("Parameters of the law; each may stand beside the other keys, by its name.", {})
 
     @model_validator(mode="before")
     @classmethod
@@ -64,28 +60,26 @@ class RigContact(SceneTable):
 class Rig(SceneTable):
     """``[rig]``: the frame without its contact."""
 
-    natural_frequency_hz: Positive | None = None
-    """Natural frequency of the frame; by default from mass and stiffness."""
-    mass_kg: Positive | None = None
-    """Mass that moves; of mass, stiffness and natural frequency two give the third."""
-    stiffness_n_per_m: Positive | None = None
-    """Stiffness of the frame; it turns k Y into newtons and k Y² into joules."""
-    damping_ratio: NonNegative | None = None
-    """Viscous damping ratio of the frame (`frictionlab free-vibration` measures it); given, it is simulated."""
-    natural_frequency_hz_u: NonNegative | None = None
-    """Standard uncertainty of the natural frequency."""
-    stiffness_n_per_m_u: NonNegative | None = None
-    """Standard uncertainty of the stiffness."""
-    damping_ratio_u: NonNegative | None = None
-    """Standard uncertainty of the damping ratio."""
-    kind: Literal["base-excited", "prescribed"] = "base-excited"
-    """"base-excited", or "prescribed": the motion is given, as on a tribometer; there is no frequency ratio."""
-    restoring: Literal["spring", "pendulum"] = "spring"
-    """What pulls the mass back: "spring" or "pendulum"."""
-    masses: list[RigMass] = Field(default=[])
-    """A frame of several masses, as [[rig.masses]]; frequency and stiffness are then those of the first storey."""
-    contacts: list[RigContact] = Field(default=[])
-    """Where the frame rubs, as [[rig.contacts]]; by default mass 1, as [model] says."""
+    natural_frequency_hz: Positive | None = key("Natural frequency of the frame; by default from mass and stiffness.")
+    mass_kg: Positive | None = key("Mass that moves; of mass, stiffness and natural frequency two give the third.")
+    stiffness_n_per_m: Positive | None = key("Stiffness of the frame; it turns k Y into newtons and k Y² into joules.")
+    damping_ratio: NonNegative | None = key(
+        "Viscous damping ratio of the frame (`frictionlab free-vibration` measures it); given, it is simulated."
+    )
+    natural_frequency_hz_u: NonNegative | None = key("Standard uncertainty of the natural frequency.")
+    stiffness_n_per_m_u: NonNegative | None = key("Standard uncertainty of the stiffness.")
+    damping_ratio_u: NonNegative | None = key("Standard uncertainty of the damping ratio.")
+    kind: Literal["base-excited", "prescribed"] = key(
+        '"base-excited", or "prescribed": the motion is given, as on a tribometer; there is no frequency ratio.',
+        "base-excited",
+    )
+    restoring: Literal["spring", "pendulum"] = key('What pulls the mass back: "spring" or "pendulum".', "spring")
+    masses: list[RigMass] = key(
+        "A frame of several masses, as [[rig.masses]]; frequency and stiffness are then those of the first storey.", []
+    )
+    contacts: list[RigContact] = key(
+        "Where the frame rubs, as [[rig.contacts]]; by default mass 1, as [model] says.", []
+    )
 
     @model_validator(mode="after")
     def _masses_agree(self) -> Self:
@@ -147,18 +141,164 @@ class Rig(SceneTable):
         >>> Rig(mass_kg=3080.0, natural_frequency_hz=3.13).doubts
         ('rig: mass_kg = 3080: a frame on a bench has 0.01 to 300 kg: is this in g?',)
         """
-        mass, stiffness, found = self.first.mass_kg, self.first.stiffness_n_per_m, []
+        mass, stiffness, derived = (
+            self.first.mass_kg,
+            self.first.stiffness_n_per_m,
+            self._derived_natural_frequency_hz(),
+        )
+        found = []
         if mass is not None and not 0.01 <= mass <= 300.0:
-            meant = "g" if mass > 300.0 else "t"
-            found.append(f"rig: mass_kg = {mass:g}: a frame on a bench has 0.01 to 300 kg: is this in {meant}?")
+            unit = "g" if mass > 300.0 else "t"
+            found.append(f"mass_kg = {mass:g}: a frame on a bench has 0.01 to 300 kg: is this in {unit}?")
         if stiffness is not None and stiffness < 10.0:
-            found.append(
-                f"rig: stiffness_n_per_m = {stiffness:g}: a frame on a bench has more than 10 N/m: is this in N/mm?"
-            )
-        derived = self._derived_natural_frequency_hz()
+            found.append(f"stiffness_n_per_m = {stiffness:g}: a frame has more than 10 N/m: is this in N/mm?")
         if derived is not None and not 0.2 <= derived <= 200.0 and not found:
-            found.append(
-                f"rig: mass_kg = {mass:g} and stiffness_n_per_m = {stiffness:g} make a natural frequency of"
-                f" {derived:.3g} Hz: is one of them in another unit (g, N/mm)?"
+            made = (
+                f"mass_kg = {mass:g} and stiffness_n_per_m = {stiffness:g} make a natural frequency of {derived:.3g} Hz"
             )
-        return tuple(found)
+            found.append(f"{made}: is one of them in another unit (g, N/mm)?")
+        return tuple(f"rig: {sentence}" for sentence in found)
+
+
+class VirtualBase(SceneTable):
+    """``[[synthetic.bases]]``: a motion of the virtual base; a group of tests takes it by its name."""
+
+    name: str = key("What tests call it; it ends the names of their logs.", ...)
+    motion: Literal["sine", "sweep", "random", "file"] = key(
+        '"sine" at each frequency ratio, "sweep", "random", or "file": as recorded.', "sine"
+    )
+    ramp_s: NonNegative = key("The motor starts up within this time: its amplitude grows smoothly from 0.", 0.0)
+    amplitude_wander: NonNegative = key("Relative rms of a wandering amplitude.", 0.0)
+    amplitude_wander_s: Positive = key("Correlation time of that: after it, e^-1 is left.", 5.0)
+    frequency_wander: NonNegative = key("Relative rms of a wandering frequency: of a sine or a sweep.", 0.0)
+    frequency_wander_s: Positive = key("Correlation time of that.", 5.0)
+    sweep_hz: Annotated[list[Positive], Two] | None = key(
+        "First and last frequency of a sweep, which lasts as long as the test."
+    )
+    sweep_scale: Literal["linear", "log"] = key(
+        '"linear": so many Hz a second; "log": so many octaves a second.', "linear"
+    )
+    band_hz: Annotated[list[NonNegative], Two] | None = key(
+        "Lowest and highest frequency of a random motion, equally strong between."
+    )
+    spectrum: list[Annotated[list[NonNegative], Two]] | None = key(
+        "Or its power density as [[frequency in Hz, m^2/Hz], ...], straight lines between, nothing beyond."
+    )
+    rms_m: Positive | None = key(
+        "Rms of a random motion; by default the spectrum's own, or base_amplitude_m over the root of 2 with a band."
+    )
+    file: str | None = key("A recording, a log or a table beside the scene: its base moves so, from its first value.")
+    column: str | None = key("Of a table: the base's column, by its name or its number from 1.")
+    unit: str | None = key("Unit of that column, where the table does not say it.")
+    factor: float = key("The recorded motion is made so many times as large.", 1.0, allow_inf_nan=False)
+
+    @model_validator(mode="after")
+    def _has_what_it_needs(self) -> Self:
+        needs = {"sweep": ("sweep_hz",), "random": ("band_hz", "spectrum"), "file": ("file",)}
+        for motion, names in needs.items():
+            given = [name for name in names if getattr(self, name) is not None]
+            if motion == self.motion and len(given) != 1:
+                got = " and ".join(given) or "none"
+                raise ValueError(f"motion = {motion!r} needs {' or '.join(names)}, one of them; got {got}")
+            if motion != self.motion and given:
+                raise ValueError(f"{given[0]} belongs to motion = {motion!r}; got motion = {self.motion!r}")
+        if self.band_hz and not self.band_hz[0] < self.band_hz[1]:
+            raise ValueError(f"band_hz: expected the lowest frequency first; got {self.band_hz}")
+        if self.spectrum is not None:
+            places, densities = [place for place, _ in self.spectrum], [density for _, density in self.spectrum]
+            if len(places) < 2 or sorted(set(places)) != places:
+                raise ValueError(f"spectrum: expected at least two frequencies that increase; got {places}")
+            if not any(densities):
+                raise ValueError("spectrum: expected a density above 0 somewhere; got none")
+        return self
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether it is a sine that begins at once and keeps amplitude and frequency."""
+        return self.motion == "sine" and not (self.ramp_s or self.amplitude_wander or self.frequency_wander)
+
+
+class VirtualTests(SceneTable):
+    """``[[synthetic.tests]]``: one material over normal forces x frequency ratios, and how it behaves.
+
+    The friction force is ``friction_coefficient * normal_force``; the behaviours below default to plain Coulomb.
+    """
+
+    material: str = key("Material of these tests; it names their logs.", ...)
+    normal_forces_n: Annotated[list[Positive], Field(min_length=1)] = key(
+        "Normal forces, each with each frequency ratio.", ...
+    )
+    frequency_ratios: list[Positive] = key("Frequency ratios of a sine, each with each normal force.", [])
+    base: str | None = key(
+        "Name of the base's motion, one of [[synthetic.bases]]; by default a sine at each frequency ratio."
+    )
+    friction_coefficient: NonNegative = key("True friction coefficient.", ...)
+    law: LawName | None = key(
+        'True contact law of this material, like "coulomb+place"; by default [model] law and [model.parameters].'
+    )
+    parameters: dict[str, float] = key("Parameters of that law other than beta, dimensionless: {gradient = 0.05}.", {})
+    physical: dict[str, float] = key(
+        "The same in newtons, metres and seconds, alike in each test: {gradient = 28.0} is 28 1/m.", {}
+    )
+    label: str | None = key("Ends the log's name, to tell apart tests of the same material, force and ratio.")
+    duration_s: Positive | None = key("Length of these tests; by default [synthetic] duration_s.")
+    friction_drift_per_hour: float = key("Relative change of the friction force in an hour of running.", 0.0)
+    friction_scatter: NonNegative = key("Relative rms of the friction force from cycle to cycle.", 0.0)
+    friction_wander: NonNegative = key("Relative rms of the friction force's slow wandering.", 0.0)
+    friction_wander_s: Positive = key("Correlation time of that: after it, e^-1 is left.", 300.0)
+    jump_s: Positive | None = key("At this time the friction force changes for good.")
+    jump_factor: NonNegative = key("By this factor it changes then.", 1.0)
+
+    @model_validator(mode="after")
+    def _parameters_can_be(self) -> Self:
+        check_held(self.parameters, self.law, breaks_away=True)
+        return self
+
+
+VirtualChannel = Literal[
+    "contact_force", "normal_force", "mass_velocity", "base_velocity", "mass_acceleration", "base_acceleration"
+]
+
+
+class Synthetic(SceneTable):
+    """``[synthetic]``: a virtual rig watched by two virtual lasers."""
+
+    seed: int = key("Of the random numbers; the same seed gives the same bytes.", 0, ge=0)
+    sampling_rate_hz: Positive = key("Samples per second.", 250.0)
+    duration_s: Positive = key("Length of a test.", 60.0)
+    base_amplitude_m: Positive = key("Amplitude of the base.", 1.8e-3)
+    noise_m: NonNegative = key("Noise of each sensor, rms.", 0.8e-6)
+    step_m: NonNegative = key(
+        "Smallest step of the sensors (optoNCDT 1420 at 50 mm measuring range: 0.778 um).", 1.02 * 0.05 / 65520
+    )
+    channels: list[VirtualChannel] = key(
+        'What is measured beside the two displacements: ["contact_force", "normal_force", "mass_velocity", ...].', []
+    )
+    channel_noise: NonNegative = key("Noise of each further channel, rms over its own rms.", 1e-3)
+    start: Literal["rest", "steady"] = key('"rest", or "steady": from the steady state.', "rest")
+    bases: list[VirtualBase] = key("Motions of the base, as [[synthetic.bases]].", [])
+    tests: list[VirtualTests] = key("The tests, as [[synthetic.tests]].", [])
+
+    @model_validator(mode="after")
+    def _bases_are_known(self) -> Self:
+        names = [base.name for base in self.bases]
+        twice = sorted({name for name in names if names.count(name) > 1})
+        if twice:
+            raise ValueError(f"bases: expected a name each; {', '.join(twice)} stands twice")
+        for number, group in enumerate(self.tests):
+            where = f"tests.{number}"
+            if group.base is not None and group.base not in names:
+                known = f"a name in [[synthetic.bases]] ({', '.join(names) or 'none is given'})"
+                raise ValueError(f"{where}.base: expected {known}; got {group.base!r}")
+            sine = self.base_of(group).motion == "sine"
+            if sine and not group.frequency_ratios:
+                raise ValueError(f"{where}.frequency_ratios: expected at least one: a sine moves at them")
+            if group.frequency_ratios and not sine:
+                raise ValueError(
+                    f"{where}.frequency_ratios: a {self.base_of(group).motion} has its own frequencies: leave them out"
+                )
+        return self
+
+    def base_of(self, group: VirtualTests) -> VirtualBase:
+        """The motion of the base in a group of tests."""
+        return next((base for base in self.bases if base.name == group.base), VirtualBase(name=""))

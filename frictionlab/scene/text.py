@@ -1,19 +1,24 @@
-"""Every key of a scene with its sentence and default, from the tables' source; scenes as TOML text."""
+"""Scenes as TOML: read once, validated, frozen; found by their name; written with each key's sentence and default."""
 
-import ast
-import inspect
+import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import MISSING, dataclass, fields, is_dataclass
-from itertools import pairwise
-from textwrap import dedent, wrap
-from types import NoneType
-from typing import Any
+from dataclasses import fields, is_dataclass
+from os import PathLike
+from pathlib import Path
+from textwrap import wrap
+from typing import Any, NamedTuple
 
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 
-from frictionlab.scene.faults import HIDDEN, tables_in
-from frictionlab.scene.keys import Scene
+from frictionlab.errors import SceneError
+from frictionlab.files import check_regular
+from frictionlab.scene.faults import HIDDEN, check_hidden, refusal, tables_in
+from frictionlab.scene.keys import Origin, Scene
 
+SCENE_NAME = "frictionlab.toml"
+RESULTS = "_results"  # behind the name of a folder of logs: that of its results
+MOST_LINES = 500  # that say something: in a longer scene faults have no line
+WIDTH = 118
 HEAD = """\
 # A scene for frictionlab: what rig, material, sensors and model a job is about.
 #
@@ -21,21 +26,132 @@ HEAD = """\
 # give the value. All keys are optional. A file of this name, frictionlab.toml, is used by every command that finds it
 # in the working folder or beside its first input and is given no --scene.
 """
-WIDTH = 118
 
 
-@dataclass(frozen=True)
-class Key:
+def read_scene(path: str | PathLike[str]) -> Scene:
+    """Read and validate a scene file.
+
+    Parameters
+    ----------
+    path : str or Path
+        A TOML file.
+
+    Returns
+    -------
+    Scene
+        Frozen; its ``folder`` is the file's.
+
+    Raises
+    ------
+    SceneError
+        The file cannot be read, is no TOML, or has faults: all of them are named, one a line, each with its line in the
+        file, its key path and, where a name is misspelt, the name that was meant.
+    """
+    path = Path(path)
+    try:
+        check_regular(path)
+        text = path.read_text(encoding="utf-8")
+        tables = tomllib.loads(text)
+    except RecursionError as error:
+        raise SceneError(f"scene {path}: nested too deep: expected the tables of a scene") from error
+    except OSError as error:
+        raise SceneError(f"scene {path}: cannot be read ({error.strerror}): give the path of a TOML file") from error
+    except UnicodeDecodeError as error:
+        raise SceneError(f"scene {path}: expected UTF-8 text; byte {error.start} is not") from error
+    except ValueError as error:  # tomllib's own among them; Python's, of a number of more than 4300 digits
+        raise SceneError(f"scene {path}: expected TOML: {error}") from error
+    return _validated(tables, f"scene {path}", folder=path.parent, file=path, text=text)
+
+
+def find_scene(beside: Path | None = None) -> Path | None:
+    """The scene that stands where a command is called, or beside its first input; None where there is none.
+
+    Results in ``LOGS_results`` belong to the scene in ``LOGS``.
+
+    Parameters
+    ----------
+    beside
+        The first input: a file, or a folder of inputs.
+    """
+    places = [Path()]
+    if beside is not None:
+        places.append(beside if beside.is_dir() else beside.parent)
+        above = (places[-1].absolute(), *places[-1].absolute().parents[:1])
+        places += [
+            folder.with_name(folder.name.removesuffix(RESULTS)) for folder in above if folder.name.endswith(RESULTS)
+        ]
+    return next((place / SCENE_NAME for place in places if (place / SCENE_NAME).is_file()), None)
+
+
+def scene_from_tables(tables: Mapping[str, object], *, name: str = "scene", folder: Path = Path()) -> Scene:
+    """Validate tables as :func:`read_scene` does, for scenes that stand in a notebook instead of a file.
+
+    Raises
+    ------
+    SceneError
+        All faults, one a line, each with its key path.
+
+    Examples
+    --------
+    >>> scene_from_tables({"analysis": {"transient_s": -1.0}})
+    Traceback (most recent call last):
+    frictionlab.errors.SceneError: scene: analysis.transient_s: expected 0 or more; got -1.0
+    """
+    return _validated(tables, name if name == "scene" else f"scene {name}", folder=folder)
+
+
+def _validated(
+    tables: Mapping[str, object], name: str, *, folder: Path, file: Path | None = None, text: str = ""
+) -> Scene:
+    check_hidden(tables, Scene, name)
+    try:
+        return Scene.model_validate({**tables, "folder": folder, "origin": Origin(file)})
+    except ValidationError as error:
+        raise refusal(error, Scene, name=name, lines=lines_of(text)) from error
+
+
+def lines_of(text: str) -> dict[tuple[str, ...], int]:
+    r"""Where which key and table of a TOML text stands: in the line with which it first can be read.
+
+    Of a value over several lines that is its first.
+
+    Examples
+    --------
+    >>> lines_of("[rig]\nmass_kg = 3.0\n[[synthetic.tests]]\n")[("synthetic", "tests", "0")]
+    3
+    """
+    lines = text.splitlines(keepends=True)
+    numbers = [number for number, line in enumerate(lines, 1) if line.strip() and not line.lstrip().startswith("#")]
+    found: dict[tuple[str, ...], int] = {}
+    first = None
+    for number in numbers if len(numbers) <= MOST_LINES else ():
+        first = number if first is None else first
+        try:
+            tables = tomllib.loads("".join(lines[:number]))
+        except tomllib.TOMLDecodeError:  # inside a value over several lines
+            continue
+        for path in _paths(tables):
+            found.setdefault(path, first)
+        first = None
+    return found
+
+
+def _paths(value: object, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
+    inner = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, below in inner:
+        yield (*path, str(key))
+        yield from _paths(below, (*path, str(key)))
+
+
+class Key(NamedTuple):
     """A key of a table, its sentence, and its value where it is left out (None: not known, or to be found)."""
 
     name: str
     words: str
     default: object
-    needed: bool = False
 
 
-@dataclass(frozen=True)
-class TableOfKeys:
+class TableOfKeys(NamedTuple):
     """A table: its head as in a file (``[rig]``), its sentence, its keys."""
 
     head: str
@@ -53,45 +169,60 @@ def tables_of_keys(root: type[BaseModel] = Scene, path: tuple[str, ...] = ()) ->
     """
     for name, field in root.model_fields.items():
         for table in () if name in HIDDEN else tables_in(field.annotation):
-            where = (*path, name)
-            many = not isinstance(field.get_default(), table)
-            head = f"[[{'.'.join(where)}]]" if many else f"[{'.'.join(where)}]"
-            yield TableOfKeys(head, _words_of_table(table), tuple(_keys(table)))
-            if issubclass(table, BaseModel):
-                yield from tables_of_keys(table, where)
+            where = ".".join((*path, name))
+            head = f"[{where}]" if isinstance(field.get_default(), table) else f"[[{where}]]"
+            if is_dataclass(table):
+                options = (Key(f.name, f.metadata["words"], f.default) for f in fields(table))
+                yield TableOfKeys(head, "What a log is, where that is not to be found in it.", tuple(options))
+            elif issubclass(table, BaseModel):
+                words = (table.__doc__ or "").partition("\n")[0].partition(": ")[2]
+                keys = (
+                    Key(key, one.description or "", None if one.is_required() else one.get_default())
+                    for key, one in table.model_fields.items()
+                    if not list(tables_in(one.annotation))
+                )
+                yield TableOfKeys(head, words[:1].upper() + words[1:], tuple(keys))
+                yield from tables_of_keys(table, (*path, name))
 
 
-def _words_of_table(table: type) -> str:
-    if is_dataclass(table):
-        return "What a log is, where that is not to be found in it."
-    first = (inspect.getdoc(table) or "").partition("\n")[0]
-    words = first.partition(": ")[2]
-    return words[:1].upper() + words[1:] if words else first
+def template() -> str:
+    """A commented scene to fill in: every key with its sentence and default."""
+    parts = [HEAD]
+    for table in tables_of_keys():
+        lines = [*_comment(table.words), f"{'# ' if table.head.startswith('[[') else ''}{table.head}"]
+        for key in table.keys:
+            lines += [*_comment(key.words), f"# {key.name} = {value_text(key.default)}".rstrip()]
+        parts.append("\n".join(lines) + "\n")
+    return "\n".join(parts)
 
 
-def _keys(table: type) -> Iterator[Key]:
-    if issubclass(table, BaseModel):
-        words = _sentences(table)
-        for name, field in table.model_fields.items():
-            if name not in HIDDEN and not list(tables_in(field.annotation)):
-                default = None if field.is_required() else field.get_default()
-                yield Key(name, words.get(name, ""), default, field.is_required())
-    elif is_dataclass(table):
-        for f in fields(table):
-            yield Key(f.name, f.metadata["words"], None if f.default is MISSING else f.default)
+def _comment(words: str) -> Iterator[str]:
+    return (f"# {line}" for line in wrap(words, WIDTH, break_long_words=False))
 
 
-def _sentences(table: type) -> dict[str, str]:
-    """The sentences that stand below the keys of a table in its source."""
-    (made,) = ast.parse(dedent(inspect.getsource(table))).body
-    body: list[Any] = getattr(made, "body", [])
-    found = {}
-    for statement, below in pairwise(body):
-        if isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name):
-            value = below.value if isinstance(below, ast.Expr) else None
-            if isinstance(value, ast.Constant) and isinstance(value.value, str):
-                found[statement.target.id] = value.value.strip()
-    return found
+def to_toml(scene: Scene) -> str:
+    """A scene as TOML with all its defaults; read back it is the same scene. What is not known is a comment.
+
+    Examples
+    --------
+    >>> print(to_toml(Scene()).partition("[analysis]")[2].partition("padding")[0].strip())
+    # transient_s is not given
+    cycles = "all"
+    """
+    texts = []
+    for table in tables_of_keys():
+        found: Any = scene.model_dump()
+        for part in table.head.strip("[]").split("."):
+            found = found[part]
+        for values in found if isinstance(found, list) else [found]:
+            lines = (
+                f"# {key.name} is not given"
+                if values[key.name] is None
+                else f"{key.name} = {value_text(values[key.name])}"
+                for key in table.keys
+            )
+            texts.append("\n".join([table.head, *lines]) + "\n")
+    return "\n".join(texts)
 
 
 def value_text(value: object) -> str:
@@ -104,7 +235,7 @@ def value_text(value: object) -> str:
     """
     if isinstance(value, bool):
         return str(value).lower()
-    if isinstance(value, (int, float, NoneType)):
+    if value is None or isinstance(value, (int, float)):
         return "" if value is None else repr(value)
     if isinstance(value, dict):
         inner = ", ".join(f"{_key_text(key)} = {value_text(v)}" for key, v in value.items())
@@ -122,46 +253,3 @@ def _quoted(text: str) -> str:
 
 def _key_text(key: str) -> str:
     return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else _quoted(key)
-
-
-def template() -> str:
-    """A commented scene to fill in: every key with its sentence and default."""
-    return HEAD + "".join(f"\n{_empty_table(table)}" for table in tables_of_keys())
-
-
-def _empty_table(table: TableOfKeys) -> str:
-    off = "# " if table.head.startswith("[[") else ""
-    lines = [*_comment(table.words), f"{off}{table.head}"]
-    for key in table.keys:
-        lines += [*_comment(key.words), f"# {key.name} = {value_text(key.default)}".rstrip()]
-    return "\n".join(lines) + "\n"
-
-
-def _comment(words: str) -> Iterator[str]:
-    return (f"# {line}" for line in wrap(words, WIDTH, break_long_words=False))
-
-
-def to_toml(scene: Scene) -> str:
-    """A scene as TOML with all its defaults; read back it is the same scene. What is not known is a comment.
-
-    Examples
-    --------
-    >>> print(to_toml(Scene()).partition("[analysis]")[2].partition("padding")[0].strip())
-    # transient_s is not given
-    cycles = "all"
-    """
-    tables = scene.model_dump()
-    return "\n".join(text for table in tables_of_keys() for text in _table_texts(table, tables))
-
-
-def _table_texts(table: TableOfKeys, tables: Mapping[str, Any]) -> Iterator[str]:
-    """The text of a table, or of each table of an array."""
-    found: Any = tables
-    for part in table.head.strip("[]").split("."):
-        found = found[part]
-    for values in found if isinstance(found, list) else [found]:
-        yield "\n".join([table.head, *(_line(key, values[key.name]) for key in table.keys)]) + "\n"
-
-
-def _line(key: Key, value: object) -> str:
-    return f"# {key.name} is not given" if value is None else f"{key.name} = {value_text(value)}"

@@ -13,8 +13,7 @@ import numpy as np
 from frictionlab.errors import ParameterError, SceneError
 from frictionlab.files import as_disks_see
 from frictionlab.scene import Scene, VirtualBase, VirtualTests
-from frictionlab.scene.physical import to_physical
-from frictionlab.scene.storeys import has_several, structure_of
+from frictionlab.scene.physical import has_several, structure_of, to_physical
 from frictionlab.simulator import Problem, Structure
 from frictionlab.simulator.laws import law_of
 
