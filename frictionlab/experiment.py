@@ -18,8 +18,9 @@ Fact = str | float
 _SOURCES = ("name_pattern", "sheet", "taps")
 WEIGHTS = {"normal_force_g": 9.80665e-3, "normal_force_kg": 9.80665}
 """Keys of names and sheets that give the normal force as a weight, and what makes newtons of them."""
-_NUMERIC = ("normal_force_n", *WEIGHTS, "base_amplitude_m", "nominal_frequency_ratio", "duration_s")
-_KNOWN = (*(name for name in Experiment.model_fields if name not in _SOURCES), *WEIGHTS)
+_FACTS = {key: field.annotation for key, field in Experiment.model_fields.items() if key not in _SOURCES}
+_KNOWN = (*_FACTS, *WEIGHTS)
+_NUMERIC = (*(key for key, kind in _FACTS.items() if "float" in str(kind)), *WEIGHTS)
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 _SHEET_LIMIT = 1 << 24
 
@@ -55,27 +56,23 @@ def facts_of(scene: Scene, log: Path) -> Facts:
     >>> dict(facts_of(scene, Path("steel_N1.25_r0.3.csv")).values)
     {'material': 'steel', 'normal_force_n': 1.25, 'nominal_frequency_ratio': 0.3}
     """
-    said = scene.experiment.model_dump(exclude=set(_SOURCES), exclude_none=True)
-    found: dict[str, Fact] = {key: value for key, value in said.items() if isinstance(value, (str, int, float))}
-    origin = dict.fromkeys(found, "the scene")
-    warnings: list[str] = []
-    if scene.experiment.name_pattern is not None:
-        _add(found, origin, warnings, _from_name(scene.experiment.name_pattern, log, warnings), "the file name")
-    if scene.experiment.sheet is not None:
-        _add(found, origin, warnings, _from_sheet(scene, log, warnings), "the sheet")
-    if scene.experiment.name_pattern is not None or scene.experiment.sheet is not None:
+    experiment, found, warnings = scene.experiment, dict[str, tuple[Fact, str]](), list[str]()
+    said = experiment.model_dump(include=set(_FACTS), exclude_none=True)
+    sources: list[tuple[str, Mapping[str, Fact]]] = [("the scene", said)]
+    if experiment.name_pattern is not None:
+        sources.append(("the file name", _from_name(experiment.name_pattern, log, warnings)))
+    if experiment.sheet is not None:
+        sources.append(("the sheet", _from_sheet(scene.folder, experiment.sheet, log, warnings)))
+    for source, facts in sources:
+        for name, given in facts.items():
+            key, value = ("normal_force_n", float(given) * WEIGHTS[name]) if name in WEIGHTS else (name, given)
+            before, origin = found.get(key, (value, source))
+            if before != value:
+                warnings.append(f"{key}: {source} says {value}, {origin} says {before}: {value} is taken")
+            found[key] = value, source
+    if len(sources) > 1:
         warnings += [f"{key} of this test is not known" for key in ("material", "normal_force_n") if key not in found]
-    return Facts(found, tuple(warnings))
-
-
-def _add(
-    found: dict[str, Fact], origin: dict[str, str], warnings: list[str], more: Mapping[str, Fact], source: str
-) -> None:
-    for key, value in more.items():
-        if key in found and found[key] != value:
-            warnings.append(f"{key}: {source} says {value}, {origin[key]} says {found[key]}: {value} is taken")
-        found[key] = value
-        origin[key] = source
+    return Facts({key: value for key, (value, _) in found.items()}, tuple(warnings))
 
 
 def _from_name(pattern: str, log: Path, warnings: list[str]) -> dict[str, Fact]:
@@ -86,15 +83,7 @@ def _from_name(pattern: str, log: Path, warnings: list[str]) -> dict[str, Fact]:
     found = {key: _number(text) if key in _NUMERIC else text for key, text in texts.items()}
     none = [key for key, value in found.items() if value == 0.0]
     warnings += [f"{key}: the file name says 0: expected a number above 0: it is not known" for key in none]
-    return _in_newtons({key: value for key, value in found.items() if key not in none})
-
-
-def _in_newtons(facts: Mapping[str, Fact]) -> dict[str, Fact]:
-    """Facts with the normal force in newtons, where it was given as a weight."""
-    return {
-        "normal_force_n" if key in WEIGHTS else key: float(value) * WEIGHTS[key] if key in WEIGHTS else value
-        for key, value in facts.items()
-    }
+    return {key: value for key, value in found.items() if key not in none}
 
 
 def _parts_of(pattern: str) -> list[str]:
@@ -136,21 +125,29 @@ def _matched(parts: Sequence[str], name: str) -> dict[str, str] | None:
     return None if found is None else dict(zip(parts[1::2], found, strict=True))
 
 
-def _number(text: str) -> float:
-    return float(text.replace(",", "."))
-
-
-def _from_sheet(scene: Scene, log: Path, warnings: list[str]) -> dict[str, Fact]:
-    name = scene.experiment.sheet or ""
-    rows = {number: row for number, row in _sheet(scene.folder, name).items() if _names(row["log"], log)}
-    if not rows:
+def _from_sheet(folder: Path, name: str, log: Path, warnings: list[str]) -> dict[str, Fact]:
+    """The facts in a log's row of a sheet; the row is found by the log's name, with or without its suffix."""
+    where = f"experiment.sheet: {name}"
+    keys, *rows = _rows_of(_sheet_text(folder, name), where)
+    if "log" not in keys or len(set(keys)) < len(keys):
+        raise SceneError(f"{where}: expected a `log` column and each column once; got {keys}")
+    own: dict[int, dict[str, str]] = {}
+    for number, row in enumerate(rows, start=2):
+        if len(row) != len(keys):
+            raise SceneError(f"{where}: row {number}: expected {len(keys)} cells; got {len(row)}")
+        facts = dict(zip(keys, row, strict=True))
+        entry = Path(facts.pop("log"))
+        if entry.is_absolute() or ".." in entry.parts:
+            raise SceneError(f"{where}: row {number}: {str(entry)!r} leaves the sheet's folder")
+        if entry.name in (log.name, stem_of(log)):
+            own[number] = facts
+    if not own:
         warnings.append(f"sheet {name}: no row for {log.name}: its facts are not known")
         return {}
-    if len(rows) > 1:
-        raise SceneError(f"experiment.sheet: {name}: {len(rows)} rows for {log.name}: expected one")
-    ((number, row),) = rows.items()
-    where = f"{name}: row {number}"
-    return _in_newtons({k: _sheet_fact(k, text, where) for k, text in row.items() if k not in ("log", "") and text})
+    if len(own) > 1:
+        raise SceneError(f"{where}: {len(own)} rows for {log.name}: expected one")
+    ((number, facts),) = own.items()
+    return {key: _sheet_fact(key, text, f"{where}: row {number}") for key, text in facts.items() if key and text}
 
 
 def _sheet_text(folder: Path, name: str) -> str:
@@ -163,49 +160,28 @@ def _sheet_text(folder: Path, name: str) -> str:
         raise SceneError(f"experiment.sheet: {name!r} lies outside the scene's folder: put it beside the scene")
     try:
         check_regular(path)
-        size = path.stat().st_size
-        text = path.read_text(encoding="utf-8-sig") if size <= _SHEET_LIMIT else None
-    except OSError as error:
-        raise SceneError(f"experiment.sheet: {name}: cannot be read ({error.strerror})") from error
+        if path.stat().st_size > _SHEET_LIMIT:
+            raise SceneError(f"experiment.sheet: {name}: larger than {_SHEET_LIMIT} bytes")
+        return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise SceneError(f"experiment.sheet: {name}: expected UTF-8 text; byte {error.start} is not") from error
-    if text is None:
-        raise SceneError(f"experiment.sheet: {name}: larger than {_SHEET_LIMIT} bytes")
-    return text
+    except OSError as error:
+        raise SceneError(f"experiment.sheet: {name}: cannot be read ({error.strerror})") from error
 
 
-def _sheet(folder: Path, name: str) -> dict[int, dict[str, str]]:
-    """The rows of a sheet by their number, the head being row 1."""
-    text = _sheet_text(folder, name)
-    title = text.partition("\n")[0]
-    separator = max(",;\t", key=title.count)
+def _rows_of(text: str, where: str) -> list[list[str]]:
+    """The cells of a sheet by rows, its head first; empty rows left out."""
+    separator = max(",;\t", key=text.partition("\n")[0].count)
     reader = csv.reader(io.StringIO(text), delimiter=separator)
     try:
-        rows = [[cell.strip() for cell in row] for row in reader if any(cell.strip() for cell in row)]
+        rows = [[cell.strip() for cell in row] for row in reader]
     except csv.Error as error:
-        raise SceneError(f"experiment.sheet: {name}: line {reader.line_num}: {error}") from error
-    return _rows(rows, name)
+        raise SceneError(f"{where}: line {reader.line_num}: {error}") from error
+    return [row for row in rows if any(row)] or [[]]
 
 
-def _rows(rows: list[list[str]], name: str) -> dict[int, dict[str, str]]:
-    keys = rows[0] if rows else []
-    if "log" not in keys or len(set(keys)) < len(keys):
-        raise SceneError(f"experiment.sheet: {name}: expected a `log` column and each column once; got {keys}")
-    table = {}
-    for number, row in enumerate(rows[1:], start=2):
-        if len(row) != len(keys):
-            raise SceneError(f"experiment.sheet: {name}: row {number}: expected {len(keys)} cells; got {len(row)}")
-        facts = dict(zip(keys, row, strict=True))
-        if Path(facts["log"]).is_absolute() or ".." in Path(facts["log"]).parts:
-            raise SceneError(f"experiment.sheet: {name}: row {number}: {facts['log']!r} leaves the sheet's folder")
-        table[number] = facts
-    return table
-
-
-def _names(entry: str, log: Path) -> bool:
-    """Whether a sheet's entry names this log: by its name, or by its name without suffix."""
-    name = Path(entry).name
-    return name in (log.name, stem_of(log))
+def _number(text: str) -> float:
+    return float(text.replace(",", "."))
 
 
 def _sheet_fact(key: str, text: str, where: str) -> Fact:
@@ -215,7 +191,7 @@ def _sheet_fact(key: str, text: str, where: str) -> Fact:
     try:
         number = _number(text)
     except ValueError as error:
-        raise SceneError(f"experiment.sheet: {where}: {key}: expected a number; got {text!r}") from error
+        raise SceneError(f"{where}: {key}: expected a number; got {text!r}") from error
     if not (math.isfinite(number) and number > 0.0):
-        raise SceneError(f"experiment.sheet: {where}: {key}: expected a number above 0; got {text!r}")
+        raise SceneError(f"{where}: {key}: expected a number above 0; got {text!r}")
     return number
