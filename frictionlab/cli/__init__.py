@@ -22,7 +22,7 @@ from typer.main import get_command as click_command
 
 from frictionlab import __version__
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
-from frictionlab.process import collect_rarely, keep_freed_memory, use_one_thread
+from frictionlab.workers import collect_rarely, keep_freed_memory, use_one_thread
 
 P = ParamSpec("P")
 

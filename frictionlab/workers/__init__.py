@@ -1,26 +1,23 @@
 """The same work on one core, on all of this machine, or on a cluster: same rows, same order, nothing lost.
 
 cases --batches--> workers (this process | processes here | Dask) --in order--> results
+
+What a process of ours is set to stands here too: one thread, freed memory kept, garbage looked for rarely. Linear
+algebra on several threads sums in another order: the last digits of a frequency changed with the number of cores. It
+was no faster either; several inputs at once are what the cores are for.
 """
 
-import contextlib
+import atexit
+import ctypes
+import gc
 import os
-import signal
-import threading
 import time
 from collections.abc import Callable, Iterator, Sequence, Sized
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
 from dataclasses import dataclass, field
 from functools import partial
-from multiprocessing import get_context
-from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 from frictionlab.errors import UsageError
-from frictionlab.process import keep_freed_memory, use_one_thread
-
-if TYPE_CHECKING:
-    from frictionlab.workers.cluster import Cluster
 
 C = TypeVar("C")
 R = TypeVar("R")
@@ -29,11 +26,44 @@ WORTH_S = 5.0  # work that lasts longer than this is worth starting processes fo
 START_S = 2.0  # what the first case may owe to imports
 MOST_PER_CORE = 32  # processes, of some 100 MB each
 HOLD = 8  # batches per worker that may be out or wait for an earlier one: this bounds the memory
-AHEAD = 2  # batches per worker: one in work, one waiting, so that no worker waits for this process
-LOOK_S = 1.0  # how often to look whether anybody is still there
 GIVEN_UP = 3  # a single case over which so many workers died is reported and left
 GROWTH = 8  # a batch is at most so many times the largest that was measured: the first ones carry imports
 SHORTEST_S = 0.02  # below that a batch is not worth its way: 0.4 ms to a process here, 3 ms through Dask
+
+THREADS = (
+    "OMP_NUM_THREADS",
+    "OPENBLAS_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "NUMBA_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+)
+_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # <malloc.h>
+
+
+def use_one_thread() -> None:
+    """Tell libraries that are not loaded yet to use one thread: call it before they are."""
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+
+
+def keep_freed_memory() -> None:
+    """Let the C library keep up to 64 MB that is freed, where it is GNU's.
+
+    A measurement makes and drops arrays of some 100 kB by the hundred. Given back to the system and fetched again each
+    time, they made 400 recordings take 7.3 s instead of 5.0 on two workers, and 15.4 instead of 5.2 on those of Dask,
+    which asks for memory to be given back at once.
+    """
+    try:
+        mallopt = ctypes.CDLL(None).mallopt
+    except (AttributeError, OSError, TypeError):  # another C library
+        return
+    mallopt(_MMAP_THRESHOLD, 1 << 24)
+    mallopt(_TRIM_THRESHOLD, 1 << 26)
+
+
+def collect_rarely() -> None:
+    """Leave the objects of loaded libraries alone: looking for garbage among them takes 0.3 s of a command of 2 s."""
+    gc.set_threshold(100_000, 50, 50)
+    atexit.register(gc.freeze)
 
 
 def cores() -> int:
@@ -133,12 +163,10 @@ def run_batches(
                 break
     if ledger.finished:
         return
-    if scheduler is not None:
-        from frictionlab.workers.cluster import Cluster  # noqa: PLC0415  # asyncio, for a cluster only
+    from frictionlab.workers.sites import Cluster, Crew, run_there  # noqa: PLC0415  # what one process does not need
 
-        yield from _run_there(Cluster(scheduler), job, cases, ledger)
-    else:
-        yield from _run_there(Crew(min(workers or cores(), len(cases))), job, cases, ledger)
+    site = Crew(min(workers or cores(), len(cases))) if scheduler is None else Cluster(scheduler)
+    yield from run_there(site, job, cases, ledger)
 
 
 def run_each(
@@ -269,94 +297,3 @@ class Ledger(Generic[S]):
                 raise batch
             self._next = batch.stop
             yield batch
-
-
-class Crew:
-    """Processes of this machine, one pool of them.
-
-    They are spawned, not forked: they inherit no threads, locks or open files. They ignore Ctrl-C, which a terminal
-    sends to all, and leave when `stop` is called or when this process is gone, whatever they are doing.
-    """
-
-    def __init__(self, size: int) -> None:
-        self._size = size
-        self._start()
-
-    def _start(self) -> None:
-        context = get_context("spawn")
-        self._cut, self._lifeline = context.Pipe(duplex=False)
-        self._pool = ProcessPoolExecutor(self._size, mp_context=context, initializer=_settle, initargs=(self._cut,))
-        self._broken = False
-
-    def workers(self) -> int:
-        """How many batches it works on at a time."""
-        return self._size
-
-    def submit(self, function: Callable[..., Any], *arguments: object) -> "Future[Any]":
-        """Let a process call the function; if one has died meanwhile, the future says so."""
-        try:
-            return self._pool.submit(function, *arguments)
-        except BrokenExecutor as error:
-            failed: Future[Any] = Future()
-            failed.set_exception(error)
-            return failed
-
-    def deaths(self, error: BaseException) -> int:
-        """One, if a process has died (with it all in work is lost); 0 where the error is the job's own."""
-        died = isinstance(error, BrokenExecutor)
-        self._broken = self._broken or died
-        return int(died)
-
-    def mend(self) -> None:
-        """Start a new pool in place of a broken one, of which nothing is out any more."""
-        if self._broken:
-            self.stop()
-            self._start()
-
-    def stop(self) -> None:
-        """End the processes at once and wait until they are gone."""
-        self._lifeline.close()
-        self._pool.shutdown(wait=True, cancel_futures=True)
-        self._cut.close()
-
-
-def _settle(lifeline: Connection) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    use_one_thread()
-    threading.Thread(target=_leave_with, args=(lifeline,), daemon=True).start()
-
-
-def _leave_with(lifeline: Connection) -> None:
-    """Wait for the other end to be closed, by `Crew.stop` or by the kernel when its process has died."""
-    with contextlib.suppress(EOFError, OSError):
-        lifeline.recv()
-    os._exit(1)
-
-
-def _run_there(site: "Crew | Cluster", job: Any, cases: Sequence[Any], ledger: Ledger[S]) -> Iterator[Portion[S]]:
-    """Hand the batches out to the workers of a site, and on in order."""
-    held: dict[Future[Any], Portion[S]] = {}  # in the order in which they were given
-    with contextlib.ExitStack() as stack:
-        stack.callback(site.stop)
-        while not ledger.finished:
-            workers = site.workers()
-            while len(held) < AHEAD * workers and ledger.may_take(workers=workers):
-                batch = ledger.take(workers=workers)
-                held[site.submit(partial(timed, is_worker=True), job, cases[batch.start : batch.stop])] = batch
-            if held:
-                wait(held, timeout=LOOK_S, return_when=FIRST_COMPLETED)
-            else:  # a cluster that has no workers yet
-                time.sleep(LOOK_S)
-            if any(isinstance(one.exception(), BrokenExecutor) for one in held if one.done() and not one.cancelled()):
-                wait(held)  # a broken pool ends all that was in work
-            for future in [one for one in held if one.done()]:
-                batch = held.pop(future)
-                try:
-                    ledger.book(batch, *future.result())
-                except Exception as error:  # noqa: BLE001 - raised by the ledger when the turn of this batch comes
-                    if deaths := site.deaths(error):
-                        ledger.book_death(batch, deaths)
-                    else:
-                        ledger.book(batch, error)
-            site.mend()
-            yield from ledger.in_order()

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from frictionlab.errors import ClusterError, UsageError
-from frictionlab.workers import Lost, cluster, run_each
+from frictionlab.workers import Lost, run_each, sites
 from tests.workers import jobs
 
 CASES = range(200)
@@ -88,7 +88,7 @@ def test_an_error_of_the_job_is_raised_here(scheduler: str) -> None:
 def test_workers_of_another_version_are_refused(scheduler: str, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.importorskip("distributed").Client(scheduler, set_as_default=False) as client:
         client.wait_for_workers(2, timeout=30)  # those that a test before has killed are back
-    monkeypatch.setattr(cluster, "__version__", "0.0")
+    monkeypatch.setattr(sites, "__version__", "0.0")
     with pytest.raises(
         ClusterError, match=r"([12]) of \1 workers lack this version: expected frictionlab 0\.0, as here; got"
     ):
@@ -97,13 +97,13 @@ def test_workers_of_another_version_are_refused(scheduler: str, monkeypatch: pyt
 
 def test_a_cluster_without_workers_and_one_that_dies_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed", reason="the extra frictionlab[cluster] is not installed")
-    monkeypatch.setattr(cluster, "EMPTY_S", 0.5)
-    monkeypatch.setattr(cluster, "ANSWER_S", 5.0)
+    monkeypatch.setattr(sites, "EMPTY_S", 0.5)
+    monkeypatch.setattr(sites, "ANSWER_S", 5.0)
     part = start(tmp_path, "scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", "address.json")
     address = address_in(tmp_path / "address.json")
     with pytest.raises(ClusterError, match="has had no workers for"):
         next(run_each(jobs.wave, CASES, scheduler=address))
-    site = cluster.Cluster(address)
+    site = sites.Cluster(address)
     future = site.submit(jobs.wave, 1)
     part.kill()
     part.wait(timeout=30)
@@ -113,7 +113,7 @@ def test_a_cluster_without_workers_and_one_that_dies_are_named(tmp_path: Path, m
     assert future.done()
 
 
-def check_until(site: cluster.Cluster, seconds: float) -> None:
+def check_until(site: sites.Cluster, seconds: float) -> None:
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         site.mend()
@@ -123,14 +123,14 @@ def check_until(site: cluster.Cluster, seconds: float) -> None:
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense", "tpc://127.0.0.1:8786"])
 def test_a_wrong_address_is_answered_soon(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed", reason="the extra frictionlab[cluster] is not installed")
-    monkeypatch.setattr(cluster, "ANSWER_S", 0.5)
+    monkeypatch.setattr(sites, "ANSWER_S", 0.5)
     with pytest.raises(ClusterError, match=f"{address}: no Dask scheduler answered within .*; do: start one with"):
         next(run_each(jobs.wave, CASES, scheduler=address))
 
 
 def test_a_port_where_something_else_listens_is_answered_soon(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("distributed", reason="the extra frictionlab[cluster] is not installed")
-    monkeypatch.setattr(cluster, "ANSWER_S", 0.5)
+    monkeypatch.setattr(sites, "ANSWER_S", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = f"tcp://127.0.0.1:{server.getsockname()[1]}"
         with pytest.raises(ClusterError, match="accepts the connection and does not answer"):
