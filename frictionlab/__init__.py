@@ -24,13 +24,13 @@ __version__ = "0.2.0"
 # Name -> the module it comes from. A new public name is one line here and one in __init__.pyi.
 _HOMES = {
     # verbs
-    "analyze": "verbs.measuring",
+    "analyze": "verbs.one_test",
     "batch": "verbs.chain",
-    "compare": "verbs.judging",
+    "compare": "verbs.one_test",
     "evaluate": "verbs.evaluate",
-    "explain": "verbs.judging",
-    "free_vibration": "verbs.measuring",
-    "ingest": "verbs.measuring",
+    "explain": "verbs.one_test",
+    "free_vibration": "verbs.one_test",
+    "ingest": "verbs.one_test",
     "init": "verbs.starting",
     "plan": "verbs.simulating",
     "plot": "verbs.presenting",

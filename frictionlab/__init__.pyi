@@ -33,11 +33,11 @@ from frictionlab.tables import write_rows as write_rows
 from frictionlab.verbs.chain import Batch as Batch
 from frictionlab.verbs.chain import batch as batch
 from frictionlab.verbs.evaluate import evaluate as evaluate
-from frictionlab.verbs.judging import compare as compare
-from frictionlab.verbs.judging import explain as explain
-from frictionlab.verbs.measuring import analyze as analyze
-from frictionlab.verbs.measuring import free_vibration as free_vibration
-from frictionlab.verbs.measuring import ingest as ingest
+from frictionlab.verbs.one_test import analyze as analyze
+from frictionlab.verbs.one_test import compare as compare
+from frictionlab.verbs.one_test import explain as explain
+from frictionlab.verbs.one_test import free_vibration as free_vibration
+from frictionlab.verbs.one_test import ingest as ingest
 from frictionlab.verbs.presenting import plot as plot
 from frictionlab.verbs.presenting import publish as publish
 from frictionlab.verbs.simulating import plan as plan

@@ -18,7 +18,7 @@ from frictionlab.cli import app
 from frictionlab.errors import UsageError
 from frictionlab.files import SUFFIX
 from frictionlab.hdf5 import read_recording
-from frictionlab.verbs.measuring import ingest
+from frictionlab.verbs.one_test import ingest
 from tests.logs.samples import sensortool, table, truth, write
 
 DATA = truth(300)

@@ -36,7 +36,7 @@ def test_an_option_means_the_same_wherever_it_is_said(log: Path) -> None:
         "[log]\n" + "".join(f"{key} = {json.dumps(value, ensure_ascii=False)}\n" for key, value in SAID.items())
     )
     by_scene = ingested(log, "--scene", str(log.parent / "scene.toml"))
-    flags = {key: text.split()[0] for key, (_, text) in LOG.items()}
+    flags = {key: words.flags for key, (_, words) in LOG.items()}
     by_line = ingested(log, *(word for key, value in SAID.items() for word in (flags[key], str(value))))
     recording = fl.ingest(log, None, **SAID)  # type: ignore[arg-type]
     assert by_line == by_scene
@@ -57,10 +57,10 @@ def test_an_option_means_the_same_wherever_it_is_said(log: Path) -> None:
 def test_every_key_of_a_table_is_an_option_with_its_words(command: str, settings: Settings, named: str) -> None:
     helped = CliRunner().invoke(app, [command, "--help-all"], env={"COLUMNS": "200"}).stdout
     helped = " ".join(helped.split())
-    for said, _, words in (text.partition(" | ") for _, text in settings.values()):
-        assert f" {said} " in helped
-        assert words in helped
-    assert set(named.split()) <= {text.split()[0] for _, text in settings.values()}
+    for _, words in settings.values():
+        assert f" {words.flags} {words.takes} " in helped
+        assert words.words in helped
+    assert set(named.split()) <= {words.flags for _, words in settings.values()}
     assert settings is ANALYSIS or list(settings) == [f.name for f in fields(fl.LogOptions)]
 
 

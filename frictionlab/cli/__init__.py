@@ -42,17 +42,8 @@ OLD_NAMES = {
     "--contact-damping-ratio": "--zeta",
 }
 """Names of commands and options that are still taken, for one version, and those to give instead."""
-MORE = frozenset(
-    (
-        "--workers", "--scheduler", "--accuracy", "--force", "--quiet", "--verbose", "--padding",
-        "--encoding", "--separator", "--decimal", "--time", "--relative", "--time-unit", "--sampling-rate",
-        "--measuring-range", "--bridge", "--most-damage", "--lag", "--lag-u", "--clock-drift",
-        "--mass-metres-per-volt", "--base-metres-per-volt", "--mass-offset", "--base-offset", "--mass-log",
-        "--base-log", "--solver", "--budget", "--report", "--fit", "--whole", "--resume", "--highpass",
-        "--cycles", "--all", "--wall", "--measured", "--for", "--against", "--again", "--unit", "--zeta",
-    )
-)  # fmt: skip
-"""Options that the short help of a command leaves to ``--help-all``."""
+MORE = "more"
+"""Where the options stand that the short help of a command leaves to ``--help-all``."""
 STOPPED, CLOSED = 128 + 2, 128 + 13  # the exit status that shells give to what Ctrl-C, or a closed pipe, has stopped
 PLAIN: dict[str, Any] = {
     "rich_markup_mode": None,
@@ -71,7 +62,7 @@ class Command(TyperCommand):
         """Write the options of ``--help``: the most used ones, or all of them."""
         every = ctx.meta.get(_ALL, False)
         params: list[Any] = [p for p in self.get_params(ctx) if p.param_type_name == "option"]
-        more = [p for p in params if MORE.intersection(p.opts)]
+        more = [p for p in params if p.rich_help_panel == MORE]
         few = len(params) - len(more) > 4  # a command of few options shows them all
         for param in more:
             param.hidden = param.hidden or (few and not every)

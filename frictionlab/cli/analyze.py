@@ -88,7 +88,7 @@ def _measured(_: Path, file: Path, *, scene: "Scene", with_series: bool) -> Made
     """The measurement of a file, with its series and its mean cycle where they are to be written."""
     import numpy as np
 
-    from frictionlab.verbs.measuring import analyze
+    from frictionlab.verbs.one_test import analyze
 
     found = analyze(file, scene)
     row, drawn = found.row(), {"measurement": found, PAGE: found}
@@ -133,9 +133,7 @@ def compare_numeric(
 
 
 def _compared(_: Path, file: Path, *, scene: "Scene", asked: Mapping[str, Any]) -> Made:
-    from frictionlab.verbs.inputs import frequency_table_given
-    from frictionlab.verbs.judging import compare
-    from frictionlab.verbs.measuring import analyze
+    from frictionlab.verbs.one_test import analyze, compare, frequency_table_given
 
     shown = {}
     if asked["whole"] or asked["fit"] == "whole" or frequency_table_given(file, scene) is not None:
@@ -194,7 +192,7 @@ def explain(recordings: list[Path], *, settings: Mapping[str, object], work: Jud
 
 
 def _explained(_: Path, file: Path, *, scene: "Scene") -> Made:
-    from frictionlab.verbs.judging import explain
+    from frictionlab.verbs.one_test import explain
 
     found = explain(file, scene)
     return {**found.row(), "_short": found.short(MOST - 1)}, {"contact": found.contact}
@@ -228,7 +226,7 @@ def free_vibration(inputs: list[Path], *, work: ManyInputs) -> None:
 
 def _tapped(_: Path, file: Path, *, scene: "Scene") -> Made:
     """The row of an input: the averages over its taps and each of them, or the modes of several masses."""
-    from frictionlab.verbs.measuring import decay_of, free_vibration, free_vibration_modes, masses_of
+    from frictionlab.verbs.one_test import decay_of, free_vibration, free_vibration_modes, masses_of
 
     recording = decay_of(file, scene)
     head = {"source": str(file), "status": "ok", "reason": None}

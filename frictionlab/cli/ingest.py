@@ -76,7 +76,7 @@ def _ingested(
     log: Path, file: Path, *, scene: "Scene", base: Path | None, outputs: Mapping[Path, Path], force: bool, alone: bool
 ) -> "Made":
     """What was found in a log, as one row."""
-    from frictionlab.verbs.measuring import ingest
+    from frictionlab.verbs.one_test import ingest
 
     output = outputs.get(log)
     with count(log.name, quiet=not alone, in_bytes=True) as progress:

@@ -85,7 +85,7 @@ def simulate(
         problem, _ = _posed(1.0, rubbing, known, dimensionless=True)
         _follow(problem, base_motion, scene, settings, highpass, to)
         return
-    stray = [text.split()[0] for key, (_, text) in SETTINGS.items() if key in settings]
+    stray = [words.flags for key, (_, words) in SETTINGS.items() if key in settings]
     stray += ["--highpass"] if highpass is not None else []
     if stray:
         raise UsageError(f"{stray[0]}: belongs to --base-motion FILE; got none")

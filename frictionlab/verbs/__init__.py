@@ -16,8 +16,8 @@ A verb takes paths (``str`` or `Path`) or results, a scene (a path, a `Scene` or
 keywords, keys of the scene's tables that win over it; it returns a frozen result. What a verb honours of a scene
 (``[log]``, ``[experiment]``) it honours for every caller.
 
-``starting`` (init), ``measuring``, ``judging``, ``simulating`` (with plan and predict), ``evaluate``, ``presenting``
-and ``chain`` (batch) hold them; ``inputs``: what a verb may be given, and what becomes of an input that fails.
-Nothing is imported here, and a verb imports what it needs when it is called. A new verb is a function there and its
-name in `frictionlab` (``__init__.py`` and ``__init__.pyi``).
+``starting`` (init), ``one_test`` (ingest, analyze, compare, ...), ``simulating`` (with plan and predict), ``evaluate``,
+``presenting`` and ``chain`` (batch) hold them; ``inputs``: what a verb may be given, and what becomes of an input that
+fails. Nothing is imported here, and a verb imports what it needs when it is called. A new verb is a function there and
+its name in `frictionlab` (``__init__.py`` and ``__init__.pyi``).
 """

@@ -148,14 +148,14 @@ class Batch:
 
     def _make_parts(self, log: Path, made: Mapping[str, Path], recording: Path) -> Row:
         """Make the results in the order of the steps; rows name the recording by its place."""
-        from frictionlab.verbs.measuring import analyze, ingest
+        from frictionlab.verbs.one_test import analyze, ingest
 
         measurement = analyze(ingest(log, self.scene, output=made["recording"]), self.scene)
         row: Row = {**measurement.row(), "source": str(recording)}
         write_rows([row], made["measurement"])
         if not self.compares:
             return row
-        from frictionlab.verbs.judging import compare
+        from frictionlab.verbs.one_test import compare
         from frictionlab.verbs.presenting import plot
 
         plot(measurement, made["measurement figure"], title=recording.name)

@@ -12,17 +12,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from frictionlab.errors import FrictionlabError, SceneError, UsageError
 from frictionlab.files import PACKED, as_disks_see, stem_of
 from frictionlab.scene import Scene, keys_of, read_scene
 from frictionlab.tables import Row
 from frictionlab.workers import Lost, run_each
-
-if TYPE_CHECKING:
-    from frictionlab.analysis.measurement import Measurement
-    from frictionlab.recording import FrequencyTable, Recording
 
 FilePath = str | PathLike[str]
 AnyScene = Scene | FilePath | None
@@ -68,62 +63,18 @@ def scene_given(scene: AnyScene, settings: Mapping[str, object] | None = None, t
     changes: dict[str, dict[str, object]] = {}
     for key, value in said.items():
         if key not in places:
-            raise UsageError(_unknown(key, list(places)))
+            near = difflib.get_close_matches(key, places, n=1)
+            meant = f"did you mean {near[0]}? " if near else ""
+            raise UsageError(f"{key}: unknown setting; {meant}expected one of {', '.join(sorted(places))}")
         changes.setdefault(places[key], {})[key] = value
     if "natural_frequency_hz" in said and known.rig.first.stiffness_n_per_m is not None and not known.rig.masses:
         changes["rig"].setdefault("mass_kg", None)  # stiffness and frequency say all; a third number could contradict
     return known.changed(**changes)
 
 
-def _unknown(key: str, known: list[str]) -> str:
-    near = difflib.get_close_matches(key, known, n=1)
-    meant = f"did you mean {near[0]}? " if near else ""
-    return f"{key}: unknown setting; {meant}expected one of {', '.join(sorted(known))}"
-
-
 def is_recording_name(path: Path) -> bool:
     """Whether a file is a recording by its name, not a log."""
     return path.suffix.lower() in (".h5", ".hdf5")
-
-
-def recording_given(what: "Recording | FilePath", scene: Scene) -> "Recording":
-    """The recording that is meant: one as it is, one from its file, or one made of a log."""
-    from frictionlab.recording import Recording
-
-    if isinstance(what, Recording):
-        return what
-    path = Path(what)
-    if is_recording_name(path):
-        from frictionlab.hdf5 import read_recording
-
-        return read_recording(path)
-    from frictionlab.verbs.measuring import ingest
-
-    return ingest(path, scene)
-
-
-def frequency_table_given(what: object, scene: Scene) -> "FrequencyTable | None":
-    """The table over frequency that is meant: one as it is, or that of a file; None for anything else."""
-    from frictionlab.recording import FrequencyTable
-
-    if isinstance(what, FrequencyTable):
-        return what
-    if not isinstance(what, str | PathLike) or is_recording_name(path := Path(what)) or not path.is_file():
-        return None
-    from frictionlab.logs.frequency_table import read_frequency_table
-
-    return read_frequency_table(path, scene.log)
-
-
-def measurement_given(what: "Measurement | Recording | FilePath", scene: Scene) -> "Measurement":
-    """The measurement that is meant: one as it is, or that of a recording, its file or a log."""
-    from frictionlab.analysis.measurement import Measurement
-
-    if isinstance(what, Measurement):
-        return what
-    from frictionlab.verbs.measuring import analyze
-
-    return analyze(what, scene)
 
 
 def logs_of(inputs: Iterable[Path], *, beside: Sequence[Path] = ()) -> list[Path]:
@@ -144,17 +95,15 @@ def logs_of(inputs: Iterable[Path], *, beside: Sequence[Path] = ()) -> list[Path
     others = {os.path.realpath(path) for path in beside}
     found: dict[Path, None] = {}
     for place in map(Path, inputs):
-        logs = [log for log in _logs_at(place) if os.path.realpath(log) not in others]
+        if place.is_dir():
+            there = [p for p in sorted(place.iterdir()) if is_log_name(p) and p.name[0] != "." and p.is_file()]
+        else:
+            there = [place] if place.exists() or is_log_name(place) else []
+        logs = [log for log in there if os.path.realpath(log) not in others]
         if not logs:
             raise UsageError(f"no logs in {place}: {_EXPECTED}")
         found |= dict.fromkeys(logs)
     return list(found)
-
-
-def _logs_at(place: Path) -> list[Path]:
-    if not place.is_dir():
-        return [place] if place.exists() or is_log_name(place) else []
-    return [p for p in sorted(place.iterdir()) if is_log_name(p) and not p.name.startswith(".") and p.is_file()]
 
 
 def is_log_name(path: Path) -> bool:
@@ -208,22 +157,18 @@ def row_of(job: Callable[[Path], Row], path: Path, *, folder: Path | None) -> Ro
 
     Whatever a job raises stays with its input, a fault of the program too: the others go on and no row is lost.
     """
+    if folder is not None and not os.access(folder, os.X_OK):
+        raise UsageError(
+            f"{folder}: a worker of the cluster does not see this folder: expected the same files there as here; "
+            "do: work in a folder that all machines share"
+        )
     try:
-        with contextlib.nullcontext() if folder is None else _inside(folder):
+        with contextlib.nullcontext() if folder is None else contextlib.chdir(folder):
             return job(path)
     except (SceneError, UsageError):
         raise
     except Exception as error:  # noqa: BLE001  # the one place where what nobody foresaw becomes a row
         return failure(path, error)
-
-
-def _inside(folder: Path) -> contextlib.AbstractContextManager[None]:
-    if not os.access(folder, os.X_OK):
-        raise UsageError(
-            f"{folder}: a worker of the cluster does not see this folder: expected the same files there as here; "
-            "do: work in a folder that all machines share"
-        )
-    return contextlib.chdir(folder)
 
 
 def failure(path: Path, error: Exception) -> Row:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, overload
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.figures import FORMATS, check_figures
 from frictionlab.files import make_folder
-from frictionlab.verbs.inputs import AnyScene, FilePath, recording_given, scene_given
+from frictionlab.verbs.inputs import AnyScene, FilePath, scene_given
+from frictionlab.verbs.one_test import recording_given
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from frictionlab.inference.predictive import Prediction
     from frictionlab.planning import Plan
     from frictionlab.recording import Recording
+    from frictionlab.scene import Scene
     from frictionlab.simulator import Problem, Solver, SteadyState, Structure
     from frictionlab.simulator.several import StructureState
     from frictionlab.synthetic import SyntheticTest
@@ -104,10 +105,8 @@ def respond(
         The scene or a setting is refused.
     """
     from frictionlab.base_motion import respond_to
-    from frictionlab.hdf5 import read_recording
-    from frictionlab.logs import read_base_log
     from frictionlab.recording import Recording
-    from frictionlab.verbs.inputs import is_recording_name, scene_given
+    from frictionlab.verbs.inputs import scene_given
 
     known = scene_given(scene, settings, ("rig", "log"))
     frequency = known.rig.natural_frequency
@@ -120,13 +119,12 @@ def respond(
         problem = problem.with_parameters({"frame_damping_ratio": known.rig.damping})
     if isinstance(what, Recording):
         return respond_to(what, problem, natural_frequency_hz=frequency, stiffness_n_per_m=known.rig.stiffness)
-    path = Path(what)
-    recording = read_recording(path) if is_recording_name(path) else read_base_log(path, known.log)
-    is_acceleration = "base_acceleration" in recording.measured() and "base_displacement" not in recording.measured()
+    recording = _base_of(what, known)
+    is_acceleration = "base_displacement" not in recording.measured()
     if is_acceleration:
         recording = recording.changed(base_displacement=recording.base_acceleration, channels=())
     elif highpass_hz is not None:
-        raise UsageError(f"{path}: --highpass belongs to a base that is an acceleration; got a displacement")
+        raise UsageError(f"{what}: --highpass belongs to a base that is an acceleration; got a displacement")
     return respond_to(
         recording,
         problem,
@@ -136,6 +134,17 @@ def respond(
         is_acceleration=is_acceleration,
         highpass_hz=highpass_hz,
     )
+
+
+def _base_of(what: "FilePath", scene: "Scene | None" = None) -> "Recording":
+    """The base's motion: of a recording, or of a log that may hold it alone."""
+    from frictionlab.hdf5 import read_recording
+    from frictionlab.logs import read_base_log
+    from frictionlab.verbs.inputs import is_recording_name
+
+    if is_recording_name(Path(what)):
+        return read_recording(Path(what))
+    return read_base_log(Path(what)) if scene is None else read_base_log(Path(what), scene.log)
 
 
 def synthesize(
@@ -292,33 +301,26 @@ def predict(
     >>> predict(example_law(), r=0.5, normal_force_n=4.0, draws=20).tests[0].regime
     'stick-slip'
     """
-    from frictionlab.hdf5 import read_recording
     from frictionlab.inference.material_law import MaterialLaw, read_material_law
     from frictionlab.inference.predictive import predict_record, predict_tests
-    from frictionlab.logs import read_base_log
-    from frictionlab.verbs.inputs import is_recording_name
 
     known = law if isinstance(law, MaterialLaw) else read_material_law(law)
-    given = {"normal_force_n": normal_force_n, "base_amplitude_m": base_amplitude_m}
-    test = {name: _positive(known, name, value) for name, value in given.items()}
+    force = _positive(known, "normal_force_n", normal_force_n)
+    amplitude = _positive(known, "base_amplitude_m", base_amplitude_m)
     if base_motion is not None:
         if r is not None or base_amplitude_m is not None:
             raise UsageError("base_motion: a recorded base has its own amplitude and times: give neither r nor Y")
-        path = Path(base_motion)
-        found = read_recording(path) if is_recording_name(path) else read_base_log(path)
+        found = _base_of(base_motion)
         if "base_displacement" not in found.measured():
-            raise UsageError(f"{path}: expected the base's displacement; got its acceleration: integrate it first")
+            raise UsageError(
+                f"{base_motion}: expected the base's displacement; got its acceleration: integrate it first"
+            )
         more = {} if draws is None else {"draws": draws}
-        return predict_record(known, found, normal_force_n=test["normal_force_n"], **more)
+        return predict_record(known, found, normal_force_n=force, **more)
     ratios = _positive(known, "frequency_ratio", None) if r is None else r
     several = [float(ratios)] if isinstance(ratios, int | float) else [float(x) for x in ratios]
     return predict_tests(
-        known,
-        several,
-        normal_force_n=test["normal_force_n"],
-        base_amplitude_m=test["base_amplitude_m"],
-        draws=draws,
-        progress=progress,
+        known, several, normal_force_n=force, base_amplitude_m=amplitude, draws=draws, progress=progress
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from frictionlab.errors import FrictionlabError, UsageError
 from frictionlab.files import make_folder, stem_of, write_whole
-from frictionlab.scene import SCENE_NAME, Scene
+from frictionlab.scene import SCENE_NAME
 from frictionlab.scene.text import template, value_text
 from frictionlab.verbs.inputs import FilePath, is_log_name
 
@@ -79,33 +79,44 @@ def look(folder: FilePath) -> Found:
         One that is not there, or has no logs, is an empty one.
     """
     from frictionlab.analysis.free_vibration import averages
+    from frictionlab.verbs.one_test import free_vibration, ingest
 
     place = Path(folder)
     files = sorted(p for p in place.iterdir() if p.is_file() and is_log_name(p)) if place.is_dir() else []
     sheet = next((p.name for p in files if _is_sheet(p)), None)
     logs = [p for p in files if p.name != sheet and not p.name.startswith(".")]
-    seen = {log: _seen(log) for i, log in enumerate(logs) if i < MOST_READ or stem_of(log).lower().startswith("tap")}
-    tests = [log for log in logs if log not in seen or seen[log].is_test]
-    decays = [decay for one in seen.values() for decay in one.decays]
+    tests: list[Path] = []
+    taps: list[Path] = []
+    decays: list[FreeVibration] = []
+    unread: dict[Path, str] = {}
+    settled: dict[Path, float | None] = {}
+    for number, log in enumerate(logs):
+        reason = ""
+        try:
+            if number >= MOST_READ and not stem_of(log).lower().startswith("tap"):
+                tests.append(log)
+                continue
+            recording = ingest(log)
+            if np.ptp(recording.base_displacement) > MOVES * np.ptp(recording.mass_displacement):
+                tests.append(log)
+                settled[log] = _settled(recording)
+                continue
+        except FrictionlabError as error:
+            reason = str(error)
+        try:
+            decays += free_vibration(log)
+            taps.append(log)
+        except FrictionlabError as error:
+            unread[log] = (reason or str(error)).removeprefix(f"{log}: ").removeprefix(f"{log.name}: ")
     return Found(
         tests=tuple(tests),
-        taps=tuple(log for log, one in seen.items() if one.decays),
-        unread={log: one.reason for log, one in seen.items() if one.reason},
+        taps=tuple(taps),
+        unread=unread,
         sheet=sheet,
         name_pattern=pattern_of([stem_of(log) for log in tests]),
-        settled_s={log: one.settled_s for log, one in seen.items() if one.settled_s is not None},
+        settled_s={log: at for log, at in settled.items() if at is not None},
         frame=averages(decays) if decays else {},
     )
-
-
-@dataclass(frozen=True)
-class _Log:
-    """What one log is: a test with the time at which it settled, a tap with its decays, or neither, with the reason."""
-
-    is_test: bool = False
-    settled_s: float | None = None
-    decays: "tuple[FreeVibration, ...]" = ()
-    reason: str = ""
 
 
 def _is_sheet(path: Path) -> bool:
@@ -118,30 +129,13 @@ def _is_sheet(path: Path) -> bool:
     return "log" in [cell.strip() for cell in next(csv.reader([head], delimiter=separator), [])]
 
 
-def _seen(log: Path) -> _Log:
-    from frictionlab.verbs.measuring import free_vibration, ingest
-
-    scene, reason = Scene(), ""
-    try:
-        recording = ingest(log, scene)
-        base, mass = recording.base_displacement, recording.mass_displacement
-        if np.ptp(base) > MOVES * np.ptp(mass):
-            return _Log(is_test=True, settled_s=_settled(recording, scene))
-    except FrictionlabError as error:
-        reason = str(error)
-    try:
-        return _Log(decays=tuple(free_vibration(log, scene)))
-    except FrictionlabError as error:
-        return _Log(reason=(reason or str(error)).removeprefix(f"{log}: ").removeprefix(f"{log.name}: "))
-
-
-def _settled(recording: "Recording", scene: Scene) -> float | None:
+def _settled(recording: "Recording") -> float | None:
     """When the motion of a test had settled; None where that is not to be seen."""
-    from frictionlab.verbs.measuring import analyze
+    from frictionlab.verbs.one_test import analyze
 
     length = recording.duration_s
     try:
-        settled = analyze(recording, scene, transient_s=min(1.0, 0.1 * length), cycles="all").settled_s
+        settled = analyze(recording, transient_s=min(1.0, 0.1 * length), cycles="all").settled_s
     except FrictionlabError:
         return None  # it is a test all the same: the batch says what is wrong with it
     return settled if settled is not None and settled < LATEST * length else None

@@ -36,7 +36,7 @@ from frictionlab.scene import read_scene, scene_from_tables
 from frictionlab.synthetic import virtual_tests
 from frictionlab.tables import is_table, read_rows
 from frictionlab.verbs.evaluate import evaluate
-from frictionlab.verbs.measuring import analyze
+from frictionlab.verbs.one_test import analyze
 from frictionlab.verbs.simulating import plan
 from tests.armour.sound import MAKE, case, sound
 from tests.campaign.fabricate import SCENE

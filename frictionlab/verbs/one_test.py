@@ -1,0 +1,355 @@
+"""One test: log -> recording -> measurement -> comparison, explanation; a free decay -> the frame's own facts."""
+
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from frictionlab.errors import AnalysisError, OutputError, UsageError
+from frictionlab.verbs.inputs import AnyScene, FilePath, is_recording_name, scene_given
+
+if TYPE_CHECKING:
+    from frictionlab.analysis.free_vibration import FreeVibration, Mode
+    from frictionlab.analysis.measurement import Measurement
+    from frictionlab.inference import Comparison, Fitted
+    from frictionlab.inference.explain import Explanation
+    from frictionlab.inference.material_law import MaterialLaw
+    from frictionlab.logs.text import Progress
+    from frictionlab.recording import FrequencyTable, Recording
+    from frictionlab.scene import Scene
+
+JUDGED = ("model", "analysis", "rig")
+"""Tables of a scene whose keys `compare` and `explain` take as settings."""
+
+
+def ingest(
+    log: FilePath,
+    scene: AnyScene = None,
+    *,
+    base_log: FilePath | None = None,
+    output: FilePath | None = None,
+    force: bool = False,
+    progress: "Progress | None" = None,
+    **settings: object,
+) -> "Recording":
+    r"""Read a log, whatever its dialect and damage, into a recording in SI units.
+
+    Parameters
+    ----------
+    log : str or Path
+        The log; of a pair of logs, the mass's.
+    scene : "Scene", str, Path or None
+        ``[log]`` says what the log does not say itself; ``[experiment]`` gives the facts of its test.
+    base_log : str or Path, optional
+        The log of the base, where each sensor has its own.
+    output : str or Path, optional
+        Write the recording here too (HDF5), whole or not at all.
+    force : bool
+        Replace whatever file stands there; else only a recording of the same log.
+    progress : callable, optional
+        Called with bytes read and bytes in all.
+    **settings
+        Keys of ``[log]`` and ``[experiment]`` that win over the scene's: ``unit="mm"``, ``material="steel"``.
+
+    Raises
+    ------
+    LogError
+        The log cannot be read, can be read in more than one way, or is damaged beyond use.
+    SceneError, UsageError
+        The scene or a setting is refused.
+    OutputError
+        The recording cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> log = Path(tempfile.mkdtemp()) / "test.csv"
+    >>> _ = log.write_text("t [s];mass;base\n" + "".join(f"0,{i:02};1,5;-2,25\n" for i in range(50)))
+    >>> recording = ingest(log, unit="mm", material="steel")
+    >>> float(recording.mass_displacement[0]), recording.experiment["material"]
+    (0.0015, 'steel')
+    """
+    from frictionlab.experiment import facts_of
+    from frictionlab.files import refuse_inputs
+    from frictionlab.hdf5 import check_writable, is_recording, read_recording, write_recording
+    from frictionlab.logs import read_log, read_two_logs
+
+    known = scene_given(scene, settings, ("log", "experiment"))
+    place = None if output is None else Path(output)
+    if place is not None:
+        refuse_inputs([place], [*(Path(part) for part in (log, base_log) if part is not None), *known.files])
+        check_writable(place, force=force)
+    facts = facts_of(known, Path(log))
+    if base_log is None:
+        read = read_log(Path(log), known.log, progress=progress)
+    else:
+        read = read_two_logs(Path(log), Path(base_log), known.log, progress=progress)
+    source = replace(read.source, warnings=(*read.source.warnings, *facts.warnings))
+    recording = read.changed(source=source, experiment=facts.values)
+    if place is not None:
+        if not force and place.exists() and is_recording(place):
+            _refuse_another(place, read_recording(place), recording)
+        write_recording(recording, place, force=force)
+    return recording
+
+
+def _refuse_another(output: Path, there: "Recording", new: "Recording") -> None:
+    """Refuse to replace the recording of another log, one of the same name too: the same bytes may be read again."""
+    old, now = ([(f.name, f.sha256) for f in recording.source.files] for recording in (there, new))
+    if old and old != now:
+        what = "of other bytes" if old[0][0] == now[0][0] else f"got {now[0][0]}"
+        raise OutputError(
+            f"{output}: holds the recording of {old[0][0]}; {what}: choose another output, or give --force"
+        )
+
+
+def analyze(what: "Recording | FilePath", scene: AnyScene = None, **settings: object) -> "Measurement":
+    """Measure one test: drive, response, energy per cycle, irregularity, stops, regime, each with its error.
+
+    Parameters
+    ----------
+    what : Recording, str or Path
+        A recording, its file, or a log.
+    scene : Scene, str, Path or None
+        ``[analysis]`` says which part is measured and how; ``[rig]`` gives natural frequency and stiffness where known.
+    **settings
+        Keys of ``[analysis]``, ``[rig]`` and ``[model]`` that win over the scene's: ``natural_frequency_hz=3.13``,
+        ``transient_s=10.0``, ``cycles="all"``, ``padding=8``.
+
+    Raises
+    ------
+    AnalysisError
+        The test holds no measurement: no drive, shorter than its transient, no full cycle.
+    LogError, RecordingError, SceneError, UsageError
+        The file, the scene or a setting is refused.
+    """
+    from frictionlab.analysis.measure import measure
+
+    known = scene_given(scene, settings, ("analysis", "rig", "model"))
+    return measure(recording_given(what, known), known)
+
+
+def recording_given(what: "Recording | FilePath", scene: "Scene") -> "Recording":
+    """The recording that is meant: one as it is, one from its file, or one made of a log."""
+    from frictionlab.recording import Recording
+
+    if isinstance(what, Recording):
+        return what
+    if is_recording_name(Path(what)):
+        from frictionlab.hdf5 import read_recording
+
+        return read_recording(Path(what))
+    return ingest(what, scene)
+
+
+def _measurement_given(what: "Measurement | Recording | FilePath", scene: "Scene") -> "Measurement":
+    """The measurement that is meant: one as it is, or that of a recording, its file or a log."""
+    from frictionlab.analysis.measurement import Measurement
+
+    return what if isinstance(what, Measurement) else analyze(what, scene)
+
+
+def frequency_table_given(what: object, scene: "Scene") -> "FrequencyTable | None":
+    """The table over frequency that is meant: one as it is, or that of a file; None for anything else."""
+    from frictionlab.recording import FrequencyTable
+
+    if isinstance(what, FrequencyTable):
+        return what
+    if not isinstance(what, str | PathLike) or is_recording_name(path := Path(what)) or not path.is_file():
+        return None
+    from frictionlab.logs.frequency_table import read_frequency_table
+
+    return read_frequency_table(path, scene.log)
+
+
+def compare(
+    what: "Measurement | Recording | FrequencyTable | FilePath",
+    scene: AnyScene = None,
+    *,
+    law: str | None = None,
+    friction_ratio: float | None = None,
+    law_file: "MaterialLaw | FilePath | None" = None,
+    whole: bool = False,
+    fit: "Fitted" = "cycle",
+    **settings: object,
+) -> "Comparison":
+    """Identify the friction of a test, predict its steady cycle with the simulator, and say how they differ.
+
+    Parameters
+    ----------
+    what : Measurement, Recording, str or Path
+        What is measured already, a recording, its file, a log, or a table over frequency (columns ``r`` or ``frequency
+        [Hz]``, ``amplitude [Y]`` or ``[mm]``, ``phase [deg]``, each with its standard uncertainty as ``NAME_u``).
+    scene : Scene, str, Path or None
+        ``[rig]`` gives the natural frequency (and stiffness, for newtons), ``[model]`` the physics.
+    law : str, optional
+        In place of the scene's: ``"coulomb+place+speed"``; ``"auto"`` finds the simplest law that explains the test.
+    friction_ratio : float, optional
+        Predict with this friction ratio (beta, eq. 2.8) instead of identifying it.
+    law_file : MaterialLaw, str or Path, optional
+        Judge the test by the law of its material, found elsewhere: fitted are only values that scatter between tests.
+    whole : bool
+        Compare the whole record too, from its first sample, driven by the measured base: `record_nrmse`,
+        `record_energy_difference` and ``record``.
+    fit : {"cycle", "whole"}
+        What the law's parameters are fitted to; a record without a steady cycle (a sweep, a start-up) only "whole".
+    **settings
+        Keys of ``[model]``, ``[analysis]`` and ``[rig]`` that win over the scene's: ``solver="exact"``.
+
+    Raises
+    ------
+    AnalysisError
+        No measurement can be made, or the natural frequency is not known.
+    LogError, RecordingError, SceneError, UsageError
+        The file, the scene or a setting is refused.
+    """
+    from frictionlab.analysis.measurement import Measurement
+    from frictionlab.inference import compare as compare_recording
+    from frictionlab.inference import predict
+    from frictionlab.inference.compare import judge
+    from frictionlab.inference.material_law import MaterialLaw, read_material_law
+
+    known = scene_given(scene, settings, JUDGED)
+    table = frequency_table_given(what, known)
+    if table is not None:
+        if law_file is not None or whole or fit == "whole":
+            raise UsageError(f"{table.source}: a table over frequency: expected neither law_file, whole nor fit")
+        from frictionlab.experiment import facts_of
+        from frictionlab.inference.over_frequency import compare_table
+
+        facts = facts_of(known, Path(what if isinstance(what, str | PathLike) else table.source)).values
+        return compare_table(table, known, facts, law=law, friction_ratio=friction_ratio)
+    if TYPE_CHECKING:
+        assert not isinstance(what, FrequencyTable)
+    if law_file is not None:
+        if law is not None or friction_ratio is not None or whole or fit == "whole":
+            raise UsageError("law_file: a given law leaves nothing to find: give neither law, beta, whole nor fit")
+        known_law = law_file if isinstance(law_file, MaterialLaw) else read_material_law(law_file)
+        return judge(_measurement_given(what, known), known, known_law)
+    if not whole and fit == "cycle":
+        return predict(_measurement_given(what, known), known, law=law, friction_ratio=friction_ratio)
+    if isinstance(what, Measurement):
+        raise UsageError("compare: the whole record; expected a recording, its file or a log; got a measurement")
+    recording = recording_given(what, known)
+    return compare_recording(recording, known, law=law, friction_ratio=friction_ratio, whole=whole, fit=fit)
+
+
+def explain(
+    what: "Comparison | Measurement | Recording | FilePath", scene: AnyScene = None, **settings: object
+) -> "Explanation":
+    """Say which contact law a test requires, what it is made of in newtons, and what the next simpler law gets wrong.
+
+    Parameters
+    ----------
+    what : Comparison, Measurement, Recording, str or Path
+        A comparison, which is put into words as it is; what is measured already, a recording, its file, or a log.
+    scene : Scene, str, Path or None
+        ``[rig]`` gives the natural frequency (and stiffness, for newtons), ``[model]`` the physics.
+    **settings
+        Keys of ``[model]``, ``[analysis]`` and ``[rig]`` that win over the scene's.
+
+    Returns
+    -------
+    Explanation
+        ``print(explanation.text)``; its ``comparison`` is that of ``compare(what, scene, law="auto")``.
+
+    Raises
+    ------
+    AnalysisError
+        No measurement can be made, or the natural frequency is not known.
+    LogError, RecordingError, SceneError, UsageError
+        The file, the scene or a setting is refused.
+    """
+    from frictionlab.inference import Comparison
+    from frictionlab.inference.explain import explain as explain_measurement
+    from frictionlab.inference.explain import explain_comparison
+
+    known = scene_given(scene, settings, JUDGED)
+    if isinstance(what, Comparison):
+        return explain_comparison(what)
+    return explain_measurement(_measurement_given(what, known), known)
+
+
+def free_vibration(
+    what: "Recording | FilePath", scene: AnyScene = None, **settings: object
+) -> "tuple[FreeVibration, ...]":
+    """Natural frequency, viscous damping ratio and friction of each free decay in a record, in the order of time.
+
+    Parameters
+    ----------
+    what : Recording, str or Path
+        A recording, its file, or a log; a log of the mass alone has a base at rest.
+    scene : Scene, str, Path or None
+        ``[log]`` says what the log does not say itself; ``[rig] restoring = "pendulum"``: angles, whose restoring
+        torque is a sine.
+    **settings
+        Keys of ``[log]`` that win over the scene's.
+
+    Raises
+    ------
+    AnalysisError
+        There is no free decay.
+    LogError, RecordingError, SceneError, UsageError
+        The file, the scene or a setting is refused.
+    """
+    from frictionlab.analysis.free_vibration import FreeVibration, free_vibrations
+    from frictionlab.recording import Recording
+
+    known = scene_given(scene, settings, ("log",))
+    recording = what if isinstance(what, Recording) else decay_of(Path(what), known)
+    pendulum = known.rig.restoring == "pendulum"
+    measured = recording.measured()
+    mass = "mass_displacement" if "mass_displacement" in measured and not pendulum else "angle"
+    if mass not in measured:
+        raise UsageError(
+            f"free vibration: expected {'the angle of a pendulum' if pendulum else 'a displacement or an angle'}; got"
+            f" {', '.join(measured)}: name its column (--angle), or change restoring in [rig]"
+        )
+    taps: list[FreeVibration] = []
+    refused: list[AnalysisError] = []
+    for part in sorted(recording.stretches(), key=len, reverse=True):
+        try:
+            found = part.measured()
+            taps += free_vibrations(part.time, found[mass], found.get("base_displacement"), pendulum=pendulum)
+        except AnalysisError as error:  # a stretch without a decay is passed over where another has some
+            refused.append(error)
+    if not taps:
+        raise refused[0]
+    return tuple(sorted(taps, key=lambda tap: tap.start_s))
+
+
+def free_vibration_modes(
+    what: "Recording | FilePath", scene: AnyScene = None, **settings: object
+) -> "tuple[Mode, ...]":
+    """Natural frequency, damping ratio and shape of each mode of a frame of several masses, slowest first.
+
+    Parameters as of `free_vibration`; the recording holds ``mass_displacement``, ``mass_2_displacement`` and so on.
+
+    Raises
+    ------
+    AnalysisError
+        Fewer modes show than there are masses, or the motion is no free decay.
+    """
+    import numpy as np
+
+    from frictionlab.analysis.free_vibration import modes
+    from frictionlab.recording import Recording
+
+    known = scene_given(scene, settings, ("log",))
+    recording = what if isinstance(what, Recording) else decay_of(Path(what), known)
+    part = max(recording.stretches(), key=len)
+    return modes(part.time, np.array([part.measured()[name] for name in masses_of(part)]))
+
+
+def masses_of(recording: "Recording") -> list[str]:
+    """The displacements of all masses, from mass 1 up."""
+    found = recording.measured()
+    return [name for name in ("mass_displacement", *(f"mass_{k}_displacement" for k in range(2, 100))) if name in found]
+
+
+def decay_of(path: Path, scene: "Scene") -> "Recording":
+    """A recording from its file, or one made of a log that may hold the mass alone."""
+    from frictionlab.hdf5 import read_recording
+    from frictionlab.logs import read_mass_log
+
+    return read_recording(path) if is_recording_name(path) else read_mass_log(path, scene.log)
