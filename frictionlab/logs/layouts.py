@@ -1,6 +1,6 @@
 """The layouts of logs that are known by name, and any log that has lines of numbers.
 
-A layout of its own is a function ``(head, options) -> LogLayout | None`` in `LAYOUTS` that says whether a log is of its
+A layout of its own is a function ``(text, options) -> LogLayout | None`` in `LAYOUTS` that says whether a log is of its
 kind and, if so, where its header of names and units is, what its columns are, and what the lines above state: interval
 and start. `columns_of_text` reads what is left.
 
@@ -25,7 +25,7 @@ from frictionlab.errors import LogError
 from frictionlab.log_options import LogOptions
 from frictionlab.logs.columns import LogColumn, columns_of, roles_named
 from frictionlab.logs.dialect import Dialect, find_dialect, is_comment, kind_of, moment, number, plain, split
-from frictionlab.logs.text import Head
+from frictionlab.logs.text import Text
 from frictionlab.units import TIME, known_unit
 
 Facts = dict[str, float | str]
@@ -82,23 +82,23 @@ class LogLayout:
     evidence: tuple[str, ...] = ()
 
 
-def find_layout(head: Head, options: LogOptions) -> LogLayout:
+def find_layout(text: Text, options: LogOptions) -> LogLayout:
     """Give the first layout that recognises a log."""
-    found = (recognise(head, options) for recognise in LAYOUTS)
-    return next((layout for layout in found if layout is not None), None) or columns_of_text(head, options)
+    found = (recognise(text, options) for recognise in LAYOUTS)
+    return next((layout for layout in found if layout is not None), None) or columns_of_text(text, options)
 
 
-def columns_of_text(head: Head, options: LogOptions) -> LogLayout:
+def columns_of_text(text: Text, options: LogOptions) -> LogLayout:
     """Read any log that has lines of numbers; the last resort, so it raises where nothing is found."""
-    dialect = find_dialect(head.lines, options, head.path.name)
-    name, why = _maker(head, dialect)
-    titles, units, header, body = _header(head.lines, dialect, deep=name == "catman ASCII")
+    dialect = find_dialect(text.lines, options, text.path.name)
+    name, why = _maker(text, dialect)
+    titles, units, header, body = _header(text.lines, dialect, deep=name == "catman ASCII")
     name = name or ("units-row" if units else "plain")
     if name == "plain" and not titles and (options.mass is None or options.base is None):
-        _check_names(head, dialect)
+        _check_names(text, dialect)
     if titles:
         why = (*why, f"line {header[0] + 1} names the columns, {'with a' if units else 'without'} units row")
-    again = {head.lines[i].strip() for i in header}
+    again = {text.lines[i].strip() for i in header}
     columns = columns_of(titles, units, dialect.fields)
     epoch = [c.index for c in columns if name == "optoNCDT sensorTOOL" and c.name.lower().startswith("epoch")]
     return LogLayout(
@@ -107,18 +107,18 @@ def columns_of_text(head: Head, options: LogOptions) -> LogLayout:
         columns=columns,
         header=header,
         body=body,
-        facts=_stated_facts(head.lines[:body], dialect.decimal),
+        facts=_stated_facts(text.lines[:body], dialect.decimal),
         prefer={"time": epoch[0]} if len(epoch) == 1 and dialect.kinds[epoch[0]] == "n" else {},
         is_header=lambda line: line in again,
         evidence=why if titles else (*why, "no line names the columns"),
     )
 
 
-def _maker(head: Head, dialect: Dialect) -> tuple[str, tuple[str, ...]]:
+def _maker(text: Text, dialect: Dialect) -> tuple[str, tuple[str, ...]]:
     """Whose program wrote a log, and by what that is seen; "" where it may be any."""
-    lines = head.lines
+    lines = text.lines
     if any("epoch time" in line.lower() and "distance" in line.lower() for line in lines[:200]):
-        match = _IN_NAME.search(head.path.name)
+        match = _IN_NAME.search(text.path.name)
         start = moment("{}-{}-{} {}:{}:{}".format(*match.groups())) if match else None
         why = "columns of epoch time and distance"
         if start is None:
@@ -137,13 +137,13 @@ def _maker(head: Head, dialect: Dialect) -> tuple[str, tuple[str, ...]]:
     return "", ()
 
 
-def _check_names(head: Head, dialect: Dialect) -> None:
+def _check_names(text: Text, dialect: Dialect) -> None:
     """Refuse names that do not fit the numbers below them: most often decimal commas separated by commas."""
-    above = [(i, line) for i, line in enumerate(head.lines[: dialect.first]) if line.strip()]
+    above = [(i, line) for i, line in enumerate(text.lines[: dialect.first]) if line.strip()]
     names = split(above[-1][1], dialect.separator) if above else []
     if roles_named(names) > 1 and len(names) != dialect.fields:
         raise LogError(
-            f"{head.path.name}: line {above[-1][0] + 1} names {len(names)} columns, the lines below have "
+            f"{text.path.name}: line {above[-1][0] + 1} names {len(names)} columns, the lines below have "
             f"{dialect.fields} fields: are these decimal commas separated by commas? Export with another separator, or "
             "give --time, --mass and --base by number"
         )
@@ -255,25 +255,25 @@ _KEYS = frozenset(
 )
 
 
-def labview(head: Head, options: LogOptions) -> LogLayout | None:
+def labview(text: Text, options: LogOptions) -> LogLayout | None:
     """Begins with ``LabVIEW Measurement`` or holds the end-of-header mark."""
-    if not any(line.startswith((_END, "LabVIEW Measurement")) for line in head.lines[:100]):
+    if not any(line.startswith((_END, "LabVIEW Measurement")) for line in text.lines[:100]):
         return None
-    names = next((i for i, line in enumerate(head.lines) if _key(line) == "X_Value"), None)
+    names = next((i for i, line in enumerate(text.lines) if _key(line) == "X_Value"), None)
     if names is None:
         return None
-    said = {_key(line): line for line in head.lines[:names]}
+    said = {_key(line): line for line in text.lines[:names]}
     separator = _SEPARATORS.get(said.get("Separator", "").removeprefix("Separator").strip("\t ,;").lower(), "\t")
     mark = said.get("Decimal_Separator", "").removeprefix("Decimal_Separator").strip("\t ")
     options = replace(options, separator=options.separator or separator)
     options = replace(options, decimal=options.decimal or (mark if mark in (".", ",") else None))
-    found = find_dialect(head.lines[names + 1 :], options, head.path.name)
+    found = find_dialect(text.lines[names + 1 :], options, text.path.name)
     dialect = replace(found, first=found.first + names + 1)
 
     def cells_of(key: str) -> list[str]:
         return [plain(cell) for cell in said.get(key, "").split(dialect.separator)[1:]]
 
-    titles = [plain(c) for c in head.lines[names].split(dialect.separator)]
+    titles = [plain(c) for c in text.lines[names].split(dialect.separator)]
     units = iter(cells_of("Y_Unit_Label"))  # of the channels in their order; each X_Value is time in seconds
     columns: list[LogColumn] = []
     for column in columns_of(titles, (), dialect.fields):
@@ -316,16 +316,16 @@ def _first_interval(cells: Sequence[str], decimal: str) -> Facts:
 _LABELS = ("timestamp", "interval", "channel name", "unit")
 
 
-def ni(head: Head, options: LogOptions) -> LogLayout | None:
+def ni(text: Text, options: LogOptions) -> LogLayout | None:
     """Rows labelled ``Channel name`` and ``Interval``; a column under a label, or without a name, is time."""
-    first = [plain(line.split(",")[0].split(";")[0].split("\t")[0]).lower() for line in head.lines[:60]]
+    first = [plain(line.split(",")[0].split(";")[0].split("\t")[0]).lower() for line in text.lines[:60]]
     if "channel name" not in first or "interval" not in first:
         return None
-    dialect = find_dialect(head.lines, options, head.path.name)
+    dialect = find_dialect(text.lines, options, text.path.name)
     lines = {label: i for i, label in enumerate(first) if label in _LABELS and i < dialect.first}
     if "channel name" not in lines or "interval" not in lines:
         return None
-    rows = {label: [plain(c) for c in split(head.lines[i], dialect.separator)] for label, i in lines.items()}
+    rows = {label: [plain(c) for c in split(text.lines[i], dialect.separator)] for label, i in lines.items()}
     names, units = rows["channel name"], rows.get("unit", [])
     if len(names) == dialect.fields + 1:  # a label column that the data lacks
         names, units = names[1:], units[1:]
@@ -349,5 +349,5 @@ def ni(head: Head, options: LogOptions) -> LogLayout | None:
     )
 
 
-LAYOUTS: tuple[Callable[[Head, LogOptions], LogLayout | None], ...] = (labview, ni)
+LAYOUTS: tuple[Callable[[Text, LogOptions], LogLayout | None], ...] = (labview, ni)
 """Before `columns_of_text`, which reads what is left."""

@@ -18,7 +18,7 @@ from frictionlab.logs.columns import LogColumn, by_option, possible
 from frictionlab.logs.lines import KEEP
 from frictionlab.logs.sensor import Sensed, bridge, examine, unit_by_step
 from frictionlab.logs.table import LogTable, OpenLog, open_log, read_table
-from frictionlab.logs.text import Progress, texts_of
+from frictionlab.logs.text import Progress
 from frictionlab.recording import Channel, Fact, Quality, QuarantinedLine, Recording, Replaced, Source, quantity_named
 from frictionlab.units import ACCELERATION, LENGTH, QUANTITIES, UNIT, VOLTS, quantity_of, to_si
 
@@ -61,7 +61,8 @@ class SensorLog:
         found = [f"{role} is column {column}, in {column.unit or 'a unit not said'}" for role, column in columns]
         layout = (f"layout {log.layout.name}", *log.layout.dialect.evidence, *log.layout.evidence)
         of_channels = (e for c in self.channels.values() for e in c.evidence)
-        return [*log.head.evidence, *layout, *found, *self.clock.evidence, *of_channels]
+        written = log.text.evidence if log.text is not None else ()
+        return [*written, *layout, *found, *self.clock.evidence, *of_channels]
 
 
 def read_log(path: Path, options: LogOptions | None = None, *, progress: Progress | None = None) -> Recording:
@@ -235,8 +236,9 @@ def _without_stray(table: LogTable, clock: Clock) -> LogTable:
         return table
     numbers = table.body.lines_of(clock.stray).tolist()
     kept = max(0, KEEP - len(table.quarantined))
-    texts = texts_of(table.log.head, numbers[:kept])
-    more = [QuarantinedLine(table.name, n, texts.get(n, ""), "the time stamp runs backward") for n in numbers[:kept]]
+    text, why = table.log.text, "the time stamp runs backward"
+    texts = text.texts_of(numbers[:kept]) if text is not None else [""] * kept
+    more = [QuarantinedLine(table.name, n, words, why) for n, words in zip(numbers, texts, strict=False)]
     lines = table.file.lines
     lines = replace(lines, data=lines.data - len(numbers), quarantined=lines.quarantined + len(numbers))
     return replace(
@@ -409,11 +411,11 @@ def _replaced_samples(parts: dict[str, tuple[NDArray[np.int64], FloatArray]]) ->
 
 def _dialect_facts(sensors: SensorLog, options: LogOptions) -> dict[str, Fact]:
     """How the log was read, key by key, as the recording keeps it."""
-    table, layout, head = sensors.table, sensors.table.log.layout, sensors.table.log.head
+    table, layout, text = sensors.table, sensors.table.log.layout, sensors.table.log.text
     facts: dict[str, Fact] = {
         "layout": layout.name,
-        "encoding": head.encoding,
-        "compression": head.package or "none",
+        "encoding": text.encoding if text is not None else "binary",
+        "compression": (text.package if text is not None else "") or "none",
         "separator": layout.dialect.separator,
         "decimal": layout.dialect.decimal,
         "header_lines": " ".join(str(i + 1) for i in layout.header),

@@ -16,7 +16,7 @@ from frictionlab.logs.containers import Sheet, read_binary
 from frictionlab.logs.dialect import Dialect, decimals, is_comment, number, split
 from frictionlab.logs.layouts import LogLayout, find_layout
 from frictionlab.logs.lines import KEEP, Body, Reader
-from frictionlab.logs.text import NUMBERS, Blocks, Head, Progress, read_head
+from frictionlab.logs.text import Progress, Text, read_text
 from frictionlab.recording import LineCount, QuarantinedLine, SourceFile
 from frictionlab.units import known_unit
 
@@ -26,12 +26,12 @@ _MOST_EMPTY = 0.25
 
 @dataclass(frozen=True)
 class OpenLog:
-    """A log whose beginning is read: where things stand in it; all of its numbers where it is no text."""
+    """A log, and where things stand in it: a text, or a sheet of numbers."""
 
     path: Path
-    head: Head
     layout: LogLayout
-    sheet: Sheet | None
+    text: Text | None = None
+    sheet: Sheet | None = None
 
     @property
     def name(self) -> str:
@@ -41,7 +41,8 @@ class OpenLog:
     def rows(self, most: int | None = None) -> Iterator[list[str]]:
         """The cells of the first lines of data."""
         dialect = self.layout.dialect
-        rows = (split(line, dialect.separator) for line in self.head.lines[dialect.first :][:most])
+        lines = self.text.lines[dialect.first :] if self.text is not None else ()
+        rows = (split(line, dialect.separator) for line in lines[:most])
         return (cells for cells in rows if len(cells) == dialect.fields)
 
     def beginning(self, index: int) -> NDArray[np.float64]:
@@ -56,7 +57,7 @@ class OpenLog:
         """All numbers (rows, columns), NaN where a cell is none; None for a long text."""
         if self.sheet is not None:
             return np.stack([_finite(column) for column in self.sheet.values], axis=1)
-        if not self.head.whole:
+        if self.text is None or not self.text.whole:
             return None
         return np.array([[self._number(cell) for cell in cells] for cells in self.rows()], np.float64)
 
@@ -75,9 +76,9 @@ def open_log(path: Path, options: LogOptions) -> OpenLog:
     """
     sheet = read_binary(path, options)
     if sheet is None:
-        head = read_head(path, options.encoding)
-        return OpenLog(path, head, find_layout(head, options), None)
-    fields, state = len(sheet.titles), path.stat()
+        text = read_text(path, options.encoding)
+        return OpenLog(path, find_layout(text, options), text=text)
+    fields = len(sheet.titles)
     kinds = "".join("m" if i in sheet.moments else "n" for i in range(fields))
     layout = LogLayout(
         name=sheet.layout,
@@ -88,8 +89,7 @@ def open_log(path: Path, options: LogOptions) -> OpenLog:
         facts=sheet.facts,
         evidence=(f"{fields} columns of {len(sheet.values[0])} numbers",),
     )
-    head = Head(path, (), NUMBERS, "", "", whole=True, evidence=(), state=(state.st_size, state.st_mtime_ns))
-    return OpenLog(path, head, layout, sheet)
+    return OpenLog(path, layout, sheet=sheet)
 
 
 @dataclass(frozen=True)
@@ -139,34 +139,29 @@ def read_table(
         If the log cannot be read, its columns cannot be told, or too much of it is damaged.
     """
     columns, warnings = assign(log, options, roles, further=further)
-    body, file = _of_text(log, columns, progress) if log.sheet is None else _of_sheet(log, log.sheet, columns)
+    if log.text is not None:
+        body, file = _of_text(log, log.text, columns, progress)
+    elif log.sheet is not None:
+        body, file = _of_sheet(log, log.sheet, columns)
     _check_damage(body, options, log.name)
     values = dict(zip(columns, body.values, strict=True))
     quarantined = tuple(QuarantinedLine(log.name, *line) for line in body.quarantined)
     return LogTable(log, file, columns, values, body, quarantined, tuple(warnings))
 
 
-def _of_text(log: OpenLog, columns: dict[str, LogColumn], progress: Progress | None) -> tuple[Body, SourceFile]:
-    blocks, skip = Blocks(log.head, progress), log.layout.body
-    encoding, size = log.head.text_encoding, log.head.state[0]
+def _of_text(
+    log: OpenLog, text: Text, columns: dict[str, LogColumn], progress: Progress | None
+) -> tuple[Body, SourceFile]:
+    encoding, size = text.content_encoding, len(text.content)
     reader = Reader(log.layout, columns, last_decimals=_last_decimals(log), encoding=encoding, size=size)
-    try:
-        for block, unended in blocks:
-            at = 0
-            while skip and at < len(block):  # the lines above the data
-                at, skip = block.find(b"\n", at) + 1 or len(block), skip - 1
-            if unended and at < len(block):
-                reader.judge([block[at:]], unended=True)
-            elif at < len(block):
-                reader.read(block[at:] if at else block)
-    except OSError as error:
-        raise LogError(f"{log.path}: cannot be read to its end ({error.strerror})") from error
+    for block in text.blocks(log.layout.body, progress):
+        reader.read(block)
     body, layout = reader.finish(), log.layout
     counts = Counter(body.counts) + Counter(header=len(layout.header))
-    for i in set(range(min(layout.body, len(log.head.lines)))).difference(layout.header):
-        line = log.head.lines[i]
+    for i in set(range(min(layout.body, len(text.lines)))).difference(layout.header):
+        line = text.lines[i]
         counts["blank" if not line.strip() else "comment" if is_comment(line) else "preamble"] += 1
-    return body, SourceFile(log.name, blocks.sha256, blocks.read, LineCount(read=counts.total(), **counts))
+    return body, SourceFile(log.name, text.sha256, len(text.raw), LineCount(read=counts.total(), **counts))
 
 
 def _of_sheet(log: OpenLog, sheet: Sheet, columns: dict[str, LogColumn]) -> tuple[Body, SourceFile]:
@@ -185,7 +180,7 @@ def _of_sheet(log: OpenLog, sheet: Sheet, columns: dict[str, LogColumn]) -> tupl
     body.counts |= {"data": rows - len(lost), "quarantined": len(lost)}
     with log.path.open("rb") as raw:
         sha256 = hashlib.file_digest(raw, "sha256").hexdigest()
-    return body, SourceFile(log.name, sha256, log.head.state[0], LineCount(read=rows, **body.counts))
+    return body, SourceFile(log.name, sha256, log.path.stat().st_size, LineCount(read=rows, **body.counts))
 
 
 def _finite(values: NDArray[np.float64]) -> NDArray[np.float64]:

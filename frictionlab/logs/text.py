@@ -1,13 +1,13 @@
-"""The bytes of a log: unpacked, decoded so that digits and line ends are ASCII, hashed, cut into blocks of whole lines.
+"""The text of a log: read once, unpacked, decoded so that digits and line ends are ASCII, hashed.
 
 A log may be packed by gzip or zip, or be the one sheet of numbers in an Excel workbook, whose rows become lines with
-all digits of their numbers. A file's first bytes say which. Memory is bounded whatever the file's size: a block holds a
-few megabytes, and what unpacks to far more than a log of its size could is refused meanwhile, with the limit.
+all digits of their numbers. A file's first bytes say which. What unpacks to far more than a log of its size could is
+refused with the limit.
 """
 
 import codecs
-import gzip
 import hashlib
+import io
 import os
 import re
 import warnings
@@ -16,25 +16,25 @@ import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from datetime import timedelta
-from io import BufferedReader
+from functools import cached_property
+from gzip import GzipFile
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
+
+import numpy as np
 
 from frictionlab.errors import LogError
 from frictionlab.logs.containers import refuse_by_name
 
 Progress = Callable[[int, int], None]
 """Called with bytes read and bytes in all."""
-NUMBERS = "binary"
-"""The encoding of a log that is no text."""
-BLOCK = 1 << 22
-FREE = 1 << 26
-MOST_EXPANSION = 200
-"""What is packed may grow to this many times its size (text of numbers reaches 10), and always to `FREE`."""
+FREE, MOST_EXPANSION = 1 << 26, 50
+"""What is packed may grow to so many bytes, or to this many times its size (text of numbers reaches 10)."""
+_BLOCK = 1 << 22
 _HEAD = 1 << 18
 _LONGEST_LINE = 1 << 24
-_ROWS, _WIDEST = 2000, 256
+_WIDEST = 256  # columns of a workbook
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8-sig"),
     (codecs.BOM_UTF32_LE, "utf-32"),
@@ -46,127 +46,125 @@ _WIDE = re.compile("^utf[-_]?(16|32)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
-class Head:
-    """The beginning of a log: decoded lines without their ends, how it is written, and what it is packed in ("")."""
+class Text:
+    """The text of a log.
 
-    path: Path
-    lines: tuple[str, ...]
-    encoding: str
-    newline: str
-    package: str
-    whole: bool
-    evidence: tuple[str, ...]
-    state: tuple[int, int]
-    """Size and time of change when it was read."""
-
-    @property
-    def text_encoding(self) -> str:
-        """The encoding of the lines that `Blocks` gives."""
-        return "utf-8" if self.encoding.startswith("utf") else self.encoding
-
-
-class _Counted:
-    """A file that counts and hashes what is read of it."""
-
-    def __init__(self, file: BufferedReader, total: int, progress: Progress | None = None) -> None:
-        self.file, self.total, self.progress = file, total, progress
-        self.digest, self.done = hashlib.sha256(), 0
-
-    def read(self, size: int = -1) -> bytes:
-        chunk = self.file.read(size)
-        self.digest.update(chunk)
-        self.done += len(chunk)
-        if self.progress is not None:
-            self.progress(self.done, self.total)
-        return chunk
-
-
-@dataclass
-class Blocks:
-    """Iterate over (bytes of whole lines ending in LF, whether it is the file's last, unended line).
-
-    After the last block ``read`` is the file's size and ``sha256`` its digest, and the file is known not to have
-    changed meanwhile.
+    Parameters
+    ----------
+    path, raw
+        The file and its bytes.
+    content
+        Its lines, ending in LF, in an encoding whose digits and separators are ASCII bytes.
+    lines
+        The first 256 kB of them, decoded, without their ends.
+    whole
+        Whether those are all.
+    encoding, package
+        How it is written, and what it is packed in ("").
+    evidence
+        Sentences on why.
     """
 
-    head: Head
-    progress: Progress | None = None
-    read: int = 0
-    sha256: str = ""
+    path: Path
+    raw: bytes
+    content: bytes
+    lines: tuple[str, ...]
+    whole: bool
+    encoding: str
+    package: str
+    evidence: tuple[str, ...]
 
-    def __iter__(self) -> Iterator[tuple[bytes, bool]]:
-        with _open(self.head.path) as file:
-            before = os.fstat(file.fileno())
-            counted = _Counted(file, before.st_size, self.progress)
-            yield from _whole_lines(_decoded(counted, self.head))
-            while counted.read(BLOCK):  # what a package has behind its text, or all of one that is read from both ends
-                pass
-            after = os.fstat(file.fileno())
-        if len({_state(before), _state(after), self.head.state}) > 1 or counted.done != after.st_size:
-            raise LogError(f"{self.head.path.name}: changed while it was read: wait until it is written, ingest again")
-        self.read, self.sha256 = counted.done, counted.digest.hexdigest()
+    @cached_property
+    def sha256(self) -> str:
+        """Digest of the file's bytes."""
+        return hashlib.sha256(self.raw).hexdigest()
+
+    @property
+    def content_encoding(self) -> str:
+        """The encoding of ``content``."""
+        return "utf-8" if self.encoding.startswith("utf") else self.encoding
+
+    def blocks(self, skip: int, progress: Progress | None = None) -> Iterator[bytes]:
+        """Some megabytes of whole lines, one after the other, from the line of this index on; the last may be unended.
+
+        Raises
+        ------
+        LogError
+            A line has no end.
+        """
+        start, size = 0, len(self.content)
+        for _ in range(skip):
+            start = self.content.find(b"\n", start) + 1 or size
+        while start < size:
+            stop = self.content.rfind(b"\n", start, start + _BLOCK) + 1
+            stop = stop or self.content.find(b"\n", start + _BLOCK) + 1 or size
+            if stop - start > _LONGEST_LINE:
+                raise LogError(f"{self.path.name}: a line longer than {_LONGEST_LINE} bytes: expected a log of lines")
+            yield self.content[start:stop]
+            start = stop
+            if progress is not None:
+                progress(len(self.raw) * stop // size, len(self.raw))
+
+    def texts_of(self, numbers: Sequence[int]) -> list[str]:
+        """The texts of some lines, by their numbers from 1; cut to 300 characters."""
+        ends = np.flatnonzero(np.frombuffer(self.content, np.uint8) == ord("\n"))
+        starts = [int(ends[n - 2]) + 1 if n > 1 else 0 for n in numbers]
+        cut = (self.content[at : at + 300].partition(b"\n")[0] for at in starts)
+        return [line.decode(self.content_encoding, "replace").rstrip("\r") for line in cut]
 
 
-def _state(stat: os.stat_result) -> tuple[int, int]:
-    return stat.st_size, stat.st_mtime_ns
-
-
-def read_head(path: Path, encoding: str | None = None) -> Head:
-    """Read and decode the first 256 kB of a log.
+def read_text(path: Path, encoding: str | None = None) -> Text:
+    """Read a log.
 
     Raises
     ------
     LogError
         If the file cannot be read, is empty, or is not text.
     """
-    raw = bytearray()
-    with _open(path) as file:
-        state = _state(os.fstat(file.fileno()))
-        package = _package_of(file, path.name)
-        for chunk in _unpacked(_Counted(file, state[0]), package, path.name):
-            raw += chunk
-            if len(raw) >= _HEAD:
-                break
-    whole = len(raw) < _HEAD
-    raw = raw[:_HEAD]
-    if not raw.strip(b"\0 \t\r\n\xef\xbb\xbf\xff\xfe"):
-        raise LogError(f"{path.name}: empty: expected lines of numbers; got {state[0]} bytes without any")
-    name, why = (encoding, "as given") if encoding else _encoding_of(bytes(raw))
+    raw = _read(path)
+    try:
+        package, unpacked = _unpacked(raw, path.name)
+    except LogError as error:
+        raise LogError(f"{path.name}: {error}") from error
+    head = unpacked[:_HEAD]
+    if not head.strip(b"\0 \t\r\n\xef\xbb\xbf\xff\xfe"):
+        raise LogError(f"{path.name}: empty: expected lines of numbers; got {len(raw)} bytes without any")
+    name, why = (encoding, "as given") if encoding else _encoding_of(head)
     decoder = codecs.getincrementaldecoder(name)("replace" if name == "cp1252" else "strict")
     try:
-        text = decoder.decode(bytes(raw))
+        text = decoder.decode(head)
     except UnicodeError as error:
         raise LogError(f"{path.name}: not {name} text ({error}): give --encoding") from error
+    whole = len(unpacked) < _HEAD
     if whole and decoder.getstate()[0]:
         text += "\ufffd"  # part of a character at the end of the file
     newline = "\r" if "\r" in text and "\n" not in text else "\n"
     lines = [line.rstrip("\r") for line in text.split(newline)]
     if not whole or not lines[-1]:
         lines.pop()
-    return Head(path, tuple(lines), name, newline, package, whole, (f"encoding {name}: {why}",), state)
+    content = unpacked.removeprefix(codecs.BOM_UTF8) if name == "utf-8-sig" else unpacked
+    if _WIDE.match(name):
+        content = unpacked.decode(name, "replace").encode("utf-8", "replace")
+    if newline == "\r":
+        content = content.replace(b"\r", b"\n")
+    return Text(path, raw, content, tuple(lines), whole, name, package, (f"encoding {name}: {why}",))
 
 
-def texts_of(head: Head, numbers: Sequence[int]) -> dict[int, str]:
-    """Fetch the texts of some lines, by their numbers from 1; cut to 300 characters."""
-    found, line = dict[int, str](), 1
-    for block, _ in Blocks(head) if numbers and head.encoding != NUMBERS else ():
-        count = block.count(b"\n") + (not block.endswith(b"\n"))
-        here = [n for n in numbers if line <= n < line + count]
-        rows = block.split(b"\n") if here else []
-        found |= {n: rows[n - line][:300].decode(head.text_encoding, "replace").rstrip("\r") for n in here}
-        line += count
-    return found
-
-
-def _open(path: Path) -> BufferedReader:
+def _read(path: Path) -> bytes:
     try:
         if not path.is_file():
             other = "it is a pipe or a device" if path.exists() else "no such file"
             what = "it is a folder" if path.is_dir() else other
             raise LogError(f"{path}: cannot be read ({what}): give the path of a log")
-        return path.open("rb")
+        with path.open("rb") as file:
+            before = os.fstat(file.fileno())
+            raw = file.read()
+            after = os.fstat(file.fileno())
     except OSError as error:
         raise LogError(f"{path}: cannot be read ({error.strerror})") from error
+    if before.st_mtime_ns != after.st_mtime_ns or not before.st_size == after.st_size == len(raw):
+        raise LogError(f"{path.name}: changed while it was read: wait until it is written, ingest again")
+    return raw
 
 
 def _encoding_of(raw: bytes) -> tuple[str, str]:
@@ -184,145 +182,85 @@ def _encoding_of(raw: bytes) -> tuple[str, str]:
     return "utf-8", "plain ASCII" if raw.isascii() else "decodes without a fault"
 
 
-def _decoded(file: _Counted, head: Head) -> Iterator[bytes]:
-    """Chunks in an encoding whose digits, separators and line ends are ASCII bytes."""
-    decode = codecs.getincrementaldecoder(head.encoding)("replace").decode if _WIDE.match(head.encoding) else None
-    mark = codecs.BOM_UTF8 if head.encoding == "utf-8-sig" else b""
-    for chunk in _unpacked(file, head.package, head.path.name):
-        text = chunk.removeprefix(mark) if decode is None else decode(chunk).encode("utf-8", "replace")
-        mark = b""
-        yield text.replace(b"\r", b"\n") if head.newline == "\r" else text
-    if decode is not None:
-        yield decode(b"", final=True).encode("utf-8", "replace")
-
-
-def _whole_lines(chunks: Iterator[bytes]) -> Iterator[tuple[bytes, bool]]:
-    rest = b""
-    for chunk in chunks:
-        cut = chunk.rfind(b"\n") + 1
-        if cut:
-            yield (rest + chunk[:cut] if rest else chunk[:cut]), False
-            rest = chunk[cut:]
-            continue
-        rest += chunk
-        if len(rest) > _LONGEST_LINE:
-            raise LogError(f"a line longer than {_LONGEST_LINE} bytes: expected a log of lines")
-    if rest:
-        yield rest, True
-
-
-def _package_of(file: BufferedReader, name: str) -> str:
-    """Name the package of an open file, "" for plain text; a kind of file that is known and not read is refused."""
-    first = file.read(1 << 12)
-    found = "gzip" if first.startswith(b"\x1f\x8b") else ""
-    if first.startswith(b"PK"):
-        found = "xlsx" if _is_workbook(file) else "zip" if first.startswith((b"PK\x03\x04", b"PK\x05\x06")) else ""
-    file.seek(0)
-    if not found:
-        refuse_by_name(first, name)
-    return found
-
-
-def _unpacked(file: _Counted, package: str, name: str) -> Iterator[bytes]:
-    """The text of a log in chunks.
-
-    Raises
-    ------
-    LogError
-        The package is damaged, holds no single log, or unpacks to more than it may.
-    """
-    done, chunks = 0, {"": _plain, "gzip": _gzip, "zip": _zip, "xlsx": _workbook}[package](file)
+def _unpacked(raw: bytes, name: str) -> tuple[str, bytes]:
+    """What a file is packed in, "" for plain text, and its text; a kind that is known and not read is refused."""
+    most, file = max(FREE, MOST_EXPANSION * len(raw)), io.BytesIO(raw)
     try:
-        for chunk in chunks:
-            done += len(chunk)
-            if package:
-                _check_expansion(done, file)
-            yield chunk
-    except LogError as error:
-        raise LogError(f"{name}: {error}") from error
+        if raw.startswith(b"\x1f\x8b"):
+            package = "gzip"
+            text = GzipFile(fileobj=file).read(most + 1)
+        elif raw.startswith(b"PK") and _is_workbook(file, most):
+            package, text = "xlsx", b""
+            rows = _rows_as_text(file)
+            while len(text) <= most and (more := b"".join(islice(rows, 2000))):
+                text += more
+        elif raw.startswith((b"PK\x03\x04", b"PK\x05\x06")):
+            package = "zip"
+            text = _only_member(file).read(most + 1)
+        else:
+            refuse_by_name(raw[: 1 << 12], name)
+            return "", raw
+    except LogError:
+        raise
     except EOFError as error:
         raise LogError(
-            f"{name}: the {package} data ends early: the file was cut; unpack what is there yourself and ingest that"
+            f"the {package} data ends early: the file was cut; unpack what is there yourself and ingest that"
         ) from error
     except (zlib.error, zipfile.BadZipFile, OSError, RuntimeError, UnicodeDecodeError) as error:
-        if not package:
-            raise
-        raise LogError(f"{name}: damaged {package} data near byte {file.done}: {error}") from error
-
-
-def _check_expansion(done: int, file: _Counted) -> None:
-    packed = file.done or file.total  # of one that is read from both ends nothing is counted yet
-    if done > (most := max(FREE, MOST_EXPANSION * packed)):
+        # RuntimeError: encrypted, or packed in a way that is not known
+        raise LogError(f"damaged {package} data: {error}") from error
+    if len(text) > most:
         raise LogError(
-            f"unpacks to more than {most / 1e6:.3g} MB after {packed} of its {file.total} bytes: accepted are "
-            f"{FREE / 1e6:.3g} MB, or {MOST_EXPANSION} times what was read: expected a packed log; unpack it yourself "
-            "if it is one"
+            f"unpacks to more than {most / 1e6:.3g} MB from {len(raw)} bytes: accepted are {FREE / 1e6:.3g} MB, or "
+            f"{MOST_EXPANSION} times the file: expected a packed log; unpack it yourself if it is one"
         )
+    return package, text
 
 
-def _plain(file: _Counted) -> Iterator[bytes]:
-    return iter(lambda: file.read(BLOCK), b"")
+def _only_member(file: IO[bytes]) -> IO[bytes]:
+    archive = zipfile.ZipFile(file)
+    names = [name for name in archive.namelist() if name and not name.endswith("/")]
+    names = [name for name in names if not name.startswith("__MACOSX/")]  # a Mac adds them by itself
+    if len(names) != 1:
+        shown = ", ".join(names[:5]) or "none"
+        raise LogError(f"a zip archive of {len(names)} files ({shown}): expected one log: unpack it first")
+    return archive.open(names[0])
 
 
-def _gzip(file: _Counted) -> Iterator[bytes]:
-    with gzip.GzipFile(fileobj=file, mode="rb") as inside:  # type: ignore[call-overload] # it needs no more than read
-        while chunk := inside.read(BLOCK):
-            yield chunk
-
-
-def _zip(file: _Counted) -> Iterator[bytes]:
-    """Unpack the one log in a zip archive."""
-    with zipfile.ZipFile(file.file) as archive:
-        names = [name for name in archive.namelist() if name and not name.endswith("/")]
-        names = [name for name in names if not name.startswith("__MACOSX/")]  # a Mac adds them by itself
-        if len(names) != 1:
-            shown = ", ".join(names[:5]) or "none"
-            raise LogError(f"a zip archive of {len(names)} files ({shown}): expected one log: unpack it first")
-        with archive.open(names[0]) as member:
-            while chunk := member.read(1 << 16):
-                yield chunk
-    file.file.seek(0)
-
-
-def _is_workbook(file: BufferedReader) -> bool:
+def _is_workbook(file: IO[bytes], most: int) -> bool:
     """Whether a zip archive is an Excel workbook; an OpenDocument sheet is refused by name."""
     try:
         with zipfile.ZipFile(file) as archive:
             names = archive.namelist()
-            if "mimetype" in names and archive.read("mimetype").startswith(b"application/vnd.oasis"):
-                raise LogError("an OpenDocument file: save it as .xlsx or .csv")
-            if "xl/workbook.xml" not in names:
-                return False
-            packed = sum(member.compress_size for member in archive.infolist())
+            is_sheet = "mimetype" in names and archive.read("mimetype").startswith(b"application/vnd.oasis")
             large = sum(member.file_size for member in archive.infolist())
     except (zipfile.BadZipFile, OSError, EOFError, ValueError, RuntimeError):
-        return False  # RuntimeError: encrypted, or packed in a way that is not known
-    if large > (most := max(FREE, MOST_EXPANSION * packed)):
-        raise LogError(
-            f"a workbook of {packed} bytes that unpacks to {large}: accepted are {most}: save it as .csv if it is a log"
-        )
+        return False
+    if is_sheet:
+        raise LogError("an OpenDocument file: save it as .xlsx or .csv")
+    if "xl/workbook.xml" not in names:
+        return False
+    if large > most:
+        raise LogError(f"a workbook that unpacks to {large} bytes: accepted are {most}: save it as .csv if it is a log")
     return True
 
 
-def _workbook(file: _Counted) -> Iterator[bytes]:
-    """Give the rows of the one sheet that holds numbers, as UTF-8 lines of tabbed cells."""
+def _rows_as_text(file: IO[bytes]) -> Iterator[bytes]:
+    """The rows of the one sheet that holds numbers, as UTF-8 lines of tabbed cells."""
     from openpyxl import load_workbook  # noqa: PLC0415 - 0.2 s that other logs need not wait for
 
-    file.file.seek(0)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # extensions of Excel that are of no use here
-            sheet = _with_numbers(load_workbook(file.file, read_only=True, data_only=True))
-            rows = sheet.iter_rows(values_only=True, max_col=min(sheet.max_column or 1, _WIDEST))
-            while block := list(islice(rows, _ROWS)):
-                yield "".join("\t".join(_cell_text(cell) for cell in row) + "\n" for row in block).encode()
+            sheet = _with_numbers(load_workbook(file, read_only=True, data_only=True))
+            for row in sheet.iter_rows(values_only=True, max_col=min(sheet.max_column or 1, _WIDEST)):
+                yield ("\t".join(_cell_text(cell) for cell in row) + "\n").encode()
     except (LogError, MemoryError):
         raise
     except Exception as error:
         raise LogError(
             f"a damaged Excel workbook ({type(error).__name__}: {error}): save it again, or as .csv"
         ) from error
-    file.file.seek(0)
 
 
 def _with_numbers(book: Any) -> Any:

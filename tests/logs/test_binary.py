@@ -101,7 +101,7 @@ def test_a_bomb_is_refused_by_its_size(kind: str, tmp_path: Path, monkeypatch: p
     monkeypatch.setattr("frictionlab.logs.text.FREE", 1 << 16)
     path = tmp_path / "log.bin"
     path.write_bytes(PACKED[kind](b"t [s],x [mm],y [mm]\n" + b"0,0,0\n" * 400_000))
-    with pytest.raises(LogError, match=r"unpacks to more than .* MB after .* accepted are 0.0655 MB"):
+    with pytest.raises(LogError, match=r"unpacks to more than .* MB from .* accepted are 0.0655 MB"):
         read_log(path)
 
 
