@@ -15,21 +15,19 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
-
 from frictionlab import __version__
 from frictionlab.campaign import CRITERIA, Campaign
 from frictionlab.campaign.output import measurement_rows, rows_of
 from frictionlab.campaign.trials import levels, short_name
 from frictionlab.figures.plates import Plate, first_of
 from frictionlab.files import write_whole
-from frictionlab.report.page_of_test import Dot, scatter, sheet_name
+from frictionlab.report.charts import HERE, TEMPLATES, Dot, scatter
+from frictionlab.report.page_of_test import sheet_name
 from frictionlab.scene.text import value_text
 from frictionlab.schema import DRIFTS, FRICTION, LAW_PARAMETERS, MATERIAL_LAWS, RANKING, TESTS, Table
 from frictionlab.tables import Row
 from frictionlab.tables.texts import GRAVE, kinds_of, with_error
 
-HERE = Path(__file__).parent
 SCALE = 1.7  # pixels on the screen per point in print
 PACKAGES = ("numpy", "scipy", "pandas", "matplotlib", "h5py", "numba", "pydantic")
 MOST_DOUBTS = 6  # on the first screen; all warnings stand further down
@@ -140,11 +138,8 @@ def page(campaign: Campaign, plates: Sequence[Plate], images: Mapping[str, bytes
     ordered = [plate for plate in plates if plate is first] + [plate for plate in plates if plate is not first]
     drawn = [_image(place, plate, images[plate.name]) for place, plate in enumerate(ordered, 1)]
     tables = rows_of(campaign)
-    templates = Environment(loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    return templates.get_template("page.html").render(
-        version=__version__,
+    return TEMPLATES.get_template("page.html").render(
         title=f"Friction of {', '.join(campaign.materials) or 'no material'}",
-        style=(HERE / "page.css").read_text(encoding="utf-8"),
         script=script,
         script_hash=base64.b64encode(hashlib.sha256(script.encode()).digest()).decode(),
         lead=_lead(campaign),

@@ -11,7 +11,8 @@ from frictionlab.campaign import Campaign, evaluate, trial_of
 from frictionlab.cli import app
 from frictionlab.hdf5 import write_recording
 from frictionlab.report import page
-from frictionlab.report.page_of_test import ChartLine, PageOfTest, chart, sheet_name, sheet_page, sheets_of, write_sheet
+from frictionlab.report.charts import ChartLine, chart
+from frictionlab.report.page_of_test import PageOfTest, sheet_name, sheet_page, sheets_of, write_sheet
 from frictionlab.scene import Scene
 from tests.campaign.fabricate import row
 from tests.campaign.recorded import steady_recording
