@@ -209,27 +209,3 @@ def scatter_beyond(value: FloatArray, error: FloatArray) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if excess(middle) > 0.0 else (low, middle)
     return high
-
-
-def welch(square: float, weight: FloatArray, freedom: FloatArray) -> float:
-    """How often chance makes values with errors of their own differ by more than they do [Welch 1951].
-
-    Parameters
-    ----------
-    square : float
-        Chi-square of at least two values about their weighted mean.
-    weight, freedom : ndarray of shape (n,)
-        One over the square of each value's error, and the degrees of freedom by which that is known.
-
-    Examples
-    --------
-    >>> known, guessed = np.full(4, 1e6), np.full(4, 5.0)
-    >>> round(welch(7.815, np.ones(4), known), 3), round(welch(7.815, np.ones(4), guessed), 3)
-    (0.05, 0.13)
-    """
-    k = len(weight)
-    spread = float(np.sum((1.0 - weight / weight.sum()) ** 2 / freedom))
-    ratio = square / (k - 1) / (1.0 + 2.0 * (k - 2) / (k**2 - 1) * spread)
-    from scipy.special import fdtrc  # noqa: PLC0415 - 0.1 s that other uses need not wait for
-
-    return float(fdtrc(k - 1, (k**2 - 1) / (3.0 * spread), ratio))

@@ -1,14 +1,16 @@
 """Many measurements become friction, Amontons' test, ranking and drift of a whole campaign (thesis chapter 4).
 
 - ``trials``: one row of measurements, one `Trial`, failed ones too
-- ``prediction``: what the model says of a test, and what tests share in error
-- ``friction``: all tests of a material and normal force, one `FrictionFit`
-- ``amontons``: is a material's coefficient the same under every force?
-- ``drift``: long tests; ``ranking``: which material is best, and how sure that is
+- ``prediction``: what the model says of a test; a row of measurements as an observation of the inference
+- ``friction``: which tests count; the `FrictionFit` of a material and normal force
+- ``joint_fit``: all tests fitted together by the inference
+- ``laws``: Amontons' law, evidence, parameters and loops; ``left_out``: each test predicted by all others
+- ``ranking``: drift of long tests, and which material is best
 - ``reading``: tables of measurements, examples from the recordings; ``output``: the tables as files
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -16,23 +18,22 @@ import numpy as np
 
 from frictionlab.analysis.measure import measure
 from frictionlab.analysis.steadiness import Trend
-from frictionlab.arrays import FloatArray
-from frictionlab.campaign.amontons import AmontonsTest, amontons
-from frictionlab.campaign.drift import Drift, drift_of
-from frictionlab.campaign.friction import Cause, FrictionFit, Known, Verdict, fit_group
-from frictionlab.campaign.joint_fit import JointFit, fit_of, fit_together, model_under
+from frictionlab.campaign.friction import NO_STEADY_CYCLE, Cause, FrictionFit, Screened, Verdict, screen
+from frictionlab.campaign.joint_fit import FAULTS, JointFit, Known, fit_cycles, fit_rows, friction_of
 from frictionlab.campaign.laws import (
+    AmontonsTest,
     LawEvidence,
     LawParameter,
     Loop,
+    amontons_of,
     is_comparison,
     laws_together,
     loops_of,
     parameters_of,
 )
 from frictionlab.campaign.left_out import LeftOutTest, left_out
-from frictionlab.campaign.prediction import Curve, Model, curve, model_of, prepare
-from frictionlab.campaign.ranking import CRITERIA, Rank, rank_all
+from frictionlab.campaign.prediction import Curve, Model, RowObservation, curve, model_of, observe_row
+from frictionlab.campaign.ranking import CRITERIA, Drift, Rank, drift_of, rank_all
 from frictionlab.campaign.reading import (
     MeasuredResponse,
     elsewhere,
@@ -46,7 +47,7 @@ from frictionlab.campaign.reading import (
 from frictionlab.campaign.trials import LONG_S, LONGEST_NAME, Trial, in_order, trial_of
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.inference.material_law import MaterialLaw, material_law_of
-from frictionlab.inference.observations import CycleObservation
+from frictionlab.inference.observations import CycleObservation, prepare
 from frictionlab.scene import Scene
 from frictionlab.schema import Result
 from frictionlab.simulator.laws import Law, law_of
@@ -94,6 +95,8 @@ SHARED_ERRORS = (
     " what all tests share: gain, lag, natural frequency, stiffness, normal force."
 )
 ASSUMED = "Assumed, for nobody has declared them in the scene: {}."
+Setting = tuple[str, float]
+"""Material and normal force [N]."""
 Watch = Callable[[Sequence[tuple[str, float]]], Iterable[tuple[str, float]]]
 
 
@@ -194,32 +197,40 @@ def evaluate(
         raise UsageError("campaign: expected at least one measurement; got none")
     tests = in_order(trials)
     model = model_of(scene, recorded=bool(observations))
-    first = model.first
-    groups = _groups(tests)
-    prepare(20 * len(tests) + CURVE_POINTS * len(groups))
-    fits = tuple(_fit(groups[group], first, scene) for group in watch(sorted(groups)))
-    laws = _laws(fits, comparisons, find_law=find_law)
-    joint, unfitted = fit_together(fits, observations, laws, scene.accuracy)
-    if joint is not None:
-        rows = (joint, {f.material: model_under(joint, f.material, model) for f in fits})
-        fits = tuple(_joined(fit, *rows, first, scene) for fit in fits)
-    fits = fits if first is model else tuple(_by_two_numbers(fit) for fit in fits)
-    materials = sorted({fit.material for fit in fits})
-    models = {} if joint is None else {m: model_under(joint, m, model) for m in materials if joint.tests(m)}
+    groups: dict[Setting, list[Trial]] = {}
+    for trial in tests:
+        if not trial.failed:
+            groups.setdefault(trial.group, []).append(trial)
+    prepare(model.first.law, 1.0, 20.0 * len(tests) + CURVE_POINTS * len(groups))
+    screened = {group: screen(own, model.first) for group, own in groups.items()}
+    laws = _laws(groups, comparisons) if find_law else {}
+    joint, unfitted = fit_cycles(_cycles(groups, screened, observations), laws, scene.accuracy)
+    joints = {} if joint is None else {group: joint for group in groups if joint.tests(*group)}
+    joints |= _by_rows({g: own for g, own in groups.items() if g not in joints}, screened, model.first, scene)
+    models = {g: joints[g].model(g[0], model) if g in joints else model.first for g in groups}
+    fits = tuple(
+        friction_of(
+            groups[g],
+            screened[g],
+            joints.get(g),
+            Known(models[g], scene.rig.stiffness, _sources(groups[g], scene)),
+            said="" if model.first is model or joints.get(g) is joint else PLAIN,
+        )
+        for g in watch(sorted(groups))
+    )
     drifts = tuple(
-        drift_of(t, _trend(t, scene, folders), models.get(t.group[0], first), fits)
-        for t in tests
-        if t.is_long and not t.failed
+        drift_of(t, _trend(t, scene, folders), models[t.group], fits) for t in tests if t.is_long and not t.failed
     )
     responses = _responses(tests, folders)
-    tested = tuple(amontons(m, [f for f in fits if f.material == m], joint, scene.rig.stiffness) for m in materials)
-    return Campaign(
+    materials = sorted({fit.material for fit in fits})
+    tested = tuple(amontons_of(m, [f for f in fits if f.material == m], joints, scene.rig.stiffness) for m in materials)
+    found = Campaign(
         trials=tests,
         fits=fits,
         amontons=tested,
         ranking=rank_all(fits, drifts, materials),
         drifts=drifts,
-        curves=_curves(fits, first, models),
+        curves=_curves(fits, models),
         responses=responses,
         notes=(
             *_notes(tests, fits, drifts, responses, scene),
@@ -229,59 +240,86 @@ def evaluate(
         ),
         model=model,
         scene=scene,
-        laws=laws_together({} if joint is None else joint.ladders),
         folders=tuple(folders),
         comparisons={str(row.get("source")): row for row in comparisons},
-        joint=joint,
-        parameters=() if joint is None else parameters_of(joint, scene),
-        loops=() if joint is None else loops_of(joint, scene.rig.stiffness),
-        material_laws=() if joint is None else tuple(_material_laws(joint, tested, scene)),
-        left_out=() if joint is None else _left_out(joint, tests, fits),
     )
+    return found if joint is None else _with_laws(found, joint)
 
 
-def _left_out(joint: JointFit, tests: Sequence[Trial], fits: Sequence[FrictionFit]) -> tuple[LeftOutTest, ...]:
-    """Each test as the law of all others predicts it; one that no fit takes is there with the reason."""
-    excluded = {v.trial.source: v.excluded.sentence for fit in fits for v in fit.verdicts if v.excluded}
-    found = {test.source: test for test in left_out(joint.posterior)}
-    return tuple(
-        found.get(t.source)
-        or LeftOutTest(t.source, t.material, reason=t.reason or excluded.get(t.source, Cause.NO_CYCLE.sentence))
-        for t in tests
-    )
+def _cycles(
+    groups: Mapping[Setting, Sequence[Trial]],
+    screened: Mapping[Setting, Screened],
+    observations: Mapping[str, CycleObservation],
+) -> dict[str, list[CycleObservation]]:
+    """The observations of each material that a law can be fitted to.
+
+    Where Coulomb's law has many steady states the cycle depends on which of them it is more than on the law; it counts
+    only in a group that has no other tests.
+    """
+    found: dict[str, list[CycleObservation]] = {}
+    for group, trials in groups.items():
+        known = screened[group]
+        out = {source for source, why in known.left_out.items() if why.cause in NO_STEADY_CYCLE}
+        here = [t.source for t in trials if t.source in observations and t.source not in out]
+        here = [source for source in here if source not in known.not_unique] or here
+        if here:
+            found.setdefault(group[0], []).extend(observations[source] for source in here)
+    return found
 
 
-def _material_laws(joint: JointFit, tested: Sequence[AmontonsTest], scene: Scene) -> Iterator[MaterialLaw]:
-    """The law of each material whose coefficient (or, where Amontons' law fails, force) is known."""
-    stiffness, frequency = scene.rig.stiffness, scene.rig.natural_frequency
-    for test in tested if stiffness and frequency else ():
-        posterior = joint.by_force if test.holds is False else joint.posterior
+def _by_rows(
+    groups: Mapping[Setting, Sequence[Trial]], screened: Mapping[Setting, Screened], model: Model, scene: Scene
+) -> dict[Setting, JointFit]:
+    """The fit of each material by its rows, by group; none of a material that has no steady state in all its tests."""
+    rows: dict[str, list[RowObservation]] = {}
+    for group, trials in groups.items():
+        known, sources = screened[group], _sources(trials, scene)
+        rows.setdefault(group[0], []).extend(
+            observe_row(t, model, sources, known.betas[t.source], known.units[t.source])
+            for t in trials
+            if t.source not in known.left_out
+        )
+    found: dict[str, JointFit] = {}
+    for material, own in rows.items():
+        with suppress(*FAULTS):
+            if own:
+                found[material] = fit_rows(own)
+    return {g: found[g[0]] for g in groups if g[0] in found and found[g[0]].tests(*g)}
+
+
+def _with_laws(campaign: Campaign, joint: JointFit) -> Campaign:
+    """The campaign with what the mean cycles say of each material's law."""
+    stiffness, frequency = campaign.scene.rig.stiffness, campaign.scene.rig.natural_frequency
+    laws = []
+    for test in campaign.amontons if stiffness and frequency else ():
         law = material_law_of(
-            posterior,
+            joint.by_force if test.holds is False else joint.posterior,
             test.material,
             stiffness_n_per_m=stiffness or 0.0,
             natural_frequency_hz=frequency or 0.0,
-            lag_s=scene.sensors.lag_s,
+            lag_s=campaign.scene.sensors.lag_s,
         )
-        if law is not None:
-            yield law
+        laws += [] if law is None else [law]
+    verdicts = campaign.verdicts
+    found = {test.source: test for test in left_out(joint.posterior)}
+    for t in campaign.trials:
+        excluded = verdicts[t.source].excluded if t.source in verdicts else None
+        reason = t.reason or (excluded or Cause.NO_CYCLE).sentence
+        found.setdefault(t.source, LeftOutTest(t.source, t.material, reason=reason))
+    return replace(
+        campaign,
+        joint=joint,
+        laws=laws_together(joint.ladders),
+        parameters=parameters_of(joint, campaign.scene),
+        loops=loops_of(joint, stiffness),
+        material_laws=tuple(laws),
+        left_out=tuple(found[t.source] for t in campaign.trials),
+    )
 
 
 def _not_opened(trials: Sequence[Trial], folders: Sequence[Path]) -> Sequence[str]:
     named = elsewhere(trials, folders)
     return [NOT_OPENED.format(len(named), named[0][:LONGEST_NAME])] if named else []
-
-
-def _groups(trials: Sequence[Trial]) -> dict[tuple[str, float], list[Trial]]:
-    groups: dict[tuple[str, float], list[Trial]] = {}
-    for trial in trials:
-        if not trial.failed:
-            groups.setdefault(trial.group, []).append(trial)
-    return groups
-
-
-def _fit(trials: Sequence[Trial], model: Model, scene: Scene) -> FrictionFit:
-    return fit_group(trials, model, scene.rig.stiffness, sources=_sources(trials, scene))
 
 
 def _sources(trials: Sequence[Trial], scene: Scene) -> Sources:
@@ -301,28 +339,14 @@ def _trend(trial: Trial, scene: Scene, folders: Sequence[Path]) -> Trend | None:
         return None
 
 
-def _laws(fits: Sequence[FrictionFit], comparisons: Sequence[Row], *, find_law: bool) -> dict[str, Law | None]:
-    """The law of each material that is not the scene's: to be found, or what the ladder of its only test says."""
-    if not find_law:
-        return {}
-    found: dict[str, Law | None] = dict.fromkeys(fit.material for fit in fits)
+def _laws(groups: Mapping[Setting, Sequence[Trial]], comparisons: Sequence[Row]) -> dict[str, Law | None]:
+    """The law of each material: to be found, or what the ladder of its only test says."""
     climbed = {str(row["source"]): str(row["law"]) for row in comparisons if row.get("laws")}
-    for material in found:
-        own = [v.trial.source for fit in fits if fit.material == material for v in fit.verdicts]
-        laws = {climbed[source] for source in own if source in climbed}
-        if len(own) == 1 and laws:
-            found[material] = law_of(laws.pop())
+    found: dict[str, Law | None] = {}
+    for material in {group[0] for group in groups}:
+        own = [trial.source for group, trials in groups.items() if group[0] == material for trial in trials]
+        found[material] = law_of(climbed[own[0]]) if len(own) == 1 and own[0] in climbed else None
     return found
-
-
-def _joined(fit: FrictionFit, joint: JointFit, models: Mapping[str, Model], model: Model, scene: Scene) -> FrictionFit:
-    sources = _sources([v.trial for v in fit.verdicts], scene)
-    return fit_of(fit, joint, models[fit.material], Known(model, scene.rig.stiffness, sources))
-
-
-def _by_two_numbers(fit: FrictionFit) -> FrictionFit:
-    """Say of a group without recordings that its friction is another law's than the scene's."""
-    return fit if fit.law else replace(fit, note="; ".join(filter(None, (fit.note, PLAIN))))
 
 
 def _responses(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[MeasuredResponse, ...]:
@@ -338,22 +362,17 @@ def _responses(trials: Sequence[Trial], folders: Sequence[Path]) -> tuple[Measur
     return tuple(found)
 
 
-def _curves(fits: Sequence[FrictionFit], model: Model, models: Mapping[str, Model]) -> tuple[Curve, ...]:
+def _curves(fits: Sequence[FrictionFit], models: Mapping[Setting, Model]) -> tuple[Curve, ...]:
+    """Each fit's prediction over frequency: close at the low end, where the number of stops changes fast."""
     ratios = [v.trial.r for f in fits for v in f.verdicts]
-    if not ratios:
-        return ()
-    known = ((f, f.friction_ratio, models.get(f.material, model)) for f in fits)
-    return tuple(
-        curve(own, f.material, f.normal_force_n, beta, _grid(min(ratios), max(ratios), own))
-        for f, beta, own in known
-        if beta is not None
-    )
-
-
-def _grid(low: float, high: float, model: Model) -> FloatArray:
-    """Frequency ratios to draw a prediction at: close at the low end, where the number of stops changes fast."""
-    half = (CURVE_POINTS if model.is_cheap else DEAR_POINTS) // 2
-    return np.unique(np.concatenate([np.geomspace(low, high, half), np.linspace(low, high, half)]))
+    found = []
+    for f in fits:
+        if f.friction_ratio is not None:
+            model = models[f.material, f.normal_force_n]
+            low, high, half = min(ratios), max(ratios), (CURVE_POINTS if model.law.is_exact else DEAR_POINTS) // 2
+            grid = np.unique(np.concatenate([np.geomspace(low, high, half), np.linspace(low, high, half)]))
+            found.append(curve(model, f.material, f.normal_force_n, f.friction_ratio, grid))
+    return tuple(found)
 
 
 def _notes(

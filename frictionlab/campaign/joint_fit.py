@@ -1,50 +1,60 @@
-"""The tests of a campaign fitted together: one rig under all materials, one law and one coefficient a material.
+"""The tests of a campaign fitted together by the inference, and what that says of each group and each test.
 
-Every test is one observation of the inference; the law of a material is the scene's, or the top of the ladder that its
-tests climb together. `JointFit.posterior` has one friction coefficient a material (Amontons' law), `by_force` one
+Tests whose recordings are at hand are fitted by their mean cycles, all materials on one rig; the law of a material is
+the scene's, or the top of the ladder that its tests climb together. A material without recordings is fitted by the rows
+of its measurements. `JointFit.posterior` has one friction coefficient a material (Amontons' law), `by_force` one
 friction ratio at each normal force: one linear step from it, by which Amontons' law is tested.
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import cast
 
 import numpy as np
-from scipy.special import ndtr, stdtrit
+from scipy.special import chdtrc, ndtr, stdtrit
 
 from frictionlab.arrays import FloatArray
-from frictionlab.campaign.friction import Cause, FrictionFit, Known, LeftOut, Verdict, in_newtons, reach_of
-from frictionlab.campaign.prediction import FREQUENCY, GAIN, LAG, Model, local, prepare
+from frictionlab.campaign.friction import (
+    Cause,
+    FrictionFit,
+    LeftOut,
+    Screened,
+    Verdict,
+    in_newtons,
+    reach_of,
+)
+from frictionlab.campaign.prediction import Model, RowObservation, elasticity, observe_row, predict
+from frictionlab.campaign.trials import UNKNOWN_ERROR, Trial
 from frictionlab.errors import FrictionlabError
-from frictionlab.estimate import Estimate
-from frictionlab.inference.fit import Fit, Place
+from frictionlab.estimate import NOT_KNOWN, Estimate
+from frictionlab.inference.fit import Fit, Place, fit_from, tempered, with_scatter
 from frictionlab.inference.fit import Model as FitModel
 from frictionlab.inference.ladder import Ladder, climb
 from frictionlab.inference.observations import CycleObservation
-from frictionlab.inference.posterior import Posterior, infer, model_of
+from frictionlab.inference.posterior import Posterior, infer, model_of, posterior_of
 from frictionlab.inference.unknowns import STRAINED
-from frictionlab.simulator import Problem
+from frictionlab.simulator import COSINE, Problem
 from frictionlab.simulator.laws import Law, law_of
+from frictionlab.uncertainty import Sources
 
-OUT = frozenset({Cause.LONG, Cause.STUCK, Cause.UNSTEADY, Cause.UNSETTLED})
-"""Such a test has no steady cycle that a law could be fitted to."""
 OUTLIER = 4.0  # robust standard deviations from which a test stands out ...
 FEWEST = 5  # ... among so many tests of its material
 SLIGHT = 1e-3  # relative: a friction ratio that differs by less does not stand out
-KEPT = 0.999  # of a disturbance after a cycle: from so much on a motion is one of many
-STATES = 5000  # steady states that the fit of a test takes, roughly
 MOST_CLIMBED = 16  # tests of a material that climb the ladder: spread over r and force, they decide its law
-SOURCES = {"gain": GAIN, "lag_s": LAG, "natural_frequency": FREQUENCY}
+RIG = ("gain", "lag_s", "crosstalk", "natural_frequency")  # what all tests share that counts in `shares`
+FAULTS = (FrictionlabError, ArithmeticError, np.linalg.LinAlgError)
 BY_TWO_NUMBERS = (
     "{}: friction from two numbers of each test (energy and amplitude), for no law could be fitted to their cycles: {}"
 )
+PLAIN = "by plain Coulomb friction, for rows of measurements do not tell the scene's law: no recordings are at hand"
 FOUND = "Sensors and rig as the tests find them, beside what is known of them: {}."
 
 
 @dataclass(frozen=True)
 class JointFit:
-    """What the tests of all materials say together.
+    """What tests say together.
 
     Parameters
     ----------
@@ -60,26 +70,35 @@ class JointFit:
 
     posterior: Posterior
     by_force: Posterior
-    ladders: Mapping[str, Ladder]
-    out: Mapping[str, tuple[float, float]]
+    ladders: Mapping[str, Ladder] = field(default_factory=dict)
+    out: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @cached_property
     def place(self) -> Mapping[str, int]:
         """Number of each test by its source."""
         return {observation.measurement.source: i for i, observation in enumerate(self.posterior.observations)}
 
+    @cached_property
+    def materials(self) -> tuple[str, ...]:
+        """The materials fitted, in alphabetical order."""
+        return tuple(sorted({str(observation.material) for observation in self.posterior.observations}))
+
     def tests(self, material: str, normal_force_n: float | None = None) -> list[int]:
         """Return the numbers of a material's tests, under one normal force or all."""
         return [
             i
             for i, observation in enumerate(self.posterior.observations)
-            if observation.material == material and normal_force_n in (None, observation.measurement.normal_force_n)
+            if observation.material == material and normal_force_n in (None, observation.normal_force)
         ]
 
     def law(self, material: str) -> Law | None:
         """Return the law that a material's tests were fitted with; None where they were not."""
         tests = self.tests(material)
         return self.posterior.law(tests[0]) if tests else None
+
+    def unit(self, group: tuple[str, float]) -> float:
+        """Return the mean base amplitude of a group's tests, m."""
+        return float(np.mean([self.posterior.observations[i].unit for i in self.tests(*group)]))
 
     def problems(self) -> dict[str, tuple[Problem, float]]:
         """Return by source what is simulated for each test, and the phase (rad) by which its base's channel is late."""
@@ -89,77 +108,92 @@ class JointFit:
             found[source] = observation.problem(values), observation.turn * values.get("lag_s", 0.0)
         return found
 
+    def model(self, material: str, scene_model: Model) -> Model:
+        """Return what a material's tests are predicted with: its law, with the values that the joint fit has found."""
+        i = self.tests(material)[0]
+        first, values = self.posterior.observations[i], self.posterior.values(i)
+        names = {p.name for p in first.law.parameters if p.name != "beta"}
+        held = dict(first.held) | {name: value for name, value in values.items() if name in names}
+        return Model(law_of(first.law.name), tuple(sorted(held.items())), scene_model.wall, scene_model.solver)
+
     def friction(self, material: str, normal_force_n: float) -> Estimate:
         """Return the friction ratio under one normal force, at the mean base amplitude of its tests."""
         tests, found = self.tests(material, normal_force_n), self.by_force
         k = found.fit.find("beta", tests[0])
         if k is None:
-            return Estimate(None)
+            return NOT_KNOWN
         value, slope = found.shared(k, tests[0])
-        unit = float(np.mean([found.observations[i].unit for i in tests])) / found.observations[tests[0]].unit
+        unit = self.unit((material, normal_force_n)) / found.observations[tests[0]].unit
         whole = math.sqrt(found.covariance[k, k])
         return Estimate(value / unit, slope / unit * min(found.law_error(k), whole), slope / unit * whole)
 
     def coefficient(self, material: str, stiffness: float | None) -> Estimate:
         """Return a material's friction coefficient by all its tests, stiffness and normal forces as they are told."""
-        tests = self.tests(material)
-        k = self.posterior.fit.find("beta", tests[0]) if tests else None
-        if k is None or stiffness is None:
-            return Estimate(None)
-        observation = self.posterior.observations[tests[0]]
-        if not observation.normal_force:
-            return Estimate(None)
+        i = self.tests(material)[0]
+        k, observation = self.posterior.fit.find("beta", i), self.posterior.observations[i]
+        if k is None or stiffness is None or not observation.normal_force:
+            return NOT_KNOWN
         relative = self.posterior.relative(k)
-        value = self.shared_beta(tests[0]) * stiffness * observation.unit / observation.normal_force
+        value = self.shared_beta(i) * stiffness * observation.unit / observation.normal_force
         whole = value * relative * math.sqrt(self.posterior.covariance[k, k])
         return Estimate(value, min(value * relative * self.posterior.law_error(k), whole), whole)
 
-    def relative_covariance(self, material: str, forces: Sequence[float]) -> FloatArray | None:
-        """Return the covariance of the logarithms of friction ratios under several normal forces; None if one lacks."""
-        found, places = self.by_force, list[int]()
-        for force in forces:
-            tests = self.tests(material, force)
-            k = found.fit.find("beta", tests[0]) if tests else None
-            if k is None:
-                return None
-            places.append(k)
+    def relative_covariance(self, material: str, forces: Sequence[float]) -> FloatArray:
+        """Return the covariance of the logarithms of friction ratios under several normal forces."""
+        found = self.by_force
+        places = [found.fit.find("beta", self.tests(material, force)[0]) or 0 for force in forces]
         slopes = [found.relative(k) for k in places]
         return np.asarray(found.covariance[np.ix_(places, places)] * np.outer(slopes, slopes))
-
-    def evenness(self, tests: Sequence[int]) -> tuple[float, int]:
-        """Return chi-square of the tests' own friction about their mean, by each test's own error, and its freedom."""
-        values, errors = [], []
-        for i in tests:
-            estimate = self.own_beta(i)
-            if estimate.value and estimate.se:
-                values.append(math.log(estimate.value / float(self.shared_beta(i))))
-                errors.append(estimate.se / estimate.value)
-        weight = np.array(errors) ** -2.0
-        about = np.array(values) - float(weight @ values / weight.sum()) if values else np.zeros(0)
-        return float(weight @ about**2), max(len(values) - 1, 0)
 
     def shared_beta(self, i: int) -> float:
         """Return the friction ratio of test i by its material's coefficient."""
         return self.posterior.shared(self.posterior.fit.find("beta", i) or 0, i)[0]
 
-    def own_beta(self, i: int) -> Estimate:
-        """Return the friction ratio that test i alone asks for, all else as the joint fit has it (one linear step)."""
-        posterior = self.posterior
-        k = posterior.fit.find("beta", i)
-        if k is None:
-            return Estimate(None)
-        test = posterior.tests[i]
-        place = test.place(k)
-        slopes, residual = posterior.fit.place.slopes[i], posterior.fit.residual(i)
-        level = np.array([posterior.unknowns[j].level == "test" or j == k for j in test.index])
-        information = slopes[:, level].T @ slopes[:, level] + 1e-12 * np.eye(int(level.sum()))
-        at = int(np.flatnonzero(np.flatnonzero(level) == place)[0])
-        covariance = np.linalg.inv(information)
-        step = float((covariance @ slopes[:, level].T @ residual)[at])
-        u, c = posterior.unknowns[k], float(posterior.fit.own(i)[place]) + step
-        times = float(test.factors[place])
-        value = u.value(max(c, u.low)) * times
-        return Estimate(value, u.slope(max(c, u.low)) * times * math.sqrt(float(covariance[at, at])))
+    @cached_property
+    def own(self) -> tuple[tuple[float, float], ...]:
+        """Logarithm of each test's own friction ratio over the shared one, and its error; all else as the fit has it.
+
+        One linear step; NaN where the friction ratio is given.
+        """
+        posterior, found = self.posterior, []
+        for i, test in enumerate(posterior.tests):
+            k = posterior.fit.find("beta", i)
+            if k is None:
+                found.append((math.nan, math.nan))
+                continue
+            some = np.array([posterior.unknowns[j].level == "test" or j == k for j in test.index])
+            slopes = posterior.fit.place.slopes[i][:, some]
+            at = int(np.flatnonzero(test.index[some] == k)[0])
+            covariance = np.linalg.inv(slopes.T @ slopes + 1e-12 * np.eye(slopes.shape[1]))
+            step = float((covariance @ slopes.T @ posterior.fit.residual(i))[at])
+            u, c = posterior.unknowns[k], float(posterior.fit.own(i)[test.place(k)]) + step
+            c = max(c, u.low)
+            gap = math.log(u.value(c) * test.factor(k) / self.shared_beta(i))
+            found.append((gap, u.slope(c) / u.value(c) * math.sqrt(float(covariance[at, at]))))
+        return tuple(found)
+
+    def evenness(self, tests: Sequence[int]) -> tuple[float, int]:
+        """Return chi-square of the tests' own friction about their mean, by each test's own error, and its freedom."""
+        value, error = np.array([self.own[i] for i in tests]).T
+        weight = error**-2.0
+        about = value - float(weight @ value / weight.sum())
+        return float(weight @ about**2), len(tests) - 1
+
+    def standing_out(self) -> dict[str, tuple[float, float]]:
+        """Return tests whose friction is far from that of the others of their material: their own and the others'."""
+        out: dict[str, tuple[float, float]] = {}
+        for material in self.materials:
+            tests = self.tests(material)
+            gap, error = np.array([self.own[i] for i in tests]).T
+            if len(tests) < FEWEST or not np.isfinite(gap).all():
+                continue
+            width = 1.4826 * float(np.median(np.abs(gap - np.median(gap))))
+            limit = float(stdtrit(len(tests) - 1, ndtr(OUTLIER)))  # of few tests the width is known badly
+            far = np.abs(gap - np.median(gap)) > limit * np.sqrt(error**2 + max(width, SLIGHT) ** 2)
+            for i in np.array(tests)[far].tolist():
+                beta = self.shared_beta(i)
+                out[self.posterior.observations[i].measurement.source] = (beta * math.exp(self.own[i][0]), beta)
+        return out
 
     def rig_notes(self) -> tuple[str, ...]:
         """Return where the tests find sensors and rig, and which of them are far from what is known."""
@@ -176,38 +210,15 @@ class JointFit:
         return (FOUND.format("; ".join(parts)), *far) if parts and len(self.posterior.tests) > 1 else ()
 
 
-def usable(
-    fits: Sequence[FrictionFit], observations: Mapping[str, CycleObservation]
-) -> dict[str, list[CycleObservation]]:
-    """Return the observations of each material that a law can be fitted to.
-
-    Where Coulomb's law has many steady states the cycle depends on which of them it is more than on the law; it counts
-    only in a group that has no other tests.
-    """
-    found: dict[str, list[CycleObservation]] = {}
-    for fit in fits:
-        steady = [v for v in fit.verdicts if v.excluded is None or v.excluded.cause not in OUT]
-        here = [v for v in steady if v.trial.source in observations]
-        alone = [v for v in here if v.predicted is None or v.predicted.memory < KEPT]
-        if here:
-            found.setdefault(fit.material, []).extend(observations[v.trial.source] for v in alone or here)
-    return found
-
-
-def fit_together(
-    fits: Sequence[FrictionFit],
-    observations: Mapping[str, CycleObservation],
-    laws: Mapping[str, Law | None],
-    accuracy: str,
+def fit_cycles(
+    tests: Mapping[str, Sequence[CycleObservation]], laws: Mapping[str, Law | None], accuracy: str
 ) -> tuple[JointFit | None, list[str]]:
-    """Fit the tests of all materials together.
+    """Fit the mean cycles of all materials together.
 
     Parameters
     ----------
-    fits : sequence of FrictionFit
-        From two numbers of each test: which tests have no steady cycle.
-    observations : mapping of str to CycleObservation
-        By source, under the scene's law.
+    tests : mapping of str to sequence of CycleObservation
+        By material, under the scene's law.
     laws : mapping of str to Law or None
         Law by material, where it is not the scene's; None is found by climbing from plain Coulomb friction.
     accuracy : str
@@ -217,11 +228,10 @@ def fit_together(
     -------
     The joint fit (None where there is nothing to fit), and sentences of the materials that could not be fitted.
     """
-    prepare(STATES * len(observations))
     chosen: list[CycleObservation] = []
     ladders: dict[str, Ladder] = {}
     notes: list[str] = []
-    for material, own in usable(fits, observations).items():
+    for material, own in tests.items():
         try:
             law = laws.get(material, own[0].law)
             if law is None:
@@ -229,17 +239,27 @@ def fit_together(
                 law = ladders[material].chosen.law
             under = [observation.under(law) for observation in own]
             infer(_spread_out(under)[:3])  # a material that cannot be fitted alone would end the fit of all
-        except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError) as error:
+        except FAULTS as error:
             notes.append(BY_TWO_NUMBERS.format(material, error))
             continue
         chosen += under
-    if not chosen:
-        return None, notes
+    near = next(iter(ladders.values())).posterior.values() if ladders and len(chosen) == 1 else None
     try:
-        joint = _joint(chosen, ladders)
-    except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError) as error:
+        return (_together(chosen, ladders, near) if chosen else None), notes
+    except FAULTS as error:
         return None, [*notes, BY_TWO_NUMBERS.format("all materials", error)]
-    return joint, notes
+
+
+def _together(
+    observations: Sequence[CycleObservation], ladders: Mapping[str, Ladder], near: Mapping[str, float] | None
+) -> JointFit:
+    """The joint fit of some tests, made again without those that stand out."""
+    posterior = infer(observations, near=near)
+    joint = JointFit(posterior, at_each_force(posterior), ladders)
+    if out := joint.standing_out():
+        posterior = infer([o for o in observations if o.measurement.source not in out], near=posterior.values())
+        joint = JointFit(posterior, at_each_force(posterior), ladders, out)
+    return joint
 
 
 def _spread_out(observations: Sequence[CycleObservation]) -> list[CycleObservation]:
@@ -250,39 +270,32 @@ def _spread_out(observations: Sequence[CycleObservation]) -> list[CycleObservati
     return [ordered[int(i)] for i in np.linspace(0, len(ordered) - 1, MOST_CLIMBED).round()]
 
 
-def _joint(observations: Sequence[CycleObservation], ladders: Mapping[str, Ladder]) -> JointFit:
-    near = None
-    single = len({o.material for o in observations}) == 1 and len(observations) == 1
-    if single and ladders:
-        near = next(iter(ladders.values())).posterior.values()
-    posterior = infer(observations, near=near)
-    joint = JointFit(posterior, at_each_force(posterior), ladders, {})
-    out = _standing_out(joint)
+def fit_rows(observations: Sequence[RowObservation]) -> JointFit:
+    """Fit the rows of one material, without those that stand out by their noise alone.
+
+    Raises
+    ------
+    AnalysisError
+        No friction ratio has a steady state in all tests.
+    """
+    found = _of_rows(observations)
+    first = posterior_of(found)
+    out = JointFit(first, first).standing_out()
     if out:
-        rest = [o for o in observations if o.measurement.source not in out]
-        posterior = infer(rest, near=posterior.values())
-        joint = JointFit(posterior, at_each_force(posterior), ladders, out)
-    return joint
+        found = _of_rows([o for o in observations if o.measurement.source not in out])
+    posterior = posterior_of(tempered(found))
+    return JointFit(posterior, at_each_force(posterior), out=out)
 
 
-def _standing_out(joint: JointFit) -> dict[str, tuple[float, float]]:
-    """Tests whose friction is far from that of the others of their material, by source: their own and the others'."""
-    out: dict[str, tuple[float, float]] = {}
-    for material in {test.observation.material for test in joint.posterior.tests}:
-        tests = joint.tests(str(material))
-        own = [joint.own_beta(i) for i in tests]
-        if len(tests) < FEWEST or any(e.value is None for e in own):
-            continue
-        gap = np.array([math.log((e.value or 1.0) / joint.shared_beta(i)) for i, e in zip(tests, own, strict=True)])
-        error = np.array([(e.se or 0.0) / (e.value or 1.0) for e in own])
-        width = 1.4826 * float(np.median(np.abs(gap - np.median(gap))))
-        limit = float(stdtrit(len(tests) - 1, ndtr(OUTLIER)))  # of few tests the width is known badly
-        far = np.abs(gap - np.median(gap)) > limit * np.sqrt(error**2 + max(width, SLIGHT) ** 2)
-        for i, e, is_far in zip(tests, own, far, strict=True):
-            if is_far:
-                source = joint.posterior.observations[i].measurement.source
-                out[source] = (float(e.value or math.nan), joint.shared_beta(i))
-    return out
+def _of_rows(observations: Sequence[RowObservation]) -> Fit:
+    """The fit of rows with the likeliest scatter from test to test."""
+    model = model_of(cast("Sequence[CycleObservation]", observations))  # a row has all that is asked for
+    start = np.zeros(len(model.unknowns))
+    for k, u in enumerate(model.unknowns):
+        if u.name == "beta":
+            own = [o.guess / t.factor(k) for o, t in zip(observations, model.tests, strict=True) if k in t.index]
+            start[k] = u.at(float(np.median(own)))
+    return with_scatter(fit_from(model, [start], tempers=False))[0]
 
 
 def at_each_force(posterior: Posterior) -> Posterior:
@@ -305,7 +318,7 @@ def at_each_force(posterior: Posterior) -> Posterior:
 
 
 def _stepped(model: FitModel, here: Place) -> Place:
-    """The place one linear step on, where the step of every friction ratio is small; else the place itself."""
+    """The place one linear step on."""
     fit = Fit(model, here)
     bent = np.array([u.strain_slope(float(c)) for u, c in zip(model.unknowns, here.point, strict=True)])
     step = np.linalg.solve(fit.precision, fit.reduced.pull - bent * here.strain)
@@ -317,100 +330,130 @@ def _stepped(model: FitModel, here: Place) -> Place:
     return Place(point, here.local, residual, here.slopes, model.strains(point))
 
 
-def fit_of(fit: FrictionFit, joint: JointFit, model: Model, known: Known) -> FrictionFit:
-    """Return the friction of a group by the joint fit, in the place of that by two numbers."""
-    tests = joint.tests(fit.material, fit.normal_force_n)
-    if not tests:
-        return fit
-    ratio = joint.friction(fit.material, fit.normal_force_n)
-    if ratio.value is None:
-        return fit
-    law = joint.posterior.law(tests[0])
-    verdicts = tuple(_verdict(v, joint, model, ratio.value) for v in fit.verdicts)
-    used = [v.trial for v in verdicts if v.excluded is None]
-    freedom = max(len(joint.tests(fit.material)) - 1, 0)
-    force, coefficient = in_newtons(ratio, used, known, fit.normal_force_n)
-    reach = reach_of(ratio, freedom)
+@dataclass(frozen=True)
+class Known:
+    """What the fit of a group takes as known.
+
+    ``model``: its law with the values found; ``stiffness``: N/m; ``sources``: of sensors, rig and normal force.
+    """
+
+    model: Model
+    stiffness: float | None
+    sources: Sources
+
+
+def friction_of(
+    trials: Sequence[Trial], screened: Screened, joint: JointFit | None, known: Known, said: str = ""
+) -> FrictionFit:
+    """Return the friction of one material under one normal force by the joint fit of its material, and of each test.
+
+    Parameters
+    ----------
+    trials : sequence of Trial
+        At least one, none failed, all of one group.
+    screened : Screened
+        Of these tests.
+    joint : JointFit or None
+        None where nothing could be fitted.
+    known : Known
+    said : str
+        What else a reader must know.
+    """
+    material, force = trials[0].group
+    tests = [] if joint is None else joint.tests(material, force)
+    ratio = NOT_KNOWN if joint is None or not tests else joint.friction(material, force)
+    if joint is None or ratio.value is None:
+        verdicts = tuple(Verdict(t, screened.left_out.get(t.source) or Cause.UNPREDICTED.because()) for t in trials)
+        kinds = sorted({v.excluded.cause.value for v in verdicts if v.excluded is not None})
+        note = f"no friction ratio: every test was left out ({', '.join(kinds)})"
+        return FrictionFit(material, force, verdicts, note=note)
+    verdicts = tuple(_verdict(t, screened, joint, known, ratio.value) for t in trials)
+    used, freedom = [v.trial for v in verdicts if v.excluded is None], len(joint.tests(material)) - 1
+    newtons, coefficient = in_newtons(ratio, used, known.stiffness, known.sources, force)
+    posterior, reach = joint.posterior, reach_of(ratio, freedom)
+    k = posterior.fit.find("beta", tests[0]) or 0
     square, own_freedom = joint.evenness(tests)
-    relative = joint.by_force.relative(joint.by_force.fit.find("beta", tests[0]) or 0)
-    found = joint.posterior.shares("beta", tests[0])
-    scatter = float(joint.posterior.fit.model.scatter[joint.posterior.fit.find("beta", tests[0]) or 0]) * relative
-    return replace(
-        fit,
+    of_cycles = isinstance(posterior.observations[0], CycleObservation)
+    return FrictionFit(
+        material=material,
+        normal_force_n=force,
         verdicts=verdicts,
         ratio=ratio,
-        force=force,
+        force=newtons,
         coefficient=coefficient,
         low=ratio.value - reach,
         high=ratio.value + reach,
         freedom=freedom,
-        scatter=scatter if freedom else None,
-        note=_note(fit, law, verdicts, has_force=force.known, freedom=freedom),
-        shares={SOURCES[name]: share / ratio.value for name, share in found.items() if name in SOURCES},
-        law=law.name,
+        scatter=float(posterior.fit.model.scatter[k]) * posterior.relative(k) if freedom else None,
+        note="; ".join(filter(None, (*_notes(verdicts, screened, known, freedom), said))),
+        shares={n: share / ratio.value for n, share in posterior.shares("beta", tests[0]).items() if n in RIG},
+        normal_force_u=known.sources.normal_force,
+        law=posterior.law(tests[0]).name if of_cycles else None,
         tests_chi_square=square if own_freedom else None,
         tests_freedom=own_freedom,
-        tests_p=_p(square, own_freedom),
+        tests_p=float(chdtrc(own_freedom, square)) if own_freedom else None,
     )
 
 
-def _p(square: float, freedom: int) -> float | None:
-    from scipy.stats import chi2  # noqa: PLC0415 - half a second, for campaigns alone
-
-    return float(chi2.sf(square, freedom)) if freedom else None
-
-
-def _verdict(verdict: Verdict, joint: JointFit, model: Model, beta: float) -> Verdict:
+def _verdict(trial: Trial, screened: Screened, joint: JointFit, known: Known, beta: float) -> Verdict:
     """What the joint fit says of one test."""
-    trial, i = verdict.trial, joint.place.get(verdict.trial.source)
-    excluded = _excluded(verdict, joint)
-    if i is None or trial.regime == "stuck" or trial.is_long:
-        return replace(verdict, excluded=excluded)
-    observation = joint.posterior.observations[i]
-    residual = joint.posterior.fit.residual(i)
-    here = local(model, trial.r, beta * observation.unit / trial.base_amplitude_m, observation.base)
-    parameters = joint.posterior.parameters(i)["beta"]
+    source, i, posterior = trial.source, joint.place.get(trial.source), joint.posterior
+    excluded = None if i is not None else _why_out(source, screened, joint)
+    if source not in screened.betas or (excluded is not None and excluded.cause in (Cause.LONG, Cause.STUCK)):
+        return Verdict(trial, excluded)
+    observation = None if i is None else posterior.observations[i]
+    own = beta * joint.unit(trial.group) / screened.units[source]
+    base = observation.base if isinstance(observation, CycleObservation) else COSINE
+    steep = elasticity(known.model, trial.r, own, base)
+    found = Verdict(
+        trial,
+        excluded,
+        predicted=predict(known.model, trial.r, own, base),
+        elasticity=steep if math.isfinite(steep) else 0.0,
+    )
+    if i is None or observation is None:
+        row = observe_row(trial, known.model.first, known.sources, own, screened.units[source])
+        try:
+            alone = fit_rows([row]).posterior.parameters()["beta"]
+        except FAULTS:
+            return found
+        return replace(found, alone=Estimate(alone.value, alone.se, alone.u))
+    alone, residual = posterior.parameters(i)["beta"], posterior.fit.residual(i)
+    of_cycle = isinstance(observation, CycleObservation)
     return replace(
-        verdict,
-        excluded=excluded,
-        alone=Estimate(parameters.value, parameters.se, parameters.u),
-        predicted=None if here is None else here.here,
-        elasticity=float(here.by_beta[0]) * beta / here.here.energy if here is not None and here.here.energy else 0.0,
+        found,
+        alone=Estimate(alone.value, alone.se, alone.u),
         misfit=math.sqrt(observation.chi_square(residual) / len(residual)),
-        nrmse=observation.nrmse(residual),
-        floor=observation.cycles.floor,
+        nrmse=observation.nrmse(residual) if of_cycle else None,
+        floor=observation.cycles.floor if of_cycle else None,
     )
 
 
-def _excluded(verdict: Verdict, joint: JointFit) -> LeftOut | None:
-    source = verdict.trial.source
-    if source in joint.place:
-        return None
+def _why_out(source: str, screened: Screened, joint: JointFit) -> LeftOut:
     if source in joint.out:
         return Cause.UNEXPLAINED.because(*joint.out[source])
-    if verdict.excluded is None and verdict.predicted is not None and verdict.predicted.memory >= KEPT:
-        return Cause.NOT_UNIQUE.because()
-    return verdict.excluded or Cause.NO_CYCLE.because()
+    if source in screened.left_out:
+        return screened.left_out[source]
+    return (Cause.NOT_UNIQUE if source in screened.not_unique else Cause.NO_CYCLE).because()
 
 
-def _note(fit: FrictionFit, law: Law, verdicts: Sequence[Verdict], *, has_force: bool, freedom: int) -> str:
-    used, tests = sum(v.excluded is None for v in verdicts), sum(not v.trial.is_long for v in verdicts)
-    parts = [] if freedom else ["one test only: its scatter from test to test is not known"]
-    parts += [f"{tests - used} of {tests} tests left out"] if used < tests else []
-    parts += [] if has_force else [part for part in fit.note.split("; ") if part.startswith("no force")]
-    missed = [v for v in verdicts if v.excluded is None and v.nrmse is not None and v.floor is not None]
+def _notes(verdicts: Sequence[Verdict], screened: Screened, known: Known, freedom: int) -> Iterator[str]:
+    """What a reader must know of a group."""
+    used, tests = [v for v in verdicts if v.excluded is None], sum(not v.trial.is_long for v in verdicts)
+    missed = [v for v in used if v.nrmse is not None and v.floor is not None]
+    if screened.note and not missed:
+        yield screened.note
+    if not freedom:
+        yield "one test only: its scatter from test to test is not known"
+    if len(used) < tests:
+        yield f"{tests - len(used)} of {tests} tests left out"
+    silent = sum(not v.trial.tells_errors for v in used)
+    if silent and not missed:
+        yield f"{silent} tests tell no standard error: {UNKNOWN_ERROR:.0%} is taken"
+    if known.stiffness is None:
+        yield "no force: the scene gives no stiffness"
+    elif not any(math.isfinite(v.trial.base_amplitude_m) for v in used):
+        yield "no force: no test tells its base amplitude"
     off = sum((v.nrmse or 0.0) > 2.0 * (v.floor or 0.0) for v in missed)
-    parts += [f"{law.name} does not explain {off} of {len(missed)} cycles to their noise"] if off else []
-    return "; ".join(parts)
-
-
-def model_under(joint: JointFit, material: str, scene_model: Model) -> Model:
-    """Return what a material's tests are predicted with: its law, with the values that the joint fit has found."""
-    tests = joint.tests(material)
-    if not tests:
-        return scene_model
-    first = joint.posterior.observations[tests[0]]
-    values = joint.posterior.values(tests[0])
-    names = {p.name for p in first.law.parameters if p.name != "beta"}
-    held = dict(first.held) | {name: value for name, value in values.items() if name in names}
-    return Model(law_of(first.law.name), tuple(sorted(held.items())), scene_model.wall, scene_model.solver)
+    if off:
+        yield f"{known.model.law.name} does not explain {off} of {len(missed)} cycles to their noise"

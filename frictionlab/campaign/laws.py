@@ -1,12 +1,14 @@
-"""The law of each material: evidence of the laws tried, parameters in physical units, and the loops of its contact."""
+"""The law of each material: Amontons' law, evidence of the laws tried, physical parameters, loops of its contact."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import fdtrc
 
 from frictionlab.arrays import FloatArray
+from frictionlab.campaign.friction import FrictionFit
 from frictionlab.campaign.joint_fit import JointFit
 from frictionlab.estimate import Estimate, Flat
 from frictionlab.inference.comparison import contact_force
@@ -15,7 +17,34 @@ from frictionlab.scene import Scene
 from frictionlab.scene.physical import to_physical
 from frictionlab.tables import Row
 
+SIGNIFICANT = 0.05
 SHOWN = 3  # loops of a material
+
+
+@dataclass(frozen=True)
+class AmontonsTest:
+    """One material's coefficients over normal force.
+
+    ``coefficient`` and its error: the mean over forces; ``chi_square`` about it with ``freedom`` degrees; ``p``: how
+    often a constant coefficient would look at least this uneven; ``exponent``: of coefficient ~ force^exponent, with
+    its standard error; ``verdict``: all of it in words. ``None`` is not known.
+    """
+
+    material: str
+    forces: int
+    coefficient: float | None = None
+    coefficient_se: float | None = None
+    chi_square: float | None = None
+    freedom: int = 0
+    p: float | None = None
+    exponent: float | None = None
+    exponent_se: float | None = None
+    verdict: str = ""
+
+    @property
+    def holds(self) -> bool | None:
+        """Whether the coefficient may be constant; None where nothing can be said."""
+        return None if self.p is None else self.p >= SIGNIFICANT
 
 
 @dataclass(frozen=True)
@@ -79,6 +108,84 @@ class Loop:
     law_place: FloatArray
     law_speed: FloatArray
     law_force: FloatArray
+
+
+def amontons(
+    material: str, forces: FloatArray, value: FloatArray, covariance: FloatArray, tests: int, mean: Estimate
+) -> AmontonsTest:
+    """Test whether a material's friction coefficient is constant over normal force.
+
+    Chi-square of the coefficients about their best mean; their errors come from few tests, so p is that of Fisher's F.
+
+    Parameters
+    ----------
+    forces, value : ndarray of shape (n,)
+        Normal forces [N] and the coefficient under each.
+    covariance : ndarray of shape (n, n)
+        Of the coefficients, each normal force's own error included.
+    tests : int
+        Degrees of freedom by which the errors are known.
+    mean : Estimate
+        The coefficient by all tests.
+    """
+    freedom, weight = len(value) - 1, np.linalg.inv(covariance)
+    if not freedom:
+        words = f"measured under one normal force only, so Amontons' law is not tested; mean coefficient {mean}"
+        return AmontonsTest(material, 1, mean.value, mean.error, verdict=f"{material}: {words}.")
+    about = value - float(weight.sum(axis=0) @ value / weight.sum())
+    square = float(about @ weight @ about)
+    p = float(fdtrc(freedom, max(tests, 1), square / freedom))
+    exponent, error = _exponent(forces, value, weight * np.outer(value, value))
+    words = f"{material}: {_words(square, freedom, p, exponent, error)}; mean coefficient {mean}."
+    return AmontonsTest(material, len(value), mean.value, mean.error, square, freedom, p, exponent, error, words)
+
+
+def amontons_of(
+    material: str, fits: Sequence[FrictionFit], joints: Mapping[tuple[str, float], JointFit], stiffness: float | None
+) -> AmontonsTest:
+    """Test Amontons' law by the joint fit of a material's groups, the errors of its normal forces beside it."""
+    joint = next((joints[g] for f in fits if (g := (material, f.normal_force_n)) in joints), None)
+    known = [f for f in fits if f.friction_coefficient and joints.get((material, f.normal_force_n)) is joint]
+    if not known or joint is None:
+        return AmontonsTest(material, 0, verdict=f"{material}: no coefficient is known.")
+    value = np.array([f.friction_coefficient for f in known], dtype=float)
+    forces = [f.normal_force_n for f in known]
+    relative = joint.relative_covariance(material, forces) + np.diag([f.normal_force_u**2 for f in known])
+    mean, by_rig = joint.coefficient(material, stiffness), max(_beyond_ratio(f) for f in known)
+    mean = mean.with_u(math.hypot(mean.u or 0.0, by_rig * (mean.value or 0.0)))
+    return amontons(material, np.array(forces), value, relative * np.outer(value, value), known[0].freedom, mean)
+
+
+def _beyond_ratio(fit: FrictionFit) -> float:
+    """Relative uncertainty that stiffness, base sensor and normal force add to that of the friction ratio."""
+    coefficient, ratio = ((e.u or 0.0) / (e.value or 1.0) for e in (fit.coefficient, fit.ratio))
+    return math.sqrt(max(0.0, coefficient**2 - ratio**2))
+
+
+def _exponent(force: FloatArray, value: FloatArray, weight: FloatArray) -> tuple[float, float]:
+    """Slope of ln(coefficient) over ln(force), by weights (n, n); its error includes the scatter about the line."""
+    lines = np.stack([np.ones(len(force)), np.log(force)], axis=1)
+    covariance = np.linalg.inv(lines.T @ weight @ lines)
+    best = covariance @ lines.T @ weight @ np.log(value)
+    left = np.log(value) - lines @ best
+    stretch = math.sqrt(float(left @ weight @ left) / (len(force) - 2)) if len(force) > 2 else 1.0
+    return float(best[1]), max(1.0, stretch) * math.sqrt(float(covariance[1, 1]))
+
+
+def _words(square: float, freedom: int, p: float, exponent: float, error: float) -> str:
+    proof = f"chi-square {square:.3g} on {freedom} degrees of freedom, p = {p:.2g}"
+    proof = proof if p >= 1e-4 else proof.replace(f"{p:.2g}", "less than 0.0001")
+    if p >= SIGNIFICANT:
+        return (
+            f"the friction coefficient may be the same under all {freedom + 1} normal forces, as Amontons' law says"
+            f" ({proof})"
+        )
+    way, is_clear = "falls" if exponent < 0 else "rises", abs(exponent) > 2 * error
+    trend = f"it {way} with normal force, by {abs(2**exponent - 1):.1%} at each doubling"
+    return (
+        f"the friction coefficient is not constant over normal force ({proof}):"
+        f" {trend if is_clear else 'it varies without a clear trend over normal force'}"
+    )
 
 
 def laws_together(ladders: Mapping[str, Ladder]) -> tuple[LawEvidence, ...]:

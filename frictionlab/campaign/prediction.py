@@ -1,40 +1,35 @@
-"""What the contact law says of one test, and what the test says of its friction ratio by that.
+"""What the contact law says of a test, and a row of measurements as an observation of the inference.
 
-Each comes with how fast it changes with the friction ratio and the frequency ratio. Errors that each test makes anew
-fall with the number of tests; a gain, a lag or a natural frequency that is wrong is wrong in all of them. So each test
-has an error of its own and *shifts*: by how much one standard uncertainty of a shared source moves its estimate. The
-shifts of a group are the weighted means of its tests' shifts, and do not fall.
+Where no recording is at hand, the two numbers of a row, energy and amplitude, are what a fit sees of a test. Gain, lag
+and natural frequency are unknowns of the rig, as sure as the row's combined uncertainties (else the scene) say.
 """
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from functools import lru_cache
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import ClassVar
 
 import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.trials import Trial
-from frictionlab.errors import SimulationError, UsageError
+from frictionlab.errors import FrictionlabError, SimulationError, UsageError
 from frictionlab.inference.compare import base_words, model_words
+from frictionlab.inference.observation import Observation, Reached, Values
 from frictionlab.inference.observations import law_and_held
+from frictionlab.inference.unknowns import SMALLEST, Unknown, of_law
 from frictionlab.scene import Scene, Solver
-from frictionlab.simulator import COSINE, Base, Problem, steady_state
-from frictionlab.simulator.engine import choose
+from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.problem import Wall
 from frictionlab.uncertainty import Sources
 
 COULOMB = law_of("coulomb")
-STEP = 0.005  # relative step of the slopes: wide enough to see past the small steps where a stop appears
-
-
-SLIDES = 20.0  # of one steady state, roughly
-
-
-def prepare(predictions: int) -> None:
-    """Load the compiled simulator if that many predictions are worth it; it changes nothing but their time."""
-    choose(SLIDES * predictions)
+STEP = 0.005  # relative step of differences: wide enough to see past the small steps where a stop appears
+MODEL_FLOOR = 0.002  # relative: no model is better than this
+RATIO_FLOOR = 0.0005  # relative: of a frequency ratio where nobody tells how well the natural frequency is known
+FLAT = 30.0  # times: how much wider than its usual range the prior of a friction ratio is
 
 
 @dataclass(frozen=True)
@@ -64,16 +59,11 @@ class Model:
 
     @property
     def first(self) -> "Model":
-        """That by which friction is looked for at first: itself, or plain Coulomb friction where it is open or dear."""
-        if self.is_cheap and not self.open_ones:
+        """That by which rows are fitted: itself, or plain Coulomb friction where it is open or dear."""
+        if self.law.is_exact and not self.open_ones:
             return self
         rig = tuple((name, value) for name, value in self.held if name == "frame_damping_ratio")
         return Model(COULOMB, rig, self.wall)
-
-    @property
-    def is_cheap(self) -> bool:
-        """Whether a steady state takes less than a millisecond or two."""
-        return self.law.is_exact
 
     @property
     def words(self) -> str:
@@ -111,54 +101,30 @@ def model_of(scene: Scene, *, recorded: bool = False) -> Model:
     return model
 
 
-@dataclass(frozen=True)
-class PredictedState:
-    """A predicted steady state: ``energy`` (k Y^2 per cycle), ``amplitude`` (Y), ``stops`` per cycle.
-
-    ``memory``: what is left of a disturbance after one cycle, the modulus of the Floquet multiplier (1: it never dies).
-    """
-
-    energy: float
-    amplitude: float
-    stops: float
-    memory: float
-
-
 @lru_cache(maxsize=65536)
-def predict(model: Model, r: float, beta: float, base: Base = COSINE) -> PredictedState | None:
+def predict(model: Model, r: float, beta: float, base: Base = COSINE) -> SteadyState | None:
     """The steady state at (r, beta), or None where there is none (unbounded, or not found)."""
+    return _state(model.problem(r, beta, base), model.solver)
+
+
+def _state(problem: Problem, solver: Solver) -> SteadyState | None:
     try:
-        state = steady_state(model.problem(r, beta, base), solver=model.solver)
+        state = steady_state(problem, solver=solver)
     except SimulationError:
         return None
-    if state.energy_per_cycle is None or state.response_amplitude is None:
-        return None
-    multiplier = state.floquet_multiplier
-    memory = abs(multiplier) ** (1.0 / max(state.period_cycles or 1, 1)) if multiplier is not None else 0.0
-    return PredictedState(state.energy_per_cycle, state.response_amplitude, state.stops_per_cycle or 0.0, memory)
+    return None if state.energy_per_cycle is None or state.response_amplitude is None else state
 
 
-@dataclass(frozen=True)
-class Local:
-    """A prediction with its slopes: ``by_beta`` and ``by_r``, each (2,) for energy and amplitude."""
-
-    here: PredictedState
-    by_beta: FloatArray
-    by_r: FloatArray
+def memory_of(state: SteadyState) -> float:
+    """What is left of a disturbance after one cycle: the modulus of the Floquet multiplier; 1: it never dies."""
+    return float(abs(state.floquet_multiplier or 0.0) ** (1.0 / max(state.period_cycles or 1, 1)))
 
 
-def local(model: Model, r: float, beta: float, base: Base = COSINE) -> Local | None:
-    """Prediction and central differences at (r, beta); None where a neighbour has no steady state."""
-    h, g = STEP * beta, STEP * r * min(1.0, max(abs(r - 1.0), 0.02))
-    points = [predict(model, *p, base) for p in ((r, beta), (r, beta - h), (r, beta + h), (r - g, beta), (r + g, beta))]
-    if any(p is None for p in points):
-        return None
-    here, low, high, slow, fast = (p for p in points if p is not None)
-    return Local(here, (_pair(high) - _pair(low)) / (2 * h), (_pair(fast) - _pair(slow)) / (2 * g))
-
-
-def _pair(prediction: PredictedState) -> FloatArray:
-    return np.array([prediction.energy, prediction.amplitude])
+def elasticity(model: Model, r: float, beta: float, base: Base = COSINE) -> float:
+    """Relative change of the energy over that of beta, d ln E / d ln beta; nan where there is no steady state."""
+    states = [predict(model, r, beta * times, base) for times in (1.0 - STEP, 1.0, 1.0 + STEP)]
+    low, here, high = (math.nan if s is None else s.energy_per_cycle or math.nan for s in states)
+    return (high - low) / (2.0 * STEP * here)
 
 
 @dataclass(frozen=True)
@@ -176,105 +142,170 @@ class Curve:
 def curve(model: Model, material: str, normal_force_n: float, beta: float, r: FloatArray) -> Curve:
     """Predict one friction ratio over frequency ratios."""
     states = [predict(model, float(value), beta) for value in r]
-    energy = np.array([math.nan if s is None else s.energy for s in states])
-    stops = np.array([math.nan if s is None else s.stops for s in states])
+    energy, stops = (
+        np.array([math.nan if s is None else getattr(s, key) or 0.0 for s in states])
+        for key in ("energy_per_cycle", "stops_per_cycle")
+    )
     return Curve(material, normal_force_n, beta, r, energy, stops)
 
 
-MODEL_FLOOR = 0.002  # relative: no model is better than this
-RATIO_FLOOR = 0.0005  # relative: of a frequency ratio where nobody tells how well the natural frequency is known
-GAIN = "gain and linearity of the sensors"
-LAG = "lag between the channels"
-CROSSTALK = "crosstalk"
-FREQUENCY = "natural frequency"
-SIGNED = (GAIN, FREQUENCY)  # the others turn their sign from test to test, nobody knows how: their worst is taken
-RIG = (GAIN, LAG, CROSSTALK, FREQUENCY)
+def loop_ratio(trial: Trial, wall: Wall) -> float:
+    """Return E / (4 X), eq. (2.23): friction over k Y of any Coulomb motion with two turns a cycle; nan if unknown."""
+    energy, amplitude = trial.mean
+    if wall == "base":  # the path is that of mass over base, and the force that drives it r^2 times
+        return trial.r**2 * energy / (4.0 * math.hypot(_in_phase(energy, amplitude, trial.r) - 1.0, energy / math.pi))
+    return energy / (4.0 * amplitude)
+
+
+def _in_phase(energy: float, amplitude: float, r: float) -> float:
+    """Part of the motion in phase with the base, Y: it turns its sign at resonance; the other one is E / pi."""
+    return math.copysign(math.sqrt(max(amplitude**2 - (energy / math.pi) ** 2, 0.0)), 1.0 - r)
 
 
 @dataclass(frozen=True)
-class Own:
-    """What one test says: ``step`` from the present friction ratio to its own.
+class RowObservation(Observation):
+    """Energy and amplitude of one test, over what was measured of them (2,), under a law.
 
-    ``error``: its own standard error, with misfit; ``whole``: with the shared sources, as it weighs; ``misfit``: by
-    which factor energy and amplitude contradict each other beyond their errors, at least 1; ``shifts``: of the step by
-    one standard uncertainty of each shared source.
+    Parameters
+    ----------
+    measurement : Trial
+    law, held, wall, solver
+        As a `Model` has them.
+    guess : float
+        About what its friction ratio is.
+    unit : float
+        Amplitude Y of the base, m; the mean of its group where the row does not tell it.
+    rig : tuple of Unknown
+    noise : ndarray of shape (2, 2)
+        Covariance of the errors that the test makes anew, relative.
+    missed : float
+        Share of the numbers, squared, that the law misses.
     """
 
-    step: float
-    error: float
-    whole: float
-    misfit: float
-    shifts: Mapping[str, float]
+    measurement: Trial
+    law: Law
+    held: Values
+    wall: Wall
+    solver: Solver
+    guess: float
+    unit: float
+    rig: tuple[Unknown, ...]
+    noise: FloatArray
+    missed: float = 0.0
+    steps: ClassVar = (2e-4, -2e-4)  # of the flat prior's deviation: half a per cent of the friction ratio
+    by_sensors: ClassVar = ("gain", "lag_s", "crosstalk")
+    data: ClassVar[FloatArray] = np.ones(2)
+    powers: ClassVar[float] = 1.0
 
-    def scaled(self, factor: float) -> "Own":
-        """The same for a friction ratio in another unit."""
-        shifts = {source: shift * factor for source, shift in self.shifts.items()}
-        return Own(self.step * factor, self.error * factor, self.whole * factor, self.misfit, shifts)
+    @property
+    def material(self) -> str | None:  # type: ignore[override] # read alone
+        """Material of the contact."""
+        return self.measurement.material
+
+    @property
+    def normal_force(self) -> float | None:
+        """Normal force, N."""
+        return self.measurement.normal_force_n
+
+    @property
+    def r(self) -> float:
+        """Frequency ratio."""
+        return self.measurement.r
+
+    @property
+    def turn(self) -> float:
+        """Angular frequency of the drive, rad/s."""
+        return 2.0 * math.pi * self.measurement.drive_frequency_hz
+
+    @property
+    def law_unknowns(self) -> tuple[Unknown, ...]:
+        """The friction ratio, of which rows alone tell: no prior holds it."""
+        return tuple(replace(u, sd=FLAT * u.sd, scatter=u.scatter / FLAT) for u in of_law(self.law, self.held))
+
+    @property
+    def rig_unknowns(self) -> tuple[Unknown, ...]:
+        """What is not known of sensors and rig."""
+        return self.rig
+
+    @cached_property
+    def _spectrum(self) -> tuple[FloatArray, FloatArray]:
+        variances, directions = np.linalg.eigh(self.noise)
+        return variances, directions
+
+    @property
+    def variances(self) -> FloatArray:
+        """Of the noise (2,), along its independent directions."""
+        return self._spectrum[0]
+
+    @property
+    def directions(self) -> FloatArray:
+        """Independent directions of the noise, as columns (2, 2)."""
+        return self._spectrum[1]
+
+    @cached_property
+    def whitener(self) -> FloatArray:
+        """Matrix (2, 2) that makes noise and misfit independent with unit variance."""
+        return np.asarray(self.directions.T / self.sd[:, None])
+
+    def covariance(self, at: Reached) -> FloatArray:
+        """Return the covariance (n, n) that noise and misfit leave in the coordinates of a fit."""
+        return np.asarray(at.gain @ at.gain.T)
+
+    def problem(self, values: Values) -> Problem:
+        """Return what is simulated at some values."""
+        return self.simulated(values, self.r)
+
+    def motion(self, values: Values, near: object = None) -> SteadyState | None:  # noqa: ARG002 - exact laws need none
+        """Return the steady state at some values; None where there is none."""
+        try:
+            return _state(self.problem(values), self.solver)
+        except FrictionlabError:
+            return None  # values outside a law's domain are no candidate
+
+    def seen(self, motion: SteadyState, values: Values) -> FloatArray:
+        """Return energy and amplitude as the sensors show them, over the measured ones (2,).
+
+        A lag turns the cycle, and so moves what is in phase with the base into the loop's area ``pi sum(...)``.
+        """
+        energy, amplitude = motion.energy_per_cycle or 0.0, motion.response_amplitude or 0.0
+        gain, late = 1.0 + values.get("gain", 0.0), values.get("lag_s", 0.0) * self.turn if "lag_s" in values else 0.0
+        turned = energy * math.cos(late) - math.pi * _in_phase(energy, amplitude, self.r) * math.sin(late)
+        shown = gain * np.array([turned, (1.0 + values.get("crosstalk", 0.0)) * amplitude])
+        return np.asarray(shown / self.measurement.mean)
 
 
-def own_estimate(trial: Trial, here: Local, sources: Sources | None) -> Own | None:
-    """Generalized least squares of energy and amplitude; None where neither tells the friction ratio."""
-    measured = np.array(trial.mean)
-    noise = np.diag(np.hypot(trial.mean_se, MODEL_FLOOR * measured) ** 2)
-    shared = _moved(trial, here, sources)
-    floor = 0.0 if shared[FREQUENCY].any() else RATIO_FLOOR * trial.r
-    noise += np.outer(here.by_r, here.by_r) * math.hypot(trial.frequency_ratio_se or 0.0, floor) ** 2
-    weight = np.linalg.inv(noise + sum(np.outer(v, v) for v in shared.values()))
-    information = float(here.by_beta @ weight @ here.by_beta)
-    if not information > 0.0:
-        return None
-    gain = here.by_beta @ weight / information
-    gap = measured - np.array([here.here.energy, here.here.amplitude])
-    step = float(gain @ gap)
-    left = gap - here.by_beta * step
-    misfit = math.sqrt(max(1.0, float(left @ weight @ left)))
-    error = misfit * math.sqrt(float(gain @ noise @ gain))
-    shifts = {source: float(gain @ v) for source, v in shared.items()}
-    return Own(step, error, math.hypot(error, *shifts.values()), misfit, shifts)
+def observe_row(trial: Trial, model: Model, sources: Sources, beta: float, unit: float) -> RowObservation:
+    """Return a row of measurements as a fit sees it; ``beta``: about what its friction ratio is.
 
-
-def _moved(trial: Trial, here: Local, sources: Sources | None) -> dict[str, FloatArray]:
-    """What one standard uncertainty of each shared source does to energy and amplitude (2,).
-
-    What moves both alike is a gain; what is left of the energy's uncertainty a lag, of the amplitude's a crosstalk.
+    What an error of r does to the numbers counts as their noise, so that near resonance the ratio of the two decides.
     """
+    rig = tuple(u for u in _rig_of(trial, sources) if u.sd > SMALLEST and math.isfinite(u.sd))
+    noise = np.diag(np.hypot(np.divide(trial.mean_se, trial.mean), MODEL_FLOOR) ** 2)
+    row = RowObservation(trial, model.law, dict(model.held), model.wall, model.solver, beta, unit, rig, noise)
+    floor = 0.0 if any(u.name == "natural_frequency" for u in rig) else RATIO_FLOOR
+    step = STEP * min(1.0, max(abs(trial.r - 1.0), 0.02))
+    ends = [row.predict({"beta": beta, "natural_frequency": side * step}) for side in (-1.0, 1.0)]
+    if ends[0] is not None and ends[1] is not None:
+        steep = (ends[1] - ends[0]) / (2.0 * step)
+        noise = noise + np.outer(steep, steep) * math.hypot((trial.frequency_ratio_se or 0.0) / trial.r, floor) ** 2
+    return replace(row, noise=noise)
+
+
+def _rig_of(trial: Trial, sources: Sources) -> Iterator[Unknown]:
+    """What is not known of sensors and rig: as the row's combined uncertainties say, else the scene.
+
+    What moves both numbers alike is a gain; what is left of the energy's uncertainty a lag, of the amplitude's a
+    crosstalk.
+    """
+    of_energy, of_amplitude, of_ratio = trial.systematic
     energy, amplitude = trial.mean
-    of_energy, of_amplitude = _relative(trial, sources)
+    gain = math.hypot(sources.gain, sources.linearity)
+    way = 2.0 * math.pi**2 * trial.drive_frequency_hz * amplitude / energy  # energy's share by a lag of 1 s, at most
+    of_energy = math.hypot(gain, way * sources.lag) if of_energy is None else of_energy
+    of_amplitude = gain if of_amplitude is None else of_amplitude
     both = min(of_energy, of_amplitude)
-    return {
-        GAIN: both * np.array([energy, amplitude]),
-        LAG: np.array([energy * math.sqrt(of_energy**2 - both**2), 0.0]),
-        CROSSTALK: np.array([0.0, amplitude * math.sqrt(of_amplitude**2 - both**2)]),
-        FREQUENCY: -here.by_r * _ratio_uncertainty(trial, sources),
-    }
-
-
-def _relative(trial: Trial, sources: Sources | None) -> tuple[float, float]:
-    """Relative uncertainty of energy and amplitude: as measured, else from the scene with the worst that a lag does."""
-    of_energy, of_amplitude = trial.systematic
-    gain = 0.0 if sources is None else math.hypot(sources.gain, sources.linearity)
-    late = 0.0
-    if sources is not None and math.isfinite(trial.drive_frequency_hz):
-        energy, amplitude = trial.mean
-        late = math.pi * amplitude / energy * 2.0 * math.pi * trial.drive_frequency_hz * sources.lag
-    return (
-        math.hypot(gain, late) if of_energy is None else of_energy,
-        gain if of_amplitude is None else of_amplitude,
-    )
-
-
-def _ratio_uncertainty(trial: Trial, sources: Sources | None) -> float:
-    ratio = trial.ratio
-    if ratio.u is not None:
-        return math.sqrt(max(ratio.u**2 - (ratio.se or 0.0) ** 2, 0.0))
-    return 0.0 if sources is None else sources.natural_frequency * trial.r
-
-
-def pooled_shifts(shifts: Iterable[Mapping[str, float]], weight: FloatArray) -> dict[str, float]:
-    """Shifts of a weighted mean: with their signs where these are known, else as if all tests moved the same way."""
-    each, share = list(shifts), weight / weight.sum()
-    found = {}
-    for source in RIG:
-        moved = np.array([s.get(source, 0.0) for s in each])
-        found[source] = float(share @ (moved if source in SIGNED else np.abs(moved)))
-    return found
+    yield Unknown("gain", "gain of a sensor", sd=both, key="sensors.gain_error")
+    yield Unknown("lag_s", "lag between the channels", sd=math.sqrt(of_energy**2 - both**2) / way, key="sensors.lag_s")
+    yield Unknown("crosstalk", "crosstalk", sd=math.sqrt(of_amplitude**2 - both**2), key="sensors.crosstalk")
+    detuned = sources.natural_frequency if of_ratio is None else of_ratio
+    yield Unknown("natural_frequency", "natural frequency", sd=detuned, key="rig.natural_frequency_hz")

@@ -2,8 +2,9 @@
 
 import math
 import sys
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from frictionlab.analysis.steadiness import Trend
@@ -21,41 +22,41 @@ TURNED = (
     "energy_per_cycle is {:.3g} kY^2: a contact takes energy: a channel is inverted, or mass and base are swapped: read"
     " the log again with the right columns (--mass, --base)"
 )
-POSSIBLE: Mapping[str, tuple[float, float]] = {
-    "normal_force_n": (1e-6, 1e9),
-    "sampling_rate_hz": (1e-6, 1e9),
-    "natural_frequency_hz": (1e-6, 1e6),
-    "duration_s": (0.0, 1e8),
-    "transient_s": (0.0, 1e8),
-    "settled_s": (0.0, 1e8),
-    "drive_frequency_hz": (1e-6, 1e6),
-    "base_amplitude_m": (1e-9, 10.0),
-    "base_amplitude_m_se": (0.0, 10.0),
-    "base_amplitude_m_u": (0.0, 10.0),
-    "frequency_ratio": (0.005, 50.0),
-    "frequency_ratio_se": (0.0, 1.0),
-    "energy_per_cycle": (-1e4, 1e4),
-    "energy_per_cycle_se": (0.0, 1e4),
-    "energy_per_cycle_u": (0.0, 1e4),
-    "response_amplitude_u": (0.0, 1e4),
-    "frequency_ratio_u": (0.0, 1.0),
-    "response_amplitude": (0.0, 1e4),
-    "response_amplitude_se": (0.0, 1e4),
-    "steady_energy_per_cycle": (-1e4, 1e4),
-    "steady_energy_per_cycle_se": (0.0, 1e4),
-    "steady_response_amplitude": (0.0, 1e4),
-    "steady_response_amplitude_se": (0.0, 1e4),
-    "irregularity_index": (0.0, 1e4),
-    "irregularity_floor": (0.0, 1e4),
-    "base_irregularity_index": (0.0, 1e4),
-    "stops_per_cycle": (0.0, 1e4),
-    "asymmetry": (0.0, 1e4),
-    "energy_trend_per_hour": (-1e6, 1e6),
-    "energy_trend_per_hour_se": (0.0, 1e6),
+POSSIBLE: Mapping[tuple[float, float], str] = {
+    (1e-6, 1e9): "normal_force_n sampling_rate_hz",
+    (1e-6, 1e6): "natural_frequency_hz drive_frequency_hz",
+    (0.0, 1e8): "duration_s transient_s settled_s",
+    (1e-9, 10.0): "base_amplitude_m",
+    (0.0, 10.0): "base_amplitude_m_se base_amplitude_m_u",
+    (0.005, 50.0): "frequency_ratio",
+    (0.0, 1.0): "frequency_ratio_se frequency_ratio_u",
+    (-1e4, 1e4): "energy_per_cycle steady_energy_per_cycle",
+    (0.0, 1e4): """energy_per_cycle_se energy_per_cycle_u response_amplitude response_amplitude_se response_amplitude_u
+        steady_energy_per_cycle_se steady_response_amplitude steady_response_amplitude_se irregularity_index
+        irregularity_floor base_irregularity_index stops_per_cycle asymmetry""",
+    (-1e6, 1e6): "energy_trend_per_hour",
+    (0.0, 1e6): "energy_trend_per_hour_se",
 }
 """What a measurement can be, generously: beyond, a table was edited wrongly or a sensor is connected wrongly."""
 LONGEST_NAME = 60  # characters of a material: it stands in tables, figures and names of files
 LONG_S = 300.0  # from this duration on a test is a long one: it tells drift, and the fit over r leaves it to that
+NEEDED = ("frequency_ratio", "energy_per_cycle", "response_amplitude")
+ESTIMATES = {
+    "ratio": "frequency_ratio",
+    "energy": "energy_per_cycle",
+    "amplitude": "response_amplitude",
+    "steady_energy": "steady_energy_per_cycle",
+    "steady_amplitude": "steady_response_amplitude",
+}
+NUMBERS = {
+    **{key: key for key in ("duration_s", "transient_s", "settled_s", "drive_frequency_hz", "base_amplitude_m")},
+    "irregularity": "irregularity_index",
+    "irregularity_floor": "irregularity_floor",
+    "base_irregularity": "base_irregularity_index",
+    "stops": "stops_per_cycle",
+    "asymmetry": "asymmetry",
+}
+"""Field of a test -> column of its row."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +64,7 @@ class Trial:
     """One test as its measurement tells it; ``None`` is not known. Units as the contract's keys; ``row`` is all of it.
 
     ``ratio`` (the frequency ratio), ``energy`` (k Y^2 per cycle), ``amplitude`` (Y) are estimates, dimensionless;
-    ``steady_energy``, ``steady_amplitude``: the same over all settled cycles, where ``energy`` is of the last only;
-    ``nominal_frequency_ratio``: what the test was set to, where its facts say so.
+    ``steady_energy``, ``steady_amplitude``: the same over all settled cycles, where ``energy`` is of the last only.
     """
 
     source: str
@@ -72,7 +72,6 @@ class Trial:
     warnings: tuple[str, ...] = ()
     material: str | None = None
     normal_force_n: float | None = None
-    nominal_frequency_ratio: float | None = None
     duration_s: float = math.nan
     transient_s: float = 0.0
     energy_rule: str = "last"
@@ -112,21 +111,19 @@ class Trial:
         return self.steady_energy.known and self.steady_amplitude.known
 
     @property
+    def means(self) -> tuple[Estimate, Estimate]:
+        """Energy and amplitude that count: over all settled cycles, or else as the measurement's rule has them."""
+        return (self.steady_energy, self.steady_amplitude) if self.is_averaged else (self.energy, self.amplitude)
+
+    @property
     def mean(self) -> tuple[float, float]:
-        """Energy and amplitude over all settled cycles, or else as the measurement's rule has them; nan if unknown."""
+        """Values of `means`; nan if unknown."""
         energy, amplitude = self.means
         return energy.value or math.nan, amplitude.value or math.nan
 
     @property
-    def means(self) -> tuple[Estimate, Estimate]:
-        """Energy and amplitude that the campaign rests on; `mean` is their values."""
-        if self.is_averaged:
-            return self.steady_energy, self.steady_amplitude
-        return self.energy, self.amplitude
-
-    @property
     def mean_se(self) -> tuple[float, float]:
-        """Standard errors of `mean`; where the measurement tells none, `UNKNOWN_ERROR` of the number."""
+        """Standard errors of `means`; where the measurement tells none, `UNKNOWN_ERROR` of the number."""
         energy, amplitude = (UNKNOWN_ERROR * abs(e.value or math.nan) if e.se is None else e.se for e in self.means)
         return energy, amplitude
 
@@ -136,14 +133,17 @@ class Trial:
         return all(e.se is not None for e in self.means)
 
     @property
-    def systematic(self) -> tuple[float | None, float | None]:
-        """Relative uncertainty of energy and amplitude by what their cycles share: sensors, clock; None: not told."""
-        energy, amplitude = (_beyond_scatter(e) for e in (self.energy, self.amplitude))
-        return energy, amplitude
+    def systematic(self) -> tuple[float | None, float | None, float | None]:
+        """Relative uncertainty of energy, amplitude and r by what sensors, clock and rig do; None: not told."""
+        energy, amplitude, ratio = (
+            None if e.u is None or not e.value else math.sqrt(max(e.u**2 - (e.se or 0.0) ** 2, 0.0)) / abs(e.value)
+            for e in (self.energy, self.amplitude, self.ratio)
+        )
+        return energy, amplitude, ratio
 
     @property
     def cycles_before(self) -> float:
-        """Cycles that have passed before the ones its `mean` is of."""
+        """Cycles that have passed before the ones its `means` are of."""
         if self.is_averaged:
             return max(self.transient_s, self.settled_s or 0.0) * self.drive_frequency_hz
         kind, _, seconds = self.energy_rule.partition(":")
@@ -205,144 +205,88 @@ def trial_of(row: Row, facts: Mapping[str, object] | None = None) -> Trial:
     """
     known = {key: plain(value) for key, value in (facts or {}).items()}
     merged = {**known, **{key: value for key, value in row.items() if value is not None}}
-    merged["warnings"] = (*_sentences(row.get("warnings")), *_contradictions(row, known))
-    number = _Numbers(merged)
-    return Trial(
-        source=str(merged.get("source", "?")),
-        reason=_reason(merged, number),
-        warnings=_sentences(merged["warnings"]),
-        material=_text(merged.get("material")),
-        normal_force_n=number.positive("normal_force_n"),
-        nominal_frequency_ratio=number.positive("nominal_frequency_ratio"),
-        duration_s=number("duration_s", math.nan),
-        transient_s=number("transient_s", 0.0),
-        energy_rule=_text(merged.get("energy_rule")) or "last",
-        settled_s=number.known("settled_s"),
-        drive_frequency_hz=number("drive_frequency_hz", math.nan),
-        base_amplitude_m=number("base_amplitude_m", math.nan),
-        ratio=number.estimate("frequency_ratio"),
-        energy=number.estimate("energy_per_cycle"),
-        amplitude=number.estimate("response_amplitude"),
-        steady_energy=number.estimate("steady_energy_per_cycle"),
-        steady_amplitude=number.estimate("steady_response_amplitude"),
-        irregularity=number.known("irregularity_index"),
-        irregularity_floor=number("irregularity_floor", 0.0),
-        base_irregularity=number("base_irregularity_index", 0.0),
-        stops=number.known("stops_per_cycle"),
-        regime=_text(merged.get("regime")),
-        asymmetry=number("asymmetry", 0.0),
-        trend=trend if isinstance(trend := merged.get("trend"), Trend) else None,
-        row={key: value for key, value in merged.items() if key != "trend"},
-    )
 
-
-class _Numbers:
-    """Finite numbers of a row; anything else counts as not known."""
-
-    def __init__(self, row: Row) -> None:
-        self._row = row
-
-    def known(self, key: str) -> float | None:
-        value = self._row.get(key)
+    def number(key: str) -> float | None:
+        """A finite number of the row; anything else counts as not known."""
+        value = merged.get(key)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or abs(value) > MOST:
             return None
         return float(value) if math.isfinite(value) else None
 
-    def estimate(self, key: str) -> Estimate:
+    def estimate(key: str) -> Estimate:
         """A number with its errors; one below zero is no error."""
-        errors = (error if (error := self.known(key + end)) is None or error >= 0 else None for end in ("_se", "_u"))
-        return Estimate(self.known(key), *errors)
+        errors = (e if (e := number(key + end)) is None or e >= 0 else None for end in ("_se", "_u"))
+        return Estimate(number(key), *errors)
 
-    def positive(self, key: str) -> float | None:
-        value = self.known(key)
-        return value if value is not None and value > 0 else None
+    def text(key: str) -> str | None:
+        value = merged.get(key)
+        return encodable(str(value)) if value is not None and str(value) else None
 
-    def __call__(self, key: str, default: float) -> float:
-        value = self.known(key)
-        return default if value is None else value
+    own, trend, force = row.get("warnings"), merged.get("trend"), number("normal_force_n")
+    sentences = own if isinstance(own, (list, tuple)) else [own] if own else []
+    merged["warnings"] = warnings = (*map(str, sentences), *_contradictions(row, known))
+    numbers = {name: value for name, key in NUMBERS.items() if (value := number(key)) is not None}
+    trial = Trial(
+        source=str(merged.get("source", "?")),
+        warnings=warnings,
+        material=text("material"),
+        normal_force_n=force if force is not None and force > 0 else None,
+        energy_rule=text("energy_rule") or "last",
+        regime=text("regime"),
+        trend=trend if isinstance(trend, Trend) else None,
+        row={key: value for key, value in merged.items() if key != "trend"},
+        **numbers,  # type: ignore[arg-type] # all of them numbers
+        **{name: estimate(key) for name, key in ESTIMATES.items()},  # type: ignore[arg-type] # all of them estimates
+    )
+    return replace(trial, reason=_reason(trial))
 
 
-def _beyond_scatter(number: Estimate) -> float | None:
-    """What the combined uncertainty holds beyond the standard error, over the number."""
-    if number.u is None or not number.value:
-        return None
-    return math.sqrt(max(number.u**2 - (number.se or 0.0) ** 2, 0.0)) / abs(number.value)
-
-
-def _reason(merged: Row, number: _Numbers) -> str | None:
-    """Why a row cannot take part in the campaign, or None."""
-    if merged.get("status") == "failed":
-        return _text(merged.get("reason")) or "its measurement failed and gives no reason"
-    if not _text(merged.get("material")) or number.positive("normal_force_n") is None:
-        gone = [
-            *([] if _text(merged.get("material")) else ["no material"]),
-            *([] if number.positive("normal_force_n") is not None else ["no normal_force_n"]),
-        ]
-        return f"{', '.join(gone)}: name them in the scene ([experiment], name_pattern or sheet)"
-    if len(name := _text(merged.get("material")) or "") > LONGEST_NAME:
-        return f"material: expected a name of at most {LONGEST_NAME} characters; got {len(name)}: shorten it"
-    impossible = [_beyond(key, value) for key in POSSIBLE if (value := _outside(merged, key)) is not None]
-    if impossible:
+def _reason(trial: Trial) -> str | None:
+    """Why a test cannot take part in the campaign, or None."""
+    row = trial.row
+    if row.get("status") == "failed":
+        said = row.get("reason")
+        return encodable(str(said)) if said else "its measurement failed and gives no reason"
+    gone = [key for key in ("material", "normal_force_n") if not getattr(trial, key)]
+    if gone:
+        return f"no {', no '.join(gone)}: name them in the scene ([experiment], name_pattern or sheet)"
+    if len(trial.material or "") > LONGEST_NAME:
+        got = len(trial.material or "")
+        return f"material: expected a name of at most {LONGEST_NAME} characters; got {got}: shorten it"
+    if impossible := list(_impossible(row)):
         return f"{'; '.join(impossible)}: correct the measurement, or leave it out"
-    wanting = [
-        key for key in ("frequency_ratio", "energy_per_cycle", "response_amplitude") if number.known(key) is None
-    ]
+    wanting = [key for name, key in ESTIMATES.items() if key in NEEDED and not getattr(trial, name).known]
     if wanting == ["frequency_ratio"]:
         return "no frequency_ratio: give [rig] natural_frequency_hz in the scene when analyzing"
     if wanting:
         return f"no {', no '.join(wanting)} in the measurement: analyze it again"
-    if (rule := _text(merged.get("energy_rule"))) is not None and not _is_rule(rule):
-        return f"energy_rule: expected {EXPECTED}; got {rule[:LONGEST_NAME]!r}: analyze it again"
-    energy, error = number("energy_per_cycle", 0.0), number("energy_per_cycle_se", 0.0)
+    try:
+        window_of(trial.energy_rule)
+    except ValueError:
+        return f"energy_rule: expected {EXPECTED}; got {trial.energy_rule[:LONGEST_NAME]!r}: analyze it again"
+    energy, error = trial.energy.value or 0.0, trial.energy.se or 0.0
     return TURNED.format(energy) if energy < -max(5.0 * error, NEARLY_NONE) else None
 
 
-def _is_rule(rule: str) -> bool:
-    """Whether a text is a rule of which cycles an energy is of."""
-    try:
-        window_of(rule)
-    except ValueError:
-        return False
-    return True
+def _impossible(row: Row) -> Iterator[str]:
+    """Numbers of a row that cannot be, in words."""
+    for (low, high), names in POSSIBLE.items():
+        for key in names.split():
+            value = row.get(key)
+            if isinstance(value, (int, float)) and not isinstance(value, bool) and (value < low or value > high):
+                said = f"{value:g}" if abs(value) <= MOST else "a number beyond all bounds"
+                yield f"{key} = {said}: expected {low:g} to {high:g}"
 
 
-def _outside(row: Row, key: str) -> float | None:
-    """A number of a row that cannot be, or None."""
-    value, (low, high) = row.get(key), POSSIBLE[key]
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return value if is_number and isinstance(value, (int, float)) and (value < low or value > high) else None
-
-
-def _beyond(key: str, value: float) -> str:
-    low, high = POSSIBLE[key]
-    said = f"{value:g}" if abs(value) <= MOST else "a number beyond all bounds"
-    return f"{key} = {said}: expected {low:g} to {high:g}"
-
-
-def _contradictions(row: Row, facts: Row) -> list[str]:
-    return [
-        f"{key} is {row[key]!r} in the measurement, {facts[key]!r} by the scene: {row[key]!r} is taken"
-        for key in facts
-        if _differ(facts[key], row.get(key))
-    ]
-
-
-def _differ(ours: object, theirs: object) -> bool:
-    if ours is None or theirs is None:
-        return False
-    if isinstance(ours, (int, float)) and isinstance(theirs, (int, float)):
-        return not math.isclose(ours, theirs, rel_tol=1e-6)
-    return str(ours) != str(theirs)
-
-
-def _text(value: object) -> str | None:
-    return encodable(str(value)) if value is not None and str(value) else None
-
-
-def _sentences(value: object) -> tuple[str, ...]:
-    if isinstance(value, (list, tuple)):
-        return tuple(str(item) for item in value)
-    return (str(value),) if value else ()
+def _contradictions(row: Row, facts: Row) -> Iterator[str]:
+    for key, ours in facts.items():
+        theirs = row.get(key)
+        if ours is None or theirs is None:
+            continue
+        numbers = isinstance(ours, (int, float)) and isinstance(theirs, (int, float))
+        same = math.isclose(ours, theirs, rel_tol=1e-6) if numbers else str(ours) == str(theirs)  # type: ignore[arg-type]
+        if not same:
+            yield f"{key} is {theirs!r} in the measurement, {ours!r} by the scene: {theirs!r} is taken"
 
 
 def in_order(trials: Sequence[Trial]) -> tuple[Trial, ...]:
@@ -353,18 +297,18 @@ def in_order(trials: Sequence[Trial]) -> tuple[Trial, ...]:
     UsageError
         A source stands twice: its test would count twice.
     """
-    sources = [trial.source for trial in trials]
-    twice = sorted({source for source in sources if sources.count(source) > 1})
+    twice = sorted(source for source, times in Counter(trial.source for trial in trials).items() if times > 1)
     if twice:
         raise UsageError(
             f"campaign: measured twice: {', '.join(twice[:5])}{' ...' if len(twice) > 5 else ''}; expected one"
             " measurement per test: leave one file out"
         )
-    return tuple(sorted(trials, key=_place))
-
-
-def _place(trial: Trial) -> tuple[bool, str, float, float, str]:
-    return trial.failed, trial.material or "", trial.normal_force_n or 0.0, trial.frequency_ratio or 0.0, trial.source
+    return tuple(
+        sorted(
+            trials,
+            key=lambda t: (t.failed, t.material or "", t.normal_force_n or 0.0, t.frequency_ratio or 0.0, t.source),
+        )
+    )
 
 
 def levels(ratios: Sequence[float], *, reach: float = 0.02, least: float = 0.008) -> tuple[float, ...]:

@@ -85,7 +85,7 @@ def stops(campaign: Campaign) -> Figure:
 
     def predicted(verdict: Verdict) -> float | None:
         found = verdict.predicted
-        return None if found is None else found.stops if found.energy > 0.0 else AT_REST
+        return None if found is None else found.stops_per_cycle if found.energy_per_cycle else AT_REST
 
     return _grid(campaign, {", measured": measured, ", predicted": predicted}, "stops per cycle")
 

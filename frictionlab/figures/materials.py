@@ -226,7 +226,7 @@ def _draw_energies(
         rows = [(v, v.trial.mean[0], NORMAL * v.trial.mean_se[0]) for v in fit.verdicts]
         _draw_tests(ax, campaign, rows, colour, marker, label)
         if over_force(campaign):
-            known = [(fit.normal_force_n, v.predicted.energy) for v in fit.used if v.predicted is not None]
+            known = [(fit.normal_force_n, v.predicted.energy_per_cycle or 0.0) for v in fit.used if v.predicted]
             ax.plot(*np.reshape(known, (-1, 2)).T, "_", color=colour, markersize=14)
         else:
             for curve in campaign.curves:

@@ -15,7 +15,7 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
-from frictionlab.inference.unknowns import Unknown
+from frictionlab.inference.unknowns import Unknown, of_law
 from frictionlab.simulator import COSINE, Base, Problem
 from frictionlab.simulator.laws import Law
 from frictionlab.simulator.problem import Wall
@@ -90,6 +90,11 @@ class Observation(ABC):
     @abstractmethod
     def rig_unknowns(self) -> tuple[Unknown, ...]:
         """What is not known of sensors and rig."""
+
+    @property
+    def law_unknowns(self) -> tuple[Unknown, ...]:
+        """What is not known of the law."""
+        return of_law(self.law, self.held)
 
     @abstractmethod
     def motion(self, values: Values, near: Any = None) -> Any:

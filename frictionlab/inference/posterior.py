@@ -31,7 +31,7 @@ from frictionlab.inference.fit import (
 from frictionlab.inference.observation import Reached
 from frictionlab.inference.observations import STATES, CycleObservation, cycle_of, prepare
 from frictionlab.inference.starts import starting_points
-from frictionlab.inference.unknowns import STRAINED, Unknown, factor, of_law
+from frictionlab.inference.unknowns import STRAINED, Unknown, factor
 from frictionlab.simulator.laws import Law, Parameter
 
 LEVEL = 0.95  # of a limit
@@ -338,7 +338,7 @@ def model_of(observations: Sequence[CycleObservation], *, amontons: bool = True,
         material = observation.measurement.material
         reference = references.setdefault(material, observation)
         force, base = observation.normal_force, reference.normal_force
-        for u in (*of_law(observation.law, observation.held), *common):
+        for u in (*observation.law_unknowns, *common):
             group = (material, None if amontons else force) if u.name == "beta" else (material,)
             key = (u.name, *group) if u.law else (u.name,)
             if key not in places:

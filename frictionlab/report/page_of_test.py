@@ -129,7 +129,7 @@ def _verdicts(sheet: PageOfTest) -> Iterator[tuple[str, str]]:
     if verdict is not None:
         yield "friction ratio of this test alone", str(verdict.alone)
         if verdict.predicted is not None:
-            yield "energy that the group's friction predicts", f"{verdict.predicted.energy:.4g} k Y²"
+            yield "energy that the group's friction predicts", f"{verdict.predicted.energy_per_cycle:.4g} k Y²"
         if verdict.residual is not None:
             yield "measured over predicted energy", f"{verdict.residual:+.2%}"
         if verdict.nrmse is not None and verdict.floor:

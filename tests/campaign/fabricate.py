@@ -5,12 +5,30 @@ import zlib
 
 import numpy as np
 
+from frictionlab.campaign import FrictionFit, Trial, evaluate
+from frictionlab.scene import scene_from_tables
 from frictionlab.simulator import Problem, steady_state
 
 STIFFNESS = 1191.0
 AMPLITUDE = 1.8e-3
 NATURAL = 3.1297
 SCENE: dict[str, object] = {"rig": {"stiffness_n_per_m": STIFFNESS, "natural_frequency_hz": NATURAL}}
+
+QUIET: dict[str, dict[str, object]] = {
+    "rig": {
+        "stiffness_n_per_m": STIFFNESS, "natural_frequency_hz": NATURAL,
+        "natural_frequency_hz_u": 1e-9, "stiffness_n_per_m_u": 1e-9,
+    },
+    "sensors": {"gain_error": 0.0, "linearity": 0.0, "lag_s_u": 0.0},
+    "experiment": {"normal_force_n_u": 1e-9},
+}  # fmt: skip
+"""A rig and sensors that are known exactly."""
+
+
+def fit_of(trials: list[Trial]) -> FrictionFit:
+    """The fit of tests of one material and normal force, on a rig that is known exactly."""
+    (fit,) = evaluate(trials, scene_from_tables(QUIET)).fits
+    return fit
 
 
 def row(

@@ -5,17 +5,16 @@ import pytest
 
 from frictionlab.analysis.steadiness import linear_trend
 from frictionlab.campaign import Campaign, Model, trial_of
-from frictionlab.campaign.drift import drift_of
-from frictionlab.campaign.friction import fit_group
+from frictionlab.campaign.ranking import drift_of
 from frictionlab.simulator import Problem, steady_state
-from tests.campaign.fabricate import AMPLITUDE, STIFFNESS, row
+from tests.campaign.fabricate import AMPLITUDE, STIFFNESS, fit_of, row
 
 LAW = Model()
 
 
 def test_the_energys_drift_gives_back_the_frictions() -> None:
     """Friction grows by 4 % an hour; the energy of each cycle is the simulator's own."""
-    fit = fit_group([trial_of(row("steel", 1.25, r, 0.6, noise=0.0)) for r in (0.3, 0.7, 1.2)], LAW, STIFFNESS)
+    fit = fit_of([trial_of(row("steel", 1.25, r, 0.6, noise=0.0)) for r in (0.3, 0.7, 1.2)])
     beta = 0.6 * 1.25 / (STIFFNESS * AMPLITUDE)
     time = np.arange(20.0, 1800.0, 10.0)
     states = [steady_state(Problem(0.3, beta * (1 + 0.04 * (t - 910) / 3600))) for t in time]

@@ -58,7 +58,7 @@ def test_facts_fill_what_the_row_lacks_and_contradictions_are_said() -> None:
     bare = {**row("steel", 1.25, 0.3, 0.6), "material": None}
     trial = trial_of(bare, {"material": "iron", "normal_force_n": 1.5, "nominal_frequency_ratio": 0.3})
     assert trial.group == ("iron", 1.25)
-    assert trial.nominal_frequency_ratio == 0.3
+    assert trial.row["nominal_frequency_ratio"] == 0.3
     assert trial.warnings == ("normal_force_n is 1.25 in the measurement, 1.5 by the scene: 1.25 is taken",)
 
 

@@ -2,10 +2,10 @@
 
 import pytest
 
-from frictionlab.campaign import FrictionFit, Model, Rank, Trial, trial_of
-from frictionlab.campaign.friction import JUDGED_ANEW, SCREENED, SOFT, TRANSIENT, Cause, fit_group
+from frictionlab.campaign import FrictionFit, Rank, Trial, trial_of
+from frictionlab.campaign.friction import Cause
 from frictionlab.campaign.ranking import rank_all
-from tests.campaign.fabricate import STIFFNESS, row
+from tests.campaign.fabricate import fit_of, row
 
 FORCE, TRUE = 1.5, 0.6
 NUMBERS = {Cause.UNSTEADY: (0.4,), Cause.ASYMMETRIC: (0.3,), Cause.UNSETTLED: (0.05,), Cause.UNEXPLAINED: (0.9, 0.6)}
@@ -24,7 +24,7 @@ def mixed(*, usable: bool) -> list[Trial]:
 
 
 def told(*, usable: bool) -> tuple[FrictionFit, tuple[Rank, ...]]:
-    fit = fit_group(mixed(usable=usable), Model(), STIFFNESS)
+    fit = fit_of(mixed(usable=usable))
     return fit, rank_all([fit], [], ["steel"])
 
 
@@ -54,8 +54,3 @@ def test_a_sentence_begins_with_what_it_is_about(cause: Cause) -> None:
     assert (said.cause, str(said)) == (cause, said.sentence)
     assert cause.value in said.sentence
     assert "{" not in said.sentence
-
-
-def test_no_cause_says_nothing_and_something_at_once() -> None:
-    assert not SCREENED & SOFT
-    assert TRANSIENT <= JUDGED_ANEW
