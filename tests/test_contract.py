@@ -160,20 +160,6 @@ def test_a_table_of_any_suffix_begins_with_the_contracts_columns(suffix: str, tm
             assert file["rows/energy_per_cycle"].attrs["long_name"]
 
 
-def test_a_map_is_a_dataset_per_key_over_the_axes(tmp_path: Path) -> None:
-    path = tmp_path / "map.h5"
-    rows = run_json(["sweep", "--r", "0.5,1,1.5", "--beta", "0.2:0.4:0.2", "-o", str(path), "--wall", "base"])
-    assert [(row["r"], row["beta"]) for row in rows[:3]] == [(0.5, 0.2), (0.5, 0.4), (1.0, 0.2)]
-    with h5py.File(path) as file:
-        for key in STATE:
-            assert "units" in file[key].attrs
-            assert file[key].attrs["long_name"]
-        assert {file[key].shape for key in STATE[4:]} == {(3, 2, 1, 1)}
-        assert [dimension.keys()[0] for dimension in file["wall"].dims] == STATE[:4]
-        assert set(file["wall"][...].ravel()) == {b"base"}
-        assert file["energy_per_cycle"][2, 0, 0, 0] == rows[4]["energy_per_cycle"]
-
-
 def test_a_map_is_drawn_over_one_axis_and_two_and_refused_over_three(tmp_path: Path) -> None:
     place = tmp_path / "new" / "map.svg"
     one = ["sweep", "--r", "0.5:1.5:0.25", "--beta", "0.4", "-o", f"{tmp_path}/a.csv", "--plot", str(place)]

@@ -29,7 +29,7 @@ P = ParamSpec("P")
 GROUPS = {
     "measure": {"init": "ingest", "ingest": "ingest", "analyze": "analyze", "free-vibration": "analyze"},
     "judge": {"compare-numeric": "analyze", "explain": "analyze", "campaign": "batch", "batch": "batch"},
-    "simulate": {"simulate": "simulate", "sweep": "simulate", "predict": "predict", "laws": "show"},
+    "simulate": {"simulate": "simulate", "sweep": "predict", "predict": "predict", "laws": "show"},
     "plan": {"plan": "predict"},
     "look after": {"show": "show", "synthesize": "show", "tradeoff": "show"},
 }

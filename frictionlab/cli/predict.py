@@ -1,25 +1,30 @@
-"""Tests not made: ``frictionlab plan``, those that say most; ``frictionlab predict``, what they would show."""
+"""Tests not made: ``frictionlab plan``, which say most; ``predict``, what they would show; ``sweep``, a map of them."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from frictionlab.cli import complain
-from frictionlab.cli.options import Results, scene_of, values_of
+from frictionlab.cli import LostOutputError, complain
+from frictionlab.cli.options import Results, named_values, scene_of, values_of
 from frictionlab.cli.screen import count, paragraph, print_table, print_warnings
 from frictionlab.cli.work import figure_file
-from frictionlab.schema import PREDICTIONS
+from frictionlab.errors import UsageError
+from frictionlab.schema import PREDICTIONS, STEADY_STATES
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy as np
+
     from frictionlab.inference.predictive import PredictedTest
+    from frictionlab.maps import Grid
     from frictionlab.planning import Plan, PlannedTest
 
 DECIDES, CERTAIN = 5.0, 1000.0  # logarithm of a Bayes factor
 SETTING = ("frequency_ratio", "normal_force_n", "base_amplitude_m", "duration_s")
+MOST_AXES = 2  # of a map's figure
 SEVERAL = 5  # predictions from which progress is shown
 HEADS = {
     "rank": "test",
@@ -207,3 +212,96 @@ def _shown(test: "PredictedTest", name: str) -> Row:
         "stops": in_words(numbers["record_stops" if record else "stops_per_cycle"], 1.0),
         "regime": test.regime,
     }
+
+
+def sweep(
+    *,
+    r: str,
+    beta: str,
+    output: Path,
+    law: str | None = None,
+    parameter: list[str] | None = None,
+    mu: str | None = None,
+    zeta: str | None = None,
+    wall: Literal["fixed", "base"] = "fixed",
+    workers: int | None = None,
+    scheduler: str | None = None,
+    resume: bool = False,
+    as_json: bool = False,
+    plot: Path | None = None,
+    force: bool = False,
+    quiet: bool = False,
+) -> None:
+    """Map steady states over frequency ratio, friction ratio, static friction, damping and parameters of a law.
+
+    Each takes a list (0.1,0.2), a range with both ends (0.1:0.9:0.1), or one number; so does --parameter, as in
+    --parameter gradient=0:0.1:0.02. A range may go by a factor: stiffness_ratio=10:1e6:x10. What is solved is saved as
+    it goes; --resume continues after Ctrl-C or a power cut and ends in the same file.
+
+    Example: frictionlab sweep --r 0.02:2.5:0.01 --beta 0.1:0.9:0.1 -o map.h5
+    """
+    from frictionlab import maps
+
+    said = named_values(parameter, {"mu": mu, "zeta": zeta})
+    four = zip(("r", "beta", "mu", "zeta"), (r, beta, mu or "1", zeta or "0"), strict=True)
+    rs, betas, mus, zetas = (tuple(values_of(text, f"--{name}")) for name, text in four)
+    more = tuple((name, tuple(values_of(text, f"--parameter {name}"))) for name, text in said.items())
+    grid = maps.Grid(rs, betas, mus, zetas, wall, law or "coulomb", more)
+    check_output(output, STEADY_STATES, force=force, rows=len(grid))
+    figure = None if plot is None else _map_figure(grid, plot, force=force)
+    steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, resume=resume, force=force)
+    tally, drawn, done = maps.Tally(grid), [], 0
+    try:
+        with count("sweep", quiet=quiet, total=len(grid)) as progress:
+            for step in steps:
+                done = step.done
+                progress(done, len(grid))
+                for row in maps.rows(grid, step) if as_json else ():
+                    typer.echo(json_line(row))
+                for sentence in tally.add(step):
+                    complain(sentence)
+                drawn += [step.records] if figure is not None else []
+    except (KeyboardInterrupt, LostOutputError) as error:
+        steps.close()  # which saves what is solved
+        why = "note: standard output takes no more" if isinstance(error, LostOutputError) else "stopped"
+        complain(f"{why}: {done} of {len(grid)} points are saved beside {output}: give --resume to continue")
+        raise
+    if not (as_json or quiet):
+        for sentence in tally.sentences():
+            complain(f"warning: {sentence}")
+        told = ", ".join(f"{number} {outcome}" for outcome, number in tally.outcomes.most_common())
+        typer.echo(f"{len(grid)} steady states ({told}) are in {output}")
+    if figure is not None:
+        _draw(grid, drawn, tuple(tally.sentences()), figure, force=force)
+    if tally.outcomes[maps.FAILED]:
+        raise typer.Exit(1)
+
+
+def _map_figure(grid: "Grid", plot: Path, *, force: bool) -> Path | None:
+    """The file of a map's figure; refuses a map of too many axes before the work."""
+    from frictionlab.figures.grids import varying
+
+    axes = varying(grid.axes())
+    if len(axes) > MOST_AXES:
+        raise UsageError(
+            f"--plot {plot}: expected one or two axes with several values; got {', '.join(axes)}: draw a map of fewer"
+            " axes, or leave --plot out"
+        )
+    return figure_file(plot, "map", force=force)
+
+
+def _draw(
+    grid: "Grid", records: "Sequence[np.ndarray]", warnings: tuple[str, ...], place: Path, *, force: bool
+) -> None:
+    import numpy as np
+
+    from frictionlab.figures.grids import PANELS, STOPS, StateMapDrawing, varying
+    from frictionlab.figures.style import AT_REST
+    from frictionlab.verbs.presenting import plot
+
+    axes, found = varying(grid.axes()), np.concatenate(records)
+    found[STOPS][found["outcome"] == b"stuck"] = AT_REST
+    drawn = {key: found[key].reshape([len(along) for along in axes.values()]) for key in PANELS}
+    fixed = [f"{name} = {along[0]:g}" for name, along in grid.axes().items() if name not in axes]
+    title = ", ".join([grid.law, f"wall {grid.wall}", *fixed])
+    plot(StateMapDrawing(axes, drawn, title, warnings), place, force=force)

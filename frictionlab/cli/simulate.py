@@ -8,17 +8,13 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from frictionlab.cli import LostOutputError, complain
-from frictionlab.cli.options import ANALYSIS, LOG, Results, named_values, number_of, scene_of, takes, values_of
-from frictionlab.cli.screen import count
+from frictionlab.cli import complain
+from frictionlab.cli.options import ANALYSIS, LOG, Results, named_values, number_of, scene_of, takes
 from frictionlab.errors import SimulationError, UsageError
-from frictionlab.schema import MOTIONS, STEADY_STATES
+from frictionlab.schema import MOTIONS
 from frictionlab.tables import Row, check_output, json_line, write_rows
 
 if TYPE_CHECKING:
-    import numpy as np
-
-    from frictionlab.maps import Grid
     from frictionlab.scene import Scene
     from frictionlab.simulator import Problem, SteadyState, Structure
     from frictionlab.simulator.several import StructureState
@@ -34,6 +30,14 @@ SI = {
     "F": ("friction_force_n", 1, "N"),
 }
 MOST_AXES = 2  # of a map's figure
+CONTACTS = {
+    "mass": "contact of mass",
+    "against": "against",
+    "law": "law",
+    "energy_per_cycle": "energy [kY²]",
+    "stops_per_cycle": "stops",
+    "stuck_fraction": "stuck",
+}
 SolverName = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 
 
@@ -261,14 +265,17 @@ def _row(state: "AnyState", units: Units | None, seconds: float) -> Row:
 
 def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) -> None:
     """Each row turned, its verdict, and the numbers in mm, mJ and N as far as they are known; then the warnings."""
-    from frictionlab.cli.screen import print_turned, print_warnings, warnings_of
+    from frictionlab.cli.screen import print_table, print_turned, print_warnings, warnings_of
 
     print_turned(map(_numbers_of, rows), MOTIONS)
     for row, verdict in zip(rows, verdicts, strict=True):
         share = row.get("basin_share")
         typer.echo(f"{share:.3g} of the starts: {verdict}" if isinstance(share, float) else verdict)
     for row in rows:
-        _print_parts(row)
+        amplitudes, contacts = row.get("response_amplitudes"), row.get("contacts")
+        if isinstance(amplitudes, list) and isinstance(contacts, list) and max(len(amplitudes), len(contacts)) > 1:
+            typer.echo("amplitude of each mass: " + ", ".join(f"{amplitude:.6g} Y" for amplitude in amplitudes))
+            print_table(contacts, CONTACTS)
     if len(rows) == 1 and "response_amplitude_m" in rows[0]:
         known = {name: (rows[0].get(key), times, unit) for name, (key, times, unit) in SI.items()}
         said = (f"{name} {times * v:.4g} {unit}" for name, (v, times, unit) in known.items() if isinstance(v, float))
@@ -277,21 +284,6 @@ def _print_states(rows: Sequence[Row], verdicts: Sequence[str], *, quiet: bool) 
         warned = zip(rows, verdicts, strict=True)
         warnings = dict.fromkeys(said for row, verdict in warned for said in warnings_of(row) if said not in verdict)
         print_warnings([{"warnings": list(warnings)}])
-
-
-def _print_parts(row: Row) -> None:
-    """Of several masses or contacts a line each."""
-    amplitudes, contacts = row.get("response_amplitudes"), row.get("contacts")
-    if not isinstance(amplitudes, list) or not isinstance(contacts, list) or max(len(amplitudes), len(contacts)) < 2:
-        return
-    typer.echo("amplitude of each mass: " + ", ".join(f"{amplitude:.6g} Y" for amplitude in amplitudes))
-    for number, contact in enumerate(contacts, 1):
-        against = f"mass {contact['against']}" if isinstance(contact["against"], int) else f"the {contact['against']}"
-        energy, stops, stuck = (contact[key] for key in ("energy_per_cycle", "stops_per_cycle", "stuck_fraction"))
-        typer.echo(
-            f"contact {number}, mass {contact['mass']} against {against} ({contact['law']}): {energy:.6g} k Y^2 and"
-            f" {stops:g} stops per cycle, stuck {100 * stuck:.3g} % of the time"
-        )
 
 
 def _numbers_of(row: Row) -> Row:
@@ -376,96 +368,3 @@ def _follow(
         if not to.quiet:
             print_warnings(rows)
     exit_status(rows)
-
-
-def sweep(
-    *,
-    r: str,
-    beta: str,
-    output: Path,
-    law: str | None = None,
-    parameter: list[str] | None = None,
-    mu: str | None = None,
-    zeta: str | None = None,
-    wall: Literal["fixed", "base"] = "fixed",
-    workers: int | None = None,
-    scheduler: str | None = None,
-    resume: bool = False,
-    as_json: bool = False,
-    plot: Path | None = None,
-    force: bool = False,
-    quiet: bool = False,
-) -> None:
-    """Map steady states over frequency ratio, friction ratio, static friction, damping and parameters of a law.
-
-    Each takes a list (0.1,0.2), a range with both ends (0.1:0.9:0.1), or one number; so does --parameter, as in
-    --parameter gradient=0:0.1:0.02. A range may go by a factor: stiffness_ratio=10:1e6:x10. What is solved is saved as
-    it goes; --resume continues after Ctrl-C or a power cut and ends in the same file.
-
-    Example: frictionlab sweep --r 0.02:2.5:0.01 --beta 0.1:0.9:0.1 -o map.h5
-    """
-    from frictionlab import maps
-
-    said = named_values(parameter, {"mu": mu, "zeta": zeta})
-    four = zip(("r", "beta", "mu", "zeta"), (r, beta, mu or "1", zeta or "0"), strict=True)
-    rs, betas, mus, zetas = (tuple(values_of(text, f"--{name}")) for name, text in four)
-    more = tuple((name, tuple(values_of(text, f"--parameter {name}"))) for name, text in said.items())
-    grid = maps.Grid(rs, betas, mus, zetas, wall, law or "coulomb", more)
-    check_output(output, STEADY_STATES, force=force, rows=len(grid))
-    figure = None if plot is None else _map_figure(grid, plot, force=force)
-    steps = maps.make_map(grid, output, workers=workers, scheduler=scheduler, resume=resume, force=force)
-    tally, drawn, done = maps.Tally(grid), [], 0
-    try:
-        with count("sweep", quiet=quiet, total=len(grid)) as progress:
-            for step in steps:
-                done = step.done
-                progress(done, len(grid))
-                for row in maps.rows(grid, step) if as_json else ():
-                    typer.echo(json_line(row))
-                for sentence in tally.add(step):
-                    complain(sentence)
-                drawn += [step.records] if figure is not None else []
-    except (KeyboardInterrupt, LostOutputError) as error:
-        steps.close()  # which saves what is solved
-        why = "note: standard output takes no more" if isinstance(error, LostOutputError) else "stopped"
-        complain(f"{why}: {done} of {len(grid)} points are saved beside {output}: give --resume to continue")
-        raise
-    if not (as_json or quiet):
-        for sentence in tally.sentences():
-            complain(f"warning: {sentence}")
-        told = ", ".join(f"{number} {outcome}" for outcome, number in tally.outcomes.most_common())
-        typer.echo(f"{len(grid)} steady states ({told}) are in {output}")
-    if figure is not None:
-        _draw(grid, drawn, tuple(tally.sentences()), figure, force=force)
-    if tally.outcomes[maps.FAILED]:
-        raise typer.Exit(1)
-
-
-def _map_figure(grid: "Grid", plot: Path, *, force: bool) -> Path | None:
-    """The file of a map's figure; refuses a map of too many axes before the work."""
-    from frictionlab.figures.grids import varying
-
-    axes = varying(grid.axes())
-    if len(axes) > MOST_AXES:
-        raise UsageError(
-            f"--plot {plot}: expected one or two axes with several values; got {', '.join(axes)}: draw a map of fewer"
-            " axes, or leave --plot out"
-        )
-    return _figure(Results(plot=plot, force=force), "map")
-
-
-def _draw(
-    grid: "Grid", records: "Sequence[np.ndarray]", warnings: tuple[str, ...], place: Path, *, force: bool
-) -> None:
-    import numpy as np
-
-    from frictionlab.figures.grids import PANELS, STOPS, StateMapDrawing, varying
-    from frictionlab.figures.style import AT_REST
-    from frictionlab.verbs.presenting import plot
-
-    axes, found = varying(grid.axes()), np.concatenate(records)
-    found[STOPS][found["outcome"] == b"stuck"] = AT_REST
-    drawn = {key: found[key].reshape([len(along) for along in axes.values()]) for key in PANELS}
-    fixed = [f"{name} = {along[0]:g}" for name, along in grid.axes().items() if name not in axes]
-    title = ", ".join([grid.law, f"wall {grid.wall}", *fixed])
-    plot(StateMapDrawing(axes, drawn, title, warnings), place, force=force)
