@@ -1,6 +1,6 @@
 """The next tests planned: what each candidate would tell of a law, and which ones together tell most.
 
-scene --laboratory, candidates--> Candidate --virtual_test--> what a fit of it would state --plan_tests--> Plan
+scene --laboratory--> Candidate --virtual_test--> what a fit of it would state --plan_tests--> Plan
 """
 
 from frictionlab.planning.choose import plan_tests, waiting

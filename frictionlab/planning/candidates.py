@@ -1,21 +1,38 @@
-"""The tests that a laboratory could run: frequency ratio x normal force x amplitude x length, inside its bounds."""
+"""The tests that a laboratory could run, and what a fit of each would state.
+
+A candidate becomes an observation of the inference, built by the function that builds a measured one: its expected mean
+cycle, and cycles that scatter as they are expected to. What it would say of the unknowns is the information that the
+posterior of a fit states: the plan counts what a fit counts.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
-from frictionlab.errors import ParameterError, SceneError, UsageError
-from frictionlab.inference.observations import law_and_held
+from frictionlab.analysis.measurement import Cycle
+from frictionlab.errors import AnalysisError, ParameterError, SceneError, SimulationError
+from frictionlab.inference.fit import Fit, Model, Place
+from frictionlab.inference.observations import CycleObservation, harmonics_of, law_and_held, observe, parts
+from frictionlab.inference.posterior import Posterior, model_of, posterior_of
 from frictionlab.scene import Scene
+from frictionlab.simulator import Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, Parameter, law_of
-from frictionlab.uncertainty import Sources, sources_of
+from frictionlab.uncertainty import sources_of
 
 ASSUMED_COEFFICIENT = (0.4, 0.2)  # dry contacts lie about here; said where it is assumed
 FRICTION = ("beta", "friction_coefficient")
 FIRST_VALUES = {"contact_damping_ratio": 0.03, "gradient": 0.03, "static_ratio_up": 1.1, "static_ratio_down": 1.1}
+POINTS = 512  # of a virtual cycle
+HARMONICS = 64
+MOST_CYCLES = 60  # drawn of a test: more cycles scatter like these
+STEP = 1e-3  # relative change of the friction by which the scatter from cycle to cycle is drawn
+HOUR = 3600.0
 
 
 @dataclass(frozen=True)
@@ -29,11 +46,21 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Laboratory:
-    """What all candidates share: the rig, the law, what is known before, and how well it is measured.
+class Measured:
+    """What comparisons tell of a number: ``u``: combined standard uncertainty; ``se``: its statistical part."""
 
-    ``expected``: the law's parameters other than beta, dimensionless at the middle of the candidates' amplitudes and
-    frequency ratios; ``coefficient``: the friction coefficient and its standard error.
+    value: float
+    u: float
+    se: float
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """What all candidates share: the rig, the law, and what is known before.
+
+    ``candidates``: all tests that could be run; ``middle``: their geometric middle; ``expected``: the law's parameters
+    other than beta, dimensionless there; ``coefficient``: the friction coefficient and its standard
+    error; ``known``: what comparisons at hand say, by name.
     """
 
     scene: Scene
@@ -42,8 +69,10 @@ class Laboratory:
     natural_frequency_hz: float
     stiffness_n_per_m: float
     coefficient: tuple[float, float]
+    known: Mapping[str, Measured]
     expected: Mapping[str, float]
-    sources: Sources
+    candidates: tuple[Candidate, ...]
+    middle: Candidate
     notes: tuple[str, ...]
 
     @property
@@ -63,6 +92,27 @@ class Laboratory:
         held = {name: value for name, value in self.held.items() if name == "frame_damping_ratio"}
         return replace(self, law=other, held=held, expected=_expected(self.scene, other, held))
 
+    def values(self, candidate: Candidate) -> dict[str, float]:
+        """Return the law's parameters as they are expected in one test, dimensionless there."""
+        length = candidate.base_amplitude_m / self.middle.base_amplitude_m
+        rate = candidate.frequency_ratio / self.middle.frequency_ratio
+        force = self.coefficient[0] * candidate.normal_force_n
+        beta = self.held.get("beta", force / (self.stiffness_n_per_m * candidate.base_amplitude_m))
+        others = [p for p in self.law.own if p.name != "beta"]
+        return {"beta": beta, **{p.name: self.expected[p.name] * length**-p.lengths * rate**-p.rates for p in others}}
+
+    def problem(self, candidate: Candidate, friction: float = 1.0) -> Problem:
+        """Return what is simulated for a test; ``friction``: times the friction that is expected."""
+        values = self.values(candidate)
+        return Problem(
+            candidate.frequency_ratio,
+            values.pop("beta") * friction,
+            wall=self.scene.model.wall,
+            law=self.law,
+            parameters=values,
+            frame_damping_ratio=self.held.get("frame_damping_ratio", 0.0),
+        )
+
 
 def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Mapping[str, object]] = ()) -> Laboratory:
     """Return what a scene says of its laboratory, and what comparisons at hand say of the contact.
@@ -70,7 +120,8 @@ def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Mapping[
     Raises
     ------
     SceneError
-        The rig's natural frequency or stiffness is not known, or ``[plan.expected]`` names what the law lacks.
+        The rig's natural frequency or stiffness is not known, ``[plan.expected]`` names what the law lacks, a range is
+        empty, the band to avoid forbids all, or no test outlasts its transient.
     UsageError
         The law cannot be.
     """
@@ -84,31 +135,27 @@ def laboratory(scene: Scene, law: str | None = None, measured: Sequence[Mapping[
     given = scene.plan.friction_coefficient
     value, error = (given[0], given[1]) if given is not None else ASSUMED_COEFFICIENT
     notes = () if given is not None else (f"plan.friction_coefficient: not given: {value:g} +- {error:g} is assumed",)
-    sources = sources_of(scene, scene.plan.sampling_rate_hz)
-    told, expected = _means(measured), _expected(scene, chosen, held)
-    if "friction_coefficient" in told:
-        value, notes = told["friction_coefficient"], ()
-    expected |= {name: told[name] for name in expected if name in told and name not in held}
-    lab = Laboratory(scene, chosen, held, frequency, stiffness, (value, error), expected, sources, notes)
-    _check_expected(lab)
-    return lab
-
-
-def _check_expected(lab: Laboratory) -> None:
-    """Refuse expected values that the law lacks, or that lie outside their domain."""
-    names = [p.name for p in lab.law.own if p.name != "beta"]
-    for name, value in lab.scene.plan.expected.items():
-        if name == "beta":
-            raise SceneError("plan.expected.beta: it follows from friction_coefficient and each test's normal force")
-        if name in names:
-            try:
-                lab.law.parameter(name).checked(value)
-            except ParameterError as error:
-                raise SceneError(f"plan.expected.{name}: {error}") from error
+    known, expected = told_together(measured, scene.plan.repeatability), _expected(scene, chosen, held)
+    if "friction_coefficient" in known:
+        value, notes = known["friction_coefficient"].value, ()
+    expected |= {name: known[name].value for name in expected if name in known and name not in held}
+    possible = _candidates(scene)
+    middle = Candidate(*(
+        math.sqrt(min(column) * max(column)) for column in zip(*(vars(c).values() for c in possible), strict=True)
+    ))  # fmt: skip
+    coefficient = (value, error)
+    return Laboratory(scene, chosen, held, frequency, stiffness, coefficient, known, expected, possible, middle, notes)
 
 
 def _expected(scene: Scene, law: Law, held: Mapping[str, float]) -> dict[str, float]:
     """The law's parameters other than beta as they are expected: held ones, the scene's, else a first value of each."""
+    if "beta" in scene.plan.expected:
+        raise SceneError("plan.expected.beta: it follows from friction_coefficient and each test's normal force")
+    for name in {p.name for p in law.own} & set(scene.plan.expected):
+        try:
+            law.parameter(name).checked(scene.plan.expected[name])
+        except ParameterError as error:
+            raise SceneError(f"plan.expected.{name}: {error}") from error
     said = {**scene.model.parameters, **scene.plan.expected, **held}
     return {p.name: said.get(p.name, _first_value(p)) for p in law.own if p.name != "beta"}
 
@@ -119,20 +166,6 @@ def _first_value(p: Parameter) -> float:
     low, high = p.usual
     middle = math.sqrt(low * high) if p.scale == "log" else 0.5 * (low + high)
     return FIRST_VALUES.get(p.name, middle)
-
-
-@dataclass(frozen=True)
-class Measured:
-    """What comparisons tell of a number: ``u``: combined standard uncertainty; ``se``: its statistical part."""
-
-    value: float
-    u: float
-    se: float
-
-
-def _means(measured: Sequence[Mapping[str, object]]) -> dict[str, float]:
-    """What comparisons at hand say of the contact: means weighed by their uncertainties."""
-    return {name: known.value for name, known in told_together(measured).items()}
 
 
 def told_together(measured: Sequence[Mapping[str, object]], repeatability: float = 0.0) -> dict[str, Measured]:
@@ -181,16 +214,10 @@ def told_values(row: Mapping[str, object]) -> dict[str, Measured]:
     return {name: known for name, known in found.items() if known.u > 0.0}
 
 
-def candidates(lab: Laboratory) -> tuple[Candidate, ...]:
-    """Return all tests of a plan's ranges that are outside the band to avoid.
-
-    Raises
-    ------
-    SceneError
-        A range is empty, the band forbids all, or no test outlasts its transient.
-    """
-    plan, transient = lab.scene.plan, lab.scene.analysis.planned_transient_s
-    forces = plan.normal_forces_n or ([f] if (f := lab.scene.experiment.normal_force_n) is not None else [])
+def _candidates(scene: Scene) -> tuple[Candidate, ...]:
+    """All tests of a plan's ranges that are outside the band to avoid."""
+    plan, transient = scene.plan, scene.analysis.planned_transient_s
+    forces = plan.normal_forces_n or ([f] if (f := scene.experiment.normal_force_n) is not None else [])
     ranges = {
         "frequency_ratios": plan.frequency_ratios,
         "normal_forces_n": forces,
@@ -206,13 +233,6 @@ def candidates(lab: Laboratory) -> tuple[Candidate, ...]:
             f"plan.{key}: {max(durations):g} s are over before the transient (analysis.transient_s ="
             f" {transient:g} s): lengthen the test, or shorten the transient"
         )
-    points = product(_outside(lab), forces, plan.base_amplitudes_m, [t for t in durations if t > transient])
-    return tuple(Candidate(*point) for point in points)
-
-
-def _outside(lab: Laboratory) -> list[float]:
-    """Frequency ratios outside the band to avoid."""
-    plan = lab.scene.plan
     low, high = plan.avoid_frequency_ratios or (math.inf, -math.inf)
     ratios = [r for r in plan.frequency_ratios if not low <= r <= high]
     if not ratios:
@@ -220,13 +240,144 @@ def _outside(lab: Laboratory) -> list[float]:
             f"plan.avoid_frequency_ratios: {low:g} to {high:g} forbids all of frequency_ratios; give others or a"
             " narrower band"
         )
-    return ratios
+    points = product(ratios, forces, plan.base_amplitudes_m, [t for t in durations if t > transient])
+    return tuple(Candidate(*point) for point in points)
 
 
-def check_free(lab: Laboratory, aim: Sequence[str]) -> None:
-    """Refuse a law of which nothing is to be found, and an aim that is not among its unknowns."""
-    if not lab.free:
-        raise UsageError(f"law {lab.law.name}: the scene holds all of its parameters: there is nothing to find out")
-    for name in aim:
-        if name not in lab.free:
-            raise UsageError(f"law {lab.law.name} has no parameter {name!r} to find: expected {', '.join(lab.free)}")
+@dataclass(frozen=True)
+class VirtualTest:
+    """One candidate under the laboratory's law: its steady state, and what a fit of it alone would state.
+
+    ``observation``, ``posterior``: None where it says nothing; ``held``: the posterior with sensors and rig as they are
+    known.
+    """
+
+    candidate: Candidate
+    state: SteadyState | None
+    observation: CycleObservation | None = None
+    posterior: Posterior | None = None
+    held: Posterior | None = None
+
+    @property
+    def response_m(self) -> float:
+        """Half the swing of the mass, m; nan where there is no steady state."""
+        amplitude = None if self.state is None else self.state.response_amplitude
+        return math.nan if amplitude is None else amplitude * self.candidate.base_amplitude_m
+
+
+def virtual_test(lab: Laboratory, candidate: Candidate) -> VirtualTest:
+    """Return what a test would show, and what a fit of it alone would state at the values that are expected.
+
+    A test whose mass would stand still if friction were one standard error higher says nothing.
+    """
+    settled = candidate.duration_s - lab.scene.analysis.planned_transient_s
+    cycles = int(max(settled, 0.0) * candidate.frequency_ratio * lab.natural_frequency_hz)
+    value, error = lab.coefficient
+    more = lab.problem(candidate, 1.0 + error / value)
+    state, varied = (_state(lab.problem(candidate, friction)) for friction in (1.0, 1.0 + STEP))
+    found = VirtualTest(candidate, state)
+    stands = more.mu * more.beta >= more.force_size
+    if state is None or state.orbit is None or state.outcome != "periodic" or stands:
+        return found
+    if cycles < 1 or varied is None or varied.orbit is None:
+        return found
+    observation, values = _observation(lab, candidate, state, varied, cycles), lab.values(candidate)
+    try:
+        held, whole = (_posterior(model_of([observation], rig=rig), values) for rig in (False, True))
+    except (AnalysisError, np.linalg.LinAlgError):
+        return found
+    se = np.zeros(len(whole.unknowns))
+    se[[u.law for u in whole.unknowns]] = np.sqrt(np.diag(held.covariance))
+    return replace(found, observation=observation, posterior=replace(whole, held_se=se), held=held)
+
+
+def _state(problem: Problem) -> SteadyState | None:
+    try:
+        return steady_state(problem)
+    except SimulationError:
+        return None
+
+
+def _lines(state: SteadyState) -> NDArray[np.complex128]:
+    """Harmonics (K,) of a steady motion, the mean over its period."""
+    periods = state.period_cycles or 1
+    tau = 2.0 * np.pi * np.arange(POINTS * periods) / POINTS
+    motion = np.zeros(POINTS * periods) if state.orbit is None else state.orbit.at(tau)[0]
+    return harmonics_of(motion.reshape(periods, POINTS).mean(axis=0), HARMONICS)
+
+
+def _observation(
+    lab: Laboratory, candidate: Candidate, state: SteadyState, varied: SteadyState, cycles: int
+) -> CycleObservation:
+    """The test as `observe` makes it of a measurement: cycles drawn with the noise and scatter that `[plan]` says."""
+    plan, drive = lab.scene.plan, candidate.frequency_ratio * lab.natural_frequency_hz
+    samples = plan.sampling_rate_hz / drive
+    noise = math.sqrt(plan.noise_m**2 + plan.step_m**2 / 12.0)
+    mean, by_friction = _lines(state), (_lines(varied) - _lines(state)) / STEP
+    generator = np.random.default_rng([len(lab.law.name), round(1e4 * candidate.frequency_ratio), cycles])
+    count = min(cycles, MOST_CYCLES)
+    white = math.sqrt(2.0 / samples) * noise / candidate.base_amplitude_m
+    drawn = generator.standard_normal((count, 1))
+    friction = plan.cycle_scatter * (drawn - drawn.mean()) / (drawn.std(ddof=1) if count > 1 else 1.0)
+    each = mean + friction * by_friction
+    each = each + white * (generator.standard_normal(each.shape) + 1j * generator.standard_normal(each.shape))
+    tau = 2.0 * np.pi * np.arange(POINTS) / POINTS
+    shown = (np.exp(1j * np.outer(tau, np.arange(1, HARMONICS + 1))) @ mean).real
+    first = np.eye(1, 9)[0]
+    measurement = SimpleNamespace(  # what a fit asks of one
+        source=f"N{candidate.normal_force_n:g}_r{candidate.frequency_ratio:g}",
+        material=lab.scene.experiment.material,
+        normal_force_n=candidate.normal_force_n,
+        sampling_rate_hz=plan.sampling_rate_hz,
+        frequency_ratio=candidate.frequency_ratio,
+        drive_frequency_hz=drive,
+        base_amplitude_m=candidate.base_amplitude_m,
+        base_amplitude_m_se=noise * math.sqrt(2.0 / (samples * cycles)),
+        mass_noise_m=noise,
+        response_amplitude=state.response_amplitude or 0.0,
+        energy_per_cycle=state.energy_per_cycle or 0.0,
+        regime=state.regime or "continuous",
+        sources=sources_of(lab.scene, plan.sampling_rate_hz),
+        cycle=Cycle(tau, shown, np.cos(tau), shown, np.zeros(POINTS), first, 0.0 * first, each, np.ones(POINTS // 2)),
+        series=SimpleNamespace(used=np.ones(cycles, dtype=bool)),
+    )
+    found = observe(cast("Any", measurement), lab.scene, lab.law)
+    missed = plan.model_error**2 * float(np.mean(parts(mean) ** 2)) / found.powers
+    return replace(found, held=dict(lab.held), missed=missed)
+
+
+def _posterior(model: Model, values: Mapping[str, float]) -> Posterior:
+    """The posterior of one test's fit that ends where it is expected to: nothing is left of the cycle."""
+    point = np.clip(np.array([u.at(values[u.name]) if u.law else 0.0 for u in model.unknowns]), *model.bounds)
+    local, residual = np.zeros(len(model.tests[0].index)), np.zeros(len(model.tests[0].observation.data))
+    slopes = model.slopes(0, model.own(0, point, local))
+    return posterior_of(Fit(model, Place(point, (local,), (residual,), (slopes,), model.strains(point))))
+
+
+def together(lab: Laboratory, tests: Sequence[VirtualTest], *, rig: bool = True) -> Posterior:
+    """Return what tests that say something would state together, in the units of the first.
+
+    Friction differs from test to test by what ``[plan]`` says, and drifts on the way; ``rig``: whether sensors and rig
+    are unknown too, or as they are known.
+    """
+    known = [p for t in tests if (p := t.posterior if rig else t.held) is not None]
+    model = model_of([t.observation for t in tests if t.observation is not None], rig=rig)
+    values, plan = lab.values(tests[0].candidate), lab.scene.plan
+    point = np.array([u.at(values[u.name]) if u.law else 0.0 for u in model.unknowns])
+    drift = 0.5 * plan.drift_per_hour * max(t.candidate.duration_s for t in tests) / HOUR
+    scatter = np.array([
+        math.hypot(plan.repeatability, drift) * values["beta"] / u.slope(float(c)) if u.name == "beta" else 0.0
+        for u, c in zip(model.unknowns, point, strict=True)
+    ])  # fmt: skip
+    slopes, information = [], []
+    for test, own in zip(model.tests, known, strict=True):
+        shared = [model.unknowns[k] for k in test.index]
+        each = zip(shared, own.unknowns, test.factors.tolist(), strict=True)
+        times = np.array([1.0 if u.scale == "log" else factor * u.sd / alone.sd for u, alone, factor in each])
+        slopes.append(own.fit.place.slopes[0] * times)
+        information.append(own.information[0] * np.outer(times, times))
+    local, residual = (
+        [np.zeros(n) for n in sizes] for sizes in ([len(t.index) for t in model.tests], map(len, slopes))
+    )
+    place = Place(point, tuple(local), tuple(residual), tuple(slopes), model.strains(point))
+    return Posterior(Fit(replace(model, scatter=scatter), place), tuple(information), np.zeros(len(point)))

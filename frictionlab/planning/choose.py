@@ -1,4 +1,10 @@
-"""Which tests to run: one after the other, the one that tells most for its laboratory time beside those before it."""
+"""Which tests to run: one after the other, the one that tells most for its laboratory time beside those before it.
+
+Two laws are told apart by the evidence to expect if the one holds and the other is fitted to what it shows, both ways.
+What a test would show under one law is fitted with the other by the inference itself, sensors and rig beside it, so
+that what a lag or a detuned frame explains does not count. The cycle fitted is free of noise: noise adds as much to
+both laws.
+"""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -8,28 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictionlab.arrays import FloatArray
-from frictionlab.errors import SceneError, UsageError
+from frictionlab.errors import FrictionlabError, SceneError, UsageError
+from frictionlab.inference.fit import log_evidence
 from frictionlab.inference.ladder import REQUIRED
-from frictionlab.inference.unknowns import Unknown
-from frictionlab.planning.against import Between, evidence_over
-from frictionlab.planning.candidates import Candidate, Laboratory, candidates, check_free, laboratory, told_together
+from frictionlab.inference.posterior import Posterior, infer
+from frictionlab.planning.candidates import Candidate, Laboratory, VirtualTest, laboratory, together, virtual_test
 from frictionlab.planning.plan import Plan, PlannedTest
-from frictionlab.planning.virtual_test import (
-    Reference,
-    VirtualTest,
-    between_tests,
-    reference_of,
-    together,
-    values_in,
-    virtual_test,
-)
 from frictionlab.scene import Scene
+from frictionlab.simulator.laws import law_of
 
-BoolArray = NDArray[np.bool_]
 MOST = 10  # tests, where nobody says how many
 SWEEPS = 2  # through the tests chosen, each compared with all others again
 SLOW = 1.0  # s that a law without exact slides takes for one candidate, roughly
 AGAIN = 1e-9  # of what a test tells: a tie goes to one not chosen yet
+NEAR = 12  # candidates of a choice between two laws to which both are fitted, at least
+MOST_STEPS = 12  # of a fit: the evidence need not be known better
 HOUR = 3600.0
 Gain = Callable[[Sequence[int]], FloatArray]
 
@@ -81,29 +80,32 @@ def plan_tests(
     if tests is not None and tests < 1:
         raise UsageError(f"tests: expected at least 1; got {tests}")
     lab = laboratory(scene, law, measured)
-    check_free(lab, aim)
-    possible = candidates(lab)
-    reference = reference_of(lab, possible)
-    virtual = [virtual_test(lab, reference, candidate) for candidate in possible]
+    for name in aim:
+        if name not in lab.free:
+            raise UsageError(f"law {lab.law.name} has no parameter {name!r} to find: expected {', '.join(lab.free)}")
+    if not lab.free:
+        raise UsageError(f"law {lab.law.name}: the scene holds all of its parameters: there is nothing to find out")
+    virtual = [virtual_test(lab, candidate) for candidate in lab.candidates]
     allowed = _allowed(lab, virtual)
-    limits = Limits(laboratory_time(scene, possible), allowed, tests or MOST, math.inf, scene.plan.most_repeats)
-    limits = limits if hours is None else limits.within(hours * HOUR)
-    unknowns = next(v.posterior.unknowns for v in virtual if v.posterior is not None)
+    limits = Limits.of(scene, lab.candidates, allowed, tests or MOST, math.inf if hours is None else hours * HOUR)
     if against is None:
-        order = pick(_least_error(lab, reference, virtual, unknowns, aim, measured), limits)
+        order, between = pick(_least_error(lab, virtual, aim), limits), None
         some = np.flatnonzero(allowed) if everything else np.unique(order)
-        between, over = None, {int(i): evidence_over(lab, reference, virtual[i], "coulomb") for i in some}
+        over = {int(i): evidence_over(lab, virtual[i], "coulomb") for i in some}
     else:
-        between = Between.of(lab, reference, virtual, against, limits)
+        between = Between.of(lab, virtual, against, limits)
         order, over = pick(between.gain, between.limits), {}
         between = between.judged(np.flatnonzero(between.limits.allowed) if everything else np.unique(order))
-    rows = _Rows(lab, reference, virtual, limits.time, between, over, measured)
-    chosen = tuple(rows.test(i, order[: rank + 1]) for rank, i in enumerate(order))
+
+    def row(i: int, before: Sequence[int] | None = None) -> PlannedTest:
+        evidence = {"log_bayes": over.get(i)} if between is None else between.row(i, before)
+        return _row(lab, virtual, limits, i, before, evidence)
+
+    chosen = tuple(row(i, order[: rank + 1]) for rank, i in enumerate(order))
     decided = [rank for rank, test in enumerate(chosen, 1) if (test.log_bayes_after or 0.0) >= REQUIRED]
     chosen = chosen[: decided[0]] if decided and tests is None else chosen
     rest = [int(i) for i in np.flatnonzero(allowed) if i not in set(order[: len(chosen)])]
-    law_name = lab.law.name
-    return Plan(law_name, against, chosen, tuple(rows.test(i) for i in rest), _notes(lab, chosen, against))
+    return Plan(lab.law.name, against, chosen, tuple(map(row, rest)), _notes(lab, chosen, against))
 
 
 def waiting(scene: Scene, law: str | None = None, against: str | None = None) -> str | None:
@@ -116,7 +118,7 @@ def waiting(scene: Scene, law: str | None = None, against: str | None = None) ->
     """
     lab = laboratory(scene, law)
     laws = [lab.law] if against is None else [lab.law, lab.under(against).law]
-    slow, count = [one.name for one in laws if not one.is_exact], len(candidates(lab))
+    slow, count = [one.name for one in laws if not one.is_exact], len(lab.candidates)
     minutes = 9.0 * SLOW * len(slow) * count / 60.0
     if minutes < 0.5:
         return None
@@ -124,8 +126,8 @@ def waiting(scene: Scene, law: str | None = None, against: str | None = None) ->
     return f"plan: {count} candidates under {' and '.join(slow)} take some {minutes:.0f} minutes: {lists}"
 
 
-def _allowed(lab: Laboratory, tests: Sequence[VirtualTest]) -> BoolArray:
-    """Which candidates the rig allows and say something."""
+def _allowed(lab: Laboratory, tests: Sequence[VirtualTest]) -> NDArray[np.bool_]:
+    """Which candidates the rig allows; some of them must say something."""
     largest = lab.scene.plan.largest_response_m
     response = np.array([test.response_m for test in tests])
     inside = np.ones(len(tests), dtype=bool) if largest is None else ~(response > largest)
@@ -134,8 +136,7 @@ def _allowed(lab: Laboratory, tests: Sequence[VirtualTest]) -> BoolArray:
             f"plan.largest_response_m: {largest:g} m forbids all candidates; the least response expected is"
             f" {np.nanmin(response):.3g} m"
         )
-    tells = np.array([test.information is not None for test in tests])
-    if not (inside & tells).any():
+    if not any(test.posterior is not None for test, ok in zip(tests, inside, strict=True) if ok):
         raise UsageError(
             f"law {lab.law.name}: no candidate tells anything: the mass stands still or has no steady state in all of"
             " them, or would if friction were one standard error higher; change normal_forces_n, base_amplitudes_m or"
@@ -144,27 +145,18 @@ def _allowed(lab: Laboratory, tests: Sequence[VirtualTest]) -> BoolArray:
     return np.asarray(inside)
 
 
-def _least_error(
-    lab: Laboratory,
-    reference: Reference,
-    tests: Sequence[VirtualTest],
-    unknowns: Sequence[Unknown],
-    aim: Sequence[str],
-    measured: Sequence[Mapping[str, object]],
-) -> Gain:
+def _least_error(lab: Laboratory, tests: Sequence[VirtualTest], aim: Sequence[str]) -> Gain:
     """What each candidate adds to tests chosen: the fall of the logarithm of the parameters' joint uncertainty."""
-    m = len(unknowns)
-    middle = _middle_values(lab, reference)
-    holds = np.diag([1.0] * m) + known_before(lab, unknowns, middle, measured)
-    counted = np.array([u.law and (not aim or u.name in aim) for u in unknowns])
+    telling = [i for i, test in enumerate(tests) if test.posterior is not None]
+    whole = together(lab, [tests[i] for i in telling])
+    m = len(whole.unknowns)
+    holds = np.eye(m) + known_before(lab, whole, tests[telling[0]].candidate)
+    counted = np.array([u.law and (not aim or u.name in aim) for u in whole.unknowns])
     information = np.zeros((len(tests), m, m))
-    for i, test in enumerate(tests):
-        if test.information is not None:
-            s = between_tests(lab, unknowns, middle["beta"], test.candidate.duration_s)
-            own = test.information
-            inner = np.eye(m) + (s[:, None] * own) * s
-            information[i] = own - (own * s) @ np.linalg.solve(inner, s[:, None] * own)
-    silent = np.array([test.information is None for test in tests])
+    for i, own in zip(telling, whole.information, strict=True):
+        s = together(lab, [tests[i]]).fit.model.scatter
+        information[i] = own - (own * s) @ np.linalg.solve(np.eye(m) + (s[:, None] * own) * s, s[:, None] * own)
+    silent = np.array([test.posterior is None for test in tests])
 
     def spread(precision: FloatArray) -> FloatArray:
         left = np.linalg.inv(precision)[..., counted, :][..., counted]
@@ -177,38 +169,32 @@ def _least_error(
     return gain
 
 
-def _middle_values(lab: Laboratory, reference: Reference) -> dict[str, float]:
-    r = reference.turn / (2.0 * math.pi * lab.natural_frequency_hz)
-    return values_in(lab, reference, Candidate(r, reference.force, reference.amplitude, 0.0))
+def known_before(lab: Laboratory, joint: Posterior, candidate: Candidate) -> FloatArray:
+    """Return what is known of the law's parameters before the first test, as information on a joint fit's coordinates.
 
-
-def known_before(
-    lab: Laboratory,
-    unknowns: Sequence[Unknown],
-    values: Mapping[str, float],
-    measured: Sequence[Mapping[str, object]],
-) -> FloatArray:
-    """Return what is known of the law's parameters before the first test, as information on their coordinates."""
-    known = np.zeros((len(unknowns), len(unknowns)))
-    found = told_together(measured, lab.scene.plan.repeatability)
-    coefficient = found.get("friction_coefficient")
-    for k, u in enumerate(unknowns):
+    ``candidate``: in whose units these are.
+    """
+    known, values = np.zeros(len(joint.unknowns)), lab.values(candidate)
+    coefficient = lab.known.get("friction_coefficient")
+    for k, u in enumerate(joint.unknowns):
         if not u.law:
             continue
         slope = u.slope(u.at(values[u.name])) if values[u.name] or u.scale == "linear" else 0.0
         if u.name == "beta":
             value, error = lab.coefficient if coefficient is None else (coefficient.value, coefficient.u)
-            known[k, k] = (slope / (values["beta"] * error / value)) ** 2
-        elif u.name in found:
-            known[k, k] = (slope / found[u.name].u) ** 2
-    return known
+            known[k] = (slope / (values["beta"] * error / value)) ** 2
+        elif u.name in lab.known:
+            known[k] = (slope / lab.known[u.name].u) ** 2
+    return np.diag(known)
 
 
 @dataclass(frozen=True)
-class LaboratoryTime:
-    """What tests cost, s: ``running`` (n,) each time; ``change_force``, ``change_drive`` once for each of their groups.
+class Limits:
+    """What a choice keeps to, and what tests cost.
 
-    ``force``, ``drive`` (n,): number of the group that shares a normal force, or that and the motion of the base.
+    ``running`` (n,): s, each time; ``change_force``, ``change_drive``: s, once for each of their groups; ``force``,
+    ``drive`` (n,): number of the group that shares a normal force, or that and the motion of the base;
+    ``allowed`` (n,): by the rig; ``tests`` and ``budget`` (s): at most; ``most_repeats`` of one candidate.
     """
 
     running: FloatArray
@@ -216,58 +202,50 @@ class LaboratoryTime:
     drive: NDArray[np.intp]
     change_force: float
     change_drive: float
+    allowed: NDArray[np.bool_]
+    tests: int
+    budget: float
+    most_repeats: float
+
+    @classmethod
+    def of(
+        cls, scene: Scene, tests: Sequence[Candidate], allowed: NDArray[np.bool_], most: int, budget: float
+    ) -> "Limits":
+        """Return them by ``[plan]``: each weight is put on once, each motion of the base set once for it."""
+        plan = scene.plan
+        settings = [(t.normal_force_n, t.base_amplitude_m, t.frequency_ratio) for t in tests]
+        forces, drives = (list(dict.fromkeys(some)) for some in ([s[0] for s in settings], settings))
+        return cls(
+            np.array([t.duration_s + plan.setup_s for t in tests]),
+            np.array([forces.index(s[0]) for s in settings]),
+            np.array([drives.index(s) for s in settings]),
+            plan.change_force_s,
+            plan.change_drive_s,
+            allowed,
+            most,
+            budget,
+            plan.most_repeats or math.inf,
+        )
 
     def more(self, order: Sequence[int]) -> FloatArray:
-        """Time (n,) that each candidate would add to tests already chosen."""
+        """Time (n,) that each candidate would add to tests already chosen, s."""
         chosen = np.asarray(order, dtype=np.intp)
         new_force = ~np.isin(self.force, self.force[chosen])
         new_drive = ~np.isin(self.drive, self.drive[chosen])
         return np.asarray(self.running + self.change_force * new_force + self.change_drive * new_drive)
 
     def total(self, order: Sequence[int]) -> float:
-        """Time of some tests together."""
-        chosen = np.asarray(order, dtype=np.intp)
-        changes = self.change_force * len(set(self.force[chosen])) + self.change_drive * len(set(self.drive[chosen]))
-        return float(self.running[chosen].sum()) + changes
-
-
-def laboratory_time(scene: Scene, tests: Sequence[Candidate]) -> LaboratoryTime:
-    """Return what tests cost by ``[plan]``: each weight is put on once, each motion of the base set once for it."""
-    plan = scene.plan
-    drives = [(t.normal_force_n, t.base_amplitude_m, t.frequency_ratio) for t in tests]
-    forces = {force: i for i, force in enumerate(dict.fromkeys(t.normal_force_n for t in tests))}
-    numbers = {drive: i for i, drive in enumerate(dict.fromkeys(drives))}
-    return LaboratoryTime(
-        np.array([t.duration_s + plan.setup_s for t in tests]),
-        np.array([forces[t.normal_force_n] for t in tests]),
-        np.array([numbers[drive] for drive in drives]),
-        plan.change_force_s,
-        plan.change_drive_s,
-    )
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What a choice keeps to: laboratory time, bounds of the rig, ``tests`` and ``budget`` (s) at most."""
-
-    time: LaboratoryTime
-    allowed: NDArray[np.bool_]
-    tests: int
-    budget: float
-    most_repeats: int | None
-
-    def within(self, budget: float) -> "Limits":
-        """Return the same with so much laboratory time, s."""
-        return replace(self, budget=budget)
-
-    def free(self, order: Sequence[int]) -> NDArray[np.bool_]:
-        """Which candidates may follow tests chosen."""
-        fits = self.time.total(order) + self.time.more(order) <= self.budget
-        return np.asarray(self.allowed & fits & (self.often(order) < (self.most_repeats or math.inf)))
+        """Time of some tests together, s."""
+        return sum(float(self.more(order[:n])[i]) for n, i in enumerate(order))
 
     def often(self, order: Sequence[int]) -> NDArray[np.intp]:
         """How often each candidate is chosen."""
         return np.bincount(np.asarray(order, dtype=np.intp), minlength=len(self.allowed))
+
+    def free(self, order: Sequence[int]) -> NDArray[np.bool_]:
+        """Which candidates may follow tests chosen."""
+        fits = self.total(order) + self.more(order) <= self.budget
+        return np.asarray(self.allowed & fits & (self.often(order) < self.most_repeats))
 
 
 def pick(gain: Gain, limits: Limits) -> list[int]:
@@ -278,7 +256,7 @@ def pick(gain: Gain, limits: Limits) -> list[int]:
     """
     order = _filled([], gain, limits)
     if not order:
-        least = float(limits.time.more([])[limits.allowed].min()) / HOUR
+        least = float(limits.more([])[limits.allowed].min()) / HOUR
         raise UsageError(f"hours: {limits.budget / HOUR:g} are less than any test takes: expected at least {least:.3g}")
     for _ in range(SWEEPS):
         before = list(order)
@@ -288,7 +266,10 @@ def pick(gain: Gain, limits: Limits) -> list[int]:
         order = _filled(order, gain, limits)
         if sorted(order) == sorted(before):
             break
-    return _ranked(order, gain, limits)
+    ranked: list[int] = []
+    while len(ranked) < len(order):
+        ranked.append(_next(ranked, gain, limits, limits.often(order) > limits.often(ranked)))
+    return ranked
 
 
 def _filled(order: list[int], gain: Gain, limits: Limits) -> list[int]:
@@ -301,18 +282,9 @@ def _filled(order: list[int], gain: Gain, limits: Limits) -> list[int]:
 
 def _next(order: list[int], gain: Gain, limits: Limits, free: NDArray[np.bool_]) -> int:
     """The candidate that tells most beside tests chosen, for the time it adds."""
-    more, told = limits.time.more(order), gain(order) * (1.0 - AGAIN * limits.often(order))
+    more, told = limits.more(order), gain(order) * (1.0 - AGAIN * limits.often(order))
     rate = np.where(told > 0.0, told / more, told * more)
     return int(np.argmax(np.where(free, rate, -math.inf)))
-
-
-def _ranked(chosen: list[int], gain: Gain, limits: Limits) -> list[int]:
-    """The tests chosen, best first."""
-    order: list[int] = []
-    while len(order) < len(chosen):
-        left = limits.often(chosen) > limits.often(order)
-        order.append(_next(order, gain, limits, left))
-    return order
 
 
 def _notes(lab: Laboratory, tests: Sequence[PlannedTest], against: str | None) -> tuple[str, ...]:
@@ -330,68 +302,162 @@ def _notes(lab: Laboratory, tests: Sequence[PlannedTest], against: str | None) -
     return notes
 
 
+def _row(
+    lab: Laboratory,
+    tests: Sequence[VirtualTest],
+    limits: Limits,
+    i: int,
+    order: Sequence[int] | None,
+    evidence: Mapping[str, float | None],
+) -> PlannedTest:
+    """One candidate as a row of a plan; ``order``: the tests up to it, if it is chosen."""
+    test, candidate, names, response = tests[i], tests[i].candidate, lab.free, tests[i].response_m
+    values, estimates = lab.values(candidate), {} if test.posterior is None else test.posterior.parameters(0)
+    se, u = ({name: getattr(estimates.get(name), key, None) for name in names} for key in ("se", "u"))
+    chosen = [tests[k] for k in order or () if tests[k].posterior is not None]
+    nothing = None if order is None else dict.fromkeys(names)
+    after_se, after_u = _after(lab, chosen, candidate) if chosen else (nothing, nothing)
+    return PlannedTest(
+        rank=None if order is None else len(order),
+        frequency_ratio=candidate.frequency_ratio,
+        normal_force_n=candidate.normal_force_n,
+        base_amplitude_m=candidate.base_amplitude_m,
+        duration_s=candidate.duration_s,
+        regime=None if test.state is None else test.state.regime,
+        response_m=response if math.isfinite(response) else None,
+        expected=se,
+        expected_u=u,
+        cumulative=after_se,
+        cumulative_u=after_u,
+        laboratory_s=float(limits.more([] if order is None else order[:-1])[i]),
+        total_s=None if order is None else limits.total(order),
+        drive_frequency_hz=candidate.frequency_ratio * lab.natural_frequency_hz,
+        values={name: values[name] for name in names},
+        told={name: bool(estimates and estimates[name].told) for name in names},
+        **evidence,
+    )
+
+
+def _after(
+    lab: Laboratory, chosen: Sequence[VirtualTest], candidate: Candidate
+) -> tuple[dict[str, float | None], dict[str, float | None]]:
+    """Standard errors and combined uncertainties of the shared parameters after some tests, in a candidate's units."""
+    first, here = lab.values(chosen[0].candidate), lab.values(candidate)
+    errors: list[dict[str, float]] = []
+    for rig in (True, False):
+        joint = together(lab, chosen, rig=rig)
+        precision = np.linalg.inv(joint.covariance) + known_before(lab, joint, chosen[0].candidate)
+        each = zip(joint.unknowns, joint.fit.point, np.sqrt(np.diag(np.linalg.inv(precision))), strict=True)
+        errors.append({u.name: abs(u.slope(float(c))) * float(e) for u, c, e in each if u.law})
+    se, u = dict[str, float | None](), dict[str, float | None]()
+    for name in lab.free:
+        times = abs(here[name] / first[name]) if first[name] else 1.0
+        u[name] = times * errors[0][name]
+        se[name] = times * min(errors[1][name], errors[0][name])
+    return se, u
+
+
+def evidence_over(lab: Laboratory, test: VirtualTest, other: str) -> float | None:
+    """Return the logarithm of the Bayes factor to expect for the laboratory's law over another, of one test.
+
+    None where the test says nothing, the two laws are one, or the other has no steady state near.
+    """
+    law = law_of(other)
+    if test.observation is None or test.posterior is None or law.name == lab.law.name:
+        return None
+    values = lab.values(test.candidate)
+    near = {p.name: values[p.name] for p in law.own if p.name in values}
+    try:
+        rival = infer([test.observation.under(law, {})], near=near, most=MOST_STEPS)
+    except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError):
+        return None
+    return log_evidence(test.posterior.fit) - log_evidence(rival.fit)
+
+
 @dataclass(frozen=True)
-class _Rows:
-    """Candidates as rows of a plan."""
+class Between:
+    """Two laws to be told apart, over all candidates.
+
+    ``evidence``, ``back`` (n,): logarithm of the Bayes factor to expect if the laboratory's law holds, and if the other
+    does; NaN where it was not judged.
+    """
 
     lab: Laboratory
-    reference: Reference
+    other: Laboratory
     tests: Sequence[VirtualTest]
-    time: LaboratoryTime
-    between: Between | None
-    over: Mapping[int, float | None]
-    measured: Sequence[Mapping[str, object]]
+    others: Sequence[VirtualTest]
+    limits: Limits
+    evidence: FloatArray
+    back: FloatArray
 
-    def test(self, i: int, order: Sequence[int] | None = None) -> PlannedTest:
-        """One candidate as a row; `order`: the tests up to it, if it is chosen."""
-        test, candidate = self.tests[i], self.tests[i].candidate
-        values = values_in(self.lab, self.reference, candidate)
-        names = self.lab.free
-        estimates = {} if test.posterior is None else test.posterior.parameters(0)
-        se, u = ({name: getattr(estimates.get(name), key, None) for name in names} for key in ("se", "u"))
-        after_se, after_u = (None, None) if order is None else self._after(i, order)
-        evidence = {"log_bayes": self.over.get(i)} if self.between is None else self.between.row(i, order)
-        response = test.response_m
-        return PlannedTest(
-            rank=None if order is None else len(order),
-            frequency_ratio=candidate.frequency_ratio,
-            normal_force_n=candidate.normal_force_n,
-            base_amplitude_m=candidate.base_amplitude_m,
-            duration_s=candidate.duration_s,
-            regime=None if test.state is None else test.state.regime,
-            response_m=response if math.isfinite(response) else None,
-            expected=se,
-            expected_u=u,
-            cumulative=after_se,
-            cumulative_u=after_u,
-            laboratory_s=float(self.time.more([] if order is None else order[:-1])[i]),
-            total_s=None if order is None else self.time.total(order),
-            drive_frequency_hz=candidate.frequency_ratio * self.lab.natural_frequency_hz,
-            values={name: values[name] for name in names},
-            told={name: bool(estimates and estimates[name].told) for name in names},
-            **evidence,
-        )
+    @classmethod
+    def of(cls, lab: Laboratory, tests: Sequence[VirtualTest], against: str, limits: Limits) -> "Between":
+        """Return two laws ready to be told apart, fitted to the candidates whose cycles differ most.
 
-    def _after(self, i: int, order: Sequence[int]) -> tuple[dict[str, float | None], dict[str, float | None]]:
-        """Standard errors and combined uncertainties of the shared parameters after some tests, in test i's units."""
-        plan = self.lab.scene.plan
-        chosen = [self.tests[k] for k in order if self.tests[k].posterior is not None]
-        names = self.lab.free
-        if not chosen:
-            return dict.fromkeys(names), dict.fromkeys(names)
-        drift = 0.5 * plan.drift_per_hour * max(t.candidate.duration_s for t in chosen) / HOUR
-        scatter = {"beta": math.hypot(plan.repeatability, drift)}
-        values, here = (values_in(self.lab, self.reference, t.candidate) for t in (chosen[0], self.tests[i]))
-        whole, held = (together(chosen, scatter, rig=rig) for rig in (True, False))
-        errors = []
-        for joint in (whole, held):
-            known = known_before(self.lab, joint.unknowns, values, self.measured)
-            covariance = np.linalg.inv(np.linalg.inv(joint.covariance) + known)
-            errors.append({u.name: math.sqrt(c) for u, c in zip(joint.unknowns, np.diag(covariance), strict=True)})
-        se, u = dict[str, float | None](), dict[str, float | None]()
-        for unknown, c in zip(held.unknowns, held.fit.point, strict=True):
-            name, first = unknown.name, values[unknown.name]
-            times = abs(unknown.slope(float(c))) * (abs(here[name] / first) if first else 1.0)
-            u[name] = times * errors[0][name]
-            se[name] = times * min(errors[1][name], errors[0][name])
-        return se, u
+        Raises
+        ------
+        UsageError
+            The other law cannot be, is the same, or nothing tells it.
+        """
+        other = lab.under(against)
+        if other.law.name == lab.law.name:
+            raise UsageError(f"against: law {against} is the one that is planned for: name another one")
+        others = [virtual_test(other, test.candidate) for test in tests]
+        apart = np.array([_apart(one, two) for one, two in zip(tests, others, strict=True)])
+        if not np.isfinite(apart).any():
+            raise UsageError(
+                f"against: no candidate has a steady motion under both {lab.law.name} and {other.law.name}: change"
+                " normal_forces_n, base_amplitudes_m or frequency_ratios of [plan]"
+            )
+        apart = np.where(limits.allowed, apart, -math.inf)
+        if not np.isfinite(apart).any():
+            raise UsageError(
+                f"against: the candidates that plan.largest_response_m allows tell nothing of {against}: allow a larger"
+                " response, or change the ranges of [plan]"
+            )
+        none = np.full(len(tests), np.nan)
+        found = cls(lab, other, tests, others, limits, none, none)
+        rate = apart / limits.more([])
+        some = [int(i) for i in np.argsort(-rate)[: max(NEAR, 2 * limits.tests)] if np.isfinite(rate[i])]
+        near = np.zeros(len(tests), dtype=bool)
+        near[some] = True
+        return replace(found.judged(np.array(some)), limits=replace(limits, allowed=limits.allowed & near))
+
+    def judged(self, some: NDArray[np.intp]) -> "Between":
+        """Return the same with the evidence of some more tests, each law fitted to what the other shows."""
+        evidence, back = self.evidence.copy(), self.back.copy()
+        for i in some:
+            if np.isnan(evidence[i]):
+                one = evidence_over(self.lab, self.tests[i], self.other.law.name)
+                two = evidence_over(self.other, self.others[i], self.lab.law.name)
+                evidence[i], back[i] = (0.0 if value is None else value for value in (one, two))
+        return replace(self, evidence=evidence, back=back)
+
+    def gain(self, order: Sequence[int]) -> FloatArray:
+        """What each candidate (n,) adds to tests chosen: growth of the evidence in proportion, both ways alike."""
+        total = np.zeros(len(self.tests))
+        for way in (np.nan_to_num(self.evidence), np.nan_to_num(self.back)):
+            so_far = float(way[np.asarray(order, dtype=np.intp)].sum())
+            total += np.log1p(np.maximum(so_far + way, 0.0)) - math.log1p(max(so_far, 0.0))
+        return np.where(np.isnan(self.evidence), -math.inf, total)
+
+    def row(self, i: int, order: Sequence[int] | None) -> dict[str, float | None]:
+        """Return the evidence of a test for the columns of a plan."""
+        one, two = (None if math.isnan(way[i]) else float(way[i]) for way in (self.evidence, self.back))
+        after = None
+        if order is not None:
+            after = min(float(np.nan_to_num(way)[list(order)].sum()) for way in (self.evidence, self.back))
+        return {"log_bayes": one, "log_bayes_against": two, "log_bayes_after": after}
+
+
+def _apart(one: VirtualTest, two: VirtualTest) -> float:
+    """Distance of the cycles of two laws in the noise's own units, what the second's unknowns explain taken out."""
+    if one.observation is None or two.observation is None or two.posterior is None:
+        return -math.inf
+    gap = one.observation.white(one.observation.data - two.observation.data[: len(one.observation.data)])
+    slopes = two.posterior.fit.place.slopes[0]
+    if len(slopes) != len(gap):
+        return 0.5 * float(gap @ gap)
+    step = np.linalg.solve(slopes.T @ slopes + np.eye(slopes.shape[1]), slopes.T @ gap)
+    left = gap - slopes @ step
+    return 0.5 * float(left @ left + step @ step)

@@ -13,7 +13,7 @@ from frictionlab.inference.observations import observe
 from frictionlab.inference.posterior import infer
 from frictionlab.planning import plan_tests, running_order, sheet_rows, steps
 from frictionlab.planning.candidates import Candidate
-from frictionlab.planning.choose import laboratory_time
+from frictionlab.planning.choose import Limits
 from frictionlab.simulator import Problem
 from tests.inference.contacts import recorded
 from tests.planning.rig import scene
@@ -21,7 +21,8 @@ from tests.planning.rig import scene
 
 def test_laboratory_time_counts_each_change_once() -> None:
     tests = [Candidate(r, n, 1e-3, 60.0) for n in (1.0, 2.0) for r in (0.3, 0.5)]
-    time = laboratory_time(scene(setup_s=30.0, change_force_s=600.0, change_drive_s=120.0), tests)
+    plan = scene(setup_s=30.0, change_force_s=600.0, change_drive_s=120.0)
+    time = Limits.of(plan, tests, np.ones(4, dtype=bool), 4, math.inf)
     assert time.total([0]) == 60 + 30 + 600 + 120
     assert time.total([0, 0]) == time.total([0]) + 90
     assert time.total([0, 1]) == time.total([0]) + 90 + 120
