@@ -25,7 +25,8 @@ def window_of(rule: str) -> float | None:
         return None
     kind, _, text = rule.partition(":")
     try:
-        seconds = float(text) if kind == "window" else math.nan
+        is_plain = text.isascii() and "_" not in text  # Python reads more as numbers than people do
+        seconds = float(text) if kind == "window" and is_plain else math.nan
     except ValueError:
         seconds = math.nan
     if not 0.0 < seconds < math.inf:

@@ -97,9 +97,9 @@ def batch(
             print_tests(rows, MEASURED, headline(rows, "logs measured"))
         _evaluate(work, rows, law=law, workers=workers, quiet=quiet or as_json)
     else:
-        write_rows(good, output / TABLE)
         if not as_json:
             _show(work, made, wide=wide)
+        write_rows(good, output / TABLE)
     if not (as_json or quiet):
         print_warnings(rows, verbose=verbose, notes=assumed(work.scene, rows))
     exit_status(made)

@@ -241,10 +241,10 @@ def values_of(text: str, option: str) -> list[float]:
     ([0.1, 0.2, 0.3, 0.4], [0.5, 1.0], [10.0, 100.0, 1000.0, 10000.0])
     """
     try:
-        text = text if is_plain(text) else ""
-        if ":" not in text:
-            return [float(Decimal(part)) for part in text.split(",")]
-        first, last, by = (part.strip() for part in text.split(":"))
+        said = text if is_plain(text) else ""
+        if ":" not in said:
+            return [float(Decimal(part)) for part in said.split(",")]
+        first, last, by = (part.strip() for part in said.split(":"))
         start, stop, step = Decimal(first), Decimal(last), Decimal(by.removeprefix("x"))
         is_factor = by.startswith("x")
         goes_up = (0 < start <= stop and step > 1) if is_factor else step > 0
