@@ -32,9 +32,8 @@ def has_several_forces(campaign: Campaign) -> bool:
 def friction(campaign: Campaign) -> Figure:
     """Friction coefficient over normal force.
 
-    Points: one coefficient per normal force, fitted over all frequency ratios, 95 % confidence. Dashed lines: each
-    material's mean, where all its points would lie by Amontons' law. Right: the distance from it; bands: the mean's own
-    confidence.
+    Points: one coefficient per normal force, fitted over all frequency ratios, 95 % confidence. Dashed: each material's
+    mean, where all its points would lie by Amontons' law. Right: the distance from it; dotted: the mean's confidence.
     """
     with style.drawing(3.2) as figure:
         axes = style.panels(figure, 2 if has_several_forces(campaign) else 1)
@@ -54,7 +53,8 @@ def friction(campaign: Campaign) -> Figure:
                 for ax in axes[1:]:  # shifted sideways so that bars stay apart
                     bars = [percent * (value - low), percent * (high - value)]
                     ax.errorbar(force + 0.02 * i, percent * value - 100.0, yerr=bars, **how)
-                    ax.axhspan(-percent * reach, percent * reach, color=colour, alpha=0.1, lw=0)
+                    for end in (-percent * reach, percent * reach):
+                        ax.axhline(end, color=colour, linewidth=0.8, linestyle=":")
         most = max((f.normal_force_n for f in campaign.fits), default=1.0)
         for ax, label in zip(axes, ("friction coefficient", "deviation from the material's mean [%]"), strict=False):
             ax.set(xlabel="normal force [N]", ylabel=label, xlim=(0.0, 1.1 * most))

@@ -41,7 +41,7 @@ COLUMNS: Mapping[str, Sequence[str]] = {
         "source", "material", "normal_force_n", "frequency_ratio", "duration_s", "slope_per_hour",
         "relative_slope_per_hour", "friction_slope_per_hour", "verdict", "note",
     ),
-    "ranking": ("rank", "material", "value", "unit", "tied_with"),
+    "ranking": ("rank", "material", "value", "tied_with"),
     "tests": (
         "material", "normal_force_n", "frequency_ratio", "energy_per_cycle", "energy_per_cycle_j",
         "response_amplitude", "stops_per_cycle", "regime", "test_friction_ratio", "energy_residual", "test_misfit",
@@ -103,7 +103,7 @@ def _cell(row: Row, head: Cell, name: str) -> Cell:
     if isinstance(value, bool):
         return Cell("yes" if value else "no")
     text = str(value or UNKNOWN)
-    return Cell(text, title=text if len(text) > LONG else "")
+    return Cell(short_name(text) if name == "source" else text, title=text if len(text) > LONG else "")
 
 
 def grouped(warnings: Iterable[tuple[str, Sequence[str]]]) -> list[str]:
@@ -250,13 +250,18 @@ def _rankings(campaign: Campaign, rows: Sequence[Row]) -> Iterator[tuple[str, st
     for criterion in CRITERIA:
         own = [row for row in rows if row["criterion"] == criterion]
         if any(row["rank"] is not None for row in own):
-            yield f"By {criterion}", str(own[0]["evidence"]), listing(RANKING, own, COLUMNS["ranking"])
+            yield (
+                f"By {criterion}: {own[0]['unit']}",
+                str(own[0]["evidence"]),
+                listing(RANKING, own, COLUMNS["ranking"]),
+            )
 
 
 def _tests(campaign: Campaign) -> Listing:
     """All tests, failed ones too, one line each: name, status, what was measured, remark."""
-    rows = list(measurement_rows(campaign))
-    known = listing(TESTS, rows, COLUMNS["tests"])
+    rows = [{**row, "energy_per_cycle_j_u": _joules_u(row)} for row in measurement_rows(campaign)]
+    doubled = "energy_per_cycle" if any(row.get("energy_per_cycle_j") for row in rows) else "energy_per_cycle_j"
+    known = listing(TESTS, rows, [name for name in COLUMNS["tests"] if name != doubled])
     cells = []
     for place, (trial, row, own) in enumerate(zip(campaign.trials, rows, known.rows, strict=True), 1):
         remark = str(row.get("reason") or row.get("left_out_of_fit") or "")
@@ -266,3 +271,10 @@ def _tests(campaign: Campaign) -> Listing:
         cells.append([name, Cell(status), *own, Cell(remark or UNKNOWN, title=remark)])
     failed = frozenset(place for place, trial in enumerate(campaign.trials) if trial.failed)
     return Listing([Cell("test"), Cell("status"), *known.heads, Cell("remark")], cells, failed)
+
+
+def _joules_u(row: Row) -> float | None:
+    """Uncertainty of the energy in joules: that of the dimensionless one, for what one is of the other is exact."""
+    energy, u, joules = (row.get(f"energy_per_cycle{end}") for end in ("", "_u", "_j"))
+    known = isinstance(energy, float) and isinstance(u, float) and isinstance(joules, float) and energy
+    return abs(joules * u / energy) if known else None  # type: ignore[operator]
