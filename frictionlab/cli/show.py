@@ -102,7 +102,7 @@ def laws(
 
     Example: frictionlab laws coulomb+place --plot loop.png
     """
-    from frictionlab.simulator.laws import TERMS, law_of
+    from frictionlab.simulator.laws import TERMS, excluded_by, law_of
 
     known = None if name is None else law_of(f"coulomb+{name}" if name in TERMS and name != "coulomb" else name)
     if plot is not None and known is None:
@@ -112,11 +112,11 @@ def laws(
         paragraph("A law is coulomb, or a sum: coulomb+place. More: frictionlab laws NAME")
         return
     for term in TERMS.values() if known is None else known.terms:
-        about = {"law": term.name, "words": term.words, "equation": term.equation, "excludes": sorted(term.excludes)}
+        about = {"law": term.name, "words": term.words, "equation": term.equation, "excludes": excluded_by(term)}
         if as_json:
             typer.echo(json_line({**about, "parameters": {p.name: asdict(p) for p in term.parameters}}))
             continue
-        excludes = f"; not with {', '.join(sorted(term.excludes))}" if term.excludes else ""
+        excludes = f"; not with {', '.join(excluded_by(term))}" if excluded_by(term) else ""
         paragraph(f"{term.name}: {term.words}: {term.equation}{excludes}", indent="    ")
         for p in term.parameters:
             usual = f"usually {p.usual[0]:g} to {p.usual[1]:g}"

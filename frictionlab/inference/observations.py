@@ -56,10 +56,6 @@ def prepare(law: Law, r: float, states: float) -> None:
         from frictionlab.simulator.elastic import engine as elastic_engine  # noqa: PLC0415 - for such laws alone
 
         elastic_engine.choose(states * 200.0 / r)
-    elif law.kind != "rigid" and states >= STATES:
-        from frictionlab.simulator.numeric import machine  # noqa: PLC0415 - as above
-
-        machine.compiled()  # in plain Python a state of these takes a quarter of a second
 
 
 def steady(problem: Problem, meter: Meter, near: SteadyState | None = None) -> SteadyState | None:

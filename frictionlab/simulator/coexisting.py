@@ -86,7 +86,7 @@ def _is_alone(problem: Problem) -> bool:
     """Whether friction only grows with speed and is the same everywhere: then motions draw nearer to each other."""
     if problem.law.is_exact:
         return problem.mu == 1.0 and not problem.parameter("gradient")
-    from frictionlab.simulator.numeric.shooting import is_weakening  # noqa: PLC0415 - what is not asked for is not loaded
+    from frictionlab.simulator.numeric import is_weakening  # noqa: PLC0415 - what is not asked for is not loaded
 
     return not is_weakening(problem)
 

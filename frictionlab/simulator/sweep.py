@@ -24,7 +24,6 @@ from frictionlab.simulator.state import KEYS, OUTCOMES, PLACES, SOLVERS, SteadyS
 
 FAILED = "failed"  # outcome of a point that could not be solved
 MANY = {"elastic": 100, "smooth": 16, "inner": 4}  # points solved one by one, from which a compiled kernel is loaded
-UNMADE = 10  # times as many where a numeric one must be compiled first
 CHUNK = 500  # points a call: some 10 ms of work
 AXES = ("r", "beta", "mu", "zeta")
 LONG = 16  # times the phases of one cycle: with static friction orbits last many
@@ -140,7 +139,7 @@ class Grid:
         r = np.array(self.r)
         others = len(self) / len(r)
         if law_of(self.law).kind != "rigid":
-            return _are_many(float(len(self)), self.law)
+            return len(self) > MANY[law_of(self.law).kind]
         return engines.is_worth_it(others * (10.0 * len(r) + float(np.sum(4.0 / r))))
 
     def axes(self) -> dict[str, FloatArray]:
@@ -302,16 +301,6 @@ def _numbers(values: Sequence[float]) -> tuple[float, ...]:
     return tuple(float(value) for value in values)
 
 
-def _are_many(points: float, law: str) -> bool:
-    """Tell whether so many points of a law that is not rigid are solved sooner by its compiled kernel."""
-    kind = law_of(law).kind
-    if kind == "elastic":
-        return points > MANY[kind]
-    from frictionlab.simulator.numeric.machine import is_ready  # noqa: PLC0415 - what is not asked for is not loaded
-
-    return points > MANY[kind] * (1 if is_ready() else UNMADE)
-
-
 def warm_up(law: str) -> None:
     """Load the compiled kernel that answers for a law, or compile it: its solver then takes it for every point."""
     kind = law_of(law).kind
@@ -322,9 +311,9 @@ def warm_up(law: str) -> None:
 
         compiled()
     else:
-        from frictionlab.simulator.numeric.machine import compiled as compiled_machine  # noqa: PLC0415 - as above
+        from frictionlab.simulator import numeric  # noqa: PLC0415 - as above
 
-        compiled_machine()
+        numeric.warm_up()
 
 
 def sweep_points(points: FloatArray, family: Family, *, fast: bool) -> FloatArray:

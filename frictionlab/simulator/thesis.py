@@ -48,11 +48,6 @@ class ThesisRun:
     stuck_time: float
 
     @property
-    def displacement(self) -> FloatArray:
-        """Displacement relative to the wall (n,), over Y."""
-        return np.asarray(self.states[0])
-
-    @property
     def energy_input(self) -> float:
         """Work of the force in the last cycle, over k Y^2."""
         return float(self.states[2, -1] - self.states[2, 0])
@@ -96,16 +91,6 @@ def thesis_run(problem: Problem, *, cycles: int = 100, rtol: float = 1e-3, atol:
     """
     if cycles < 1:
         raise SimulationError(f"thesis run: cycles; expected >= 1; got {cycles}")
-    _check_law(problem)
-    state, slid = np.zeros(4), False
-    for _ in range(cycles):
-        run, slid = _one_cycle(problem, state, slid, {"rtol": rtol, "atol": atol})
-        state = run.states[:, -1]
-    return run
-
-
-def _check_law(problem: Problem) -> None:
-    """Refuse what the thesis did not simulate."""
     up, down = problem.static_ratios
     if problem.law.kind != "rigid" or problem.law.has("place") or up != down or problem.frame_damping_ratio:
         frame = ", frame_damping_ratio" if problem.frame_damping_ratio else ""
@@ -113,14 +98,14 @@ def _check_law(problem: Problem) -> None:
             f"thesis run: law {problem.law.name}{frame}; expected Coulomb friction with one static ratio and a dashpot "
             "beside it; got more; do: use another solver"
         )
+    state, slid = np.zeros(4), False
+    for _ in range(cycles):
+        run, slid = _one_cycle(problem, state, slid=slid, rtol=rtol, atol=atol)
+        state = run.states[:, -1]
+    return run
 
 
-def _one_cycle(
-    problem: Problem,
-    start: FloatArray,
-    slid: bool,  # noqa: FBT001 - a state, no option
-    tolerances: dict[str, float],
-) -> tuple[ThesisRun, bool]:
+def _one_cycle(problem: Problem, start: FloatArray, *, slid: bool, rtol: float, atol: float) -> tuple[ThesisRun, bool]:
     """Carry the state over one cycle of the drive, phase by phase; whether it slides at the end."""
     hold, force = problem.mu * problem.beta, Base(*problem.force)
     times, states = [np.zeros(1)], [start[:, None]]
@@ -133,10 +118,9 @@ def _one_cycle(
             times.append(np.array([tau, end]))
             states.append(np.column_stack((state, state)))
         else:
-            time, moved = _slide(problem, tau, state, pull, tolerances)
-            times.append(time)
-            states.append(moved)
             slid = True
+            for column, found in zip((times, states), _slide(problem, tau, state, pull, rtol, atol), strict=True):
+                column.append(found)
         tau, state = float(times[-1][-1]), states[-1][:, -1]
         if len(times) > MOST_EVENTS:
             raise SimulationError(
@@ -147,7 +131,7 @@ def _one_cycle(
 
 
 def _slide(
-    p: Problem, tau: float, state: FloatArray, pull: float, tolerances: dict[str, float]
+    p: Problem, tau: float, state: FloatArray, pull: float, rtol: float, atol: float
 ) -> tuple[FloatArray, FloatArray]:
     """Integrate a slide until the velocity is zero or the cycle ends; from rest it starts epsilon later, moving."""
     from scipy.integrate import solve_ivp  # noqa: PLC0415 - 0.6 s that the exact solver does not need
@@ -162,16 +146,13 @@ def _slide(
         force = 0.0
         for k, (a, b) in harmonics:
             force += a * cos(k * tau) + (b * sin(k * tau) if b else 0.0)
-        acceleration = (force - y[0] - p.beta * side - 2.0 * p.zeta * p.r * y[1]) / p.r**2
-        return y[1], acceleration, force * y[1], p.beta * side * y[1] + 2.0 * p.zeta * p.r * y[1] ** 2
+        n = p.beta * side + 2.0 * p.zeta * p.r * y[1]
+        return y[1], (force - y[0] - n) / p.r**2, force * y[1], n * y[1]
 
-    def at_rest(_tau: float, y: FloatArray) -> float:
-        return float(y[1])
-
-    rest: Any = at_rest
+    rest: Any = lambda _tau, y: float(y[1])  # noqa: E731
     rest.terminal, rest.direction = True, -side
     integrate: Any = solve_ivp
-    answer = integrate(derivative, (tau, TURN), state, method="RK45", events=rest, **tolerances)
+    answer = integrate(derivative, (tau, TURN), state, method="RK45", events=rest, rtol=rtol, atol=atol)
     if answer.status == 1:
         answer.y[1, -1] = 0.0
     return answer.t, answer.y
@@ -181,11 +162,11 @@ def _release(force: Base, position: float, tau: float, hold: float) -> float:
     """When the force overcomes static friction (3.2), or the cycle ends: a scan for the bracket, then brentq."""
     from scipy.optimize import brentq  # noqa: PLC0415 - heavy, needed by this method alone
 
-    def excess(tau: float) -> float:
-        return abs(float(force.at(tau)) - position) - hold
+    def excess(tau: FloatArray | float) -> Any:
+        return np.abs(force.at(tau) - position) - hold
 
     grid = np.linspace(tau, TURN, 400 * force.harmonics)
-    over = np.flatnonzero(np.abs(force.at(grid) - position) > hold)
+    over = np.flatnonzero(excess(grid) > 0.0)
     if not over.size:
         return TURN
     low = float(grid[max(0, over[0] - 1)])
@@ -196,7 +177,7 @@ def _release(force: Base, position: float, tau: float, hold: float) -> float:
 def waited(problem: Problem, cycles: int) -> SteadyState:
     """Return what the thesis's method says after a number of cycles from rest; its energy is the one put in (2.16)."""
     run = thesis_run(problem, cycles=cycles)
-    amplitude = 0.5 * float(np.ptp(run.displacement))
+    amplitude = 0.5 * float(np.ptp(run.states[0]))
     moved, settled = amplitude > 0.0, run.drift <= SETTLED * (1.0 + amplitude)
     regime: Regime = ("stick-slip" if run.stops else "continuous") if moved else "stuck"
     return SteadyState(

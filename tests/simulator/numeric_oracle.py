@@ -1,16 +1,17 @@
-"""Numeric laws by scipy, the slow and obvious way: the equations of the laws' files, events, tight tolerances."""
+"""Integrated laws by scipy, the slow and obvious way: the equations of the laws' files, events, tight tolerances."""
 
 from collections.abc import Callable
-from math import cos, exp, pi, sin
+from math import cos, exp, log1p, pi, sin
 from typing import Any
 
 import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 from frictionlab.simulator import Problem
 
 TURN = 2.0 * pi
-State = Any
-Drive = Callable[[float], float] | None
+Drive = Callable[[float], float]
 
 LAWS: dict[str, dict[str, float]] = {
     "coulomb+stribeck": {"static_ratio": 1.2, "stribeck_speed": 0.1},
@@ -29,37 +30,37 @@ LAWS: dict[str, dict[str, float]] = {
 """One point of each law, that tests and benchmarks share."""
 
 
-def force_of(problem: Problem) -> Callable[[float], float]:
+def force_of(problem: Problem) -> Drive:
     """F of the equation in z."""
     pairs = list(enumerate(zip(*problem.force, strict=True), 1))
     return lambda t: sum(c * cos(k * t) + s * sin(k * t) for k, (c, s) in pairs)
 
 
-def height(p: dict[str, float], speed: float) -> float:
-    """Friction over beta (1 + gradient z) at a speed: Stribeck or logarithm."""
+def height(p: dict[str, float], z: float, speed: float) -> float:
+    """Friction over beta (1 + gradient z) of a law without a state."""
+    speed = max(speed, 0.0)
     if "rate_strength" in p:
-        return 1.0 + p["rate_strength"] * float(np.log1p(max(speed, 0.0) / p["rate_speed"]))
-    return 1.0 + (p["static_ratio"] - 1.0) * exp(-((max(speed, 0.0) / p["stribeck_speed"]) ** p["stribeck_exponent"]))
+        return 1.0 + p["rate_strength"] * log1p(speed / p["rate_speed"])
+    if "height" in p:
+        return 1.0 + p["height"] * cos(p["number"] * z)
+    return 1.0 + (p["static_ratio"] - 1.0) * exp(-((speed / p["stribeck_speed"]) ** p["stribeck_exponent"]))
 
 
-def rates(problem: Problem, side: float, drive: Drive = None) -> Callable[[float, State], list[float]]:
-    """Rates of z, v, inner states, and of the energy dissipated; under another force than the problem's if given."""
-    p, force, r = problem.parameters, drive or force_of(problem), problem.r
-    name = problem.law.terms[1].name
+def rates(problem: Problem, side: float, force: Drive) -> Callable[[float, Any], list[float]]:
+    """Rates of z, v, inner states, and of the energy dissipated."""
+    p, r, name = problem.parameters, problem.r, problem.law.terms[1].name
     lead = 2.0 * problem.frame_damping_ratio * r
 
-    def flow(t: float, y: State) -> list[float]:
+    def flow(t: float, y: Any) -> list[float]:
         z, v = y[0], y[1]
         top = p["beta"] * (1.0 + p.get("gradient", 0.0) * z)
         inner: list[float] = []
-        if name in ("stribeck", "logarithm"):
-            n = side * top * height(p, side * v)
-        elif name == "dahl":
+        if problem.law.kind == "smooth":
+            n = side * top * height(p, z, side * v)
+        elif name in ("dahl", "bouc-wen"):
             n = y[2]
-            inner = [p["stiffness_ratio"] * (v - abs(v) * n / top)]
-        elif name == "bouc-wen":
-            n = y[2]
-            inner = [p["stiffness_ratio"] * (v - abs(v) * abs(n / top) ** (p["exponent"] - 1.0) * n / top)]
+            share = n / top if name == "dahl" else abs(n / top) ** (p["exponent"] - 1.0) * n / top
+            inner = [p["stiffness_ratio"] * (v - abs(v) * share)]
         elif name == "lugre":
             g = top * (1.0 + (p["static_ratio"] - 1.0) * exp(-((v / p["stribeck_speed"]) ** 2)))
             bend = v - p["stiffness_ratio"] * abs(v) * y[2] / g
@@ -68,53 +69,61 @@ def rates(problem: Problem, side: float, drive: Drive = None) -> Callable[[float
             n, (a, b) = y[2], (p["direct_effect"] * top, p["evolution_effect"] * top)
             grows, falls = (exp(min((sign * n - y[3]) / a, 50.0)) for sign in (1.0, -1.0))  # trial steps go far
             slip = p["reference_speed"] * (grows - falls)
+            wear = exp(min((top - y[3]) / b, 50.0)) - abs(slip) / p["reference_speed"]
             heal = b * p["reference_speed"] / p["slip_distance"]
-            inner = [
-                p["stiffness_ratio"] * (v - slip),
-                heal * (exp(min((top - y[3]) / b, 50.0)) - abs(slip) / p["reference_speed"]),
-            ]
+            inner = [p["stiffness_ratio"] * (v - slip), heal * wear]
         n += 2.0 * problem.zeta * r * v
         return [v, (force(t) - z - lead * v - n) / r**2, *inner, n * v + lead * v * v]
 
     return flow
 
 
-def cycle(problem: Problem, start: State, **options: Any) -> np.ndarray:
+def cycle(problem: Problem, start: Any, **options: Any) -> np.ndarray:
     """State after one cycle from tau = 0, and the energy dissipated (wall "base" or no frame damping), by solve_ivp."""
     return _carried(problem, force_of(problem), np.append(start, 0.0), (0.0, TURN), **options)
 
 
-def along(problem: Problem, force: Callable[[float], float], knots: np.ndarray, start: State) -> np.ndarray:
+def along(problem: Problem, force: Drive, knots: np.ndarray, start: Any) -> np.ndarray:
     """States (n, size) at the knots of a force that is smooth between them, by solve_ivp from knot to knot."""
     states = [np.append(start, 0.0)]
     for span in zip(knots[:-1].tolist(), knots[1:].tolist(), strict=True):
-        states.append(_carried(problem, force, states[-1], span, rtol=1e-12))
+        states.append(_carried(problem, force, states[-1], span))
     return np.array(states)[:, :-1]
 
 
 def _carried(
-    problem: Problem, force: Callable[[float], float], y: State, span: tuple[float, float], **options: Any
+    problem: Problem, force: Drive, y: Any, span: tuple[float, float], method: str = "Radau", rtol: float = 1e-12
 ) -> np.ndarray:
     """State, and energy dissipated, at the end of a span of time."""
     smooth, (t, end) = problem.law.kind == "smooth", span
-    hold = problem.parameters.get("static_ratio", 1.0)
+    solve: Any = solve_ivp
+
+    def turn(_t: float, state: Any) -> float:
+        return float(state[1])
+
+    turned: Any = turn
     while t < end:
         side = float(np.sign(y[1]))
-        if smooth and y[1] == 0.0:
-            t, side = _stay(problem, force, (y[0], t, end, hold))
+        moved = smooth and y[1] == 0.0
+        if moved:
+            t, side = _release(problem, force, float(y[0]), t, end)
             if t >= end:
                 break
-        t, y = _slide(problem, force, (t, end, y, side), smooth=smooth, **options)
+        flow, options = rates(problem, side, force), {"method": method, "rtol": rtol}
+        if moved:  # past the corner: the event must not see its own start
+            y = solve(flow, (t, t + 1e-7), y, atol=1e-16, **options).y[:, -1]
+            t += 1e-7
+        turned.terminal, turned.direction = True, -side
+        answer = solve(flow, (t, end), y, atol=1e-14, events=turned if smooth else None, **options)
+        t, y = float(answer.t[-1]), np.array(answer.y[:, -1])
+        if answer.status == 1:
+            y[1] = 0.0
     return np.asarray(y)
 
 
-def _stay(
-    problem: Problem, force: Callable[[float], float], held: tuple[float, float, float, float]
-) -> tuple[float, float]:
-    from scipy.optimize import brentq  # noqa: PLC0415
-
-    z, t, end, hold = held
-    top = hold * problem.beta * (1.0 + problem.parameter("gradient") * z)
+def _release(problem: Problem, force: Drive, z: float, t: float, end: float) -> tuple[float, float]:
+    """When a mass at rest breaks away, and to which side."""
+    top = problem.beta * (1.0 + problem.parameter("gradient") * z) * height(problem.parameters, z, 0.0)
 
     def excess(tau: float) -> float:
         return abs(force(tau) - z) - top
@@ -125,35 +134,3 @@ def _stay(
         return end, 0.0
     go = float(brentq(excess, grid[over - 1], grid[over], xtol=1e-15)) if over else t
     return go, float(np.sign(force(go) - z))
-
-
-def _slide(
-    problem: Problem,
-    force: Callable[[float], float],
-    at: tuple[float, float, State, float],
-    *,
-    smooth: bool,
-    method: str = "Radau",
-    rtol: float = 1e-12,
-) -> tuple[float, State]:
-    from scipy.integrate import solve_ivp  # noqa: PLC0415
-
-    t, end, y, side = at
-    flow = rates(problem, side, force)
-
-    def turn(_t: float, state: State) -> float:
-        return float(state[1])
-
-    turned: Any = turn
-    turned.terminal, turned.direction = True, -side
-    solve: Any = solve_ivp
-    begun = t
-    if smooth and y[1] == 0.0:  # past the corner: the event must not see its own start
-        answer = solve(flow, (t, t + 1e-7), y, method=method, rtol=rtol, atol=1e-16)
-        begun, y = t + 1e-7, answer.y[:, -1]
-    events = turned if smooth else None
-    answer = solve(flow, (begun, end), y, method=method, rtol=rtol, atol=1e-14, events=events)
-    last = np.array(answer.y[:, -1])
-    if answer.status == 1:
-        last[1] = 0.0
-    return float(answer.t[-1]), last

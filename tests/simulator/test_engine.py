@@ -21,8 +21,6 @@ from frictionlab.simulator.elastic import engine as elastic
 from frictionlab.simulator.elastic import events
 from frictionlab.simulator.elastic import layout as elastic_layout
 from frictionlab.simulator.kernel import layout, motion
-from frictionlab.simulator.numeric import layout as numeric_layout
-from frictionlab.simulator.numeric import machine
 from frictionlab.simulator.problem import COSINE, Base, Wall
 from frictionlab.simulator.record import layout as record_layout
 from frictionlab.simulator.record.respond import MODULES as RECORD_MODULES
@@ -157,10 +155,9 @@ def holds_no_buffer(kind: Any) -> bool:
     [
         (layout, engine.MODULES),
         (elastic_layout, elastic.MODULES),
-        (numeric_layout, machine.MODULES),
         (record_layout, RECORD_MODULES),
     ],
-    ids=["rigid", "elastic", "numeric", "record"],
+    ids=["rigid", "elastic", "record"],
 )
 def test_a_buffer_that_nobody_counts_is_not_handed_back(names: ModuleType, modules: tuple[ModuleType, ...]) -> None:
     lean = [module for module in modules if module.__name__.rpartition(".")[2] not in names.OWNERS]

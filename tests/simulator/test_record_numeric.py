@@ -107,18 +107,6 @@ def test_a_contact_that_creeps_has_the_stops_of_the_rigid_one() -> None:
     assert stiff.friction_energy == pytest.approx(rigid.friction_energy, rel=1e-3)
 
 
-@pytest.mark.timeout(300)  # compiles once on a new machine
-@pytest.mark.parametrize("law", ["stribeck", "rate-state"])
-def test_plain_and_compiled_kernels_give_the_same_bits(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    base, problem = BaseRecord(*some_base(7, 60, even=True)), problem_of(law)
-    monkeypatch.setattr(integrator, "load", lambda _: False)
-    slow = respond(problem, base)
-    monkeypatch.setattr(integrator, "load", lambda _: True)
-    fast = respond(problem, base)
-    for key in ("displacement", "velocity", "contact_force", "events", "energy", "closure_error"):
-        np.testing.assert_array_equal(getattr(slow, key), getattr(fast, key))
-
-
 def test_what_cannot_be_integrated_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     base = BaseRecord(*some_base(5, 20, even=True))
     with pytest.raises(SimulationError, match="friction turns negative"):

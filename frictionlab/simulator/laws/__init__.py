@@ -2,28 +2,21 @@
 
     law_of("coulomb+place+speed") -> Law, its parameters with symbol, words, domain and usual range
 
-A new term is a line in TERMS: with its formula in a file of its own if it is integrated, else in `exact.py`.
+A new law that is integrated is a file with its formula and what is said of it, and a line in TERMS. `exact.py` holds
+those whose phases have a closed form.
 """
 
 from frictionlab.errors import ParameterError
 from frictionlab.simulator.laws.bouc_wen import BOUC_WEN
 from frictionlab.simulator.laws.dahl import DAHL
-from frictionlab.simulator.laws.exact import (
-    BREAKAWAY,
-    COMPLIANCE,
-    COULOMB,
-    FRAME_DAMPING,
-    IWAN,
-    PLACE,
-    SPEED,
-)
+from frictionlab.simulator.laws.exact import BREAKAWAY, COMPLIANCE, COULOMB, IWAN, PLACE, SPEED
 from frictionlab.simulator.laws.law import Kind, Law, Parameter, Scale, Term
 from frictionlab.simulator.laws.logarithm import LOGARITHM
 from frictionlab.simulator.laws.lugre import LUGRE
 from frictionlab.simulator.laws.rate_state import RATE_STATE
 from frictionlab.simulator.laws.stribeck import STRIBECK
 
-__all__ = ["TERMS", "Kind", "Law", "Parameter", "Scale", "Term", "law_of"]
+__all__ = ["TERMS", "Kind", "Law", "Parameter", "Scale", "Term", "excluded_by", "law_of"]
 
 TERMS = {
     term.name: term
@@ -32,6 +25,16 @@ TERMS = {
         *(STRIBECK, LOGARITHM, DAHL, BOUC_WEN, LUGRE, RATE_STATE),
     )
 }
+
+
+def excluded_by(term: Term) -> list[str]:
+    """Return the terms that cannot stand in one law with a term: at most one is more than rigid, and as each says."""
+    return sorted(
+        other.name
+        for other in TERMS.values()
+        if other is not term
+        and ("rigid" not in (term.kind, other.kind) or other.name in term.excludes or term.name in other.excludes)
+    )
 
 
 def law_of(name: str | Law) -> Law:
@@ -60,6 +63,7 @@ def law_of(name: str | Law) -> Law:
         raise ParameterError(f"law {name!r}: expected a sum that starts with coulomb and has each term once")
     terms = tuple(TERMS[part] for part in names)
     for term in terms:
-        for other in sorted(term.excludes.intersection(names)):
-            raise ParameterError(f"law {name!r}: {term.name} and {other} exclude each other: leave one out")
-    return Law(terms, (FRAME_DAMPING,))
+        for other in excluded_by(term):
+            if other in names:
+                raise ParameterError(f"law {name!r}: {term.name} and {other} exclude each other: leave one out")
+    return Law(terms)

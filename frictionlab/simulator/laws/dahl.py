@@ -1,7 +1,17 @@
 """A contact that yields and slips without a corner between the two (Dahl)."""
 
-from frictionlab.simulator.laws.exact import STIFFNESS, YIELDING
-from frictionlab.simulator.laws.law import Term
+from frictionlab.arrays import FloatArray
+from frictionlab.simulator.laws.exact import STIFFNESS
+from frictionlab.simulator.laws.law import NO_AGE, Contact, Term
+
+
+def dahl(own: FloatArray, side: float, friction: float, _z: float, v: float, n: float, _age: float) -> Contact:
+    """The contact's force n is its state."""
+    stiffness, share, u = own[0], side * n / friction, side * v
+    slip = v * share
+    rate = stiffness * (v - slip), stiffness * slip / friction, stiffness * (1.0 - share), -stiffness * u / friction
+    return (n, 0.0, 0.0, 0.0, 1.0, slip, rate[0], rate[1], rate[2], rate[3], 0.0, *NO_AGE)
+
 
 DAHL = Term(
     name="dahl",
@@ -9,16 +19,7 @@ DAHL = Term(
     equation="n' = kappa (v - |v| n / beta)",
     parameters=(STIFFNESS,),
     kind="inner",
-    excludes=YIELDING - {"dahl"} | {"breakaway", "stribeck", "logarithm"},
+    excludes=frozenset({"breakaway"}),
+    states=1,
+    contact=dahl,
 )
-
-
-def dahl_flow(stiffness: float, side: float, friction: float, v: float, n: float) -> tuple[float, float, float, float]:
-    """Rate of the contact's force n, and its slopes over the friction force, v and n; side is the sign of v."""
-    u = side * v
-    return (
-        stiffness * (v - u * n / friction),
-        stiffness * u * n / (friction * friction),
-        stiffness * (1.0 - side * n / friction),
-        -stiffness * u / friction,
-    )

@@ -2,15 +2,25 @@
 
 import functools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 from math import inf, isfinite
 from typing import Any, Literal
 
+from frictionlab.arrays import FloatArray
 from frictionlab.errors import ParameterError
 
 Kind = Literal["rigid", "elastic", "smooth", "inner"]
 Scale = Literal["linear", "log"]
-Check = Callable[[Mapping[str, float]], str | None]
+Values = Mapping[str, float]
+
+Contact = tuple[float, ...]
+"""What a contact does, 16 numbers: its force n, and the slopes of that over friction force, z, v and w; the speed at
+which it slips; the rate of w, and its slopes over friction force, v, w and age; the same of the age."""
+ContactForce = Callable[[FloatArray, float, float, float, float, float, float], Contact]
+"""A law's formula: its own parameters in order, side, friction force ``beta (1 + q z)``, z, v, w and age to `Contact`.
+side is the sign of v, or of n where the contact has an age. It is compiled: it uses numbers and `math` only."""
+NO_AGE = (0.0,) * 5
+STILL = (0.0,) * 10  # of a contact without a state of its own
 
 
 @dataclass(frozen=True)
@@ -19,14 +29,13 @@ class Parameter:
 
     Parameters
     ----------
-    name : str
-        The key on the command line, in scenes and in JSON.
-    symbol : str
-        As it stands in figures and equations.
-    words : str
-        What it is.
+    name, symbol, words : str
+        The key on the command line, in scenes and in JSON; as it stands in figures and equations; what it is.
     low, high : float
-        Its domain, ends included unless `open_low`; `high` may be infinite, the value itself must be finite.
+        Its domain, ends included unless `open_low`: by default all that is not negative. The value must be finite.
+    usual : (float, float)
+        Where it lies in 95 of 100 contacts, before anything is measured: the interval of its prior, normal on `scale`.
+    scale : {"linear", "log"}
     open_low : bool
         Whether `low` itself is outside the domain.
     default : float or None
@@ -34,9 +43,6 @@ class Parameter:
     neutral : float or None
         Value at which its term does nothing (a gradient of 0, a stiffness of infinity): there the law meets the simpler
         one. None: there is no such value.
-    usual : (float, float)
-        Where it lies in 95 of 100 contacts, before anything is measured: the interval of its prior, normal on `scale`.
-    scale : {"linear", "log"}
     whole : bool
         Whether it must be a whole number.
     lengths, rates : int
@@ -47,8 +53,9 @@ class Parameter:
     name: str
     symbol: str
     words: str
-    low: float
-    high: float
+    _: KW_ONLY
+    low: float = 0.0
+    high: float = inf
     usual: tuple[float, float]
     scale: Scale = "linear"
     open_low: bool = False
@@ -64,7 +71,7 @@ class Parameter:
 
         Examples
         --------
-        >>> Parameter("beta", "beta", "friction ratio", 0.0, inf, usual=(0.05, 1.0)).domain
+        >>> Parameter("beta", "beta", "friction ratio", usual=(0.05, 1.0)).domain
         'a finite number >= 0'
         """
         kind = "a whole number" if self.whole else "a finite number"
@@ -82,12 +89,18 @@ class Parameter:
         """
         try:
             number = float(value)
-        except (TypeError, ValueError, OverflowError) as error:
-            raise ParameterError(f"simulation: {self.name}; expected {self.domain}; got {value!r}") from error
+        except (TypeError, ValueError, OverflowError):
+            number = inf
         inside = self.low < number <= self.high if self.open_low else self.low <= number <= self.high
         if not (inside and isfinite(number)) or (self.whole and number != round(number)):
             raise ParameterError(f"simulation: {self.name}; expected {self.domain}; got {value!r}")
         return number
+
+
+positive = functools.partial(Parameter, open_low=True, scale="log")
+"""A parameter above zero, of which the order of magnitude is known."""
+slip_speed = functools.partial(positive, lengths=1, rates=1)
+"""One that is a speed, over omega Y."""
 
 
 @dataclass(frozen=True)
@@ -106,11 +119,21 @@ class Term:
     kind : {"rigid", "elastic", "smooth", "inner"}
         "rigid": slides stay exact and a stop stands still; "elastic": exact, but the contact yields in a stop;
         "smooth": slides are integrated, stops stand still; "inner": the contact has a state of its own, and everything
-        is integrated.
+        is integrated. A law has one term at most that is more than rigid.
     excludes : frozenset of str
-        Terms that say the same thing otherwise: they cannot stand in one law.
-    check : callable, optional
-        Says what is wrong with the parameters together, or None.
+        Rigid terms that say the same thing otherwise.
+    contact : callable, optional
+        The formula of a law that is integrated (`ContactForce`).
+    states : int
+        States of an "inner" contact: 1, its force or bend w; 2, its force w, and its age.
+    narrow : callable
+        The speed within which friction changes; 0 where it does not.
+    weakens : callable
+        Whether friction may fall, with speed or along the path: then motions may coexist.
+    gives : callable
+        Whether the contact may give energy back; r is among the values that it is given.
+    breaks : callable
+        Why such a contact cannot be integrated, as a sentence; empty where it can.
     """
 
     name: str
@@ -119,7 +142,20 @@ class Term:
     parameters: tuple[Parameter, ...]
     kind: Kind = "rigid"
     excludes: frozenset[str] = frozenset()
-    check: Check | None = None
+    contact: ContactForce | None = None
+    states: int = 0
+    narrow: Callable[[Values], float] = lambda _: 0.0
+    weakens: Callable[[Values], bool] = lambda _: False
+    gives: Callable[[Values], bool] = lambda _: False
+    breaks: Callable[[Values], str] = lambda _: ""
+
+
+FRAME_DAMPING = Parameter(
+    *("frame_damping_ratio", "ζ_f", "damping ratio of the frame itself, between mass and base"),
+    usual=(0.0, 0.02),
+    default=0.0,
+    neutral=0.0,
+)
 
 
 @dataclass(frozen=True)
@@ -134,10 +170,16 @@ class Law:
     """
 
     terms: tuple[Term, ...]
-    common: tuple[Parameter, ...] = ()
+    common: tuple[Parameter, ...] = (FRAME_DAMPING,)
 
     def __repr__(self) -> str:
         return f"<Law {self.name}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel between processes by name."""
+        from frictionlab.simulator.laws import law_of  # noqa: PLC0415 - the registry stands above its parts
+
+        return law_of, (self.name,)
 
     @property
     def name(self) -> str:
@@ -162,13 +204,12 @@ class Law:
     @property
     def is_exact(self) -> bool:
         """Whether every phase of its motion has a closed form."""
-        return all(term.kind in ("rigid", "elastic") for term in self.terms)
+        return self.kind in ("rigid", "elastic")
 
     @property
     def kind(self) -> Kind:
-        """The kind of its hardest term, which says what solves it."""
-        order: tuple[Kind, ...] = ("rigid", "elastic", "smooth", "inner")
-        return max((term.kind for term in self.terms), key=order.index)
+        """The kind of its term that is more than rigid, which says what solves it."""
+        return next((term.kind for term in self.terms if term.kind != "rigid"), "rigid")
 
     def has(self, term: str) -> bool:
         """Whether a term stands in this law."""
@@ -182,18 +223,19 @@ class Law:
         ParameterError
             The law has no such parameter.
         """
-        for parameter in self.parameters:
-            if parameter.name == name:
-                return parameter
-        raise self._stranger(name)
+        found = next((parameter for parameter in self.parameters if parameter.name == name), None)
+        if found is None:
+            known = ", ".join(parameter.name for parameter in self.parameters)
+            raise ParameterError(f"law {self.name}: {name!r} is none of its parameters; expected {known}")
+        return found
 
-    def complete(self, given: Mapping[str, float]) -> tuple[float, ...]:
+    def complete(self, given: Values) -> tuple[float, ...]:
         """Return one number per parameter, in order: as given, else its default.
 
         Raises
         ------
         ParameterError
-            A name that the law lacks, a value that is missing or outside its domain, or values that contradict.
+            A name that the law lacks, or a value that is missing or outside its domain.
 
         Examples
         --------
@@ -201,32 +243,15 @@ class Law:
         >>> law_of("coulomb+place").complete({"beta": 0.4, "gradient": 0.02})
         (0.4, 0.02, 0.0)
         """
-        names = [parameter.name for parameter in self.parameters]
         for name in given:
-            if name not in names:
-                raise self._stranger(name)
-        values = {parameter.name: self._value(parameter, given) for parameter in self.parameters}
-        for term in self.terms:
-            fault = term.check(values) if term.check else None
-            if fault:
-                raise ParameterError(f"law {self.name}: {fault}")
-        return tuple(values.values())
-
-    def _value(self, parameter: Parameter, given: Mapping[str, float]) -> float:
-        value = given.get(parameter.name, parameter.default)
-        if value is None:
-            raise ParameterError(
-                f"law {self.name}: {parameter.name} ({parameter.words}); expected {parameter.domain}; got none; "
-                f"do: give it, for example --parameter {parameter.name}={parameter.usual[1]:g}"
-            )
-        return parameter.checked(value)
-
-    def _stranger(self, name: str) -> ParameterError:
-        known = ", ".join(parameter.name for parameter in self.parameters)
-        return ParameterError(f"law {self.name}: {name!r} is none of its parameters; expected {known}")
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Travel between processes by name."""
-        from frictionlab.simulator.laws import law_of  # noqa: PLC0415 - the registry stands above its parts
-
-        return law_of, (self.name,)
+            self.parameter(name)
+        numbers = []
+        for parameter in self.parameters:
+            value = given.get(parameter.name, parameter.default)
+            if value is None:
+                raise ParameterError(
+                    f"law {self.name}: {parameter.name} ({parameter.words}); expected {parameter.domain}; got none; "
+                    f"do: give it, for example --parameter {parameter.name}={parameter.usual[1]:g}"
+                )
+            numbers.append(parameter.checked(value))
+        return tuple(numbers)

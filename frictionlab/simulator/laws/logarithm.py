@@ -2,7 +2,18 @@
 
 from math import inf, log1p
 
-from frictionlab.simulator.laws.law import Parameter, Term
+from frictionlab.arrays import FloatArray
+from frictionlab.simulator.laws.law import STILL, Contact, Parameter, Term, slip_speed
+
+
+def logarithm(own: FloatArray, side: float, friction: float, _z: float, v: float, _w: float, _age: float) -> Contact:
+    """Friction by speed; against the direction of the slide (a trial step) it goes on straight."""
+    strength, speed, u = own[0], own[1], side * v
+    factor, slope = 1.0 + strength * u / speed, strength / speed
+    if u > 0.0:
+        factor, slope = 1.0 + strength * log1p(u / speed), strength / (speed + u)
+    return (side * friction * factor, side * factor, 0.0, friction * slope, 0.0, side, *STILL)
+
 
 LOGARITHM = Term(
     name="logarithm",
@@ -10,34 +21,17 @@ LOGARITHM = Term(
     equation="n = s beta (1 + a ln(1 + |v| / V)), |n| <= beta in a stop",
     parameters=(
         Parameter(
-            name="rate_strength",
-            symbol="a",
-            words="relative change of friction for a speed e times as large",
+            "rate_strength",
+            "a",
+            "relative change of friction for a speed e times as large",
             low=-inf,
-            high=inf,
             usual=(-0.1, 0.1),
             neutral=0.0,
         ),
-        Parameter(
-            name="rate_speed",
-            symbol="V",
-            words="speed from which friction changes, over omega Y",
-            low=0.0,
-            high=inf,
-            open_low=True,
-            usual=(0.001, 1.0),
-            scale="log",
-            lengths=1,
-            rates=1,
-        ),
+        slip_speed("rate_speed", "V", "speed from which friction changes, over omega Y", usual=(0.001, 1.0)),
     ),
     kind="smooth",
-    excludes=frozenset({"stribeck", "compliance", "iwan", "dahl", "bouc-wen", "lugre", "rate-state"}),
+    contact=logarithm,
+    narrow=lambda p: p["rate_speed"] if p["rate_strength"] else 0.0,
+    weakens=lambda p: p["rate_strength"] < 0.0,
 )
-
-
-def logarithm_factor(strength: float, speed: float, u: float) -> tuple[float, float]:
-    """Friction at speed u along the slide over that at rest, and its slope; u < 0 (a trial step) goes on straight."""
-    if u <= 0.0:
-        return 1.0 + strength * u / speed, strength / speed
-    return 1.0 + strength * log1p(u / speed), strength / (speed + u)

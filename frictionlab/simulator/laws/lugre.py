@@ -1,10 +1,32 @@
 """Bristles that bend and slip, with a Stribeck curve (LuGre; C. Canudas de Wit et al. 1995)."""
 
-from math import exp, inf
+from math import exp
 
-from frictionlab.simulator.laws.exact import STIFFNESS, YIELDING
-from frictionlab.simulator.laws.law import Parameter, Term
+from frictionlab.arrays import FloatArray
+from frictionlab.simulator.laws.exact import STIFFNESS
+from frictionlab.simulator.laws.law import NO_AGE, Contact, Parameter, Term, Values
 from frictionlab.simulator.laws.stribeck import STATIC_RATIO, STRIBECK_SPEED
+
+
+def lugre(own: FloatArray, side: float, friction: float, _z: float, v: float, w: float, _age: float) -> Contact:
+    """The bristles' bend w is the contact's state; the Stribeck curve goes through speed 0 without a corner."""
+    stiffness, damping, static_ratio, speed = own[0], own[1], own[2], own[3]
+    ratio = v / speed
+    part = (static_ratio - 1.0) * exp(-ratio * ratio) if abs(ratio) < 26.0 else 0.0
+    curve, bend = 1.0 + part, -2.0 * part * ratio / speed
+    u, top = side * v, friction * curve
+    share = stiffness * w / top
+    slip = u * share
+    rate, by_friction = v - slip, slip / friction
+    by_v, by_w = 1.0 - side * share + slip * bend / curve, -stiffness * u / top
+    n, n_w = stiffness * w + damping * rate, stiffness + damping * by_w
+    force = n, damping * by_friction, 0.0, damping * by_v, n_w
+    return (*force, slip, rate, by_friction, by_v, by_w, 0.0, *NO_AGE)
+
+
+def _gives_energy(p: Values) -> bool:
+    return 2.0 * p.get("contact_damping_ratio", 0.0) * p["r"] < p["bristle_damping"] * (p["static_ratio"] - 1.0)
+
 
 LUGRE = Term(
     name="lugre",
@@ -16,34 +38,16 @@ LUGRE = Term(
     parameters=(
         STIFFNESS,
         Parameter(
-            name="bristle_damping",
-            symbol="σ_1",
-            words="damping of the bristles, over k / omega",
-            low=0.0,
-            high=inf,
-            usual=(0.0, 1.0),
-            neutral=0.0,
-            rates=-1,
+            "bristle_damping", "σ_1", "damping of the bristles, over k / omega", usual=(0.0, 1.0), neutral=0.0, rates=-1
         ),
         STATIC_RATIO,
         STRIBECK_SPEED,
     ),
     kind="inner",
-    excludes=YIELDING - {"lugre"} | {"breakaway", "stribeck", "logarithm"},
+    excludes=frozenset({"breakaway"}),
+    states=1,
+    contact=lugre,
+    narrow=lambda p: p["stribeck_speed"] if p["static_ratio"] > 1.0 else 0.0,
+    weakens=lambda p: p["static_ratio"] > 1.0,
+    gives=_gives_energy,
 )
-
-
-def lugre_curve(static_ratio: float, speed: float, v: float) -> tuple[float, float]:
-    """The Stribeck curve g over beta at speed v, and its slope over v."""
-    ratio = v / speed
-    part = (static_ratio - 1.0) * exp(-ratio * ratio) if abs(ratio) < 26.0 else 0.0
-    return 1.0 + part, -2.0 * part * ratio / speed
-
-
-def lugre_flow(
-    stiffness: float, curve: float, slope: float, side: float, friction: float, v: float, w: float
-) -> tuple[float, float, float, float]:
-    """Rate of the bristles' bend w, its slopes over the friction force, v and w; curve and slope by `lugre_curve`."""
-    u, top = side * v, friction * curve
-    share = stiffness * w / top
-    return v - u * share, u * share / friction, 1.0 - side * share + u * share * slope / curve, -stiffness * u / top

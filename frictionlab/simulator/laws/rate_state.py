@@ -4,25 +4,44 @@ A. Cabboi, T. Putelat and J. Woodhouse, The frequency response of dynamic fricti
 (2016). Thesis section 4.3.1 asks whether aramid and rubber follow it.
 """
 
-from math import exp, inf
+from math import exp
 
-from frictionlab.simulator.laws.exact import STIFFNESS, YIELDING
-from frictionlab.simulator.laws.law import Parameter, Term
+from frictionlab.arrays import FloatArray
+from frictionlab.simulator.laws.exact import STIFFNESS
+from frictionlab.simulator.laws.law import Contact, Parameter, Term, Values, positive, slip_speed
 
 
-def _positive(
-    name: str,
-    symbol: str,
-    words: str,
-    usual: tuple[float, float],
-    *,
-    may_be_zero: bool = False,
-    lengths: int = 0,
-    rates: int = 0,
-) -> Parameter:
-    open_low = not may_be_zero
-    return Parameter(
-        name, symbol, words, 0.0, inf, usual=usual, scale="log", open_low=open_low, lengths=lengths, rates=rates
+def rate_state(own: FloatArray, side: float, friction: float, _z: float, v: float, n: float, psi: float) -> Contact:
+    """The contact's force n and its age psi = Psi / beta are its states; side is the sign of n.
+
+    It slips at ``v_c = 2 V0 sinh(n / A) exp(-psi / a)``, with the exponents summed before they are raised.
+    """
+    direct, evolution, distance, speed, stiffness = own[0], own[1], own[2], own[3], own[4]
+    share = n / friction
+    forth, back = exp(min((share - psi) / direct, 600.0)), exp(min((-share - psi) / direct, 600.0))
+    slip, steep = speed * (forth - back), speed * (forth + back) / direct
+    by_friction, by_n, by_psi = -steep * share / friction, steep / friction, -slip / direct
+    heal = speed / distance * exp(min((1.0 - psi) / evolution, 600.0)) if evolution > 0.0 else 0.0
+    wear = side * evolution / distance
+    rate = stiffness * (v - slip), -stiffness * by_friction, stiffness, -stiffness * by_n, -stiffness * by_psi
+    age = evolution * heal - wear * slip, -wear * by_friction, 0.0, -wear * by_n, -heal - wear * by_psi
+    return (n, 0.0, 0.0, 0.0, 1.0, slip, *rate, *age)
+
+
+def _jumps(p: Values) -> str:
+    """Why the contact runs away below ``kappa = (b - a) beta / D_c``, as A. Ruina (J. Geophys. Res. 88, 1983) has it.
+
+    For the ageing law: K. Ranjith and J. R. Rice, JMPS 47 (1999).
+    """
+    stiffness = p["stiffness_ratio"]
+    critical = (p["evolution_effect"] - p["direct_effect"]) * p["beta"] / p["slip_distance"]
+    if stiffness >= critical:
+        return ""
+    return (
+        "the contact slips in jumps; expected stiffness_ratio above (evolution_effect - direct_effect) beta / "
+        f"slip_distance = {critical:.4g}; got {stiffness:.4g}: slip speeds up without bound in a finite time, for this "
+        "contact has no mass of its own; do: a larger stiffness_ratio or slip_distance, a smaller evolution_effect, or "
+        "jumps by static friction (coulomb+breakaway)"
     )
 
 
@@ -34,70 +53,31 @@ RATE_STATE = Term(
         " A = a beta, B = b beta and v_c = v - n' / kappa the speed of the contact"
     ),
     parameters=(
-        _positive(
-            "direct_effect", "a", "instant change of friction with the logarithm of speed, over beta", (0.005, 0.1)
+        positive(
+            "direct_effect",
+            "a",
+            "instant change of friction with the logarithm of speed, over beta",
+            usual=(0.005, 0.1),
         ),
-        _positive(
+        Parameter(
             "evolution_effect",
             "b",
             "change of friction with the logarithm of age, over beta",
-            (0.005, 0.1),
-            may_be_zero=True,
+            usual=(0.005, 0.1),
+            scale="log",
         ),
-        _positive(
-            "slip_distance", "D_c", "way over which the contact renews itself, over Y", (0.0005, 0.05), lengths=1
+        positive(
+            "slip_distance", "D_c", "way over which the contact renews itself, over Y", usual=(0.0005, 0.05), lengths=1
         ),
-        _positive(
-            "reference_speed",
-            "V_0",
-            "speed at which the steady friction is beta, over omega Y",
-            (0.001, 1.0),
-            lengths=1,
-            rates=1,
+        slip_speed(
+            "reference_speed", "V_0", "speed at which the steady friction is beta, over omega Y", usual=(0.001, 1.0)
         ),
         STIFFNESS,
     ),
     kind="inner",
-    excludes=YIELDING - {"rate-state"} | {"breakaway", "stribeck", "logarithm"},
+    excludes=frozenset({"breakaway"}),
+    states=2,
+    contact=rate_state,
+    weakens=lambda p: p["evolution_effect"] > p["direct_effect"],
+    breaks=_jumps,
 )
-
-
-def rate_state_slip(direct: float, speed: float, share: float, psi: float) -> tuple[float, float, float]:
-    """Speed of the contact v_c, and its slopes over share = n over the friction force, and over psi = Psi / beta.
-
-    ``v_c = 2 V0 sinh(share / a) exp(-psi / a)``, with the exponents summed before they are raised.
-    """
-    forth, back = exp(min((share - psi) / direct, 600.0)), exp(min((-share - psi) / direct, 600.0))
-    slip = speed * (forth - back)
-    return slip, speed * (forth + back) / direct, -slip / direct
-
-
-def rate_state_age(evolution: float, distance: float, speed: float, psi: float) -> tuple[float, float]:
-    """Healing ``b V0 / D_c exp((1 - psi) / b)`` of psi = Psi / beta, and its slope; wear is -b |v_c| / D_c."""
-    if evolution == 0.0:
-        return 0.0, 0.0
-    heal = speed / distance * exp(min((1.0 - psi) / evolution, 600.0))
-    return evolution * heal, -heal
-
-
-def critical_stiffness(direct: float, evolution: float, beta: float, distance: float) -> float:
-    """Contact stiffness over k below which sliding is unstable, (b - a) beta / D_c; 0 where friction does not fall.
-
-    A contact without mass then slips faster and faster without bound, in a finite time: A. Ruina, J. Geophys. Res. 88
-    (1983); for the ageing law K. Ranjith and J. R. Rice, JMPS 47 (1999).
-
-    Parameters
-    ----------
-    direct, evolution : float
-        a and b, over beta.
-    beta : float
-        Friction ratio.
-    distance : float
-        D_c over Y.
-
-    Examples
-    --------
-    >>> round(critical_stiffness(0.05, 0.2, 0.4, 1e-3), 9)
-    60.0
-    """
-    return max(0.0, evolution - direct) * beta / distance

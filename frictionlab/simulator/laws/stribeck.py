@@ -1,30 +1,28 @@
 """Friction that falls with speed from its static to its kinetic value (Stribeck)."""
 
-from math import exp, inf, log
+from math import exp, log
 
-from frictionlab.simulator.laws.law import Parameter, Term
+from frictionlab.arrays import FloatArray
+from frictionlab.simulator.laws.law import STILL, Contact, Parameter, Term, slip_speed
 
 STATIC_RATIO = Parameter(
-    name="static_ratio",
-    symbol="μ",
-    words="static over kinetic friction force",
-    low=1.0,
-    high=inf,
-    usual=(1.0, 2.0),
-    neutral=1.0,
+    "static_ratio", "μ", "static over kinetic friction force", low=1.0, usual=(1.0, 2.0), neutral=1.0
 )
-STRIBECK_SPEED = Parameter(
-    name="stribeck_speed",
-    symbol="ν_s",
-    words="speed at which the static part has fallen to 1/e, over omega Y",
-    low=0.0,
-    high=inf,
-    open_low=True,
-    usual=(0.01, 1.0),
-    scale="log",
-    lengths=1,
-    rates=1,
+STRIBECK_SPEED = slip_speed(
+    "stribeck_speed", "ν_s", "speed at which the static part has fallen to 1/e, over omega Y", usual=(0.01, 1.0)
 )
+
+
+def stribeck(own: FloatArray, side: float, friction: float, _z: float, v: float, _w: float, _age: float) -> Contact:
+    """Friction by speed; against the direction of the slide (a trial step) it goes on straight."""
+    static_ratio, speed, exponent, u = own[0], own[1], own[2], side * v
+    factor, slope = static_ratio, -(static_ratio - 1.0) / speed if exponent == 1.0 else 0.0
+    if u > 0.0:
+        ratio = exp(min(exponent * log(u / speed), 6.6))
+        part = (static_ratio - 1.0) * exp(-ratio)
+        factor, slope = 1.0 + part, -part * exponent * ratio / u
+    return (side * friction * factor, side * factor, 0.0, friction * slope, 0.0, side, *STILL)
+
 
 STRIBECK = Term(
     name="stribeck",
@@ -34,25 +32,17 @@ STRIBECK = Term(
         STATIC_RATIO,
         STRIBECK_SPEED,
         Parameter(
-            name="stribeck_exponent",
-            symbol="d",
-            words="exponent of the Stribeck curve, 1 or 2 in most texts",
-            low=0.0,
-            high=inf,
+            "stribeck_exponent",
+            "d",
+            "exponent of the Stribeck curve, 1 or 2 in most texts",
             open_low=True,
             usual=(1.0, 2.0),
             default=2.0,
         ),
     ),
     kind="smooth",
-    excludes=frozenset({"breakaway", "logarithm", "compliance", "iwan", "dahl", "bouc-wen", "lugre", "rate-state"}),
+    excludes=frozenset({"breakaway"}),
+    contact=stribeck,
+    narrow=lambda p: p["stribeck_speed"] if p["static_ratio"] > 1.0 else 0.0,
+    weakens=lambda p: p["static_ratio"] > 1.0,
 )
-
-
-def stribeck_factor(static_ratio: float, speed: float, exponent: float, u: float) -> tuple[float, float]:
-    """Friction at speed u along the slide over beta, and its slope; u < 0 (a trial step) goes on straight."""
-    if u <= 0.0:
-        return static_ratio, -(static_ratio - 1.0) / speed if exponent == 1.0 else 0.0
-    ratio = exp(min(exponent * log(u / speed), 6.6))
-    part = (static_ratio - 1.0) * exp(-ratio)
-    return 1.0 + part, -part * exponent * ratio / u

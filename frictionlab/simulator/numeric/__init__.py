@@ -1,12 +1,14 @@
-"""One numeric engine for the contact laws without exact slides: Stribeck, logarithm, Dahl, Bouc-Wen, LuGre, rate-state.
+"""The integrated flow, for contact laws without exact slides: Stribeck, logarithm, Dahl, Bouc-Wen, LuGre, rate-state.
 
     Problem --steady--> SteadyState (its orbit: a NumericMotion)
     Problem --run-----> NumericMotion (a motion from initial conditions)
 
-The mathematics stands in the README of this folder.
+`radau.py` is what is compiled, `flow.py` carries a state and its slopes, `motion.py` is a motion as the steps that made
+it, `steady.py` looks for what repeats. Imported when such a law is asked for.
 """
 
+from frictionlab.simulator.numeric.flow import warm_up
 from frictionlab.simulator.numeric.motion import NumericMotion
-from frictionlab.simulator.numeric.solve import RTOL, run, steady, steady_from
+from frictionlab.simulator.numeric.steady import RTOL, is_weakening, run, steady, steady_from
 
-__all__ = ["RTOL", "NumericMotion", "run", "steady", "steady_from"]
+__all__ = ["RTOL", "NumericMotion", "is_weakening", "run", "steady", "steady_from", "warm_up"]

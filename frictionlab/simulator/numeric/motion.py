@@ -1,23 +1,22 @@
 """A motion as the steps that made it: the polynomial of each step is the motion, evaluated anywhere."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf, pi, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from frictionlab.arrays import FloatArray
 from frictionlab.simulator.motion import Motion, Timeline, bisected
-from frictionlab.simulator.numeric import layout, machine, tableau
+from frictionlab.simulator.numeric.radau import MATRIX, NODES, WEIGHTS, WIDTH, Rig, contacts
 from frictionlab.simulator.problem import Base, Problem
 
 STOP_SHARE = 1e-3  # of the drive's largest rate: slower slip is none, where the contact always creeps
 DWELL = 10.0  # a stop lasts at least so many times as long as that speed, over the drive's rate: else it is a turn
 TOUCH = 1e-13  # rad: a shorter stick of a rigid contact is a touch, not a stop
-NODES, WEIGHTS = np.array(tableau.NODES), np.array(tableau.WEIGHTS)
-QUADRATURE = np.array(tableau.STAGES[-layout.STAGES :])  # of a step's nodes but the first
 
 
 def stop_limits(problem: Problem, rate: float, own_time: float = 1.0) -> tuple[float, float, float]:
@@ -50,6 +49,17 @@ def slow_times(times: FloatArray, slip: FloatArray, slow: float, gap: float) -> 
     return np.column_stack((spans[begins, 0], spans[ends, 1]))
 
 
+def contact_along(law: Any, rig: Rig, side: FloatArray, values: FloatArray) -> FloatArray:
+    """Force of the contact on the mass, and its slip (2, ...): of states (n, 4) or (n, 4, 8), a side each of n.
+
+    At rest, side 0, neither is known from the state: both are 0 here.
+    """
+    states = np.ascontiguousarray(np.moveaxis(values, 1, -1)).reshape(-1, values.shape[1])
+    found = np.zeros((2, len(states)))
+    contacts(law, rig, np.repeat(side, len(states) // len(side)), states, found)
+    return found.reshape(2, len(side), *values.shape[2:])
+
+
 class Integrals(NamedTuple):
     """Integrals over a motion relative to its wall: of n v, v^2, (v - f')^2, F v (by F and z alone), and |slip|."""
 
@@ -65,12 +75,7 @@ class Integrals(NamedTuple):
 
 
 def integrals(
-    length: FloatArray,
-    values: FloatArray,
-    contact: tuple[FloatArray, FloatArray],
-    drive: tuple[FloatArray, FloatArray, FloatArray],
-    *,
-    inner: bool,
+    rig: Rig, length: FloatArray, values: FloatArray, contact: FloatArray, drive: tuple[FloatArray, ...]
 ) -> Integrals:
     """Integrate over recorded steps by their own nodes.
 
@@ -79,24 +84,21 @@ def integrals(
 
     Parameters
     ----------
+    rig : Rig
     length : ndarray of shape (n,)
-    values : ndarray of shape (n, 8, 4)
-    contact : (ndarray, ndarray)
-        Its force and slip at the nodes (n, 8).
-    drive : (ndarray, ndarray, ndarray)
+    values : ndarray of shape (n, 4, 8)
+    contact : ndarray of shape (2, n, 8)
+        Its force and slip at the nodes; without an inner state slip is but the direction of the mass's.
+    drive : tuple of ndarray
         F, its rate, and that of the base at the nodes (n, 8).
-    inner : bool
-        Whether slip is a speed of its own, and not only the direction of the mass's.
     """
-    weights = length[:, None] * QUADRATURE
-    z, v = values[:, :, 0], values[:, :, 1]
-    force, slip = contact
-    pull, pull_rate, base_rate = drive
-    speed = np.abs(slip if inner else slip * v)
-    ends = np.sum(pull[:, -1] * z[:, -1] - pull[:, 0] * z[:, 0])
+    weights = length[:, None] * MATRIX[-1]
+    z, v, (force, slip), (pull, pull_rate, base_rate) = values[:, 0], values[:, 1], contact, drive
+    speed = np.abs(slip if rig.size > 2 else slip * v)
+    ends = float(np.sum(pull[:, -1] * z[:, -1] - pull[:, 0] * z[:, 0]))
     products = (force * v, v * v, (v - base_rate) ** 2, -z * pull_rate, speed)
     work, squared, dragged, put_in, path = (float(np.sum(weights * product[:, 1:])) for product in products)
-    return Integrals(work, squared, dragged, put_in + float(ends), path)
+    return Integrals(work, squared, dragged, put_in + ends, path)
 
 
 @dataclass(frozen=True)
@@ -111,49 +113,46 @@ class NumericMotion(Motion):
         When the steps are.
     side : ndarray of shape (n,)
         Sign of the phase that each step belongs to; 0: the mass rests.
-    values : ndarray of shape (n, 8, 4)
+    values : ndarray of shape (n, 4, 8)
         z, v and the inner states at the nodes of each step.
+    rig : (callable, Rig)
+        The law's formula, compiled, and the problem's numbers.
     """
 
     problem: Problem
     timeline: Timeline
     side: FloatArray
     values: FloatArray
+    rig: tuple[Any, Rig]
 
     @cached_property
     def times(self) -> FloatArray:
         """Times of all nodes, rad, shape (n, 8)."""
-        times: FloatArray = self.timeline.begins[:, None] + self.timeline.duration[:, None] * NODES
-        return times
+        return np.asarray(self.timeline.begins[:, None] + self.timeline.duration[:, None] * NODES)
 
     @cached_property
-    def contact(self) -> tuple[FloatArray, FloatArray]:
-        """Force of the contact, and the speed at which it slips, at all nodes, shape (n, 8)."""
-        sides = np.repeat(self.side, layout.NODES)
-        force, slip = machine.contacts_of(self.problem, sides, self.values.reshape(-1, layout.WIDTH))
-        return force.reshape(-1, layout.NODES), slip.reshape(-1, layout.NODES)
+    def contact(self) -> FloatArray:
+        """Force of the contact, and the speed at which it slips, at all nodes, shape (2, n, 8)."""
+        return contact_along(*self.rig, self.side, self.values)
 
     @cached_property
     def integrals(self) -> Integrals:
         """The integrals over the whole motion."""
-        problem, times = self.problem, self.times
-        force = Base(*problem.force)
-        drive = force.at(times), force.rate_at(times), problem.base.rate_at(times)
-        inner = problem.law.kind == "inner" and problem.beta > 0.0
-        return integrals(self.timeline.duration, self.values, self.contact, drive, inner=inner)
+        force, times = Base(*self.problem.force), self.times
+        drive = force.at(times), force.rate_at(times), self.problem.base.rate_at(times)
+        return integrals(self.rig[1], self.timeline.duration, self.values, self.contact, drive)
 
     def state(self, tau: ArrayLike) -> FloatArray:
         """Return z, v and the inner states (relative to the wall) at times tau, shape (..., 4)."""
         shape, _, index, within = self.timeline.place(tau, None)
-        return self._evaluate(index, within).reshape(*shape, layout.WIDTH)
+        return self._evaluate(index, within).reshape(*shape, WIDTH)
 
     def force(self, tau: ArrayLike, *, cycle: ArrayLike | None = None) -> FloatArray:
         """Return the force of the contact on the mass, against the motion, over k Y, at times tau."""
         shape, local, index, within = self.timeline.place(tau, cycle)
         states, sides = self._evaluate(index, within), self.side[index]
-        pull = Base(*self.problem.force).at(local) - states[:, 0]
-        sliding, _ = machine.contacts_of(self.problem, sides, states)
-        return np.where(sides == 0.0, pull, sliding).reshape(shape)
+        held = Base(*self.problem.force).at(local) - states[:, 0]
+        return np.where(sides == 0.0, held, contact_along(*self.rig, sides, states)[0]).reshape(shape)
 
     @property
     def stops(self) -> FloatArray:
@@ -172,10 +171,9 @@ class NumericMotion(Motion):
     @property
     def turning_points(self) -> tuple[FloatArray, FloatArray]:
         """Times (rad) at which the mass turns relative to the wall, or starts or ends a stop, and x there."""
-        v, times = self.values[:, :, 1].ravel(), self.times.ravel()
-        over = np.flatnonzero(v[:-1] * v[1:] < 0.0)
-        turned = bisected(lambda tau: self.state(tau)[:, 1], times[over], times[over + 1])
-        found = np.unique(np.concatenate((times[v == 0.0], turned)))
+        v = self.values[:, 1]
+        turned = self._zeros(v, lambda tau: self.state(tau)[:, 1])
+        found = np.unique(np.concatenate((self.times[v == 0.0], turned)))
         z = self.state(found)[:, 0]
         fresh = np.diff(found, prepend=-inf) > 1e-12
         still = np.concatenate(([False], np.diff(z) == 0.0, [False])) if len(found) else np.zeros(1, dtype=bool)
@@ -186,10 +184,13 @@ class NumericMotion(Motion):
     def range(self) -> tuple[float, float]:
         """Least and largest displacement x of the mass."""
         x, v = self.at(self.times)
-        over = np.nonzero(v[:, :-1] * v[:, 1:] < 0.0)
-        turned = bisected(lambda tau: self.at(tau)[1], self.times[over], self.times[over[0], over[1] + 1])
-        x = np.concatenate((x.ravel(), self.at(turned)[0]))
+        x = np.append(x, self.at(self._zeros(v, lambda tau: self.at(tau)[1]))[0])
         return float(x.min()), float(x.max())
+
+    def _zeros(self, speeds: FloatArray, rate: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        """Times within steps at which a rate, whose values at the nodes are given, changes its sign."""
+        step, node = np.nonzero(speeds[:, :-1] * speeds[:, 1:] < 0.0)
+        return bisected(rate, self.times[step, node], self.times[step, node + 1])
 
     def _evaluate(self, index: NDArray[np.intp], within: FloatArray) -> FloatArray:
         """The polynomials through the nodes' values (m, 4), at times within the steps of an index: barycentric."""
@@ -198,4 +199,4 @@ class NumericMotion(Motion):
         hit = gap == 0.0
         share = WEIGHTS / np.where(hit, 1.0, gap)
         share = np.where(hit.any(axis=1)[:, None], hit * 1.0, share)
-        return np.asarray(np.einsum("mi,mik->mk", share, self.values[index]) / share.sum(axis=1)[:, None])
+        return np.asarray(np.einsum("mi,mki->mk", share, self.values[index]) / share.sum(axis=1)[:, None])

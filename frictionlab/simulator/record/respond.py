@@ -17,7 +17,6 @@ from frictionlab.simulator.laws import Law
 from frictionlab.simulator.problem import Problem
 from frictionlab.simulator.record import layout, piece, travel
 from frictionlab.simulator.record.base import BaseRecord, wall_of
-from frictionlab.simulator.record.integrate import integrate, load
 from frictionlab.simulator.record.response import Response
 
 MODULES: tuple[ModuleType, ...] = (piece, travel)
@@ -69,6 +68,8 @@ def respond(problem: Problem, base: BaseRecord, *, x0: float = 0.0, v0: float = 
             "stamps in seconds?"
         )
     if not _is_exact(problem.law):
+        from frictionlab.simulator.record.integrate import integrate  # noqa: PLC0415 - numba, for such laws alone
+
         return integrate(problem, base, (x0, v0))
     wall, fine = wall_of(problem, base), _steps_per_rad(problem)
     engine = choose(_steps(base, fine))
@@ -84,8 +85,6 @@ def prepare(problem: Problem, base: BaseRecord, runs: int) -> None:
     """Load the compiled kernel if so many responses are worth it; it changes nothing but their time."""
     if _is_exact(problem.law):
         choose(runs * _steps(base, _steps_per_rad(problem)))
-    else:
-        load(runs * len(base.time))
 
 
 def _steps_per_rad(problem: Problem) -> float:

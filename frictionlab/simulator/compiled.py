@@ -1,0 +1,87 @@
+"""How formulas and flows are compiled: numba's decorators, machine code kept in the user's cache folder.
+
+Imported with the kernels only, which are imported when they are needed: numba takes half a second to load.
+``NUMBA_DISABLE_JIT=1`` leaves everything plain Python.
+"""
+
+import hashlib
+import importlib
+import logging
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+numba: Any = importlib.import_module("numba")  # its types are none that a formula in numbers could name
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def _machine_code_folder() -> Path:
+    """Return where machine code is kept: a folder of its own for each state of the simulator's source.
+
+    It stands in ``NUMBA_CACHE_DIR`` if that is set, else in the user's cache folder. numba's own check sees a change of
+    a function's own file only, hence the digest of all files.
+    """
+    digest = hashlib.sha256(numba.__version__.encode())
+    for path in sorted(Path(__file__).parent.rglob("*.py")):
+        digest.update(path.read_bytes())
+    home = os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    try:
+        root = Path(home) if home else Path("~/.cache").expanduser()
+    except RuntimeError:  # a user without a home folder
+        root = Path(tempfile.gettempdir())
+    return root / "frictionlab" / f"simulator-{digest.hexdigest()[:16]}"
+
+
+def _prepared(folder: Path) -> bool:
+    """Make the folder; False where nothing can be written: then each process compiles for itself."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    return os.access(folder, os.W_OK)
+
+
+FOLDER = _machine_code_folder()
+OPTIONS = {"cache": _prepared(FOLDER), "error_model": "numpy"}
+
+
+def is_kept(module: str) -> bool:
+    """Whether machine code of a module is at hand: then it loads in a second."""
+    return any(FOLDER.glob(f"**/{module.rpartition('.')[2]}.*.nbi"))
+
+
+def announce(module: str) -> None:
+    """Say to whoever listens to this module's logger that compiling begins, if it has to."""
+    if not numba.config.DISABLE_JIT and not is_kept(module):
+        logging.getLogger(__name__).info("compiling the simulator once for this machine, about half a minute")
+
+
+def compiled(function: Function) -> Function:
+    """Compile a function when it is first called."""
+    fast: Function = _kept(numba.njit(nogil=True, **OPTIONS), function)
+    return fast
+
+
+def inlined(function: Function) -> Function:
+    """Compile a function into those that call it."""
+    fast: Function = _kept(numba.njit(nogil=True, forceinline=True, **OPTIONS), function)
+    return fast
+
+
+def callback(function: Callable[..., Any], signature: Any) -> Any:
+    """Compile a function at once, to be handed to compiled ones: all of one signature are of one type for them."""
+    return _kept(numba.cfunc(signature, **OPTIONS), function)
+
+
+def _kept(decorate: Callable[[Any], Any], function: Any) -> Any:
+    """Decorate a function so that its machine code is kept in FOLDER."""
+    if numba.config.DISABLE_JIT:
+        return function
+    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(FOLDER)
+    try:
+        return decorate(function)
+    finally:
+        numba.config.CACHE_DIR = before
