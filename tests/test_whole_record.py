@@ -17,11 +17,11 @@ from frictionlab.base_motion import respond_to
 from frictionlab.cli import app
 from frictionlab.errors import AnalysisError, RecordingError, UsageError
 from frictionlab.hdf5 import write_recording
-from frictionlab.inference import whole
+from frictionlab.inference import ladder
 from frictionlab.inference.observation import SENSORS
+from frictionlab.inference.over_time import loop_areas
 from frictionlab.inference.record import RecordObservation, track_of
 from frictionlab.inference.unknowns import of_law
-from frictionlab.inference.whole import loop_areas
 from frictionlab.recording import Quality, Recording
 from frictionlab.scene import Analysis, Rig, Scene
 from frictionlab.simulator import Problem
@@ -164,7 +164,7 @@ def test_a_law_without_exact_phases_is_followed_from_rest() -> None:
 @pytest.mark.parametrize(("truth", "law"), [({}, "coulomb"), ({"gradient": 0.05}, "coulomb+place")])
 def test_a_record_climbs_as_far_as_it_must(truth: dict[str, float], law: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """From plain Coulomb friction; what the record does not ask for is not climbed."""
-    monkeypatch.setattr(whole, "EXACT", ("place", "speed"))
+    monkeypatch.setattr(ladder, "EXACT", ("place", "speed"))
     problem = Problem(1.0, 0.4, law=law, parameters=truth, frame_damping_ratio=0.01)
     recording = virtual(0.4, 10.0, problem)
     scene = SCENE.changed(analysis={"transient_s": 4.0})
@@ -285,7 +285,7 @@ def test_a_simulation_under_the_identified_law_is_the_record() -> None:
 
 
 def test_a_record_without_a_cycle_climbs_its_own_ladder(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(whole, "EXACT", ("place", "speed"))
+    monkeypatch.setattr(ladder, "EXACT", ("place", "speed"))
     law = Problem(1.0, 0.3, law="coulomb+place", parameters={"gradient": 0.04}, frame_damping_ratio=0.01)
     recording, _ = unsteady("sweep", law, 12.0)
     seen = fl.compare(recording, SCENE.changed(analysis={"transient_s": 1.0}), law="auto", fit="whole")
@@ -364,9 +364,18 @@ def test_sensors_move_a_record_as_its_fit_thinks() -> None:
     measurement = fl.analyze(recording, scene)
     ratio = measurement.frequency_ratio
     assert ratio is not None
-    track, _ = track_of(recording, scene, measurement, measurement.drive_frequency_hz / ratio)
+    track, _ = track_of(recording, scene, measurement.drive_frequency_hz / ratio, measurement)
     held = {"frame_damping_ratio": 0.01}
-    observation = RecordObservation(track, law_of("coulomb"), held, "fixed", measurement.sources, ratio)
+    observation = RecordObservation.of(
+        track,
+        law_of("coulomb"),
+        held,
+        wall="fixed",
+        sources=measurement.sources,
+        r=ratio,
+        material=None,
+        normal_force=None,
+    )
     unknowns = (*of_law(observation.law, held), *observation.rig_unknowns)
     here = {u.name: u.value(0.0) for u in unknowns} | {"beta": 0.3, "cubic": 1e-3, "base_in_mass": 1e-3}
     plain, values = observation.predict(here), [here[u.name] for u in unknowns]

@@ -7,7 +7,7 @@ and natural frequency are unknowns of the rig, as sure as the row's combined unc
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
@@ -15,10 +15,10 @@ import numpy as np
 from frictionlab.arrays import FloatArray
 from frictionlab.campaign.trials import Trial
 from frictionlab.errors import FrictionlabError, SimulationError, UsageError
-from frictionlab.inference.compare import base_words, model_words
 from frictionlab.inference.observation import Observation, Reached, Values
 from frictionlab.inference.observations import law_and_held
 from frictionlab.inference.unknowns import SMALLEST, Unknown, of_law
+from frictionlab.inference.verdict import base_words, model_words
 from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
@@ -162,60 +162,28 @@ def _in_phase(energy: float, amplitude: float, r: float) -> float:
     return math.copysign(math.sqrt(max(amplitude**2 - (energy / math.pi) ** 2, 0.0)), 1.0 - r)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RowObservation(Observation):
     """Energy and amplitude of one test, over what was measured of them (2,), under a law.
+
+    Y is the mean of its group where the row does not tell it.
 
     Parameters
     ----------
     measurement : Trial
-    law, held, wall, solver
-        As a `Model` has them.
+    solver : str
+        As a `Model` has it.
     guess : float
         About what its friction ratio is.
-    unit : float
-        Amplitude Y of the base, m; the mean of its group where the row does not tell it.
     rig : tuple of Unknown
-    noise : ndarray of shape (2, 2)
-        Covariance of the errors that the test makes anew, relative.
-    missed : float
-        Share of the numbers, squared, that the law misses.
     """
 
     measurement: Trial
-    law: Law
-    held: Values
-    wall: Wall
     solver: Solver
     guess: float
-    unit: float
     rig: tuple[Unknown, ...]
-    noise: FloatArray
-    missed: float = 0.0
     steps: ClassVar = (2e-4, -2e-4)  # of the flat prior's deviation: half a per cent of the friction ratio
     by_sensors: ClassVar = ("gain", "lag_s", "crosstalk")
-    data: ClassVar[FloatArray] = np.ones(2)
-    powers: ClassVar[float] = 1.0
-
-    @property
-    def material(self) -> str | None:  # type: ignore[override] # read alone
-        """Material of the contact."""
-        return self.measurement.material
-
-    @property
-    def normal_force(self) -> float | None:
-        """Normal force, N."""
-        return self.measurement.normal_force_n
-
-    @property
-    def r(self) -> float:
-        """Frequency ratio."""
-        return self.measurement.r
-
-    @property
-    def turn(self) -> float:
-        """Angular frequency of the drive, rad/s."""
-        return 2.0 * math.pi * self.measurement.drive_frequency_hz
 
     @property
     def law_unknowns(self) -> tuple[Unknown, ...]:
@@ -226,26 +194,6 @@ class RowObservation(Observation):
     def rig_unknowns(self) -> tuple[Unknown, ...]:
         """What is not known of sensors and rig."""
         return self.rig
-
-    @cached_property
-    def _spectrum(self) -> tuple[FloatArray, FloatArray]:
-        variances, directions = np.linalg.eigh(self.noise)
-        return variances, directions
-
-    @property
-    def variances(self) -> FloatArray:
-        """Of the noise (2,), along its independent directions."""
-        return self._spectrum[0]
-
-    @property
-    def directions(self) -> FloatArray:
-        """Independent directions of the noise, as columns (2, 2)."""
-        return self._spectrum[1]
-
-    @cached_property
-    def whitener(self) -> FloatArray:
-        """Matrix (2, 2) that makes noise and misfit independent with unit variance."""
-        return np.asarray(self.directions.T / self.sd[:, None])
 
     def covariance(self, at: Reached) -> FloatArray:
         """Return the covariance (n, n) that noise and misfit leave in the coordinates of a fit."""
@@ -281,14 +229,36 @@ def observe_row(trial: Trial, model: Model, sources: Sources, beta: float, unit:
     """
     rig = tuple(u for u in _rig_of(trial, sources) if u.sd > SMALLEST and math.isfinite(u.sd))
     noise = np.diag(np.hypot(np.divide(trial.mean_se, trial.mean), MODEL_FLOOR) ** 2)
-    row = RowObservation(trial, model.law, dict(model.held), model.wall, model.solver, beta, unit, rig, noise)
+    variances, directions = np.linalg.eigh(noise)
+    row = RowObservation(
+        measurement=trial,
+        solver=model.solver,
+        guess=beta,
+        rig=rig,
+        law=model.law,
+        held=dict(model.held),
+        wall=model.wall,
+        material=trial.material,
+        normal_force=trial.normal_force_n,
+        r=trial.r,
+        unit=unit,
+        turn=2.0 * math.pi * trial.drive_frequency_hz,
+        sources=sources,
+        swing=float(trial.mean[1]),
+        data=np.ones(2),
+        variances=variances,
+        directions=directions,
+        powers=1.0,
+        floor=math.sqrt(float(np.mean(variances))),
+    )
     floor = 0.0 if any(u.name == "natural_frequency" for u in rig) else RATIO_FLOOR
     step = STEP * min(1.0, max(abs(trial.r - 1.0), 0.02))
     ends = [row.predict({"beta": beta, "natural_frequency": side * step}) for side in (-1.0, 1.0)]
     if ends[0] is not None and ends[1] is not None:
         steep = (ends[1] - ends[0]) / (2.0 * step)
         noise = noise + np.outer(steep, steep) * math.hypot((trial.frequency_ratio_se or 0.0) / trial.r, floor) ** 2
-    return replace(row, noise=noise)
+    variances, directions = np.linalg.eigh(noise)
+    return replace(row, variances=variances, directions=directions)
 
 
 def _rig_of(trial: Trial, sources: Sources) -> Iterator[Unknown]:

@@ -1,6 +1,6 @@
 """Which contact law recordings require, with which values, and how sure each is.
 
-measurement -> observe -> CycleObservation --infer--> Posterior --climb--> Ladder --compare--> Comparison
+what was measured -> an observation --infer--> Posterior --climb--> Ladder --compare--> Comparison
 """
 
 from frictionlab.inference.compare import AUTO, compare, predict

@@ -1,50 +1,62 @@
 """Recording -> friction identified, prediction, difference: what ``compare-numeric`` does, as one story.
 
-A single test is a campaign of one: its observation goes through the same `infer` and `climb` as all tests of a
-material.
+What was measured is an observation: the mean cycle of one mass or of several, the whole record, a table over
+frequency. `infer` finds the values of a law for any of them, `climb` the law that they require; a single test is a
+campaign of one.
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 
-from frictionlab.analysis.channels import in_band
-from frictionlab.analysis.measure import measure
+from frictionlab.analysis.measure import material_of, measure, normal_force_of, source_of, sources_of_test
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
-from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, Verdict
-from frictionlab.inference.diagnose import Diagnosis, diagnose
-from frictionlab.inference.fit import Fit, Model, Test, fit_from, start_place
-from frictionlab.inference.ladder import Ladder, Rung, climb
+from frictionlab.inference.comparison import AtContact, Comparison, ContactForce, Fitted, WholeRecord
+from frictionlab.inference.diagnose import diagnose, strained_facts
+from frictionlab.inference.fit import Fit, Model, Place, Test, fit_from, start_place
+from frictionlab.inference.ladder import Ladder, Rung, climb, climb_record
 from frictionlab.inference.material_law import MaterialLaw
-from frictionlab.inference.observation import BENDS
-from frictionlab.inference.observations import CycleObservation, bent, cycle_of, observe
-from frictionlab.inference.posterior import (
-    EXPLAINED,
-    ParameterEstimate,
-    Posterior,
-    infer,
-    limits_in_words,
-    model_of,
-    posterior_of,
-)
+from frictionlab.inference.observation import Observation
+from frictionlab.inference.observations import CycleObservation, cycle_of, law_and_held, observe, refuse_several
+from frictionlab.inference.over_time import follow
+from frictionlab.inference.posterior import EXPLAINED, Posterior, infer, model_of, posterior_of
+from frictionlab.inference.record import RecordObservation, fit_record, record_of, track_of
+from frictionlab.inference.table import UNIT, TableObservation, observe_table
 from frictionlab.inference.unknowns import STRONGEST, Unknown
-from frictionlab.recording import Recording
+from frictionlab.inference.verdict import (
+    base_words,
+    caveats,
+    friction_of,
+    model_words,
+    on_the_ladder,
+    on_the_rungs,
+    on_the_verdict,
+    verdict_in_words,
+    verdict_of,
+)
+from frictionlab.recording import FrequencyTable, Recording
 from frictionlab.scene import Scene, Solver
-from frictionlab.simulator import Problem, SteadyState, steady_state
-from frictionlab.simulator.laws import Law, law_of
-from frictionlab.uncertainty import Sources, unit_uncertainty
+from frictionlab.simulator import SteadyState
+from frictionlab.simulator.laws import law_of
+from frictionlab.uncertainty import Sources
 
-UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
-FAINT = 0.1  # error of the measured cycle over its size from which nearly any law explains it
-VAGUE = 0.1  # relative uncertainty from which a friction ratio is called vague
 HELD = 1e-9  # standard deviation of what a law was found with
 AUTO = "auto"  # the law that the recording requires
+SEARCH = (0.5, 0.7, 0.85, 1.2, 1.5, 2.0)  # friction ratios that a fit to a record tries, over the cycle's
+TRIED = tuple(np.geomspace(0.01, 2.0, 12).tolist())  # friction ratios to begin from without a cycle
+OFF = 0.003  # relative, of the natural frequency: what such a fit begins from, too
+FOLLOWED = 4  # starts, at most, without a cycle
+PERIODIC, EVEN = 0.1, 0.02  # irregularity of the base, scatter of its cycles' lengths, up to which it has a cycle
+OVER_TIME, LARGEST = "friction over time", "largest displacement of the base"
+MEASURED = (
+    *("source", "frequency_ratio", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "regime", "material"),
+)
+"""What a comparison repeats of its measurement."""
 
 
 def compare(
@@ -79,7 +91,7 @@ def compare(
     Raises
     ------
     AnalysisError
-        No measurement can be made, or the natural frequency is not known.
+        No measurement can be made, the natural frequency is not known, or no values tried have a motion.
     RecordingError
         The whole record is asked for and has a gap or jumps.
     UsageError
@@ -88,9 +100,33 @@ def compare(
     if not whole and fit == "cycle":
         return predict(measure(recording, scene), scene, law=law, friction_ratio=friction_ratio, solver=solver)
     _check_given(law, friction_ratio)
-    from frictionlab.inference.whole import compare_whole  # noqa: PLC0415 - a cycle has no use for it
-
-    return compare_whole(recording, scene, law=law, friction_ratio=friction_ratio, solver=solver, fit=fit)
+    refuse_several(scene)
+    measurement, why = _steady(recording, scene, fit)
+    if measurement is None:
+        return _without_cycle(recording, scene, why, law, friction_ratio)
+    found, ladder = identified(measurement, scene, law, friction_ratio)
+    solver = solver or scene.model.solver
+    comparison, cycle = compared(measurement, scene, found, ladder, solver), cycle_of(found.tests[0])
+    track, said = track_of(recording, scene, measurement.drive_frequency_hz / cycle.r, measurement)
+    same = ("wall", "material", "normal_force", "sources", "r")
+    known = {name: getattr(cycle, name) for name in same}
+    observation, rungs = RecordObservation.of(track, cycle.law, cycle.held, **known), None
+    values = found.values() | observation.start
+    if fit == "whole":
+        times = SEARCH if "beta" in found.values() else ()
+        starts = [values, *(values | {"beta": t * values["beta"]} for t in times)]
+        best, rungs = climb_record(observation, starts) if law == AUTO else (fit_record(observation, starts), None)
+        observation = record_of(best)
+        record = follow(observation, best.values(), fits_start=False)
+        posterior = _over_time(_as_cycle(cycle.under(observation.law), posterior_of(best)), record)
+        by_record = compared(measurement, scene, posterior, None, solver)
+        comparison = replace(by_record, laws=comparison.laws, cycle_law=cycle.law.name if law == AUTO else None)
+    else:
+        record = follow(observation, values, fits_start=True)
+    warnings = (*comparison.warnings, *said, *record.warnings, *on_the_rungs(rungs))
+    if comparison.contact is not None:
+        comparison = replace(comparison, contact=replace(comparison.contact, warnings=warnings))
+    return replace(comparison, warnings=warnings, **_of_record(record, rungs))
 
 
 def predict(
@@ -105,6 +141,40 @@ def predict(
     _check_given(law, friction_ratio)
     found, ladder = identified(measurement, scene, law, friction_ratio)
     return compared(measurement, scene, found, ladder, solver or scene.model.solver)
+
+
+def identified(
+    measurement: Measurement, scene: Scene, law: str | None, friction_ratio: float | None = None
+) -> tuple[Posterior, Ladder | None]:
+    """Return the posterior of a measured test under the law that is given or required, and the ladder if climbed.
+
+    Raises
+    ------
+    AnalysisError
+        The mass stands still, or no value tried has a steady state.
+    """
+    return _found(observe(measurement, scene, None if law == AUTO else law), scene, law, friction_ratio)
+
+
+def _found(
+    observation: Observation, scene: Scene, law: str | None, friction_ratio: float | None
+) -> tuple[Posterior, Ladder | None]:
+    """The posterior of any observation, and the ladder if climbed; a law whose values are all given is not fitted."""
+    if law == AUTO:
+        ladder = climb([observation.under(law_of("coulomb"))], accuracy=scene.accuracy)
+        return ladder.posterior, ladder
+    if friction_ratio is not None:
+        observation = observation.under(observation.law, {**observation.held, "beta": friction_ratio})
+    if any(p.name not in observation.held for p in observation.law.own if not p.whole):
+        return infer([observation]), None
+    model = model_of([observation], rig=False)
+    try:
+        place = start_place(model, np.zeros(len(model.unknowns)))
+    except AnalysisError:  # it stands still, or has no steady state: nothing is predicted
+        none = observation.white(observation.data)
+        empty = start_place(replace(model, tests=()), np.zeros(0))
+        place = replace(empty, local=(np.zeros(0),), residual=(none,), slopes=(np.zeros((len(none), 0)),))
+    return posterior_of(Fit(model, place)), None
 
 
 def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Comparison:
@@ -147,6 +217,102 @@ def judge(measurement: Measurement, scene: Scene, law: MaterialLaw) -> Compariso
     return compared(measurement, scene, found, None, scene.model.solver)
 
 
+def compare_table(
+    table: FrequencyTable,
+    scene: Scene,
+    facts: Mapping[str, Any],
+    *,
+    law: str | None = None,
+    friction_ratio: float | None = None,
+) -> Comparison:
+    """Identify the contact of a table over frequency, predict its rows, and say how they differ.
+
+    What a number's ``_u`` is not stated for is taken from the scatter about the law, and no verdict is given then.
+
+    Parameters
+    ----------
+    table : FrequencyTable
+    scene : Scene
+        ``[rig]``: the natural frequency, and the stiffness for newtons; ``[model]``: the law.
+    facts : mapping
+        Of the test: ``material``, ``normal_force_n``, ``base_amplitude_m``.
+    law : str, optional
+        In place of the scene's; "auto" climbs the ladder of exact laws as far as the table requires.
+    friction_ratio : float, optional
+        Predict with this one instead of identifying it.
+
+    Raises
+    ------
+    AnalysisError
+        Fewer rows than unknowns, or no value tried has a steady state in every row.
+    """
+    _check_given(law, friction_ratio)
+    observation = observe_table(table, scene, None if law == AUTO else law, facts)
+    count = sum(u.law or u.name == UNIT for u in model_of([observation]).unknowns)
+    if friction_ratio is None and len(observation.data) <= count:
+        raise AnalysisError(
+            f"a table over frequency: expected more numbers than the {count} unknowns; got {len(observation.data)}"
+        )
+    found, ladder = _found(observation, scene, law, friction_ratio)
+    observation, values = _table_of(found), found.values()
+    states = list(observation.states(values))
+    reference = states[observation.reference]
+    nrmse, stated = observation.nrmse(found.fit.residual()), observation.is_stated
+    misfit = nrmse / observation.floor if stated else None
+    said = [*scene.rig.doubts, *table.said, *strained_facts(found, scene), *found.warnings]
+    said += caveats(found, found.parameters())
+    said += on_the_ladder(ladder, observation, found.parameters())
+    if misfit is None:
+        said.append(
+            "verdict: none, for the table states no error of some numbers (columns amplitude_u, phase_u): errors are"
+            " those of the scatter about the law"
+        )
+    elif misfit > EXPLAINED:
+        said.append(
+            f"verdict: {observation.law.name} does not explain this table: what it misses is {misfit:.2g} times the"
+            " stated errors; try another --law"
+        )
+    return _comparison(
+        found,
+        scene,
+        observation.sources,
+        amplitude=_base_amplitude(found, observation),
+        source=table.source,
+        material=observation.material,
+        normal_force_n=observation.normal_force,
+        warnings=tuple(said),
+        model=model_words(observation.law, f"{observation.wall} wall", observation.held, "cosine base"),
+        solver="exact" if reference is None else reference.solver,
+        closure_error=max((abs(s.closure_error) for s in states if s is not None and s.closure_error), default=None),
+        laws=_rows(ladder, nrmse),
+        response_nrmse=nrmse,
+        response_floor=observation.floor if stated else None,
+        misfit=misfit,
+        verdict=verdict_of(misfit, strained=bool(found.strained)),
+        over_frequency=observation.curve(values, tuple(said)),
+    )
+
+
+def _table_of(found: Posterior) -> TableObservation:
+    observation = found.tests[0].observation
+    if not isinstance(observation, TableObservation):
+        raise TypeError(f"expected the observation of a table; got {type(observation).__name__}")
+    return observation
+
+
+def _base_amplitude(found: Posterior, observation: TableObservation) -> Estimate:
+    """Y of the reference, m: given, fitted, or not known.
+
+    One that is fitted goes with the friction ratio; its error is so large that their product's holds any correlation.
+    """
+    if not observation.is_free:
+        return Estimate(observation.unit, 0.0) if math.isfinite(observation.unit) else Estimate()
+    fitted, beta = found.nuisances()[UNIT], found.parameters()["beta"]
+    share, own = fitted["u"] / fitted["value"], (beta.u or 0.0) / beta.value if beta.value else 0.0
+    value = observation.unit * fitted["value"]
+    return Estimate(value, value * share, value * math.sqrt(share**2 + 2.0 * share * own))
+
+
 def _check_given(law: str | None, friction_ratio: float | None) -> None:
     if friction_ratio is not None and not (friction_ratio >= 0 and math.isfinite(friction_ratio)):
         raise UsageError(f"friction ratio: expected a number of at least 0; got {friction_ratio:g}")
@@ -154,341 +320,282 @@ def _check_given(law: str | None, friction_ratio: float | None) -> None:
         raise UsageError("friction ratio: a given one (--beta) and a law to be found (--law auto) exclude each other")
 
 
-def identified(
-    measurement: Measurement, scene: Scene, law: str | None, friction_ratio: float | None = None
-) -> tuple[Posterior, Ladder | None]:
-    """Return the posterior under the law that is given or required, and the ladder if climbed.
-
-    Raises
-    ------
-    AnalysisError
-        The mass stands still, or no value tried has a steady state.
-    """
-    observation = observe(measurement, scene, None if law == AUTO else law)
-    if law == AUTO:
-        ladder = climb([observation.under(law_of("coulomb"))], accuracy=scene.accuracy)
-        return ladder.posterior, ladder
-    if friction_ratio is not None:
-        observation = replace(observation, held={**observation.held, "beta": friction_ratio})
-    if any(p.name not in observation.held for p in observation.law.own if not p.whole):
-        return infer([observation]), None
-    return unfitted(observation), None
-
-
-def unfitted(observation: CycleObservation) -> Posterior:
-    """Return what a law whose values are all given says of a test: no unknowns."""
-    model = model_of([observation], rig=False)
-    try:
-        place = start_place(model, np.zeros(0))
-    except AnalysisError:
-        stuck = observation.white(observation.data)
-        empty = start_place(replace(model, tests=()), np.zeros(0))
-        place = replace(empty, local=(np.zeros(0),), residual=(stuck,), slopes=(np.zeros((len(stuck), 0)),))
-    return posterior_of(Fit(model, place))
-
-
-@dataclass(frozen=True)
-class ShownState:
-    """What two sensors would show of a state: the cycle (p,) about its mean, energy and amplitude; None: no motion."""
-
-    cycle: FloatArray | None
-    energy: float | None
-    amplitude: float | None
-
-
-def seen(observation: CycleObservation, values: Mapping[str, float], state: SteadyState) -> ShownState:
-    """Return a state as the sensors would show it: through the gain and the lag that the fit found."""
-    measurement = observation.measurement
-    if state.orbit is None:
-        return ShownState(None, state.energy_per_cycle, state.response_amplitude)
-    tau, periods, orbit = measurement.cycle.tau, state.period_cycles or 1, state.orbit
-
-    def mean_cycle(late: float) -> FloatArray:
-        cycles = [orbit.at(tau + late + 2.0 * math.pi * period)[0] for period in range(periods)]
-        return np.asarray(np.stack(cycles).mean(axis=0))
-
-    plain = mean_cycle(0.0)
-    gain, late = observation.gain_and_phase(complex(np.fft.rfft(plain)[1]) * 2.0 / len(plain), values)
-    amplitude = None if state.response_amplitude is None else gain * state.response_amplitude
-    cycle = gain * mean_cycle(late) + values.get("base_in_mass", 0.0) * np.cos(tau)
-    for name, power in BENDS.items():
-        cycle = cycle + values.get(name, 0.0) * bent(cycle, power)
-    energy = state.energy_per_cycle
-    if energy is not None and (gain != 1.0 or late != 0.0):
-        energy += _area(cycle, state.problem) - _area(plain, state.problem)
-    return ShownState(in_band(cycle - cycle.mean(), measurement.cycle.kept), energy, amplitude)
-
-
-def _area(cycle: FloatArray, problem: Problem) -> float:
-    """Loop area of a cycle (p,) over the simulated base: the integral of f dx, by their harmonics."""
-    base = problem.base
-    count = min(base.harmonics, len(cycle) // 2 - 1)
-    lines = np.fft.rfft(cycle)[1 : count + 1] * (2.0 / len(cycle))
-    return float(math.pi * np.sum(np.arange(1, count + 1) * (np.conj(base.lines[:count]) * 1j * lines).real))
-
-
-def state_of(observation: CycleObservation, values: Mapping[str, float], solver: Solver = "auto") -> SteadyState:
-    """Return the predicted steady state; a solver without a frame's dashpot leaves out one that was only fitted."""
-    plain = solver in UNDAMPED and "frame_damping_ratio" not in observation.held
-    kept = {name: value for name, value in values.items() if not (plain and name == "frame_damping_ratio")}
-    if not observation.single:
-        return observation.state(kept) or SteadyState(observation.problem(kept), "exact", "not found")
-    return steady_state(observation.problem(kept), solver=solver)
-
-
-MEASURED = (
-    *("source", "status", "reason", "frequency_ratio", "energy_per_cycle", "response_amplitude", "stops_per_cycle"),
-    *("regime", "material", "normal_force_n"),
-)
-"""What a comparison repeats of its measurement."""
-
-
 def compared(
     measurement: Measurement, scene: Scene, found: Posterior, ladder: Ladder | None, solver: Solver
 ) -> Comparison:
     """Return a measured cycle over the prediction of a posterior, diagnosed and judged."""
     observation = cycle_of(found.tests[0])
-    state = state_of(observation, found.values(), solver)
-    prediction, cycle = seen(observation, found.values(), state), measurement.cycle
-    nrmse = None if prediction.cycle is None else observation.left(prediction.cycle, found.values())
-    floor = observation.cycles.floor
-    misfit = None if nrmse is None else nrmse / floor
-    explained = misfit is not None and misfit <= EXPLAINED
-    diagnosis = diagnose(found, scene, explained=explained)
-    found, verdict = diagnosis.posterior, _verdict(misfit, diagnosis)
+    state = observation.solved(found.values(), solver)
+    predicted, energy, amplitude = observation.shown(state, found.values())
+    nrmse = None if predicted is None else observation.left(predicted, found.values())
+    misfit = None if nrmse is None else nrmse / observation.floor
+    diagnosis = diagnose(found, scene, explained=misfit is not None and misfit <= EXPLAINED)
+    found = diagnosis.posterior
+    verdict = verdict_of(misfit, strained=diagnosis.strained, answered=diagnosis.answered)
     parameters = found.parameters()
     said = [*measurement.warnings, *found.warnings, *diagnosis.said, *caveats(found, parameters), *state.warnings]
-    said += _of_verdict(observation, floor, verdict, misfit, ladder)
-    if ladder is not None:
-        said += _required_untold(observation, parameters)
-        said += [f"law {name}: {why}" for name, why in ladder.left_out.items()]
-    if prediction.cycle is None:
-        said.append(f"no prediction: {state.outcome}")
-    rows, points = _rows(ladder, nrmse)
-    amplitude, normal_force = measurement.base_amplitude, observation.normal_force
-    friction = friction_of(found, scene, measurement.sources, amplitude=amplitude, normal_force=normal_force)
-    words = f"{observation.law.name}{_judged_words(nrmse, misfit, verdict)}"
-    contact = replace(_contact(found, scene, state, prediction, words, said), laws=points)
-    return Comparison(
+    said += on_the_verdict(observation, verdict, misfit, ladder)
+    said += on_the_ladder(ladder, observation, parameters)
+    said += [f"no prediction: {state.outcome}"] if predicted is None else []
+    rows = _rows(ladder, nrmse)
+    contact = _contact(found, scene, state, None if predicted is None else measurement.cycle.mass - predicted)
+    return _comparison(
+        found,
+        scene,
+        measurement.sources,
+        amplitude=measurement.base_amplitude,
+        budget=measurement.budget,
         **{key: getattr(measurement, key) for key in MEASURED},
+        normal_force_n=observation.normal_force,
         warnings=tuple(said),
-        law=observation.law.name,
-        predicted_energy_per_cycle=prediction.energy,
-        predicted_response_amplitude=prediction.amplitude,
-        predicted_stops_per_cycle=state.stops_per_cycle,
-        predicted_regime=state.regime,
-        energy_difference=None if prediction.energy is None else prediction.energy / measurement.energy_per_cycle - 1,
-        response_nrmse=nrmse,
-        response_floor=floor,
-        misfit=misfit,
-        verdict=verdict,
-        parameters={name: asdict(e) for name, e in parameters.items()},
         model=model_words(
             observation.law, observation.place_words, observation.held, base_words(observation.base.harmonics)
         ),
         solver=state.solver,
         closure_error=state.closure_error,
-        nuisances=found.nuisances(),
-        levels=found.levels(),
+        predicted_energy_per_cycle=energy,
+        predicted_response_amplitude=amplitude,
+        predicted_stops_per_cycle=state.stops_per_cycle,
+        predicted_regime=state.regime,
+        energy_difference=None if energy is None else energy / measurement.energy_per_cycle - 1,
+        response_nrmse=nrmse,
+        response_floor=observation.floor,
+        misfit=misfit,
+        verdict=verdict,
         laws=rows,
-        accuracy=scene.accuracy,
-        tau=cycle.tau,
-        base=cycle.base,
-        measured=cycle.mass,
-        predicted=prediction.cycle,
-        contact=contact,
-        budget={**measurement.budget, **friction.pop("budget")},
-        **friction,
+        tau=measurement.cycle.tau,
+        base=measurement.cycle.base,
+        measured=measurement.cycle.mass,
+        predicted=predicted,
+        contact=replace(
+            contact,
+            laws=_points(ladder, rows),
+            said=f"{observation.law.name}{verdict_in_words(nrmse, misfit, verdict)}",
+            warnings=tuple(said),
+        ),
     )
 
 
-def _contact(
-    found: Posterior, scene: Scene, state: SteadyState, prediction: ShownState, said: str, warnings: Sequence[str]
-) -> ContactForce:
-    """Measured friction force over the predicted one; ``said``: law and verdict in words."""
+def _comparison(
+    found: Posterior,
+    scene: Scene,
+    sources: Sources,
+    *,
+    amplitude: Estimate,
+    normal_force_n: float | None,
+    budget: Mapping[str, Mapping[str, float]] | None = None,
+    **more: Any,
+) -> Comparison:
+    """The comparison of any observation: what its posterior says, and `more`."""
+    friction = friction_of(found, scene, sources, amplitude=amplitude, normal_force=normal_force_n)
+    own: dict[str, Any] = {
+        "parameters": {name: asdict(e) for name, e in found.parameters().items()},
+        "budget": {**(budget or {}), **friction.pop("budget")},
+        **friction,
+    }
+    return Comparison(
+        status="ok",
+        reason=None,
+        law=found.law().name,
+        nuisances=found.nuisances(),
+        levels=found.levels(),
+        accuracy=scene.accuracy,
+        normal_force_n=normal_force_n,
+        **own,
+        **more,
+    )
+
+
+def _contact(found: Posterior, scene: Scene, state: SteadyState, residual: Any) -> ContactForce:
+    """Measured friction force over the predicted one."""
     observation = cycle_of(found.tests[0])
-    measurement, cycles = observation.measurement, observation.cycles
-    late, cycle = observation.gain_and_phase(0.0, found.values())[1], measurement.cycle
-    law = observation.law_at_contact(state, cycle.tau + late)
-    seen = observation.measured_contact(state, late) or AtContact(*np.full((3, len(cycle.tau)), math.nan))
+    measurement, unit, cycles = observation.measurement, observation.unit, observation.cycles
+    late, tau = observation.gain_and_phase(0.0, found.values())[1], measurement.cycle.tau
+    law = observation.law_at_contact(state, tau + late)
+    seen = observation.measured_contact(state, late) or AtContact(*np.full((3, len(tau)), math.nan))
     return ContactForce(
         source=measurement.source,
         law=state.problem.law.name,
-        tau=cycle.tau,
+        tau=tau,
         displacement=seen.displacement,
         velocity=seen.velocity,
         force=seen.force + (0.0 if law is None else law.force.mean()),
         law_displacement=None if law is None else law.displacement - law.displacement.mean(),
         law_velocity=None if law is None else law.velocity,
         law_force=None if law is None else law.force,
-        residual=None if prediction.cycle is None else cycle.mass - prediction.cycle,
+        residual=residual,
         floor=cycles.floor * math.sqrt(cycles.power),
         laws={},
-        unit_m=measurement.base_amplitude_m,
+        unit_m=unit,
         turn=observation.turn,
-        unit_n=None if scene.rig.stiffness is None else scene.rig.stiffness * measurement.base_amplitude_m,
-        said=said,
-        warnings=tuple(warnings),
+        unit_n=None if scene.rig.stiffness is None else scene.rig.stiffness * unit,
     )
 
 
-def _verdict(misfit: float | None, diagnosis: Diagnosis) -> Verdict | None:
-    """Whether a law explains a cycle: strained, where only sensors or rig unlike what is declared make it do so."""
-    if misfit is None:
-        return None
-    if misfit > EXPLAINED:
-        return "strained" if diagnosis.answered else "misfit"
-    return "strained" if diagnosis.strained else "explained"
-
-
-def _judged_words(nrmse: float | None, misfit: float | None, verdict: Verdict | None) -> str:
-    """The verdict as it stands behind a law's name.
-
-    Examples
-    --------
-    >>> _judged_words(0.005, 0.5, "explained")
-    ': explained, it leaves 0.5 % of the motion, 0.5 times the error of the measured cycle'
-    """
-    if nrmse is None or misfit is None:
-        return ": no prediction"
-    said = {"explained": "explained", "strained": "strained"}.get(verdict or "", "not explained")
-    return f": {said}, it leaves {100 * nrmse:.2g} % of the motion, {misfit:.2g} times the error of the measured cycle"
-
-
-def _rows(
-    ladder: Ladder | None, nrmse: float | None
-) -> tuple[tuple[dict[str, object], ...] | None, dict[str, tuple[int, float, float]]]:
-    """The ladder's rows, and its points for a figure: parameters found, nrmse, log evidence of each law."""
+def _rows(ladder: Ladder | None, nrmse: float | None) -> tuple[dict[str, object], ...] | None:
+    """The ladder's rows; ``nrmse``: of the law chosen, as it is reported."""
     if ladder is None:
-        return None, {}
+        return None
     rows: list[dict[str, object]] = []
-    points: dict[str, tuple[int, float, float]] = {}
     for rung in ladder.rungs:
-        own = nrmse if rung.law.name == ladder.chosen.law.name else _nrmse_of_rung(rung)
         chosen = rung.law.name == ladder.chosen.law.name
         posterior = ladder.posterior if chosen else rung.posterior
+        own = None if rung.fit is None else rung.fit.model.tests[0].observation.nrmse(rung.fit.residual())
         rows.append(
             {
                 "law": rung.law.name,
                 "parameters": {} if posterior is None else {n: asdict(e) for n, e in posterior.parameters().items()},
                 "log_evidence": rung.log_evidence if math.isfinite(rung.log_evidence) else None,
-                "response_nrmse": own,
+                "response_nrmse": nrmse if chosen else own,
                 "held_out_nrmse": rung.held_out_nrmse,
                 "required": rung.required,
                 "seconds": rung.seconds,
                 "note": rung.said or None,
             }
         )
-        if own is not None and math.isfinite(rung.log_evidence) and rung.fit is not None:
-            free = sum(u.law for u in rung.fit.model.unknowns)
-            points[rung.law.name] = (free, own, rung.log_evidence)
-    return tuple(rows), points
+    return tuple(rows)
 
 
-def _nrmse_of_rung(rung: Rung) -> float | None:
-    if rung.fit is None:
-        return None
-    observation = cycle_of(rung.fit.model.tests[0])
-    return observation.nrmse(rung.fit.residual())
+def _points(ladder: Ladder | None, rows: Any) -> dict[str, tuple[int, float, float]]:
+    """The ladder's points for a figure: parameters found, nrmse, log evidence of each law."""
+    both = () if ladder is None else zip(ladder.rungs, rows, strict=True)
+    return {
+        rung.law.name: (sum(u.law for u in rung.fit.model.unknowns), row["response_nrmse"], rung.log_evidence)
+        for rung, row in both
+        if rung.fit is not None and row["response_nrmse"] is not None and math.isfinite(rung.log_evidence)
+    }
 
 
-def model_words(law: Law, place: str, held: Mapping[str, float], base: str) -> str:
-    """Return the physics that was switched on, as words; ``place``: where it rubs; ``base``: what drove it."""
-    held = {name: value for name, value in held.items() if name != "beta"}
-    frame = held.pop("frame_damping_ratio", 0.0)
-    if "static_ratio_up" in held and held["static_ratio_up"] == held.get("static_ratio_down"):
-        held = {"static ratio": held.pop("static_ratio_up")} | held
-        del held["static_ratio_down"]
-    held |= {"frame damping": frame} if frame else {}
-    return ", ".join([law.words, place, *(f"{name} {value:g}" for name, value in held.items()), base])
+def _steady(recording: Recording, scene: Scene, fit: Fitted) -> tuple[Measurement | None, str]:
+    """The measured steady cycle of a recording; None, and why, where it has none but its record can be fitted."""
+    try:
+        measurement = measure(recording, scene)
+    except AnalysisError as error:
+        if fit == "whole":
+            return None, str(error)
+        raise AnalysisError(f"{error}; do: --whole --fit whole fits the record itself, which needs no cycle") from error
+    index, lengths = measurement.base_irregularity_index, np.diff(measurement.series.time)
+    if fit == "cycle":
+        return measurement, ""
+    if index is not None and index > PERIODIC:
+        return None, f"base_irregularity_index: {index:.2g}: no cycle of the base is like the next"
+    usual = float(np.median(lengths)) if len(lengths) else np.nan
+    scatter = 1.4826 * float(np.median(np.abs(lengths - usual))) / usual if len(lengths) else 0.0
+    if scatter > EVEN:
+        return None, f"drive_frequency_hz: it changes by {100 * scatter:.2g} % rms from cycle to cycle: a sweep"
+    return measurement, ""
 
 
-def base_words(count: int) -> str:
-    """Return the base motion of so many harmonics as words."""
-    return f"{count} base harmonics" if count > 1 else "cosine base"
+def _without_cycle(
+    recording: Recording, scene: Scene, why: str, law: str | None, friction_ratio: float | None
+) -> Comparison:
+    """A whole record without a steady cycle over its prediction.
 
-
-def caveats(found: Posterior, parameters: Mapping[str, ParameterEstimate]) -> list[str]:
-    """Say which parameters are not known."""
-    beta, said = parameters["beta"], []
-    if beta.u is not None and beta.u > VAGUE * beta.value:
-        said.append(
-            f"friction_ratio: known only to {100 * beta.u / beta.value:.2g} %: this test hardly tells it, or the law"
-            " does not explain the test; see misfit and --budget"
-        )
-    law = {u.name for u in found.unknowns if u.law}
-    said += [
-        f"{name}: this test does not tell it; {limits_in_words(e.lower, e.upper)} (95 %)"
-        for name, e in parameters.items()
-        if name != "beta" and name in law and not e.told
-    ]
-    return said
-
-
-def _of_verdict(
-    observation: CycleObservation, floor: float, verdict: Verdict | None, misfit: float | None, ladder: Ladder | None
-) -> list[str]:
-    """What a reader must know of a law that does not explain the cycle, or that noise alone would let explain it."""
-    if verdict == "explained" and floor > FAINT:
-        faint = f"the measurement's own error is {100 * floor:.2g} % of the motion"
-        return [
-            f"verdict: explained says little here: {faint}, and most laws would pass; measure more or larger cycles"
-        ]
-    if misfit is None or misfit <= EXPLAINED:
-        return []
-    missed = f"what it misses is {misfit:.2g} times the standard error of the measured mean cycle"
-    if ladder is not None:
-        step = "no law that --law auto tried explains it"
-    elif "beta" in observation.held:
-        beta = observation.held["beta"]
-        step = f"the friction ratio is held at {beta:g}: leave out --beta, and beta of [model.parameters], to fit it"
-    else:
-        step = "try --law auto"
-    return [f"verdict: {observation.law.name} does not explain this cycle: {missed}; {step}"]
-
-
-def _required_untold(observation: CycleObservation, parameters: Mapping[str, ParameterEstimate]) -> list[str]:
-    """Say of a term that is required though no value of it is known why both are so."""
-    return [
-        f"law: the recording requires the term {term.name}, for without it cycles are predicted worse; how much of it"
-        " there is it does not tell, for errors of sensors and rig do nearly the same: declare them in [sensors], [rig]"
-        for term in observation.law.terms
-        if (own := [parameters[p.name] for p in term.parameters if p.name not in observation.held and not p.whole])
-        and term.name != "coulomb"
-        and not any(e.told for e in own)
-    ]
-
-
-def friction_of(
-    found: Posterior, scene: Scene, sources: Sources, *, amplitude: Estimate, normal_force: float | None, test: int = 0
-) -> dict[str, Any]:
-    """Return friction ratio, force (N) and coefficient as estimates, and what adds to their uncertainty.
-
-    By the names of a comparison's fields: ``friction``, ``force``, ``coefficient``, ``budget``. ``amplitude``: Y [m],
-    that the friction ratio is over; ``normal_force``: N, if it is known.
+    Lengths are over the largest displacement Y of the base from its first value, forces over k Y, speeds over omega_n
+    Y, as in `simulate --base-motion`; numbers of a cycle are None.
     """
-    beta = found.parameters(test)["beta"]
-    friction = Estimate(beta.value, beta.se, beta.u)
-    unit = amplitude.u / amplitude.value if amplitude.u is not None and amplitude.value else None
-    unit = math.hypot(amplitude.relative_se or 0.0, unit_uncertainty(sources)) if unit is None else unit
-    force = friction.scaled(scene.rig.stiffness).scaled(amplitude.value)
-    relative: dict[str, float] = {}
-    if force.value is None or amplitude.relative_se is None or beta.se is None or beta.u is None or not beta.value:
-        force = Estimate(force.value)
-    else:
-        relative = {"friction ratio": beta.u / beta.value, "stiffness": sources.stiffness, "base amplitude": unit}
-        se = math.hypot(beta.se / beta.value, amplitude.relative_se)
-        force = Estimate(force.value, force.value * se, force.value * _quadrature(relative.values()))
-    coefficient = force.over(normal_force)
-    whole = relative | {"normal force": sources.normal_force}
-    if coefficient.u is not None and coefficient.value is not None:
-        coefficient = coefficient.with_u(coefficient.value * _quadrature(whole.values()))
-    budget = {"friction_ratio": found.shares("beta", test)}
-    for name, estimate, causes in (("friction_force_n", force, relative), ("friction_coefficient", coefficient, whole)):
-        if estimate.value is not None and relative:
-            budget[name] = {cause: estimate.value * share for cause, share in causes.items() if share}
-    return {"friction": friction, "force": force, "coefficient": coefficient, "budget": budget}
+    natural = scene.rig.natural_frequency
+    if natural is None:
+        raise AnalysisError(
+            "record: the natural frequency is not known: give rig.natural_frequency_hz in the scene, or mass_kg and"
+            " stiffness_n_per_m (--natural-frequency); the fit corrects it, `frictionlab free-vibration` measures it"
+        )
+    track, said = track_of(recording, scene, natural)
+    sources = sources_of_test(recording, scene, recording.sampling_rate_hz)
+    chosen, held = law_and_held(scene, "coulomb" if law == AUTO else law)
+    held |= {} if friction_ratio is None else {"beta": friction_ratio}
+    facts = {"material": material_of(recording, scene), "normal_force": normal_force_of(recording, scene)}
+    observation = RecordObservation.of(track, chosen, held, wall=scene.model.wall, sources=sources, r=1.0, **facts)
+    ratios = TRIED if "beta" not in held else (held["beta"],)
+    starts = [observation.start | {"beta": b, "natural_frequency": t * OFF} for b in ratios for t in (0.0, -1.0, 1.0)]
+    best, rungs = (
+        climb_record(observation, starts, tries=FOLLOWED)
+        if law == AUTO
+        else (fit_record(observation, starts, tries=FOLLOWED), None)
+    )
+    found, observation = posterior_of(best), record_of(best)
+    record, motion = follow(observation, best.values(), fits_start=False), observation.motion(best.values())
+    if motion is None:
+        raise AnalysisError(f"record: law {observation.law.name} has no motion at the values found")
+    found, normal_force = _over_time(found, record), observation.normal_force
+    amplitude = Estimate(track.scale, 0.0)
+    newtons = friction_of(found, scene, sources, amplitude=amplitude, normal_force=normal_force)
+    error = np.zeros(len(found.unknowns))  # noise of Y changes the number that a force is expressed by, not the force
+    for k, u in enumerate(found.unknowns):
+        value = found.values().get(u.name, 0.0)
+        error[k] = track.scale_u * abs(value) / found.slope(k) if u.law else 0.0
+    found = found.with_shift(LARGEST, error) if error.any() else found
+    no_cycle = (
+        f"record: no steady cycle ({why}), so what is said of a cycle is left out; the law is fitted to the whole"
+        f" record, its numbers over Y = {1e3 * track.scale:.4g} mm, the largest displacement of the base from its first"
+        " value, and speeds over omega_n Y"
+    )
+    told = (*scene.rig.doubts, *recording.source.warnings, no_cycle, *said, *strained_facts(found, scene))
+    comparison = _comparison(
+        found,
+        scene,
+        sources,
+        amplitude=amplitude,
+        source=source_of(recording),
+        material=observation.material,
+        normal_force_n=normal_force,
+        warnings=(*told, *found.warnings, *record.warnings, *on_the_rungs(rungs)),
+        model=f"{observation.law.words}, {observation.wall} wall, measured base",
+        solver=motion.solver,
+        closure_error=motion.closure_error,
+        **_of_record(record, rungs),
+    )
+    budget = {**newtons["budget"], "friction_ratio": comparison.budget["friction_ratio"]}
+    return replace(comparison, force=newtons["force"], coefficient=newtons["coefficient"], budget=budget)
 
 
-def _quadrature(shares: Sequence[float] | Any) -> float:
-    return math.sqrt(math.fsum(share**2 for share in shares))
+def _of_record(record: WholeRecord, rungs: tuple[Rung, ...] | None) -> dict[str, Any]:
+    """What a comparison holds of a whole record, and of its ladder."""
+    rows = None if rungs is None else tuple(_record_row(rung) for rung in rungs)
+    return {
+        "record_nrmse": record.nrmse,
+        "record_energy_difference": record.energy_difference,
+        "record": record,
+        "record_laws": rows,
+    }
+
+
+def _record_row(rung: Rung) -> dict[str, object]:
+    names = {} if rung.fit is None else {u.name for u in rung.fit.model.unknowns if u.law}
+    return {
+        "law": rung.law.name,
+        "parameters": {} if rung.fit is None else {n: v for n, v in rung.fit.values().items() if n in names},
+        "log_evidence_gain": rung.log_evidence if math.isfinite(rung.log_evidence) else None,
+        "record_nrmse": None if rung.fit is None else record_of(rung.fit).nrmse(rung.fit.residual()),
+        "required": rung.required,
+        "seconds": rung.seconds,
+        "note": rung.said or None,
+    }
+
+
+def _as_cycle(observation: CycleObservation, record: Posterior) -> Posterior:
+    """The posterior of a record as that of its steady cycle: the values and errors of the record."""
+    model = record.fit.model
+    keep = [k for k, u in enumerate(record.unknowns) if u.law or u.level == "rig"]
+    test = Test(observation, np.arange(len(keep)), np.ones(len(keep)))
+    unknowns = tuple(record.unknowns[k] for k in keep)
+    cycle = replace(model, tests=(test,), unknowns=unknowns, scatter=np.zeros(len(keep)))
+    point = record.fit.point[keep]
+    residual = cycle.residual(0, point)
+    if residual is None:
+        residual = observation.white(observation.data)
+    slopes = np.ones((len(residual), len(keep)))  # each told, as far as its error says
+    place = Place(point, (np.zeros(len(keep)),), (residual,), (slopes,), cycle.strains(point))
+    holds = np.diag(model.holds(record.fit.point)[keep])
+    information = np.linalg.inv(record.covariance[np.ix_(keep, keep)]) - holds
+    return Posterior(Fit(cycle, place), (information,), np.zeros(len(keep)), warnings=record.warnings)
+
+
+def _over_time(found: Posterior, record: WholeRecord) -> Posterior:
+    """The posterior whose errors hold what friction does during the record, where that is not one friction ratio."""
+    k, values = found.fit.find("beta"), found.values()
+    if k is None or not record.friction_wanders:
+        return found
+    shift, beta = np.zeros(len(found.unknowns)), found.unknowns[k]
+    shift[k] = beta.at(values["beta"] + float(np.std(record.cycle_friction))) - beta.at(values["beta"])
+    return found.with_shift(OVER_TIME, shift)

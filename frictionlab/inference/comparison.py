@@ -1,15 +1,14 @@
 """A measured steady cycle, or a whole record, over its prediction: the results, with the contract's keys."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictionlab.analysis.measurement import Measurement
-from frictionlab.arrays import ComplexArray, FloatArray
+from frictionlab.arrays import FloatArray
 from frictionlab.estimate import Estimate, Flat, FlatKnown
 from frictionlab.schema import COMPARISONS, Result
 from frictionlab.simulator import Problem
@@ -65,28 +64,22 @@ class WholeRecord:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences on where the prediction leaves the measurement."""
-        return tuple(self._said())
-
-    def _said(self) -> Iterator[str]:
+        """Sentences on where the prediction leaves the measurement, and between which values friction wanders."""
         usual = 100.0 * float(np.median(self.cycle_nrmse)) if len(self.cycle_nrmse) else math.nan
-        for begin, end, worst in self.left[:SHOWN]:
-            yield (
-                f"record: the prediction leaves the measurement from {begin:.4g} s to {end:.4g} s: {100 * worst:.2g} %"
-                f" of the response there, {usual:.2g} % in the usual period: friction that wanders, a jump, or a start"
-                " that the law does not know"
-            )
-        yield from self._wanders()
-        if len(self.left) > SHOWN:
-            yield f"record: the prediction leaves the measurement in {len(self.left) - SHOWN} more places"
-
-    def _wanders(self) -> Iterator[str]:
-        """Say between which values friction wanders, where that is sure."""
-        friction, error, time = self.cycle_friction, self.cycle_friction_se, self.cycle_time
+        said = [
+            f"record: the prediction leaves the measurement from {begin:.4g} s to {end:.4g} s: {100 * worst:.2g} %"
+            f" of the response there, {usual:.2g} % in the usual period: friction that wanders, a jump, or a start"
+            " that the law does not know"
+            for begin, end, worst in self.left[:SHOWN]
+        ]
         if self.friction_wanders:
+            friction, error, time = self.cycle_friction, self.cycle_friction_se, self.cycle_time
             ends = int(np.argmin(friction)), int(np.argmax(friction))
             least, most = (f"{friction[i]:.4g} +- {error[i]:.1g} at {time[i]:.4g} s" for i in ends)
-            yield f"record: friction wanders between {least} and {most}"
+            said.append(f"record: friction wanders between {least} and {most}")
+        if len(self.left) > SHOWN:
+            said.append(f"record: the prediction leaves the measurement in {len(self.left) - SHOWN} more places")
+        return tuple(said)
 
     @property
     def friction_wanders(self) -> bool:
@@ -168,21 +161,10 @@ def contact_force(measurement: Measurement, problem: Problem | None = None, late
         count = min(problem.base.harmonics, len(mass))
         base[:count] = problem.base.lines[:count]
         base = base * np.exp(1j * late * order)
-    left = np.exp(-((order / FADE) ** 2)) * left_for_contact(mass, base, order, r, damping)
-    return np.asarray(np.fft.irfft(np.concatenate([[0.0], half * left]), len(cycle.tau)))
-
-
-def left_for_contact(
-    mass: ComplexArray, base: ComplexArray, order: NDArray[np.intp], r: float, frame_damping_ratio: float
-) -> ComplexArray:
-    """Return what the equation of motion leaves for the contact, harmonic by harmonic (k,) of mass and base."""
     rate = r * order
-    dashpot = 1.0 + 2.0j * frame_damping_ratio * rate
-    return np.asarray(base * dashpot - mass * (dashpot - rate**2))
-
-
-def _nothing() -> FloatArray:
-    return np.zeros(0)
+    dashpot = 1.0 + 2.0j * damping * rate
+    left = np.exp(-((order / FADE) ** 2)) * (base * dashpot - mass * (dashpot - rate**2))
+    return np.asarray(np.fft.irfft(np.concatenate([[0.0], half * left]), len(cycle.tau)))
 
 
 @dataclass(frozen=True)
@@ -262,9 +244,9 @@ class Comparison(Result):
     misfit: float | None = None
     verdict: Verdict | None = None
     laws: tuple[Mapping[str, object], ...] | None = None
-    tau: FloatArray = field(default_factory=_nothing)
-    base: FloatArray = field(default_factory=_nothing)
-    measured: FloatArray = field(default_factory=_nothing)
+    tau: FloatArray = field(default_factory=lambda: np.zeros(0))
+    base: FloatArray = field(default_factory=lambda: np.zeros(0))
+    measured: FloatArray = field(default_factory=lambda: np.zeros(0))
     predicted: FloatArray | None = None
     contact: ContactForce | None = None
 

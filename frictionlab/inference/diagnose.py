@@ -6,15 +6,15 @@ from the measured motion itself: its force is what the frame's stretch makes it,
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import FrictionlabError
-from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, reweighed, weighed
-from frictionlab.inference.observations import STATES, CycleObservation, cycle_of, prepare
+from frictionlab.inference.fit import Fit, Model, Test, cost, fit_from, log_evidence, missed_shares, weighed
+from frictionlab.inference.observations import STATES, CycleObservation, cycle_of
 from frictionlab.inference.posterior import EXPLAINED, MISSED, Posterior, model_of
 from frictionlab.inference.starts import loop_friction_ratio, point_at, starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown
@@ -29,17 +29,16 @@ BY_FAR = 50.0  # the same of a cause that leaves a misfit, or where the law expl
 AS_LIKELY = -3.0  # the same from which what it moves belongs to u
 RICHER = ("place", "speed")  # what a rigid law that leaves a misfit is held against
 OTHER_CAUSE = "another cause than the law"
-STEPS = 25
+STEPS, WORK = 25, 6e4  # of the fit with a cause let free, and what all of them may cost
+FAULTS = (FrictionlabError, ArithmeticError, ValueError, np.linalg.LinAlgError)
+TRIED = (0.0, -0.45, -0.3, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0)  # relative, of a natural frequency
 USUAL_PLAY, LITTLE_PLAY = 1e-5, 1e-6  # m to either side: what a bolted frame may have; by which slopes are taken
 SHARP = 64  # harmonics of the force of a play, which turns round as fast as the mass
 
 
 @dataclass(frozen=True)
 class Cause:
-    """One alternative: an unknown that is let free, and where it is tried.
-
-    ``tried``: its values.
-    """
+    """One alternative: an unknown that is let free, and the values at which it is tried."""
 
     unknown: Unknown
     tried: tuple[float, ...]
@@ -131,17 +130,9 @@ def _causes(observation: CycleObservation) -> tuple[Cause, ...]:
     frequency = Unknown(
         "natural_frequency", "natural frequency", sd=0.3, low=-1.8, high=4.0, key="rig.natural_frequency_hz"
     )
-    causes = [
-        Cause(
-            frequency,
-            (0.0, -0.45, -0.3, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0),
-        ),
-        Cause(
-            Unknown("frame_damping_ratio", "frame's damping", sd=0.05, low=0.0, folded=True, key="rig.damping_ratio"),
-            (0.01, 0.05),
-        ),
-        Cause(Unknown("lag_s", "lag", sd=lag, key="sensors.lag_s"), (-lag, lag)),
-    ]
+    frame = Unknown("frame_damping_ratio", "frame's damping", sd=0.05, low=0.0, folded=True, key="rig.damping_ratio")
+    late = Unknown("lag_s", "lag", sd=lag, key="sensors.lag_s")
+    causes = [Cause(frequency, TRIED), Cause(frame, (0.01, 0.05)), Cause(late, (-lag, lag))]
     if observation.wall == "fixed" and observation.single:
         play = Unknown("play", "play in the frame", sd=3e-5 / unit, low=0.0, folded=True)
         causes += [
@@ -155,39 +146,44 @@ def _other_causes(
     found: Posterior, scene: Scene, causes: tuple[Cause, ...], enough: float, *, explained: bool
 ) -> tuple[Posterior, bool, list[str]]:
     """The posterior whose errors hold what causes move, whether one is named (`enough`: from which gain), the words."""
-    test = found.tests[0]
-    observation = cycle_of(test)
-    bare = Test(replace(observation.missing(0.0), work=Meter(6e4)), test.index, test.factors)
-    main = _by_noise(found.fit, bare)
-    if main is None:
+    own, observation = found.fit, cycle_of(found.tests[0])
+    bare = replace(found.tests[0], observation=observation.metered(Meter(WORK)))
+    try:  # the same fit weighed by noise alone, followed to its minimum
+        main = weighed(Fit(replace(own.model, tests=(bare,), most=STEPS), own.place), np.zeros(1))
+    except FAULTS:
         return found, False, []
-    own = found.fit
+    observation.prepare(4.0 * STATES * len(causes))
     likely: list[tuple[float, Cause, Fit]] = []
-    prepare(observation.law, observation.r, 4.0 * STATES * len(causes))
     for cause in causes:
         try:
             gain, other = _best(main, cause)
-        except (FrictionlabError, ArithmeticError, ValueError, np.linalg.LinAlgError):
+        except FAULTS:
             continue  # no motion with this cause: it tells nothing
         if math.isfinite(gain) and gain > AS_LIKELY:
             likely.append((gain, cause, other))
     said: list[str] = []
-    shift, beta = np.zeros(len(found.unknowns)), found.fit.find("beta")
-    named = False
+    shift, beta = np.zeros(len(found.unknowns)), own.find("beta")
     best = max((gain for gain, _, _ in likely), default=0.0)
     for gain, cause, other in sorted(likely, key=lambda one: -one[0]):
-        moved = _moved(found, own, other)
+        there = {u.name: float(c) for u, c in zip(other.model.unknowns, other.point, strict=True)}
+        moved = np.array(
+            [
+                there[u.name] - c if u.law and u.name in there else 0.0
+                for u, c in zip(found.unknowns, own.point.tolist(), strict=True)
+            ]
+        )
         shift = np.maximum(shift, math.exp(0.5 * min(0.0, gain)) * np.abs(moved))
-        error = math.sqrt(float(found.covariance[beta, beta])) if beta is not None else math.inf
-        far = beta is not None and abs(float(moved[beta])) > error
-        answers = gain > max(enough, best - ANSWERS) and (explained or _explains(other) or gain > BY_FAR)
+        far = beta is not None and abs(float(moved[beta])) > math.sqrt(float(found.covariance[beta, beta]))
+        left = other.model.tests[0].observation.nrmse(other.residual())
+        answers = gain > max(enough, best - ANSWERS) and (
+            explained or left <= EXPLAINED * observation.floor or gain > BY_FAR
+        )
         eases = _strain(other, cause) < max(STRAINED, _strain(own, cause))
         if eases and (answers or (enough == ANSWERS and explained and gain > 0.0 and far)):
-            named = True
             said.append(_named(cause, other, found, scene))
     if shift.any() and (np.abs(shift) > 0.3 * np.sqrt(np.diag(found.covariance))).any():
         found = found.with_shift(OTHER_CAUSE, shift)
-    return found, named, said
+    return found, bool(said), said
 
 
 def _best(main: Fit, cause: Cause) -> tuple[float, Fit]:
@@ -212,11 +208,6 @@ def _strain(fit: Fit, cause: Cause) -> float:
     return max((abs(at) / u.known_to for u, at in moved if not u.law and u.name != cause.unknown.name), default=0.0)
 
 
-def _explains(fit: Fit) -> bool:
-    observation = cycle_of(fit.model.tests[0])
-    return observation.nrmse(fit.residual()) <= EXPLAINED * observation.cycles.floor
-
-
 def _gain(main: Fit, other: Fit) -> float:
     """Logarithm of the Bayes factor of a cause; what not even it explains is counted as misfit of both."""
     shares = missed_shares(other)
@@ -225,44 +216,24 @@ def _gain(main: Fit, other: Fit) -> float:
     return log_evidence(weighed(other, shares)) - log_evidence(weighed(main, shares))
 
 
-def _by_noise(fit: Fit, bare: Test) -> Fit | None:
-    """The same fit weighed by noise alone, followed to its minimum; None where that has none."""
-    try:
-        return reweighed(Fit(replace(fit.model, most=STEPS), fit.place), (bare,))
-    except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError):
-        return None
-
-
 def _freed(main: Fit, cause: Cause) -> Fit:
     """The fit with a cause let free: from the main fit's values, and from each value tried with friction to match."""
-    model = main.model
-    names = [u.name for u in model.unknowns]
-    unknowns, test = list(model.unknowns), model.tests[0]
-    if cause.unknown.name in names:
-        k = names.index(cause.unknown.name)
-        unknowns[k] = cause.unknown
-        index, factors = test.index, test.factors
-    else:
-        k = len(unknowns)
-        unknowns.append(cause.unknown)
-        index, factors = np.append(test.index, k), np.append(test.factors, 1.0)
-    open_ = replace(
-        model,
-        tests=(Test(test.observation, index, factors),),
-        unknowns=tuple(unknowns),
-        scatter=np.zeros(len(unknowns)),
-        most=STEPS,
-    )
+    names = [u.name for u in main.model.unknowns]
+    unknowns, test = list(main.model.unknowns), main.model.tests[0]
+    k = names.index(cause.unknown.name) if cause.unknown.name in names else len(names)
+    unknowns[k:] = [cause.unknown, *unknowns[k + 1 :]]
+    if k == len(names):
+        test = Test(test.observation, np.append(test.index, k), np.append(test.factors, 1.0))
+    open_ = replace(main.model, tests=(test,), unknowns=tuple(unknowns), scatter=np.zeros(len(unknowns)), most=STEPS)
     starts = list(_starts(open_, main, k, cause))
     costs = [cost(open_, start) for start in starts]
     order = [starts[j] for j in np.argsort(costs)[:2] if math.isfinite(costs[j])]
-    fits = [fit_from(open_, [start], tempers=False) for start in order]
-    return min(fits, key=lambda fit: fit.cost)
+    return min((fit_from(open_, [start], tempers=False) for start in order), key=lambda fit: fit.cost)
 
 
 def _starts(model: Model, main: Fit, k: int, cause: Cause) -> Iterator[FloatArray]:
     """Points at which a cause is tried; a wrong natural frequency changes the friction ratio with it."""
-    base = np.zeros(len(model.unknowns))
+    base, observation = np.zeros(len(model.unknowns)), cycle_of(model.tests[0])
     base[: len(main.point)] = main.point
     here = main.values().get(cause.unknown.name, 0.0)
     for value in (here, *cause.tried):
@@ -270,7 +241,6 @@ def _starts(model: Model, main: Fit, k: int, cause: Cause) -> Iterator[FloatArra
         point[k] = cause.unknown.at(value)
         yield np.clip(point, *model.bounds)
         if cause.unknown.name == "natural_frequency" and "beta" in main.values():
-            observation = cycle_of(model.tests[0])
             try:
                 loop = loop_friction_ratio(observation.measurement, observation.wall)
             except FrictionlabError:
@@ -278,15 +248,6 @@ def _starts(model: Model, main: Fit, k: int, cause: Cause) -> Iterator[FloatArra
             near = np.clip(point_at(model, {"beta": loop}), *model.bounds)
             near[k] = point[k]
             yield near
-
-
-def _moved(found: Posterior, own: Fit, other: Fit) -> FloatArray:
-    """How far (m,) the law's values stand from those with a cause let free, in coordinates."""
-    far, there = np.zeros(len(found.unknowns)), {u.name: k for k, u in enumerate(other.model.unknowns)}
-    for k, u in enumerate(found.unknowns):
-        if u.law and u.name in there:
-            far[k] = other.point[there[u.name]] - own.point[k]
-    return far
 
 
 def _untold_play(found: Posterior) -> Iterator[str]:
@@ -298,7 +259,7 @@ def _untold_play(found: Posterior) -> Iterator[str]:
     observation, beta, values = cycle_of(found.tests[0]), found.fit.find("beta"), found.values()
     if beta is None or observation.wall != "fixed" or not observation.single:
         return
-    sharp = replace(observation, spring_harmonics=SHARP, work=Meter(math.inf))
+    sharp = replace(observation, spring_harmonics=SHARP).metered(Meter(math.inf))
     small, times = LITTLE_PLAY / observation.unit, USUAL_PLAY / LITTLE_PLAY
     plain, played = observation.predict(values), sharp.predict(values | {"play": small})
     if plain is None or played is None:
@@ -345,40 +306,29 @@ def _richer(found: Posterior) -> tuple[Posterior, list[str]]:
     beta = found.fit.find("beta")
     if beta is None:
         return found, []
-    test = found.tests[0]
-    observation = cycle_of(test)
+    observation = cycle_of(found.tests[0])
     own, left = found.values()["beta"], observation.nrmse(found.fit.residual())
-    said, apart = [], 0.0
-    richer = _under_richer(found, observation)
-    if richer is not None and richer[1] < 0.7 * left:
-        apart = richer[0]
-        said.append(
-            f"friction_ratio: {own:.4g} under this law, {richer[0]:.4g} if friction may vary with place and speed; its"
-            " error holds the difference"
-        )
+    said, apart, leaves = "", 0.0, 0.0
+    more = [term for term in RICHER if not observation.law.has(term)]
+    if more:
+        richer = observation.under(law_of("+".join((observation.law.name, *more)))).metered(Meter(0.5 * WORK))
+        model = model_of([richer])
+        try:
+            fit = fit_from(model, [point_at(model, found.values() | {"gradient": g}) for g in (0.05, -0.05)])
+            leaves, friction = fit.model.tests[0].observation.nrmse(fit.residual()), fit.values()["beta"]
+        except FAULTS:
+            leaves = 0.0  # no motion under the richer law
+        else:
+            if leaves < 0.7 * left:
+                apart = friction
+                said = f"{own:.4g} under this law, {apart:.4g} if friction may vary with place and speed"
     loop_tells = observation.single and not observation.law.has("speed")
-    if loop_tells and (not apart or (richer is not None and richer[1] > 2 * observation.cycles.floor)):
+    if loop_tells and (not apart or leaves > 2 * observation.floor):
         energy = loop_friction_ratio(observation.measurement, observation.wall)
         if abs(energy - own) > abs(apart - own if apart else 0.0) and abs(energy / own - 1.0) > 0.01:
-            apart = energy
-            by_energy = f"{own:.4g} under this law, {energy:.4g} by the energy of the loop over its path"
-            said = [f"friction_ratio: {by_energy}; its error holds the difference"]
+            apart, said = energy, f"{own:.4g} under this law, {energy:.4g} by the energy of the loop over its path"
     if not apart:
         return found, []
     shift = np.zeros(len(found.unknowns))
     shift[beta] = (apart - own) / found.slope(beta)
-    return found.with_shift(MISSED, shift), said
-
-
-def _under_richer(found: Posterior, observation: CycleObservation) -> tuple[float, float] | None:
-    """Friction ratio and nrmse with place and speed in the law as well; None where that has no motion."""
-    more: Sequence[str] = [term for term in RICHER if not observation.law.has(term)]
-    if not more:
-        return None
-    richer = observation.under(law_of("+".join((observation.law.name, *more))))
-    model = model_of([replace(richer, work=Meter(3e4))])
-    try:
-        fit = fit_from(model, [point_at(model, found.values() | {"gradient": g}) for g in (0.05, -0.05)])
-    except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError):
-        return None
-    return fit.values()["beta"], fit.model.tests[0].observation.nrmse(fit.residual())
+    return found.with_shift(MISSED, shift), [f"friction_ratio: {said}; its error holds the difference"]

@@ -53,14 +53,18 @@ SOURCES = {
     "gain": "the gain of a sensor (sensors.gain_error)",
     "lag_s": "the lag between the channels (sensors.lag_s)",
     "frame_damping_ratio": "the frame's damping (rig.damping_ratio)",
-    "parabola": "the linearity of the mass's sensor (sensors.linearity)",
-    "cubic": "the linearity of the mass's sensor (sensors.linearity)",
-    "base_parabola": "the linearity of the base's sensor (sensors.linearity)",
-    "base_cubic": "the linearity of the base's sensor (sensors.linearity)",
+    **dict.fromkeys(("parabola", "cubic"), "the linearity of the mass's sensor (sensors.linearity)"),
+    **dict.fromkeys(("base_parabola", "base_cubic"), "the linearity of the base's sensor (sensors.linearity)"),
     "base_in_mass": "the base's channel in the mass's (sensors.crosstalk)",
     "mass_in_base": "the mass's channel in the base's (sensors.crosstalk)",
 }
 """Where an uncertainty comes from, in words."""
+VERDICTS = {
+    "explained": "It explains the cycle: it",
+    "strained": "It explains the cycle only with sensors or rig unlike the scene (below): it",
+}
+RANKS = {"declare it": 1, "not told by": 3}
+"""How much a sentence matters (0: most) that has these words."""
 ANY = "tests at another amplitude and another speed; frictionlab plan says which"
 
 
@@ -99,21 +103,13 @@ class Explanation:
 
     def _sentences(self) -> list[tuple[int, str]]:
         """Each sentence in lines; before it its rank, 0 for what matters most."""
-        parts = (
-            (0, _law),
-            (3, _energy),
-            (1, _values),
-            (4, _cause),
-            (3, _simpler),
-            (6, _details),
-            (2, _next),
-            (5, _warned),
-        )
-        told = [(rank, said) for rank, part in parts for said in part(self)]
-        own = {"declare it": 1, "not told by": 3}
-        return [
-            (next((own[part] for part in own if part in " ".join(said.split())), rank), said) for rank, said in told
-        ]
+        found = []
+        for rank, text in (*_what_it_is(self), *_what_it_is_not(self), *_what_next(self)):
+            own = (value for words, value in RANKS.items() if words in text)
+            indent = "  " if text.startswith("  ") else ""
+            lines = textwrap.fill(text.strip(), WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
+            found.append((next(own, rank), lines))
+        return found
 
     def row(self) -> dict[str, object]:
         """The comparison's row, with the text and what the simpler law misses."""
@@ -206,62 +202,45 @@ def physical(
     return found
 
 
-def _wrapped(text: str, *, indent: str = "") -> str:
-    return textwrap.fill(text, WIDTH, initial_indent=indent, subsequent_indent=indent + "  ")
-
-
-def _law(told: Explanation) -> Iterator[str]:
+def _what_it_is(told: Explanation) -> Iterator[tuple[int, str]]:
+    """Law, energy, values and what their error comes from, each sentence behind its rank."""
     c = told.comparison
-    yield _wrapped(f"{c.source}: {c.law} at r = {c.frequency_ratio:.4g} ({law_of(c.law).words})")
+    law = law_of(c.law)
+    yield 0, f"{c.source}: {c.law} at r = {c.frequency_ratio:.4g} ({law.words})"
     if c.response_nrmse is None or c.response_floor is None:
-        yield "No prediction: this law has no steady state here."
-        return
-    verdict = {
-        "explained": "It explains the cycle: it",
-        "strained": "It explains the cycle only with sensors or rig unlike the scene (below): it",
-    }.get(c.verdict or "", "No law that was tried explains the cycle. The best one")
-    noise = f"the measurement's own error is {100 * c.response_floor:.2g} %"
-    yield _wrapped(f"{verdict} leaves {100 * c.response_nrmse:.2g} % of the motion unexplained; {noise}.")
-
-
-def _energy(told: Explanation) -> Iterator[str]:
-    c = told.comparison
+        yield 0, "No prediction: this law has no steady state here."
+    else:
+        verdict = VERDICTS.get(c.verdict or "", "No law that was tried explains the cycle. The best one")
+        noise = f"the measurement's own error is {100 * c.response_floor:.2g} %"
+        yield 0, f"{verdict} leaves {100 * c.response_nrmse:.2g} % of the motion unexplained; {noise}."
     if c.energy_difference is not None:
         joules = "" if told.energy_j is None else f" = {1e3 * told.energy_j:.4g} mJ"
         more = f"predicted {abs(100 * c.energy_difference):.2g} % {'more' if c.energy_difference > 0 else 'less'}"
-        yield _wrapped(f"Energy per cycle: {c.energy_per_cycle:.4g} k Y^2{joules} measured, {more}.")
-
-
-def _values(told: Explanation) -> Iterator[str]:
-    law = law_of(told.comparison.law)
-    for name, e in told.comparison.parameters.items():
+        yield 3, f"Energy per cycle: {c.energy_per_cycle:.4g} k Y^2{joules} measured, {more}."
+    for name, e in c.parameters.items():
         if e["u"] is None:
             continue
-        own = f"{name} {_with_error(e['value'], e['u'])}"
+        own, words = with_error(e["value"], e["u"]), law.parameter(name).words
         if not e["told"]:
             limits = limits_in_words(e["lower"], e["upper"])
-            value = f"{law.parameter(name).words}: not told by this recording ({own}; {limits}, 95 %)"
+            yield 1, f"  {words}: not told by this recording ({name} {own}; {limits}, 95 %)"
         elif name in told.physical:
             size, error, unit, words = told.physical[name]
-            value = f"{words}: {_with_error(size, error)} {unit} ({own})"
+            yield 1, f"  {words}: {with_error(size, error)} {unit} ({name} {own})"
         else:
-            value = f"{law.parameter(name).words}: {_with_error(e['value'], e['u'])} ({name})"
-        yield _wrapped(value, indent="  ")
-
-
-def _cause(told: Explanation) -> Iterator[str]:
-    shares = told.comparison.budget.get("friction_ratio", {})
+            yield 1, f"  {words}: {own} ({name})"
+    shares = c.budget.get("friction_ratio", {})
     if shares:
         most = max(shares, key=lambda name: shares[name])
-        yield _wrapped(f"What adds most to the error of beta: {SOURCES.get(most, most)}.")
+        yield 4, f"What adds most to the error of beta: {SOURCES.get(most, most)}."
 
 
-def _with_error(value: float, error: float | None) -> str:
-    """A value with its uncertainty, to two digits of that.
+def with_error(value: float, error: float | None) -> str:
+    """Return a value with its uncertainty, to two digits of that.
 
     Examples
     --------
-    >>> _with_error(0.31641, 0.0106), _with_error(1234.5, 27.0), _with_error(2.0, None)
+    >>> with_error(0.31641, 0.0106), with_error(1234.5, 27.0), with_error(2.0, None)
     ('0.316 +- 0.011', '1234 +- 27', '2')
     """
     if not error or not math.isfinite(error):
@@ -270,52 +249,34 @@ def _with_error(value: float, error: float | None) -> str:
     return f"{value:.{digits}f} +- {error:.{digits}f}"
 
 
-def _simpler(told: Explanation) -> Iterator[str]:
+def _what_it_is_not(told: Explanation) -> Iterator[tuple[int, str]]:
+    """What a simpler law misses and this one, which other laws were tried, and which were not."""
     c, simpler = told.comparison, told.simpler
     if simpler is not None and simpler.response_nrmse is not None:
         where = missed(simpler.contact)
         most = max(where, key=lambda name: where[name], default="")
-        yield _wrapped(
-            f"A simpler law, {simpler.law}, leaves {100 * simpler.response_nrmse:.2g} %, most of it"
-            f" {PARTS.get(most, '')}. Its log evidence is {_gain(c, simpler):.0f} lower; {REQUIRED:.0f} is enough."
-        )
-
-
-def _details(told: Explanation) -> Iterator[str]:
-    """What the law misses, which other laws were tried, and which were not."""
-    c = told.comparison
+        evidence = {str(rung["law"]): float(str(rung["log_evidence"])) for rung in c.laws or () if rung["log_evidence"]}
+        gain = evidence[c.law] - evidence[simpler.law]
+        left = f"leaves {100 * simpler.response_nrmse:.2g} %, most of it {PARTS.get(most, '')}"
+        enough = f"Its log evidence is {gain:.0f} lower; {REQUIRED:.0f} is enough."
+        yield 3, f"A simpler law, {simpler.law}, {left}. {enough}"
     here = ", ".join(f"{1e6 * told.unit_m * size:.2g} um {PARTS[name]}" for name, size in missed(c.contact).items())
     if here:
-        yield _wrapped(f"{c.law} misses (rms): {here}.")
-    tried = [str(rung["law"]) for rung in c.laws or ()]
+        yield 6, f"{c.law} misses (rms): {here}."
     if spare := [str(rung["law"]) for rung in c.laws or () if not rung["required"]]:
-        yield _wrapped(f"Tried, not needed: {', '.join(spare)}.")
-    seen = {term.name for name in tried for term in law_of(name).terms} | _said_of(c)
+        yield 6, f"Tried, not needed: {', '.join(spare)}."
+    # terms of laws tried, and of those of which a warning says for what other reason they were not, or not to the end
+    warned = [said.removeprefix("law ").split(":")[0] for said in c.warnings if said.startswith("law ")]
+    names = [*(str(rung["law"]) for rung in c.laws or ()), *warned]
+    seen = {term for name in names for term in name.split("+")}
     if c.verdict == "explained" and (rest := [term for term in (*EXACT, *NUMERIC, *DEAR) if term not in seen]):
-        yield _wrapped(f"Not tried, because only noise is left to explain: {', '.join(rest)}.")
+        yield 6, f"Not tried, because only noise is left to explain: {', '.join(rest)}."
 
 
-def _said_of(c: Comparison) -> set[str]:
-    """Terms of laws of which a warning says for what other reason they were not tried, or not to the end."""
-    laws = [said.removeprefix("law ").split(":")[0] for said in c.warnings if said.startswith("law ")]
-    return {term for name in laws for term in name.split("+")}
-
-
-def _gain(c: Comparison, simpler: Comparison) -> float:
-    evidence = {str(rung["law"]): float(str(rung["log_evidence"])) for rung in c.laws or ()}
-    return evidence[c.law] - evidence[simpler.law]
-
-
-def _next(told: Explanation) -> Iterator[str]:
-    """What to measure next."""
+def _what_next(told: Explanation) -> Iterator[tuple[int, str]]:
+    """What to measure next, and what the comparison warns of."""
     untold = [name for name, e in told.comparison.parameters.items() if e["u"] is not None and not e["told"]]
-    for name in untold:
-        yield _wrapped(f"To measure {name}: {TELLS.get(name, ANY)}.")
+    yield from ((2, f"To measure {name}: {TELLS.get(name, ANY)}.") for name in untold)
     if not untold:
-        yield _wrapped(f"Next: {ANY}.")
-
-
-def _warned(told: Explanation) -> Iterator[str]:
-    for sentence in told.comparison.warnings:
-        if "does not tell it" not in sentence:
-            yield _wrapped(f"! {sentence}")
+        yield 2, f"Next: {ANY}."
+    yield from ((5, f"! {said}") for said in told.comparison.warnings if "does not tell it" not in said)

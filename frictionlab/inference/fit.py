@@ -33,7 +33,7 @@ REACH = 1.0  # standard deviations of its prior that any coordinate may go in th
 LEAST_REACH = 1e-9
 MOST_STEPS = 60
 NODES = 40  # of an integral over one coordinate that may only grow from a bound
-ROUNDS = 4  # of weighing down what the law cannot explain
+ROUNDS, SETTLED = 4, 0.2  # of weighing down what the law cannot explain, until its share changes by no more
 FARTHEST = 3.0  # scales of its prior beyond which a scatter is no scatter but a misfit of the law
 SCATTERS = np.concatenate([[0.0], np.geomspace(0.05, 40.0, 22)])  # over its prior's scale, that are tried
 
@@ -145,8 +145,13 @@ def start_place(model: Model, point: FloatArray, local: Sequence[FloatArray] | N
     residual = _residuals(model, point, local)
     if residual is None:
         raise AnalysisError("the values that a fit was to begin at have no steady state")
-    slopes = tuple(model.slopes(i, model.own(i, point, d)) for i, d in enumerate(local))
-    return Place(point, tuple(local), residual, slopes, model.strains(point))
+    return _true(model, Place(point, tuple(local), residual, (), model.strains(point)))
+
+
+def _true(model: Model, here: Place) -> Place:
+    """The same place, its slopes not corrected but simulated."""
+    own = (model.own(i, here.point, d) for i, d in enumerate(here.local))
+    return replace(here, slopes=tuple(model.slopes(i, e) for i, e in enumerate(own)), true=True)
 
 
 def _residuals(model: Model, point: FloatArray, local: Sequence[FloatArray]) -> tuple[FloatArray, ...] | None:
@@ -163,11 +168,7 @@ def cost(model: Model, point: FloatArray, local: Sequence[FloatArray] | None = N
     """Return the sum of squares at a point, priors counted; infinite where a test has no motion."""
     local = [np.zeros(len(t.index)) for t in model.tests] if local is None else local
     residual = _residuals(model, point, local)
-    if residual is None:
-        return math.inf
-    strain = model.strains(point)
-    own = sum(float(r @ r) + float(d @ d) for r, d in zip(residual, local, strict=True))
-    return own + float(strain @ strain)
+    return math.inf if residual is None else Place(point, tuple(local), residual, (), model.strains(point)).squares
 
 
 @dataclass(frozen=True)
@@ -175,19 +176,21 @@ class Reduced:
     """Normal equations of all unknowns, the tests' own deviations eliminated.
 
     ``precision`` (m, m) and ``pull`` (m,): without the priors; ``each``: the same of every test on its own index;
-    ``log_volume``: half the logarithm of the determinants that elimination leaves.
+    ``log_volume``: half the logarithm of the determinants that elimination leaves; ``explained``: by how much the
+    deviations lower the sum of squares.
     """
 
     precision: FloatArray
     pull: FloatArray
     each: tuple[tuple[FloatArray, FloatArray], ...]
     log_volume: float
+    explained: float
 
 
 def eliminate(model: Model, place: Place, scatter: FloatArray | None = None) -> Reduced:
     """Return what the tests say of the unknowns at a place; ``scatter``: in place of the model's."""
     m = len(model.unknowns)
-    precision, pull, each, volume = np.zeros((m, m)), np.zeros(m), [], 0.0
+    precision, pull, each, volume, explained = np.zeros((m, m)), np.zeros(m), [], 0.0, 0.0
     widths = model.scatter if scatter is None else scatter
     for i, test in enumerate(model.tests):
         information = place.slopes[i].T @ place.slopes[i]
@@ -198,16 +201,17 @@ def eliminate(model: Model, place: Place, scatter: FloatArray | None = None) -> 
             local = np.zeros_like(local)
         some = np.flatnonzero(s > 0.0)
         if len(some):
-            scaled = information[:, some] * s[some]
+            scaled, own = information[:, some] * s[some], s[some] * force[some] - local[some]
             inner = np.eye(len(some)) + s[some][:, None] * scaled[some]
-            back = np.linalg.solve(inner, np.column_stack([scaled.T, s[some] * force[some] - local[some]]))
+            back = np.linalg.solve(inner, np.column_stack([scaled.T, own]))
             information = information - scaled @ back[:, :-1]
             force = force - scaled @ back[:, -1]
             volume += 0.5 * float(np.linalg.slogdet(inner)[1])
+            explained += float(own @ back[:, -1])
         precision[np.ix_(test.index, test.index)] += information
         pull[test.index] += force
         each.append((information, force))
-    return Reduced(precision, pull, tuple(each), volume)
+    return Reduced(precision, pull, tuple(each), volume, explained)
 
 
 def descend(model: Model, here: Place) -> Place:
@@ -232,11 +236,6 @@ def descend(model: Model, here: Place) -> Place:
         else:
             here, reach = there, max(reach, 2.0 * length) if gained > GOOD else reach
     return here if here.true else _true(model, here)
-
-
-def _true(model: Model, here: Place) -> Place:
-    own = (model.own(i, here.point, d) for i, d in enumerate(here.local))
-    return replace(here, slopes=tuple(model.slopes(i, e) for i, e in enumerate(own)), true=True)
 
 
 def _moved(model: Model, here: Place, step: FloatArray, moves: Sequence[FloatArray]) -> Place | None:
@@ -399,22 +398,15 @@ def fit_from(
     return tempered(found) if tempers else found
 
 
-def tempered(found: Fit) -> Fit:
-    """Return the fit whose weights count what its laws cannot explain."""
-    shares = np.zeros(len(found.model.tests))
+def tempered(found: Fit, shares: FloatArray | None = None) -> Fit:
+    """Return the fit whose weights count what its laws cannot explain; ``shares``: that they count already."""
+    before = np.zeros(len(found.model.tests)) if shares is None else shares
     for _ in range(ROUNDS):
-        before, shares = shares, missed_shares(found)
-        if np.allclose(shares, before, rtol=0.2, atol=0.0):
+        wanted = missed_shares(found)
+        if np.allclose(wanted, before, rtol=SETTLED, atol=0.0):
             break
-        found = weighed(found, shares)
+        found, before = weighed(found, wanted), wanted
     return found
-
-
-def weighed(found: Fit, shares: FloatArray, *, follows: bool = True) -> Fit:
-    """Return the fit whose weights count a share of each test's power as what its law misses."""
-    each = zip(found.model.tests, shares.tolist(), strict=True)
-    tests = tuple(replace(test, observation=test.observation.missing(share)) for test, share in each)
-    return reweighed(found, tests, follows=follows)
 
 
 def missed_shares(found: Fit) -> FloatArray:
@@ -425,6 +417,10 @@ def missed_shares(found: Fit) -> FloatArray:
     tests, shares = found.model.tests, np.zeros(len(found.model.tests))
     for material in {t.observation.material for t in tests}:
         some = [i for i, t in enumerate(tests) if t.observation.material == material]
+        own = tests[some[0]].observation.share_missed(found.residual(some[0]), found.values(some[0]))
+        if own is not None:
+            shares[some] = own
+            continue
         wanted = sum(max(1.0, len(found.residual(i)) - told_of(found, i)) for i in some)
 
         def left(share: float, some: list[int] = some, wanted: float = wanted) -> float:
@@ -439,25 +435,20 @@ def missed_shares(found: Fit) -> FloatArray:
     return shares
 
 
-def reweighed(found: Fit, tests: tuple[Test, ...], *, follows: bool = True) -> Fit:
-    """Return the fit with other weights of its tests, from where it stands."""
-    model, place, both = (
-        replace(found.model, tests=tests),
-        found.place,
-        list(zip(found.model.tests, tests, strict=True)),
-    )
+def weighed(found: Fit, shares: FloatArray, *, follows: bool = True) -> Fit:
+    """Return the fit whose weights count a share of each test's power as what its law misses.
 
-    def again(old: Test, new: Test, vector: FloatArray) -> FloatArray:
-        return new.observation.white(old.observation.gap(vector))
-
-    moved = replace(
-        place,
-        residual=tuple(again(old, new, r) for (old, new), r in zip(both, place.residual, strict=True)),
-        slopes=tuple(
-            np.stack([again(old, new, c) for c in j.T], axis=1) if j.shape[1] else j
-            for (old, new), j in zip(both, place.slopes, strict=True)
-        ),
-    )
+    ``follows``: to its new minimum; else it stays where it stands.
+    """
+    model, place = found.model, found.place
+    tests, residual, slopes = [], [], []
+    for i, (test, share) in enumerate(zip(model.tests, shares.tolist(), strict=True)):
+        observation = test.observation.missing(share)
+        tests.append(replace(test, observation=observation))
+        residual.append(observation.white(test.observation.gap(place.residual[i])))
+        slopes.append(observation.white(test.observation.gap(place.slopes[i])))
+    model = replace(model, tests=tuple(tests))
+    moved = replace(place, residual=tuple(residual), slopes=tuple(slopes))
     return Fit(model, descend(model, moved) if follows else moved)
 
 
@@ -478,12 +469,10 @@ def with_scatter(found: Fit) -> tuple[Fit, FloatArray]:
                 scale = scatter_scale(unknown, float(found.point[k]))
                 if scale > 0.0 and sum(k in t.index for t in model.tests) > 1:
                     scatter[k], errors[k] = _likeliest(found, scatter, k, scale)
-        place, index = found.place, [t.index for t in model.tests]
-        moved = replace(found.model, scatter=scatter)
-        old = found.model.scatter
+        place, old, moved = found.place, found.model.scatter, replace(found.model, scatter=scatter)
         local = tuple(
-            np.divide(old[x] * d, scatter[x], out=np.zeros(len(x)), where=scatter[x] > 0.0)
-            for x, d in zip(index, place.local, strict=True)
+            np.divide(old[t.index] * d, scatter[t.index], out=np.zeros(len(d)), where=scatter[t.index] > 0.0)
+            for t, d in zip(model.tests, place.local, strict=True)
         )
         found = Fit(moved, descend(moved, start_place(moved, place.point, local)))
     return found, errors
@@ -510,54 +499,35 @@ def _likeliest(found: Fit, scatter: FloatArray, k: int, scale: float) -> tuple[f
 
 def log_marginal(found: Fit, scatter: FloatArray) -> float:
     """Return the log marginal likelihood of a scatter, up to a constant: unknowns and deviations integrated over."""
-    reduced = eliminate(found.model, found.place, scatter)
-    precision = reduced.precision + np.diag(found.model.holds(found.point))
-    pull = reduced.pull - found.model.holds(found.point) * found.point
-    quadratic = 0.0
-    for i, test in enumerate(found.model.tests):  # what the deviations explain of each test
-        s, slopes = scatter[test.index], found.place.slopes[i]
-        left = found.place.residual[i] + slopes @ (found.model.scatter[test.index] * found.place.local[i])
-        some = np.flatnonzero(s > 0.0)
-        if len(some):
-            scaled = slopes[:, some] * s[some]
-            force = scaled.T @ left
-            quadratic += float(force @ np.linalg.solve(np.eye(len(some)) + scaled.T @ scaled, force))
-    quadratic += float(pull @ np.linalg.solve(precision, pull))
+    reduced, hold = eliminate(found.model, found.place, scatter), found.model.holds(found.point)
+    precision, pull = reduced.precision + np.diag(hold), reduced.pull - hold * found.point
+    quadratic = reduced.explained + float(pull @ np.linalg.solve(precision, pull))
     return 0.5 * quadratic - reduced.log_volume - 0.5 * float(np.linalg.slogdet(precision)[1])
 
 
 def log_evidence(found: Fit) -> float:
     """Return the logarithm of the evidence: Laplace's approximation about a fit by the noise alone.
 
-    The scatter from test to test is marginalised by the deviations' determinants at its likeliest size.
+    The scatter from test to test is marginalised by the deviations' determinants at its likeliest size. Unknowns at a
+    bound that they may only grow from have the normal distribution's peak beyond: with the slope g there it is at
+    ``point + P g``, and higher by ``g P g / 2``. The part inside all bounds counts, and each half of a prior twice.
     """
-    model, reduced, precision = found.model, found.reduced, found.precision
+    model, reduced, precision, point = found.model, found.reduced, found.precision, found.point
     total = -0.5 * found.cost - reduced.log_volume - 0.5 * float(np.linalg.slogdet(precision)[1])
     for test in model.tests:
         total += test.observation.log_scale - 0.5 * len(test.observation.data) * math.log(2.0 * math.pi)
     total += sum(u.log_peak for u in model.unknowns)
-    slope = reduced.pull - found.point * model.holds(found.point)
-    return total + _half_priors(model, found.point, precision, slope)
-
-
-def _half_priors(model: Model, point: FloatArray, precision: FloatArray, slope: FloatArray) -> float:
-    """What unknowns that may only grow from a bound add to a log evidence.
-
-    Those at their bounds have the normal distribution's peak beyond: with the slope g there it is at ``point + P g``,
-    and higher by ``g P g / 2``. The part inside all bounds counts, and each half of a prior twice.
-    """
     folded = [k for k, u in enumerate(model.unknowns) if u.folded]
     if not folded:
-        return 0.0
+        return total
+    slope = reduced.pull - point * model.holds(point)
     covariance: FloatArray = np.asarray(np.linalg.inv(precision))
-    low = np.array([model.unknowns[k].low for k in folded])
-    pushed = np.zeros(len(point))
-    at_bound = point[folded] - low < 1e-6
-    pushed[folded] = np.where(at_bound, np.minimum(slope[folded], 0.0), 0.0)
+    low, pushed = np.array([model.unknowns[k].low for k in folded]), np.zeros(len(point))
+    pushed[folded] = np.where(point[folded] - low < 1e-6, np.minimum(slope[folded], 0.0), 0.0)
     beyond = covariance @ pushed
     peak = (point + beyond)[folded] - low
-    inside = float(log_orthant(peak, covariance[np.ix_(folded, folded)]))
-    return 0.5 * float(pushed @ beyond) + inside + len(folded) * math.log(2)
+    inside_bounds = float(log_orthant(peak, covariance[np.ix_(folded, folded)]))
+    return total + 0.5 * float(pushed @ beyond) + inside_bounds + len(folded) * math.log(2)
 
 
 def log_orthant(mean: FloatArray, covariance: FloatArray) -> FloatArray:

@@ -2,13 +2,15 @@
 
 A rung is required if its log evidence (the scatter from test to test marginalised) is more than 5 above that of every
 simpler law tried, and what was left out of the fit is predicted better by more than its error: single cycles of one
-test, whole tests of several. Sensors and rig stand beside every law, so that what a lag or a detuned frame explains is
-not taken for a property of the contact. Whatever happens to one rung, the others are kept, and its row says it.
+test, rows of a table, whole tests of several. Sensors and rig stand beside every law, so that what a lag or a detuned
+frame explains is not taken for a property of the contact. Whatever happens to one rung, the others are kept, and its
+row says it. A whole record climbs the same way (`climb_record`): its evidence is that of samples weighed by what the
+richer law leaves, its parts are periods, and one of a term's parameters must lie 3.5 errors from where it does nothing.
 """
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 
@@ -27,14 +29,10 @@ from frictionlab.inference.fit import (
     weighed,
     with_scatter,
 )
-from frictionlab.inference.observations import STATES, CycleObservation, cycle_of, prepare
-from frictionlab.inference.posterior import (
-    Posterior,
-    infer,
-    misfit_is_noise,
-    model_of,
-    posterior_of,
-)
+from frictionlab.inference.observation import Observation
+from frictionlab.inference.observations import STATES, CycleObservation
+from frictionlab.inference.posterior import Posterior, infer, misfit_is_noise, model_of, posterior_of
+from frictionlab.inference.record import RecordObservation, fit_record, record_of
 from frictionlab.inference.starts import FIRST_GUESSES, starting_points
 from frictionlab.simulator.laws import TERMS, Law, law_of
 from frictionlab.simulator.meter import Meter, OverspentError
@@ -48,20 +46,22 @@ RESERVE = 1e5  # the same for the values of the one that is required, found once
 REQUIRED = 5.0  # logarithm of the Bayes factor from which a rung is climbed
 DEEPER = 1.0  # chi-square by which a second search of a simpler law must find a better minimum
 PUSHED = 3.0  # standard deviations from which what is known of sensors and rig is not where a richer law begins
+SURE = 3.5  # errors from where a term of a record does nothing: half its square is an evidence of 6
 TRIALS = (1.0, -1.0, 0.0)  # standard deviations from its prior's mean at which a new parameter is tried
 SCALES = (-1.5, -1.0, -0.5, 0.0, 0.5)  # the same on a logarithmic scale: where it does most, first
-FEW_CYCLES = 15  # below so many they are left out in two halves, else in five parts
 LIKELY = 0.05  # times as likely as the law that is given: from there on another law counts, ...
 APART = 1.0  # ... and is named if its friction ratio is so many errors away
 NOT_TOLD_APART = "laws that the data do not tell apart"
+FAULTS = (AnalysisError, OverspentError, ArithmeticError, np.linalg.LinAlgError)
 
 
 @dataclass(frozen=True)
 class Rung:
     """One law on the ladder.
 
-    ``held_out``: score of each part left out (a sum of squares, smaller is better); ``required``: whether the tests
-    require this law over the simpler ones; ``said``: what happened, where it could not be fitted (fit is None then).
+    ``log_evidence``: of a record what the law gains over the one below; ``held_out``: score of each part left out (a
+    sum of squares, smaller is better); ``required``: whether the tests require this law over the simpler ones;
+    ``said``: what happened, where it could not be fitted (fit is None then).
     """
 
     law: Law
@@ -91,43 +91,34 @@ class Ladder:
     left_out: Mapping[str, str] = field(default_factory=dict)
 
 
-def climb(
-    observations: Sequence[CycleObservation],
-    *,
-    amontons: bool = True,
-    accuracy: str = "balanced",
-    watch: Callable[[str], None] | None = None,
-) -> Ladder:
+def climb(observations: Sequence[Observation], *, accuracy: str = "balanced") -> Ladder:
     """Return the ladder of the tests of one material: exact laws first, integrated ones where those leave a misfit.
 
     Parameters
     ----------
-    observations : sequence of CycleObservation
+    observations : sequence of Observation
         Tests of one material, under any law.
-    amontons : bool
-        Whether one friction coefficient serves all normal forces.
     accuracy : {"fast", "balanced", "exact"}
         "fast": one term beside Coulomb friction, values less sharp; "exact": pairs of terms and integrated laws even
         where a simpler law leaves nothing but noise.
-    watch : callable, optional
-        Called with the name of each law before it is tried.
 
     Raises
     ------
     AnalysisError
         The mass stands still, or not one law has a steady state here.
     """
-    ladder = _Climb(observations, amontons=amontons, accuracy=accuracy, watch=watch)
-    bottom = ladder.bottom()
-    several = not all(observation.single for observation in observations)
-    top = ladder.upward(bottom, CHEAP if several or accuracy == "fast" else EXACT)
+    ladder = _Climb(observations, accuracy)
+    bottom = ladder.tried("coulomb", None)
+    rigid = not all(observation.single for observation in observations)
+    top = ladder.upward(bottom, CHEAP if rigid or accuracy == "fast" else EXACT)
     if accuracy == "exact" or (accuracy != "fast" and not ladder.is_noise(top)):
-        if several:
-            rigid = "not tried: in a frame of several masses the contact that is fitted is rigid"
-            dear = tuple(term for term in (*EXACT, *NUMERIC, *DEAR) if term not in CHEAP)
-            ladder.left_out |= dict.fromkeys(laws_above(bottom.law, dear, 1), rigid)
-        else:
+        if all(isinstance(o, CycleObservation) and o.single for o in observations):
             top = ladder.onto_numeric(bottom, top)
+        else:
+            why = "in a frame of several masses the contact that is fitted is rigid"
+            why = why if rigid else "a table over frequency is held against the exact laws alone; do: --law names one"
+            dear = tuple(term for term in (*EXACT, *NUMERIC, *DEAR) if term not in (CHEAP if rigid else EXACT))
+            ladder.left_out |= dict.fromkeys(laws_above(bottom.law, dear, 1), f"not tried: {why}")
     rungs = tuple(replace(r, required=r.required or r.law is top.law) for r in ladder.rungs)
     found = ladder.found_again(top)
     return Ladder(rungs, top, told_apart(found, top, rungs), ladder.left_out)
@@ -136,24 +127,12 @@ def climb(
 class _Climb:
     """The rungs of some tests as they come."""
 
-    def __init__(
-        self,
-        observations: Sequence[CycleObservation],
-        *,
-        amontons: bool,
-        accuracy: str,
-        watch: Callable[[str], None] | None,
-    ) -> None:
-        work = Meter(WORK * len(observations))
-        self.observations = [replace(o.missing(0.0), work=work) for o in observations]
-        self.amontons, self.accuracy, self.work = amontons, accuracy, work
-        self.watch = watch or (lambda _: None)
+    def __init__(self, observations: Sequence[Observation], accuracy: str) -> None:
+        self.work = Meter(WORK * len(observations))
+        self.observations = [o.missing(0.0).metered(self.work) for o in observations]
+        self.accuracy = accuracy
         self.rungs: list[Rung] = []
         self.left_out: dict[str, str] = {}
-
-    def bottom(self) -> Rung:
-        """Plain Coulomb friction, which every ladder begins with."""
-        return self._tried("coulomb", None)
 
     def is_noise(self, rung: Rung) -> bool:
         """Whether a rung leaves nothing but noise."""
@@ -188,12 +167,12 @@ class _Climb:
 
     def found_again(self, top: Rung) -> Posterior:
         """The required law as it is found when it is given; where that cannot be done, as on the ladder."""
-        again = [replace(o.under(top.law), work=Meter(RESERVE * len(self.observations))) for o in self.observations]
+        again = [o.under(top.law).metered(Meter(RESERVE * len(self.observations))) for o in self.observations]
         try:
-            found = infer(again, amontons=self.amontons)
+            found = infer(again)
             if top.fit is not None and found.fit.chi_square > top.fit.chi_square + DEEPER * excess_of(top.fit):
-                found = infer(again, amontons=self.amontons, near=top.fit.values())
-        except (AnalysisError, OverspentError, ArithmeticError, np.linalg.LinAlgError) as fault:
+                found = infer(again, near=top.fit.values())
+        except FAULTS as fault:
             own = top.posterior
             if own is None:
                 raise AnalysisError(f"law {top.law.name}: {fault}") from fault
@@ -203,18 +182,15 @@ class _Climb:
 
     def _required(self, here: Rung, terms: tuple[str, ...], count: int) -> list[Rung]:
         """The rungs with so many more terms that are required over this one."""
-        tried = [self._tried(name, here) for name in laws_above(here.law, terms, count)]
+        tried = [self.tried(name, here) for name in laws_above(here.law, terms, count)]
         return [rung for rung in tried if rung.required]
 
-    def _tried(self, name: str, below: Rung | None) -> Rung:
+    def tried(self, name: str, below: Rung | None) -> Rung:
         """The rung of a law fitted from the one below; whatever happens to it is said in its row."""
         known = next((rung for rung in self.rungs if rung.law.name == name), None)
         if known is not None:
             return replace(known, required=False)
-        law = law_of(name)
-        prepare(law, self.observations[0].r, 10.0 * STATES * len(self.observations))
-        begin = time.perf_counter()
-        self.watch(name)
+        law, begin = law_of(name), time.perf_counter()
         if self.work.is_spent and law.kind != "rigid":
             made = Rung(law, said="not tried: the work of a ladder was used up; give --law to fit it alone")
         else:
@@ -236,13 +212,12 @@ class _Climb:
 
     def _rung(self, law: Law, below: Rung | None) -> Rung:
         observations = [o.under(law) for o in self.observations]
-        model = model_of(observations, amontons=self.amontons)
+        observations[0].prepare(10.0 * STATES * len(observations))
+        model = model_of(observations)
         if self.accuracy == "fast":
             model = replace(model, tolerance=1e3)
         found = self._fitted(model, below, law)
-        evidence = log_evidence(found)
-        scores, nrmse = held_out(found)
-        made = Rung(law, found, evidence, scores, nrmse)
+        made = Rung(law, found, log_evidence(found), *held_out(found))
         return replace(made, required=below is None or self._is_required(made, below))
 
     def _fitted(self, model: Model, below: Rung | None, law: Law) -> Fit:
@@ -251,7 +226,8 @@ class _Climb:
             fits = [fit_from(model, [start], local, tempers=False) for start in starts]
             return with_scatter(min(fits, key=lambda f: f.cost))[0]
         begun = [_carried(model, below.fit, trial) for trial in _trials(model, below.fit)]
-        if "stiffness_ratio" in {u.name for u in model.unknowns} and len(model.tests) == 1:
+        several = len(model.tests) > 1 or not isinstance(model.tests[0].observation, CycleObservation)
+        if "stiffness_ratio" in {u.name for u in model.unknowns} and not several:
             known = below.fit.values()
             law_values = {u.name: known[u.name] for u in model.unknowns if u.law and u.name in known}
             points, local = starting_points(model, {} if set(law_values) <= {"beta"} else law_values)
@@ -285,11 +261,10 @@ class _Climb:
         best = max(good, key=lambda rung: rung.log_evidence)
         if here.law.kind != "rigid" or here.fit is None or best.fit is None:
             return here, good
-        names = {u.name for u in here.fit.model.unknowns}
         model, point, local = _carried(here.fit.model, best.fit, {})
         try:
-            again = with_scatter(fit_from(model, [point], local, tempers=False))[0] if names else here.fit
-        except (AnalysisError, OverspentError, ArithmeticError, np.linalg.LinAlgError):
+            again = with_scatter(fit_from(model, [point], local, tempers=False))[0] if model.unknowns else here.fit
+        except FAULTS:
             return here, good  # the simpler law has no steady state there, so no minimum either
         if again.cost > here.fit.cost - DEEPER:
             return here, good
@@ -315,10 +290,83 @@ class _Climb:
             if not log_evidence(both[1]) - log_evidence(both[0]) > REQUIRED:
                 return False
             scores = held_out(both[0])[0], held_out(both[1])[0]
-        better = scores[0] - scores[1]
-        if len(better) < 2 or not np.all(np.isfinite(better)):
+        return _is_better(*scores)
+
+
+class _RecordClimb(_Climb):
+    """The rungs of a whole record."""
+
+    def __init__(self, observation: RecordObservation, starts: Sequence[Mapping[str, float]], tries: int) -> None:
+        super().__init__([], "balanced")
+        self.observation, self.starts, self.tries = observation, starts, tries
+
+    def is_noise(self, rung: Rung) -> bool:
+        """Whether a rung leaves nothing but noise."""
+        return rung.fit is not None and record_of(rung.fit).missed <= 0.0
+
+    def _rung(self, law: Law, below: Rung | None) -> Rung:
+        observation = self.observation.under(law)
+        if below is None or below.fit is None:
+            return Rung(law, fit_record(observation, self.starts, tries=self.tries), required=True)
+        known = below.fit.values()
+        new = [p for p in law.own if p.name not in known]  # begun where it does something, of either sign
+        tried = {p.name: FIRST_GUESSES.get(p.name, p.usual[1] * (1.0 if p.neutral is None else 0.5)) for p in new}
+        turned = {p.name: (p.neutral or 0.0) - tried[p.name] if p.low < 0.0 else tried[p.name] for p in new}
+        found = fit_record(observation, [known | tried, *([known | turned] if turned != tried else [])])
+        same = weighed(below.fit, np.array([record_of(found).missed]), follows=False)
+        squares = []
+        for fit in (same, found):
+            own = record_of(fit)
+            whole = max(len(own.data) // own.track.per_period, 1)
+            parts = np.array_split(own.gap(fit.residual())[: whole * own.track.per_period], whole)
+            squares.append(np.array([float(np.mean(part**2)) for part in parts]))
+        gain = log_evidence(found) - log_evidence(same) if _is_better(*squares) else -math.inf
+        return Rung(law, found, gain, required=gain > REQUIRED and _is_sure(found, known))
+
+    def _confirmed(self, here: Rung, good: list[Rung]) -> tuple[Rung, list[Rung]]:
+        return here, good
+
+
+def climb_record(
+    observation: RecordObservation, starts: Sequence[Mapping[str, float]], *, tries: int = 1
+) -> tuple[Fit, tuple[Rung, ...]]:
+    """Return the fit of the law that a whole record requires, from its own upward, and the rungs.
+
+    The exact laws alone are tried. ``starts``: values at which its own law begins, of which the best ``tries`` are
+    followed.
+
+    Raises
+    ------
+    AnalysisError
+        Its own law has no motion at any of them.
+    """
+    ladder = _RecordClimb(observation, starts, tries)
+    top = ladder.upward(ladder.tried(observation.law.name, None), EXACT)
+    if top.fit is None:
+        raise AnalysisError(f"record: law {top.law.name}: {top.said}")
+    return top.fit, tuple(ladder.rungs)
+
+
+def _is_better(below: FloatArray, above: FloatArray) -> bool:
+    """Whether scores of parts fall by more than their error; where there are none, nothing speaks against it."""
+    better = below - above
+    if len(better) < 2 or not np.all(np.isfinite(better)):
+        return True
+    return float(better.mean()) > float(better.std(ddof=1)) / math.sqrt(len(better))
+
+
+def _is_sure(found: Fit, known: Mapping[str, float]) -> bool:
+    """Whether one of the new parameters of a record's law lies far enough from where its term does nothing."""
+    covariance, law = posterior_of(found).covariance, found.model.tests[0].observation.law
+    for k, u in enumerate(found.model.unknowns):
+        if not u.law or u.name in known:
+            continue
+        neutral = law.parameter(u.name).neutral
+        if neutral is None or not math.isfinite(neutral):
+            return True  # no value of it does nothing: its evidence alone decides
+        if abs(float(found.point[k]) - u.at(neutral)) > SURE * math.sqrt(covariance[k, k]):
             return True
-        return float(better.mean()) > float(better.std(ddof=1)) / math.sqrt(len(better))
+    return False
 
 
 def _trials(model: Model, below: Fit) -> list[dict[str, float]]:
@@ -345,15 +393,14 @@ def _carried(model: Model, below: Fit, new: Mapping[str, float]) -> tuple[Model,
     Sensors and rig that the simpler law had to push far begin as known. A new parameter of the test's level begins in
     each test at the sign that fits it better.
     """
-    keys = _keys(below.model)
+    keys = {u.name: k for k, u in enumerate(below.model.unknowns)}
     point, scatter = np.zeros(len(model.unknowns)), np.zeros(len(model.unknowns))
     several = len(model.tests) > 1
-    for name, k in _keys(model).items():
-        u = model.unknowns[k]
-        if name in keys:
-            c = float(below.point[keys[name]])
+    for k, u in enumerate(model.unknowns):
+        if u.name in keys:
+            c = float(below.point[keys[u.name]])
             point[k] = 0.0 if not u.law and abs(u.strain(c)) > PUSHED else c
-            scatter[k] = below.model.scatter[keys[name]]
+            scatter[k] = below.model.scatter[keys[u.name]]
         elif u.law:
             own = several and u.level == "test"
             point[k] = 0.0 if own else new.get(u.name, 0.0)
@@ -361,89 +408,46 @@ def _carried(model: Model, below: Fit, new: Mapping[str, float]) -> tuple[Model,
     model = replace(model, scatter=scatter)
     point, local = np.clip(point, *model.bounds), []
     for i, test in enumerate(model.tests):
-        before = {
-            below.model.unknowns[k].name: d
-            for k, d in zip(below.model.tests[i].index, below.place.local[i], strict=True)
-        }
+        names = [below.model.unknowns[k].name for k in below.model.tests[i].index]
+        before = dict(zip(names, below.place.local[i], strict=True))
         d = np.array([before.get(model.unknowns[k].name, 0.0) for k in test.index])
         free = [j for j, k in enumerate(test.index) if model.unknowns[k].name not in before and scatter[k] > 0.0]
-        local.append(_better_sign(model, i, point, d, free) if free else d)
+        costs = []
+        for sign in (0.0, 0.6, -0.6) if free else ():
+            d[free] = sign
+            residual = model.residual(i, model.own(i, point, d))
+            costs.append((math.inf if residual is None else float(residual @ residual), sign))
+        if free:
+            d[free] = min(costs)[1]
+        local.append(d)
     return model, point, local
 
 
-def _better_sign(model: Model, i: int, point: FloatArray, d: FloatArray, free: list[int]) -> FloatArray:
-    """Deviations of test i with its free ones at the sign that fits it best."""
-    costs = []
-    for sign in (0.0, 0.6, -0.6):
-        trial = d.copy()
-        trial[free] = sign
-        residual = model.residual(i, model.own(i, point, trial))
-        costs.append((math.inf if residual is None else float(residual @ residual), sign))
-    trial = d.copy()
-    trial[free] = min(costs)[1]
-    return trial
-
-
-def _keys(model: Model) -> dict[tuple[str, int], int]:
-    """Unknowns by name and how often it has come before (a force at each normal force)."""
-    seen: dict[str, int] = {}
-    found = {}
-    for k, u in enumerate(model.unknowns):
-        found[u.name, seen.setdefault(u.name, 0)] = k
-        seen[u.name] += 1
-    return found
-
-
 def held_out(found: Fit) -> tuple[FloatArray, float | None]:
-    """Return the score of each part left out (smaller is better) and the nrmse over them: tests, or cycles of one.
+    """Return the score of each part left out (smaller is better) and the nrmse over them: tests, or parts of one.
 
-    Each is one linear step from the fit to all.
+    Each is one linear step from the fit to all. Of several tests the score is minus twice the log predictive density
+    of each by the law of the others. A rig unlike itself is no prediction: of one test what its unknowns strain counts.
     """
-    if len(found.model.tests) > 2:
-        return _tests_left_out(found)
-    if len(found.model.tests) == 1:
-        return _cycles_left_out(found)
-    return np.zeros(0), None
-
-
-def _tests_left_out(found: Fit) -> tuple[FloatArray, float]:
-    """Minus twice the log predictive density of each test by the law of the others, and the rms of their nrmse."""
-    posterior = Posterior(found, tuple(j.T @ j for j in found.place.slopes), np.zeros(len(found.point)))
-    scores, squares = [], []
-    for i, test in enumerate(found.model.tests):
+    model, place = found.model, found.place
+    if len(model.tests) == 1:
+        law = np.array([u.law for u in model.unknowns])
+        strain = float((model.strains(found.point)[~law] ** 2).sum())
+        gain: FloatArray = np.asarray(np.linalg.solve(found.precision, place.slopes[0].T))
+        scores, nrmse = model.tests[0].observation.left_out(found.residual(), place.slopes[0], gain)
+        return scores + strain, nrmse
+    if len(model.tests) < 3:
+        return np.zeros(0), None
+    posterior = Posterior(found, tuple(j.T @ j for j in place.slopes), np.zeros(len(found.point)))
+    parts, squares = [], []
+    for i, test in enumerate(model.tests):
         mean, covariance = posterior.left_out(i)
-        slopes = found.place.slopes[i]
+        slopes = place.slopes[i]
         residual = found.residual(i) + slopes @ (found.own(i) - mean)
         spread = np.eye(len(residual)) + slopes @ covariance @ slopes.T
-        scores.append(float(residual @ np.linalg.solve(spread, residual)) + float(np.linalg.slogdet(spread)[1]))
+        parts.append(float(residual @ np.linalg.solve(spread, residual)) + float(np.linalg.slogdet(spread)[1]))
         squares.append(test.observation.nrmse(residual) ** 2)
-    return np.array(scores), math.sqrt(float(np.mean(squares)))
-
-
-def _cycles_left_out(found: Fit) -> tuple[FloatArray, float | None]:
-    """Misfit of parts of the cycles, each predicted by the fit to the others; every second (or fifth) is a part.
-
-    A rig unlike itself is no prediction: what its unknowns strain counts.
-    """
-    observation = cycle_of(found.model.tests[0])
-    cycles = observation.cycles
-    n = len(cycles.each)
-    count = 2 if n < FEW_CYCLES else 5
-    if n < count:
-        return np.zeros(0), None
-    slopes, residual = found.place.slopes[0], found.residual()
-    gain = np.linalg.solve(found.precision, slopes.T)
-    law = np.array([u.law for u in found.model.unknowns])
-    strain = float((found.model.strains(found.point)[~law] ** 2).sum())
-    scores, squares = [], []
-    for first in range(count):
-        block = np.arange(first, n, count)
-        others = observation.white(np.delete(cycles.each, block, axis=0).mean(axis=0) - cycles.mean)
-        here = observation.white(cycles.each[block].mean(axis=0) - cycles.mean)
-        left = residual + here - slopes @ (gain @ others)
-        scores.append(float(left @ left) + strain)
-        squares.append(observation.nrmse(left) ** 2)
-    return np.array(scores), math.sqrt(float(np.mean(squares)))
+    return np.array(parts), math.sqrt(float(np.mean(squares)))
 
 
 def laws_above(law: Law, terms: tuple[str, ...], count: int) -> list[str]:
@@ -472,9 +476,7 @@ def told_apart(found: Posterior, chosen: Rung, rungs: Sequence[Rung]) -> Posteri
     own = np.diag(found.covariance)
     for rung in rungs:
         share = math.exp(min(0.0, rung.log_evidence - chosen.log_evidence)) if rung.fit is not None else 0.0
-        if share <= LIKELY or rung.law.name == chosen.law.name:
-            continue
-        other = rung.posterior
+        other = None if share <= LIKELY or rung.law.name == chosen.law.name else rung.posterior
         if other is None:
             continue
         variance = np.diag(other.covariance)

@@ -11,14 +11,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from pydantic import Field, ValidationError
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SimulationError, UsageError
 from frictionlab.files import check_regular, write_whole
+from frictionlab.scene.faults import Positive, SceneTable, refusal
 from frictionlab.scene.physical import factor_of
 from frictionlab.simulator import COSINE, Base, Problem
 from frictionlab.simulator.laws import Law, Parameter, law_of
@@ -41,6 +42,8 @@ NAMES = {
 SUFFIXES = {"m/s": "_m_per_s", "m": "_m", "1/m": "_per_m"}
 RANGES = {"normal_force_n": "N", "base_amplitude_m": "m", "frequency_ratio": ""}
 EDGE = 1e-3  # relative: how far beyond the conditions of its tests a law is used without a word
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Pair = Annotated[list[Finite], Field(min_length=2, max_length=2)]
 HEAD = """\
 # The contact law of one material, by all its tests: frictionlab campaign wrote it, frictionlab predict reads it.
 # Values in N, m and s; "scatter" is their standard deviation from test to test, "scatter_u" the error of that.
@@ -188,16 +191,14 @@ class MaterialLaw:
         """Friction force, N: by the coefficient, or between those at the normal forces of the tests."""
         if COEFFICIENT in values:
             return values[COEFFICIENT] * normal_force_n
-        known = sorted(
-            (float(name.removeprefix(AT_FORCE)), f) for name, f in values.items() if name.startswith(AT_FORCE)
-        )
-        forces = [force for force, _ in known]
+        at_force = {float(n.removeprefix(AT_FORCE)): f for n, f in values.items() if n.startswith(AT_FORCE)}
+        forces = sorted(at_force)
         if not forces[0] * (1.0 - EDGE) <= normal_force_n <= forces[-1] * (1.0 + EDGE):
             raise UsageError(
                 f"law of {self.material}: normal force: friction is not proportional to it (Amontons' law fails);"
                 f" expected one from {forces[0]:g} to {forces[-1]:g} N, as tested; got {normal_force_n:g} N"
             )
-        return float(np.interp(normal_force_n, forces, [friction for _, friction in known]))
+        return float(np.interp(normal_force_n, forces, [at_force[force] for force in forces]))
 
     def draws(self, n: int, seed: int = 0) -> list[dict[str, float]]:
         """Return values of so many tests not made: errors, and scatter from test to test by Student's t.
@@ -217,23 +218,14 @@ class MaterialLaw:
         generator = np.random.default_rng(seed)
         steps = generator.standard_normal((n, len(names))) * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
         steps += generator.standard_t(max(self.tests - 1, 1), (n, len(names))) * spread
-        low, high, logs = self._domains(names)
-        logs &= best > 0.0
+        own = {physical_name(p): p for p in self._law.own}
+        domains = [own[COEFFICIENT] if name.startswith(AT_FORCE) else own.get(name) for name in names]
+        low = [p.low if p else -math.inf if n == DETUNING else 0.0 for n, p in zip(names, domains, strict=True)]
+        high = [p.high if p else math.inf for p in domains]
+        logs = np.array([p is not None and p.scale == "log" for p in domains]) & (best > 0.0)
         drawn = best + steps
         drawn[:, logs] = best[logs] * np.exp(steps[:, logs] / best[logs])
         return [dict(zip(names, row, strict=True)) for row in np.clip(drawn, low, high).tolist()]
-
-    def _domains(self, names: list[str]) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-        """Bounds (n,) of values, and whether each is drawn on a logarithmic scale."""
-        own = {physical_name(p): p for p in self._law.own}
-        friction = own[COEFFICIENT]
-        found = [friction if name.startswith(AT_FORCE) else own.get(name) for name in names]
-        low = [
-            (-math.inf if name == DETUNING else 0.0) if p is None else p.low
-            for name, p in zip(names, found, strict=True)
-        ]
-        high = [math.inf if p is None else p.high for p in found]
-        return np.array(low), np.array(high), np.array([p is not None and p.scale == "log" for p in found])
 
     def beyond(self, **test: float) -> tuple[str, ...]:
         """Return a sentence for each number of a test that lies outside the conditions of the tests.
@@ -264,12 +256,11 @@ class MaterialLaw:
             "]",
         ]
         for (name, value), variance in zip(self.values.items(), np.diag(self.covariance), strict=True):
-            lines += ["", f"[values.{_key(name)}]", f"value = {_said(value)}  # +- {math.sqrt(max(variance, 0.0)):.2g}"]
-            if name in self.scatter:
-                spread, error = self.scatter[name]
-                lines += [f"scatter = {_said(spread)}", f"scatter_u = {_said(error)}"]
+            key = name if name.replace("_", "").isalnum() else _said(name)
+            lines += ["", f"[values.{key}]", f"value = {_said(value)}  # +- {math.sqrt(max(variance, 0.0)):.2g}"]
+            spread = zip(("scatter", "scatter_u"), self.scatter.get(name, ()), strict=False)
             level = "test" if name in self.test_level else "rig" if name in (FRAME, DETUNING) else "material"
-            lines += [f'level = "{level}"']
+            lines += [*(f"{part} = {_said(number)}" for part, number in spread), f'level = "{level}"']
         lines += ["", "[rig]", *(f"{key} = {_said(value)}" for key, value in self.rig.items())]
         lines += ["", "[conditions]", *(f"{key} = {_said(list(pair))}" for key, pair in self.conditions.items()), ""]
         return "\n".join(lines)
@@ -288,10 +279,6 @@ class MaterialLaw:
 def _said(value: object) -> str:
     """A value as TOML writes it: its strings and lists are JSON's, without escapes of what is no ASCII."""
     return json.dumps(value, ensure_ascii=False)
-
-
-def _key(name: str) -> str:
-    return name if name.replace("_", "").isalnum() else _said(name)
 
 
 def material_law_of(
@@ -399,85 +386,55 @@ def read_material_law(path: str | PathLike[str]) -> MaterialLaw:
         found = f"{tables.get('format')!r}, version {tables.get('format_version')!r}"
         raise UsageError(f"{path}: format: expected {FORMAT!r}, version {VERSION}; got {found}")
     try:
-        return _law_from(_Table(tables, ""))
+        file = _File.model_validate(tables)
+    except ValidationError as error:
+        raise UsageError("; ".join(refusal(error, _File, name=str(path)).args)) from error
+    if any(len(row) != len(file.values) for row in file.covariance):
+        raise UsageError(f"{path}: covariance: expected {len(file.values)} rows of as many numbers, one a value")
+    try:
+        return MaterialLaw(
+            material=file.material,
+            law=file.law,
+            values={name: value.value for name, value in file.values.items()},
+            covariance=np.array(file.covariance).reshape(len(file.covariance), len(file.values)),
+            scatter={n: (v.scatter, v.scatter_u or 0.0) for n, v in file.values.items() if v.scatter is not None},
+            test_level=tuple(name for name, value in file.values.items() if value.level == "test"),
+            rig=file.rig.model_dump(exclude_unset=True),
+            conditions={name: (pair[0], pair[1]) for name, pair in file.conditions.items()},
+            tests=file.tests,
+            wall=file.wall,
+        )
     except (UsageError, SimulationError) as error:
         raise UsageError(f"{path}: {error}") from error
 
 
-@dataclass(frozen=True)
-class _Table:
-    """A table of a file whose keys are taken by name, each of its kind or refused."""
-
-    items: Mapping[str, Any]
-    name: str
-
-    def text(self, key: str) -> str:
-        found: str = self._taken(key, str, "text")
-        return found
-
-    def whole(self, key: str) -> int:
-        found: int = self._taken(key, int, "a whole number")
-        return found
-
-    def table(self, key: str) -> "_Table":
-        return _Table(self._taken(key, dict, "a table"), f"{self.name}{key}.")
-
-    def number(self, key: str) -> float:
-        value: float = self._taken(key, (int, float), "a number")
-        if not math.isfinite(value):
-            raise UsageError(f"{self.name}{key}: expected a finite number; got {value}")
-        return float(value)
-
-    def numbers(self, key: str) -> list[float]:
-        found = self.rows(key)
-        return [found.number(i) for i in found.items]
-
-    def rows(self, key: str) -> "_Table":
-        """The items of a list, by their numbers."""
-        items = self._taken(key, list, "a list")
-        return _Table({str(i): item for i, item in enumerate(items)}, f"{self.name}{key}.")
-
-    def _taken(self, key: str, kind: Any, words: str) -> Any:
-        value = self.items.get(key)
-        if not isinstance(value, kind) or isinstance(value, bool):
-            got = "none" if value is None else repr(value)[:60]
-            raise UsageError(f"{self.name}{key}: expected {words}; got {got}")
-        return value
+class _Value(SceneTable):
+    value: Finite
+    scatter: Finite | None = None
+    scatter_u: Finite | None = None
+    level: Literal["rig", "material", "test"]
 
 
-def _law_from(file: _Table) -> MaterialLaw:
-    values = {name: file.table("values").table(name) for name in file.table("values").items}
-    matrix = file.rows("covariance")
-    rig = file.table("rig")
-    needed = {"natural_frequency_hz", "stiffness_n_per_m", FRAME, *rig.items}
-    wall = file.text("wall")
-    if wall not in ("fixed", "base"):
-        raise UsageError(f'wall: expected "fixed" or "base"; got {wall!r}')
-    ranges = {name: file.table("conditions").numbers(name) for name in file.table("conditions").items}
-    if wrong := next((name for name, pair in ranges.items() if name not in RANGES or len(pair) != 2), None):
-        raise UsageError(f"conditions.{wrong}: expected [lowest, highest] of {', '.join(RANGES)}")
-    covariance = [matrix.numbers(i) for i in matrix.items]
-    if any(len(row) != len(values) for row in covariance):
-        raise UsageError(f"covariance: expected {len(values)} rows of as many numbers, one a value")
-    found = MaterialLaw(
-        material=file.text("material"),
-        law=file.text("law"),
-        values={name: value.number("value") for name, value in values.items()},
-        covariance=np.array(covariance).reshape(len(covariance), len(values)),
-        scatter={
-            name: (value.number("scatter"), value.number("scatter_u"))
-            for name, value in values.items()
-            if "scatter" in value.items
-        },
-        test_level=tuple(name for name, value in values.items() if value.text("level") == "test"),
-        rig={n: rig.number(n) for n in ("natural_frequency_hz", "stiffness_n_per_m", FRAME, "lag_s") if n in needed},
-        conditions={name: (pair[0], pair[1]) for name, pair in ranges.items()},
-        tests=file.whole("tests"),
-        wall=wall,  # type: ignore[arg-type]
-    )
-    if min(found.rig["natural_frequency_hz"], found.rig["stiffness_n_per_m"]) <= 0.0:
-        raise UsageError("rig: expected natural_frequency_hz and stiffness_n_per_m above 0")
-    return found
+class _Rig(SceneTable):
+    natural_frequency_hz: Positive
+    stiffness_n_per_m: Positive
+    frame_damping_ratio: Finite
+    lag_s: Finite = 0.0
+
+
+class _File(SceneTable):
+    """The file of a law, as it is checked."""
+
+    format: str
+    format_version: int
+    material: str
+    law: str
+    wall: Wall
+    tests: int
+    covariance: list[list[Finite]]
+    values: dict[str, _Value]
+    rig: _Rig
+    conditions: dict[Literal["normal_force_n", "base_amplitude_m", "frequency_ratio"], Pair]
 
 
 def example_law() -> MaterialLaw:

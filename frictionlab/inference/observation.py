@@ -2,12 +2,14 @@
 
 The noise is independent along some directions, with a variance along each; what a law misses counts beside it as a
 share of the test's power. From these follow whitening, chi-square and evidence, and slopes are differences of the
-simulated motion: a kind of observation adds how it is simulated, how the sensors show that, and its covariance.
+simulated motion. A kind of observation (the mean cycle of one mass or of several, the whole record, a table over
+frequency) adds how it is simulated, how the sensors show that, and its covariance.
 """
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, ClassVar, Self
 
@@ -15,10 +17,12 @@ import numpy as np
 
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
-from frictionlab.inference.unknowns import Unknown, of_law
+from frictionlab.inference.unknowns import Unknown, of_law, of_rig
 from frictionlab.simulator import COSINE, Base, Problem
 from frictionlab.simulator.laws import Law
+from frictionlab.simulator.meter import Meter
 from frictionlab.simulator.problem import Wall
+from frictionlab.uncertainty import Sources
 
 Values = Mapping[str, float]
 BENDS = {"parabola": 2, "cubic": 3}  # powers of its place by which the mass's sensor bends a motion
@@ -41,10 +45,11 @@ class Reached:
     is_noise: bool
 
 
+@dataclass(frozen=True, kw_only=True)
 class Observation(ABC):
-    """One test in a fit; its kinds are frozen dataclasses.
+    """One test in a fit.
 
-    Attributes
+    Parameters
     ----------
     law : Law
     held : mapping of str to float
@@ -52,44 +57,68 @@ class Observation(ABC):
     wall : {"fixed", "base"}
     material : str or None
         Of the contact: what the law misses is alike in its tests.
+    normal_force : float or None
+        N; None where it is not known.
+    r : float
+        Frequency ratio that speeds are over.
+    unit : float
+        Y [m].
+    turn : float
+        Angular frequency of the drive, rad/s.
+    sources : Sources
+        What is not known of sensors and rig.
+    swing : float
+        Half the swing of the mass, over Y.
+    data : ndarray of shape (N,)
+        What is fitted.
+    variances : ndarray of shape (N,) or float
+        Of the noise, along its independent directions.
+    powers : ndarray of shape (N,) or float
+        Mean square of what a share is missed of.
+    floor : float
+        The nrmse that noise alone leaves: what no model can undercut.
+    directions : ndarray of shape (N, N), optional
+        Independent directions of the noise, as columns; None where the data themselves are.
+    distorted : bool
+        Whether the base's sensor shows harmonics.
     missed : float
         Share of the test's power that the law cannot explain: it counts beside the noise.
+    work : Meter
+        What its motions may still cost.
     """
 
     law: Law
     held: Values
     wall: Wall
     material: str | None
-    missed: float
+    normal_force: float | None
+    r: float
+    unit: float
+    turn: float
+    sources: Sources
+    swing: float
+    data: FloatArray
+    variances: FloatArray | float
+    powers: FloatArray | float
+    floor: float
+    directions: FloatArray | None = None
+    distorted: bool = False
+    missed: float = 0.0
+    work: Meter = field(default_factory=lambda: Meter(math.inf), compare=False)
     steps: ClassVar[tuple[float, ...]]
     """Of a prior's standard deviation, one after the other where there is no motion: differences of the simulation."""
     by_sensors: ClassVar[tuple[str, ...]] = ()
     """Unknowns that leave the motion as it is."""
+    free: ClassVar[tuple[str, ...]] = ()
+    """Unknowns that are fitted even where sensors and rig are held as they are known."""
+    single: ClassVar[bool] = True
+    """One mass with one contact: the loop's energy is its contact's, and a spring stands between mass and base."""
 
     @property
-    @abstractmethod
-    def data(self) -> FloatArray:
-        """What is fitted (N,)."""
-
-    @property
-    @abstractmethod
-    def variances(self) -> FloatArray | float:
-        """Of the noise (N,), along its independent directions."""
-
-    @property
-    @abstractmethod
-    def powers(self) -> FloatArray | float:
-        """Mean square (N,) of what a share is missed of."""
-
-    @property
-    def directions(self) -> FloatArray | None:
-        """Independent directions of the noise, as columns (N, N); None where the data themselves are."""
-        return None
-
-    @property
-    @abstractmethod
     def rig_unknowns(self) -> tuple[Unknown, ...]:
         """What is not known of sensors and rig."""
+        unit = self.unit if math.isfinite(self.unit) else 1e-3
+        return of_rig(self.sources, self.held, amplitude=self.swing, unit=unit, distorted=self.distorted)
 
     @property
     def law_unknowns(self) -> tuple[Unknown, ...]:
@@ -108,30 +137,52 @@ class Observation(ABC):
     def covariance(self, at: Reached) -> FloatArray:
         """Return the covariance (n, n) that noise and misfit leave in the coordinates of a fit."""
 
+    @abstractmethod
+    def problem(self, values: Values) -> Problem:
+        """Return what is simulated at some values, dimensionless in this test, sensors and rig included."""
+
+    def prepare(self, motions: float) -> None:  # noqa: B027 - most kinds, but not all
+        """Load the compiled simulator if so many motions are worth it; it changes nothing but their time."""
+
+    def settled(self, values: Values) -> Self:  # noqa: ARG002 - most know their noise before
+        """Return the test with what the values of a first fit tell of its noise."""
+        return self
+
+    def share_missed(self, residual: FloatArray, values: Values) -> float | None:  # noqa: ARG002 - by kind
+        """Return the share of its power that a law misses by a whitened residual; None: by the sum of squares."""
+        return None
+
+    def left_out(self, residual: FloatArray, slopes: FloatArray, gain: FloatArray) -> tuple[FloatArray, float | None]:
+        """Return the score (a sum of squares) of each part of the data by a fit to the others, and their nrmse.
+
+        Of whitened residual (N,) and slopes (N, n); ``gain`` (n, N): coordinates over residual. Nothing without parts.
+        """
+        del residual, slopes, gain
+        return np.zeros(0), None
+
     @cached_property
     def sd(self) -> FloatArray:
         """Standard deviations (N,) of noise and misfit, along the noise's directions."""
-        return np.asarray(np.sqrt(self.variances + self.missed * self.powers))
+        return np.sqrt(self.variances + self.missed * self.powers) * np.ones(len(self.data))
 
     @property
     def log_scale(self) -> float:
         """Logarithm of the whitener's determinant."""
         return -float(np.log(self.sd).sum())
 
-    @property
-    def whitener(self) -> FloatArray | None:
-        """Matrix (N, N) that makes noise and misfit independent with unit variance; None where that is division."""
-        return None
-
     def white(self, vectors: FloatArray) -> FloatArray:
         """Make noise and misfit of unit variance of residuals (N,) or slopes (N, n)."""
-        if self.whitener is not None:
-            return np.asarray(self.whitener @ vectors)
-        return np.asarray(vectors / (self.sd if vectors.ndim == 1 else self.sd[:, None]))
+        along = vectors if self.directions is None else self.directions.T @ vectors
+        return np.asarray(along / (self.sd if vectors.ndim == 1 else self.sd[:, None]))
 
-    def gap(self, residual: FloatArray) -> FloatArray:
-        """Return the residual itself (N,) of a whitened one."""
-        return np.asarray(residual * self.sd if self.directions is None else self.directions @ (residual * self.sd))
+    def gap(self, white: FloatArray) -> FloatArray:
+        """Return the residual (N,) or slopes (N, n) themselves of whitened ones."""
+        along = white * (self.sd if white.ndim == 1 else self.sd[:, None])
+        return np.asarray(along if self.directions is None else self.directions @ along)
+
+    def over_gap(self, gain: FloatArray) -> FloatArray:
+        """Return the gain (n, N) of coordinates over a residual itself, of that over a whitened one."""
+        return np.asarray(gain / self.sd if self.directions is None else gain / self.sd @ self.directions.T)
 
     def chi_square(self, residual: FloatArray, missed: float = 0.0) -> float:
         """Return the sum of squares of a whitened residual over the noise and a share that the law misses."""
@@ -144,14 +195,18 @@ class Observation(ABC):
 
     def missing(self, share: float) -> Self:
         """Return the test with a share of its power counted as what the law misses; 0: nothing but noise."""
-        return replace(self, missed=share)  # type: ignore[type-var] # its kinds are dataclasses
+        return replace(self, missed=share)
+
+    def metered(self, work: Meter) -> Self:
+        """Return the test whose steady states take their cost from a meter."""
+        return replace(self, work=work)
 
     def under(self, law: Law, held: Values | None = None) -> Self:
         """Return the same test under another law; what that law lacks is no longer held."""
         names = {p.name for p in law.parameters}
         known = self.held if held is None else held
         kept = {name: value for name, value in known.items() if name in names}
-        return replace(self, law=law, held=kept)  # type: ignore[type-var] # as above
+        return replace(self, law=law, held=kept)
 
     def simulated(self, values: Values, r: float, base: Base = COSINE, times: Values | None = None) -> Problem:
         """Return what is simulated at a frequency ratio: the law's defaults, what is held, and values.
@@ -167,10 +222,6 @@ class Observation(ABC):
         return Problem(
             detuned, beta, wall=self.wall, base=base, law=self.law, parameters=given, frame_damping_ratio=frame
         )
-
-    @abstractmethod
-    def problem(self, values: Values) -> Problem:
-        """Return what is simulated at some values, dimensionless in this test, sensors and rig included."""
 
     def predict(self, values: Values, near: Any = None) -> FloatArray | None:
         """Return what would be measured (N,); None where there is no motion."""
@@ -212,3 +263,25 @@ class Observation(ABC):
                     column[:] = (there - at) / step
                     break
         return columns
+
+
+def of_few(each: FloatArray, assumed: FloatArray) -> FloatArray:
+    """Return the covariance (n, n) that samples (m, n) sum up to, so large that its inverse does not promise too much.
+
+    The inverse of a covariance from m samples is too large by ``(m - 1) / (m - n - 2)`` [Hartlap et al., A&A 464 (2007)
+    399]. Where they are fewer than ``2 n + 4`` they say little of correlations: these are drawn to those of an assumed
+    covariance (n, n).
+    """
+    (samples, size), shown = each.shape, each.T @ each
+    if samples > 2 * size + 3:
+        return np.asarray(shown * (samples - 1.0) / (samples - size - 2.0))
+    share = min(1.0, (size + 2.0) / samples)
+    times = np.sqrt(np.diag(shown) / np.maximum(np.diag(assumed), 1e-300))
+    return np.asarray((1.0 - share) * shown + share * assumed * np.outer(times, times))
+
+
+def at_least(covariance: FloatArray, variance: FloatArray) -> FloatArray:
+    """Return a covariance (n, n) with its correlations, and variances that are at least so large (n,)."""
+    own = np.diag(covariance)
+    times = np.sqrt(np.maximum(own, variance) / np.maximum(own, 1e-300))
+    return np.asarray(covariance * np.outer(times, times))

@@ -1,4 +1,4 @@
-"""What was observed of one test, and what a law predicts of it: the mean cycle as harmonics, with its covariance.
+"""The mean cycle of a test as harmonics, with its covariance, and what a law predicts of it.
 
 The noise of a fit is not the sensor's: friction differs a little from cycle to cycle, and then all harmonics move
 together. So the covariance comes from the cycles, shrunk towards a smooth diagonal (there are fewer cycles than
@@ -9,31 +9,31 @@ and crosstalk allow, and that is an unknown of the rig.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.linalg import eigh
 
+from frictionlab.analysis.channels import in_band
 from frictionlab.analysis.measurement import Cycle, Measurement, OtherMass
 from frictionlab.analysis.signals import student, variance_inflation
 from frictionlab.arrays import ComplexArray, FloatArray
 from frictionlab.errors import AnalysisError, FrictionlabError, UsageError
 from frictionlab.inference.comparison import AtContact, contact_force
-from frictionlab.inference.observation import BENDS, SENSORS, Observation, Reached, Values
-from frictionlab.inference.unknowns import Unknown, of_rig
-from frictionlab.scene import Scene
+from frictionlab.inference.observation import BENDS, SENSORS, Observation, Reached, Values, at_least, of_few
+from frictionlab.scene import Scene, Solver
 from frictionlab.simulator import COSINE, Base, Problem, SteadyState, steady_state
 from frictionlab.simulator.laws import Law, law_of
 from frictionlab.simulator.meter import Meter, OverspentError
-from frictionlab.simulator.problem import Wall
 
 Motion = tuple[SteadyState, ComplexArray]
 
 FEWEST_CYCLES = 3  # below so many the cycles say nothing of their own scatter
 MOST_HARMONICS = 128
 FEW = 3.0  # over the number of cycles: the share of the mean variance below which no variance is known
+FEW_LEFT_OUT = 15  # below so many cycles they are left out in two halves, else in five parts
 PARTS = 8  # that the cycles are left out in, one after the other
 POINTS = 4.0  # of a cycle for each harmonic: with fewer, interpolation takes part of it away
 MOST_RAISED = 4.0  # of a covariance by autocorrelation: a drift is no noise
@@ -44,6 +44,7 @@ STATES = 150.0  # steady states of one fit, about
 COST = {"rigid": 5.0, "elastic": 100.0}  # steps of integration that an exact steady state costs, about
 STEP = 1e-4  # of a prior's standard deviation: finite differences of the simulated cycle
 STRETCHES = 512  # points of a cycle, at least, at which the stretch of the spring is known
+UNDAMPED = ("thesis", "closed-form")  # solvers that know no frame's dashpot
 SPRING_HARMONICS = 16  # of the force of a spring that is not linear
 
 
@@ -95,12 +96,10 @@ class Cycles:
         Variance of one part of the mean cycle from the sensor's white noise alone.
     used : int
         Cycles that the mean is of.
-    scatters : bool
-        Whether the covariance is known from the cycles' own scatter.
     power : float
         Mean square of the measured mean cycle.
-    beyond : float
-        Mean square of the sensor's noise in the harmonics that are not kept.
+    floor : float
+        Standard error of the mean cycle over its rms: what no model can undercut.
     of_base : ndarray of shape (2 K, 2 K)
         The part of the covariance that all cycles share: the base's noise.
     raised : float
@@ -112,17 +111,10 @@ class Cycles:
     covariance: FloatArray
     sensor: float
     used: int
-    scatters: bool
     power: float
-    beyond: float
+    floor: float
     of_base: FloatArray
-    raised: float = 1.0
-
-    @cached_property
-    def spectrum(self) -> tuple[FloatArray, FloatArray]:
-        """Variances (2 K,) of the mean cycle's independent directions, and these as columns (2 K, 2 K)."""
-        variances, directions = np.linalg.eigh(self.covariance)
-        return np.maximum(variances, 1e-300), directions
+    raised: float
 
     @cached_property
     def left_out(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
@@ -132,7 +124,7 @@ class Cycles:
         where the cycles are too few to tell their own scatter.
         """
         n, about = len(self.each), self.each - self.each.mean(axis=0)
-        if n < FEWEST_CYCLES + 1 or not self.scatters:
+        if n <= FEWEST_CYCLES:
             return ()
         rows = np.array_split(np.arange(n), min(n, PARTS))
         least = self.sensor * self.used + 4.0 * ROUNDING**2 * self.power / len(self.mean)
@@ -142,13 +134,8 @@ class Cycles:
             for part, rest in zip(rows, others, strict=True)
         )
 
-    @property
-    def floor(self) -> float:
-        """Standard error of the mean cycle over its rms: what no model can undercut."""
-        return math.sqrt((0.5 * float(np.trace(self.covariance)) + self.beyond) / self.power)
 
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class CycleObservation(Observation):
     """The mean cycle of one test, under a law: unknowns -> harmonics that would be measured.
 
@@ -156,67 +143,21 @@ class CycleObservation(Observation):
     ----------
     measurement : Measurement
     cycles : Cycles
-    law : Law
-    held : mapping of str to float
-        Parameters of the law that the scene holds.
-    wall : {"fixed", "base"}
     base : Base
         Motion of the base over Y, as its sensor shows it.
     kept : ndarray of shape (K,)
         How much of each harmonic the mass's filter leaves.
-    missed : float
-        Share of the cycle's power, in each part of each harmonic, that the law cannot explain.
     spring_harmonics : int
         Of the force of a spring that is not linear.
-    work : Meter
-        What steady states may still cost.
     """
 
     measurement: Measurement
     cycles: Cycles
-    law: Law
-    held: Values
-    wall: Wall
     base: Base
     kept: FloatArray
-    missed: float = 0.0
     spring_harmonics: int = SPRING_HARMONICS
-    work: Meter = field(default_factory=lambda: Meter(math.inf), compare=False)
     steps: ClassVar = (STEP, -STEP, 0.1 * STEP)
     by_sensors: ClassVar = (*SENSORS, "mass_in_base")
-    single: ClassVar[bool] = True
-    """One mass with one contact: the loop's energy is its contact's, and a spring stands between mass and base."""
-
-    @property
-    def r(self) -> float:
-        """Frequency ratio, as the scene's natural frequency makes it."""
-        return self.measurement.frequency_ratio or math.nan
-
-    @property
-    def unit(self) -> float:
-        """Amplitude Y of the base, m."""
-        return self.measurement.base_amplitude_m
-
-    @property
-    def material(self) -> str | None:  # type: ignore[override] # read alone: its kinds are frozen
-        """Material of the contact."""
-        return self.measurement.material
-
-    @property
-    def normal_force(self) -> float | None:
-        """Normal force, N; None where it is not known."""
-        return self.measurement.normal_force_n
-
-    @property
-    def rig_unknowns(self) -> tuple[Unknown, ...]:
-        """What is not known of sensors and rig."""
-        return of_rig(
-            self.measurement.sources,
-            self.held,
-            amplitude=self.measurement.response_amplitude,
-            unit=self.unit,
-            distorted=self.base.harmonics > 1,
-        )
 
     @property
     def place_words(self) -> str:
@@ -224,60 +165,31 @@ class CycleObservation(Observation):
         return f"{self.wall} wall"
 
     @property
-    def turn(self) -> float:
-        """Angular frequency of the drive, rad/s."""
-        return 2.0 * math.pi * self.measurement.drive_frequency_hz
-
-    @property
-    def data(self) -> FloatArray:
-        """What is fitted (2 K,)."""
-        return self.cycles.mean
-
-    @property
     def count(self) -> int:
         """Number of harmonics."""
-        return len(self.cycles.mean) // 2
+        return len(self.kept)
 
-    @property
-    def variances(self) -> FloatArray:
-        """Of the noise (2 K,), along its independent directions."""
-        return self.cycles.spectrum[0]
-
-    @cached_property
-    def whitener(self) -> FloatArray:
-        """Matrix (2 K, 2 K) that makes noise and misfit independent with unit variance."""
-        return np.asarray(self.directions.T / self.sd[:, None])
-
-    @property
-    def directions(self) -> FloatArray:
-        """Independent directions of the noise, as columns (2 K, 2 K)."""
-        return self.cycles.spectrum[1]
-
-    @property
-    def powers(self) -> float:
-        """Mean square of the mean cycle."""
-        return self.cycles.power
+    def prepare(self, motions: float) -> None:
+        """Load the compiled simulator if so many steady states are worth it; it changes nothing but their time."""
+        prepare(self.law, self.r, motions)
 
     def problem(self, values: Values) -> Problem:
-        """Return what is simulated at some values, dimensionless in this test, sensors and rig included."""
-        return self.simulated(values, self.r, self._driven(values))
+        """Return what is simulated at some values, dimensionless in this test, sensors and rig included.
 
-    def _driven(self, values: Values) -> Base:
-        """The base without what its sensor bends, and with the force of a spring that is not linear."""
-        bent = {2: 0.5 * values.get("base_parabola", 0.0), 3: 0.25 * values.get("base_cubic", 0.0)}
+        The base is without what its sensor bends, and has the force of a spring that is not linear.
+        """
+        bends = {2: 0.5 * values.get("base_parabola", 0.0), 3: 0.25 * values.get("base_cubic", 0.0)}
         cubic, play = values.get("spring_cubic", 0.0), values.get("play", 0.0)
-        if not any(bent.values()) and not cubic and not play:
-            return self.base
+        if not any(bends.values()) and not cubic and not play:
+            return self.simulated(values, self.r, self.base)
         count = max(self.base.harmonics, self.spring_harmonics if cubic or play else 3)
         lines = np.zeros(count, dtype=np.complex128)
         lines[: self.base.harmonics] = self.base.lines
-        for order, size in bent.items():
+        for order, size in bends.items():
             lines[order - 1] -= size
         if cubic or play:
-            stretch = self.stretch
-            force = np.clip(stretch, -play, play) - cubic * stretch**3
-            lines += harmonics_of(force, count)
-        return Base(tuple(lines.real.tolist()), tuple((-lines.imag).tolist()))
+            lines += harmonics_of(np.clip(self.stretch, -play, play) - cubic * self.stretch**3, count)
+        return self.simulated(values, self.r, Base(tuple(lines.real.tolist()), tuple((-lines.imag).tolist())))
 
     @cached_property
     def stretch(self) -> FloatArray:
@@ -301,12 +213,7 @@ class CycleObservation(Observation):
         state = self.state(values, None if near is None else near[0])
         if state is None or (state.orbit is None and state.outcome != "stuck"):
             return None
-        if state.orbit is None:
-            return state, np.zeros(self.count, dtype=np.complex128)
-        points, periods = max(LEAST_POINTS, 4 * self.count), state.period_cycles or 1
-        tau = 2.0 * np.pi * np.arange(points * periods) / points
-        cycle = state.orbit.at(tau)[0].reshape(periods, points).mean(axis=0)
-        return state, harmonics_of(cycle, self.count)
+        return state, harmonics_of(mean_cycle(state, max(LEAST_POINTS, 4 * self.count)), self.count)
 
     def seen(self, motion: Motion, values: Values) -> FloatArray:
         """Return harmonics as the sensors show them (2 K,): gain, lag, crosstalk, nonlinearity, filter."""
@@ -316,8 +223,37 @@ class CycleObservation(Observation):
         shown[0] += values.get("base_in_mass", 0.0)
         for name, power in BENDS.items():
             if values.get(name):
-                shown = shown + values[name] * _bent_lines(shown, power)
+                points = max(LEAST_POINTS, 4 * self.count)
+                half = np.concatenate([[0.0], 0.5 * points * shown, np.zeros(points // 2 - self.count)])
+                shown = shown + values[name] * harmonics_of(bent(np.fft.irfft(half, points), power), self.count)
         return parts(np.asarray(self.kept * shown))
+
+    def solved(self, values: Values, solver: Solver = "auto") -> SteadyState:
+        """Return the state predicted by a solver; one without a frame's dashpot leaves out one that was only fitted."""
+        plain = solver in UNDAMPED and "frame_damping_ratio" not in self.held
+        kept = {name: value for name, value in values.items() if not (plain and name == "frame_damping_ratio")}
+        return steady_state(self.problem(kept), solver=solver)
+
+    def shown(self, state: SteadyState, values: Values) -> tuple[FloatArray | None, float | None, float | None]:
+        """Return what the sensors show of a state: the cycle (p,) about its mean, energy and amplitude.
+
+        The cycle is None where nothing moves.
+        """
+        energy, amplitude, measured = state.energy_per_cycle, state.response_amplitude, self.measurement.cycle
+        if state.orbit is None:
+            return None, energy, amplitude
+        points = len(measured.tau)
+        plain = mean_cycle(state, points)
+        gain, late = self.gain_and_phase(complex(harmonics_of(plain, 1)[0]), values)
+        cycle = gain * mean_cycle(state, points, late) + values.get("base_in_mass", 0.0) * np.cos(measured.tau)
+        for name, power in BENDS.items():
+            cycle = cycle + values.get(name, 0.0) * bent(cycle, power)
+        if energy is not None and (gain != 1.0 or late != 0.0):  # the loop's area (2.18): the integral of f dx
+            base = state.problem.base
+            count = min(base.harmonics, points // 2 - 1)
+            more = np.conj(base.lines[:count]) * 1j * harmonics_of(cycle - plain, count)
+            energy += math.pi * float(np.sum(np.arange(1, count + 1) * more.real))
+        return in_band(cycle - cycle.mean(), measured.kept), energy, None if amplitude is None else gain * amplitude
 
     def measured_contact(self, state: SteadyState, late: float) -> AtContact | None:
         """Return the motion of the contact and its force (over k Y) by the measured cycle; None: not measured.
@@ -352,9 +288,9 @@ class CycleObservation(Observation):
         that the others ask for; what the law cannot explain, harmonic by harmonic (MacKinnon and White's HC3), where
         that is more than noise. The correlations are those of the larger of the two.
         """
-        cycles, bare, assumed = self.cycles, np.linalg.solve(self.whitener, at.slopes), at.gain @ at.gain.T
+        cycles, bare, assumed = self.cycles, self.gap(at.slopes), at.gain @ at.gain.T
         if cycles.left_out:
-            white, share = at.gain @ self.whitener, self.missed * cycles.power * np.eye(len(bare))
+            white, share = self.over_gap(at.gain), self.missed * cycles.power * np.eye(len(bare))
             sensor = cycles.sensor * (white @ white.T)
             moved = []
             for part, covariance in cycles.left_out:
@@ -374,6 +310,25 @@ class CycleObservation(Observation):
         larger, other = sorted((shown, by_misfit), key=lambda c: -float(np.log(np.diag(c) + 1e-300).sum()))
         return at_least(larger, np.maximum(np.diag(other), np.diag(assumed)))
 
+    def left_out(self, residual: FloatArray, slopes: FloatArray, gain: FloatArray) -> tuple[FloatArray, float | None]:
+        """Return the score of each part of the cycles by the fit to the others, one linear step, and their nrmse.
+
+        Every second cycle (or fifth, of many) is a part.
+        """
+        cycles, n = self.cycles, len(self.cycles.each)
+        count = 2 if n < FEW_LEFT_OUT else 5
+        if n < count:
+            return np.zeros(0), None
+        scores, squares = [], []
+        for first in range(count):
+            block = np.arange(first, n, count)
+            others = self.white(np.delete(cycles.each, block, axis=0).mean(axis=0) - cycles.mean)
+            here = self.white(cycles.each[block].mean(axis=0) - cycles.mean)
+            left = residual + here - slopes @ (gain @ others)
+            scores.append(float(left @ left))
+            squares.append(self.nrmse(left) ** 2)
+        return np.array(scores), math.sqrt(float(np.mean(squares)))
+
     def nrmse(self, residual: FloatArray) -> float:
         """Return the rms of a whitened residual (2 K,) over the rms of the measured mean cycle."""
         gap = self.gap(residual)
@@ -385,28 +340,6 @@ def nrmse_of(measured: FloatArray, predicted: FloatArray) -> float:
     about = measured - measured.mean()
     gap = about - (predicted - predicted.mean())
     return float(np.sqrt(np.mean(gap**2) / np.mean(about**2)))
-
-
-def of_few(each: FloatArray, assumed: FloatArray) -> FloatArray:
-    """Return the covariance (n, n) that samples (m, n) sum up to, so large that its inverse does not promise too much.
-
-    The inverse of a covariance from m samples is too large by ``(m - 1) / (m - n - 2)`` [Hartlap et al., A&A 464 (2007)
-    399]. Where they are fewer than ``2 n + 4`` they say little of correlations: these are drawn to those of an assumed
-    covariance (n, n).
-    """
-    (samples, size), shown = each.shape, each.T @ each
-    if samples > 2 * size + 3:
-        return np.asarray(shown * (samples - 1.0) / (samples - size - 2.0))
-    share = min(1.0, (size + 2.0) / samples)
-    times = np.sqrt(np.diag(shown) / np.maximum(np.diag(assumed), 1e-300))
-    return np.asarray((1.0 - share) * shown + share * assumed * np.outer(times, times))
-
-
-def at_least(covariance: FloatArray, variance: FloatArray) -> FloatArray:
-    """Return a covariance (n, n) with its correlations, and variances that are at least so large (n,)."""
-    own = np.diag(covariance)
-    times = np.sqrt(np.maximum(own, variance) / np.maximum(own, 1e-300))
-    return np.asarray(covariance * np.outer(times, times))
 
 
 def cycle_of(test: object) -> CycleObservation:
@@ -446,12 +379,13 @@ def bent(cycle: FloatArray, power: int) -> FloatArray:
     return np.asarray(swing * ((cycle - cycle.min()) / swing - 1.0) ** power) if swing > 0.0 else np.zeros_like(cycle)
 
 
-def _bent_lines(lines: ComplexArray, power: int) -> ComplexArray:
-    """The same of harmonics (K,)."""
-    points = max(LEAST_POINTS, 4 * len(lines))
-    half = np.zeros(points // 2 + 1, dtype=np.complex128)
-    half[1 : len(lines) + 1] = 0.5 * points * lines
-    return harmonics_of(bent(np.fft.irfft(half, points), power), len(lines))
+def mean_cycle(state: SteadyState, points: int, late: float = 0.0) -> FloatArray:
+    """Return the displacement (p,) of a steady motion over a cycle, the mean over its period, from a phase on."""
+    periods = state.period_cycles or 1
+    if state.orbit is None:
+        return np.zeros(points)
+    tau = 2.0 * np.pi * np.arange(points * periods) / points + late
+    return np.asarray(state.orbit.at(tau)[0].reshape(periods, points).mean(axis=0))
 
 
 def refuse_several(scene: Scene) -> None:
@@ -517,10 +451,32 @@ def observe(measurement: Measurement, scene: Scene, law: str | Law | None = None
 
         return observe_storeys(measurement, scene, law)
     chosen, held = law_and_held(scene, law)
-    base = measured_base(measurement, scene.model.base_harmonics)
-    cycles = cycles_of(measurement)
-    kept = measurement.cycle.kept[: len(cycles.mean) // 2]
-    return CycleObservation(measurement, cycles, chosen, held, scene.model.wall, base, kept)
+    return CycleObservation(law=chosen, held=held, wall=scene.model.wall, **of_measurement(measurement, scene))
+
+
+def of_measurement(measurement: Measurement, scene: Scene, masses: int = 1) -> dict[str, Any]:
+    """Return what the observation of a cycle takes from a measurement, of the first so many masses of a frame."""
+    base, cycles = measured_base(measurement, scene.model.base_harmonics), cycles_of(measurement, masses=masses)
+    variances, directions = np.linalg.eigh(cycles.covariance)
+    return {
+        "material": measurement.material,
+        "normal_force": measurement.normal_force_n,
+        "r": measurement.frequency_ratio,
+        "unit": measurement.base_amplitude_m,
+        "turn": 2.0 * math.pi * measurement.drive_frequency_hz,
+        "sources": measurement.sources,
+        "swing": measurement.response_amplitude,
+        "data": cycles.mean,
+        "variances": np.maximum(variances, 1e-300),
+        "directions": directions,
+        "powers": cycles.power,
+        "floor": cycles.floor,
+        "distorted": base.harmonics > 1,
+        "measurement": measurement,
+        "cycles": cycles,
+        "base": base,
+        "kept": measurement.cycle.kept[: len(cycles.mean) // (2 * masses)],
+    }
 
 
 def measured_base(measurement: Measurement, least: int = 1) -> Base:
@@ -547,56 +503,44 @@ def measured_base(measurement: Measurement, least: int = 1) -> Base:
     return Base(tuple(cosine.tolist()), tuple(sine.tolist()))
 
 
-def cycles_of(measurement: Measurement, *, every: bool = False, masses: int = 1) -> Cycles:
+def cycles_of(measurement: Measurement, *, masses: int = 1) -> Cycles:
     """Return the measured mean cycle with the covariance that its steady cycles show.
 
-    ``every``: the mean of all steady cycles, not of those that the energy rule takes; ``masses``: how many masses of a
-    frame, one after the other. The noise of the first one's sensor stands for all.
+    ``masses``: how many masses of a frame, one after the other. The noise of the first one's sensor stands for all. A
+    stop's corner is sharp, and a slow drive wakes high harmonics at the frame's own: so many are kept as that needs and
+    the samples allow. What the base's noise adds is shared by all cycles: all is over its amplitude, from its phase on.
     """
-    cycle = measurement.cycle
+    cycle, ratio = measurement.cycle, measurement.frequency_ratio or 1.0
     samples = measurement.sampling_rate_hz / measurement.drive_frequency_hz
-    points = min(samples, len(cycle.tau))
-    count = min(cycle.each.shape[1], harmonics_worth_keeping(measurement.frequency_ratio or 1.0, points))
+    wanted = min(MOST_HARMONICS, max(32, math.ceil(10.0 / ratio)))
+    count = min(cycle.each.shape[1], max(2, min(wanted, int(min(samples, len(cycle.tau)) / POINTS))))
     moved: tuple[Cycle | OtherMass, ...] = (cycle, *cycle.others[: masses - 1])
     single = np.concatenate([parts(one.each[:, :count]) for one in moved], axis=1)
-    means = np.concatenate([parts(harmonics_of(one.mass, count)) for one in moved])
-    mean = single.mean(axis=0) if every else means
-    used = len(single) if every else max(1, int(measurement.series.used.sum()))
+    mean = np.concatenate([parts(harmonics_of(one.mass, count)) for one in moved])
+    used = max(1, int(measurement.series.used.sum()))
     power = sum(float(np.mean(one.mass**2)) for one in moved)
     sensor = 2.0 * (measurement.mass_noise_m / measurement.base_amplitude_m) ** 2 / samples
     least = sensor + 2.0 * ROUNDING**2 * power / count
     beyond = masses * sensor / used * max(0.0, 0.5 * samples - count)
-    scatters = len(single) >= FEWEST_CYCLES
-    raised = _raised(single) if scatters else 1.0
-    single_covariance = shrunk(single, least) if scatters else np.eye(len(mean)) * least
-    of_base = _by_base(mean, masses, measurement.base_amplitude_m_se / measurement.base_amplitude_m)
-    covariance = single_covariance * (raised / used) + of_base
-    return Cycles(mean, single, covariance, sensor / used, used, scatters, power, beyond, of_base, raised)
-
-
-def harmonics_worth_keeping(ratio: float, points: float) -> int:
-    """Return the harmonics worth keeping of a cycle of so many points at a frequency ratio.
-
-    A stop's corner is sharp, and a slow drive wakes high harmonics at the frame's own.
-
-    Examples
-    --------
-    >>> harmonics_worth_keeping(0.5, 160.0), harmonics_worth_keeping(0.2, 400.0), harmonics_worth_keeping(2.0, 40.0)
-    (32, 50, 10)
-    """
-    wanted = min(MOST_HARMONICS, max(32, math.ceil(10.0 / ratio)))
-    return max(2, min(wanted, int(points / POINTS)))
+    raised, one_cycle = 1.0, np.eye(len(mean)) * least
+    if len(single) >= FEWEST_CYCLES:
+        one_cycle, about = shrunk(single, least), single - single.mean(axis=0)
+        few = len(about) <= about.shape[1]  # the cycles' main direction: the same, and cheaper where cycles are many
+        product = about @ about.T if few else about.T @ about
+        main = eigh(product, subset_by_index=[len(product) - 1] * 2)[1][:, 0]
+        inflated = variance_inflation((main if few else about @ main)[:, None])
+        raised = min(max(1.0, float(inflated[0])), MOST_RAISED)
+    lines, order = mean.reshape(masses, 2, -1), np.arange(1, count + 1)
+    later = np.stack([order * lines[:, 1], -order * lines[:, 0]], axis=1).ravel()
+    relative = measurement.base_amplitude_m_se / measurement.base_amplitude_m
+    of_base = relative**2 * (np.outer(mean, mean) + np.outer(later, later))
+    covariance = one_cycle * (raised / used) + of_base
+    floor = math.sqrt((0.5 * float(np.trace(covariance)) + beyond) / power)
+    return Cycles(mean, single, covariance, sensor / used, used, power, floor, of_base, raised)
 
 
 def shrunk(single: FloatArray, least: float) -> FloatArray:
-    """Return the covariance of one cycle: its correlations shrunk, its variances never below some share.
-
-    Parameters
-    ----------
-    single : ndarray of shape (n, d)
-        n cycles; d may be larger than n.
-    least : float
-        No variance is below this one.
+    """Return the covariance (d, d) of one cycle of n (n, d): its correlations shrunk, no variance below `least`.
 
     Examples
     --------
@@ -616,28 +560,5 @@ def shrunk(single: FloatArray, least: float) -> FloatArray:
     share = float(np.clip(spread[off].sum() / max((correlation[off] ** 2).sum(), 1e-300), 0.0, 1.0))
     deviation = np.sqrt(variance)
     together = (1.0 - share) * correlation + share * np.eye(len(correlation))
-    return np.asarray(together * np.outer(deviation, deviation)) + np.eye(len(correlation)) * (
-        least + FEW / n * float(variance.mean())
-    )
-
-
-def _raised(single: FloatArray) -> float:
-    """By how much autocorrelation raises the variance of a mean, by the cycles' main direction."""
-    about = single - single.mean(axis=0)
-    few = len(about) <= about.shape[1]  # the same, and cheaper where cycles are many
-    product = about @ about.T if few else about.T @ about
-    last = len(product) - 1
-    main = eigh(product, subset_by_index=[last, last])[1][:, 0]
-    series = main if few else about @ main
-    return min(max(1.0, float(variance_inflation(series[:, None])[0])), MOST_RAISED)
-
-
-def _by_base(mean: FloatArray, masses: int, relative: float) -> FloatArray:
-    """Covariance (d, d) that the noise of the base sensor adds: all is over its amplitude, from its phase on.
-
-    `relative` is the standard error of the base's amplitude over it, which is also that of its phase in rad.
-    """
-    lines = mean.reshape(masses, 2, -1)
-    order = np.arange(1, lines.shape[2] + 1)
-    later = np.stack([order * lines[:, 1], -order * lines[:, 0]], axis=1).ravel()
-    return np.asarray(relative**2 * (np.outer(mean, mean) + np.outer(later, later)))
+    floor = least + FEW / n * float(variance.mean())
+    return np.asarray(together * np.outer(deviation, deviation) + np.eye(len(correlation)) * floor)

@@ -28,11 +28,11 @@ from frictionlab.inference.fit import (
     tempered,
     with_scatter,
 )
-from frictionlab.inference.observation import Reached
-from frictionlab.inference.observations import STATES, CycleObservation, cycle_of, prepare
+from frictionlab.inference.observation import Observation, Reached
+from frictionlab.inference.observations import STATES, CycleObservation
 from frictionlab.inference.starts import starting_points
 from frictionlab.inference.unknowns import STRAINED, Unknown, factor
-from frictionlab.simulator.laws import Law, Parameter
+from frictionlab.simulator.laws import Law
 
 LEVEL = 0.95  # of a limit
 EXPLAINED = 2.0  # misfit up to which a law explains a cycle: the cycles' own scatter is known to a factor of 2 at most
@@ -44,6 +44,9 @@ RIVAL = 9.0  # chi-square within which another minimum is a rival
 NOISE = "noise and misfit"
 AS_KNOWN = "sensors and rig as known, or as fitted"
 MISSED = "the law itself"
+WIDER = 4.0  # times: prior of a lag that nobody has declared, where several tests tell it
+SAYS = 1e-9  # of what is known with the data: a direction of which they say less is left out
+BENDS = ("parabola", "cubic", "base_parabola", "base_cubic")  # of sensors: as large as the cycle fills their range
 
 
 @dataclass(frozen=True)
@@ -212,20 +215,25 @@ class Posterior:
         return math.sqrt(float(covariance[at, at]))
 
     def parameters(self, i: int = 0) -> dict[str, ParameterEstimate]:
-        """Return the parameters of test i's law with errors and limits, dimensionless in this test."""
-        law, test = self.law(i), self.tests[i]
+        """Return the parameters of test i's law with errors and limits, dimensionless in this test.
+
+        One is told if it is known better than before, off its upper bound, and away from where its term does nothing.
+        """
+        law, test, slopes = self.law(i), self.tests[i], self.fit.place.slopes[i]
         covariance, statistical, own = self.own_covariance(i), self.statistical(i), self.fit.own(i)
-        observation = test.observation
-        given = observation.problem(self.values(i)).parameters
+        given = test.observation.problem(self.values(i)).parameters
         found = {p.name: ParameterEstimate(given[p.name]) for p in law.parameters}
         for place, k in enumerate(test.index):
             u = self.unknowns[k]
             if not u.law:
                 continue
             spread, c, times = math.sqrt(covariance[place, place]), float(own[place]), float(test.factors[place])
-            slope = u.slope(c) * times
-            told = is_told(u, law.parameter(u.name), c, spread) and bool(self.fit.place.slopes[i][:, place].any())
+            neutral, apart = law.parameter(u.name).neutral, math.inf
+            if neutral is not None and math.isfinite(neutral) and u.scale == "linear":
+                apart = abs(c - u.at(neutral)) / spread
+            told = spread**2 < TOLD and apart > SURE and c < u.high - 1e-3 and bool(slopes[:, place].any())
             limits = (None if x is None else x * times for x in _limits(u, c, spread, told=told))
+            slope = u.slope(c) * times
             found[u.name] = ParameterEstimate(
                 u.value(c) * times, slope * float(statistical[place]), slope * spread, told, *limits
             )
@@ -276,14 +284,6 @@ class Posterior:
         return np.clip(moved, *model.bounds)[test.index], covariance[np.ix_(test.index, test.index)] + np.diag(s**2)
 
 
-def is_told(unknown: Unknown, parameter: Parameter, c: float, spread: float) -> bool:
-    """Whether data tell a parameter: known better than before, off its upper bound, away from where it does nothing."""
-    neutral, from_neutral = parameter.neutral, math.inf
-    if neutral is not None and math.isfinite(neutral) and unknown.scale == "linear":
-        from_neutral = abs(c - unknown.at(neutral)) / spread
-    return spread**2 < TOLD and from_neutral > SURE and c < unknown.high - 1e-3
-
-
 def _limits(unknown: Unknown, c: float, spread: float, *, told: bool) -> tuple[float | None, float | None]:
     """95 % limits of a coordinate's value, its bound counted; a side that the data say nothing of has none."""
     mass = float(ndtr((c - unknown.low) / spread)) if unknown.low > -10.0 else 1.0  # posterior above the bound
@@ -316,12 +316,12 @@ def misfit_is_noise(fit: Fit, i: int = 0) -> bool:
     return excess_of(fit, i) <= 2.0 * float(gammaincinv(0.5 * points, 1.0 - NOISE_LEVEL)) / points
 
 
-def model_of(observations: Sequence[CycleObservation], *, amontons: bool = True, rig: bool = True) -> Model:
+def model_of(observations: Sequence[Observation], *, amontons: bool = True, rig: bool = True) -> Model:
     """Return tests and unknowns: one rig, for each material its law, scatters not yet known.
 
     Parameters
     ----------
-    observations : sequence of CycleObservation
+    observations : sequence of Observation
         Tests of one or several materials, each under its law.
     amontons : bool
         Whether one friction coefficient serves all normal forces of a material, else a force at each.
@@ -330,45 +330,34 @@ def model_of(observations: Sequence[CycleObservation], *, amontons: bool = True,
     """
     unknowns: list[Unknown] = []
     places: dict[tuple[object, ...], int] = {}
-    references: dict[object, CycleObservation] = {}
-    common, widths = rig_unknowns(observations) if rig else ((), [{} for _ in observations])
+    references: dict[object, Observation] = {}
+    common, widths = _rig_unknowns(observations)
     tests = []
-    for observation, width in zip(observations, widths, strict=True):
+    for o, width in zip(observations, widths, strict=True):
         index, factors = [], []
-        material = observation.measurement.material
-        reference = references.setdefault(material, observation)
-        force, base = observation.normal_force, reference.normal_force
-        for u in (*observation.law_unknowns, *common):
-            group = (material, None if amontons else force) if u.name == "beta" else (material,)
+        reference = references.setdefault(o.material, o)
+        force, base = o.normal_force, reference.normal_force
+        scales = {"length": 1.0, "rate": 1.0, "force": 1.0}
+        if o is not reference:
+            alike = force / base if amontons and force and base else 1.0
+            scales = {"length": o.unit / reference.unit, "rate": o.turn / reference.turn, "force": alike}
+        for u in (*o.law_unknowns, *(u for u in common if rig or u.name in o.free)):
+            group = (o.material, None if amontons else force) if u.name == "beta" else (o.material,)
             key = (u.name, *group) if u.law else (u.name,)
             if key not in places:
                 places[key] = len(unknowns)
                 unknowns.append(u)
             index.append(places[key])
-            alike = force / base if amontons and force and base else 1.0
-            times = factor(
-                u,
-                observation.law,
-                length=observation.unit / reference.unit,
-                rate=observation.turn / reference.turn,
-                force=alike,
-            )
-            factors.append(times * width.get(u.name, 1.0))
-        tests.append(Test(observation, np.array(index, dtype=np.intp), np.array(factors)))
+            factors.append(factor(u, o.law, **scales) * width.get(u.name, 1.0))
+        tests.append(Test(o, np.array(index, dtype=np.intp), np.array(factors)))
     return Model(tuple(tests), tuple(unknowns), np.zeros(len(unknowns)))
 
 
-WIDER = 4.0  # times: prior of a lag that nobody has declared, where several tests tell it
+def _rig_unknowns(observations: Sequence[Observation]) -> tuple[tuple[Unknown, ...], list[dict[str, float]]]:
+    """The rig's unknowns of some tests, and for each test how large a sensor's bend is over the largest one's.
 
-
-def rig_unknowns(
-    observations: Sequence[CycleObservation],
-) -> tuple[tuple[Unknown, ...], list[dict[str, float]]]:
-    """Return the rig's unknowns of some tests, and for each test how large a sensor's bend is over the largest one's.
-
-    How far a sensor bends a cycle follows from how much of its range the cycle fills. A lag that nobody has declared is
-    known less than a single test assumes (which cannot tell it from a detuned frame): several tests say what it is, and
-    two of few would be pulled off by the narrow prior.
+    A lag that nobody has declared is known less than a single test assumes (which cannot tell it from a detuned frame):
+    several tests say what it is, and two of few would be pulled off by the narrow prior.
     """
     each = [{u.name: u for u in observation.rig_unknowns} for observation in observations]
     for known in each if len(observations) > 1 else ():
@@ -377,46 +366,33 @@ def rig_unknowns(
             known["lag_s"] = replace(lag, sd=WIDER * lag.sd, known_to=lag.known_to / WIDER)
     largest: dict[str, Unknown] = {}
     for known in each:
-        for name, u in known.items():
-            if name not in largest or u.sd > largest[name].sd:
-                largest[name] = u
-    bends = ("parabola", "cubic", "base_parabola", "base_cubic")
-    widths = [
-        {n: (known[n].sd if n in known else 0.0) / u.sd for n, u in largest.items() if n in bends} for known in each
+        largest |= {n: u for n, u in known.items() if n not in largest or u.sd > largest[n].sd}
+    bends = {n: u.sd for n, u in largest.items() if n in BENDS}
+    return tuple(largest.values()), [
+        {n: (known[n].sd if n in known else 0.0) / sd for n, sd in bends.items()} for known in each
     ]
-    return tuple(largest.values()), widths
-
-
-SAYS = 1e-9  # of what is known with the data: a direction of which they say less is left out
 
 
 def information_of(fit: Fit, i: int) -> FloatArray:
-    """Return what test i's data say of its own coordinates, in a fit: curvature over what noise and misfit add to it.
+    """Return what test i's data say of its own coordinates, in a fit: ``J A^-1 J`` of curvature J (Godambe).
 
     The weights of a fit are found from the cycles themselves and let these scatter too little, and a law's misfit is no
-    white noise: the variance that both really leave in each coordinate takes the place of the curvature's.
+    white noise: ``A = (J + H) V (J + H)``, with the variance V that both really leave in the coordinates, and H what
+    holds these beside the data. Where white noise is all there is, it is J itself. Directions of which the data say
+    nothing say nothing here either.
     """
     slopes, test = fit.place.slopes[i], fit.model.tests[i]
-    information = slopes.T @ slopes
+    curvature = slopes.T @ slopes
     others: FloatArray = np.diag(fit.model.holds(fit.point))[np.ix_(test.index, test.index)]
     if len(fit.model.tests) > 1:
         rest = fit.precision.copy()
         rest[np.ix_(test.index, test.index)] -= fit.reduced.each[i][0]
         s = fit.model.scatter[test.index]
         others = np.asarray(np.linalg.inv(np.linalg.inv(rest)[np.ix_(test.index, test.index)] + np.diag(s**2)))
-    gain: FloatArray = np.asarray(np.linalg.solve(information + others, slopes.T))
+    gain: FloatArray = np.asarray(np.linalg.solve(curvature + others, slopes.T))
     shown = test.observation.covariance(
         Reached(fit.residual(i), slopes, gain, others, fit.values(i), is_noise=misfit_is_noise(fit, i))
     )
-    return _sandwich(information, others, shown)
-
-
-def _sandwich(curvature: FloatArray, others: FloatArray, shown: FloatArray) -> FloatArray:
-    """Information ``J A^-1 J`` (n, n) of curvature J with ``A = (J + H) V (J + H)``, V shown by the data (Godambe).
-
-    H: what holds the coordinates beside the data. Where white noise is all there is, it is J itself. Directions of
-    which the data say nothing say nothing here either.
-    """
     lower = np.linalg.cholesky(curvature + others)
     half = np.linalg.solve(lower, np.linalg.solve(lower, curvature).T)
     size, axes = np.linalg.eigh(0.5 * (half + half.T))
@@ -435,9 +411,8 @@ def posterior_of(fit: Fit, scatter_u: FloatArray | None = None) -> Posterior:
 
 
 def infer(
-    observations: Sequence[CycleObservation],
+    observations: Sequence[Observation],
     *,
-    amontons: bool = True,
     near: Mapping[str, float] | None = None,
     most: int | None = None,
 ) -> Posterior:
@@ -449,10 +424,8 @@ def infer(
 
     Parameters
     ----------
-    observations : sequence of CycleObservation
-        Tests of one or several materials, each under its law (`observe`, `CycleObservation.under`).
-    amontons : bool
-        Whether one friction coefficient serves all normal forces of a material.
+    observations : sequence of Observation
+        Tests of one or several materials, each under its law (`observe`, `Observation.under`).
     near : mapping of str to float, optional
         Values (of the first test) that a fit begins at too.
     most : int, optional
@@ -464,79 +437,25 @@ def infer(
         The mass stands still, the loop takes in no energy, or no value tried has a steady state.
     """
     for observation in observations:
-        prepare(observation.law, observation.r, STATES * len(observations))
-    model = model_of(observations, amontons=amontons)
+        observation.prepare(STATES * len(observations))
+    model = model_of(observations)
     model = model if most is None else replace(model, most=most)
-    plain = model_of(observations, amontons=amontons, rig=False)
-    law = [k for k, u in enumerate(model.unknowns) if u.law]
-    held, moved = _both(model, plain, law, near)
-    fits = [f for f in (held, *moved) if f is not None]
-    if not fits:
-        raise AnalysisError("no value tried has a steady state")
-    if len(observations) > 1:
-        return posterior_of(*_of_several(moved[0]))
-    return of_one_test(held, moved, law)
-
-
-def of_one_test(held: Fit | None, moved: Sequence[Fit], law: list[int]) -> Posterior:
-    """Return the posterior of one test: from its fit with sensors and rig as known, and from those that move them.
-
-    ``moved``: the best first; ``law``: places of the unknowns of ``held`` among those of the others.
-    """
-    best = moved[0]
-    found = posterior_of(best)
-    if held is not None and misfit_is_noise(held) and _gained(held, best) < CORRECTED:
-        return _as_known(held, found, law)
-    found = _with_rivals(found, moved[1:])
-    if held is None or not found.strained:
-        return found
-    apart = np.zeros(len(best.point))  # what is declared, or the law, is wrong: data do not say which
-    apart[law] = _suspicion(found) * (best.point[law] - held.point)
-    return found.with_shift(AS_KNOWN, apart)
-
-
-def _of_several(found: Fit) -> tuple[Fit, FloatArray]:
-    """The fit with the likeliest scatter from test to test, and the standard errors of the scatters.
-
-    What differs from test to test was counted as misfit of the law at first. Where the law with its scatter explains
-    every test, it was none, and the weights are found anew.
-    """
-    first = with_scatter(found)
-    again = with_scatter(tempered(first[0]))
-    each = zip(again[0].model.tests, again[0].place.residual, strict=True)
-    explained = all(t.observation.nrmse(r) <= EXPLAINED * cycle_of(t).cycles.floor for t, r in each)
-    return again if explained else first
-
-
-def _suspicion(found: Posterior) -> float:
-    """How sure it is (0 to 1) that a fit moved sensors and rig for something else's sake: by the worst of them."""
-    known = [
-        (u, abs(float(c)))
-        for u, c in zip(found.unknowns, found.fit.point, strict=True)
-        if u.level == "rig" and not u.law
-    ]
-    return max(
-        1.0
-        if math.isinf(u.tail) and c > STRAINED
-        else 0.0
-        if math.isinf(u.tail)
-        else min(1.0, max(0.0, 0.5 * (c - 2.0)))
-        for u, c in known
-    )
-
-
-def _both(model: Model, plain: Model, law: list[int], near: Mapping[str, float] | None) -> tuple[Fit | None, list[Fit]]:
-    """The fit with sensors and rig held as they are known (of one test), and those that move them, best first."""
     starts, local = starting_points(model, near)
-    held = None
-    if len(model.tests) == 1:
-        known = [start[law] for start in starts]
-        held = _best(plain, known)
-        if held is not None and misfit_is_noise(held):
+    held: Fit | None = None
+    law = [k for k, u in enumerate(model.unknowns) if u.law or u.name in observations[0].free]
+    if len(observations) == 1:
+        plain = model_of(observations, rig=False)
+        held = _held(plain, [start[law] for start in starts])
+        settled = observations[0] if held is None else held.model.tests[0].observation.settled(held.values())
+        changed = held is not None and settled is not held.model.tests[0].observation
+        if held is not None and changed:
+            model, plain = (replace(m, tests=(replace(m.tests[0], observation=settled),)) for m in (model, plain))
+            held = fit_from(plain, [held.point])
+        if held is not None and (changed or misfit_is_noise(held)):
             whole = np.clip(np.zeros(len(model.unknowns)), *model.bounds)
             whole[law] = held.point
-            starts = [whole, *starts[1:]]
-    fits = []
+            starts = [whole] if changed else [whole, *starts[1:]]
+    fits: list[Fit] = []
     for start in starts:
         try:
             fits.append(fit_from(model, [start], local, tempers=False))
@@ -549,27 +468,52 @@ def _both(model: Model, plain: Model, law: list[int], near: Mapping[str, float] 
             "no friction ratio tried has a steady state: near resonance the motion may have no bound; check the natural"
             " frequency (rig.natural_frequency_hz, --natural-frequency)"
         )
-    fits = [tempered(f) for f in fits]
-    return held, sorted(fits, key=lambda f: f.chi_square)
+    moved = sorted((tempered(f) for f in fits), key=lambda f: f.chi_square)
+    return _of_several(moved[0]) if len(observations) > 1 else _of_one(held, moved, law)
 
 
-def _best(model: Model, starts: Sequence[FloatArray]) -> Fit | None:
-    """The best fit from the best of some starts; None where none has a steady state."""
-    if not model.unknowns:
-        try:
-            return Fit(model, start_place(model, np.zeros(0)))
-        except AnalysisError:
-            return None
+def _held(plain: Model, starts: Sequence[FloatArray]) -> Fit | None:
+    """The best fit with sensors and rig as they are known; None where no start has a steady state."""
     try:
-        return fit_from(model, starts)
+        return fit_from(plain, starts) if plain.unknowns else Fit(plain, start_place(plain, np.zeros(0)))
     except AnalysisError:
         return None
 
 
-def _gained(held: Fit, moved: Fit) -> float:
-    """By how much the sum of squares falls, priors counted, when sensors and rig are moved beside the law."""
-    strain = float((held.model.strains(held.point) ** 2).sum() - (moved.model.strains(moved.point) ** 2).sum())
-    return held.chi_square - moved.chi_square + strain
+def _of_several(found: Fit) -> Posterior:
+    """The posterior about the fit with the likeliest scatter from test to test.
+
+    What differs from test to test was counted as misfit of the law at first. Where the law with its scatter explains
+    every test, it was none, and the weights are found anew.
+    """
+    first = with_scatter(found)
+    again = with_scatter(tempered(first[0]))
+    each = zip(again[0].model.tests, again[0].place.residual, strict=True)
+    explained = all(t.observation.nrmse(r) <= EXPLAINED * t.observation.floor for t, r in each)
+    return posterior_of(*(again if explained else first))
+
+
+def _of_one(held: Fit | None, moved: Sequence[Fit], law: list[int]) -> Posterior:
+    """The posterior of one test: from its fit with sensors and rig as known, and from those that move them, best first.
+
+    `law`: places of the unknowns of `held` among those of the others.
+    """
+    best = moved[0]
+    found = posterior_of(best)
+    if held is not None and misfit_is_noise(held):
+        squares = [f.chi_square + float((f.model.strains(f.point) ** 2).sum()) for f in (held, best)]
+        if squares[0] - squares[1] < CORRECTED:
+            return _as_known(held, found, law)
+    found = _with_rivals(found, moved[1:])
+    if held is None or not found.strained:
+        return found
+    worst = 0.0  # how sure it is that sensors and rig were moved for something else's sake: by the worst of them
+    for u, c in zip(found.unknowns, np.abs(best.point).tolist(), strict=True):
+        if u.level == "rig" and not u.law:
+            worst = max(worst, float(c > STRAINED) if math.isinf(u.tail) else min(1.0, max(0.0, 0.5 * (c - 2.0))))
+    apart = np.zeros(len(best.point))  # what is declared, or the law, is wrong: data do not say which
+    apart[law] = worst * (best.point[law] - held.point)
+    return found.with_shift(AS_KNOWN, apart)
 
 
 def _as_known(held: Fit, moved: Posterior, law: list[int]) -> Posterior:
@@ -577,9 +521,7 @@ def _as_known(held: Fit, moved: Posterior, law: list[int]) -> Posterior:
     model = moved.fit.model
     point = np.clip(np.zeros(len(model.unknowns)), *model.bounds)
     point[law] = held.point
-    place = start_place(model, point)
-    fit = Fit(model, place)
-    held_se = np.zeros(len(point))
+    fit, held_se = Fit(model, start_place(model, point)), np.zeros(len(point))
     held_se[law] = np.sqrt(np.diag(posterior_of(held).covariance))
     found = Posterior(fit, moved.information, moved.scatter_u, moved.shifts, moved.warnings, held_se)
     return found.with_shift(AS_KNOWN, point - moved.fit.point)
@@ -587,21 +529,16 @@ def _as_known(held: Fit, moved: Posterior, law: list[int]) -> Posterior:
 
 def _with_rivals(found: Posterior, others: Sequence[Fit]) -> Posterior:
     """The posterior with errors that span other minima that fit nearly as well."""
-    k = found.fit.find("beta")
-    if k is None:
-        return found
     best = found.fit
-    near = [
-        f
-        for f in others
-        if (f.chi_square - best.chi_square) / excess_of(best) < RIVAL
-        and abs(f.values()["beta"] / best.values()["beta"] - 1.0) > 0.01
-    ]
+    if best.find("beta") is None:
+        return found
+    own = best.values()["beta"]
+    near = [f for f in others if (f.chi_square - best.chi_square) / excess_of(best) < RIVAL]
+    near = [f for f in near if abs(f.values()["beta"] / own - 1.0) > 0.01]
     for other in near:
         found = found.with_shift("other minima", other.point - best.point)
     if near:
         told = " and ".join(f"{f.values()['beta']:.4g}" for f in near)
-        own = f"{best.values()['beta']:.4g}"
-        said = f"friction_ratio: not unique: {told} fits nearly as well as {own}; its error spans them"
+        said = f"friction_ratio: not unique: {told} fits nearly as well as {own:.4g}; its error spans them"
         found = replace(found, warnings=(*found.warnings, said))
     return found

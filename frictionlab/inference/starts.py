@@ -8,20 +8,22 @@ ratio of each follows from the energy, because what the contact takes in of a *m
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 from frictionlab.analysis.measurement import Measurement
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import AnalysisError
-from frictionlab.inference.fit import Model
+from frictionlab.inference.fit import Model, cost
 from frictionlab.inference.observations import cycle_of
+from frictionlab.inference.table import TableObservation
 from frictionlab.simulator.problem import Wall
 
 LARGEST = 4.0  # friction ratio at which a contact that hardly slips is still looked for
 TRIED = 256  # friction ratios on either side of the one that takes in most
 SEARCH = np.geomspace(0.05, 3.0, 49)  # friction ratios tried, over the loop's
+TABLE_SEARCH = np.geomspace(0.02, 2.0, 14)  # friction ratios to begin from with a table over frequency
 LAGS = np.linspace(-3.0, 3.0, 25)  # standard deviations of its prior at which an undeclared lag is tried
 ROOTS = (1.0, 31.0)  # of the stiffness: a contact rings by it; beyond, it is rigid
 RING_STEP, ROOT_STEP, COARSE_STEP = 0.5, 0.6, 4.0  # between roots tried: times r, at most; of a law without rings
@@ -37,6 +39,9 @@ def starting_points(model: Model, near: Mapping[str, float] | None = None) -> tu
     zero = [np.zeros(len(t.index)) for t in model.tests]
     names = [u.name for u in model.unknowns]
     close = [] if near is None else [point_at(model, near)]
+    if isinstance(model.tests[0].observation, TableObservation) and "beta" in names:
+        tried = [point_at(model, {**(near or {}), "beta": beta}) for beta in TABLE_SEARCH]
+        return [*(tried[j] for j in minima(np.array([cost(model, point) for point in tried]))[:2]), *close], zero
     if "stiffness_ratio" in names and len(model.tests) == 1:
         return [*_over_stiffness(model, near or {}), *close], zero
     if "beta" in names:
@@ -60,27 +65,32 @@ def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
 
     A lag only turns harmonics, so it is tried without simulating; it is one for all tests.
     """
-    lag = next((k for k, u in enumerate(model.unknowns) if u.name == "lag_s" and math.isfinite(u.tail)), None)
-    guesses = point_at(model, near)
+    lag, guesses = _undeclared_lag(model), point_at(model, near)
     betas = [k for k, u in enumerate(model.unknowns) if u.name == "beta"]
-    ratios = [_loop_or(model, i) for i in range(len(model.tests))]
-    costs = np.full((len(model.tests), len(SEARCH), len(LAGS) if lag is not None else 1), math.inf)
-    for i in range(len(model.tests)):
-        for j, times in enumerate(SEARCH):
-            costs[i, j] = _costs_over_lag(model, i, guesses, times * ratios[i], lag)
+    observations = [cycle_of(test) for test in model.tests]
+    ratios = [loop_friction_ratio(o.measurement, o.wall) for o in observations]
+    costs = np.array(
+        [[_costs_over_lag(model, i, guesses, times * ratio, lag) for times in SEARCH] for i, ratio in enumerate(ratios)]
+    )
     if not np.isfinite(costs).any():
-        r = cycle_of(model.tests[0]).r
         raise AnalysisError(
             f"no friction ratio between {SEARCH[0] * ratios[0]:.3g} and {SEARCH[-1] * ratios[0]:.3g} has a steady state"
-            f" at r = {r:g}: near resonance the motion may have no bound; check the natural frequency"
+            f" at r = {observations[0].r:g}: near resonance the motion may have no bound; check the natural frequency"
             " (rig.natural_frequency_hz, --natural-frequency)"
         )
+
+    def at(friction: Mapping[int, float], turn: int) -> FloatArray:
+        point = guesses.copy()
+        for k, beta in friction.items():
+            point[k] = model.unknowns[k].at(beta)
+        if lag is not None:
+            point[lag] = LAGS[turn]
+        return np.clip(point, *model.bounds)
+
     if len(model.tests) == 1:
-        least = costs[0].min(axis=1)
-        return [
-            _at(model, guesses, {betas[0]: SEARCH[j] * ratios[0]}, lag, int(np.argmin(costs[0, j])))
-            for j in minima(least)
-        ]
+        beta, times = betas[0], ratios[0] / model.tests[0].factor(betas[0])
+        least = minima(costs[0].min(axis=1))
+        return [at({beta: SEARCH[j] * times}, int(np.argmin(costs[0, j]))) for j in least]
     over = np.minimum(costs, 1e300).min(axis=1).sum(axis=0)  # of each lag, every test at its own friction ratio
     best = int(np.argmin(over))
     found = {}
@@ -88,29 +98,18 @@ def _over_friction(model: Model, near: Mapping[str, float]) -> list[FloatArray]:
         mine = [i for i, t in enumerate(model.tests) if k in t.index]
         own = [SEARCH[int(np.argmin(costs[i, :, best]))] * ratios[i] / model.tests[i].factor(k) for i in mine]
         found[k] = float(np.median(own))
-    return [_at(model, guesses, found, lag, best, scaled=True)]
+    return [at(found, best)]
 
 
-def _loop_or(model: Model, i: int) -> float:
-    observation = cycle_of(model.tests[i])
-    return loop_friction_ratio(observation.measurement, observation.wall)
-
-
-def _at(
-    model: Model, guesses: FloatArray, betas: Mapping[int, float], lag: int | None, turn: int, *, scaled: bool = False
-) -> FloatArray:
-    point, test = guesses.copy(), model.tests[0]
-    for k, beta in betas.items():
-        point[k] = model.unknowns[k].at(beta / (1.0 if scaled else test.factor(k)))
-    if lag is not None:
-        point[lag] = LAGS[turn]
-    return np.clip(point, *model.bounds)
+def _undeclared_lag(model: Model) -> int | None:
+    """Place of a lag that nobody has declared."""
+    return next((k for k, u in enumerate(model.unknowns) if u.name == "lag_s" and math.isfinite(u.tail)), None)
 
 
 def _costs_over_lag(model: Model, i: int, point: FloatArray, beta: float, lag: int | None) -> FloatArray:
     """Sums of squares of test i at a friction ratio, over the lags tried; infinite where there is no steady state."""
     test = model.tests[i]
-    observation = cycle_of(test)
+    observation = test.observation
     values = model.values(i, point[test.index]) | {"beta": beta}
     motion = observation.motion(values)
     tried = LAGS if lag is not None else np.zeros(1)
@@ -118,9 +117,11 @@ def _costs_over_lag(model: Model, i: int, point: FloatArray, beta: float, lag: i
         return np.full(len(tried), math.inf)
     found = []
     for c in tried:
-        late = {} if lag is None else {"lag_s": model.unknowns[lag].value(float(c))}
+        late, strain = {}, 0.0
+        if lag is not None:
+            late = {"lag_s": model.unknowns[lag].value(float(c))}
+            strain = model.unknowns[lag].strain(float(c)) ** 2 / len(model.tests)
         gap = observation.white(observation.data - observation.seen(motion, values | late))
-        strain = 0.0 if lag is None else model.unknowns[lag].strain(float(c)) ** 2 / len(model.tests)
         found.append(float(gap @ gap) + strain)
     return np.array(found)
 
@@ -144,12 +145,14 @@ def _over_stiffness(model: Model, known: Mapping[str, float]) -> list[FloatArray
     free = "beta" in {u.name for u in model.unknowns}
     slid = slid_of(observation.measurement, observation.wall)
     energy = energy_of(observation.measurement, observation.wall)
-    energy -= _drained(slid, known.get("contact_damping_ratio", 0.0) * observation.r)
+    lines = np.fft.rfft(slid)[1:] * (2.0 / len(slid))
+    speed = float(np.sum((np.arange(1, len(lines) + 1) * np.abs(lines)) ** 2))
+    energy -= 2.0 * known.get("contact_damping_ratio", 0.0) * observation.r * math.pi * speed  # to the dashpot
     strokes, exact = strokes_of(slid), observation.law.kind == "elastic"
     step = min(ROOT_STEP, RING_STEP * observation.r) if exact else COARSE_STEP
     roots = np.linspace(*ROOTS, 1 + math.ceil((ROOTS[1] - ROOTS[0]) / step))
     found: list[tuple[float, FloatArray]] = []
-    lag = next((k for k, u in enumerate(model.unknowns) if u.name == "lag_s" and math.isfinite(u.tail)), None)
+    lag = _undeclared_lag(model)
     for branch in (0, 1):
         costs = np.full(len(roots), math.inf)
         points: list[FloatArray | None] = []
@@ -279,20 +282,10 @@ def strokes_of(slid: FloatArray) -> FloatArray:
     open_: list[float] = []
     for point in (around[0], *around[turns], around[-1]):
         open_.append(float(point))
-        while len(open_) >= 4 and _is_closed(open_[-4:]):
+        while len(open_) >= 4:  # the middle of three ways is closed if it is no longer than either beside it
+            before, middle, after = np.abs(np.diff(open_[-4:]))
+            if middle > min(before, after):
+                break
             strokes.append(abs(open_[-3] - open_[-2]))
             del open_[-3:-1]
     return np.sort([*strokes, float(np.ptp(slid))])
-
-
-def _is_closed(points: Sequence[float]) -> bool:
-    """Whether the middle of three ways is no longer than either beside it."""
-    before, middle, after = np.abs(np.diff(points))
-    return bool(middle <= before and middle <= after)
-
-
-def _drained(slid: FloatArray, damping: float) -> float:
-    """Energy per cycle (k Y^2) that a dashpot of a damping ratio times r takes in of a motion (p,)."""
-    lines = np.fft.rfft(slid)[1:] * (2.0 / len(slid))
-    order = np.arange(1, len(lines) + 1)
-    return 2.0 * damping * math.pi * float(np.sum((order * np.abs(lines)) ** 2))

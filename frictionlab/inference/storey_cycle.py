@@ -5,7 +5,7 @@ data are the harmonics of every mass that was measured, with one covariance.
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import ClassVar, cast
 
 import numpy as np
@@ -19,13 +19,12 @@ from frictionlab.inference.observations import (
     LEAST_POINTS,
     CycleObservation,
     Motion,
-    cycles_of,
     harmonics_of,
-    measured_base,
+    of_measurement,
     parts,
 )
 from frictionlab.inference.unknowns import SMALLEST, STRONGEST, Unknown
-from frictionlab.scene import Scene
+from frictionlab.scene import Scene, Solver
 from frictionlab.scene.physical import contacts_of, storeys_of, structure_of
 from frictionlab.simulator import Contact, Problem, SteadyState, Structure
 from frictionlab.simulator import Motion as MotionOfOne
@@ -53,33 +52,30 @@ class FirstMass:
 
 @dataclass(frozen=True)
 class StoreyState(SteadyState):
-    """The steady state of a structure as that of its first mass and first contact; ``whole``: all of it."""
+    """The steady state of a structure as that of its first mass and first contact; ``whole``: all of it.
+
+    Stops and regime are those of the motion against the wall, as `analyze` counts them: of a contact elsewhere they are
+    not known.
+    """
 
     whole: StructureState | None = None
 
     @classmethod
     def of(cls, problem: Problem, whole: StructureState) -> "StoreyState":
-        """Of a structure whose first contact is that of a problem.
-
-        Stops and regime are those of the motion against the wall, as `analyze` counts them: of a contact elsewhere they
-        are not known.
-        """
+        """Of a structure whose first contact is that of a problem."""
         contact = whole.contacts[0] if whole.contacts else None
         seen = contact if contact is not None and (contact.mass, contact.against) == (1, "wall") else None
+        same = ("outcome", "period_cycles", "floquet_multiplier", "closure_error", "residual")
         return cls(
             problem=problem,
             solver="exact",
-            outcome=whole.outcome,  # type: ignore[arg-type] # the same words
             response_amplitude=whole.response_amplitudes[0] if whole.response_amplitudes else None,
             stops_per_cycle=seen.stops_per_cycle if seen else None,
             stuck_fraction=seen.stuck_fraction if seen else None,
-            regime=whole.regime if seen else None,  # type: ignore[arg-type] # as above
-            period_cycles=whole.period_cycles,
-            floquet_multiplier=whole.floquet_multiplier,
-            closure_error=whole.closure_error,
-            residual=whole.residual,
+            regime=whole.regime if seen else None,  # type: ignore[arg-type] # the same words
             orbit=None if whole.motion is None else cast("MotionOfOne", FirstMass(whole.motion)),
             whole=whole,
+            **{name: getattr(whole, name) for name in same},
         )
 
     @property
@@ -93,7 +89,7 @@ class StoreyState(SteadyState):
         return self.whole.warnings if self.whole else ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class StoreyObservation(CycleObservation):
     """The mean cycle of all measured masses of a frame, under the law of its first contact.
 
@@ -105,25 +101,12 @@ class StoreyObservation(CycleObservation):
         ``[[rig.masses]]``, ``[[rig.contacts]]``.
     seen_masses : int
         How many masses were measured, from the first on.
-    load : float or None
-        Normal force of the first contact, N.
     """
 
-    scene: Scene = field(default_factory=Scene)
-    seen_masses: int = 1
-    load: float | None = None
+    scene: Scene
+    seen_masses: int
     single: ClassVar[bool] = False
     by_sensors: ClassVar = (*SENSORS, "mass_in_base", *(GAIN.format(i) for i in range(2, MOST + 1)))
-
-    @property
-    def count(self) -> int:
-        """Number of harmonics of each mass."""
-        return len(self.cycles.mean) // (2 * self.seen_masses)
-
-    @property
-    def normal_force(self) -> float | None:
-        """Normal force of the first contact, N; None where it is not known."""
-        return self.load
 
     @property
     def place_words(self) -> str:
@@ -136,7 +119,7 @@ class StoreyObservation(CycleObservation):
     @property
     def rig_unknowns(self) -> tuple[Unknown, ...]:
         """What is not known of sensors and rig: of upper storeys and their sensors as much as of the first."""
-        sources, known = self.measurement.sources, super().rig_unknowns
+        sources, known = self.sources, super().rig_unknowns
         gain = next((u for u in known if u.name == "gain"), None)
         more: list[Unknown] = []
         for i, storey in enumerate(self.scene.rig.masses[1:], 2):
@@ -182,6 +165,10 @@ class StoreyObservation(CycleObservation):
         except (FrictionlabError, ArithmeticError, np.linalg.LinAlgError, ValueError):
             return None
 
+    def solved(self, values: Values, solver: Solver = "auto") -> SteadyState:  # noqa: ARG002 - there is one for frames
+        """Return the steady state predicted."""
+        return self.state(values) or SteadyState(self.problem(values), "exact", "not found")
+
     def motion(self, values: Values, near: Motion | None = None) -> Motion | None:
         """Return the steady state and the harmonics (n K,) of the measured masses, before the sensors."""
         state = self.state(values, None if near is None else near[0])
@@ -220,6 +207,10 @@ class StoreyObservation(CycleObservation):
         lines = np.array([np.fft.rfft(mass)[1:] / half for mass in masses])
         order = np.arange(1, lines.shape[1] + 1)
         fade = np.exp(-((order / FADE) ** 2))
+
+        def over_cycle(part: ComplexArray) -> FloatArray:
+            return np.asarray(np.fft.irfft(np.concatenate([[0.0], half * part]), len(cycle.tau)))
+
         base = np.zeros(len(order), dtype=np.complex128)
         count = min(structure.base.harmonics, len(base))
         base[:count] = structure.base.lines[:count]
@@ -231,10 +222,10 @@ class StoreyObservation(CycleObservation):
         left = elastic + viscous + rate**2 * (structure.mass[at] @ lines)
         row = structure.row(contact)
         slip = row @ lines - (base if contact.against == "base" else 0.0)
-        n, z, v = (self._over(fade * part, half) for part in (left, slip, 1j * order * slip))
+        n, z, v = (over_cycle(fade * part) for part in (left, slip, 1j * order * slip))
         rows = np.array([structure.row(c)[at] for c in structure.contacts])
         others = np.fft.rfft(motion.force(cycle.tau + late)[:, 1:] @ rows[1:])[1:] / half
-        return AtContact(z, v, n - self._over(fade * others, half))
+        return AtContact(z, v, n - over_cycle(fade * others))
 
     def law_at_contact(self, state: SteadyState, tau: FloatArray) -> AtContact | None:
         """Return slip, its velocity and the force of the first contact in the prediction."""
@@ -246,9 +237,6 @@ class StoreyObservation(CycleObservation):
         row, follow = structure.row(contact), float(contact.against == "base")
         z = q @ row - follow * structure.base.at(tau)
         return AtContact(z, v @ row - follow * structure.base.rate_at(tau), motion.force(tau)[:, 0])
-
-    def _over(self, lines: ComplexArray, half: float) -> FloatArray:
-        return np.asarray(np.fft.irfft(np.concatenate([[0.0], half * lines]), len(self.measurement.cycle.tau)))
 
     def left(self, predicted: FloatArray, values: Values) -> float:  # noqa: ARG002 - of one mass it takes that
         """Return the rms over all masses of what the prediction leaves, over that of the measured."""
@@ -287,16 +275,6 @@ def observe_storeys(measurement: Measurement, scene: Scene, law: str | Law | Non
             " speed and breakaway (rig.contacts, --law); one that yields has many minima there"
             + (f": give {', '.join(soft)} in [[rig.contacts]]" if chosen.is_exact else "")
         )
-    cycles = cycles_of(measurement, masses=seen)
-    return StoreyObservation(
-        measurement,
-        cycles,
-        chosen,
-        held,
-        "fixed",
-        measured_base(measurement, scene.model.base_harmonics),
-        measurement.cycle.kept[: len(cycles.mean) // (2 * seen)],
-        scene=scene,
-        seen_masses=seen,
-        load=contact.normal_force_n or measurement.normal_force_n,
-    )
+    known = of_measurement(measurement, scene, seen)
+    known["normal_force"] = contact.normal_force_n or measurement.normal_force_n
+    return StoreyObservation(law=chosen, held=held, wall="fixed", scene=scene, seen_masses=seen, **known)

@@ -342,7 +342,7 @@ def _observation(
         series=SimpleNamespace(used=np.ones(cycles, dtype=bool)),
     )
     found = observe(cast("Any", measurement), lab.scene, lab.law)
-    missed = plan.model_error**2 * float(np.mean(parts(mean) ** 2)) / found.powers
+    missed = plan.model_error**2 * float(np.mean(parts(mean) ** 2)) / found.cycles.power
     return replace(found, held=dict(lab.held), missed=missed)
 
 

@@ -215,7 +215,7 @@ def compare(
         if law_file is not None or whole or fit == "whole":
             raise UsageError(f"{table.source}: a table over frequency: expected neither law_file, whole nor fit")
         from frictionlab.experiment import facts_of
-        from frictionlab.inference.over_frequency import compare_table
+        from frictionlab.inference.compare import compare_table
 
         facts = facts_of(known, Path(what if isinstance(what, str | PathLike) else table.source)).values
         return compare_table(table, known, facts, law=law, friction_ratio=friction_ratio)

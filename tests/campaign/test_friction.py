@@ -53,7 +53,7 @@ def test_the_fit_is_the_lowest_point_of_chi_square() -> None:
     trials = [replace(t, energy=wider(t.energy, 3), amplitude=wider(t.amplitude, 2)) for t in plain]
     sources = sources_of(scene_from_tables(QUIET), 250.0)
     rows = [observe_row(t, Model(), sources, 0.99 * BETA, AMPLITUDE) for t in trials]
-    model = model_of(rows)  # type: ignore[arg-type] # a row has all that is asked for
+    model = model_of(rows)
     found = fit_from(model, [np.array([model.unknowns[0].at(0.97 * BETA)])], tempers=False)
     assert found.values()["beta"] == pytest.approx(
         naive.best_friction_ratio(trials, 0.98 * BETA, 1.02 * BETA), rel=2e-4

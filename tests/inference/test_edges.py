@@ -1,18 +1,15 @@
 """Where a fit looks surer than it is: each case was once stated with an error that did not hold, or blamed wrongly."""
 
 import math
-from importlib import import_module
 
 import numpy as np
 import pytest
 
-from frictionlab.inference import compare
+from frictionlab.inference import compare, verdict
 from frictionlab.recording import Recording
 from frictionlab.simulator import Base, Problem, simulate
 from tests.analysis.seen import through_laser
 from tests.inference.contacts import BASE_M, NATURAL_HZ, recorded, scene
-
-compare_module = import_module("frictionlab.inference.compare")  # the package has a function of that name
 
 
 def test_a_fit_at_the_edge_of_sticking_is_not_sure_beside_a_misfit() -> None:
@@ -120,5 +117,5 @@ def test_a_cycle_that_is_nearly_all_noise_is_not_explained_without_a_word(monkey
     seen = recorded(Problem(0.6, 0.35), np.random.default_rng(16), seconds=10.0)
     told = "verdict: explained says little here"
     assert not any(w.startswith(told) for w in compare(seen, scene()).warnings)
-    monkeypatch.setattr(compare_module, "FAINT", 0.0)  # every cycle is faint then
+    monkeypatch.setattr(verdict, "FAINT", 0.0)  # every cycle is faint then
     assert any(w.startswith(told) for w in compare(seen, scene()).warnings)

@@ -1,0 +1,277 @@
+"""A whole record over its prediction from the first sample, period by period, and its friction over time.
+
+A small change of beta during a period moves the record by its sensitivity dx/dbeta there; the residual tells how large
+it was. The changes are smoothed as a random walk from period to period, whose step is the one that makes the values
+most likely (Kalman's filter; Rauch, Tung and Striebel 1965). A motion needs some periods to follow (near resonance
+many): what friction did shows so much later, and is put where it happened. Where friction changes by more than a
+little, the record is simulated at several friction ratios.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictionlab.arrays import FloatArray
+from frictionlab.errors import AnalysisError
+from frictionlab.inference.comparison import WholeRecord
+from frictionlab.inference.record import RUNS, RecordObservation, spread_of
+from frictionlab.simulator.record import BaseRecord, respond
+
+Periods = NDArray[np.intp]
+STEPS = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 41)])  # of the walk, over beta, that are tried
+WIDE = 10.0  # over beta: what is known of the first value
+SMALL = 1e-3  # relative change of beta for its derivative
+LINEAR, UNTOLD = 0.5, 10.0  # times beta: the largest change that is told, and the error where none is
+SHAKES = 10  # draws of the base's noise, for what it does to single periods
+BAD = 3.0  # times the usual rms of what is left of a period, from which its own counts
+SETTLES = 200  # periods, at most, that a motion is followed after a step of friction
+GRID = (-2.0, -1.0, 0.0, 1.0, 2.0)  # friction ratios simulated where it changes, in rms of its changes
+NOTABLE = 3e-3  # relative rms of the changes from which one derivative does not do
+LEAVES = 2.0  # times the usual misfit of a period at which the prediction has left the measurement
+NOISE = 3.0  # times the sensor's noise, at least
+FEW = 3  # periods, at most, that tell no usual one
+CALM = 3  # periods below that end such a stretch
+
+
+def follow(observation: RecordObservation, values: Mapping[str, float], *, fits_start: bool) -> WholeRecord:
+    """Return the record over its prediction at some values; its start is fitted where it was not.
+
+    Raises
+    ------
+    AnalysisError
+        The law has no motion under the measured base at these values.
+    """
+    track = observation.track
+    observation.prepare(RUNS)
+    if fits_start:
+        values = {**values, **_fitted_start(observation, values)}
+    predicted = observation.predict(values)
+    if predicted is None:
+        raise AnalysisError(f"record: law {observation.law.name} has no motion at the values found")
+    friction = friction_over_time(observation, values, predicted)
+    gap = track.mass - predicted
+    area, area_predicted = loop_areas(track.base, track.mass), loop_areas(track.base, predicted)
+    edges = np.minimum(track.period * np.arange(track.periods + 1), track.time[-1])
+    power = np.concatenate([[0.0], np.cumsum(0.5 * (gap[1:] ** 2 + gap[:-1] ** 2) * np.diff(track.time))])
+    each = np.sqrt(np.diff(np.interp(edges, track.time, power)) / np.diff(edges)) / track.rms
+    limit = max(LEAVES * float(np.median(each)), NOISE * track.noise / track.rms) if len(each) > FEW else math.inf
+    return WholeRecord(
+        time=track.start + track.time,
+        base=track.base,
+        measured=track.mass,
+        predicted=predicted,
+        nrmse=math.sqrt(float(np.mean(gap**2))) / track.rms,
+        energy_difference=float(area_predicted[-1] / area[-1] - 1.0),
+        cycle_time=track.start + edges[:-1],
+        cycle_measured=np.diff(np.interp(edges, track.time, area)),
+        cycle_predicted=np.diff(np.interp(edges, track.time, area_predicted)),
+        cycle_nrmse=each,
+        cycle_friction=friction.values,
+        cycle_friction_se=friction.errors,
+        wanders=friction.sure,
+        left=tuple(stretches_apart(each, limit, track.start + edges)),
+    )
+
+
+def _fitted_start(observation: RecordObservation, values: Mapping[str, float]) -> dict[str, float]:
+    """Where and how fast the mass begins, by least squares, all else given."""
+    from scipy.optimize import least_squares  # noqa: PLC0415 - for whole records alone
+
+    names = tuple(observation.start)
+    far = np.full(len(observation.data), 10.0 * observation.track.rms)
+
+    def residual(point: FloatArray) -> FloatArray:
+        predicted = observation.predict({**values, **dict(zip(names, point.tolist(), strict=True))})
+        return far if predicted is None else observation.data - predicted
+
+    begun = [values[name] for name in names]
+    found = least_squares(residual, begun, method="trf", max_nfev=25, diff_step=[1e-6] * len(begun))
+    return dict(zip(names, found.x.tolist(), strict=True))
+
+
+def loop_areas(base: FloatArray, mass: FloatArray) -> FloatArray:
+    """Integral of y dx from the first sample to each (n,): what the loop takes in (2.18), by trapezia."""
+    steps = 0.5 * (base[1:] + base[:-1]) * np.diff(mass)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def stretches_apart(each: FloatArray, limit: float, edges: FloatArray) -> Iterator[tuple[float, float, float]]:
+    """Stretches of periods whose misfit is above a limit: from, to, the largest; a short calm ends none.
+
+    Parameters
+    ----------
+    each : ndarray of shape (c,)
+        Misfit of each period.
+    limit : float
+    edges : ndarray of shape (c + 1,)
+        Where the periods begin and end.
+
+    Examples
+    --------
+    >>> misfit = np.array([1.0, 5.0, 1.0, 6.0, 1.0, 1.0, 1.0, 1.0, 4.0])
+    >>> [(float(begin), float(end)) for begin, end, _ in stretches_apart(misfit, 2.0, np.arange(10.0))]
+    [(1.0, 4.0), (8.0, 9.0)]
+    """
+    out = np.flatnonzero(each > limit)
+    for places in np.split(out, np.flatnonzero(np.diff(out) > CALM) + 1):
+        if len(places):
+            yield float(edges[places[0]]), float(edges[places[-1] + 1]), float(each[places].max())
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A random walk: its values (c,), their errors (c,), its step from one to the next.
+
+    ``sure``: logarithm of how much more likely what was seen is than if nothing changed.
+    """
+
+    values: FloatArray
+    errors: FloatArray
+    step: float
+    sure: float
+
+
+def walk(values: FloatArray, errors: FloatArray, size: float) -> Walk:
+    """Return the smoothed random walk behind values (c,) seen with errors.
+
+    Parameters
+    ----------
+    values, errors : ndarray of shape (c,)
+    size : float
+        What the walk's step is measured in (beta).
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> truth = np.linspace(0.0, 1.0, 200)
+    >>> found = walk(truth + 0.1 * rng.standard_normal(200), np.full(200, 0.1), 1.0)
+    >>> off = found.values - truth
+    >>> bool(np.std(off) < 0.05), bool(np.mean(np.abs(off) < 2 * found.errors) > 0.9), found.sure > 10
+    (True, True, True)
+    """
+
+    def filtered(step: float) -> tuple[float, FloatArray, FloatArray]:  # log-likelihood, means and variances (c,)
+        mean, variance, likelihood = 0.0, (WIDE * size) ** 2, 0.0
+        means, variances = np.zeros(len(values)), np.zeros(len(values))
+        for c, (value, error) in enumerate(zip(values, errors, strict=True)):
+            variance += step**2 if c else 0.0
+            total = variance + error**2
+            likelihood -= 0.5 * (math.log(total) + (value - mean) ** 2 / total)
+            mean += variance / total * (value - mean)
+            variance *= error**2 / total
+            means[c], variances[c] = mean, variance
+        return likelihood, means, variances
+
+    tried = {float(step): filtered(float(step)) for step in STEPS * size}
+    best = max(tried, key=lambda step: tried[step][0])
+    likely, mean, variance = tried[best]
+    for c in range(len(values) - 2, -1, -1):
+        ahead = variance[c] + best**2
+        share = variance[c] / ahead
+        mean[c] += share * (mean[c + 1] - mean[c])
+        variance[c] += share**2 * (variance[c + 1] - ahead)
+    return Walk(mean, np.sqrt(np.maximum(variance, 0.0)), best, float(likely - tried[0.0][0]))
+
+
+def changes(gap: FloatArray, slope: FloatArray, periods: Periods, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return the change of a parameter in each period (c,), by least squares, and the weight <s, s> of each.
+
+    Parameters
+    ----------
+    gap, slope : ndarray of shape (n,)
+        Measured minus predicted, and the prediction's derivative by the parameter.
+    periods : ndarray of shape (n,)
+        Number of the period that each sample is in, from 0.
+    count : int
+        Periods; what comes behind them is left out.
+    """
+    weight = np.asarray(np.bincount(periods, slope * slope, minlength=count)[:count], dtype=np.float64)
+    moved = np.asarray(np.bincount(periods, slope * gap, minlength=count)[:count], dtype=np.float64)
+    return moved / np.maximum(weight, 1e-300), weight
+
+
+def friction_over_time(observation: RecordObservation, values: Mapping[str, float], predicted: FloatArray) -> Walk:
+    """Return the friction ratio of each period of a record as a random walk about the fitted one.
+
+    Where it changes by more than a little, the record is simulated at some friction ratios, and each period takes the
+    derivative at the nearest. What a record does not tell (the mass stands) keeps the fitted value, with a wide error.
+    """
+    track, beta = observation.track, observation.problem(values).beta
+    count = track.periods
+
+    def at(friction: float) -> FloatArray:
+        made = observation.predict({**values, "beta": friction})
+        return predicted if made is None else made
+
+    def walked(change: FloatArray) -> Walk:
+        far = np.abs(change) > LINEAR * beta
+        return walk(np.where(far, 0.0, change), np.where(far, UNTOLD * beta, error), beta)
+
+    slope = (at(beta * (1.0 + SMALL)) - predicted) / (SMALL * max(beta, 1e-300))
+    if count < 2 or not slope.any():
+        return Walk(np.full(count, beta), np.full(count, np.nan), 0.0, 0.0)
+    periods = (track.time / track.period).astype(np.intp)
+    change, weight = changes(track.mass - predicted, slope, periods, count)
+    left = track.mass - predicted - change[np.minimum(periods, count - 1)] * slope
+    error = _errors(observation, values, left, slope, weight, periods)
+    found = walked(change)
+    size = float(np.std(found.values))
+    if size > NOTABLE * beta:  # the derivative at the friction ratio nearest to the first guess
+        offsets = size * np.array(GRID)
+        records = [at(beta + off) for off in offsets]
+        told = []
+        for k, off in enumerate(offsets):
+            low, high = max(k - 1, 0), min(k + 1, len(offsets) - 1)
+            steep = (records[high] - records[low]) / (offsets[high] - offsets[low])
+            told.append(off + changes(track.mass - records[k], steep, periods, count)[0])
+        nearest = np.argmin(np.abs(found.values[None, :] - offsets[:, None]), axis=0)
+        found = walked(np.array(told)[nearest, np.arange(count)])
+    delay, own = _delay(observation, values, slope), np.arange(count)
+    late = np.maximum(own + delay - (count - 1.0), 0.0)  # what has not shown yet is the last value, less sure
+    earlier, errors = (np.interp(own + delay, own, part) for part in (found.values, found.errors))
+    blurred = found.step**2 * (0.25 * delay + late)  # what changes within the delay shows as its mean
+    return replace(found, values=beta + earlier, errors=np.sqrt(errors**2 + blurred))
+
+
+def _errors(
+    observation: RecordObservation,
+    values: Mapping[str, float],
+    left: FloatArray,
+    slope: FloatArray,
+    weight: FloatArray,
+    periods: Periods,
+) -> FloatArray:
+    """Error of each period's change (c,): by both sensors' noise, and by what is left where that is more."""
+    shakes, count = observation.shaken(values, SHAKES), len(weight)
+    by_base, power = np.zeros(count), 0.0
+    if len(shakes):
+        moved = np.array([changes(shake, slope, periods, count)[0] for shake in shakes])
+        by_base, power = np.sqrt(np.mean(moved**2, axis=0)), float(np.mean(shakes**2, axis=1).max())
+    own = np.sqrt(np.bincount(periods, left**2)[:count] / np.bincount(periods)[:count])
+    usual = spread_of(left, observation.track.noise, power)
+    spread = np.where(own > BAD * float(np.median(own)), own, usual)
+    return np.asarray(np.hypot(spread / np.sqrt(np.maximum(weight, 1e-6 * float(weight.max()))), by_base))
+
+
+def _delay(observation: RecordObservation, values: Mapping[str, float], slope: FloatArray) -> float:
+    """Periods by which the motion is late behind friction: how it answers to a step of beta in the record's middle.
+
+    With the share g of the settled answer that each period after the step shows, ``sum (1 - g)``.
+    """
+    track, here = observation.track, observation.motion(values)
+    law = observation.problem(values).in_frame_time()
+    if here is None or law.law.kind != "rigid":
+        return 0.0  # an inner state cannot be begun anew
+    k = len(track.time) // 2
+    base = BaseRecord(here.time[k:], here.base.values[k:], rest=0.0, scale=1.0)
+    stepped = law.with_parameters({"beta": law.beta * (1.0 + SMALL)})
+    there = respond(stepped, base, x0=float(here.displacement[k]), v0=float(here.velocity[k]))
+    step = (there.displacement - here.displacement[k:]) / (SMALL * law.beta)
+    since = ((track.time[k:] - track.time[k]) / track.period).astype(np.intp)
+    shown, weight = changes(step, slope[k:], since, int(since[-1]) + 1)
+    shown = shown[weight > 0.1 * float(np.median(weight))][:SETTLES]
+    settled = np.flatnonzero(np.abs(shown - 1.0) < 0.05)
+    return float(np.clip(np.sum(1.0 - shown[: settled[0] if len(settled) else len(shown)]), 0.0, SETTLES))

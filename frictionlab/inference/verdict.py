@@ -1,0 +1,153 @@
+"""What is said of a comparison: verdict, model, caveats, and friction in newtons with what adds to its error."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from frictionlab.estimate import Estimate
+from frictionlab.inference.comparison import Verdict
+from frictionlab.inference.ladder import NUMERIC, Ladder, Rung
+from frictionlab.inference.observation import Observation
+from frictionlab.inference.posterior import EXPLAINED, ParameterEstimate, Posterior, limits_in_words
+from frictionlab.scene import Scene
+from frictionlab.simulator.laws import Law
+from frictionlab.uncertainty import Sources, unit_uncertainty
+
+FAINT = 0.1  # error of the measured cycle over its size from which nearly any law explains it
+VAGUE = 0.1  # relative uncertainty from which a friction ratio is called vague
+
+
+def verdict_of(misfit: float | None, *, strained: bool, answered: bool = False) -> Verdict | None:
+    """Return whether a law explains a test: strained, where only sensors or rig unlike what is declared make it do so.
+
+    ``answered``: whether another cause than the law explains what the law does not.
+    """
+    if misfit is None:
+        return None
+    if misfit > EXPLAINED:
+        return "strained" if answered else "misfit"
+    return "strained" if strained else "explained"
+
+
+def verdict_in_words(nrmse: float | None, misfit: float | None, verdict: Verdict | None) -> str:
+    """Return the verdict as it stands behind a law's name.
+
+    Examples
+    --------
+    >>> verdict_in_words(0.005, 0.5, "explained")
+    ': explained, it leaves 0.5 % of the motion, 0.5 times the error of the measured cycle'
+    """
+    if nrmse is None or misfit is None:
+        return ": no prediction"
+    said = {"explained": "explained", "strained": "strained"}.get(verdict or "", "not explained")
+    return f": {said}, it leaves {100 * nrmse:.2g} % of the motion, {misfit:.2g} times the error of the measured cycle"
+
+
+def model_words(law: Law, place: str, held: Mapping[str, float], base: str) -> str:
+    """Return the physics that was switched on, as words; ``place``: where it rubs; ``base``: what drove it."""
+    held = {name: value for name, value in held.items() if name != "beta"}
+    frame = held.pop("frame_damping_ratio", 0.0)
+    if "static_ratio_up" in held and held["static_ratio_up"] == held.get("static_ratio_down"):
+        held = {"static ratio": held.pop("static_ratio_up")} | held
+        del held["static_ratio_down"]
+    held |= {"frame damping": frame} if frame else {}
+    return ", ".join([law.words, place, *(f"{name} {value:g}" for name, value in held.items()), base])
+
+
+def base_words(count: int) -> str:
+    """Return the base motion of so many harmonics as words."""
+    return f"{count} base harmonics" if count > 1 else "cosine base"
+
+
+def caveats(found: Posterior, parameters: Mapping[str, ParameterEstimate]) -> list[str]:
+    """Say which parameters are not known."""
+    beta, said = parameters["beta"], []
+    if beta.u is not None and beta.u > VAGUE * beta.value:
+        said.append(
+            f"friction_ratio: known only to {100 * beta.u / beta.value:.2g} %: this test hardly tells it, or the law"
+            " does not explain the test; see misfit and --budget"
+        )
+    law = {u.name for u in found.unknowns if u.law}
+    said += [
+        f"{name}: this test does not tell it; {limits_in_words(e.lower, e.upper)} (95 %)"
+        for name, e in parameters.items()
+        if name != "beta" and name in law and not e.told
+    ]
+    return said
+
+
+def on_the_verdict(
+    observation: Observation, verdict: Verdict | None, misfit: float | None, ladder: Ladder | None
+) -> Iterator[str]:
+    """Yield what must be known of a law that does not explain the cycle, or that noise alone would let explain it."""
+    if verdict == "explained" and observation.floor > FAINT:
+        faint = f"the measurement's own error is {100 * observation.floor:.2g} % of the motion"
+        yield f"verdict: explained says little here: {faint}, and most laws would pass; measure more or larger cycles"
+    if misfit is None or misfit <= EXPLAINED:
+        return
+    step = "try --law auto"
+    if ladder is not None:
+        step = "no law that --law auto tried explains it"
+    elif "beta" in observation.held:
+        beta = observation.held["beta"]
+        step = f"the friction ratio is held at {beta:g}: leave out --beta, and beta of [model.parameters], to fit it"
+    missed = f"what it misses is {misfit:.2g} times the standard error of the measured mean cycle"
+    yield f"verdict: {observation.law.name} does not explain this cycle: {missed}; {step}"
+
+
+def on_the_ladder(
+    ladder: Ladder | None, observation: Observation, parameters: Mapping[str, ParameterEstimate]
+) -> Iterator[str]:
+    """Yield why a term is required though no value of it is known, and why laws were not tried."""
+    if ladder is None:
+        return
+    for term in observation.law.terms:
+        own = [parameters[p.name] for p in term.parameters if p.name not in observation.held and not p.whole]
+        if own and term.name != "coulomb" and not any(e.told for e in own):
+            yield (
+                f"law: the recording requires the term {term.name}, for without it cycles are predicted worse; how"
+                " much of it there is it does not tell, for errors of sensors and rig do nearly the same: declare them"
+                " in [sensors], [rig]"
+            )
+    yield from (f"law {name}: {why}" for name, why in ladder.left_out.items())
+
+
+def on_the_rungs(rungs: tuple[Rung, ...] | None) -> Iterator[str]:
+    """Yield which laws were not held against a whole record, and why."""
+    if rungs is not None:
+        yield (
+            f"record_laws: the exact laws alone were tried on the whole record, not {', '.join(NUMERIC)}; do: --law"
+            " coulomb+NAME --fit whole for one of them"
+        )
+        yield from (f"law {rung.law.name} on the record: {rung.said}" for rung in rungs if rung.said)
+
+
+def friction_of(
+    found: Posterior, scene: Scene, sources: Sources, *, amplitude: Estimate, normal_force: float | None
+) -> dict[str, Any]:
+    """Return friction ratio, force (N) and coefficient as estimates, and what adds to their uncertainty.
+
+    By the names of a comparison's fields: ``friction``, ``force``, ``coefficient``, ``budget``. ``amplitude``: Y [m],
+    that the friction ratio is over; ``normal_force``: N, if it is known.
+    """
+    beta = found.parameters()["beta"]
+    friction = Estimate(beta.value, beta.se, beta.u)
+    unit = amplitude.u / amplitude.value if amplitude.u is not None and amplitude.value else None
+    unit = math.hypot(amplitude.relative_se or 0.0, unit_uncertainty(sources)) if unit is None else unit
+    force = friction.scaled(scene.rig.stiffness).scaled(amplitude.value)
+    relative: dict[str, float] = {}
+    if force.value is None or amplitude.relative_se is None or beta.se is None or beta.u is None or not beta.value:
+        force = Estimate(force.value)
+    else:
+        relative = {"friction ratio": beta.u / beta.value, "stiffness": sources.stiffness, "base amplitude": unit}
+        se = math.hypot(beta.se / beta.value, amplitude.relative_se)
+        force = Estimate(force.value, force.value * se, force.value * math.hypot(*relative.values()))
+    coefficient = force.over(normal_force)
+    whole = relative | {"normal force": sources.normal_force}
+    if coefficient.u is not None and coefficient.value is not None:
+        coefficient = coefficient.with_u(coefficient.value * math.hypot(*whole.values()))
+    budget = {"friction_ratio": found.shares("beta")}
+    for name, estimate, causes in (("friction_force_n", force, relative), ("friction_coefficient", coefficient, whole)):
+        if estimate.value is not None and relative:
+            budget[name] = {cause: estimate.value * share for cause, share in causes.items() if share}
+    return {"friction": friction, "force": force, "coefficient": coefficient, "budget": budget}
