@@ -110,88 +110,82 @@ def virtual_tests(scene: Scene) -> tuple[SyntheticTest, ...]:
             f"synthetic.base_amplitude_m: expected an amplitude that the frame's {rig.stiffness:g} N/m turn into"
             f" a force; got {synthetic.base_amplitude_m:g}"
         )
+    tests = []
     for number, group in enumerate(synthetic.tests):
-        _check_words(group, number)
-        _check_parameters(scene, group, number)
-        _check_length(group.duration_s or synthetic.duration_s, synthetic.sampling_rate_hz, number)
-    tests = tuple(
-        _checked(_virtual_test(scene, group, force, ratio), group, number)
-        for number, group in enumerate(synthetic.tests)
-        for force in group.normal_forces_n
-        for ratio in group.frequency_ratios or [1.0]
-    )
+        law = group.law or ("coulomb" if scene.model.law == "auto" else scene.model.law)
+        _check_group(scene, group, law, f"synthetic.tests.{number}")
+        for force in group.normal_forces_n:
+            for ratio in group.frequency_ratios or [1.0]:
+                test = _virtual_test(scene, group, law, force, ratio)
+                _check_test(test, group, f"synthetic.tests.{number}")
+                tests.append(test)
     many = Counter(as_disks_see(test.log) for test in tests)
     twice = sorted({test.log for test in tests if many[as_disks_see(test.log)] > 1})
     if twice:
         raise SceneError(f"synthetic.tests: the same test stands twice: {', '.join(twice)}; leave one out")
-    return tests
+    return tuple(tests)
 
 
-def _check_words(group: VirtualTests, number: int) -> None:
-    """Refuse a material or label that cannot stand in the name of a log."""
+def _check_group(scene: Scene, group: VirtualTests, law: str, place: str) -> None:
+    """Refuse words that name no file, a log that no memory holds, and parameters that its law lacks or has twice.
+
+    A friction ratio is refused too: it follows from the coefficient.
+    """
     for key, word in (("material", group.material), ("label", group.label), ("base", group.base)):
         if word is not None and not _NAME.fullmatch(word):
             raise SceneError(
-                f"synthetic.tests.{number}.{key}: expected a word that can name a file (1 to 100 characters, none of"
+                f"{place}.{key}: expected a word that can name a file (1 to 100 characters, none of"
                 f' / \\ : * ? " < > | and no control characters); got {word!r}'
             )
-
-
-def _law_of(scene: Scene, group: VirtualTests) -> str:
-    return group.law or ("coulomb" if scene.model.law == "auto" else scene.model.law)
-
-
-def _check_parameters(scene: Scene, group: VirtualTests, number: int) -> None:
-    """Refuse a friction ratio, which follows from the coefficient; parameters that the law lacks, or given twice."""
     for key, given in (("parameters", group.parameters), ("physical", group.physical)):
         if "beta" in given:
             raise SceneError(
-                f"synthetic.tests.{number}.{key}.beta: expected parameters other than beta, which follows from"
-                " friction_coefficient and the normal force; got beta: leave it out"
+                f"{place}.{key}.beta: expected parameters other than beta, which follows from friction_coefficient and"
+                " the normal force; got beta: leave it out"
             )
-    try:
-        for name in group.physical:
-            law_of(_law_of(scene, group)).parameter(name)
-    except ParameterError as error:
-        raise SceneError(f"synthetic.tests.{number}.physical: {error}") from error
-    for name in sorted(set(group.physical) & set(group.parameters)):
-        raise SceneError(
-            f"synthetic.tests.{number}.physical: {name} stands in parameters too, dimensionless: give one of the two"
-        )
-
-
-def _check_length(duration_s: float, rate: float, number: int) -> None:
-    """Refuse a log that no memory holds."""
+    for name in group.physical:
+        try:
+            law_of(law).parameter(name)
+        except ParameterError as error:
+            raise SceneError(f"{place}.physical: {error}") from error
+        if name in group.parameters:
+            raise SceneError(f"{place}.physical: {name} stands in parameters too, dimensionless: give one of the two")
+    duration_s, rate = group.duration_s or scene.synthetic.duration_s, scene.synthetic.sampling_rate_hz
     if duration_s * rate > MOST_SAMPLES:
         raise SceneError(
-            f"synthetic.tests.{number}: {duration_s:g} s at {rate:g} Hz are {duration_s * rate:.3g} samples: expected"
-            f" at most {MOST_SAMPLES}: shorten duration_s, or lower sampling_rate_hz"
+            f"{place}: {duration_s:g} s at {rate:g} Hz are {duration_s * rate:.3g} samples: expected at most"
+            f" {MOST_SAMPLES}: shorten duration_s, or lower sampling_rate_hz"
         )
 
 
-def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float) -> SyntheticTest:
+def _virtual_test(scene: Scene, group: VirtualTests, law: str, force: float, ratio: float) -> SyntheticTest:
     rig, model, synthetic = scene.rig, scene.model, scene.synthetic
-    stiffness, natural_frequency = rig.stiffness or 0.0, rig.natural_frequency or 0.0
-    beta = group.friction_coefficient * force / (stiffness * synthetic.base_amplitude_m)
-    duration = group.duration_s or synthetic.duration_s
-    law = _law_of(scene, group)
-    frame = structure_of(scene, ratio, synthetic.base_amplitude_m, beta=beta) if has_several(scene) else None
+    stiffness, natural, amplitude = rig.stiffness or 0.0, rig.natural_frequency or 0.0, synthetic.base_amplitude_m
+    beta = group.friction_coefficient * force / (stiffness * amplitude)
+    # a friction ratio held in [model.parameters] is for fits: a virtual contact has its friction coefficient
+    held = {} if group.law else {name: value for name, value in model.parameters.items() if name != "beta"}
+    parameters = held | group.parameters
+    for name, value in group.physical.items():  # over the test's own Y and omega
+        turn = 2.0 * math.pi * ratio * natural
+        factor, _ = to_physical(law_of(law).parameter(name), scene, amplitude=amplitude, turn=turn)
+        parameters[name] = value / (factor or 1.0)
+    said = [f"r{ratio:g}"] * bool(group.frequency_ratios) + [word for word in (group.base, group.label) if word]
     return SyntheticTest(
-        log=f"{group.material}_N{force:g}{_of_motion(group, ratio)}{_label(group)}.csv",
+        log="_".join([group.material, f"N{force:g}", *said]) + ".csv",
         material=group.material,
         normal_force_n=force,
         frequency_ratio=ratio,
         friction_ratio=beta,
         friction_coefficient=group.friction_coefficient,
-        natural_frequency_hz=natural_frequency,
-        base_amplitude_m=synthetic.base_amplitude_m,
+        natural_frequency_hz=natural,
+        base_amplitude_m=amplitude,
         stiffness_n_per_m=stiffness,
         static_ratio=model.static_ratio,
         damping_ratio=scene.frame_damping_ratio,
         wall=model.wall,
         law=law,
-        parameters=_parameters(scene, group, law, ratio),
-        duration_s=duration,
+        parameters=parameters,
+        duration_s=group.duration_s or synthetic.duration_s,
         friction_drift_per_hour=group.friction_drift_per_hour,
         friction_scatter=group.friction_scatter,
         jump_s=group.jump_s,
@@ -199,36 +193,27 @@ def _virtual_test(scene: Scene, group: VirtualTests, force: float, ratio: float)
         friction_wander=group.friction_wander or None,
         friction_wander_s=group.friction_wander_s if group.friction_wander else None,
         base=synthetic.base_of(group),
-        frame=frame,
+        frame=structure_of(scene, ratio, amplitude, beta=beta) if has_several(scene) else None,
     )
 
 
-def _parameters(scene: Scene, group: VirtualTests, law: str, ratio: float) -> dict[str, float]:
-    """A test's parameters but beta; those in newtons, metres and seconds made dimensionless by its own Y and omega.
-
-    A friction ratio held in ``[model.parameters]`` is for fits: a virtual contact has its friction coefficient.
-    """
-    turn = 2.0 * math.pi * ratio * (scene.rig.natural_frequency or 0.0)
-    held = {} if group.law else {name: value for name, value in scene.model.parameters.items() if name != "beta"}
-    found = held | group.parameters
-    for name, value in group.physical.items():
-        parameter = law_of(law).parameter(name)
-        factor, _ = to_physical(parameter, scene, amplitude=scene.synthetic.base_amplitude_m, turn=turn)
-        found[name] = value / (factor or 1.0)
-    return found
-
-
-def _of_motion(group: VirtualTests, ratio: float) -> str:
-    """What the name of a log says of its base: the frequency ratio, and the motion's name."""
-    return (f"_r{ratio:g}" if group.frequency_ratios else "") + (f"_{group.base}" if group.base else "")
-
-
-def _checked(test: SyntheticTest, group: VirtualTests, number: int) -> SyntheticTest:
-    """The test, if its law and parameters make sense and its friction may change as it is said to."""
+def _check_test(test: SyntheticTest, group: VirtualTests, place: str) -> None:
+    """Refuse a law that cannot be, friction that cannot change as it is said to, and what a frame of several cannot."""
     if test.frame is not None:
-        return _checked_frame(test, group, number)
-    place = f"synthetic.tests.{number}.{'law' if group.law else 'parameters'}"
-    place = place if group.law or group.parameters else "model.law"
+        asked = {
+            "law, parameters or physical (they stand in [[rig.contacts]])": group.law
+            or group.parameters
+            or group.physical,
+            "friction that drifts, scatters, wanders or jumps": not test.is_plain_coulomb,
+            "a base that is no plain sine": not test.base.is_plain,
+        }
+        for what in (what for what, is_asked in asked.items() if is_asked):
+            raise SceneError(
+                f"{place}: a frame with [[rig.masses]] or [[rig.contacts]] has a plain sine and friction that stays the"
+                f" same; got {what}: leave it out"
+            )
+        return
+    place = f"{place}.{'law' if group.law else 'parameters'}" if group.law or group.parameters else "model.law"
     try:
         law = test.problem().law
     except ParameterError as error:
@@ -238,24 +223,3 @@ def _checked(test: SyntheticTest, group: VirtualTests, number: int) -> Synthetic
             f"{place}: law {law.name} remembers more than where the mass is: its friction cannot drift, scatter,"
             " wander or jump here; expected a law without memory, or friction that stays the same"
         )
-    return test
-
-
-def _checked_frame(test: SyntheticTest, group: VirtualTests, number: int) -> SyntheticTest:
-    """The test of several masses or contacts, if it asks for nothing that only one mass with one contact can do."""
-    asked = {
-        "law, parameters or physical (they stand in [[rig.contacts]])": group.law or group.parameters or group.physical,
-        "friction that drifts, scatters, wanders or jumps": not test.is_plain_coulomb,
-        "a base that is no plain sine": not test.base.is_plain,
-    }
-    for what, is_asked in asked.items():
-        if is_asked:
-            raise SceneError(
-                f"synthetic.tests.{number}: a frame with [[rig.masses]] or [[rig.contacts]] has a plain sine and"
-                f" friction that stays the same; got {what}: leave it out"
-            )
-    return test
-
-
-def _label(group: VirtualTests) -> str:
-    return f"_{group.label}" if group.label else ""

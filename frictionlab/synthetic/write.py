@@ -8,26 +8,18 @@ from pathlib import Path
 
 import numpy as np
 
+from frictionlab.analysis.steadiness import irregularity_index
 from frictionlab.arrays import FloatArray
 from frictionlab.errors import SceneError
 from frictionlab.files import check_replaceable, make_folder, write_whole
 from frictionlab.scene import Scene
-from frictionlab.simulator import Structure, steady_state
+from frictionlab.simulator import steady_state
 from frictionlab.simulator.several import steady
-from frictionlab.synthetic.virtual_motion import (
-    HOUR,
-    channels,
-    cycle_friction_ratios,
-    driven,
-    motion,
-    motion_at,
-    motion_of_masses,
-    phase_times,
-    sample_times,
-)
+from frictionlab.synthetic.virtual_motion import HOUR, cycle_friction_ratios, driven, motion
 from frictionlab.synthetic.virtual_rig import SyntheticTest, virtual_tests
 
 MILLIMETRES = 1e3  # the logs are written in the sensor's unit
+PHASES = 64  # points per cycle of the true irregularity
 MARK = b"# SYNTHETIC: "
 _FIRST = ("log", "material", "normal_force_n", "frequency_ratio", "friction_ratio")  # keys of a truth, in order
 PREAMBLE = (
@@ -83,7 +75,7 @@ def synthesize(scene: Scene, folder: Path) -> Iterator[SyntheticTest]:
 
 
 def is_truth(path: Path) -> bool:
-    """Whether a file tells the truth of synthetic logs: its first line has the numbers that `truth` gives."""
+    """Whether a file holds the truth of synthetic logs: its first line has the numbers that `truth` gives."""
     with path.open("rb") as file:
         first = file.readline(1 << 20)
     try:
@@ -105,44 +97,53 @@ def log_of(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
     The log: preamble, header, one line per sample; time in s, displacements in mm. A test whose base is no sine, or
     that more than lasers watch, is simulated as the response to a sampled base.
     """
-    if test.frame is not None and scene.synthetic.channels:
+    names, rate = scene.synthetic.channels, scene.synthetic.sampling_rate_hz
+    if test.frame is not None and names:
         raise SceneError(
             f"synthetic.channels: expected none for a frame with [[rig.masses]] or [[rig.contacts]]; got"
-            f" {', '.join(scene.synthetic.channels)}"
+            f" {', '.join(names)}"
         )
-    if scene.synthetic.channels or not test.base.is_plain:
-        return _driven_log(test, scene)
-    time = sample_times(test, scene)
-    base = np.asarray(test.base_amplitude_m * np.cos(2 * math.pi * test.drive_frequency_hz * time))
-    if test.is_plain_coulomb:
-        move = motion if test.frame is None else motion_of_masses
-        return _lines(test, scene, time, move(test, time, scene), base), {}
+    time = np.arange(round(test.duration_s * rate)) / rate
+    more: dict[str, FloatArray] = {}
+    told: dict[str, object] = {}
+    if names or not test.base.is_plain:
+        run = driven(test, scene)
+        mass, base = (test.base_amplitude_m * each[:: run.every] for each in (run.displacement, run.base))
+        more, told = run.channels(names), {key: _twelve_digits(value) for key, value in run.totals().items()}
+    else:
+        base = np.asarray(test.base_amplitude_m * np.cos(2 * math.pi * test.drive_frequency_hz * time))
+        if test.is_plain_coulomb:
+            mass = motion(test, time, scene)
+        else:
+            mass, told = _changing(test, scene, time)
+    if test.friction_wander and not test.is_plain_coulomb:
+        told["friction_ratio_of_cycles"] = [float(f"{beta:.8g}") for beta in cycle_friction_ratios(test, scene)]
+    return _lines(test, scene, time, mass, base, more), told
+
+
+def _changing(test: SyntheticTest, scene: Scene, time: FloatArray) -> tuple[FloatArray, dict[str, object]]:
+    """The motion of a mass whose friction changes; its index (4.1), and the change of its energy (k Y^2 an hour).
+
+    The index is that of 64 phases in each full cycle after the transient, cut where the base rises through zero; the
+    change is from the end of the transient to the end of the test.
+    """
     transient = scene.analysis.planned_transient_s
-    phases = phase_times(test, transient)
-    mass, exact = motion_at(test, scene, time, phases.ravel())
-    behaviour: dict[str, object] = {
-        "irregularity_index": irregularity_index(exact.reshape(phases.shape)),
-        "energy_slope_per_hour": energy_slope(test, transient),
-    }
-    return _lines(test, scene, time, mass, base), behaviour | _over_time(test, scene)
-
-
-def _over_time(test: SyntheticTest, scene: Scene) -> dict[str, object]:
-    """The friction ratio of each cycle, where it wanders."""
-    if not test.friction_wander:
-        return {}
-    return {"friction_ratio_of_cycles": [float(f"{beta:.8g}") for beta in cycle_friction_ratios(test, scene)]}
-
-
-def _driven_log(test: SyntheticTest, scene: Scene) -> tuple[str, dict[str, object]]:
-    """The log of a test whose base is no plain sine, and the totals of its motion."""
-    run, every, base = driven(test, scene)
-    time, mass = sample_times(test, scene), test.base_amplitude_m * run.displacement[::every]
-    omega = 2 * math.pi * test.natural_frequency_hz
-    totals = run.totals(test.base_amplitude_m, omega, test.stiffness_n_per_m)
-    told = {key: twelve_digits(value) for key, value in totals.items()}
-    more = {name: values[::every] for name, values in channels(test, scene, run).items()}
-    return _lines(test, scene, time, mass, base[::every], more), told | _over_time(test, scene)
+    first = math.ceil(transient * test.drive_frequency_hz + 0.25)
+    last = math.floor(test.duration_s * test.drive_frequency_hz + 0.25)
+    cycles = np.arange(first, max(first, last))[:, None] - 0.25
+    phases = (cycles + np.arange(PHASES) / PHASES) / test.drive_frequency_hz
+    every = np.concatenate([time, phases.ravel()])  # simulated once
+    order, moved = np.argsort(every, kind="stable"), np.empty_like(every)
+    moved[order] = motion(test, every[order], scene)
+    mass, exact = moved[: len(time)], moved[len(time) :].reshape(phases.shape)
+    slope = None
+    if test.jump_s is None and test.duration_s > transient:
+        drifted = (1 + test.friction_drift_per_hour * t / HOUR for t in (transient, test.duration_s))
+        before, after = (steady_state(test.problem(test.friction_ratio * by)).energy_per_cycle for by in drifted)
+        if before is not None and after is not None:
+            slope = (after - before) / (test.duration_s - transient) * HOUR
+    index = irregularity_index(exact - exact.mean()) if exact.size else None
+    return mass, {"irregularity_index": index, "energy_slope_per_hour": slope}
 
 
 def _lines(
@@ -151,29 +152,26 @@ def _lines(
     time: FloatArray,
     mass: FloatArray,
     base: FloatArray,
-    more: Mapping[str, FloatArray] | None = None,
+    more: Mapping[str, FloatArray],
 ) -> str:
     """The text of a log: ``time`` (n,) s, ``mass`` (n,) or (n, masses), ``base`` (n,) m and more, before any sensor."""
-    synthetic, others = scene.synthetic, more or {}
+    synthetic = scene.synthetic
     noise, further = test.draws(scene, "noise"), test.draws(scene, "channels")
     masses = [mass] if mass.ndim == 1 else list(mass.T)
     heads = ["mass [mm]"] if len(masses) == 1 else [f"mass {number} [mm]" for number in range(1, len(masses) + 1)]
-    lasers = [*masses, base]
-    seen = [MILLIMETRES * _through_laser(one, synthetic.noise_m, synthetic.step_m, noise) for one in lasers]
-    for values in others.values():
+    seen = []
+    for signal in (*masses, base):  # through a laser: noise, then rounding to its step
+        noisy = signal + synthetic.noise_m * noise.standard_normal(len(signal))
+        step = synthetic.step_m
+        seen.append(MILLIMETRES * (np.round(noisy / step) * step if step else noisy))
+    line = "%.6f" + ",%.6f" * len(seen) + ",%.9g" * len(more) + "\n"
+    for values in more.values():
         rms = synthetic.channel_noise * float(np.sqrt(np.mean(values**2)))
         seen.append(values + rms * further.standard_normal(len(values)))
     words = f"r {test.frequency_ratio:g}" if test.is_periodic else f"base {test.base.motion}"
-    columns = ",".join(["time [s]", *heads, "base [mm]", *(HEADS[name] for name in others)])
+    columns = ",".join(["time [s]", *heads, "base [mm]", *(HEADS[name] for name in more)])
     head = PREAMBLE.format(material=test.material, force=test.normal_force_n, motion=words, columns=columns)
-    line = "%.6f" + ",%.6f" * len(lasers) + ",%.9g" * len(others) + "\n"
     return head + (line * len(time)) % tuple(np.column_stack([time, *seen]).ravel().tolist())
-
-
-def _through_laser(signal: FloatArray, noise: float, step: float, generator: np.random.Generator) -> FloatArray:
-    """What a sensor makes of a displacement (m): noise of the given rms, then rounding to its step."""
-    noisy = signal + noise * generator.standard_normal(len(signal))
-    return np.round(noisy / step) * step if step else noisy
 
 
 def truth(test: SyntheticTest) -> dict[str, object]:
@@ -195,60 +193,31 @@ def truth(test: SyntheticTest) -> dict[str, object]:
         known |= _steady_truth(test)
     else:
         known |= {"frequency_ratio": None, "drive_frequency_hz": None}
-    return {key: twelve_digits(value) for key, value in known.items()}
+    return {key: _twelve_digits(value) for key, value in known.items()}
 
 
 def _steady_truth(test: SyntheticTest) -> dict[str, object]:
-    if test.frame is not None:
-        return _truth_of_masses(test.frame, test.natural_frequency_hz)
-    state = steady_state(test.problem())
-    return {
-        "outcome": state.outcome,
-        "energy_per_cycle": state.energy_per_cycle,
-        "energy_dissipated_per_cycle": state.energy_taken,
-        "response_amplitude": state.response_amplitude,
-        "stops_per_cycle": state.stops_per_cycle,
-        "stuck_fraction": state.stuck_fraction,
-        "regime": state.regime,
-    }
-
-
-def _truth_of_masses(frame: Structure, first_hz: float) -> dict[str, object]:
-    state = steady(frame)
     keys = ("outcome", "energy_per_cycle", "response_amplitude", "stops_per_cycle", "stuck_fraction", "regime")
-    row, taken = state.row(), (state.contact_energy_per_cycle, state.frame_energy_per_cycle)
+    if test.frame is None:
+        state = steady_state(test.problem())
+        first = {"outcome": state.outcome, "energy_per_cycle": state.energy_per_cycle}
+        return first | {"energy_dissipated_per_cycle": state.energy_taken} | {key: getattr(state, key) for key in keys}
+    several = steady(test.frame)
+    row, taken = several.row(), (several.contact_energy_per_cycle, several.frame_energy_per_cycle)
     return {key: row[key] for key in keys} | {
         "energy_dissipated_per_cycle": None if None in taken else sum(each or 0.0 for each in taken),
         "response_amplitudes": row["response_amplitudes"],
         "contacts": row["contacts"],
-        "natural_frequencies_hz": [first_hz * float(ratio) for ratio in frame.natural_frequencies],
+        "natural_frequencies_hz": [
+            test.natural_frequency_hz * float(ratio) for ratio in test.frame.natural_frequencies
+        ],
     }
 
 
-def twelve_digits(value: object) -> object:
+def _twelve_digits(value: object) -> object:
     """A number, or those of a table or list, with the digits that are the same on every machine."""
     if isinstance(value, dict):
-        return {key: twelve_digits(each) for key, each in value.items()}
+        return {key: _twelve_digits(each) for key, each in value.items()}
     if isinstance(value, list):
-        return [twelve_digits(each) for each in value]
+        return [_twelve_digits(each) for each in value]
     return float(f"{value:.12g}") if isinstance(value, float) else value
-
-
-def irregularity_index(cycles: FloatArray) -> float | None:
-    """Eq. (4.1) of the motion itself, one cycle a row: what a sensor without noise would give."""
-    if len(cycles) < 2 or not np.ptp(cycles):
-        return None
-    about = cycles - cycles.mean()
-    return float(np.mean(np.abs(np.diff(about, axis=0)).sum(axis=1) / np.abs(about[:-1]).sum(axis=1)))
-
-
-def energy_slope(test: SyntheticTest, transient: float) -> float | None:
-    """Change of the steady energy per cycle (k Y^2 per hour) from the end of the transient to the end of the test."""
-    if test.jump_s is not None or test.duration_s <= transient:
-        return None
-    times = (transient, test.duration_s)
-    betas = [test.friction_ratio * (1 + test.friction_drift_per_hour * time / HOUR) for time in times]
-    energies = [steady_state(test.problem(beta)).energy_per_cycle for beta in betas]
-    if energies[0] is None or energies[1] is None:
-        return None
-    return (energies[1] - energies[0]) / (times[1] - times[0]) * HOUR
