@@ -1,8 +1,7 @@
 """A recorded motion of the base -> what the mass does under it: units put on, doubtful records refused or told of."""
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,24 +24,13 @@ ORDER_LEFT = 15.0  # 2^4 - 1: what a spline of every other sample errs more
 
 @dataclass(frozen=True)
 class RecordResponse:
-    """The response to a recorded motion of the base.
+    """The response to a recorded motion of the base, whose source is named.
 
-    Parameters
-    ----------
-    source : str
-        Where the base's motion comes from.
-    response : Response
-        Dimensionless; its base's scale is Y [m].
-    recording : Recording
-        The base as it was given, and the mass as simulated, in SI units.
-    natural_frequency_hz : float
-    stiffness_n_per_m : float or None
-    base_u_m : float or None
-        Rms displacement that an accelerometer's noise is integrated to, where the base was one; None: it was not.
-    sampling_error : float
-        Rms error of the response over Y by what the base may do between its samples: a fifteenth of the difference to
-        the response under every other sample (a spline errs with the fourth power of the interval).
-    warnings : tuple of str
+    ``response``: dimensionless, its base's scale is Y [m]; ``recording``: the base as it was given, and the mass as
+    simulated, in SI units; ``base_u_m``: rms displacement that an accelerometer's noise is integrated to, where the
+    base was one; ``sampling_error``: rms error of the response over Y by what the base may do between its samples, a
+    fifteenth of the difference to the response under every other sample (a spline errs with the fourth power of the
+    interval).
     """
 
     source: str
@@ -152,13 +140,19 @@ def respond_to(
             f"base: an acceleration, up to {np.abs(y).max():.4g} m/s^2, drives the wall as it is: Y is that over"
             " omega_n^2, and the mass's displacement is that from the base"
         )
-        base = BaseRecord(tau, y / omega**2, quantity="acceleration")
-        part = replace(part, base_displacement=np.zeros(len(y)))
+        base, part = BaseRecord(tau, y / omega**2, quantity="acceleration"), part.changed(base_displacement=0.0 * y)
     elif is_acceleration:
         y, u = _integrated(part, highpass_hz, warnings)
-        base, part = BaseRecord(tau, y), replace(part, base_displacement=y)
+        base, part = BaseRecord(tau, y), part.changed(base_displacement=y)
     else:
-        base = BaseRecord(tau, _driving(part, problem, warnings))
+        noise = white_noise(y) if problem.wall == "base" and len(y) >= 16 else 0.0
+        if noise > QUIET * float(np.ptp(y)):
+            warnings.append(
+                f"base: its noise of {1e6 * noise:.3g} um rms was smoothed away: a wall that moves with the base feels"
+                " the base's acceleration, and noise would drown it"
+            )
+            y = denoised(y, noise)
+        base = BaseRecord(tau, y)
     response = respond(problem, base)
     error = _sampling_error(problem, base, response)
     if error > COARSE:
@@ -166,21 +160,14 @@ def respond_to(
             f"base: its motion between the samples is not known and may change the response by {error:.2g}"
             f" Y rms; do: sample faster than {part.sampling_rate_hz:.4g} Hz, or smooth its noise"
         )
-    made_by: dict[str, str | float] = {
-        "made_by": "frictionlab simulate --base-motion",
-        "law": problem.law.name,
-        **problem.parameters,
-    }
-    made = replace(
-        part,
-        mass_displacement=response.displacement * base.scale,
-        source=Source(
-            files=part.source.files,
-            dialect={**made_by, **problem.parameters},
-            options={"natural_frequency_hz": natural_frequency_hz, "wall": problem.wall},
-            warnings=tuple(warnings),
-        ),
+    made_by = {"made_by": "frictionlab simulate --base-motion", "law": problem.law.name}
+    origin = Source(
+        files=part.source.files,
+        dialect={**made_by, **problem.parameters},
+        options={"natural_frequency_hz": natural_frequency_hz, "wall": problem.wall},
+        warnings=tuple(warnings),
     )
+    made = part.changed(mass_displacement=response.displacement * base.scale, source=origin)
     return RecordResponse(source, response, made, natural_frequency_hz, stiffness_n_per_m, error, tuple(warnings), u)
 
 
@@ -205,17 +192,13 @@ def _integrated(part: Recording, highpass_hz: float | None, warnings: list[str])
     return y, u
 
 
-def _driving(part: Recording, problem: Problem, warnings: list[str]) -> FloatArray:
-    """The base's displacement as it drives; smoothed, and told so, where a moving wall would feel its noise."""
-    y = part.base_displacement
-    noise = white_noise(y) if problem.wall == "base" and len(y) >= 16 else 0.0
-    if not noise > QUIET * float(y.max() - y.min()):
-        return y
-    warnings.append(
-        f"base: its noise of {1e6 * noise:.3g} um rms was smoothed away: a wall that moves with the base feels the"
-        " base's acceleration, and noise would drown it"
-    )
-    return denoised(y, noise)
+def _sampling_error(problem: Problem, base: BaseRecord, response: Response) -> float:
+    """Rms error of the response over Y, by the response under every other sample."""
+    if len(base.time) < 9:
+        return 0.0
+    half = BaseRecord(base.time[::2], base.displacement[::2], rest=base.rest, scale=base.scale, quantity=base.quantity)
+    coarse = respond(problem, half, x0=float(response.displacement[0]), v0=float(response.velocity[0]))
+    return math.sqrt(float(np.mean((coarse.displacement - response.displacement[::2]) ** 2))) / ORDER_LEFT
 
 
 def sound_base(recording: Recording, *, jumps: bool = False) -> tuple[Recording, list[str]]:
@@ -228,51 +211,37 @@ def sound_base(recording: Recording, *, jumps: bool = False) -> tuple[Recording,
     RecordingError
         It has a gap, held values, or a jump: named by time.
     """
-    gaps = recording.gaps
+    gaps, parts = recording.gaps, recording.stretches()
+    if not parts:
+        raise RecordingError("base: no two sound samples follow each other")
+    part, lost = parts[0], len(recording) - len(parts[0])
+    steps = np.diff(part.time)
+    at = int(np.argmax(steps))
+    if not gaps and steps[at] > HOLE * float(np.median(steps)):  # without a flag, as in recordings of others
+        gaps = ((float(part.time[at]), float(part.time[at + 1])),)
     if gaps:
         raise RecordingError(
             f"base: no samples from {gaps[0][0]:.6g} s to {gaps[0][1]:.6g} s"
             f"{f' and {len(gaps) - 1} more gaps' if len(gaps) > 1 else ''}: nothing is simulated across a gap; do: cut "
             "the record there, or bridge longer holes when it is read (bridge_s in [log])"
         )
-    parts = recording.stretches()
-    if not parts:
-        raise RecordingError("base: no two sound samples follow each other")
-    part, lost = parts[0], len(recording) - len(parts[0])
-    _refuse_holes(part)
     if not jumps:
         _refuse_jumps(part.time, part.base_displacement)
-    return part, list(_doubts(part, lost))
-
-
-def _doubts(part: Recording, lost: int) -> Iterator[str]:
-    yield from part.source.warnings
+    said = list(part.source.warnings)
     bridged = int(np.count_nonzero(part.quality & np.uint8(Quality.INTERPOLATED)))
     if bridged:
-        yield f"base: {bridged} of {len(part)} samples are straight lines over short holes, not measured"
+        said.append(f"base: {bridged} of {len(part)} samples are straight lines over short holes, not measured")
     if lost:
-        yield f"base: {lost} samples with a repeated stamp or without a value are left out"
-
-
-def _refuse_holes(part: Recording) -> None:
-    """Refuse a gap that carries no flag, as in recordings of others: what is simulated across would have no end."""
-    steps = np.diff(part.time)
-    at = int(np.argmax(steps))
-    if steps[at] > HOLE * float(np.median(steps)):
-        raise RecordingError(
-            f"base: no samples from {part.time[at]:.6g} s to {part.time[at + 1]:.6g} s: nothing is simulated across a "
-            "gap; do: cut the record there"
-        )
+        said.append(f"base: {lost} samples with a repeated stamp or without a value are left out")
+    return part, said
 
 
 def _refuse_jumps(time: FloatArray, y: FloatArray) -> None:
     """Refuse a base that moves farther in one step than it could: far more than in the steps around it."""
-    steps = np.abs(np.diff(y))
-    span = float(y.max() - y.min())
-    noise = white_noise(y) if len(y) >= 16 else 0.0
-    suspects = np.flatnonzero(steps > max(LARGE * span, FAR * noise))
+    steps, noise = np.abs(np.diff(y)), white_noise(y) if len(y) >= 16 else 0.0
+    suspects = np.flatnonzero(steps > max(LARGE * float(np.ptp(y)), FAR * noise))
     if len(suspects) > len(steps) // 10:
-        return  # so many large steps are a coarse sampling, not jumps; the sampling error tells it
+        return  # so many large steps are a coarse sampling, not jumps; the sampling error shows it
     for i in suspects.tolist():
         around = np.concatenate([steps[max(0, i - AROUND) : i], steps[i + 1 : i + 1 + AROUND]])
         if len(around) and steps[i] > FAR * float(np.median(around)):
@@ -280,14 +249,3 @@ def _refuse_jumps(time: FloatArray, y: FloatArray) -> None:
                 f"base: jumps by {steps[i] * 1e3:.4g} mm from {time[i]:.6g} s to {time[i + 1]:.6g} s (sample {i + 1}): "
                 "no base moves so; do: look for a lost or wrong value there, and cut or mend the record"
             )
-
-
-def _sampling_error(problem: Problem, base: BaseRecord, response: Response) -> float:
-    """Rms error of the response over Y, by the response under every other sample."""
-    if len(base.time) < 9:
-        return 0.0
-    half = BaseRecord(base.time[::2], base.displacement[::2], rest=base.rest, scale=base.scale, quantity=base.quantity)
-    start = (float(response.displacement[0]), float(response.velocity[0]))
-    coarse = respond(problem, half, x0=start[0], v0=start[1])
-    gap = coarse.displacement - response.displacement[::2]
-    return math.sqrt(float(np.mean(gap**2))) / ORDER_LEFT

@@ -8,7 +8,7 @@ A result holds its numbers as estimates; the flat names of the contract (``energ
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, Self, overload
+from typing import Generic, Literal, Self, TypeVar, overload
 
 import numpy as np
 
@@ -19,16 +19,10 @@ Part = Literal["value", "se", "u"]
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A number with its standard error and its combined standard uncertainty; ``None`` is not known, and so is NaN.
+    """A number with its errors; ``None`` is not known, and so is NaN.
 
-    Attributes
-    ----------
-    value
-        The number.
-    se
-        Standard error: what its own scatter and the sensors' noise do to it (GUM, type A).
-    u
-        Combined standard uncertainty: the standard error and what sensors, clock and rig do to it (type A and B).
+    ``se``: standard error, what its own scatter and the sensors' noise do to it (GUM, type A); ``u``: combined standard
+    uncertainty, with what sensors, clock and rig do to it (type A and B).
 
     Examples
     --------
@@ -98,18 +92,13 @@ class Estimate:
 
 
 NOT_KNOWN = Estimate()
+T = TypeVar("T")
 
 
-class Flat:
-    """A flat name of one part of an estimate that a result holds; ``None`` where it is not known.
+class _Flat(Generic[T]):
+    """A flat name of one part (``value``, ``se`` or ``u``) of an estimate that a result holds, by its field's name."""
 
-    Parameters
-    ----------
-    estimate
-        Name of the result's field.
-    part
-        ``value``, ``se`` or ``u``.
-    """
+    missing: T
 
     def __init__(self, estimate: str, part: Part = "value") -> None:
         self._estimate, self._part = estimate, part
@@ -118,34 +107,26 @@ class Flat:
     def __get__(self, result: None, kind: type) -> Self: ...
 
     @overload
-    def __get__(self, result: object, kind: type) -> float | None: ...
+    def __get__(self, result: object, kind: type) -> T: ...
 
-    def __get__(self, result: object, kind: type) -> Self | float | None:
+    def __get__(self, result: object, kind: type) -> Self | T:
         """Return the part of the estimate."""
         if result is None:
             return self
-        number: float | None = getattr(getattr(result, self._estimate), self._part)
-        return number
+        number: T | None = getattr(getattr(result, self._estimate), self._part)
+        return self.missing if number is None else number
 
 
-class FlatKnown:
+class Flat(_Flat[float | None]):
+    """A flat name of one part of an estimate; ``None`` where it is not known."""
+
+    missing = None
+
+
+class FlatKnown(_Flat[float]):
     """As `Flat`, of a number that every such result has, to reckon with: NaN where it is not known after all."""
 
-    def __init__(self, estimate: str, part: Part = "value") -> None:
-        self._estimate, self._part = estimate, part
-
-    @overload
-    def __get__(self, result: None, kind: type) -> Self: ...
-
-    @overload
-    def __get__(self, result: object, kind: type) -> float: ...
-
-    def __get__(self, result: object, kind: type) -> Self | float:
-        """Return the part of the estimate."""
-        if result is None:
-            return self
-        number: float | None = getattr(getattr(result, self._estimate), self._part)
-        return math.nan if number is None else number
+    missing = math.nan
 
 
 @dataclass(frozen=True)

@@ -81,36 +81,36 @@ def sources_of(
     lag_s_u : float, optional
         Standard uncertainty of the alignment of two logs, as their recording has it; a scene's own wins.
     """
-    sensors, rig = scene.sensors, scene.rig
-    lag = lag_s_u if sensors.lag_s_u is None else sensors.lag_s_u
-    frequency = _relative(rig.natural_frequency_hz_u, rig.natural_frequency)
+    sensors, rig, force = scene.sensors, scene.rig, scene.experiment
+    assumed: list[str] = []
+
+    def known(key: str, declared: float | None, default: float, over: float | None = 1.0) -> float:
+        """What is declared, over a value; the default where it is not, or the value is not known."""
+        if declared is not None and over:
+            return declared / over
+        assumed.append(key)
+        return default
+
     damping = UNKNOWN_DAMPING if rig.damping_ratio is None else DAMPING * rig.damping_ratio
-    stiffness = _relative(rig.stiffness_n_per_m_u, rig.stiffness)
-    normal = _relative(scene.experiment.normal_force_n_u, normal_force_n or scene.experiment.normal_force_n)
-    declared = {
-        "sensors.lag_s_u": lag,
-        "rig.natural_frequency_hz_u": frequency,
-        "rig.damping_ratio_u": rig.damping_ratio_u,
-        "rig.stiffness_n_per_m_u": stiffness,
-        "experiment.normal_force_n_u": normal,
-    }
+    lag = lag_s_u if sensors.lag_s_u is None else sensors.lag_s_u
     return Sources(
         mass_gain=sensors.gain_error,
         base_gain=sensors.gain_error,
         linearity=sensors.linearity,
         measuring_range=scene.log.measuring_range_m,
-        lag=0.5 / sampling_rate_hz / math.sqrt(3.0) if lag is None else lag,
+        lag=known("sensors.lag_s_u", lag, 0.5 / sampling_rate_hz / math.sqrt(3.0)),
         crosstalk=sensors.crosstalk,
-        natural_frequency=NATURAL_FREQUENCY if frequency is None else frequency,
-        damping_ratio=damping if rig.damping_ratio_u is None else rig.damping_ratio_u,
-        stiffness=STIFFNESS if stiffness is None else stiffness,
-        normal_force=NORMAL_FORCE if normal is None else normal,
-        assumed=tuple(name for name, value in declared.items() if value is None),
+        natural_frequency=known(
+            *("rig.natural_frequency_hz_u", rig.natural_frequency_hz_u, NATURAL_FREQUENCY), over=rig.natural_frequency
+        ),
+        damping_ratio=known("rig.damping_ratio_u", rig.damping_ratio_u, damping),
+        stiffness=known("rig.stiffness_n_per_m_u", rig.stiffness_n_per_m_u, STIFFNESS, over=rig.stiffness),
+        normal_force=known(
+            *("experiment.normal_force_n_u", force.normal_force_n_u, NORMAL_FORCE),
+            over=normal_force_n or force.normal_force_n,
+        ),
+        assumed=tuple(assumed),
     )
-
-
-def _relative(uncertainty: float | None, value: float | None) -> float | None:
-    return None if uncertainty is None or not value else uncertainty / value
 
 
 def combined(shares: Shares) -> float:
@@ -145,62 +145,39 @@ def cycle_budget(
         Of ``energy_per_cycle`` (k Y^2), ``response_amplitude`` (Y) and ``base_amplitude_m`` (m): source -> standard
         uncertainty.
     """
-    channels = _Seen.of(mass, base)
-    of_mass = channels.by_mass(np.array([mass, channels.mass_rate, base, *_bends(mass)])) * (1.0, 1.0, unit)
-    of_base = channels.by_base(np.array([base, mass, *_bends(base)])) * (1.0, 1.0, unit)
-    bent_mass = _bent(of_mass[3:], _filled(mass, sources, unit))
-    bent_base = _bent(of_base[2:], _filled(base, sources, unit))
+    way = 2.0 * math.pi / len(base)
+    once = way * np.arange(len(base))
+    turns = np.array([np.cos(once), np.sin(once)]) * (2.0 / len(base))
+    first, mass_rate, base_rate = turns @ base, _derivative(mass), _derivative(base)
+    size = float(np.hypot(*first))  # of the base's fundamental; `line` weighs the base to it
+    line, top, bottom = first @ turns / size, int(np.argmax(mass)), int(np.argmin(mass))
+    loop, amplitude = way * float(np.dot(base, mass_rate)) / size**2, 0.5 * float(np.ptp(mass)) / size
+
+    def by_mass(change: FloatArray) -> FloatArray:
+        """What a change of the mass's channel (p,) does to energy, amplitude and unit."""
+        return np.array([-way * (change @ base_rate) / size**2, 0.5 * (change[top] - change[bottom]) / size, 0.0])
+
+    def by_base(change: FloatArray) -> FloatArray:
+        """The same of the base's channel, whose amplitude is the unit of all: the area changes by ``db . D m``."""
+        rise = float(line @ change)
+        growth, area = rise / size, way * (change @ mass_rate) / size**2
+        return np.array([area - 2.0 * loop * growth, -amplitude * growth, unit * rise])
+
+    bent = [
+        _bent(np.array([by(change) for change in _bends(channel)]), _filled(channel, sources, unit))
+        for by, channel in ((by_mass, mass), (by_base, base))
+    ]
     causes = {
-        "gain of the mass sensor": sources.mass_gain * of_mass[0],
-        "gain of the base sensor": sources.base_gain * of_base[0],
-        "linearity of the sensors": sources.linearity * np.hypot(bent_mass, bent_base),
-        "lag between the channels": turn * sources.lag * of_mass[1] * (1.0, 0.0, 0.0),
-        "crosstalk": sources.crosstalk * np.hypot(of_mass[2], of_base[1]),
+        "gain of the mass sensor": sources.mass_gain * by_mass(mass),
+        "gain of the base sensor": sources.base_gain * by_base(base),
+        "linearity of the sensors": sources.linearity * np.hypot(*bent),
+        "lag between the channels": turn * sources.lag * by_mass(mass_rate) * (1.0, 0.0, 0.0),
+        "crosstalk": sources.crosstalk * np.hypot(by_mass(base), by_base(mass)),
     }
-    told = {key: {cause: abs(float(sizes[i])) for cause, sizes in causes.items()} for i, key in enumerate(KEYS)}
-    return {key: {cause: size for cause, size in shares.items() if size > ROUNDING} for key, shares in told.items()}
-
-
-@dataclass(frozen=True)
-class _Seen:
-    """A mean cycle, and what small changes of it do to energy, amplitude and unit, all over the base's fundamental.
-
-    ``mass``, ``mass_rate``, ``base_rate``, ``line`` (p,): x/Y, the derivatives, and the fundamental's weights: their
-    sum over the base is ``unit``. ``loop``, ``amplitude``: over it. With D the derivative, the area ``b . D m`` changes
-    by ``db . D m - dm . D b``.
-    """
-
-    mass: FloatArray
-    mass_rate: FloatArray
-    base_rate: FloatArray
-    line: FloatArray
-    unit: float
-    loop: float
-    amplitude: float
-
-    @classmethod
-    def of(cls, mass: FloatArray, base: FloatArray) -> "_Seen":
-        """Of two mean cycles (p,)."""
-        way = 2.0 * math.pi / len(base)
-        once = way * np.arange(len(base))
-        turns = np.array([np.cos(once), np.sin(once)]) * (2.0 / len(base))
-        first, rate = np.einsum("ij,j->i", turns, base), _derivative(mass)
-        unit = float(np.hypot(*first))
-        loop, amplitude = way * float(np.dot(base, rate)) / unit**2, 0.5 * float(np.ptp(mass)) / unit
-        return cls(mass, rate, _derivative(base), first @ turns / unit, unit, loop, amplitude)
-
-    def by_mass(self, changes: FloatArray) -> FloatArray:
-        """Changes (m, 3) of the numbers where the mass's channel changes (m, p)."""
-        area = -np.einsum("ij,j->i", changes, self.base_rate) * 2.0 * math.pi / len(self.mass)
-        size = 0.5 * (changes[:, int(np.argmax(self.mass))] - changes[:, int(np.argmin(self.mass))])
-        return np.array([area / self.unit**2, size / self.unit, np.zeros_like(area)]).T
-
-    def by_base(self, changes: FloatArray) -> FloatArray:
-        """Changes (m, 3) of the numbers where the base's channel changes (m, p)."""
-        area = np.einsum("ij,j->i", changes, self.mass_rate) * 2.0 * math.pi / len(self.mass)
-        growth = np.einsum("ij,j->i", changes, self.line) / self.unit
-        loop = area / self.unit**2 - 2.0 * self.loop * growth
-        return np.array([loop, -self.amplitude * growth, self.unit * growth]).T
+    return {
+        key: {cause: size for cause, sizes in causes.items() if (size := abs(float(sizes[i]))) > ROUNDING}
+        for i, key in enumerate(KEYS)
+    }
 
 
 def bent_gain(filled: float) -> float:

@@ -24,20 +24,19 @@ MAY_IMPORT: dict[str, set[str]] = {
     "files": {"errors"},
     "schema": {"__init__"},
     "estimate": set(),
-    "cycle_rule": set(),
     "tables": {"errors", "files", "hdf5", "schema"},
     "workers": {"__init__", "errors"},
     "sampling": {"errors"},
     "recording": {"errors", "sampling", "units"},
     "units": set(),
     "log_options": {"errors", "units"},
-    "scene": {"cycle_rule", "errors", "files", "log_options", "simulator"},
+    "scene": {"errors", "files", "log_options", "simulator"},
     "experiment": {"errors", "files", "scene"},
     "hdf5": {"__init__", "errors", "files", "recording", "schema", "units"},
     "maps": {"errors", "files", "hdf5", "schema", "simulator", "tables", "workers"},
     "logs": {"errors", "recording", "hdf5", "log_options", "sampling", "units"},
     "analysis": {
-        *("cycle_rule", "errors", "estimate", "recording", "sampling", "scene", "schema", "uncertainty"),
+        *("errors", "estimate", "recording", "sampling", "scene", "schema", "uncertainty"),
     },
     "uncertainty": {"scene"},
     "planning": {"analysis", "errors", "inference", "scene", "schema", "simulator", "uncertainty"},
@@ -48,7 +47,7 @@ MAY_IMPORT: dict[str, set[str]] = {
     "synthetic": {"analysis", "base_motion", "errors", "files", "hdf5", "logs", "recording", "scene", "simulator"},
     "campaign": {
         *("tables", "errors", "files", "scene", "analysis", "simulator", "hdf5", "recording", "schema"),
-        *("cycle_rule", "estimate", "inference", "uncertainty"),
+        *("estimate", "inference", "uncertainty"),
     },
     "tradeoff": {
         *("analysis", "files", "hdf5", "inference", "recording", "scene", "simulator"),
@@ -85,7 +84,6 @@ MAY_IMPORT: dict[str, set[str]] = {
     },
 }
 KERNELS = {
-    "cycle_rule",
     "uncertainty",
     "errors",
     "estimate",

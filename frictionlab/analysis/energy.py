@@ -15,8 +15,6 @@ import numpy as np
 from frictionlab.analysis import channels, steadiness
 from frictionlab.analysis.signals import variance_of_mean
 from frictionlab.arrays import FloatArray
-from frictionlab.cycle_rule import window_of
-from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
 from frictionlab.uncertainty import Sources
 
@@ -82,34 +80,6 @@ def loop_area_noise(mass: FloatArray, base: FloatArray, mass_noise: float, base_
     variance = mass_noise**2 * float(np.mean(d_base**2)) + base_noise**2 * float(np.mean(d_mass**2))
     variance += 0.9 * (mass_noise * base_noise * samples / (2.0 * math.pi)) ** 2  # noise times noise, 5-point slope
     return 2.0 * math.pi * math.sqrt(variance / samples)
-
-
-def used_cycles(end_time: FloatArray, rule: str, period: int = 1) -> slice:
-    """Which cycles a rule uses: ``last``, ``all``, or ``window:S`` (those that lie in the last S seconds).
-
-    ``end_time`` (n + 1,): start of each cycle and the end of the last, s. A motion that repeats every ``period`` cycles
-    is taken in whole periods, one at least where there is one.
-
-    Raises
-    ------
-    UsageError
-        Another rule.
-    AnalysisError
-        A window shorter than a cycle.
-    """
-    n = len(end_time) - 1
-    try:
-        window = window_of(rule)
-    except ValueError as error:
-        raise UsageError(f"cycles: {error}") from error
-    first = n - 1 if rule == "last" else 0
-    if window is not None:
-        first = int(np.searchsorted(end_time[:-1], end_time[-1] - window - 1e-9 * abs(window)))
-    if first >= n:
-        length = end_time[-1] - end_time[-2]
-        raise AnalysisError(f"cycles: window of {window:g} s is shorter than one cycle ({length:g} s): widen it")
-    count = max(n - first, min(period, n))
-    return slice(n - max(count // period * period, min(count, period)), n)
 
 
 def mean_over(values: FloatArray, used: slice, *, noise: float = 0.0, shared: float = 0.0, period: int = 1) -> Estimate:

@@ -22,11 +22,12 @@ from frictionlab.analysis.measurement import Cycle, CycleSeries, Measurement, Ot
 from frictionlab.analysis.response import Response
 from frictionlab.analysis.signals import Stretch
 from frictionlab.arrays import ComplexArray, FloatArray
-from frictionlab.errors import AnalysisError
+from frictionlab.errors import AnalysisError, UsageError
 from frictionlab.estimate import Estimate
 from frictionlab.recording import Fact, Recording
 from frictionlab.sampling import clock_breaks
 from frictionlab.scene import Scene
+from frictionlab.scene.keys import window_of
 from frictionlab.uncertainty import FILTER, LINES, STATISTICAL, Shares, Sources, combined, cycle_budget, sources_of
 
 NO_NATURAL_FREQUENCY = (
@@ -84,9 +85,7 @@ def measure(recording: Recording, scene: Scene) -> Measurement:
     joules = scene.rig.stiffness * unit**2 if scene.rig.stiffness else None  # k Y^2
 
     answer = response.response(layout, wall_moves=wall_moves)
-    used = energy.used_cycles(
-        np.append(layout.time, layout.end[-1]), scene.analysis.cycles, period=layout.foreign.period
-    )
+    used = used_cycles(np.append(layout.time, layout.end[-1]), scene.analysis.cycles, period=layout.foreign.period)
     settled = (transient if has_settled else None) if given is None else _settled(layout, parts[0])
     first = np.searchsorted(layout.time, recording.time[0] + (settled or 0.0) - 1e-9)
     steady = slice(min(int(first), len(layout) - 1), len(layout))
@@ -277,6 +276,34 @@ def _settled(layout: Layout, first: Stretch) -> float | None:
 
 
 # 4, 5. Cycles, their means, and their errors -------------------------------------------------------------------------
+
+
+def used_cycles(end_time: FloatArray, rule: str, period: int = 1) -> slice:
+    """Which cycles a rule uses: ``last``, ``all``, or ``window:S`` (those that lie in the last S seconds).
+
+    ``end_time`` (n + 1,): start of each cycle and the end of the last, s. A motion that repeats every ``period`` cycles
+    is taken in whole periods, one at least where there is one.
+
+    Raises
+    ------
+    UsageError
+        Another rule.
+    AnalysisError
+        A window shorter than a cycle.
+    """
+    n = len(end_time) - 1
+    try:
+        window = window_of(rule)
+    except ValueError as error:
+        raise UsageError(f"cycles: {error}") from error
+    first = n - 1 if rule == "last" else 0
+    if window is not None:
+        first = int(np.searchsorted(end_time[:-1], end_time[-1] - window - 1e-9 * abs(window)))
+    if first >= n:
+        length = end_time[-1] - end_time[-2]
+        raise AnalysisError(f"cycles: window of {window:g} s is shorter than one cycle ({length:g} s): widen it")
+    count = max(n - first, min(period, n))
+    return slice(n - max(count // period * period, min(count, period)), n)
 
 
 def _estimates(

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from frictionlab.analysis.steadiness import Trend
-from frictionlab.cycle_rule import EXPECTED, window_of
 from frictionlab.errors import UsageError
 from frictionlab.estimate import NOT_KNOWN, Estimate, Flat
+from frictionlab.scene.keys import CYCLES, window_of
 from frictionlab.tables import Row, plain
 from frictionlab.tables.texts import encodable
 
@@ -263,7 +263,7 @@ def _reason(trial: Trial) -> str | None:
     try:
         window_of(trial.energy_rule)
     except ValueError:
-        return f"energy_rule: expected {EXPECTED}; got {trial.energy_rule[:LONGEST_NAME]!r}: analyze it again"
+        return f"energy_rule: expected {CYCLES}; got {trial.energy_rule[:LONGEST_NAME]!r}: analyze it again"
     energy, error = trial.energy.value or 0.0, trial.energy.se or 0.0
     return TURNED.format(energy) if energy < -max(5.0 * error, NEARLY_NONE) else None
 

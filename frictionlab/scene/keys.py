@@ -4,6 +4,7 @@
 ``[model]`` switches physics on by naming it.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import Field as Option
 from dataclasses import dataclass, field, fields
@@ -13,7 +14,6 @@ from typing import Annotated, Any, Literal, Self, get_type_hints
 
 from pydantic import AfterValidator, Field, ValidationError, create_model, field_validator, model_validator
 
-from frictionlab.cycle_rule import window_of
 from frictionlab.errors import UsageError
 from frictionlab.log_options import LogOptions
 from frictionlab.scene.faults import (
@@ -63,6 +63,39 @@ class Experiment(SceneTable):
     )
     sheet: str | None = key("Facts from a CSV beside the scene, with a `log` column.")
     taps: list[str] = key('Free decays among the logs, which are no tests: names or patterns like "tap*.csv".', [])
+
+
+CYCLES = "'last', 'all' or 'window:SECONDS' (like 'window:15')"
+
+
+def window_of(rule: str) -> float | None:
+    """Return the window of a rule, s; None for ``last`` and ``all``, which have none.
+
+    Raises
+    ------
+    ValueError
+        It is no rule: what was expected, and what came.
+
+    Examples
+    --------
+    >>> window_of("window:15"), window_of("last")
+    (15.0, None)
+    >>> window_of("window:-3")
+    Traceback (most recent call last):
+    ValueError: expected 'last', 'all' or 'window:SECONDS' (like 'window:15'); got 'window:-3'
+    """
+    if rule in ("last", "all"):
+        return None
+    kind, _, text = rule.partition(":")
+    try:
+        is_plain = text.isascii() and "_" not in text  # Python reads more as numbers than people do
+        seconds = float(text) if kind == "window" and is_plain else math.nan
+    except ValueError:
+        seconds = math.nan
+    if not 0.0 < seconds < math.inf:
+        msg = f"expected {CYCLES}; got {rule!r}"
+        raise ValueError(msg)
+    return seconds
 
 
 class Analysis(SceneTable):

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictionlab.analysis import energy
+from frictionlab.analysis.measure import used_cycles
 from frictionlab.errors import AnalysisError, UsageError
 from tests.analysis import naive
 
@@ -69,15 +70,15 @@ def test_noise_of_a_loop_is_as_stated() -> None:
 
 def test_rules_choose_their_cycles() -> None:
     edges = np.arange(0.0, 11.0) * 2.0  # ten cycles of 2 s
-    assert energy.used_cycles(edges, "last") == slice(9, 10)
-    assert energy.used_cycles(edges, "all") == slice(0, 10)
-    assert energy.used_cycles(edges, "window:5") == slice(8, 10)
-    assert energy.used_cycles(edges, "window:6") == slice(7, 10)
-    assert energy.used_cycles(edges, "window:600") == slice(0, 10)
+    assert used_cycles(edges, "last") == slice(9, 10)
+    assert used_cycles(edges, "all") == slice(0, 10)
+    assert used_cycles(edges, "window:5") == slice(8, 10)
+    assert used_cycles(edges, "window:6") == slice(7, 10)
+    assert used_cycles(edges, "window:600") == slice(0, 10)
     with pytest.raises(UsageError, match=r"cycles: expected 'last', 'all' or 'window:SECONDS' .*; got 'first'"):
-        energy.used_cycles(edges, "first")
+        used_cycles(edges, "first")
     with pytest.raises(AnalysisError, match="window of 1 s is shorter than one cycle"):
-        energy.used_cycles(edges, "window:1")
+        used_cycles(edges, "window:1")
 
 
 def test_errors_of_means_cover_for_independent_and_for_correlated_cycles() -> None:
