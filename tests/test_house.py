@@ -44,7 +44,7 @@ MAY_IMPORT: dict[str, set[str]] = {
         *("base_motion", "files"),
         *("errors", "estimate", "recording", "scene", "schema", "analysis", "simulator", "uncertainty"),
     },
-    "synthetic": {"analysis", "base_motion", "errors", "files", "hdf5", "logs", "recording", "scene", "simulator"},
+    "synthetic": {"analysis", "base_motion", "errors", "files", "hdf5", "logs", "scene", "simulator"},
     "campaign": {
         *("tables", "errors", "files", "scene", "analysis", "simulator", "hdf5", "recording", "schema"),
         *("estimate", "inference", "uncertainty"),
