@@ -4,6 +4,7 @@ import errno
 import os
 import signal
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,25 +19,17 @@ def leftovers(folder: Path) -> list[Path]:
     return list(folder.glob(f".*{SUFFIX}"))
 
 
-def test_a_file_is_written_and_replaced(tmp_path: Path) -> None:
-    path = tmp_path / "a.bin"
-    write_whole(path, b"one")
-    write_whole(path, memoryview(b"two"))
-    assert path.read_bytes() == b"two"
-    assert leftovers(tmp_path) == []
-
-
 def test_replacing_can_be_refused_or_asked(tmp_path: Path) -> None:
     path = tmp_path / "a.bin"
-    write_whole(path, b"mine", replace=False)
-    with pytest.raises(
-        OutputError, match="exists and is not a file of this kind: choose another output, or give --force"
-    ):
+    write_whole(path, memoryview(b"mine"), replace=False)
+    refusal = "exists and is not a file of this kind: choose another output, or give --force"
+    with pytest.raises(OutputError, match=refusal):
         write_whole(path, b"new", replace=False)
-    with pytest.raises(OutputError, match="exists and is not a file of this kind"):
+    with pytest.raises(OutputError, match=refusal):
         write_whole(path, b"new", replace=lambda p: p.read_bytes() == b"yours")
     write_whole(path, b"new", replace=lambda p: p.read_bytes() == b"mine")
     assert path.read_bytes() == b"new"
+    assert leftovers(tmp_path) == []
 
 
 def test_a_symbolic_link_is_followed(tmp_path: Path) -> None:
@@ -63,44 +56,37 @@ def test_a_fault_at_every_step_leaves_the_old_file(code: int, tmp_path: Path, mo
     path = tmp_path / "a.bin"
     write_whole(path, b"old")
     monkeypatch.setattr(files, "_BLOCK", 1)
-    new = bytes(range(100))
-    steps, done, said = 0, False, ""
-    while not done:
+    new = bytes(range(30))
+    for steps in range(len(new) + 2):  # each byte, the sync and the rename
         with monkeypatch.context() as patch:
             _fail_after(patch, steps, code)
-            try:
+            with pytest.raises(OutputError, match=os.strerror(code)):
                 write_whole(path, new)
-                done = True
-            except OutputError as error:
-                said = str(error)
-        if not done:
-            assert os.strerror(code) in said
-            assert path.read_bytes() == b"old"
-            assert leftovers(tmp_path) == []
-            steps += 1
-    assert steps == 100 + 2  # each byte, the sync and the rename
+        assert path.read_bytes() == b"old"
+        assert leftovers(tmp_path) == []
+    with monkeypatch.context() as patch:
+        _fail_after(patch, len(new) + 2, code)
+        write_whole(path, new)
     assert path.read_bytes() == new
 
 
 def _fail_after(patch: pytest.MonkeyPatch, steps: int, code: int) -> None:
     """Let the write, sync or rename after so many good ones fail."""
     left = steps
-    write, sync, rename = os.write, os.fsync, os.rename
 
-    def counted(name: str, inner: object) -> object:
+    def counted(inner: Callable[..., object]) -> Callable[..., object]:
         def call(*args: object) -> object:
             nonlocal left
-            if left == 0:
-                raise OSError(code, os.strerror(code), name)
             left -= 1
-            assert callable(inner)
+            if left < 0:
+                raise OSError(code, os.strerror(code))
             return inner(*args)
 
         return call
 
-    patch.setattr(os, "write", counted("write", write))
-    patch.setattr(files, "_sync", counted("fsync", sync))
-    patch.setattr(files, "_rename", counted("rename", rename))
+    patch.setattr(os, "write", counted(os.write))
+    patch.setattr(files, "_sync", counted(os.fsync))
+    patch.setattr(files, "_rename", counted(os.replace))
 
 
 def test_kills_leave_a_whole_file(tmp_path: Path) -> None:
@@ -109,7 +95,7 @@ def test_kills_leave_a_whole_file(tmp_path: Path) -> None:
     payloads = [bytes([k]) * (1 << 18) for k in range(5)]
     write_whole(path, payloads[0])
     draw = np.random.default_rng(1)
-    for _ in range(50):
+    for _ in range(30):
         child = os.fork()
         if child == 0:
             _write_for_ever(path, payloads)

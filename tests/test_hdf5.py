@@ -1,6 +1,5 @@
 """A recording's file: what the contract says, opened by the real readers, refused where it is not what it claims."""
 
-import errno
 import os
 import tempfile
 from collections.abc import Callable
@@ -59,7 +58,7 @@ def test_what_is_written_is_read(path: Path) -> None:
     np.testing.assert_array_equal(found.source.replaced.mass, [0.2035])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(
     st.lists(st.floats(-9e8, 9e8), min_size=2, max_size=40),
     st.dictionaries(
@@ -125,10 +124,7 @@ def test_xarray_opens_it(engine: str, path: Path) -> None:
         np.testing.assert_array_equal(data["base_displacement"], RECORDING.base_displacement)
     with xr.open_dataset(path, engine=engine, group="experiment") as data:
         assert data.attrs["material"] == "steel"
-
-
-def test_xarray_opens_it_without_being_asked_anything(path: Path) -> None:
-    with xr.open_dataset(path, engine="h5netcdf") as data:
+    with xr.open_dataset(path, engine=engine) as data:  # without being asked anything
         assert data["mass_displacement"].dims == ("time",)
 
 
@@ -186,42 +182,29 @@ def _bomb(file: h5py.File) -> None:
     file.create_dataset("mass_displacement", (1 << 40,), "f8", chunks=(1 << 20,))
 
 
-BREAK: dict[str, Callable[[h5py.File], object]] = {
-    "foreign": lambda file: file.attrs.modify("format", "something else"),
-    "newer": lambda file: file.attrs.modify("format_version", 2),
-    "missing": lambda file: file.pop("mass_displacement"),
-    "text": lambda file: _put(file, "time", ["a"] * 500),
-    "table": lambda file: _put(file, "time", np.zeros((5, 100))),
-    "external link": lambda file: _put(file, "mass_displacement", h5py.ExternalLink("other.h5", "/mass_displacement")),
-    "soft link": lambda file: _put(file, "mass_displacement", h5py.SoftLink("/base_displacement")),
-    "external storage": _external_storage,
-    "virtual": _virtual,
-    "bomb": _bomb,
-    "lines": lambda file: file["source/file_lines"].write_direct(np.ones((2, 7), np.int64)),
-    "backward": lambda file: file["time"].write_direct(RECORDING.time[::-1].copy()),
-}
+LINK = "got nothing, or a link elsewhere"
+BREAK: list[tuple[Callable[[h5py.File], object], str]] = [
+    (lambda f: f.attrs.modify("format", "another"), "expected a file of frictionlab recording; got 'another'"),
+    (lambda f: f.attrs.modify("format_version", 2), "format_version 1; got 2: update frictionlab"),
+    (lambda f: f.pop("mass_displacement"), "expected 'mass_displacement' in this file"),
+    (lambda f: _put(f, "time", ["a"] * 500), "time: expected .*float64"),
+    (lambda f: _put(f, "time", np.zeros((5, 100))), r"time: expected shape \(n,\); got \(5, 100\)"),
+    (lambda f: _put(f, "mass_displacement", h5py.ExternalLink("other.h5", "/mass_displacement")), LINK),
+    (lambda f: _put(f, "mass_displacement", h5py.SoftLink("/base_displacement")), LINK),
+    (_external_storage, "expected an array stored in this file"),
+    (_virtual, "expected an array stored in this file"),
+    (_bomb, "claims 8796093022208 bytes in a file of"),
+    (lambda f: f["source/file_lines"].write_direct(np.ones((2, 7), np.int64)), "do not add up"),
+    (lambda f: f["time"].write_direct(RECORDING.time[::-1].copy()), "expected increasing stamps"),
+]
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ("foreign", "expected a file of frictionlab recording; got 'something else'"),
-        ("newer", "format_version 1; got 2: update frictionlab"),
-        ("missing", "expected 'mass_displacement' in this file"),
-        ("text", "time: expected .*float64"),
-        ("table", r"time: expected shape \(n,\); got \(5, 100\)"),
-        ("external link", "got nothing, or a link elsewhere"),
-        ("soft link", "got nothing, or a link elsewhere"),
-        ("external storage", "expected an array stored in this file"),
-        ("virtual", "expected an array stored in this file"),
-        ("bomb", "claims 8796093022208 bytes in a file of"),
-        ("lines", "do not add up"),
-        ("backward", "expected increasing stamps"),
-    ],
-)
-def test_a_file_that_is_not_what_it_claims_is_refused(change: str, words: str, path: Path) -> None:
+@pytest.mark.parametrize(("change", "words"), BREAK)
+def test_a_file_that_is_not_what_it_claims_is_refused(
+    change: Callable[[h5py.File], object], words: str, path: Path
+) -> None:
     with h5py.File(path, "r+") as file:
-        BREAK[change](file)
+        change(file)
     with pytest.raises(RecordingError, match=rf"test\.h5: .*{words}"):
         read_recording(path)
 
@@ -245,18 +228,6 @@ def test_no_prefix_of_a_file_is_taken_for_a_recording(tmp_path: Path) -> None:
         os.truncate(path, left)
         with pytest.raises(RecordingError, match=r"test\.h5: (damaged|cannot be read as frictionlab recording)"):
             read_recording(path)
-
-
-def test_a_full_disk_is_a_clean_error(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = path.read_bytes()
-
-    def full(*_: object) -> int:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(os, "write", full)
-    with pytest.raises(OutputError, match="No space left on device"):
-        write_recording(RECORDING, path)
-    assert path.read_bytes() == before
 
 
 def test_a_result_of_many_texts_has_room(tmp_path: Path) -> None:

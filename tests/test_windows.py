@@ -12,6 +12,7 @@ from frictionlab.campaign import read_measurements
 from frictionlab.tables import write_rows
 from tests.desk import ROOT
 
+POSIX = ("fcntl", "resource", "pwd", "grp", "termios")
 WITHOUT = """
 import os, sys
 for name in ("fcntl", "resource", "pwd", "grp", "termios", "tty", "pty"):
@@ -43,27 +44,6 @@ def test_help_starts_where_posix_is_missing(tmp_path: Path) -> None:
     assert len(done.stdout.split()) > 10
 
 
-def test_the_package_runs_as_a_module(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "frictionlab", "--version"], cwd=tmp_path, capture_output=True, text=True, check=True
-    )
-    assert done.stdout.startswith("frictionlab ")
-
-
-LACKING = ("fcntl", "resource", "pwd", "grp", "termios")
-
-
-def test_no_module_imports_what_windows_lacks() -> None:
-    """Not when it is loaded; a function may, behind a question."""
-    lacking = [
-        f"{path.relative_to(ROOT)}:{number}"
-        for path in (ROOT / "frictionlab").rglob("*.py")
-        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
-        if line.startswith(tuple(f"{word} {name}" for word in ("import", "from") for name in LACKING))
-    ]
-    assert not lacking
-
-
 def test_a_file_is_replaced_where_an_open_one_cannot_be_renamed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -84,23 +64,25 @@ def test_a_file_is_replaced_where_an_open_one_cannot_be_renamed(
     assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
 
 
-@pytest.mark.parametrize("suffix", [".csv", ".jsonl"])
-def test_a_table_made_under_windows_names_its_recordings_here_too(suffix: str, tmp_path: Path) -> None:
-    path = tmp_path / f"m{suffix}"
-    write_rows([{"source": "my logs\\steel_N1_r0.3.h5", "status": "failed", "reason": "short"}], path)
-    (row,) = read_measurements(path)
-    assert row["source"] == "my logs/steel_N1_r0.3.h5"
+def test_a_table_made_under_windows_names_its_recordings_here_too(tmp_path: Path) -> None:
+    for suffix in (".csv", ".jsonl"):
+        path = tmp_path / f"m{suffix}"
+        write_rows([{"source": "my logs\\steel_N1_r0.3.h5", "status": "failed", "reason": "short"}], path)
+        (row,) = read_measurements(path)
+        assert row["source"] == "my logs/steel_N1_r0.3.h5"
 
 
-def test_text_is_read_and_written_as_utf_8_wherever_it_is() -> None:
-    """The system's own encoding is another one on each Windows."""
-    bare = [
-        f"{path.relative_to(ROOT)}:{node.lineno}"
-        for path in (ROOT / "frictionlab").rglob("*.py")
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.Call) and _is_text(node) and "encoding" not in {word.arg for word in node.keywords}
-    ]
-    assert not bare
+def test_source_is_of_every_system() -> None:
+    """No module imports what Windows lacks when it is loaded; text has its encoding; outputs are written as bytes."""
+    lacking = tuple(f"{word} {name}" for word in ("import", "from") for name in POSIX)
+    for path in (ROOT / "frictionlab").rglob("*.py"):
+        text = path.read_text(encoding="utf-8")
+        for line in text.splitlines():
+            assert not line.startswith(lacking), f"{path}: {line}"
+            assert ".write_text(" not in line or ">>>" in line or "newline=" in line, f"{path}: {line}"
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.Call) and _is_text(node):
+                assert "encoding" in {word.arg for word in node.keywords}, f"{path}:{node.lineno}"
 
 
 def _is_text(call: ast.Call) -> bool:
@@ -111,14 +93,3 @@ def _is_text(call: ast.Call) -> bool:
     of_package = getattr(call.func.value, "id", "") in ("os", "TdmsFile", "archive")
     of_file = call.func.attr == "open" and not of_package and not any("b" in mode for mode in modes)
     return of_file or call.func.attr in ("read_text", "write_text")
-
-
-def test_outputs_are_written_as_bytes_so_that_no_line_end_is_changed() -> None:
-    """Text files of Windows get another line end: the same rows would be other bytes there."""
-    written = [
-        f"{path.relative_to(ROOT)}:{number}"
-        for path in (ROOT / "frictionlab").rglob("*.py")
-        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
-        if ".write_text(" in line and ">>>" not in line and "newline=" not in line
-    ]
-    assert not written

@@ -3,7 +3,7 @@
     python -m tests.armour.fuzz --count 20000 [--first 0] [--kinds recording scene ...] [--workers 2] [--keep PLACE]
 
 Each case runs in a child that is killed after `LONGEST_S` and has `MEMORY` bytes: the HDF5 library can loop for ever,
-or end the process. A case that fails is kept as a file; its number makes it again. `tests.logs.fuzz` does text logs.
+or end the process. A case that fails is kept as a file; its number makes it again. `log.text` is `tests.logs.fuzz`.
 """
 
 import argparse
@@ -18,10 +18,9 @@ import tempfile
 import time
 import traceback
 import warnings
-from collections import Counter
-from collections.abc import Callable, Generator, Iterator
+from collections import Counter, defaultdict
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import repeat
 from multiprocessing import get_context
@@ -40,6 +39,7 @@ from frictionlab.verbs.one_test import analyze
 from frictionlab.verbs.simulating import plan
 from tests.armour.sound import MAKE, case, sound
 from tests.campaign.fabricate import SCENE
+from tests.logs import fuzz as logs
 
 ARRAYS = ("time", "mass_displacement", "base_displacement", "quality")
 PLAN = SCENE | {
@@ -55,6 +55,7 @@ _MET: set[bytes] = set()
 LONGEST_S = 60.0
 MEMORY = 3 << 30
 PART = 250
+TEXT = "log.text"
 
 
 def read(kind: str, path: Path) -> None:
@@ -113,7 +114,7 @@ def _is_new(*parts: bytes) -> bool:
 
 
 def _each(path: Path, *readers: Callable[[Path], object]) -> None:
-    """All readers have their turn; the first refusal is told at the end."""
+    """All readers have their turn; the first refusal is raised at the end."""
     said: list[FrictionlabError] = []
     for reader in readers:
         try:
@@ -126,9 +127,11 @@ def _each(path: Path, *readers: Callable[[Path], object]) -> None:
 
 def check(kind: str, seed: int, number: int, folder: Path) -> str:
     """The outcome of a case in a word, or the traceback of a fault."""
-    path = folder / MAKE[kind][0]
-    path.write_bytes(case(kind, seed, number))
     try:
+        if kind == TEXT:
+            return logs.check(*logs.case(seed, number), folder)
+        path = folder / MAKE[kind][0]
+        path.write_bytes(case(kind, seed, number))
         read(kind, path)
     except FrictionlabError as error:
         return "refused" if str(error).strip() else "FAULT an error without words"
@@ -139,7 +142,8 @@ def check(kind: str, seed: int, number: int, folder: Path) -> str:
 
 def outcomes(kind: str, seed: int, numbers: range, folder: Path) -> Iterator[tuple[int, str]]:
     """The outcome of each case; a child that hangs or dies over one is replaced."""
-    sound(kind)
+    if kind != TEXT:
+        sound(kind)
     done = numbers.start
     while done < numbers.stop:
         reading, writing = os.pipe()
@@ -148,8 +152,8 @@ def outcomes(kind: str, seed: int, numbers: range, folder: Path) -> Iterator[tup
             _serve(kind, seed, range(done, numbers.stop), folder, writing)
         os.close(writing)
         late = False
-        with contextlib.closing(_lines(reading)) as told:
-            for line in told:
+        with contextlib.closing(_lines(reading)) as lines:
+            for line in lines:
                 late = line is None
                 if line is not None:
                     yield done, line
@@ -196,66 +200,49 @@ def _serve(kind: str, seed: int, numbers: range, folder: Path, writing: int) -> 
         os._exit(0)
 
 
-@dataclass(frozen=True)
-class Part:
-    """What became of some files of a kind: how often each outcome, what is to be said of faults, the slowest [s]."""
-
-    kind: str
-    seen: Counter[str]
-    faults: tuple[str, ...]
-    slowest: tuple[float, int]
-
-    def __add__(self, other: "Part") -> "Part":
-        """Both together."""
-        slowest = max(self.slowest, other.slowest)
-        return Part(self.kind, self.seen + other.seen, self.faults + other.faults, slowest)
-
-    def __str__(self) -> str:
-        """One line of counts."""
-        counts = ", ".join(f"{count} {outcome}" for outcome, count in sorted(self.seen.items()))
-        seconds, number = self.slowest
-        return f"{self.kind}: {self.seen.total()} mutated files: {counts}; slowest {seconds:.2f} s (number {number})"
-
-
-def run(kind: str, seed: int, numbers: range, keep: Path) -> Part:
-    """Check some cases; those that fail are kept."""
-    part, begin = Part(kind, Counter(), (), (0.0, numbers.start)), time.perf_counter()
+def run(kind: str, seed: int, numbers: range, keep: Path) -> tuple[str, Counter[str], list[str], tuple[float, int]]:
+    """Check some cases and keep those that fail: kind, count of outcomes, faults in words, slowest [s] and number."""
+    seen, faults, slowest, begin = Counter[str](), [], (0.0, numbers.start), time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         for number, outcome in outcomes(kind, seed, numbers, Path(folder)):
-            now = time.perf_counter()
-            said: tuple[str, ...] = ()
-            if outcome not in ("read", "refused"):
+            slowest = max(slowest, (time.perf_counter() - begin, number))
+            seen[outcome.split()[0]] += 1
+            if outcome.startswith("FAULT"):
                 keep.mkdir(parents=True, exist_ok=True)
-                (keep / f"{kind}_{seed}_{number}").write_bytes(case(kind, seed, number))
-                said = (f"{kind} {number}: {outcome}",)
-            part += Part(kind, Counter([outcome.split()[0]]), said, (now - begin, number))
-            begin = now
-    return part
+                raw = logs.case(seed, number)[0] if kind == TEXT else case(kind, seed, number)
+                (keep / f"{kind}_{seed}_{number}").write_bytes(raw)
+                faults.append(f"{kind} {number}: {outcome}")
+            begin = time.perf_counter()
+    return kind, seen, faults, slowest
 
 
-def main() -> int:
+def main(kinds: Sequence[str] = tuple(MAKE)) -> int:
     """Run the cases, print what became of them."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=20000)
     parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--kinds", nargs="*", default=list(MAKE), choices=list(MAKE))
+    parser.add_argument("--kinds", nargs="*", default=list(kinds), choices=[*MAKE, TEXT])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=os.cpu_count())
     parser.add_argument("--keep", type=Path, default=Path("build/fuzz"))
     given = parser.parse_args()
-    done: dict[str, Part] = {}
-    begin, last = time.perf_counter(), given.first + given.count
+    begin, last, failed = time.perf_counter(), given.first + given.count, False
+    seen, slowest = defaultdict[str, Counter[str]](Counter), dict[str, tuple[float, int]]()
     parts = [(k, range(at, min(at + PART, last))) for k in given.kinds for at in range(given.first, last, PART)]
-    kinds, numbers = zip(*parts, strict=True)
     with ProcessPoolExecutor(given.workers, mp_context=get_context("spawn")) as pool:
-        for part in pool.map(run, kinds, repeat(given.seed), numbers, repeat(given.keep)):
-            sys.stdout.write("".join(f"{fault}\n" for fault in part.faults))
-            done[part.kind] = done[part.kind] + part if part.kind in done else part
-            if done[part.kind].seen.total() == given.count:
-                sys.stdout.write(f"{done[part.kind]}\n")
+        of, numbers = zip(*parts, strict=True)
+        for kind, more, faults, slow in pool.map(run, of, repeat(given.seed), numbers, repeat(given.keep)):
+            sys.stdout.write("".join(f"{fault}\n" for fault in faults))
+            seen[kind] += more
+            slowest[kind], failed = max(slow, slowest.get(kind, slow)), failed or bool(faults)
+            if seen[kind].total() == given.count:
+                seconds, number = slowest[kind]
+                counts = ", ".join(f"{count} {outcome}" for outcome, count in sorted(seen[kind].items()))
+                what = f"{kind}: {given.count} mutated files: {counts}"
+                sys.stdout.write(f"{what}; slowest {seconds:.2f} s (number {number})\n")
             sys.stdout.flush()
     sys.stdout.write(f"{time.perf_counter() - begin:.0f} s\n")
-    return 1 if any(part.faults for part in done.values()) else 0
+    return int(failed)
 
 
 if __name__ == "__main__":

@@ -27,27 +27,18 @@ def path(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize("kind", ["recording", "map", "rows.h5"])
 def test_what_this_package_writes_is_sealed(kind: str, path: Path) -> None:
-    path.write_bytes(sound(kind))
-    assert is_whole(path) is True
-    path.write_bytes(sound(f"{kind}.bare"))
-    assert is_whole(path) is None
-
-
-def test_no_byte_changes_unseen(path: Path) -> None:
-    raw = path.read_bytes()
-    for at in range(0, len(raw) - 16, 101):
+    raw = sound(kind)
+    for at in range(0, len(raw) - 16, len(raw) // 200):
         path.write_bytes(raw[:at] + bytes([raw[at] ^ 0x41]) + raw[at + 1 :])
         assert is_whole(path) is False
-
-
-def test_a_broken_seal_is_told(path: Path) -> None:
-    raw = bytearray(path.read_bytes())
-    raw[400] ^= 1
-    path.write_bytes(raw)
     for reader in (read_recording, describe):
         with pytest.raises(RecordingError, match=r"a\.h5: damaged: its bytes are not those that were written"):
             reader(path)
     assert not is_recording(path)
+    path.write_bytes(raw)
+    assert is_whole(path) is True
+    path.write_bytes(sound(f"{kind}.bare"))
+    assert is_whole(path) is None
 
 
 def test_a_recording_that_others_have_changed_is_tried_and_read(path: Path) -> None:

@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -75,6 +75,8 @@ COMMANDS: dict[str, tuple[str, ...]] = {
 }
 SWEEP = ("sweep", "--r", "0.5:2:0.1", "--beta", "0.1:0.9:0.02", "--zeta", "0.02", "-q", "--resume")
 MARK = "FRICTIONLAB_KILLS"
+TRUTH: dict[str, tuple[dict[str, bytes], float]] = {}
+SEEN: defaultdict[str, Counter[str]] = defaultdict(Counter)
 
 
 def main() -> int:
@@ -84,13 +86,19 @@ def main() -> int:
         parser.add_argument(f"--{name}", type=int, default=count)
     given = parser.parse_args()
     rng = np.random.default_rng(given.seed)
-    faults: list[str] = []
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        faults += sweeps(folder, given.sweeps, rng)
-        faults += others(folder, given.others, rng)
-        faults += masters(folder, given.masters)
-        faults += reads(folder, given.reads)
+        (folder / "often.py").write_text(OFTEN)
+        faults: list[str] = []
+        for number in range(given.sweeps):
+            suffix, workers = ("csv", "h5")[number % 2], str(1 + number // 2 % 2)
+            sweep = (*SWEEP, "-o", f"map.{suffix}", "--workers", workers)
+            faults += killed(f"sweep {suffix}", sweep, folder, int(rng.integers(1, 4)), rng)
+        for name, words in COMMANDS.items():
+            for _ in range(given.others // len(COMMANDS)):
+                faults += killed(name, words, folder, 1, rng)
+        sys.stdout.write("".join(f"{name}: {dict(seen)}\n" for name, seen in SEEN.items()))
+        faults += masters(folder, given.masters) + reads(folder, given.reads)
     sys.stdout.write("".join(f"FAULT {fault}\n" for fault in faults) + f"{len(faults)} faults\n")
     return 1 if faults else 0
 
@@ -101,13 +109,6 @@ def start(words: Sequence[str], folder: Path, mark: str, script: str | None = No
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     command = [sys.executable, *how, *words]
     return subprocess.Popen(command, cwd=folder, env=os.environ | {MARK: mark}, start_new_session=True, **quiet)  # type: ignore[call-overload, no-any-return] # mypy knows no keywords by name
-
-
-def run(words: Sequence[str], folder: Path, mark: str, script: str | None = None) -> tuple[int, float]:
-    """Exit status and seconds of a run that nobody stops."""
-    begin = time.monotonic()
-    status = start(words, folder, mark, script).wait()
-    return status, time.monotonic() - begin
 
 
 def stop(child: "subprocess.Popen[bytes]", after: float, how: signal.Signals) -> bool:
@@ -145,64 +146,10 @@ def files(folder: Path) -> dict[str, bytes]:
     return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
-def sweeps(place: Path, count: int, rng: np.random.Generator) -> list[str]:
-    """Sweeps that are killed up to three times and resumed."""
-    script = place / "often.py"
-    script.write_text(OFTEN)
-    faults: list[str] = []
-    seen: Counter[str] = Counter()
-    for suffix in ("csv", "h5"):
-        words = (*SWEEP, "-o", f"map.{suffix}")
-        truth, seconds = place / f"truth_{suffix}", 0.0
-        truth.mkdir()
-        run((*words, "--workers", "1"), truth, "truth", str(script))
-        whole = files(truth)
-        for number in range(count // 2):
-            workers = 1 + number % 2
-            seconds = seconds or run((*words, "--workers", "1"), _fresh(place / "timed"), "timed", str(script))[1]
-            fault = _sweep((*words, "--workers", str(workers)), _fresh(place / "work"), whole, seconds, rng, seen)
-            faults += [f"sweep {suffix}, {workers} workers, number {number}: {fault}"] if fault else []
-    told = ", ".join(f"{n} {what}" for what, n in sorted(seen.items()))
-    sys.stdout.write(f"sweeps: {count} begun, {told}\n")
-    return faults
-
-
-def _sweep(
-    words: Sequence[str],
-    folder: Path,
-    whole: dict[str, bytes],
-    seconds: float,
-    rng: np.random.Generator,
-    seen: Counter[str],
-) -> str:
-    script = str(folder.parent / "often.py")
-    for turn in range(int(rng.integers(1, 4))):
-        how = signal.SIGKILL if rng.random() < 0.7 else signal.SIGTERM
-        mark = f"{folder}{turn}{rng.integers(1 << 40)}"
-        if stop(start(words, folder, mark, script), float(rng.uniform(0.2, 1.1) * seconds), how):
-            seen[f"killed by {how.name}"] += 1
-        if left(mark):
-            return "a process is left"
-        there = {name: data for name, data in files(folder).items() if not name.startswith(".")}
-        if there and there != whole:
-            return f"after {how.name}: {sorted(there)} are not whole"
-        seen["found whole"] += bool(there)
-    status, _ = run(words, folder, "last", script)
-    if status or files(folder) != whole:
-        return f"resumed: status {status}, {sorted(files(folder))}"
-    seen["resumed to the same bytes"] += 1
-    return ""
-
-
-def _fresh(folder: Path) -> Path:
+def desk(folder: Path) -> Path:
+    """A folder anew, with what the commands read."""
     shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir()
-    return folder
-
-
-def _desk(folder: Path) -> Path:
-    _fresh(folder)
-    (folder / "out").mkdir()
+    (folder / "out").mkdir(parents=True)
     (folder / "a.h5").write_bytes(sound("recording"))
     (folder / "plan.toml").write_text(PLAN)
     (folder / "synthetic.toml").write_text(SYNTHETIC)
@@ -210,55 +157,48 @@ def _desk(folder: Path) -> Path:
     return folder
 
 
-def others(place: Path, count: int, rng: np.random.Generator) -> list[str]:
-    """Other commands, killed once and run again."""
-    faults: list[str] = []
-    for name, words in COMMANDS.items():
-        seen: Counter[str] = Counter()
-        desk = _desk(place / "desk")
-        status, seconds = run(words, desk, "truth")
-        whole = files(desk)
-        if status:
-            faults.append(f"{name}: status {status} where nobody stops it")
-            continue
-        for _ in range(count // len(COMMANDS)):
-            fault = _other(words, _desk(place / "desk"), whole, seconds, rng, seen)
-            faults += [f"{name}: {fault}"] if fault else []
-        told = ", ".join(f"{n} {what}" for what, n in sorted(seen.items()))
-        sys.stdout.write(f"{name}: {told}\n")
-    return faults
+def undisturbed(name: str, words: Sequence[str], place: Path) -> tuple[dict[str, bytes], float]:
+    """The files and the seconds of a run that nobody stops, once for each command; that of one worker for all."""
+    if name not in TRUTH:
+        folder, begin = desk(place / "truth"), time.monotonic()
+        if status := start(words, folder, "truth", script_of(name, place)).wait():
+            sys.exit(f"{name}: status {status} where nobody stops it")
+        TRUTH[name] = files(folder), time.monotonic() - begin
+    return TRUTH[name]
 
 
-def _other(
-    words: Sequence[str],
-    desk: Path,
-    whole: dict[str, bytes],
-    seconds: float,
-    rng: np.random.Generator,
-    seen: Counter[str],
-) -> str:
-    how = signal.SIGKILL if rng.random() < 0.7 else signal.SIGTERM
-    mark = f"{desk}{rng.integers(1 << 40)}"
-    if stop(start(words, desk, mark), float(rng.uniform(0.2, 1.1) * seconds), how):
-        seen[f"killed by {how.name}"] += 1
-    if left(mark):
-        return "a process is left"
-    there = files(desk)
-    seen["with a part left"] += any(Path(name).name.startswith(".") for name in there)
-    odd = [name for name in there if not Path(name).name.startswith(".") and not _same(desk, name, whole)]
-    if odd:
-        return f"after {how.name}: {odd} are not whole"
-    status, _ = run(words, desk, "last")
-    odd = [name for name in whole.keys() | files(desk).keys() if not _same(desk, name, whole)]
+def script_of(name: str, place: Path) -> str | None:
+    """What runs a command: sweeps save more often than by themselves."""
+    return str(place / "often.py") if name.startswith("sweep") else None
+
+
+def killed(name: str, words: Sequence[str], place: Path, times: int, rng: np.random.Generator) -> list[str]:
+    """A command that is killed so many times, then run to its end: what is wrong, if anything."""
+    (whole, seconds), folder, seen = undisturbed(name, words, place), desk(place / "work"), SEEN[name]
+    for turn in range(times):
+        how = signal.SIGKILL if rng.random() < 0.7 else signal.SIGTERM
+        mark = f"{folder}{turn}{rng.integers(1 << 40)}"
+        child = start(words, folder, mark, script_of(name, place))
+        if stop(child, float(rng.uniform(0.2, 1.1) * seconds), how):
+            seen[f"killed by {how.name}"] += 1
+        if left(mark):
+            return [f"{name}: a process is left"]
+        there = files(folder)
+        seen["with a part left"] += any(Path(file).name.startswith(".") for file in there)
+        odd = [file for file in there if not Path(file).name.startswith(".") and not same(folder, file, whole)]
+        if odd:
+            return [f"{name}: after {how.name}: {odd} are not whole"]
+    status = start(words, folder, "last", script_of(name, place)).wait()
+    odd = [file for file in whole.keys() | files(folder).keys() if not same(folder, file, whole)]
     if odd or (status and there.keys() < whole.keys()):  # a plan that was written is not written again: it says so
-        return f"run again: status {status}, {odd} are not as they should be"
-    seen["made whole again"] += 1
-    return ""
+        return [f"{name}: run again: status {status}, {odd} are not as they should be"]
+    seen["made whole again, in the same bytes"] += 1
+    return []
 
 
-def _same(desk: Path, name: str, whole: dict[str, bytes]) -> bool:
-    """Whether a file is there and as in a run that nobody stopped."""
-    path = desk / name
+def same(folder: Path, name: str, whole: dict[str, bytes]) -> bool:
+    """Whether a file is there and as in a run that nobody stopped; a recording holds the time it was made."""
+    path = folder / name
     if name not in whole or not path.exists():
         return False
     return path.read_bytes() == whole[name] or (name == "out/a.h5" and is_whole(path) is True)
@@ -266,12 +206,12 @@ def _same(desk: Path, name: str, whole: dict[str, bytes]) -> bool:
 
 def masters(place: Path, count: int) -> list[str]:
     """Masters whose workers hang in damaged files are killed: nobody stays."""
-    desk, stayed = _fresh(place / "masters"), 0
+    folder, stayed = desk(place / "masters"), 0
     for number in range(4):
-        (desk / f"{number}.h5").write_bytes(case("recording.bare", 1, 118))
+        (folder / f"{number}.h5").write_bytes(case("recording.bare", 1, 118))
     for number in range(count):
         mark = f"masters{number}"
-        child = start(("analyze", *(f"{n}.h5" for n in range(4)), "--workers", "2"), desk, mark)
+        child = start(("analyze", *(f"{n}.h5" for n in range(4)), "--workers", "2"), folder, mark)
         while len(_marked(mark)) < 4 and child.poll() is None:  # master, two workers, a twin
             time.sleep(0.01)
         stop(child, 0.0, signal.SIGKILL)
@@ -292,16 +232,16 @@ while True:
 
 def reads(place: Path, count: int) -> list[str]:
     """A reader beside a writer of the same recording."""
-    desk = _fresh(place / "reads")
-    (desk / "b.h5").write_bytes(sound("recording"))
+    folder = desk(place / "reads")
+    (folder / "b.h5").write_bytes(sound("recording"))
     before, seen, faults = None, 0, []
-    with subprocess.Popen([sys.executable, "-c", WRITER], cwd=desk) as writer:
+    with subprocess.Popen([sys.executable, "-c", WRITER], cwd=folder) as writer:
         for _ in range(count):
             try:
-                read_recording(desk / "b.h5")
+                read_recording(folder / "b.h5")
             except Exception as error:  # noqa: BLE001 - any of them is a fault
                 faults.append(f"a reader beside a writer: {error!r}")
-            state = (desk / "b.h5").stat().st_ino
+            state = (folder / "b.h5").stat().st_ino
             seen, before = seen + (state != before), state
         writer.kill()
     sys.stdout.write(f"reads beside a writer: {count}, of {seen} files, {len(faults)} faults\n")

@@ -1,6 +1,5 @@
 """Binary logs, written by the libraries that own the formats, and packed ones: the same columns as the text."""
 
-import contextlib
 import gzip
 import io
 import json
@@ -77,31 +76,20 @@ PACKED: dict[str, Callable[[bytes], bytes]] = {
 
 
 @pytest.mark.parametrize("kind", PACKED)
-def test_a_packed_log_is_the_log(kind: str, tmp_path: Path) -> None:
-    path = tmp_path / "log.bin"
-    path.write_bytes(PACKED[kind](TEXT))
+def test_a_packed_log_is_the_log_or_is_refused(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, raw = tmp_path / "log.bin", PACKED[kind](TEXT)
+    path.write_bytes(raw)
     recording = read_log(path)
     assert_is_the_log(recording)
     assert recording.source.dialect["compression"] == kind
     assert recording.source.files[0].size_bytes == path.stat().st_size
-
-
-@pytest.mark.parametrize("kind", ["gzip", "zip"])
-def test_a_packed_log_cut_anywhere_is_refused(kind: str, tmp_path: Path) -> None:
-    raw = PACKED[kind](TEXT)
-    path = tmp_path / "log.bin"
-    for size in range(40, len(raw) - 1, 173):
+    for size in range(40, len(raw) - 1, 391):
         path.write_bytes(raw[:size])
         with pytest.raises(LogError, match=rf"{kind} data|empty|no lines|lines of data|not utf|two ways|more than one"):
             read_log(path)
-
-
-@pytest.mark.parametrize("kind", ["gzip", "zip"])
-def test_a_bomb_is_refused_by_its_size(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("frictionlab.logs.text.FREE", 1 << 16)
-    path = tmp_path / "log.bin"
     path.write_bytes(PACKED[kind](b"t [s],x [mm],y [mm]\n" + b"0,0,0\n" * 400_000))
-    with pytest.raises(LogError, match=r"unpacks to more than .* MB from .* accepted are 0.0655 MB"):
+    with pytest.raises(LogError, match=r"unpacks to more than .* accepted are 0.0655 MB, or 50 times the file"):
         read_log(path)
 
 
@@ -119,14 +107,11 @@ def test_matlab_of_every_version(version: Literal["4", "5", "7.3"], tmp_path: Pa
     assert_is_the_log(recording)
     assert recording.source.dialect["layout"] == "MATLAB"
 
-
-@pytest.mark.parametrize("version", ["5", "7.3"])
-def test_matlab_as_recordings_are_published_one_file_a_channel(version: Literal["5", "7.3"], tmp_path: Path) -> None:
-    mass = matlab(tmp_path / "mass.mat", version, t=T, x=X)
-    base = matlab(tmp_path / "base.mat", version, t=T[:, None], y=Y[:, None])
-    recording = read_two_logs(mass, base, LogOptions(unit="mm", lag_s=0.0))
-    assert np.array_equal(recording.mass_displacement, DATA.mass)
-    assert np.array_equal(recording.base_displacement, DATA.base)
+    vector = np.atleast_2d(T).T
+    mass, base = (matlab(tmp_path / f"{name}.mat", version, t=vector, **{name: v}) for name, v in (("x", X), ("y", Y)))
+    both = read_two_logs(mass, base, LogOptions(unit="mm", lag_s=0.0))
+    assert np.array_equal(both.mass_displacement, DATA.mass)
+    assert np.array_equal(both.base_displacement, DATA.base)
 
 
 def test_a_structure_and_a_rate_instead_of_a_time(tmp_path: Path) -> None:
@@ -149,6 +134,9 @@ def test_matlab_that_holds_no_vectors_is_named(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes()[:150])
     with pytest.raises(LogError, match=r"damaged|expected vectors|empty"):
         read_log(path)
+    alone = read_mass_log(matlab(tmp_path / "tap.mat", "5", t=T, x=X), LogOptions(unit="mm"))
+    assert np.array_equal(alone.mass_displacement, DATA.mass)
+    assert not alone.base_displacement.any()
 
 
 def test_a_row_without_a_stamp_is_set_aside_and_a_missing_value_flagged(tmp_path: Path) -> None:
@@ -216,22 +204,19 @@ def test_a_parquet_file_that_asks_for_too_much_memory_is_refused(tmp_path: Path)
         read_log(tmp_path / "log.parquet")
 
 
-def test_tdms_states_its_rate_and_units(tmp_path: Path) -> None:
-    facts = {"wf_increment": 0.004, "unit_string": "mm"}
-    with TdmsWriter(tmp_path / "log.tdms") as writer:
+def test_tdms_states_its_rate_and_units(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, facts = tmp_path / "log.tdms", {"wf_increment": 0.004, "unit_string": "mm"}
+    with TdmsWriter(path) as writer:
         writer.write_segment([ChannelObject("rig", "mass", X, facts), ChannelObject("rig", "base", Y, facts)])
-    recording = read_log(tmp_path / "log.tdms")
+    recording = read_log(path)
     assert np.array_equal(recording.mass_displacement, DATA.mass)
     assert recording.sampling_rate_hz == pytest.approx(250.0)
-
-
-def test_tdms_without_its_library_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "log.tdms").write_bytes(b"TDSm" + bytes(100))
+    path.write_bytes(b"TDSm" + bytes(100))
     with pytest.raises(LogError, match="a damaged tdms file"):
-        read_log(tmp_path / "log.tdms")
+        read_log(path)
     monkeypatch.setattr("frictionlab.logs.containers.find_spec", lambda _: None)
     with pytest.raises(LogError, match=r"needs npTDMS: pip install npTDMS"):
-        read_log(tmp_path / "log.tdms")
+        read_log(path)
 
 
 @pytest.mark.parametrize(
@@ -239,11 +224,8 @@ def test_tdms_without_its_library_says_what_to_install(tmp_path: Path, monkeypat
     [
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "an Excel 97 file .* save it as .xlsx"),
         (b"RIFF\x00\x00\x00\x00WAVEfmt ", "a sound file"),
-        (b"\x89PNG\r\n\x1a\n", "a picture"),
-        (b"7z\xbc\xaf\x27\x1c", "a 7z archive: unpack it first"),
         (b"SQLite format 3\x00", "a database"),
         (b"BZh91AY", "compressed by bzip2: unpack it first"),
-        (b"\xfd7zXZ\x00", "compressed by xz: unpack it first"),
     ],
 )
 def test_what_is_not_read_is_named(first: bytes, words: str, tmp_path: Path) -> None:
@@ -251,51 +233,6 @@ def test_what_is_not_read_is_named(first: bytes, words: str, tmp_path: Path) -> 
     path.write_bytes(first + bytes(600))
     with pytest.raises(LogError, match=words):
         read_log(path)
-
-
-def test_the_mass_alone_from_a_binary_log(tmp_path: Path) -> None:
-    recording = read_mass_log(matlab(tmp_path / "tap.mat", "5", t=T, x=X), LogOptions(unit="mm"))
-    assert np.array_equal(recording.mass_displacement, DATA.mass)
-    assert not recording.base_displacement.any()
-
-
-def damaged(raw: bytes, generator: np.random.Generator) -> bytes:
-    """A file cut somewhere, or with a few bytes wrong, most of them in its first four hundred."""
-    if generator.random() < 0.3:
-        return raw[: int(generator.integers(len(raw)))]
-    data = bytearray(raw)
-    for _ in range(int(generator.choice([1, 2, 5, 20]))):
-        reach = len(data) if generator.random() < 0.5 else min(len(data), 400)
-        data[int(generator.integers(reach))] = int(generator.integers(256))
-    return bytes(data)
-
-
-@pytest.mark.parametrize("kind", ["4", "5", "5 plain", "7.3", "parquet", "tdms", "xlsx"])
-def test_damaged_binary_logs_are_read_or_refused_in_words(kind: str, tmp_path: Path) -> None:
-    """Any other exception fails; scipy itself ends the process on a wrong type code, which is looked for before."""
-    path = tmp_path / "log.bin"
-    if kind == "parquet":
-        pq.write_table(pa.table({"t": T, "x": X, "y": Y}), path)
-    elif kind == "tdms":
-        with TdmsWriter(path) as writer:
-            writer.write_segment([ChannelObject("rig", n, v, {"wf_increment": 0.004}) for n, v in (("x", X), ("y", Y))])
-    elif kind == "xlsx":
-        workbook(
-            path.with_suffix(".xlsx"),
-            ("t [s]", "x [mm]", "y [mm]"),
-            *zip(T.tolist(), X.tolist(), Y.tolist(), strict=True),
-        )
-        path = path.with_suffix(".xlsx")
-    elif kind == "5 plain":
-        scipy.io.savemat(path.with_suffix(".mat"), {"run": {"t": T, "x": X, "y": Y}})
-        path = path.with_suffix(".mat")
-    else:
-        path = matlab(path.with_suffix(".mat"), kind, t=T, x=X, y=Y)  # type: ignore[arg-type]  # one of its three
-    raw, generator = path.read_bytes(), np.random.default_rng(7)
-    for _ in range(10):
-        path.write_bytes(damaged(raw, generator))
-        with contextlib.suppress(LogError):
-            assert len(read_log(path, LogOptions(unit="mm"))) > 1
 
 
 CONTENT: dict[str, object] = {"t": T, "mass [mm]": X, "base [mm]": Y}

@@ -12,7 +12,6 @@ from frictionlab.errors import LogError, RecordingError
 from frictionlab.hdf5 import read_recording, write_recording
 from frictionlab.log_options import LogOptions
 from frictionlab.logs import read_log
-from frictionlab.recording import Recording
 
 T = np.arange(400) / 200.0
 X = 2.0 * np.sin(2 * np.pi * T)
@@ -148,51 +147,34 @@ def test_a_hole_in_a_force_is_bridged_or_cuts(tmp_path: Path) -> None:
     assert [len(part) for part in recording.stretches()] == [199, 161]
 
 
-def test_arrays_of_other_lengths_and_names_are_refused() -> None:
-    with pytest.raises(RecordingError, match="expected channels of different names; got none"):
-        Recording(T, None, None)  # type: ignore[arg-type]
-
-
 PUBLIC = Path(os.environ.get("FRICTIONLAB_PUBLIC_DATA", Path(__file__).parents[3] / "public_data"))
-GIVEN = "friction-identification/input"
+MODELS, KONRAD = "jchristopherson+FrictionModels.jl/examples", "KonradMnich+friction-identification/input"
+SAID = "mass_velocity=m/s,mass_acceleration=m/s2,normal_force=N,contact_force=N"
+PUBLISHED: list[tuple[str, dict[str, str], dict[str, tuple[float, float]]]] = [
+    (
+        f"{MODELS}/test_data_2.txt",
+        {},
+        {"mass_displacement": (-0.1100356, -0.1097959), "normal_force": (-0.0008834, 5.0035969)},
+    ),
+    (
+        f"{MODELS}/test_data_1.csv",
+        {"mass_velocity": "Velocity", "normal_force": "Normal", "contact_force": "Friction", "units": SAID},
+        {"contact_force": (-24.660393, 24.629006), "normal_force": (100.0, 100.0)},
+    ),
+    (
+        f"{KONRAD}/sample_workspace_3.mat",
+        {"mass_velocity": "v", "mass_acceleration": "a", "contact_force": "F_fric", "unit": "m", "units": SAID},
+        {"mass_displacement": (0.0, 0.15392032596992083), "contact_force": (-0.06835377698107492, 56.8449579334)},
+    ),
+    (
+        f"{KONRAD}/a3NI.csv",
+        {"contact_force": "Force", "units": "contact_force=50 N/V"},
+        {"contact_force": (-48.0928686, 21.81582037)},
+    ),
+]
 
 
-@pytest.mark.parametrize(
-    ("path", "options", "ranges"),
-    [
-        (
-            "jchristopherson+FrictionModels.jl/examples/test_data_2.txt",
-            {},
-            {"mass_displacement": (-0.1100356, -0.1097959), "normal_force": (-0.0008834, 5.0035969)},
-        ),
-        (
-            "jchristopherson+FrictionModels.jl/examples/test_data_1.csv",
-            {
-                "mass_velocity": "Velocity",
-                "normal_force": "Normal",
-                "contact_force": "Friction",
-                "units": "mass_velocity=m/s,normal_force=N,contact_force=N",
-            },
-            {"contact_force": (-24.660393, 24.629006), "normal_force": (100.0, 100.0)},
-        ),
-        (
-            f"KonradMnich+{GIVEN}/sample_workspace_3.mat",
-            {
-                "mass_velocity": "v",
-                "mass_acceleration": "a",
-                "contact_force": "F_fric",
-                "unit": "m",
-                "units": "mass_velocity=m/s,mass_acceleration=m/s2,contact_force=N",
-            },
-            {"mass_displacement": (0.0, 0.15392032596992083), "contact_force": (-0.06835377698107492, 56.8449579334)},
-        ),
-        (
-            f"KonradMnich+{GIVEN}/a3NI.csv",
-            {"contact_force": "Force", "units": "contact_force=50 N/V"},
-            {"contact_force": (-48.0928686, 21.81582037)},
-        ),
-    ],
-)
+@pytest.mark.parametrize(("path", "options", "ranges"), PUBLISHED)
 def test_recordings_that_others_have_published_are_read(
     path: str, options: dict[str, str], ranges: dict[str, tuple[float, float]]
 ) -> None:

@@ -38,6 +38,14 @@ def damaged(at: int, *lines: str) -> list[str]:
     return [*GOOD[: at - 1], *lines, *GOOD[at:]]
 
 
+def with_mass(cell: str, *samples: int) -> list[str]:
+    """The good log with another cell for the mass at some samples."""
+    lines = list(GOOD)
+    for i in samples:
+        lines[i + 1] = f"{DATA.rows[i][0]},{cell},{DATA.rows[i][2]}"
+    return lines
+
+
 @pytest.mark.parametrize(
     ("line", "reason"),
     [
@@ -75,8 +83,7 @@ def test_a_line_that_is_no_data_is_quarantined(line: str, reason: str, read: Cal
     "cell", ["", "-", "---", "nan", "NaN", "inf", "-inf", "∞", "-∞", "1e999", "+FFFFFFF", "XXXXXXX", "n/a", "-1.#IND"]
 )
 def test_a_cell_without_value_is_bridged_and_flagged(cell: str, read: Callable[..., Recording]) -> None:
-    t, _, y = DATA.rows[49]
-    recording = read(damaged(51, f"{t},{cell},{y}"))
+    recording = read(with_mass(cell, 49))
     assert flags(recording, Quality.NO_VALUE) == flags(recording, Quality.INTERPOLATED) == [49]
     assert recording.source.lines == LineCount(read=1001, header=1, data=1000)
     np.testing.assert_allclose(recording.mass_displacement[49], (DATA.mass[48] + DATA.mass[50]) / 2, rtol=1e-12)
@@ -90,11 +97,7 @@ def test_a_cell_without_value_is_bridged_and_flagged(cell: str, read: Callable[.
 
 @pytest.mark.parametrize("code", ["203.496825", "203.50", "203.502"])
 def test_error_codes_are_flagged_bridged_and_kept_aside(code: str, read: Callable[..., Recording]) -> None:
-    lines = list(GOOD)
-    for i in (50, 51, 300):
-        t, _, y = DATA.rows[i]
-        lines[i + 1] = f"{t},{code},{y}"
-    recording = read(lines)
+    recording = read(with_mass(code, 50, 51, 300))
     assert flags(recording, Quality.ERROR_CODE) == flags(recording, Quality.INTERPOLATED) == [50, 51, 300]
     assert np.abs(recording.mass_displacement).max() < 3e-3
     assert recording.source.replaced is not None
@@ -118,16 +121,15 @@ def test_numbers_that_loggers_write_for_no_value_are_none(
 
 
 def test_a_long_run_of_error_codes_cuts_the_recording(read: Callable[..., Recording]) -> None:
-    lines = list(GOOD)
-    for i in range(400, 440):
-        lines[i + 1] = f"{DATA.rows[i][0]},203.50,{DATA.rows[i][2]}"
-    recording = read(lines)
+    recording = read(with_mass("203.50", *range(400, 440)))
     assert flags(recording, Quality.NOT_BRIDGED) == list(range(400, 440))
     assert np.isnan(recording.mass_displacement[400:440]).all()
-    before, after = recording.stretches()
-    assert (len(before), len(after)) == (400, 560)
+    assert [len(part) for part in recording.stretches()] == [400, 560]
     assert recording.gaps == ((DATA.time[399], DATA.time[440]),)
     assert any("holes longer than 0.02 s: left empty" in w for w in recording.source.warnings)
+    assert [len(part) for part in read(with_mass("XXXXXXX", *range(400, 700))).stretches()] == [400, 300]
+    with pytest.raises(LogError, match="998 values in 1000 lines are missing"):
+        read(with_mass("XXXXXXX", *range(2, 1000)))
 
 
 def test_dropped_samples_are_counted_and_a_long_gap_is_respected(read: Callable[..., Recording]) -> None:
@@ -138,12 +140,9 @@ def test_dropped_samples_are_counted_and_a_long_gap_is_respected(read: Callable[
     np.testing.assert_allclose(recording.sampling_rate_hz, 250.0, rtol=1e-12)
     assert [len(part) for part in recording.stretches()] == [498, 400]
     assert any("a gap of 0.404 s after 1.996 s is longer than 0.02 s" in w for w in recording.source.warnings)
-
-
-def test_the_bridge_can_be_set(read: Callable[..., Recording]) -> None:
-    recording = read([*GOOD[:101], *GOOD[111:]], options=LogOptions(bridge_s=0.1))
-    assert flags(recording, Quality.GAP_BEFORE) == [100]
-    assert len(recording.stretches()) == 1
+    bridged = read([*GOOD[:101], *GOOD[111:]], options=LogOptions(bridge_s=0.1))
+    assert flags(bridged, Quality.GAP_BEFORE) == [100]
+    assert len(bridged.stretches()) == 1
 
 
 def test_repeated_stamps_are_kept_and_flagged(read: Callable[..., Recording]) -> None:
@@ -175,17 +174,11 @@ def test_a_restart_repeats_the_header_and_is_not_measured_across(read: Callable[
     assert "the clock restarted (at " in said
 
 
-def test_a_repeated_header_alone_costs_nothing(read: Callable[..., Recording]) -> None:
-    recording = read([*GOOD[:500], GOOD[0], *GOOD[500:]])
-    assert recording.source.lines == LineCount(read=1002, header=2, data=1000)
+def test_repeated_headers_blank_and_comment_lines_are_counted(read: Callable[..., Recording]) -> None:
+    recording = read([*GOOD[:10], "", "  ", "# a note, with, commas", ",,", *GOOD[10:500], GOOD[0], *GOOD[500:], ""])
+    assert recording.source.lines == LineCount(read=1007, header=2, data=1000, blank=4, comment=1)
     np.testing.assert_array_equal(recording.mass_displacement, DATA.mass)
     assert not recording.quality.any()
-
-
-def test_blank_and_comment_lines_are_counted(read: Callable[..., Recording]) -> None:
-    recording = read([*GOOD[:10], "", "  ", "# a note, with, commas", ",,", *GOOD[10:], ""])
-    assert recording.source.lines == LineCount(read=1006, header=1, data=1000, blank=4, comment=1)
-    np.testing.assert_array_equal(recording.mass_displacement, DATA.mass)
 
 
 @pytest.mark.parametrize("cut", [1, 4, 9, 15])
@@ -195,25 +188,19 @@ def test_a_cut_last_line_is_quarantined(cut: int, read: Callable[..., Recording]
     assert [q.number for q in recording.source.quarantined] == [1001]
 
 
-def test_a_whole_last_line_without_line_end_is_data(read: Callable[..., Recording]) -> None:
+def test_a_last_line_without_line_end_is_data_if_it_is_provably_whole(read: Callable[..., Recording]) -> None:
     recording = read(GOOD, end="")
     assert recording.source.lines == LineCount(read=1001, header=1, data=1000)
     assert not recording.source.warnings
-
-
-def test_a_last_line_that_may_be_cut_is_not_trusted(read: Callable[..., Recording]) -> None:
     rows = Truth(tuple((t, x, str(i)) for i, (t, x, _) in enumerate(DATA.rows)))
     lines = table(rows, "time [s],mass [mm],base [um]", ",").splitlines()
-    recording = read(lines, end="", options=LogOptions(unit="um"))
-    assert [q.reason for q in recording.source.quarantined] == ["the file ends inside this line: it may be cut"]
+    unsure = read(lines, end="", options=LogOptions(unit="um"))
+    assert [q.reason for q in unsure.source.quarantined] == ["the file ends inside this line: it may be cut"]
 
 
 def test_values_held_at_the_end_of_the_range_are_no_stop(read: Callable[..., Recording]) -> None:
-    lines = list(GOOD)
     clipped = [i for i, (_, x, _) in enumerate(DATA.rows) if float(x) > 1.6]
-    for i in clipped:
-        lines[i + 1] = f"{DATA.rows[i][0]},1.600365,{DATA.rows[i][2]}"
-    recording = read(lines)
+    recording = read(with_mass("1.600365", *clipped))
     assert flags(recording, Quality.HELD) == clipped
     assert len(recording.stretches()) > 1
 
@@ -269,16 +256,6 @@ def test_too_much_damage_is_refused(read: Callable[..., Recording]) -> None:
     assert read(lines, options=LogOptions(most_damage=0.2)).source.lines.data == 875
 
 
-def test_a_long_dropout_is_flagged_and_a_channel_without_values_refused(read: Callable[..., Recording]) -> None:
-    lines = list(GOOD)
-    for i in range(400, 700):
-        lines[i + 1] = f"{DATA.rows[i][0]},XXXXXXX,{DATA.rows[i][2]}"
-    assert [len(part) for part in read(lines).stretches()] == [400, 300]
-    lines[1:] = [f"{t},XXXXXXX,{y}" if i > 1 else f"{t},{x},{y}" for i, (t, x, y) in enumerate(DATA.rows)]
-    with pytest.raises(LogError, match="998 values in 1000 lines are missing"):
-        read(lines)
-
-
 def test_stamps_that_do_not_increase_are_refused(read: Callable[..., Recording]) -> None:
     flat = Truth(tuple(("1.000000", x, y) for _, x, y in DATA.rows))
     with pytest.raises(LogError, match="do not increase"):
@@ -297,6 +274,5 @@ def test_damage_in_the_first_data_lines_is_not_taken_for_a_header(read: Callable
 def test_labview_segments_and_comments(tmp_path: Path) -> None:
     recording = read_log(write(tmp_path / "log.lvm", labview(DATA, segments=2), "cp1252"))
     np.testing.assert_array_equal(recording.mass_displacement, DATA.mass)
-    lines = recording.source.lines
-    assert (lines.data, lines.quarantined) == (1000, 0)
+    assert (recording.source.lines.data, recording.source.lines.quarantined) == (1000, 0)
     assert len(recording.stretches()) == 1

@@ -33,16 +33,6 @@ def test_a_clean_log_gives_back_its_numbers(name: str, tmp_path: Path) -> None:
     assert not recording.source.quarantined
 
 
-@pytest.mark.parametrize("name", CLEAN)
-def test_a_compressed_log_is_the_same_log(name: str, tmp_path: Path) -> None:
-    make, encoding, _ = CLEAN[name]
-    plain = read_log(write(tmp_path / "log.csv", make(DATA), encoding))
-    packed = read_log(write(tmp_path / "log.csv.gz", make(DATA), encoding))
-    np.testing.assert_array_equal(packed.mass_displacement, plain.mass_displacement)
-    assert packed.source.lines == plain.source.lines
-    assert packed.source.dialect["compression"] == "gzip"
-
-
 def test_ni_channels_with_clocks_of_their_own_are_put_on_one(tmp_path: Path) -> None:
     text = ni(DATA)
     rows = text.split("\r\n")
@@ -86,15 +76,19 @@ def test_seconds_that_are_labelled_milliseconds_are_doubted(tmp_path: Path) -> N
     assert said.endswith("do: --time-unit s")
 
 
-def test_clock_times_are_read(tmp_path: Path) -> None:
-    rows = [
-        f"2024-05-01 23:59:{59 + float(t):06.3f}" if float(t) < 1 else f"2024-05-02 00:00:{float(t) - 1:06.3f}"
+@pytest.mark.parametrize(
+    ("form", "start"), [("2024-05-01 {}", "2024-05-01T23:59:59"), ("01.05.2024 {}", "2024-05-01T23:59:59")]
+)
+def test_clock_times_are_read(form: str, start: str, tmp_path: Path) -> None:
+    after = form.replace("01", "02", 1) if form.startswith("0") else form.replace("-01", "-02")
+    stamps = [
+        form.format(f"23:59:{59 + float(t):06.3f}") if float(t) < 1 else after.format(f"00:00:{float(t) - 1:06.3f}")
         for t, _, _ in DATA.rows
     ]
-    data = Truth(tuple((s, x, y) for s, (_, x, y) in zip(rows, DATA.rows, strict=True)))
-    recording = read_log(write(tmp_path / "log.csv", table(data, "Date time;mass [mm];base [mm]", ";")))
+    data = Truth(tuple((s, x, y) for s, (_, x, y) in zip(stamps, DATA.rows, strict=True)))
+    recording = read_log(write(tmp_path / "log.csv", table(data, "Zeit;Masse [mm];Basis [mm]", ";")))
     np.testing.assert_allclose(recording.time, DATA.time, atol=1e-6)
-    assert recording.source.dialect["start_time"] == "2024-05-01T23:59:59.000+00:00"
+    assert recording.source.dialect["start_time"] == f"{start}.000+00:00"
 
 
 @pytest.mark.parametrize(
@@ -118,25 +112,13 @@ def test_small_oddities_cost_nothing(change: Callable[[str], str], tmp_path: Pat
     assert recording.source.lines.quarantined == 0
 
 
-def test_german_dates(tmp_path: Path) -> None:
-    rows = Truth(tuple((f"01.05.2024 10:00:{float(t):06.3f}", x, y) for t, x, y in DATA.rows))
-    recording = read_log(write(tmp_path / "log.csv", table(rows, "Zeit\tMasse [mm]\tBasis [mm]", "\t")))
-    np.testing.assert_allclose(recording.time, DATA.time, atol=1e-6)
-    assert recording.source.dialect["start_time"] == "2024-05-01T10:00:00.000+00:00"
-
-
-def test_bare_names_say_which_unit_by_the_sensors_step(tmp_path: Path) -> None:
+def test_bare_names_say_which_unit_by_the_sensors_step_or_ask_for_it(tmp_path: Path) -> None:
     recording = read_log(write(tmp_path / "log.csv", table(DATA, "t,x,y", ",")))
     assert_same(recording, DATA)
     assert any("no unit is said; the sensor's step says mm" in w for w in recording.source.warnings)
-
-
-def test_bare_numbers_without_a_step_ask_for_the_unit(tmp_path: Path) -> None:
     smooth = Truth(tuple((t, f"{float(x):.3f}", f"{float(y):.3f}") for t, x, y in DATA.rows))
     log = write(tmp_path / "log.csv", table(smooth, "t,x,y", ","))
-    with pytest.raises(
-        LogError, match=r"log\.csv: the unit of column 2 \('x'\) is not said: expected a length: give --unit"
-    ):
+    with pytest.raises(LogError, match=r"log\.csv: the unit of column 2 \('x'\) is not said: .* give --unit"):
         read_log(log)
     recording = read_log(log, LogOptions(unit="um"))
     np.testing.assert_array_equal(recording.mass_displacement, [float(x) / 1e6 for _, x, _ in smooth.rows])
@@ -156,36 +138,27 @@ def test_overrides_by_name_and_by_number(tmp_path: Path) -> None:
         read_log(log, LogOptions(mass="2", base="2"))
 
 
-def test_sampling_rate_counts_the_time(tmp_path: Path) -> None:
+def test_a_sampling_rate_counts_the_time_and_is_doubted_where_a_column_contradicts(tmp_path: Path) -> None:
     rows = "\n".join(f"{x},{y}" for _, x, y in DATA.rows)
     log = write(tmp_path / "log.csv", f"mass [mm],base [mm]\n{rows}\n")
     with pytest.raises(LogError, match="no time column found: give --time, or --sampling-rate"):
         read_log(log)
     assert_same(read_log(log, LogOptions(sampling_rate_hz=250.0)), DATA)
+    log = write(tmp_path / "log.csv", table(DATA, "time [s],mass [mm],base [mm]", ","))
+    recording = read_log(log, LogOptions(sampling_rate_hz=500.0))
+    assert recording.sampling_rate_hz == pytest.approx(500.0)
+    assert any("says 250 Hz, --sampling-rate says 500 Hz: 500 Hz is taken" in w for w in recording.source.warnings)
+    assert not read_log(log, LogOptions(sampling_rate_hz=250.0)).source.warnings
 
 
-def test_no_header_asks_for_the_roles(tmp_path: Path) -> None:
-    log = write(tmp_path / "log.csv", table(DATA, "", ","))
-    with pytest.raises(LogError, match="give --mass 2 --base 3, or --mass 3 --base 2"):
-        read_log(log)
-    assert_same(read_log(log, LogOptions(time=1, mass=2, base=3, unit="mm", time_unit="s")), DATA)
-
-
-def test_two_readings_that_fit_are_shown_both(tmp_path: Path) -> None:
-    rows = "\n".join(f"{i},{(7 * i) % 1000:03d}" for i in range(100))
-    log = write(tmp_path / "log.csv", rows + "\n")
+def test_two_readings_that_fit_are_shown_both_unless_a_header_tells(tmp_path: Path) -> None:
+    log = write(tmp_path / "log.csv", "\n".join(f"{i},{(7 * i) % 1000:03d}" for i in range(100)) + "\n")
     with pytest.raises(LogError, match=r"more than one way: separator .* decimal mark .*; or separator"):
         read_log(log)
-
-
-def test_a_header_tells_two_readings_apart(tmp_path: Path) -> None:
-    log = write(tmp_path / "log.csv", "time [s],mass [mm]\n" + "".join(f"{i},{i + 1}\n" for i in range(50)))
+    log.write_text("time [s],mass [mm]\n" + "".join(f"{i},{i + 1}\n" for i in range(50)))
     with pytest.raises(LogError, match="no column for base"):
         read_log(log)
-
-
-def test_commas_for_both_marks_are_refused(tmp_path: Path) -> None:
-    log = write(tmp_path / "log.csv", table(DATA, "time [s],mass [mm],base [mm]", ",", mark=comma))
+    write(log, table(DATA, "time [s],mass [mm],base [mm]", ",", mark=comma))
     with pytest.raises(LogError, match="names 3 columns, the lines below have 6 fields"):
         read_log(log)
 
@@ -220,13 +193,6 @@ def test_what_is_no_log_is_refused(text: str, words: str, tmp_path: Path) -> Non
         read_log(write(tmp_path / "log.csv", text))
 
 
-def test_what_cannot_be_opened_is_said(tmp_path: Path) -> None:
-    with pytest.raises(LogError, match="no such file"):
-        read_log(tmp_path / "nothing.csv")
-    with pytest.raises(LogError, match="it is a folder"):
-        read_log(tmp_path)
-
-
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
@@ -242,11 +208,3 @@ def test_what_cannot_be_opened_is_said(tmp_path: Path) -> None:
 def test_impossible_options_are_refused(wrong: dict[str, Any], words: str) -> None:
     with pytest.raises(UsageError, match=words):
         replace(LogOptions(), **wrong)
-
-
-def test_a_sampling_rate_that_the_time_column_contradicts_is_warned_of(tmp_path: Path) -> None:
-    path = write(tmp_path / "log.csv", table(truth(100), "time [s],mass [mm],base [mm]", ","))
-    recording = read_log(path, LogOptions(sampling_rate_hz=500.0))
-    assert recording.sampling_rate_hz == pytest.approx(500.0)
-    assert any("says 250 Hz, --sampling-rate says 500 Hz: 500 Hz is taken" in w for w in recording.source.warnings)
-    assert not read_log(path, LogOptions(sampling_rate_hz=250.0)).source.warnings

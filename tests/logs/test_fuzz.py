@@ -1,4 +1,4 @@
-"""A share of the mutated logs of `tests.logs.fuzz`, and a log cut at any byte."""
+"""A share of the mutated logs of `tests.logs.fuzz`, logs cut at any byte, and what happens to files on a disk."""
 
 import errno
 import hashlib
@@ -9,28 +9,23 @@ import pytest
 
 from frictionlab.errors import LogError
 from frictionlab.logs import LogOptions, read_log
-from tests.logs.fuzz import LONGEST_S, case, check, lines_of, no_hang
+from tests.logs.fuzz import case, check, lines_of
 from tests.logs.samples import sensortool, table, truth, write
 
-PART = 100
+TEXT = table(truth(200), "time [s],mass [mm],base [mm]", ",")
 
 
-@pytest.mark.parametrize("part", range(3))
+@pytest.mark.parametrize("part", range(2))
 def test_mutated_logs_are_read_or_refused(part: int, tmp_path: Path) -> None:
-    outcomes = []
-    for number in range(part * PART, (part + 1) * PART):
-        raw, suffix, options = case(1, number)
-        with no_hang(LONGEST_S):
-            outcomes.append(check(raw, suffix, options, tmp_path))
-    assert {"refused", "damaged"} <= set(outcomes)
+    outcomes = {check(*case(1, number), tmp_path) for number in range(100 * part, 100 * (part + 1))}
+    assert {"refused", "damaged"} <= outcomes
 
 
 def test_a_log_cut_at_any_byte_is_read_or_refused(tmp_path: Path) -> None:
-    raw = table(truth(70), "time [s],mass [mm],base [mm]", ",").encode()
-    assert 1900 < len(raw) < 2200
+    raw = TEXT[:2000].encode()
     path = tmp_path / "log.csv"
     read = 0
-    for size in range(0, len(raw), 7):
+    for size in range(0, len(raw), 11):
         path.write_bytes(raw[:size])
         try:
             recording = read_log(path, LogOptions(unit="mm"))
@@ -40,23 +35,15 @@ def test_a_log_cut_at_any_byte_is_read_or_refused(tmp_path: Path) -> None:
         assert lines.read == lines_of(raw[:size], "utf-8")
         assert len(recording) == lines.data >= raw[:size].count(b"\n") - 1
         read += 1
-    assert read > 1800 // 7
+    assert read > 1800 // 11
 
 
-def test_a_compressed_log_cut_anywhere_is_refused(tmp_path: Path) -> None:
-    path = write(tmp_path / "log.csv.gz", table(truth(200), "time [s],mass [mm],base [mm]", ","))
-    raw = path.read_bytes()
-    for size in range(1, len(raw) - 1, 37):
-        path.write_bytes(raw[:size])
-        with pytest.raises(LogError, match=r"gzip data|no lines of numbers|empty|not utf|lines of data"):
-            read_log(path)
-
-
-def test_a_gzip_bomb_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("frictionlab.logs.text.FREE", 1 << 16)
-    path = write(tmp_path / "log.csv.gz", "time [s],mass [mm],base [mm]\n" + "0,0,0\n" * 200_000)
-    with pytest.raises(LogError, match=r"unpacks to more than .* accepted are 0.0655 MB, or 50 times the file"):
-        read_log(path)
+def test_one_sensors_log_cut_at_any_byte_is_refused(tmp_path: Path) -> None:
+    raw = sensortool(truth(40), 1, ";").encode()
+    for size in range(0, len(raw), 37):
+        (tmp_path / "log.csv").write_bytes(raw[:size])
+        with pytest.raises(LogError, match=r"\w+"):  # any words will do: one channel is no recording
+            read_log(tmp_path / "log.csv")
 
 
 def test_an_endless_line_is_refused(tmp_path: Path) -> None:
@@ -67,7 +54,7 @@ def test_an_endless_line_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_log_that_changes_while_it_is_read_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = write(tmp_path / "log.csv", table(truth(200), "time [s],mass [mm],base [mm]", ","))
+    path = write(tmp_path / "log.csv", TEXT)
     state = os.fstat
 
     def grown(descriptor: int) -> os.stat_result:
@@ -81,7 +68,7 @@ def test_a_log_that_changes_while_it_is_read_is_refused(tmp_path: Path, monkeypa
 
 
 def test_a_disk_that_fails_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = write(tmp_path / "log.csv", table(truth(200), "time [s],mass [mm],base [mm]", ","))
+    path = write(tmp_path / "log.csv", TEXT)
 
     def fail(*_: object) -> int:
         raise OSError(errno.EIO, os.strerror(errno.EIO))
@@ -93,16 +80,7 @@ def test_a_disk_that_fails_is_reported(tmp_path: Path, monkeypatch: pytest.Monke
 
 def test_the_digest_is_that_of_the_file_as_it_is(tmp_path: Path) -> None:
     for name in ("log.csv", "log.csv.gz"):
-        path = write(tmp_path / name, table(truth(200), "time [s],mass [mm],base [mm]", ","))
+        path = write(tmp_path / name, TEXT)
         (file,) = read_log(path).source.files
         assert file.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
         assert file.size_bytes == path.stat().st_size
-
-
-def test_a_sensortool_log_cut_at_many_bytes(tmp_path: Path) -> None:
-    raw = sensortool(truth(40), 1, ";").encode()
-    path = tmp_path / "log.csv"
-    for size in range(0, len(raw), 13):
-        path.write_bytes(raw[:size])
-        with pytest.raises(LogError, match=r"\w+"):  # any words will do: one channel is no recording
-            read_log(path)
