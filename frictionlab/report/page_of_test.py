@@ -22,6 +22,13 @@ from frictionlab.simulator import Problem
 from frictionlab.tables import Row
 
 CYCLES = 8  # of the time response, the last ones
+COMPARED = {
+    "law": "law (compare-numeric)",
+    "verdict": "verdict",
+    "model": "model",
+    "response_nrmse": "nrmse of the cycle",
+    "misfit": "misfit over noise",
+}
 NO_RECORDING = "The recording is not at hand, so nothing is drawn: numbers alone."
 FORCE = (
     "Force of the contact recovered from the mean cycle by the equation of motion: no law assumed. Above 25 harmonics"
@@ -91,61 +98,19 @@ def _is_sheet(path: Path) -> bool:
 
 def sheet_page(sheet: PageOfTest, *, back: str | None = None) -> str:
     """The page's text; whatever stood in a log is escaped by the template."""
+    trial, stiffness = sheet.trial, sheet.scene.rig.stiffness
+    base = Estimate(trial.base_amplitude_m)
+    joules = None if stiffness is None or base.value is None else stiffness * base.value**2
     return TEMPLATES.get_template("sheet.html").render(
         sheet=sheet,
         back=back,
-        facts=list(_facts(sheet)),
-        verdicts=list(_verdicts(sheet)),
+        force=Estimate(trial.normal_force_n),
+        base=base.scaled(1e3),
+        joules=trial.means[0].scaled(1e3 * joules) if joules else None,
+        compared={words: value for key, words in COMPARED.items() if (value := (sheet.comparison or {}).get(key))},
         charts=[(title, svg, words) for title, svg, words in _charts(sheet) if svg],
         silent=NO_RECORDING if sheet.measurement is None and not sheet.trial.failed else "",
     )
-
-
-def _facts(sheet: PageOfTest) -> Iterator[tuple[str, str]]:
-    """Names and values of what was measured; energies in joules too where stiffness and amplitude are known."""
-    trial, stiffness = sheet.trial, sheet.scene.rig.stiffness
-    energy, amplitude = trial.means
-    base = Estimate(trial.base_amplitude_m)
-    yield "material", trial.material or "not known"
-    yield "normal force", _with_unit(Estimate(trial.normal_force_n), "N")
-    yield "frequency ratio r", str(trial.ratio)
-    yield "base amplitude Y", _with_unit(base.scaled(1e3), "mm")
-    yield "energy per cycle", _with_unit(energy, "k Y²")
-    if stiffness is not None and base.value is not None:
-        yield "energy per cycle", _with_unit(energy.scaled(1e3 * stiffness * base.value**2), "mJ")
-    yield "response amplitude", _with_unit(amplitude, "Y")
-    yield "stops per cycle", "not known" if trial.stops is None else f"{trial.stops:.3g}"
-    yield "regime", trial.regime or "not known"
-    yield "irregularity", "not known" if trial.irregularity is None else f"{trial.irregularity:.2g}"
-
-
-def _with_unit(number: Estimate, unit: str) -> str:
-    return f"{number} {unit}" if number.known else "not known"
-
-
-def _verdicts(sheet: PageOfTest) -> Iterator[tuple[str, str]]:
-    """What the campaign's fit and `compare-numeric` say of the test."""
-    verdict, row = sheet.verdict, sheet.comparison or {}
-    if verdict is not None:
-        yield "friction ratio of this test alone", str(verdict.alone)
-        if verdict.predicted is not None:
-            yield "energy that the group's friction predicts", f"{verdict.predicted.energy_per_cycle:.4g} k Y²"
-        if verdict.residual is not None:
-            yield "measured over predicted energy", f"{verdict.residual:+.2%}"
-        if verdict.nrmse is not None and verdict.floor:
-            yield "nrmse of its cycle under its material's law", f"{verdict.nrmse:.3g}"
-            yield "that over what noise alone leaves", f"{verdict.nrmse / verdict.floor:.2g}"
-        elif verdict.misfit is not None:
-            count = f"{verdict.misfit:.2g}"
-            yield "energy and amplitude differ from it by", f"{count} standard error{'' if count == '1' else 's'}"
-        yield "in the fit of its group", "used" if verdict.excluded is None else f"left out: {verdict.excluded}"
-    compared = {
-        "law": "law (compare-numeric)", "verdict": "verdict", "model": "model", "response_nrmse": "nrmse of the cycle",
-        "misfit": "misfit over noise",
-    }  # fmt: skip
-    for key, words in compared.items():
-        if value := row.get(key):
-            yield words, f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def _charts(sheet: PageOfTest) -> Iterator[tuple[str, str, str]]:

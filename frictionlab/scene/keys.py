@@ -30,6 +30,8 @@ from frictionlab.scene.rig import Rig, Synthetic
 
 CyclePoints = Annotated[int, Field(ge=32, le=65536, multiple_of=8)]
 Order = Annotated[int, Field(ge=1, le=8)]
+Count = Annotated[int, Field(ge=1)]
+Two = Annotated[list[float], Field(min_length=2, max_length=2)]
 Pair = Annotated[list[Positive], Field(min_length=2, max_length=2)]
 Solver = Literal["auto", "closed-form", "exact", "numeric", "thesis"]
 Level = Literal["rig", "material", "test"]
@@ -49,9 +51,7 @@ class Experiment(SceneTable):
     material: str | None = key("Material of the contact.")
     normal_force_n: Positive | None = key("Force that presses the contact together.")
     normal_force_n_u: NonNegative | None = key("Standard uncertainty of the normal force.")
-    base_amplitude_m: Positive | None = key(
-        "Amplitude of the base, for a table over frequency that has no such column."
-    )
+    base_amplitude_m: Positive | None = key("Amplitude of the base, for a table over frequency that lacks it.")
     nominal_frequency_ratio: Positive | None = key("Frequency ratio that was asked of the drive.")
     duration_s: Positive | None = key("Length that was asked of the test.")
     repeat: int | str | None = key("Number or name of a repetition.")
@@ -59,7 +59,7 @@ class Experiment(SceneTable):
     date: str | None = key("When it was run.")
     note: str | None = key("Anything else; it is kept in the recording.")
     name_pattern: str | None = key(
-        'Facts from names of logs: "{material}_N{normal_force_n}_r{nominal_frequency_ratio}".'
+        'Facts from names of logs, like "{material}_N{normal_force_n}_r{nominal_frequency_ratio}".'
     )
     sheet: str | None = key("Facts from a CSV beside the scene, with a `log` column.")
     taps: list[str] = key('Free decays among the logs, which are no tests: names or patterns like "tap*.csv".', [])
@@ -101,12 +101,8 @@ def window_of(rule: str) -> float | None:
 class Analysis(SceneTable):
     """``[analysis]``: which part of a recording is measured, and how finely."""
 
-    transient_s: NonNegative | None = key(
-        "Cut from the beginning; by default found from when the motion settles (20 s is the thesis's, section 4.3)."
-    )
-    cycles: str = key(
-        'Cycles the energy is of: "all", "last" as in the thesis, or "window:15": full ones of the last 15 s.', "all"
-    )
+    transient_s: NonNegative | None = key("Cut from the beginning; by default until the motion settles (thesis: 20 s).")
+    cycles: str = key('Cycles the energy is of: "all", "last" (thesis), or "window:15", of the last 15 s.', "all")
     padding: int = key("Length of the FFT over the record's.", 4, ge=1, le=1024)
     least_points: CyclePoints = key("Points a cycle is laid out on: one per sample, but at least so many.", 64)
     most_points: CyclePoints | None = key("Points a cycle is laid out on: one per sample, but at most so many.")
@@ -131,9 +127,7 @@ class Model(SceneTable):
     )
     static_ratio: float = key("Static over kinetic friction, mu.", 1.0, ge=1, allow_inf_nan=False)
     law: LawName = key('Contact law, a sum of terms that starts with coulomb: "coulomb+place+speed".', "coulomb")
-    parameters: dict[str, float] = key(
-        "Parameters of the law that are held fixed instead of fitted, in [model.parameters].", {}
-    )
+    parameters: dict[str, float] = key("The law's parameters held fixed, not fitted: [model.parameters].", {})
     damping: bool | None = key("false leaves the rig's damping_ratio out; true insists that it is given.")
     base_harmonics: int = key("Harmonics of the measured base motion, 1 to 9; 1 is a pure cosine.", 1, ge=1, le=9)
     solver: Solver = key('"auto", "closed-form", "exact", "numeric" or "thesis".', "auto")
@@ -149,12 +143,8 @@ class Sensors(SceneTable):
     """``[sensors]``: what the laboratory knows of its two sensors; what is left out gets its stated default."""
 
     gain_error: NonNegative = key("Relative standard uncertainty of each sensor's gain.", 0.001)
-    linearity: NonNegative = key(
-        "Standard uncertainty by a sensor's curvature, as a share of its measuring range.", 0.0005
-    )
-    lag_s: float = key(
-        "The base's channel is behind the mass's by this: its sample at t shows the base at t - lag_s.", 0.0
-    )
+    linearity: NonNegative = key("Standard uncertainty by curvature, as a share of the measuring range.", 0.0005)
+    lag_s: float = key("The base's channel is behind the mass's: at t it shows the base at t - lag_s.", 0.0)
     lag_s_u: NonNegative | None = key(
         "Standard uncertainty of that lag; by default half a sampling interval either way; fits allow three times that."
     )
@@ -165,9 +155,7 @@ class Sensors(SceneTable):
     mass_filter_order: Order | None = key("Order of the mass's filter, where the two channels differ.")
     base_filter_order: Order | None = key("Order of the base's filter, where the two channels differ.")
     crosstalk: NonNegative = key("Share of one channel that may stand in the other.", 0.0)
-    force_inertia_kg: NonNegative = key(
-        "Mass between the contact and the load cell: its inertia is taken off the measured force.", 0.0
-    )
+    force_inertia_kg: NonNegative = key("Mass between contact and load cell: its inertia is taken off the force.", 0.0)
 
 
 class Infer(SceneTable):
@@ -176,12 +164,10 @@ class Infer(SceneTable):
     levels: dict[str, Level] = key(
         'Unknown -> what shares one value of it, "rig", "material" or "test": {gradient = "material"}.', {}
     )
-    priors: dict[str, Annotated[list[float], Field(min_length=2, max_length=2)]] = key(
+    priors: dict[str, Two] = key(
         "Unknown -> [value, standard deviation] known before: {natural_frequency_hz = [3.13, 0.01]}.", {}
     )
-    scatter: dict[str, NonNegative] = key(
-        "Material's unknown -> relative scatter from test to test to expect; 0: the same in all tests.", {}
-    )
+    scatter: dict[str, NonNegative] = key("Material's unknown -> relative scatter from test to test to expect.", {})
 
 
 class PlanTable(SceneTable):
@@ -197,26 +183,18 @@ class PlanTable(SceneTable):
     setup_s: NonNegative = key("Laboratory time that each test costs beside its length: to start, to store.", 0.0)
     change_force_s: NonNegative = key("Laboratory time to set another normal force.", 0.0)
     change_drive_s: NonNegative = key("Laboratory time to set another frequency or amplitude of the base.", 0.0)
-    repeatability: NonNegative = key(
-        "Relative rms of the friction from one test to the next: more cycles do not average it out.", 0.0
-    )
+    repeatability: NonNegative = key("Relative rms of friction from test to test; cycles do not average it out.", 0.0)
     drift_per_hour: NonNegative = key("Relative change of friction in an hour of rubbing, of unknown sign.", 0.0)
     most_repeats: Annotated[int, Field(ge=1)] | None = key(
-        "How often the same test may be planned at most; by default as often as it tells most."
+        "How often the same test may be planned; by default as often as it tells most."
     )
-    expected: dict[str, float] = key(
-        "What to expect of the law's other parameters, at the middle of the amplitudes: {gradient = 0.03}.", {}
-    )
+    expected: dict[str, float] = key("What to expect of the law's other parameters: {gradient = 0.03}.", {})
     sampling_rate_hz: Positive = key("Samples per second.", 250.0)
     noise_m: NonNegative = key("Noise of each sensor, rms.", 0.8e-6)
     step_m: NonNegative = key("Smallest step of the sensors.", 0.0)
     cycle_scatter: NonNegative = key("Relative rms of the friction force from cycle to cycle.", 0.003)
-    model_error: NonNegative = key(
-        "Share of the cycle (relative rms) that no law is thought to explain; more cycles do not average it out.", 0.0
-    )
-    friction_coefficient: Pair | None = key(
-        "What is known of the friction coefficient before: [value, standard error]."
-    )
+    model_error: NonNegative = key("Share of the cycle (rms) that no law explains; cycles do not average it out.", 0.0)
+    friction_coefficient: Pair | None = key("Friction coefficient known before: [value, standard error].")
     largest_response_m: Positive | None = key("Displacement of the mass that the rig allows.")
     avoid_frequency_ratios: Pair | None = key("Frequency ratios to keep away from: [low, high].")
 

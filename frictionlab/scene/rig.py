@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from frictionlab.scene.faults import LawName, NonNegative, Positive, SceneTable, check_held, key
 
-Two = Field(min_length=2, max_length=2)
+Two, Some = Field(min_length=2, max_length=2), Field(min_length=1)
 
 
 class RigMass(SceneTable):
@@ -64,22 +64,17 @@ class Rig(SceneTable):
     mass_kg: Positive | None = key("Mass that moves; of mass, stiffness and natural frequency two give the third.")
     stiffness_n_per_m: Positive | None = key("Stiffness of the frame; it turns k Y into newtons and k Y² into joules.")
     damping_ratio: NonNegative | None = key(
-        "Viscous damping ratio of the frame (`frictionlab free-vibration` measures it); given, it is simulated."
+        "Viscous damping ratio of the frame, as taps tell it; given, it is simulated."
     )
     natural_frequency_hz_u: NonNegative | None = key("Standard uncertainty of the natural frequency.")
     stiffness_n_per_m_u: NonNegative | None = key("Standard uncertainty of the stiffness.")
     damping_ratio_u: NonNegative | None = key("Standard uncertainty of the damping ratio.")
     kind: Literal["base-excited", "prescribed"] = key(
-        '"base-excited", or "prescribed": the motion is given, as on a tribometer; there is no frequency ratio.',
-        "base-excited",
+        '"base-excited", or "prescribed", as on a tribometer: there is no frequency ratio.', "base-excited"
     )
     restoring: Literal["spring", "pendulum"] = key('What pulls the mass back: "spring" or "pendulum".', "spring")
-    masses: list[RigMass] = key(
-        "A frame of several masses, as [[rig.masses]]; frequency and stiffness are then those of the first storey.", []
-    )
-    contacts: list[RigContact] = key(
-        "Where the frame rubs, as [[rig.contacts]]; by default mass 1, as [model] says.", []
-    )
+    masses: list[RigMass] = key("Several masses, as [[rig.masses]]; frequency is the first storey's.", [])
+    contacts: list[RigContact] = key("Where it rubs, as [[rig.contacts]]; by default mass 1, by [model].", [])
 
     @model_validator(mode="after")
     def _masses_agree(self) -> Self:
@@ -172,21 +167,11 @@ class VirtualBase(SceneTable):
     amplitude_wander_s: Positive = key("Correlation time of that: after it, e^-1 is left.", 5.0)
     frequency_wander: NonNegative = key("Relative rms of a wandering frequency: of a sine or a sweep.", 0.0)
     frequency_wander_s: Positive = key("Correlation time of that.", 5.0)
-    sweep_hz: Annotated[list[Positive], Two] | None = key(
-        "First and last frequency of a sweep, which lasts as long as the test."
-    )
-    sweep_scale: Literal["linear", "log"] = key(
-        '"linear": so many Hz a second; "log": so many octaves a second.', "linear"
-    )
-    band_hz: Annotated[list[NonNegative], Two] | None = key(
-        "Lowest and highest frequency of a random motion, equally strong between."
-    )
-    spectrum: list[Annotated[list[NonNegative], Two]] | None = key(
-        "Or its power density as [[frequency in Hz, m^2/Hz], ...], straight lines between, nothing beyond."
-    )
-    rms_m: Positive | None = key(
-        "Rms of a random motion; by default the spectrum's own, or base_amplitude_m over the root of 2 with a band."
-    )
+    sweep_hz: Annotated[list[Positive], Two] | None = key("First and last frequency of a sweep as long as the test.")
+    sweep_scale: Literal["linear", "log"] = key('"linear": Hz a second; "log": octaves a second.', "linear")
+    band_hz: Annotated[list[NonNegative], Two] | None = key("Band of a random motion, equally strong between.")
+    spectrum: list[Annotated[list[NonNegative], Two]] | None = key("Or its power density: [[Hz, m^2/Hz], ...].")
+    rms_m: Positive | None = key("Rms of a random motion; by default the spectrum's, or base_amplitude_m / sqrt(2).")
     file: str | None = key("A recording, a log or a table beside the scene: its base moves so, from its first value.")
     column: str | None = key("Of a table: the base's column, by its name or its number from 1.")
     unit: str | None = key("Unit of that column, where the table does not say it.")
@@ -225,21 +210,13 @@ class VirtualTests(SceneTable):
     """
 
     material: str = key("Material of these tests; it names their logs.", ...)
-    normal_forces_n: Annotated[list[Positive], Field(min_length=1)] = key(
-        "Normal forces, each with each frequency ratio.", ...
-    )
+    normal_forces_n: Annotated[list[Positive], Some] = key("Normal forces, each with each frequency ratio.", ...)
     frequency_ratios: list[Positive] = key("Frequency ratios of a sine, each with each normal force.", [])
-    base: str | None = key(
-        "Name of the base's motion, one of [[synthetic.bases]]; by default a sine at each frequency ratio."
-    )
+    base: str | None = key("Name of a motion in [[synthetic.bases]]; by default a sine at each ratio.")
     friction_coefficient: NonNegative = key("True friction coefficient.", ...)
-    law: LawName | None = key(
-        'True contact law of this material, like "coulomb+place"; by default [model] law and [model.parameters].'
-    )
+    law: LawName | None = key('True contact law, like "coulomb+place"; by default that of [model].')
     parameters: dict[str, float] = key("Parameters of that law other than beta, dimensionless: {gradient = 0.05}.", {})
-    physical: dict[str, float] = key(
-        "The same in newtons, metres and seconds, alike in each test: {gradient = 28.0} is 28 1/m.", {}
-    )
+    physical: dict[str, float] = key("The same in newtons, metres, seconds: {gradient = 28.0} is 28 1/m.", {})
     label: str | None = key("Ends the log's name, to tell apart tests of the same material, force and ratio.")
     duration_s: Positive | None = key("Length of these tests; by default [synthetic] duration_s.")
     friction_drift_per_hour: float = key("Relative change of the friction force in an hour of running.", 0.0)
@@ -268,11 +245,9 @@ class Synthetic(SceneTable):
     duration_s: Positive = key("Length of a test.", 60.0)
     base_amplitude_m: Positive = key("Amplitude of the base.", 1.8e-3)
     noise_m: NonNegative = key("Noise of each sensor, rms.", 0.8e-6)
-    step_m: NonNegative = key(
-        "Smallest step of the sensors (optoNCDT 1420 at 50 mm measuring range: 0.778 um).", 1.02 * 0.05 / 65520
-    )
+    step_m: NonNegative = key("Smallest step of the sensors (optoNCDT 1420, 50 mm).", 1.02 * 0.05 / 65520)
     channels: list[VirtualChannel] = key(
-        'What is measured beside the two displacements: ["contact_force", "normal_force", "mass_velocity", ...].', []
+        'Measured beside the displacements: ["contact_force", "mass_velocity", ...].', []
     )
     channel_noise: NonNegative = key("Noise of each further channel, rms over its own rms.", 1e-3)
     start: Literal["rest", "steady"] = key('"rest", or "steady": from the steady state.', "rest")

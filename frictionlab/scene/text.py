@@ -18,7 +18,7 @@ from frictionlab.scene.keys import Origin, Scene
 SCENE_NAME = "frictionlab.toml"
 RESULTS = "_results"  # behind the name of a folder of logs: that of its results
 MOST_LINES = 500  # that say something: in a longer scene faults have no line
-WIDTH = 118
+WIDTH = 120
 HEAD = """\
 # A scene for frictionlab: what rig, material, sensors and model a job is about.
 #
@@ -150,6 +150,10 @@ class Key(NamedTuple):
     words: str
     default: object
 
+    def line(self, value: object) -> str:
+        """It with a value, as TOML; one that is not known is a comment."""
+        return f"# {self.name} is not given" if value is None else f"{self.name} = {value_text(value)}"
+
 
 class TableOfKeys(NamedTuple):
     """A table: its head as in a file (``[rig]``), its sentence, its keys."""
@@ -187,17 +191,18 @@ def tables_of_keys(root: type[BaseModel] = Scene, path: tuple[str, ...] = ()) ->
 
 def template() -> str:
     """A commented scene to fill in: every key with its sentence and default."""
-    parts = [HEAD]
+    lines = [HEAD]
     for table in tables_of_keys():
-        lines = [*_comment(table.words), f"{'# ' if table.head.startswith('[[') else ''}{table.head}"]
+        off = "# " if table.head.startswith("[[") else ""
+        lines += [*_comment(table.words), f"{off}{table.head}"]
         for key in table.keys:
             lines += [*_comment(key.words), f"# {key.name} = {value_text(key.default)}".rstrip()]
-        parts.append("\n".join(lines) + "\n")
-    return "\n".join(parts)
+        lines.append("")
+    return "\n".join(lines)
 
 
-def _comment(words: str) -> Iterator[str]:
-    return (f"# {line}" for line in wrap(words, WIDTH, break_long_words=False))
+def _comment(words: str) -> list[str]:
+    return wrap(words, WIDTH, initial_indent="# ", subsequent_indent="# ", break_long_words=False)
 
 
 def to_toml(scene: Scene) -> str:
@@ -209,19 +214,13 @@ def to_toml(scene: Scene) -> str:
     # transient_s is not given
     cycles = "all"
     """
-    texts = []
+    tables, texts = scene.model_dump(), []
     for table in tables_of_keys():
-        found: Any = scene.model_dump()
+        found: Any = tables
         for part in table.head.strip("[]").split("."):
             found = found[part]
-        for values in found if isinstance(found, list) else [found]:
-            lines = (
-                f"# {key.name} is not given"
-                if values[key.name] is None
-                else f"{key.name} = {value_text(values[key.name])}"
-                for key in table.keys
-            )
-            texts.append("\n".join([table.head, *lines]) + "\n")
+        rows = found if isinstance(found, list) else [found]
+        texts += ["\n".join([table.head, *(key.line(row[key.name]) for key in table.keys)]) + "\n" for row in rows]
     return "\n".join(texts)
 
 
