@@ -2,12 +2,12 @@
 
     python -m tests.benchmarks.chapter3 FOLDER
 
-Each figure draws what `compute` holds; the numbering is the thesis's. Figures 3.2x and 3.5x are not in it: they show
+The numbering is the thesis's. Figures 3.2x and 3.5x are not in it: they show
 what a hundred cycles from rest miss. The contact laws themselves are drawn beside them.
 """
 
 import sys
-from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -21,119 +21,50 @@ from numpy.typing import NDArray
 from frictionlab.figures.style import BASE, GREY, PAGE, PALETTE, PREDICTED, VERMILION, look, new_figure, save
 from frictionlab.simulator import Motion, Problem, SteadyState, last_cycle, simulate, steady_state, sweep
 from tests.benchmarks import law_loops
-from tests.simulator.closed_form import (
-    continuous_energy,
-    friction_limit,
-    viscous_energy,
-)
+from tests.simulator.closed_form import continuous_energy, friction_limit, viscous_energy
 
 Floats = NDArray[np.float64]
 TURN = 2.0 * np.pi
 BETAS = tuple(round(0.1 * i, 1) for i in range(1, 10))
-RATIOS = tuple(round(0.02 + 0.01 * i, 2) for i in range(249))
+RATIOS = np.array([round(0.02 + 0.01 * i, 2) for i in range(249)])
 REGIMES = ((0.9, 0.4, "continuous"), (0.5, 0.2, "asymmetric"), (0.5, 0.4, "two stops"), (0.1, 0.4, "six stops"))
 WAITS = (10, 20, 50, 100, 200, 500, 1000, 2000)
 WAITED = 100  # cycles the thesis waits
 CEILING = 9.0  # k Y^2: where energies without bound at r = 1 leave the page
 
 
-@dataclass(frozen=True)
-class Chapter3:
-    """What the figures of the chapter draw.
-
-    Parameters
-    ----------
-    regimes : tuple of SteadyState
-        One per panel of Fig. 3.2; the asymmetric one after 100 cycles, as the thesis has it.
-    energy, stops : ndarray of shape (r, beta)
-        Energy per cycle and stops per cycle over RATIOS and BETAS; NaN where there is no steady state.
-    loop : ndarray of shape (r, beta)
-        Energy by the hysteresis method (2.18) on a sampled cycle, where the motion is continuous.
-    limit : ndarray of shape (r,)
-        Boundary of continuous motion.
-    waited : ndarray of shape (r, 3)
-        Energy of cycle 100 from rest over RATIOS, for beta = 0.1, 0.2, 0.3.
-    longest_stop : ndarray of shape (len(WAITS),)
-        Longest stop (rad) at r = 0.5, beta = 0.2 after so many cycles.
-    map_r, map_beta, map_stops : ndarray
-        Stops per cycle over a fine grid.
-    """
-
-    regimes: tuple[SteadyState, ...]
-    energy: Floats
-    stops: Floats
-    loop: Floats
-    limit: Floats
-    waited: Floats
-    longest_stop: Floats
-    map_r: Floats
-    map_beta: Floats
-    map_stops: Floats
+@cache
+def energy_and_stops() -> tuple[Floats, Floats]:
+    """Energy and stops per cycle over RATIOS and BETAS; NaN where there is no steady state."""
+    states = sweep(RATIOS.tolist(), BETAS).datasets()
+    return states["energy_per_cycle"][:, :, 0, 0], states["stops_per_cycle"][:, :, 0, 0]
 
 
-def compute() -> Chapter3:
-    """Solve everything the figures draw: some seconds."""
-    states = sweep(RATIOS, BETAS).datasets()
-    map_r, map_beta = np.geomspace(0.02, 2.5, 420), np.linspace(0.0025, 0.9975, 200)
-    fine = sweep(map_r.tolist(), map_beta.tolist()).datasets()
-    stops = states["stops_per_cycle"][:, :, 0, 0]
-    return Chapter3(
-        regimes=tuple(_regime(r, beta, name) for r, beta, name in REGIMES),
-        energy=states["energy_per_cycle"][:, :, 0, 0],
-        stops=stops,
-        loop=_loops(stops == 0),
-        limit=np.array([friction_limit(r) for r in map_r]),
-        waited=np.array([[_waited(r, beta) for beta in BETAS[:3]] for r in RATIOS]),
-        longest_stop=np.array([_longest_stop(cycles) for cycles in WAITS]),
-        map_r=map_r,
-        map_beta=map_beta,
-        map_stops=fine["stops_per_cycle"][:, :, 0, 0],
-    )
+@cache
+def regime(number: int) -> SteadyState:
+    """The state of a panel of Fig. 3.2; the asymmetric one after 100 cycles, as the thesis has it."""
+    r, beta, name = REGIMES[number]
+    return last_cycle(Problem(r, beta), cycles=WAITED) if name == "asymmetric" else steady_state(Problem(r, beta))
 
 
-def _regime(r: float, beta: float, name: str) -> SteadyState:
-    problem = Problem(r, beta)
-    return last_cycle(problem, cycles=WAITED) if name == "asymmetric" else steady_state(problem)
-
-
-def _loops(smooth: NDArray[np.bool_]) -> Floats:
-    """Energy as the area of a sampled loop, eq. (2.18), where the motion is continuous."""
-    areas = np.full(smooth.shape, np.nan)
-    for i, j in np.argwhere(smooth):
-        areas[i, j] = loop_area(steady_state(Problem(RATIOS[i], BETAS[j])))
-    return areas
+def orbit_of(state: SteadyState) -> Motion:
+    """The motion of a state that has one."""
+    assert state.orbit is not None, state.verdict
+    return state.orbit
 
 
 def loop_area(state: SteadyState, samples: int = 400) -> float:
     """Area of the hysteresis loop of one cycle, by the trapezoidal rule on so many samples, eq. (2.18)."""
     tau = np.linspace(0.0, TURN, samples + 1)
-    x = _orbit(state).at(tau)[0]
-    y = np.cos(tau)
+    x, y = orbit_of(state).at(tau)[0], np.cos(tau)
     return float(np.sum(0.5 * (y[1:] + y[:-1]) * np.diff(x)))
 
 
-def _waited(r: float, beta: float) -> float:
-    return last_cycle(Problem(r, beta), cycles=WAITED).energy_per_cycle or float("nan")
-
-
-def _longest_stop(cycles: int) -> float:
-    stops = simulate(Problem(0.5, 0.2), cycles=cycles + 1, keep=2).stops
-    return float((stops[:, 1] - stops[:, 0]).max())
-
-
-def _orbit(state: SteadyState) -> Motion:
-    if state.orbit is None:
-        raise ValueError(f"no motion to draw: {state.verdict}")
-    return state.orbit
-
-
-def draw_regimes(chapter: Chapter3) -> Figure:
+def draw_regimes() -> Figure:
     """Figure 3.2: the four regimes in time."""
     figure = new_figure(PAGE, 4.2)
-    for ax, state, (r, beta, name) in zip(
-        figure.subplots(2, 2, sharex=True).flat, chapter.regimes, REGIMES, strict=True
-    ):
-        orbit = _orbit(state)
+    for number, ax in enumerate(figure.subplots(2, 2, sharex=True).flat):
+        orbit, (r, beta, name) = orbit_of(regime(number)), REGIMES[number]
         start = 0.0 if orbit.timeline.periodic else orbit.start  # a whole cycle, counted from the base's crest
         tau = np.linspace(start, start + TURN, 1500)
         x = orbit.at(np.minimum(tau, orbit.end) if not orbit.timeline.periodic else tau)[0]
@@ -151,11 +82,11 @@ def draw_regimes(chapter: Chapter3) -> Figure:
     return figure
 
 
-def draw_non_stop(chapter: Chapter3) -> Figure:
+def draw_non_stop() -> Figure:
     """Figure 3.2x: the "non-stop" of Fig. 3.2b is a stop that shortens like N^(-1/2) and is gone only in the limit."""
     figure = new_figure(PAGE, 2.6)
     left, right = figure.subplots(1, 2)
-    orbit = _orbit(chapter.regimes[1])
+    orbit = orbit_of(regime(1))
     begin, end = max(orbit.stops, key=lambda stop: stop[1] - stop[0])
     tau = np.linspace(begin - 0.15, end + 0.15, 600)
     tau = tau[(tau >= orbit.start) & (tau <= orbit.end)]
@@ -165,11 +96,10 @@ def draw_non_stop(chapter: Chapter3) -> Figure:
     left.set_ylabel(r"displacement, $10^{-6}\,Y$")
     left.set_ylim(-2.0, 2.0)
     left.set_title(r"$r = 0.5$, $\beta = 0.2$: the flat peak is a stop")
-    cycles = np.array(WAITS, dtype=float)
-    right.loglog(cycles, chapter.longest_stop, "o", color=PREDICTED, markersize=4, label="exact phases from rest")
-    right.loglog(
-        cycles, chapter.longest_stop[-1] * np.sqrt(cycles[-1] / cycles), color=GREY, label=r"$\propto N^{-1/2}$"
-    )
+    cycles, runs = np.array(WAITS, dtype=float), [simulate(Problem(0.5, 0.2), cycles=n + 1, keep=2) for n in WAITS]
+    longest = [float(np.diff(run.stops).max()) for run in runs]
+    right.loglog(cycles, longest, "o", color=PREDICTED, markersize=4, label="exact phases from rest")
+    right.loglog(cycles, longest[-1] * np.sqrt(cycles[-1] / cycles), color=GREY, label=r"$\propto N^{-1/2}$")
     right.set_xlabel("cycles from rest $N$")
     right.set_ylabel("longest stop, rad")
     right.legend()
@@ -177,13 +107,13 @@ def draw_non_stop(chapter: Chapter3) -> Figure:
     return figure
 
 
-def draw_loops(chapter: Chapter3) -> Figure:
+def draw_loops() -> Figure:
     """Figure 3.3: hysteresis loops of a continuous and of a two-stop motion."""
     figure = new_figure(PAGE, 2.8)
     for ax, index in zip(figure.subplots(1, 2), (0, 2), strict=True):
-        state, (r, beta, name) = chapter.regimes[index], REGIMES[index]
+        state, (r, beta, name) = regime(index), REGIMES[index]
         tau = np.linspace(0.0, TURN, 1500)
-        x, y = _orbit(state).at(tau)[0], np.cos(tau)
+        x, y = orbit_of(state).at(tau)[0], np.cos(tau)
         ax.plot(x, y, color=PREDICTED)
         for at in (200, 950):
             ax.annotate(
@@ -200,22 +130,29 @@ def shades(count: int) -> list[tuple[float, float, float, float]]:
     return [colormaps["viridis"](0.9 * (1.0 - i / (count - 1))) for i in range(count)]
 
 
+def _spread(some: Floats, values: list[float]) -> Floats:
+    """Values at some of RATIOS over all of them: NaN elsewhere."""
+    found = np.full(len(RATIOS), np.nan)
+    found[np.isin(RATIOS, some)] = values
+    return found
+
+
 def _family_axes(ax: Axes, ceiling: float) -> None:
     ax.set_xlabel("frequency ratio $r$")
     ax.set_ylabel("energy per cycle, $kY^2$")
     ax.set_ylim(0.0, ceiling)
 
 
-def draw_continuous_energy(chapter: Chapter3) -> Figure:
+def draw_continuous_energy() -> Figure:
     """Figure 3.4: continuous motion, the analytical method 4 beta X (2.23) on the loop's area (2.18)."""
     figure = new_figure(PAGE, 3.4)
-    ax = figure.subplots()
-    r = np.array(RATIOS)
+    ax, (_, stops) = figure.subplots(), energy_and_stops()
     for j, (beta, colour) in enumerate(zip(BETAS[:8], shades(8), strict=True)):
-        ax.plot(r, chapter.loop[:, j], color=colour, label=rf"$\beta = {beta:g}$")
-        marked = np.flatnonzero(np.isfinite(chapter.loop[:, j]))[::5]
-        exact = [continuous_energy(RATIOS[i], beta) for i in marked]
-        ax.plot(r[marked], exact, "o", color=colour, markersize=2.8)
+        smooth = RATIOS[stops[:, j] == 0]
+        areas = [loop_area(steady_state(Problem(r, beta))) for r in smooth]
+        ax.plot(RATIOS, _spread(smooth, areas), color=colour, label=rf"$\beta = {beta:g}$")
+        exact = [continuous_energy(r, beta) for r in smooth[::5]]
+        ax.plot(smooth[::5], exact, "o", color=colour, markersize=2.8)
     ax.axvline(1.0, color=GREY, linewidth=0.6, linestyle=":")
     ax.text(0.4, 0.97 * CEILING, r"$\beta < \pi/4$: no bound at $r = 1$", fontsize=7, va="top")
     _family_axes(ax, CEILING)
@@ -223,28 +160,27 @@ def draw_continuous_energy(chapter: Chapter3) -> Figure:
     return figure
 
 
-def draw_energy(chapter: Chapter3) -> Figure:
+def draw_energy() -> Figure:
     """Figure 3.5: the whole map, continuous motion as lines and stick-slip as dots."""
     figure = new_figure(PAGE, 3.6)
-    ax = figure.subplots()
-    r = np.array(RATIOS)
+    ax, (energy, stops) = figure.subplots(), energy_and_stops()
     for j, (beta, colour) in enumerate(zip(BETAS, shades(9), strict=True)):
-        continuous = chapter.stops[:, j] == 0
-        ax.plot(r, np.where(continuous, chapter.energy[:, j], np.nan), color=colour, label=rf"$\beta = {beta:g}$")
-        ax.plot(r, np.where(continuous, np.nan, chapter.energy[:, j]), "o", color=colour, markersize=1.8)
+        smooth = stops[:, j] == 0
+        ax.plot(RATIOS, np.where(smooth, energy[:, j], np.nan), color=colour, label=rf"$\beta = {beta:g}$")
+        ax.plot(RATIOS, np.where(smooth, np.nan, energy[:, j]), "o", color=colour, markersize=1.8)
     _family_axes(ax, CEILING)
     ax.legend(ncols=2, title="line: continuous; dots: stick-slip")
     return figure
 
 
-def draw_unconverged(chapter: Chapter3) -> Figure:
+def draw_unconverged() -> Figure:
     """Figure 3.5x: what a hundred cycles from rest give near resonance, against the limit."""
     figure = new_figure(PAGE, 2.8)
-    ax = figure.subplots()
-    r = np.array(RATIOS)
-    for j, colour in enumerate(PALETTE[:3]):
-        error = np.abs(chapter.waited[:, j] / chapter.energy[:, j] - 1.0)
-        ax.semilogy(r, error, ".", color=colour, markersize=3.5, label=rf"$\beta = {BETAS[j]:g}$")
+    ax, (energy, _) = figure.subplots(), energy_and_stops()
+    for j, (beta, colour) in enumerate(zip(BETAS, PALETTE[:3], strict=False)):
+        runs = [last_cycle(Problem(r, beta), cycles=WAITED).energy_per_cycle or np.nan for r in RATIOS]
+        error = np.abs(np.array(runs) / energy[:, j] - 1.0)
+        ax.semilogy(RATIOS, error, ".", color=colour, markersize=3.5, label=rf"$\beta = {beta:g}$")
     ax.axhline(0.01, color=GREY, linewidth=0.8)
     ax.text(0.02, 0.015, "1 %", fontsize=7)
     ax.set_ylim(1e-16, 100.0)
@@ -259,33 +195,28 @@ def draw_viscous() -> Figure:
     """Figure 3.7: the viscous oscillator, formula (3.7) as lines and hysteresis as dots."""
     figure = new_figure(PAGE, 3.2)
     ax = figure.subplots()
-    r = np.array(RATIOS)
     for zeta, colour in zip(BETAS, shades(9), strict=True):
-        ax.plot(r, [viscous_energy(ratio, zeta) for ratio in RATIOS], color=colour, label=rf"$\zeta = {zeta:g}$")
+        ax.plot(RATIOS, [viscous_energy(r, zeta) for r in RATIOS], color=colour, label=rf"$\zeta = {zeta:g}$")
         marked = RATIOS[::8]
-        areas = [loop_area(steady_state(Problem(ratio, 0.0, zeta=zeta))) for ratio in marked]
+        areas = [loop_area(steady_state(Problem(r, 0.0, zeta=zeta))) for r in marked]
         ax.plot(marked, areas, "o", color=colour, markersize=2.8)
     _family_axes(ax, 16.5)
     ax.legend(ncols=2, title="line: formula (3.7); dots: loop area")
     return figure
 
 
-def draw_map(chapter: Chapter3) -> Figure:
+def draw_map() -> Figure:
     """Stops per cycle over frequency and friction ratio, with the boundary of continuous motion."""
     figure = new_figure(PAGE, 3.8)
     ax = figure.subplots()
+    r, beta = np.geomspace(0.02, 2.5, 420), np.linspace(0.0025, 0.9975, 200)
+    stops = sweep(r.tolist(), beta.tolist()).datasets()["stops_per_cycle"][:, :, 0, 0]
     edges = [-1, 1, 3, 5, 7, 9, 11, 15, 21, 31, 1000]
     names = ["0", "2", "4", "6", "8", "10", "12-14", "16-20", "22-30", "over 30"]
     colours = ListedColormap(["#FFFFFF", *(colormaps["viridis"](np.linspace(0.0, 1.0, 9)))])
-    mesh = ax.pcolormesh(
-        chapter.map_r,
-        chapter.map_beta,
-        chapter.map_stops.T,
-        cmap=colours,
-        norm=BoundaryNorm(edges, 10),
-        rasterized=True,
-    )
-    ax.plot(chapter.map_r, chapter.limit, color=VERMILION, linewidth=1.0, label=r"$\beta_{\lim}(r)$, closed form")
+    mesh = ax.pcolormesh(r, beta, stops.T, cmap=colours, norm=BoundaryNorm(edges, 10), rasterized=True)
+    limit = [friction_limit(ratio) for ratio in r]
+    ax.plot(r, limit, color=VERMILION, linewidth=1.0, label=r"$\beta_{\lim}(r)$, closed form")
     ax.set_xscale("log")
     ax.set_xticks([0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0], ["0.02", "0.05", "0.1", "0.2", "0.5", "1", "2"])
     ax.set_xlabel("frequency ratio $r$")
@@ -299,27 +230,27 @@ def draw_map(chapter: Chapter3) -> Figure:
     return figure
 
 
-def draw_all(folder: Path) -> list[Path]:
-    """Compute the chapter and write its figures (.pdf, and .png to look at) into a folder."""
+FIGURES = {
+    "figure_3.2_regimes": draw_regimes,
+    "figure_3.2x_non_stop": draw_non_stop,
+    "figure_3.3_loops": draw_loops,
+    "figure_3.4_continuous_energy": draw_continuous_energy,
+    "figure_3.5_energy": draw_energy,
+    "figure_3.5x_hundred_cycles": draw_unconverged,
+    "figure_3.7_viscous": draw_viscous,
+    "map_of_stops": draw_map,
+}
+
+
+def draw_all(folder: Path) -> None:
+    """Write the chapter's figures (.pdf, and .png to look at) into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    chapter = compute()
     with look():
-        figures = {
-            "figure_3.2_regimes": draw_regimes(chapter),
-            "figure_3.2x_non_stop": draw_non_stop(chapter),
-            "figure_3.3_loops": draw_loops(chapter),
-            "figure_3.4_continuous_energy": draw_continuous_energy(chapter),
-            "figure_3.5_energy": draw_energy(chapter),
-            "figure_3.5x_hundred_cycles": draw_unconverged(chapter),
-            "figure_3.7_viscous": draw_viscous(),
-            "map_of_stops": draw_map(chapter),
-        }
-    figures |= law_loops.draw_all(law_loops.compute())
-    return [
-        save(figure, folder / f"{name}{suffix}", force=True)
-        for name, figure in figures.items()
-        for suffix in (".pdf", ".png")
-    ]
+        for name, draw in FIGURES.items():
+            figure = draw()
+            for suffix in (".pdf", ".png"):
+                save(figure, folder / f"{name}{suffix}", force=True)
+    law_loops.draw_all(folder)
 
 
 if __name__ == "__main__":

@@ -42,9 +42,6 @@ def test_a_lopsided_motion_of_an_even_contact_is_drawn_as_one_of_two() -> None:
     assert abs(there[0] - motion.state(0.0)[0]) > 0.1  # and it is not the same motion
 
 
-def test_both_figures_appear(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    state = steady_state(Problem(0.5, 0.4))
-    drawn = laws.LawFigures(loops={"coulomb": state, "again": state}, slow=(state, state))
-    monkeypatch.setattr(laws, "compute", lambda: drawn)
-    laws.main(tmp_path)
-    assert {path.name for path in tmp_path.iterdir()} == {"laws_force.png", "laws_slow.png"}
+def test_both_figures_appear(tmp_path: Path) -> None:
+    laws.draw_all(tmp_path, ("coulomb", "coulomb+speed"))
+    assert {path.name for path in tmp_path.glob("*.png")} == {"laws_force.png", "laws_slow.png"}
