@@ -25,7 +25,7 @@ PROTECTED = "{}: is write-protected: choose another output, or give --force"
 _BLOCK = 1 << 23  # bytes of one write
 _LEFT_S = 3600.0  # since its last byte, after which a temporary file has no writer
 _sync, _rename = os.fsync, os.replace
-OPEN_FLAGS = sum(getattr(os, name, 0) for name in ("O_CLOEXEC", "O_NOFOLLOW", "O_BINARY"))
+OPEN_FLAGS = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
 """Not for children of this process, not through a link, bytes as they are: whichever of them this system knows."""
 WINDOWS = os.name == "nt"  # an open file cannot be removed there, and folders cannot be synced
 

@@ -114,7 +114,6 @@ def test_volts_without_calibration_are_told_what_they_need(tmp_path: Path) -> No
     [
         (("simulate", "--r", "0.5", "--beta", "0.4"), "motion.png"),
         (("simulate", "--base-motion", LOG, "--natural-frequency", "3.13", "--beta", "0.2"), "response.png"),
-        (("sweep", "--r", "0.5,1", "--beta", "0.4", "-o", "map.csv"), "map.png"),
     ],
 )
 def test_a_single_figure_goes_into_a_folder_too(

@@ -76,7 +76,7 @@ def test_a_number_in_a_csv_keeps_its_bits(tmp_path_factory: pytest.TempPathFacto
     assert back == number
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(LETTERS, LETTERS)
 def test_a_text_comes_back_and_is_no_formula(
     tmp_path_factory: pytest.TempPathFactory, words: str, material: str
@@ -252,7 +252,7 @@ def test_a_column_twice_and_a_missing_result_are_refused(tmp_path: Path) -> None
         read_rows(tmp_path / "nowhere.jsonl")
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.sampled_from(SUFFIXES), st.randoms(use_true_random=False))
 def test_a_damaged_file_is_read_or_refused_and_nothing_else(
     tmp_path_factory: pytest.TempPathFactory, suffix: str, chance: Random

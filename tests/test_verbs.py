@@ -16,6 +16,16 @@ LOG = ROOT / "sample_data" / "steel_N1.25_r0.3.csv"
 SCENE = ROOT / "configs" / "sample_data.toml"
 
 
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> fl.Recording:
+    return fl.ingest(str(LOG), str(SCENE), output=tmp_path_factory.mktemp("recordings") / "a.h5")
+
+
+@pytest.fixture(scope="module")
+def measurement(recording: fl.Recording) -> fl.Measurement:
+    return fl.analyze(recording, SCENE)
+
+
 def test_every_public_name_is_there_and_stands_in_the_stub() -> None:
     stub = ast.parse((ROOT / "frictionlab" / "__init__.pyi").read_text(encoding="utf-8"))
     told = {name.asname for node in stub.body if isinstance(node, ast.ImportFrom) for name in node.names}
@@ -35,8 +45,8 @@ def test_importing_the_package_loads_nothing_of_it() -> None:
     assert done.stdout.strip() == "frictionlab"
 
 
-def test_ingest_honours_log_and_experiment_of_the_scene(tmp_path: Path) -> None:
-    recording = fl.ingest(str(LOG), str(SCENE), output=tmp_path / "a.h5")
+def test_ingest_honours_log_and_experiment_of_the_scene(recording: fl.Recording, tmp_path: Path) -> None:
+    fl.write_recording(recording, tmp_path / "a.h5")
     assert recording.experiment["material"] == "steel"
     assert recording.experiment["normal_force_n"] == 1.25
     assert fl.read_recording(tmp_path / "a.h5").experiment == recording.experiment
@@ -45,15 +55,14 @@ def test_ingest_honours_log_and_experiment_of_the_scene(tmp_path: Path) -> None:
     assert other.experiment["material"] == "steel"  # the file's name wins over [experiment]
 
 
-def test_a_comparison_of_a_log_knows_material_and_coefficient() -> None:
+def test_a_comparison_of_a_log_knows_material_and_coefficient(measurement: fl.Measurement) -> None:
     comparison = fl.compare(LOG, SCENE)
     assert comparison.material == "steel"
     assert comparison.friction_coefficient == pytest.approx(0.6, rel=1e-3)
-    assert fl.compare(fl.analyze(fl.ingest(LOG, SCENE), SCENE), SCENE).row() == comparison.row()
+    assert fl.compare(measurement, SCENE).row() == comparison.row()
 
 
-def test_settings_win_over_the_scene_and_are_validated() -> None:
-    recording = fl.ingest(LOG, SCENE)
+def test_settings_win_over_the_scene_and_are_validated(recording: fl.Recording) -> None:
     scene = fl.read_scene(SCENE)
     measurement = fl.analyze(recording, scene, cycles="all", natural_frequency_hz=3.0, padding=None)
     assert measurement.energy_rule == "all"
@@ -71,20 +80,13 @@ def test_settings_win_over_the_scene_and_are_validated() -> None:
 
 
 def test_a_campaign_is_evaluated_from_results_rows_and_files_alike(tmp_path: Path) -> None:
-    measurements = [fl.analyze(log, SCENE) for log in sorted((ROOT / "sample_data").glob("*.csv"))]
+    measurements = [fl.analyze(log, SCENE) for log in sorted((ROOT / "sample_data").glob("*r0.3.csv"))]
     fl.write_rows([m.row() for m in measurements[:2]], tmp_path / "m.csv")
     scene = fl.read_scene(SCENE)
     mixed = fl.evaluate([tmp_path / "m.csv", measurements[2].row(), *measurements[3:]], scene)
     assert [fit.friction_ratio for fit in mixed.fits] == pytest.approx(
         [fit.friction_ratio for fit in fl.evaluate(measurements, scene).fits], rel=1e-12
     )
-
-
-def test_results_show_themselves_in_a_line() -> None:
-    recording = fl.ingest(LOG, SCENE)
-    assert repr(recording) == f"<Recording {LOG.name}: 15000 samples, 60 s at 250 Hz>"
-    campaign = fl.evaluate([fl.analyze(recording, SCENE)], SCENE)
-    assert repr(campaign) == "<Campaign: 1 tests, 0 failed, 1 fits of steel>"
 
 
 def test_plot_draws_each_result_and_refuses_others(tmp_path: Path) -> None:
@@ -103,12 +105,13 @@ def test_synthesize_writes_the_logs_it_returns(tmp_path: Path) -> None:
     assert all((tmp_path / test.log).exists() for test in tests)
 
 
-def test_a_notebook_gets_frames_pages_and_figures(tmp_path: Path) -> None:
-    recording = fl.ingest(LOG, SCENE, output=str(tmp_path / "a.h5"))
-    assert len(fl.read_recording(str(tmp_path / "a.h5"))) == len(recording)
-    measurement = fl.analyze(recording, SCENE)
+def test_a_notebook_gets_frames_pages_and_figures(
+    recording: fl.Recording, measurement: fl.Measurement, tmp_path: Path
+) -> None:
     comparison = fl.compare(measurement, SCENE)
     campaign = fl.evaluate([measurement], SCENE)
+    assert repr(recording) == f"<Recording {LOG.name}: 15000 samples, 60 s at 250 Hz>"
+    assert repr(campaign) == "<Campaign: 1 tests, 0 failed, 1 fits of steel>"
     for result in (measurement, comparison, campaign):
         assert len(result.to_pandas()) == 1
         page = result._repr_html_()
